@@ -24,8 +24,8 @@ import sqlalchemy as sa
 from sqlalchemy import event
 from sqlalchemy.exc import DBAPIError, OperationalError
 
+from data_schema.disk import refuse_network_drive
 from data_schema.errors import BookBusy, BookDamaged, BookReadOnly, UsageError
-from data_schema.mounts import refuse_network_drive
 from data_schema.row_hashes import hashed
 
 BUSY_TIMEOUT_S = 10.0

@@ -19,8 +19,8 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.chunks import in_chunks
 from data_schema.tables import FACTS, design, files, hashes, people, results, runs, signals
+from data_schema.tables.base import in_chunks
 
 _WRITTEN = "labbook_rows_written"
 """Under this name a connection keeps what its transaction has written."""

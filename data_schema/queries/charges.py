@@ -1,4 +1,4 @@
-"""Charges of runs."""
+"""Charges: those of runs, which count, and those that the rows of files say, in whatever state they are."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.chunks import in_chunks
+from data_schema.tables.base import in_chunks
 from data_schema.tables.equipment import battery
+from data_schema.tables.files import file
 from data_schema.tables.runs import charge, run
 from data_schema.vocabulary import ChargeState
 
@@ -87,3 +88,104 @@ def _charges() -> sa.Select[Any]:
         .outerjoin(battery, charge.c.battery == battery.c.id)
         .order_by(charge.c.id)
     )
+
+
+@dataclass(frozen=True, slots=True)
+class SheetRow:
+    """A charge of a file, or a typed one; `repeats` is the uid of the charge that said the same when this one came.
+
+    `order` rises from the charges that came first to the last.
+    """
+
+    order: int
+    uid: str
+    typed: bool
+    row_number: int
+    line: int | None
+    run_uid: str | None
+    stated_run: str | None
+    repeats: str | None
+    state: ChargeState
+    charge_mah: float
+    end_voltage_v: float | None
+    mode: str
+
+
+def rows_of_file(connection: sa.Connection, file_uid: str) -> list[SheetRow]:
+    """Return all charges that a file ever held, by row number."""
+    return _rows(connection, file.c.uid == file_uid)
+
+
+def repeating(connection: sa.Connection, uids: Sequence[str], state: ChargeState) -> dict[str, list[SheetRow]]:
+    """Return the charges in a state that say what another one said before them, by the uid of that one."""
+    found: dict[str, list[SheetRow]] = {uid: [] for uid in uids}
+    for some in in_chunks(uids):
+        for row in _rows(connection, sa.and_(charge.c.repeats.in_(some), charge.c.state == str(state))):
+            found[row.repeats or ""].append(row)
+    return found
+
+
+def rows_with_uids(connection: sa.Connection, uids: Sequence[str]) -> list[SheetRow]:
+    """Return the charges with these uids, those that came first before the others."""
+    found = [row for some in in_chunks(uids) for row in _rows(connection, charge.c.uid.in_(some))]
+    return sorted(found, key=lambda row: row.order)
+
+
+def rows_about(connection: sa.Connection, run_uids: Sequence[str], run_names: Sequence[str]) -> list[SheetRow]:
+    """Return the charges that belong to some runs, then those that name one and belong to none; dismissed ones too."""
+    counted, dismissed = str(ChargeState.COUNTED), str(ChargeState.DISMISSED)
+    found = []
+    for some in in_chunks(run_uids):
+        keys = sa.select(run.c.id).where(run.c.uid.in_(some))
+        found += _rows(connection, sa.and_(charge.c.run.in_(keys), charge.c.state == counted))
+    for some in in_chunks(run_names):
+        standing = charge.c.state.in_((counted, dismissed))
+        found += _rows(connection, sa.and_(charge.c.run.is_(None), charge.c.stated_run.in_(some), standing))
+    return found
+
+
+def said_by_rows(connection: sa.Connection, file_uid: str) -> dict[str, tuple[Any, ...]]:
+    """Return what each charge of a file says and where it stands now, by uid."""
+    query = (
+        sa.select(
+            charge.c.uid,
+            charge.c.charge_mah,
+            charge.c.resolution_mah,
+            charge.c.duration_s,
+            charge.c.end_voltage_v,
+            charge.c.mode,
+            charge.c.stated_run,
+            charge.c.stated_pack,
+            charge.c.ended_utc,
+            charge.c.ended_original,
+            charge.c.run,
+        )
+        .join(file, charge.c.file == file.c.id)
+        .where(file.c.uid == file_uid)
+    )
+    return {row[0]: tuple(row[1:]) for row in connection.execute(query)}
+
+
+def _rows(connection: sa.Connection, wanted: sa.ColumnElement[Any]) -> list[SheetRow]:
+    query = (
+        sa.select(
+            charge.c.id.label("order"),
+            charge.c.uid,
+            charge.c.file.is_(None).label("typed"),
+            charge.c.row_number,
+            charge.c.line,
+            run.c.uid.label("run_uid"),
+            charge.c.stated_run,
+            charge.c.repeats,
+            charge.c.state,
+            charge.c.charge_mah,
+            charge.c.end_voltage_v,
+            charge.c.mode,
+        )
+        .outerjoin(run, charge.c.run == run.c.id)
+        .outerjoin(file, charge.c.file == file.c.id)
+        .where(wanted)
+        .order_by(charge.c.row_number, charge.c.id)
+    )
+    rows = connection.execute(query).mappings()
+    return [SheetRow(**{**row, "state": ChargeState(row["state"]), "typed": bool(row["typed"])}) for row in rows]

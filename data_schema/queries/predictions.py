@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import sqlalchemy as sa
 
-from data_schema.chunks import in_chunks
 from data_schema.row_hashes import written
+from data_schema.tables.base import in_chunks
 from data_schema.tables.design import condition
 from data_schema.tables.results import prediction, result
 

@@ -9,9 +9,9 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.chunks import in_chunks
 from data_schema.queries.signals import GapRow, gaps_by_signal
 from data_schema.row_hashes import written
+from data_schema.tables.base import in_chunks
 from data_schema.tables.files import LAST_READING, file, finding, ingest, run_file
 from data_schema.tables.people import config, journal, person
 from data_schema.tables.runs import run

@@ -1,16 +1,17 @@
-"""Results, their numbers, what they came from, and what rests on them."""
+"""Results with their numbers and inputs: what is stored, what stands, what reports show, and what nothing shows."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import sqlalchemy as sa
 
-from data_schema.chunks import in_chunks
 from data_schema.row_hashes import STALE, written
+from data_schema.tables.base import in_chunks
 from data_schema.tables.people import config
-from data_schema.tables.results import result, result_input, result_number
+from data_schema.tables.results import prediction, report, report_item, result, result_input, result_number
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,3 +207,150 @@ def result_by_uid(connection: sa.Connection, uid: str) -> ResultRow | None:
     """Find a result by its uid."""
     key = connection.execute(sa.select(result.c.key).where(result.c.uid == uid)).scalar()
     return None if key is None else results_by_key(connection, [key])[key]
+
+
+def standing_number(connection: sa.Connection, kind: str, scope_json: str, name: str) -> tuple[float, str] | None:
+    """Return (value, unit) of a number in the newest result of this kind and scope that is not stale; None without."""
+    row = connection.execute(
+        sa.select(result_number.c.value, result_number.c.unit)
+        .join(result, result_number.c.result == result.c.id)
+        .where(
+            result.c.kind == kind,
+            result.c.scope_json == scope_json,
+            result.c.stale == 0,
+            result_number.c.name == name,
+            result_number.c.value.is_not(None),
+        )
+        .order_by(result.c.id.desc())
+    ).first()
+    return None if row is None else (row.value, row.unit)
+
+
+@dataclass(frozen=True, slots=True)
+class ShownIn:
+    """A report that shows a number: the value it printed, and the versions of the algorithms it was made with."""
+
+    report: str
+    made_utc: str
+    value: float | None
+    versions: Mapping[str, int]
+
+
+@dataclass(frozen=True, slots=True)
+class ShownNumber:
+    """A number as a report printed it, whether the book holds one of that id, and that one's value."""
+
+    report: str
+    number_uid: str
+    printed: float | None
+    known: bool
+    value: float | None
+
+
+def number_beginning(connection: sa.Connection, beginning: str) -> str | None:
+    """Return the id of the one number, stored or shown in a report, whose id begins so; None for none or several."""
+    columns = (result_number.c.uid, report_item.c.number_uid)
+    queries = [sa.select(column).where(column.startswith(beginning, autoescape=True)) for column in columns]
+    rows = connection.execute(sa.union(*queries).limit(2)).scalars().all()
+    return rows[0] if len(rows) == 1 else None
+
+
+def add_report_items(connection: sa.Connection, report_uid: str, shown: Mapping[str, float | None]) -> None:
+    """Store which numbers a report shows, by their ids, with the values it printed.
+
+    Each is linked to the stored number of that id; it stays without a link where there is none.
+    """
+    owner = connection.execute(sa.select(report.c.id).where(report.c.uid == report_uid)).scalar_one()
+    keys: dict[str, int] = {}
+    for some in in_chunks(sorted(shown)):
+        query = sa.select(result_number.c.uid, result_number.c.id).where(result_number.c.uid.in_(some))
+        keys |= {row.uid: row.id for row in connection.execute(query)}
+    if shown:
+        connection.execute(
+            report_item.insert(),
+            [
+                {"report": owner, "number_uid": uid, "value": shown[uid], "result_number": keys.get(uid)}
+                for uid in sorted(shown)
+            ],
+        )
+        written(connection, "report", [report_uid])
+
+
+def reports_showing(connection: sa.Connection, number_uid: str) -> list[ShownIn]:
+    """List the reports that show a number, in the order in which they were made."""
+    query = (
+        sa.select(report.c.uid, report.c.made_utc, report_item.c.value, report.c.versions_json)
+        .join(report_item, report_item.c.report == report.c.id)
+        .where(report_item.c.number_uid == number_uid)
+        .order_by(report.c.id)
+    )
+    return [
+        ShownIn(row.uid, row.made_utc, row.value, json.loads(row.versions_json)) for row in connection.execute(query)
+    ]
+
+
+def reports_resting_on(connection: sa.Connection, inputs: Sequence[tuple[str, str]]) -> list[str]:
+    """List the reports that show a number of these results, or one that rests on these facts, by (kind, uid)."""
+    resting = [*resting_on(connection, inputs), *(uid for kind, uid in inputs if kind == "result")]
+    found: set[str] = set()
+    for some in in_chunks(resting):
+        query = (
+            sa.select(report.c.uid)
+            .distinct()
+            .join(report_item, report_item.c.report == report.c.id)
+            .join(result_number, report_item.c.result_number == result_number.c.id)
+            .join(result, result_number.c.result == result.c.id)
+            .where(result.c.uid.in_(some))
+        )
+        found |= set(connection.execute(query).scalars())
+    return sorted(found)
+
+
+def shown_numbers(connection: sa.Connection) -> list[ShownNumber]:
+    """List what all reports show, beside what the book holds under the same ids."""
+    query = (
+        sa.select(
+            report.c.uid,
+            report_item.c.number_uid,
+            report_item.c.value,
+            result_number.c.id.is_not(None),
+            result_number.c.value.label("value_now"),
+        )
+        .join(report, report_item.c.report == report.c.id)
+        .outerjoin(result_number, report_item.c.result_number == result_number.c.id)
+        .order_by(report.c.id, report_item.c.number_uid)
+    )
+    return [ShownNumber(row[0], row[1], row[2], bool(row[3]), row[4]) for row in connection.execute(query)]
+
+
+def unshown_results(connection: sa.Connection) -> list[str]:
+    """Return the uids of these results; one that a shown one rests on, over however many others, is not among them."""
+    shown = (
+        sa.select(result.c.uid)
+        .distinct()
+        .join(result_number, result_number.c.result == result.c.id)
+        .join(report_item, report_item.c.result_number == result_number.c.id)
+    )
+    below = sa.select(result.c.uid, result_input.c.input_uid).join(result_input, result_input.c.result == result.c.id)
+    inputs: dict[str, list[str]] = {}
+    for uid, used in connection.execute(below.where(result_input.c.input_kind == "result")):
+        inputs.setdefault(uid, []).append(used)
+    step = list(connection.execute(shown).scalars())
+    needed: set[str] = set()
+    while step:
+        needed.update(step)
+        step = [used for uid in step for used in inputs.get(uid, ()) if used not in needed]
+    return [
+        uid for uid in connection.execute(sa.select(result.c.uid).order_by(result.c.id)).scalars() if uid not in needed
+    ]
+
+
+def remove_results(connection: sa.Connection, uids: Sequence[str]) -> None:
+    """Remove results with their numbers, inputs and predictions, in a writing transaction."""
+    for some in in_chunks(uids):
+        keys = sa.select(result.c.id).where(result.c.uid.in_(some)).scalar_subquery()
+        for table in (prediction, result_input, result_number):
+            connection.execute(table.delete().where(table.c.result.in_(keys)))
+        connection.execute(result.delete().where(result.c.uid.in_(some)))
+        for kind in ("result", STALE):
+            written(connection, kind, some)

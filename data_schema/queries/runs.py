@@ -8,8 +8,8 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.chunks import in_chunks
 from data_schema.queries.study import factors
+from data_schema.tables.base import in_chunks
 from data_schema.tables.design import condition, condition_level, day, factor, level
 from data_schema.tables.equipment import battery, robot
 from data_schema.tables.runs import run

@@ -8,7 +8,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.chunks import in_chunks
+from data_schema.tables.base import in_chunks
 from data_schema.tables.files import LAST_READING, file, ingest, run_file
 from data_schema.tables.runs import run
 from data_schema.tables.signals import channel, gap, signal

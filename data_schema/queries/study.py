@@ -1,12 +1,19 @@
-"""The study: what it is about, and its factors with their levels."""
+"""What the book is about: the study, its factors and conditions, its days, its people, the configuration in force."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.tables.design import factor, level, study
+from data_schema.queries.facts import insert_fact, key_of
+from data_schema.row_hashes import written
+from data_schema.tables.design import condition, condition_level, day, day_check, factor, level, study
+from data_schema.tables.people import config, person
+from data_schema.tables.runs import run
+from data_schema.vocabulary import CheckKind
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,3 +82,101 @@ def the_study(connection: sa.Connection) -> StudyRow | None:
         ).order_by(study.c.id)
     ).first()
     return None if row is None else StudyRow(*row)
+
+
+def add_condition_levels(connection: sa.Connection, condition_uid: str, level_uids: Sequence[str]) -> None:
+    """Store which level of each factor a condition has."""
+    owner = key_of(connection, "condition", condition_uid)
+    rows = connection.execute(
+        sa.select(level.c.factor, level.c.id).where(level.c.uid.in_(level_uids)).order_by(level.c.id)
+    )
+    connection.execute(
+        condition_level.insert(), [{"condition": owner, "factor": row.factor, "level": row.id} for row in rows]
+    )
+    written(connection, "condition", [condition_uid])
+
+
+def add_planned_run(connection: sa.Connection, *, uid: str, plan_uid: str, position: int, **values: Any) -> None:
+    """Store one run of a plan."""
+    insert_fact(connection, "planned_run", uid, {"plan": plan_uid, "position": position, **values})
+
+
+def conditions_by_key(connection: sa.Connection) -> Mapping[str, str]:
+    """Return the uid of every condition by its canonical key."""
+    rows = connection.execute(sa.select(condition.c.key, condition.c.uid).order_by(condition.c.id))
+    return {row.key: row.uid for row in rows}
+
+
+@dataclass(frozen=True, slots=True)
+class CheckRow:
+    """A check made on a day; the newest of its kind counts."""
+
+    kind: CheckKind
+    value: float | None
+    unit: str | None
+    passed: bool
+    person: str
+    at_utc: str
+
+
+def day_uids(connection: sa.Connection) -> dict[str, str]:
+    """Return the uid of every day by its date."""
+    return {row.date_local: row.uid for row in connection.execute(sa.select(day.c.date_local, day.c.uid))}
+
+
+def days_with_runs(connection: sa.Connection) -> set[str]:
+    """Return the dates on which runs were made."""
+    return set(connection.execute(sa.select(day.c.date_local).join(run, run.c.day == day.c.id).distinct()).scalars())
+
+
+def checks_by_day(connection: sa.Connection) -> dict[str, list[CheckRow]]:
+    """Return the newest check of each kind, by date."""
+    query = (
+        sa.select(
+            day.c.date_local,
+            day_check.c.kind,
+            day_check.c.value,
+            day_check.c.unit,
+            day_check.c.passed,
+            person.c.name,
+            day_check.c.at_utc,
+        )
+        .join(day, day_check.c.day == day.c.id)
+        .join(person, day_check.c.person == person.c.id)
+        .order_by(day_check.c.id)
+    )
+    newest: dict[tuple[str, str], CheckRow] = {}
+    for date, kind, value, unit, passed, name, at_utc in connection.execute(query):
+        newest[(date, kind)] = CheckRow(CheckKind(kind), value, unit, bool(passed), name, at_utc)
+    found: dict[str, list[CheckRow]] = {}
+    for (date, _kind), row in newest.items():
+        found.setdefault(date, []).append(row)
+    return found
+
+
+def person_uid(connection: sa.Connection, name: str) -> str | None:
+    """Return the uid of a person by name."""
+    uid: str | None = connection.execute(sa.select(person.c.uid).where(person.c.name == name)).scalar()
+    return uid
+
+
+def people(connection: sa.Connection) -> dict[str, str]:
+    """Return everyone's initials by name."""
+    rows = connection.execute(sa.select(person.c.name, person.c.initials).order_by(person.c.id))
+    return {row.name: row.initials for row in rows}
+
+
+@dataclass(frozen=True, slots=True)
+class ConfigRow:
+    """A configuration as labbook.toml stood when it was taken over; an earlier text may be taken over again."""
+
+    uid: str
+    sha256: str
+    text: str
+
+
+def config_in_force(connection: sa.Connection) -> ConfigRow | None:
+    """Return the newest configuration; None before the first."""
+    newest = sa.select(config.c.uid, config.c.sha256, config.c.text).order_by(config.c.id.desc()).limit(1)
+    row = connection.execute(newest).first()
+    return ConfigRow(*row) if row else None

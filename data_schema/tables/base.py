@@ -1,4 +1,4 @@
-"""Column types and helpers that every table shares.
+"""Column types and helpers that every table and query shares.
 
 SQLite tables are STRICT, so only INTEGER, REAL and TEXT appear there; PostgreSQL gets BIGINT and DOUBLE PRECISION.
 Every constraint is named, because a migration can only keep what has a name.
@@ -7,11 +7,17 @@ Every constraint is named, because a migration can only keep what has a name.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from enum import StrEnum
-from typing import Any
+from typing import Any, TypeVar
 
 import sqlalchemy as sa
 from sqlalchemy.engine import Dialect
+
+Item = TypeVar("Item")
+
+CHUNK = 500
+"""Values of one query: an engine takes a limited number at once (SQLite: 32766)."""
 
 METADATA = sa.MetaData(
     naming_convention={
@@ -103,3 +109,9 @@ def flag(column: str) -> sa.CheckConstraint:
 def table(name: str, *parts: sa.schema.SchemaItem) -> sa.Table:
     """Declare a table, STRICT on SQLite."""
     return sa.Table(name, METADATA, *parts, sqlite_strict=True)
+
+
+def in_chunks(items: Sequence[Item]) -> Iterator[Sequence[Item]]:
+    """Pass a list on in pieces that fit into a query, in order."""
+    for start in range(0, len(items), CHUNK):
+        yield items[start : start + CHUNK]

@@ -13,8 +13,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.queries.shown_numbers import reports_resting_on
-from data_schema.queries.unshown_results import unshown_results
+from data_schema.queries.results import reports_resting_on, unshown_results
 from data_schema.row_hashes import GROUPS, STALE, Altered, Misfit, row_hashes, rows_of
 from data_schema.tables import FACTS, design
 from data_schema.tables.runs import run

@@ -12,9 +12,9 @@ import sqlalchemy as sa
 
 from data_schema.journal import Entry
 from data_schema.queries.facts import fact_exists
-from data_schema.queries.integrity import readings
+from data_schema.queries.imports import readings
 from data_schema.queries.readings import waiting_files
-from data_schema.queries.shown_numbers import shown_numbers
+from data_schema.queries.results import shown_numbers
 from data_schema.vocabulary import Action
 from labbook.analysis.results.printed_values import agree, versions_now
 

@@ -8,11 +8,9 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.errors import UsageError, unknown_name
-from data_schema.queries.conditions import conditions_by_key
-from data_schema.queries.days import day_uids
 from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.runs import RunRow, find_run, run_names
-from data_schema.queries.study import StudyRow, factors, the_study
+from data_schema.queries.study import StudyRow, conditions_by_key, day_uids, factors, the_study
 from labbook.book.write_session import WriteSession
 from labbook.config.parsing import Configuration
 

@@ -18,14 +18,11 @@ import sqlalchemy as sa
 
 from data_schema.errors import InputRefused
 from data_schema.journal import canonical
-from data_schema.queries.conditions import conditions_by_key
-from data_schema.queries.days import day_uids
 from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.imported_files import imported_names
-from data_schema.queries.people import config_in_force, person_uid
 from data_schema.queries.plans import planned_runs
 from data_schema.queries.runs import condition_levels
-from data_schema.queries.study import the_study
+from data_schema.queries.study import conditions_by_key, config_in_force, day_uids, person_uid, the_study
 from data_schema.vocabulary import Action
 from labbook.book.write_session import Statement, WriteSession, now_utc
 from labbook.config.model import number_label

@@ -26,7 +26,7 @@ def check(
 
     Example: labbook check rail_angle --value 0.4 --unit deg
     """
-    from data_schema.queries.days import checks_by_day
+    from data_schema.queries.study import checks_by_day
     from labbook.actions.runs.day_checks import state_check
     from labbook.actions.runs.remarks import remark_lines, remarks_on_check
     from labbook.book.opening import opened

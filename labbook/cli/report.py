@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from data_schema.queries.waiting import InboxItem
+    from data_schema.queries.imported_files import InboxItem
 
 from labbook.cli.common import AsOption, BookOption, JsonOption, WhereOption, emit, progress
 
@@ -34,7 +34,7 @@ def report(
 
     Example: labbook report --foot small; labbook report --where "k_gain=400 and day>=2021-06-01" --out paper
     """
-    from data_schema.queries.waiting import inbox
+    from data_schema.queries.imported_files import inbox
     from data_schema.row_hashes import altered_rows
     from labbook.actions.report_command import selection, write
     from labbook.book.opening import opened

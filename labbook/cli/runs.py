@@ -141,7 +141,7 @@ def inbox_command(book: BookOption = None, as_json: JsonOption = False) -> None:
 
     Example: labbook runs inbox
     """
-    from data_schema.queries.waiting import inbox
+    from data_schema.queries.imported_files import inbox
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:

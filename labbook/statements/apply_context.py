@@ -12,7 +12,7 @@ import sqlalchemy as sa
 from data_schema.errors import UnknownName
 from data_schema.journal import Entry
 from data_schema.queries.facts import find_uid, read_fact
-from data_schema.queries.people import person_uid
+from data_schema.queries.study import person_uid
 from data_schema.vocabulary import RunKind
 from ingest.store import Store
 

@@ -12,10 +12,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from data_schema.queries.charges import SheetRow, repeating, rows_about, rows_with_uids
 from data_schema.queries.facts import read_fact, update_fact
 from data_schema.queries.readings import said_of_charges
 from data_schema.queries.runs import run_uids_named
-from data_schema.queries.sheet_rows import SheetRow, repeating, rows_about, rows_with_uids
 from data_schema.vocabulary import Action, ChargeMode, ChargeState, Severity
 from ingest.findings import MORE_LINES
 from ingest.model import Finding

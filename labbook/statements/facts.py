@@ -11,10 +11,10 @@ from typing import Any
 
 from data_schema.journal import Entry
 from data_schema.queries.charges import charges_of_run
-from data_schema.queries.conditions import add_condition_levels, add_planned_run
 from data_schema.queries.facts import fact_exists, insert_fact, read_fact, update_fact
+from data_schema.queries.imported_files import waiting_for_run
 from data_schema.queries.results import mark_stale
-from data_schema.queries.waiting import waiting_for_run
+from data_schema.queries.study import add_condition_levels, add_planned_run
 from data_schema.vocabulary import FileRole
 from labbook.statements.apply_context import ApplyContext, around, around_run, derived_uid, no_such_row, spoken
 from labbook.statements.assigning import assign_charge, assign_file, assign_only_charge, links_meant

@@ -8,13 +8,13 @@ from typing import Any
 from data_schema.errors import BookBusy, BookDamaged, BookError, InputRefused, UsageError
 from data_schema.journal import Entry, canonical
 from data_schema.queries import imports
+from data_schema.queries.charges import rows_of_file, said_by_rows
 from data_schema.queries.detections import NewDetection, add_detections
 from data_schema.queries.facts import read_fact
 from data_schema.queries.imported_files import links_of_file, parts_named, parts_of_file
-from data_schema.queries.people import config_in_force
 from data_schema.queries.readings import ReadingRow, last_reading, parts_of_reading, set_status
 from data_schema.queries.results import mark_stale
-from data_schema.queries.sheet_rows import rows_of_file, said_by_rows
+from data_schema.queries.study import config_in_force
 from data_schema.vocabulary import FileRole, IngestStatus, RunKind, Severity
 from ingest.formats.format import UNKNOWN
 from ingest.model import Finding, ReadFile, SignalPart

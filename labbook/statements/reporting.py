@@ -10,8 +10,8 @@ from typing import Any
 
 from data_schema.journal import Entry, canonical
 from data_schema.queries.facts import insert_fact
-from data_schema.queries.people import config_in_force
-from data_schema.queries.shown_numbers import add_report_items
+from data_schema.queries.results import add_report_items
+from data_schema.queries.study import config_in_force
 from labbook.analysis.outcomes.detections import keep_detections
 from labbook.analysis.prediction.predicting import keep_predictions
 from labbook.analysis.results.printed_values import versions_now

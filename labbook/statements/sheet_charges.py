@@ -15,9 +15,9 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.queries import imports
+from data_schema.queries.charges import SheetRow, rows_of_file
 from data_schema.queries.facts import find_uid, insert_fact, update_fact
 from data_schema.queries.readings import reading_entries
-from data_schema.queries.sheet_rows import SheetRow, rows_of_file
 from data_schema.vocabulary import ChargeState
 from ingest.model import ChargeRow, ReadFile
 from labbook.statements.apply_context import ApplyContext, derived_uid

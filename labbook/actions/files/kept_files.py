@@ -10,6 +10,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.errors import UsageError
+from data_schema.queries.charges import repeating
 from data_schema.queries.imported_files import charges_of_file, links_of_file, runs_by_file, runs_of_file
 from data_schema.queries.imports import FindingRow, findings_of
 from data_schema.queries.readings import (
@@ -21,7 +22,6 @@ from data_schema.queries.readings import (
     said_about,
     said_last,
 )
-from data_schema.queries.sheet_rows import repeating
 from data_schema.vocabulary import Action, ChargeState, IngestStatus
 from labbook.actions.files.assigning import charge_of
 from labbook.actions.files.named_files import file_named

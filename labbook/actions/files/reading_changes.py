@@ -9,9 +9,9 @@ from typing import Any, Self
 
 import sqlalchemy as sa
 
+from data_schema.queries.charges import SheetRow, rows_of_file, said_by_rows
 from data_schema.queries.detections import jumps_found
 from data_schema.queries.readings import PartRow, ReadingRow, parts_of_reading
-from data_schema.queries.sheet_rows import SheetRow, rows_of_file, said_by_rows
 from data_schema.vocabulary import ChargeState, IngestStatus
 
 

@@ -12,10 +12,10 @@ import sqlalchemy as sa
 
 from data_schema.errors import UsageError
 from data_schema.journal import canonical
+from data_schema.queries.detections import verdicts_waiting
 from data_schema.queries.imported_files import runs_of_file
 from data_schema.queries.imports import ABOUT_RUNS, findings_of, refused_with
 from data_schema.queries.readings import ReadingRow, last_reading
-from data_schema.queries.verdicts import verdicts_waiting
 from data_schema.vocabulary import Action, IngestStatus, Severity
 from ingest.model import DEFAULT_LIMITS, Finding, ReadFile
 from ingest.read import read_file

@@ -9,11 +9,10 @@ from dataclasses import dataclass
 import sqlalchemy as sa
 
 from data_schema.errors import UsageError, unknown_name
-from data_schema.queries.detections import DecisionRow, DetectionRow, jump_decisions
+from data_schema.queries.detections import DecisionRow, DetectionRow, WaitingVerdict, jump_decisions, verdicts_waiting
 from data_schema.queries.readings import waiting_files
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import SignalRow, signals_of_runs
-from data_schema.queries.verdicts import WaitingVerdict, verdicts_waiting
 from data_schema.vocabulary import Action, FileRole, ReasonCode, TargetKind, Verdict
 from labbook.analysis.outcomes.detecting import BODY_HEIGHT
 from labbook.analysis.outcomes.detections import Detections, rest_length_m

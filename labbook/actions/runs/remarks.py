@@ -12,11 +12,10 @@ from zoneinfo import ZoneInfo
 import sqlalchemy as sa
 
 from data_schema.queries.charges import ChargeOfRun, charges_of_runs
-from data_schema.queries.days import CheckRow, days_with_runs
 from data_schema.queries.plans import PlannedRow, planned_runs
 from data_schema.queries.runs import RunRow, runs_named
 from data_schema.queries.signals import log_starts
-from data_schema.queries.study import StudyRow
+from data_schema.queries.study import CheckRow, StudyRow, days_with_runs
 from data_schema.vocabulary import RunKind, RunState
 from labbook.analysis.outcomes.log_dates import other_day
 from labbook.book.naming import study_of

@@ -13,7 +13,7 @@ from data_schema.journal import canonical
 from data_schema.queries.charges import ChargeOfRun, charges_of_run
 from data_schema.queries.facts import read_fact
 from data_schema.queries.history import HistoryRow, NoteRow, RunFileRow, files_of_run, history_of, notes_of
-from data_schema.queries.run_results import standing_number
+from data_schema.queries.results import standing_number
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import GapRow, SignalRow, gaps_of, signals_of_runs
 from data_schema.vocabulary import FileRole

@@ -9,14 +9,14 @@ from zoneinfo import ZoneInfo
 
 from data_schema.errors import UsageError
 from data_schema.queries.charges import charges_of_runs
-from data_schema.queries.days import checks_by_day
-from data_schema.queries.first_measurement import first_measurement
+from data_schema.queries.detections import verdicts_waiting
+from data_schema.queries.history import first_measurement
+from data_schema.queries.imported_files import inbox
 from data_schema.queries.plans import planned_runs
 from data_schema.queries.readings import waiting_files
 from data_schema.queries.runs import RunRow, runs_of_day
 from data_schema.queries.signals import SignalRow, signals_of_runs
-from data_schema.queries.verdicts import verdicts_waiting
-from data_schema.queries.waiting import inbox
+from data_schema.queries.study import checks_by_day
 from data_schema.vocabulary import CheckKind, FileRole, RunKind, RunState
 from labbook.actions.runs.without_numbers import without_apexes, without_joules
 from labbook.analysis.outcomes.detecting import BODY_HEIGHT

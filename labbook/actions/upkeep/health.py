@@ -22,9 +22,9 @@ from data_schema.engine import reading
 from data_schema.errors import BookError
 from data_schema.journal import MEND_TABLE, Entry
 from data_schema.journal_file import NOTHING, JournalFile, LeftOut
-from data_schema.queries.integrity import KeptFile, raw_copies, signal_files
+from data_schema.queries.detections import verdicts_waiting
+from data_schema.queries.imports import KeptFile, raw_copies, signal_files
 from data_schema.queries.readings import waiting_files
-from data_schema.queries.verdicts import verdicts_waiting
 from data_schema.row_hashes import altered_rows, has_hashes
 from ingest.store import Store, raw_path
 from labbook.book.altered import MOST_NAMED, compared, differing

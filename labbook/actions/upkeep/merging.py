@@ -24,7 +24,7 @@ from data_schema.journal import GENESIS, Entry
 from data_schema.queries.charges import charges_by_run
 from data_schema.queries.facts import read_fact
 from data_schema.queries.imported_files import logs_by_run
-from data_schema.queries.people import config_in_force
+from data_schema.queries.study import config_in_force
 from data_schema.vocabulary import Action
 from ingest.store import Store, raw_path
 from labbook.actions.upkeep.merge_agreement import second_charges, second_logs, verdicts_that_differ

@@ -18,8 +18,8 @@ from data_schema import journal
 from data_schema.disk import alone_with
 from data_schema.engine import writing
 from data_schema.errors import BookDamaged, unknown_name
-from data_schema.queries.integrity import raw_copies, signal_files
-from data_schema.queries.unshown_results import remove_results, unshown_results
+from data_schema.queries.imports import raw_copies, signal_files
+from data_schema.queries.results import remove_results, unshown_results
 from data_schema.vocabulary import Action
 from ingest.store import raw_path
 from labbook.actions.upkeep.health import check_book

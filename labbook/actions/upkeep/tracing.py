@@ -8,8 +8,15 @@ from dataclasses import dataclass
 import sqlalchemy as sa
 
 from data_schema.errors import UnknownName
-from data_schema.queries.results import NumberRow, ResultRow, result_by_uid, result_of_number
-from data_schema.queries.shown_numbers import ShownIn, number_beginning, reports_showing
+from data_schema.queries.results import (
+    NumberRow,
+    ResultRow,
+    ShownIn,
+    number_beginning,
+    reports_showing,
+    result_by_uid,
+    result_of_number,
+)
 from data_schema.queries.sources import Source, describe_input
 from labbook.analysis.results.printed_values import agree, versions_now
 

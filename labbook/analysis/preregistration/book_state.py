@@ -12,9 +12,9 @@ from enum import StrEnum
 from typing import Any, TypeVar
 
 from data_schema.outcomes import SOURCES, Outcome
-from data_schema.queries.book_history import EntryRow
 from data_schema.queries.charges import ChargeOfRun
 from data_schema.queries.detections import DecisionRow
+from data_schema.queries.history import EntryRow
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import SignalRow
 from data_schema.vocabulary import ChargeMode, FileRole, RunKind, RunState, Verdict

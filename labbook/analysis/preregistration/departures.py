@@ -14,7 +14,7 @@ from enum import Enum
 from typing import Any
 
 from data_schema.outcomes import SOURCES, Outcome
-from data_schema.queries.book_history import EntryRow
+from data_schema.queries.history import EntryRow
 from data_schema.vocabulary import FileRole, RunKind, RunState
 from labbook.analysis.preregistration.book_state import (
     NO_RUN,

@@ -9,10 +9,10 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.queries import book_history as queries
-from data_schema.queries.book_history import EntryRow, FileLink
+from data_schema.queries import history as queries
 from data_schema.queries.charges import ChargeOfRun, every_charge
 from data_schema.queries.detections import jump_decisions
+from data_schema.queries.history import EntryRow, FileLink
 from data_schema.queries.runs import condition_columns, list_runs
 from data_schema.queries.signals import SignalRow, signals_of_files
 from data_schema.vocabulary import Action, FileRole, RunKind, RunState

@@ -15,7 +15,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.outcomes import Outcome
-from data_schema.queries.first_measurement import StatedConfiguration, first_measurement, stated_configurations
+from data_schema.queries.history import StatedConfiguration, first_measurement, stated_configurations
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import FileRole, ReasonCode, RunKind, RunState
 from labbook.analysis.comparison import pairing

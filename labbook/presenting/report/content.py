@@ -6,8 +6,8 @@ import importlib.metadata
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from data_schema.queries.days import CheckRow
 from data_schema.queries.plans import PlannedRow
+from data_schema.queries.study import CheckRow
 from labbook.analysis.comparison import pairing
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.numbers import Shown

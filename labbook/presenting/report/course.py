@@ -6,9 +6,9 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 
 from data_schema.outcomes import Outcome
-from data_schema.queries.days import CheckRow
 from data_schema.queries.plans import PlannedRow
 from data_schema.queries.runs import RunRow
+from data_schema.queries.study import CheckRow
 from data_schema.vocabulary import CheckKind, RunKind, RunState
 from labbook.analysis.outcomes.conditions import RunNumber
 from labbook.analysis.study import StudyAnalysis

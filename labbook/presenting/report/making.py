@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import sqlalchemy as sa
 
-from data_schema.queries.days import checks_by_day
-from data_schema.queries.people import people
 from data_schema.queries.plans import planned_runs
+from data_schema.queries.study import checks_by_day, people
 from ingest.store import Store
 from labbook.analysis.outcomes.detections import Detections
 from labbook.analysis.results.result_cache import ResultCache

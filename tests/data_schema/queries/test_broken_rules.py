@@ -9,8 +9,7 @@ import sqlalchemy as sa
 
 from data_schema.engine import writing
 from data_schema.errors import InputRefused
-from data_schema.queries.broken_rules import what_is_allowed
-from data_schema.queries.facts import insert_fact, update_fact
+from data_schema.queries.facts import insert_fact, update_fact, what_is_allowed
 from data_schema.tables import FACTS
 
 STUDY = {"name": "bed", "kind": "bed", "reference_voltage_v": 15.4, "jumps_nominal": 25, "time_zone": "UTC"}

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import sqlalchemy as sa
 
-from data_schema.chunks import CHUNK
 from data_schema.engine import reading, writing
 from data_schema.queries.results import InputRow, NumberRow, ResultRow, add_results, renew, results_by_key
+from data_schema.tables.base import CHUNK
 from data_schema.tables.people import config, person
 
 MANY = 2 * CHUNK + 1

@@ -6,7 +6,7 @@ import hashlib
 from pathlib import Path
 
 from data_schema.queries.charges import charges_by_run
-from data_schema.queries.waiting import inbox
+from data_schema.queries.imported_files import inbox
 from data_schema.vocabulary import RunState
 from ingest.store import Store
 from labbook.actions.files.assigning import assign

@@ -8,8 +8,8 @@ import pytest
 
 from data_schema.errors import UsageError
 from data_schema.queries.charges import charges_by_run
+from data_schema.queries.imported_files import inbox
 from data_schema.queries.readings import last_reading
-from data_schema.queries.waiting import inbox
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import FileOutcome, IngestRequest, ingest_file
 from labbook.actions.files.kept_files import dismiss, reread_named, restore, restore_item, withdraw

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from data_schema.queries.verdicts import verdicts_waiting
+from data_schema.queries.detections import verdicts_waiting
 from data_schema.vocabulary import Action
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import IngestRequest, ingest_file

@@ -9,8 +9,7 @@ import pytest
 from data_schema.engine import postgres_engine, reading
 from data_schema.errors import BookMissing, InputRefused, UnknownName, UsageError
 from data_schema.journal_file import JournalFile
-from data_schema.queries.people import people
-from data_schema.queries.study import factors, the_study
+from data_schema.queries.study import factors, people, the_study
 from labbook.book.making import make_book
 from labbook.book.opening import opened
 from tests.helpers.books import ADA, SmallBook, small_book, small_toml

@@ -9,10 +9,9 @@ import pytest
 from data_schema import migrations
 from data_schema.errors import BookVersion
 from data_schema.queries.charges import charges_by_run, every_charge
-from data_schema.queries.detections import jump_decisions
+from data_schema.queries.detections import jump_decisions, verdicts_waiting
 from data_schema.queries.runs import list_runs
 from data_schema.queries.signals import signals_of_runs
-from data_schema.queries.verdicts import verdicts_waiting
 from data_schema.vocabulary import FileRole
 from labbook.actions.upkeep.health import check_book
 from labbook.actions.upkeep.tracing import NumberTrace, PrintedNumber, trace

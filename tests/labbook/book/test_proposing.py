@@ -10,7 +10,7 @@ import pytest
 
 from data_schema.errors import InputRefused
 from data_schema.queries.facts import find_uid
-from data_schema.queries.people import config_in_force
+from data_schema.queries.study import config_in_force
 from labbook.actions.report_command import state_report
 from labbook.book.naming import ensure_condition, study_of
 from labbook.book.proposing import propose

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from data_schema.errors import BookDamaged, InputRefused, LabbookError, UsageError
 from data_schema.journal import GENESIS, placed
 from data_schema.queries.facts import find_uid, read_fact
-from data_schema.queries.people import config_in_force
+from data_schema.queries.study import config_in_force
 from data_schema.vocabulary import Action, Verdict
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.runs.correcting import correct, void

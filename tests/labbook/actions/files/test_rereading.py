@@ -8,10 +8,9 @@ from pathlib import Path
 import pytest
 
 from data_schema.errors import UsageError
-from data_schema.queries.imported_files import find_files, links_of_file
+from data_schema.queries.imported_files import find_files, inbox, links_of_file
 from data_schema.queries.readings import last_reading, parts_of_reading, readings_of
 from data_schema.queries.signals import signals_of_runs
-from data_schema.queries.waiting import inbox
 from data_schema.vocabulary import Action, IngestStatus
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import FileOutcome, IngestRequest, ingest_file

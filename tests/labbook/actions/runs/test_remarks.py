@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from data_schema.queries.charges import charges_of_run
-from data_schema.queries.days import checks_by_day
+from data_schema.queries.study import checks_by_day
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.runs.correcting import correct, runs_corrected, void
 from labbook.actions.runs.remarks import MOST_NAMED, RULES, Remark, remark_lines, remarks_on, remarks_on_check

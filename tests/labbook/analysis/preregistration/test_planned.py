@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from data_schema.outcomes import Outcome
-from data_schema.queries.first_measurement import first_measurement, stated_configurations
+from data_schema.queries.history import first_measurement, stated_configurations
 from data_schema.queries.runs import list_runs
 from data_schema.vocabulary import Action, ReasonCode, RunState
 from labbook.actions.files.ingesting import IngestRequest, ingest_file

@@ -2,8 +2,8 @@ from pathlib import Path
 
 import pytest
 
+from data_schema.disk import NETWORK_FILE_SYSTEMS, file_system_of, refuse_network_drive
 from data_schema.errors import UsageError
-from data_schema.mounts import NETWORK_FILE_SYSTEMS, file_system_of, refuse_network_drive
 
 
 @pytest.fixture
