@@ -19,7 +19,7 @@ from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.analysis.outcomes.detecting import detect_part
 from labbook.book.opening import Book, open_book
 from labbook.book.write_session import Statement, new_uid
-from labbook.statements.importing import PreparedImport, declarations, read_and_store, settings_now
+from labbook.statements.importing import PreparedImport, declarations, settings_now, store_reading
 
 REPEATS = 7
 WHOLE = "the whole ingest"
@@ -80,7 +80,8 @@ def _stages(book: Book, path: Path, data: bytes) -> dict[str, Work]:
 
     def prepared() -> tuple[Book, PreparedImport]:
         opened = open_book(new_book(folder / "fresh"))
-        return opened, read_and_store(opened.store, data, sha256, settings_now(opened.configuration, {}))
+        settings = settings_now(opened.configuration, {})
+        return opened, store_reading(opened.store, data, sha256, read_file(data, settings.declared), settings)
 
     return {
         "read the bytes": Work(lambda _: path.read_bytes()),

@@ -17,11 +17,11 @@ from benchmarks.section import Benchmark, Budget, Section, times_table
 from benchmarks.timing import Work, in_turns
 from data_schema.queries.runs import list_runs
 from data_schema.vocabulary import RunKind
-from labbook.actions.runs.run_list import run_cells
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.opening import DATABASE, Book, opened
 from labbook.cli.common import columns
 from labbook.cli.main import GARBAGE_AFTER
+from labbook.cli.runs import run_cells
 from labbook.demo.book_toml import FACTORS, ROBOT
 from labbook.demo.campaign import BATTERIES
 from labbook.demo.truth import CHAPTER_5
@@ -43,7 +43,7 @@ from pathlib import Path
 from data_schema.queries.runs import list_runs
 from labbook.book.opening import opened
 from labbook.cli.common import columns
-from labbook.actions.runs.run_list import run_cells
+from labbook.cli.runs import run_cells
 gc.set_threshold({garbage_after})
 with opened(Path(sys.argv[1])) as book:
     start = time.perf_counter()

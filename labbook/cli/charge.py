@@ -29,8 +29,8 @@ def charge(
 
     Example: labbook charge r017 128 --minutes 14 --end-voltage 15.4
     """
+    from labbook.actions.runs.charges import state_charge
     from labbook.actions.runs.remarks import remark_lines, remarks_on
-    from labbook.actions.runs.typed_charge import state_charge
     from labbook.actions.upkeep.stale import stale_lines
     from labbook.book.opening import opened
 

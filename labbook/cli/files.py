@@ -105,12 +105,11 @@ def reread_command(
 
     Example: labbook files reread r007.csv --column "z=body_height:mm" --why "the unit was missing"
     """
-    from labbook.actions.files.declaring import declared_options, declared_words
     from labbook.actions.files.kept_files import files_to_reread, reread_named
-    from labbook.actions.files.known_files import reread_lines
-    from labbook.actions.files.rereading import RereadRequest
+    from labbook.actions.files.rereading import RereadRequest, reread_lines
     from labbook.book.opening import opened
     from labbook.book.write_session import new_uid
+    from labbook.cli.file_options import declared_options, declared_words
     from labbook.cli.files_lines import reread_json, which_files
 
     options = declared_options(rate, unit or [], column or [], encoding, decimal, delimiter)

@@ -91,8 +91,6 @@ def ingest(
     Example: labbook ingest logs/ charges.csv; labbook ingest r007.csv --run r007; labbook ingest odd.txt --explain
     """
     from ingest.formats.registry import plugins
-    from labbook.actions.files.declaring import ask_for, declared_options, declared_words
-    from labbook.actions.files.files_meant import files_of
     from labbook.actions.files.ingesting import (
         FileOutcome,
         IngestRequest,
@@ -100,12 +98,12 @@ def ingest(
         ingest_file_or_refuse,
         without_samples,
     )
-    from labbook.actions.files.missing_height import MissingHeight, missing_heights
-    from labbook.actions.runs.rig_line import RigLine
+    from labbook.actions.files.named_files import files_of
+    from labbook.actions.runs.rig_line import MissingHeight, RigLine, missing_heights, rig_lines_of
     from labbook.book.opening import opened
     from labbook.book.write_session import new_uid
-    from labbook.cli.ingest_lines import outcome_json, rig_lines_of
-    from labbook.cli.ingest_summary import Batch, batch_lines
+    from labbook.cli.file_options import ask_for, declared_options, declared_words
+    from labbook.cli.ingest_lines import Batch, batch_lines, outcome_json
 
     options = declared_options(rate, unit or [], column or [], encoding, decimal, delimiter)
     options |= declared_words(dates, clock, axes)
@@ -176,7 +174,7 @@ def _explain(book: "Book", files: list[Path], options: dict[str, Any], run: str 
 
 def _draft(book: "Book", files: list[Path], options: dict[str, Any], out: Path | None, as_json: bool) -> None:
     """Print the drafted profiles of files, or write them to the new file `out`."""
-    from labbook.actions.files.drafting import draft_profile, write_drafts
+    from labbook.actions.files.explaining import draft_profile, write_drafts
 
     drafts = [draft_profile(book, path, options) for path in files]
     lines = [line for each in drafts for line in each.toml.splitlines()]

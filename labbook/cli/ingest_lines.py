@@ -1,23 +1,16 @@
-"""What `labbook ingest` prints of each file."""
+"""What `labbook ingest` prints: the sum first, then what needs attention, worst first, then the rest."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
-from data_schema.queries.runs import RunRow, runs_named, runs_of_conditions
 from data_schema.vocabulary import IngestStatus, Severity
 from ingest.model import Finding
 from labbook.actions.files.ingesting import FileOutcome
-from labbook.actions.files.missing_height import MissingHeight, missing_height_lines
-from labbook.actions.runs.remarks import remarks_on
-from labbook.actions.runs.rig_line import RigLine, rig_lines
-from labbook.analysis.outcomes.detections import Detections
-from labbook.analysis.outcomes.run_apexes import usable_logs
-from labbook.analysis.study_data import StudyData, gather_about
-from labbook.book.opening import Book
-from labbook.statements.importing import PreparedImport
+from labbook.actions.runs.rig_line import MissingHeight, RigLine, missing_height_lines
 
 _MOST_COLUMNS = 8
 _CONTRADICTIONS = ("charge_contradicts", "log_day_differs", "height_doubtful")
@@ -84,52 +77,6 @@ def file_head(outcome: FileOutcome) -> str:
     return f"{outcome.path}: {read.format}, {read.rows_kept} rows kept{rejected}, {where}."
 
 
-def rig_lines_of(book: Book, outcomes: Sequence[FileOutcome]) -> list[list[RigLine]]:
-    """Return how the runs of each file do, when all files are stored.
-
-    A run that several files belong to, a log and a charge, is told once, with the last of them.
-    """
-    files: dict[str, list[PreparedImport]] = {}
-    last: dict[str, int] = {}
-    for place, outcome in enumerate(outcomes):
-        if outcome.prepared is not None:
-            for name in outcome.runs:
-                files.setdefault(name, []).append(outcome.prepared)
-                last[name] = place
-    found: list[list[RigLine]] = [[] for _outcome in outcomes]
-    if not files:
-        return found
-    with book.reading() as connection:
-        about = runs_named(connection, list(files))
-        conditions = sorted({run.condition_uid for run in about if run.condition_uid is not None})
-        earlier = runs_of_conditions(connection, conditions)
-        evidence = gather_about(connection, book.configuration, about, earlier)
-        for name, line in rig_lines(Detections(connection, book.store), files, evidence).items():
-            found[last[name]].append(line)
-        charged = [name for name, prepared in files.items() if any(each.read.charges for each in prepared)]
-        remarks = remarks_on(connection, book.configuration, charged, ["charge_mah"])
-    for remark in remarks:
-        found[last[remark.first]].append(RigLine(f"look again: {remark.message}", charge_odd=True))
-    for run in evidence.runs:
-        if run.name in last:
-            found[last[run.name]] += _logs_too_many(run, evidence)
-    return found
-
-
-def _logs_too_many(run: RunRow, evidence: StudyData) -> list[RigLine]:
-    """Say that a run has logs that do not count, for there are more of them than it had starts."""
-    logs = evidence.logs.get(run.uid, ())
-    why = usable_logs(run, logs) if logs else ()
-    if not isinstance(why, str):
-        return []
-    text = (
-        f"look again: run {run.name} has {why}, so none of them counts: take one off with "
-        f"`labbook assign FILE none --why ...`, or say how often the run was started with "
-        f"`labbook correct {run.name} starts=N --why ...`."
-    )
-    return [RigLine(text, logs_do_not_count=True)]
-
-
 def outcome_json(outcome: FileOutcome, rig: Sequence[RigLine], missing: MissingHeight | None) -> dict[str, Any]:
     """Return the record for programs; `rig` says how the file's runs do, `missing` what a log lacks for jumps."""
     read = outcome.read
@@ -194,3 +141,141 @@ def _finding_json(finding: Finding) -> dict[str, Any]:
         "count": finding.count,
         "message": finding.message,
     }
+
+
+MOST_LISTED = 12
+"""More files or runs than this with nothing to say about them are counted, not listed: a day at the rig has fewer."""
+_REFUSED, _NO_HEIGHT, _JUMPS, _LOGS, _CHARGE, _ROWS, _NO_RUN, _LIMITS = range(8)
+"""What needs attention, gravest first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Batch:
+    """What one command did: for each outcome the lines of its runs, and what it lacks for jumps to be found."""
+
+    outcomes: Sequence[FileOutcome]
+    rig: Sequence[Sequence[RigLine]]
+    heights: Sequence[MissingHeight | None]
+    run: str | None
+    dry_run: bool
+
+
+@dataclass(frozen=True, slots=True)
+class _Concern:
+    """What needs attention: how grave it is, its lines, and of a file what is the same of others that ail alike."""
+
+    rank: tuple[int, int]
+    lines: list[str]
+    path: str = ""
+    alike: tuple[str, ...] = ()
+
+
+@dataclass(slots=True)
+class _Sorted:
+    attention: list[_Concern] = field(default_factory=list)
+    noted: list[str] = field(default_factory=list)
+    fine: list[str] = field(default_factory=list)
+    fine_runs: list[str] = field(default_factory=list)
+
+
+def batch_lines(batch: Batch, *, verbose: bool) -> list[str]:
+    """Return all lines; of one file, or where `verbose`, everything that is known, else short lines and counts."""
+    summary = summary_line(batch.outcomes, batch.dry_run)
+    if len(batch.outcomes) == 1 or verbose:
+        full = [
+            line
+            for outcome, missing in zip(batch.outcomes, batch.heights, strict=True)
+            for line in outcome_lines(outcome, missing)
+        ]
+        rig = sorted((line for of_file in batch.rig for line in of_file), key=_of_run)
+        return [summary, *full, *(f"  {line.text}" for line in rig)]
+    found = _sorted(batch)
+    attention = _worst_first(found.attention)
+    if attention:
+        attention.insert(0, f"look at these first ({len(found.attention)}):")
+        if found.noted or found.fine or found.fine_runs:
+            attention.append("the others:")
+    return [
+        summary,
+        *attention,
+        *found.noted,
+        *_folded(found.fine, "files with nothing to remark"),
+        *_folded(found.fine_runs, "runs as they should be"),
+    ]
+
+
+def summary_line(outcomes: Sequence[FileOutcome], dry_run: bool) -> str:
+    """Return the one line that sums up a batch."""
+    counts = Counter(outcome.status for outcome in outcomes)
+    imported = "would be imported" if dry_run else "imported"
+    return (
+        f"{len(outcomes)} file{'' if len(outcomes) == 1 else 's'}: {counts[IngestStatus.IMPORTED]} {imported}, "
+        f"{counts[IngestStatus.DUPLICATE]} there already, {counts[IngestStatus.REFUSED]} refused."
+    )
+
+
+def _sorted(batch: Batch) -> _Sorted:
+    found = _Sorted()
+    for outcome, of_file, missing in zip(batch.outcomes, batch.rig, batch.heights, strict=True):
+        concern = _concern(outcome, missing, batch.run)
+        if concern is not None:
+            lines = outcome_lines(outcome, missing, remarks=False)
+            alike = tuple(line.replace(outcome.path, "") for line in lines if line != file_head(outcome))
+            noted = "" if outcome.status is IngestStatus.REFUSED else noted_in(outcome)
+            lines += [f"  noted: {noted}."] if noted else []
+            found.attention.append(_Concern(concern, lines, outcome.path, alike))
+        elif (outcome.read is not None and outcome.read.findings) or outcome.raw_restored or outcome.said:
+            found.noted.append(file_line(outcome))
+        else:
+            found.fine.append(file_line(outcome))
+        for line in of_file:
+            rank = _of_run(line)
+            if rank[0] > _LIMITS:
+                found.fine_runs.append(f"  {line.text}")
+            else:
+                found.attention.append(_Concern(rank, [f"  {line.text}"]))
+    return found
+
+
+def _worst_first(concerns: Sequence[_Concern]) -> list[str]:
+    """Return the lines of all, the gravest first; of files that ail alike the first is told, and the others named."""
+    groups: dict[object, list[_Concern]] = {}
+    for place, concern in sorted(enumerate(concerns), key=lambda item: item[1].rank):
+        groups.setdefault((concern.rank, concern.alike) if concern.alike else place, []).append(concern)
+    lines = []
+    for first, *others in groups.values():
+        lines += first.lines
+        if others:
+            more = f" and {len(others) - MOST_LISTED} more" if len(others) > MOST_LISTED else ""
+            lines.append(f"  the same of: {', '.join(other.path for other in others[:MOST_LISTED])}{more}.")
+    return lines
+
+
+def _concern(outcome: FileOutcome, missing: MissingHeight | None, run: str | None) -> tuple[int, int] | None:
+    """Return what of a file needs attention, and minus how much of it; None where nothing does."""
+    read = outcome.read
+    if outcome.status is IngestStatus.REFUSED:
+        return _REFUSED, 0
+    if missing is not None:
+        return _NO_HEIGHT, 0
+    if read is not None and (read.rows_rejected or any(map(needs_a_person, read.findings))):
+        return _ROWS, -read.rows_rejected
+    not_heeded = outcome.first is not None and run is not None and run not in outcome.runs
+    return (_NO_RUN, 0) if not_heeded or (read is not None and not outcome.runs) else None
+
+
+def _of_run(line: RigLine) -> tuple[int, int]:
+    """Rank what is said of a run: jumps not as made, logs too many, an odd charge, joules out of limits, nothing."""
+    if line.jumps_off:
+        return _JUMPS, -line.jumps_off
+    if line.logs_do_not_count:
+        return _LOGS, 0
+    if line.charge_odd:
+        return _CHARGE, 0
+    return (_LIMITS, 0) if line.outside else (_LIMITS + 1, 0)
+
+
+def _folded(lines: Sequence[str], what: str) -> list[str]:
+    if len(lines) <= MOST_LISTED:
+        return list(lines)
+    return [f"{len(lines)} {what} (`--verbose` lists them)."]

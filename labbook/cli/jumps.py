@@ -108,8 +108,7 @@ def _decide(
     person: AsOption,
     as_json: bool,
 ) -> None:
-    from labbook.actions.runs.jump_review import decide, jumps_meant, review, without_apex
-    from labbook.actions.runs.not_allowed import reason_remarks
+    from labbook.actions.runs.jump_review import decide, jumps_meant, reason_remarks, review, without_apex
     from labbook.book.opening import opened
 
     with opened(book) as opened_book:

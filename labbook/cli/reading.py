@@ -10,7 +10,7 @@ from typing import TypeVar
 import typer
 
 from data_schema.errors import InputRefused, UsageError
-from labbook.actions.files.files_meant import read_bytes
+from labbook.actions.files.named_files import read_bytes
 from labbook.cli.common import asking
 from labbook.plan.sheet_times import SheetQuestion
 from labbook.presenting.terminal import say

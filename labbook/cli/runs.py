@@ -4,9 +4,12 @@ import contextlib
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from data_schema.queries.runs import RunRow
 
 from labbook.cli.common import AsOption, BookOption, FoldOption, JsonOption, WhereOption, columns, emit, plain
 
@@ -30,13 +33,32 @@ def list_command(where: WhereOption = None, book: BookOption = None, as_json: Js
     """
     from data_schema.queries.runs import list_runs, where_columns
     from data_schema.where import compile_where
-    from labbook.actions.runs.run_list import run_cells
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:
         expression = compile_where(where, where_columns(connection)) if where else None
         rows = list_runs(connection, expression)
     emit(rows, columns(*run_cells(rows)) if rows and not as_json else ["no runs."], as_json)
+
+
+def run_cells(rows: "Sequence[RunRow]") -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return the head and the cells of a list of runs."""
+    head = ("run", "day", "position", "kind", "condition", "battery", "duration", "jumps", "starts", "state")
+    return head, [
+        (
+            run.name,
+            run.day,
+            str(run.position_in_day),
+            str(run.kind),
+            run.condition_key,
+            run.battery,
+            "" if run.duration_s is None else f"{run.duration_s:g} s",
+            str(run.jumps_made),
+            str(run.starts),
+            str(run.state),
+        )
+        for run in rows
+    ]
 
 
 @app.command("import")

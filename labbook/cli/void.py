@@ -30,7 +30,7 @@ def void(
     """
     from labbook.actions.runs.correcting import unvoid
     from labbook.actions.runs.correcting import void as state_void
-    from labbook.actions.runs.not_allowed import reason_remarks
+    from labbook.actions.runs.jump_review import reason_remarks
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.session(person) as session:

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from data_schema.errors import UsageError
 from data_schema.vocabulary import CheckKind, PlanMethod
-from labbook.actions.files.files_meant import files_of
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
+from labbook.actions.files.named_files import files_of
 from labbook.actions.planning.runs import PlannedEntry, state_plan
 from labbook.actions.report_command import write
 from labbook.actions.runs.correcting import correct

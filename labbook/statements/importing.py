@@ -7,7 +7,7 @@ file are made side by side. Files are on disk and synced before a row speaks of 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any, Self
@@ -152,21 +152,13 @@ def times_sha256(time_s: FloatArray) -> str:
     return hashlib.sha256(np.ascontiguousarray(time_s, dtype="<f8").data).hexdigest()
 
 
-def read_and_store(
-    store: Store,
-    data: bytes,
-    sha256: str,
-    settings: ReadSettings,
-    *,
-    anew: bool = False,
-    judged: Callable[[ReadFile], ReadFile] = lambda read: read,
+def store_reading(
+    store: Store, data: bytes, sha256: str, read: ReadFile, settings: ReadSettings, *, anew: bool = False
 ) -> PreparedImport:
-    """Read a file and keep its copy and samples; a refused file is read only, nothing is kept.
+    """Keep the copy and the samples of a file that was read, and find its jumps; of a refused file nothing is kept.
 
-    `anew` writes samples that are there already once more, because a rebuild must not trust them. `judged` adds what
-    only a book can find.
+    `anew` writes samples that are there already once more, because a rebuild must not trust them.
     """
-    read = judged(read_file(data, settings.declared))
     in_force = resolved(settings, read)
     if read.refused:
         return PreparedImport(sha256, len(data), read, in_force, ())
@@ -181,7 +173,7 @@ def read_and_store(
 
 
 def read_anew(store: Store, data: bytes, sha256: str, settings: ReadSettings) -> PreparedImport:
-    """Read a kept copy as `read_and_store` does, one thing after the other; its samples are written once more.
+    """Read a kept copy and do what `store_reading` does, one thing after the other; its samples are written once more.
 
     For a process beside others that do the same: threads of its own would only wait for each other.
     """
@@ -198,22 +190,13 @@ def _detected(part: SignalPart, settings: ReadSettings) -> tuple[str, Detection 
     return times_sha256(part.time_s), detect_part(part, settings.detector, settings.rest_length_m)
 
 
-def read_only(
-    data: bytes, sha256: str, settings: ReadSettings, judged: Callable[[ReadFile], ReadFile] = lambda read: read
-) -> PreparedImport:
-    """Read a file as `read_and_store` does, and keep nothing."""
+def without_storing(data: bytes, sha256: str, read: ReadFile, settings: ReadSettings) -> PreparedImport:
+    """Return what `store_reading` does, and keep nothing."""
     from ingest.samples import signal_sha256
 
-    read = judged(read_file(data, settings.declared))
-    parts = tuple(
-        StoredPart(
-            signal_sha256(part),
-            "",
-            *_detected(part, settings),
-        )
-        for part in (() if read.refused else read.parts)
-    )
-    return PreparedImport(sha256, len(data), read, resolved(settings, read), parts)
+    parts = () if read.refused else read.parts
+    stored = tuple(StoredPart(signal_sha256(part), "", *_detected(part, settings)) for part in parts)
+    return PreparedImport(sha256, len(data), read, resolved(settings, read), stored)
 
 
 def resolved(settings: ReadSettings, read: ReadFile) -> ReadSettings:

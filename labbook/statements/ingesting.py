@@ -18,6 +18,7 @@ from data_schema.queries.study import config_in_force
 from data_schema.vocabulary import FileRole, IngestStatus, RunKind, Severity
 from ingest.formats.format import UNKNOWN
 from ingest.model import Finding, ReadFile, SignalPart
+from ingest.read import read_file
 from ingest.store import raw_path
 from labbook.analysis.outcomes.detecting import detection_rows, jumps_found
 from labbook.analysis.outcomes.log_dates import day_notes
@@ -29,8 +30,8 @@ from labbook.statements.importing import (
     ReadSettings,
     StoredPart,
     finding_values,
-    read_and_store,
     settings_now,
+    store_reading,
     times_sha256,
 )
 from labbook.statements.sheet_charges import charge_numbers, keys_of, lose_charges, update_charges
@@ -171,7 +172,7 @@ def _read_again(context: ApplyContext, new: Mapping[str, Any]) -> PreparedImport
         settings = settings_now(configuration_in_force(context), new["options"], new["original_name"])
     data = context.store.raw(raw_path(sha256), sha256)
     try:
-        return read_and_store(context.store, data, sha256, settings, anew=True)
+        return store_reading(context.store, data, sha256, read_file(data, settings.declared), settings, anew=True)
     except (UsageError, InputRefused) as error:
         # what was declared then has no meaning any more: a format's plug-in is not there
         return _unread(new, len(data), settings, "declaration_unknown", _named_plugin(new, str(error)))

@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from data_schema.vocabulary import CheckKind, RunKind
-from labbook.actions.files.files_meant import files_of
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
+from labbook.actions.files.named_files import files_of
 from labbook.actions.runs.day_checks import state_check
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.making import make_book

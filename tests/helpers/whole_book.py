@@ -9,11 +9,11 @@ from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.planning.runs import PlanRequest, make_plan
 from labbook.actions.report_command import state_report
+from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.correcting import correct, void
 from labbook.actions.runs.day_checks import state_check
 from labbook.actions.runs.jump_review import decide
 from labbook.actions.runs.runs_importing import import_runs
-from labbook.actions.runs.typed_charge import state_charge
 from labbook.book.opening import Book
 from tests.helpers.books import ADA, BEN, DAYS, SmallBook, ingest_all, small_book
 from tests.helpers.once import made_once

@@ -67,7 +67,7 @@ def test_a_report_loads_the_simulator_only_where_a_scene_is_named() -> None:
 
 
 def test_listing_runs_draws_nothing() -> None:
-    code = "import labbook.book.opening, labbook.cli.runs, labbook.actions.runs.run_list"
+    code = "import labbook.book.opening, labbook.cli.runs"
     assert loaded_by(code, ("matplotlib", "pandas", "jinja2", "statsmodels", "pint", "xarray")) == set()
 
 

@@ -18,9 +18,8 @@ from data_schema.queries.imported_files import (
 )
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import Action, FileRole
-from labbook.actions.files.assigning_parts import assign_part
 from labbook.actions.files.named_files import file_named
-from labbook.actions.runs.second_charge import refuse_second_charge, refuse_second_of_file
+from labbook.actions.runs.charges import refuse_second_charge, refuse_second_of_file
 from labbook.book.naming import refuse_empty, run_named
 from labbook.book.write_session import Statement, WriteSession
 
@@ -144,3 +143,25 @@ def charge_of(connection: sa.Connection, file: FileRow, row_number: int) -> Char
         if charge.row_number == row_number:
             return charge
     raise UsageError(f"{file.name} has no charge {row_number}: `labbook runs inbox` lists the rows without a run.")
+
+
+def assign_part(session: WriteSession, file: FileRow, part: str, run: RunRow | None, why: str | None) -> str:
+    """Let a part belong to a run, or to none; returns the sentence that says what was done."""
+    what = f"part {part} of {file.name}"
+    link = next((link for link in links_of_file(session.connection, file.uid) if link.part == part), None)
+    if link is None and run is None:
+        return f"{what} belongs to no run: `labbook runs inbox` lists it."
+    if link is not None and run is not None and link.run_uid == run.uid:
+        return f"{what} belongs to run {run.name} already."
+    if link is not None:
+        if why is None:
+            doing = "take it off" if run is None else f"move it to {run.name}"
+            raise UsageError(f"{what} belongs to run {link.run_name}: add --why to {doing}.")
+        old = {"runs": [link.run_uid]}
+        session.state(Statement(Action.ASSIGN, "file", file.uid, new={"run": None, "part": part}, old=old, reason=why))
+        if run is None:
+            return f"{what} belongs to run {link.run_name} no longer: it is in the inbox."
+    assert run is not None  # noqa: S101 - a part without a run was refused
+    new = {"run": run.uid, "role": file.role, "part": part}
+    session.state(Statement(Action.ASSIGN, "file", file.uid, new=new, reason=why))
+    return f"{what} {'belongs' if link is None else 'moved'} to run {run.name}{' now' if link is None else ''}."

@@ -1,19 +1,30 @@
-"""How a file would be read and what would be stored of it, without storing anything."""
+"""How a file would be read and what would be stored of it, without storing anything; and the draft of a profile.
+
+In a draft stands what the file says, and as commented lines with the choices what it leaves open.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import json
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from data_schema.errors import InputRefused, nearest
 from data_schema.queries.facts import find_uid
-from ingest.model import ChargeRow, Explanation, Finding, Limits, ReadFile
+from data_schema.vocabulary import CHANNELS
+from ingest.channels.names import channel_kind, clean_name
+from ingest.model import ChargeRow, ColumnUse, Explanation, Finding, Limits, ReadFile, TableUse, TextShape
 from ingest.read import read_file
-from labbook.actions.files.absent_columns import refused_without_columns
-from labbook.actions.files.day_of_run import with_day_of_run
+from ingest.signals import LEFT_OUT
+from ingest.tables.table import CellKind
+from labbook.actions.files.against_book import refused_without_columns, with_day_of_run
 from labbook.actions.files.ingesting import readable, stated_run
 from labbook.book.opening import Book
+from labbook.config.channels import OWN, SHEET_COLUMNS
 from labbook.statements.importing import declarations
 
 
@@ -104,3 +115,172 @@ def _parts(read: ReadFile) -> tuple[PartStored, ...]:
         )
         for part in read.parts
     )
+
+
+_DELIMITERS = ("\t", ";", ",", "|")
+_HEAD_BYTES, _HEAD_LINES = 65_536, 60
+
+MOST_RECOGNISED = 4
+"""Columns by which a draft recognises files: enough to tell loggers apart, few enough to survive a new column."""
+
+_TIME_UNITS = "s, ms, us, ns, min, h or filetime"
+
+
+@dataclass(frozen=True, slots=True)
+class Draft:
+    """The profile `name` for files like `file`, as it stands in labbook.toml."""
+
+    file: str
+    name: str
+    toml: str
+
+
+def draft_profile(book: Book, path: Path, options: Mapping[str, Any]) -> Draft:
+    """Draft the profile of a file from all that could be found in it, whether or not it is refused."""
+    data = bytes_of(book, path)
+    read = read_as_ingest(book, path, options)
+    file_name = readable(Path(path.name))
+    taken = book.configuration.profiles
+    stem = clean_name(re.sub(r"\d+", " ", Path(file_name).stem)) or "logger"
+    name = next(n for n in (stem, *(f"{stem}_{number}" for number in range(2, len(taken) + 3))) if n not in taken)
+    return Draft(file_name, name, "\n".join(_lines(name, file_name, read, data)) + "\n")
+
+
+def write_drafts(drafts: Sequence[Draft], path: Path) -> None:
+    """Write drafts to a new file; raises `InputRefused` where one of that name is there already."""
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write("\n".join(draft.toml for draft in drafts))
+    except FileExistsError as error:
+        raise InputRefused(f"{path} is there already: name another file, or move it away.") from error
+
+
+def _lines(name: str, file_name: str, read: ReadFile, data: bytes) -> Iterator[str]:
+    rules = {finding.rule for finding in read.findings}
+    tables = read.explanation.tables
+    table = tables[0] if tables else _guessed(data, read.explanation.encoding)
+    yield f"# Drafted from {_text(file_name)}. Lines that begin with # are open, or were found by themselves: take"
+    yield "# the # away from those that are to be said, correct them, and put all of it into labbook.toml."
+    yield f"[profiles.{name}]"
+    pattern = f"files = {_text(re.sub(r'[0-9]+', '*', file_name))}"
+    if read.explanation.encoding is not None and table.text is not None and table.text.header_line is not None:
+        names = [column.name for column in table.columns if column.name]
+        alone = [each for each, count in Counter(names).items() if count == 1] or names[:1]
+        yield f"recognise = [{', '.join(map(_text, alone[:MOST_RECOGNISED]))}]"
+        yield f"#{pattern}"
+    else:
+        yield pattern
+    formats = [each.format for each in read.explanation.candidates] or ["delimited_log"]
+    others = f"; also recognised as {', '.join(formats[1:])}" if formats[1:] else ""
+    yield f'#format = "{formats[0]}"  # "charger_sheet" for a sheet of recharges; `labbook formats` lists all{others}'
+    yield from _layout_lines(read, table, rules)
+    yield from _time_lines(read, table, rules)
+    yield ""
+    yield f"[profiles.{name}.columns]"
+    yield "# channels: `labbook channels`; in a sheet of recharges: " + ", ".join(SHEET_COLUMNS)
+    yield from _column_lines(table)
+
+
+def _guessed(data: bytes, encoding: str | None) -> TableUse:
+    """Return the columns of a text in which no table of numbers was found: those of the lines most alike."""
+    if encoding is None:
+        return TableUse(None, ())
+    lines = [line.decode(encoding, errors="replace") for line in data[:_HEAD_BYTES].splitlines()[:_HEAD_LINES]]
+    best: tuple[int, int, str] = (0, 0, "")
+    for sign in _DELIMITERS:
+        widths = Counter(line.count(sign) + 1 for line in lines if sign in line)
+        if widths:
+            width, alike = widths.most_common(1)[0]
+            best = max(best, (alike, width, sign))
+    alike, width, sign = best
+    if not alike:
+        return TableUse(None, ())
+    header = next(number for number, line in enumerate(lines) if line.count(sign) + 1 == width)
+    names = [cell.strip().strip('"') for cell in lines[header].lstrip("\ufeff#% ").split(sign)]
+    shape = TextShape(sign, "." if sign == "," else ",", header + 1, None, header + 2)
+    return TableUse(shape, tuple(ColumnUse(place, name, None) for place, name in enumerate(names, start=1)))
+
+
+def _layout_lines(read: ReadFile, table: TableUse, rules: set[str]) -> Iterator[str]:
+    encoding = read.explanation.encoding
+    if encoding not in (None, "utf-8"):
+        yield f'encoding = "{encoding}"  # correct it where letters of names look wrong'
+    if table.text is None:
+        return
+    if table.text.delimiter:
+        yield f"delimiter = {_text(table.text.delimiter)}"
+    if not read.explanation.tables or "decimal_sign_unclear" in rules:
+        yield '#decimal = ","  # or ".": whether 1,234 is a decimal or a thousand'
+    else:
+        yield f"decimal = {_text(table.text.decimal)}"
+    yield f"#header_row = {table.text.header_line or 0}  # 0: there is none"
+    if table.text.units_line is not None:
+        yield f"#units_row = {table.text.units_line}"
+    yield f"#first_row = {table.text.first_line}"
+    yield '#comment = "#"  # lines that begin so are skipped'
+    yield '#footer = "END"  # the data end at a line that begins so'
+
+
+def _time_lines(read: ReadFile, table: TableUse, rules: set[str]) -> Iterator[str]:
+    key = _keys(table)
+    time = next((column for column in table.columns if column.holds == "time"), None)
+    if time is not None and time.unit == "clock":
+        yield f"time = {{ column = {key[time.place]} }}"
+    elif time is not None and time.unit is not None:
+        yield f"time = {{ column = {key[time.place]}, unit = {_text(time.unit)} }}"
+    elif time is not None:
+        yield f'#time = {{ column = {key[time.place]}, unit = "ms" }}  # {_TIME_UNITS}'
+    elif clock := next((column for column in table.columns if column.left_out == LEFT_OUT[CellKind.CLOCK]), None):
+        yield f"#time = {{ column = {key[clock.place]} }}  # its dates or times; dates apart: `date_column`"
+    elif table.columns and not read.charges:
+        yield f'#time = {{ column = {key[table.columns[0].place]}, unit = "ms" }}  # its time column; {_TIME_UNITS}'
+        if table.rate_from is None:
+            yield "#rate_hz = 300  # without a time column: samples a second"
+    if "date_unclear" in rules:
+        yield '#date = "d/m/y"  # or "m/d/y"'
+    if "clock_unclear" in rules:
+        yield '#clock = "m:s"  # or "h:m"'
+    if any((channel_kind(column.holds or "") or "").startswith("force") for column in table.columns):
+        yield '#axes = "z up"  # or "z down" or "y up"'
+
+
+def _column_lines(table: TableUse) -> Iterator[str]:
+    key = _keys(table)
+    for column in table.columns:
+        if column.holds not in ("time", "date", "trial") and column.name:
+            yield _column(key[column.place], column)
+
+
+def _column(key: str, column: ColumnUse) -> str:
+    kind = channel_kind(column.holds or "")
+    sign = ", sign = -1" if column.sign == -1 and not column.assumed else ""
+    if column.holds in SHEET_COLUMNS or (kind is not None and column.unit is not None):
+        unit = "" if column.unit is None else f", unit = {_text(column.unit)}"
+        return f"{key} = {{ channel = {_text(column.holds or '')}{unit}{sign} }}"
+    if kind is not None and CHANNELS[kind].unit == "1":
+        return f"{key} = {{ channel = {_text(column.holds or '')}{sign} }}"
+    if kind is not None:
+        unit = CHANNELS[kind].unit
+        return f"#{key} = {{ channel = {_text(column.holds or '')}, unit = {_text(unit)} }}  # its unit in the file"
+    if column.left_out is None and column.holds is None:
+        return f'#{key} = {{ channel = "charge", unit = "mAh" }}  # or another, and its unit where it has one'
+    close = nearest(column.name, CHANNELS)
+    unit = column.unit or "1"
+    own = f"{OWN}{clean_name(column.name) or f'column_{column.place}'}"
+    why = f"  # {column.left_out}" if column.left_out else f"  # or a channel{f', perhaps {close}' if close else ''}"
+    return f"#{key} = {{ channel = {_text(own)}, unit = {_text(unit)} }}{why}"
+
+
+def _keys(table: TableUse) -> dict[int, str]:
+    """Return how each column is called, by place: its name, and which one of several equal names."""
+    counts = Counter(column.name for column in table.columns)
+    seen: Counter[str] = Counter()
+    keys = {}
+    for column in table.columns:
+        seen[column.name] += 1
+        keys[column.place] = _text(column.name if counts[column.name] == 1 else f"{column.name}#{seen[column.name]}")
+    return keys
+
+
+def _text(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)

@@ -25,18 +25,21 @@ from data_schema.vocabulary import Action, IngestStatus, Severity
 from ingest.formats.format import UNKNOWN
 from ingest.model import Finding, Limits, ReadFile
 from ingest.read import read_file
-from labbook.actions.files.absent_columns import refused_without_columns
-from labbook.actions.files.day_of_run import with_day_of_run
-from labbook.actions.files.known_files import take_known
-from labbook.actions.files.rereading import state_refusal, with_findings_of_book
+from labbook.actions.files.against_book import (
+    refused_without_columns,
+    state_refusal,
+    with_day_of_run,
+    with_findings_of_book,
+)
+from labbook.actions.files.rereading import take_known
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, new_uid
 from labbook.statements.importing import (
     PreparedImport,
     as_read,
-    read_and_store,
     sample_counts,
     settings_now,
+    store_reading,
     with_counts,
 )
 
@@ -105,22 +108,15 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
     options = dict(request.options or {})
     settings = settings_now(book.configuration, options, readable(Path(path.name)))
     of_run = request.run or stated_run(book, path)
-    if request.dry_run:
-        with book.reading() as connection:
-            read = read_file(data, settings.declared)
-            read = refused_without_columns(read, options) if request.batch is None else read
-            read = with_day_of_run(connection, read, of_run, notes=True)
-            if read.refused:
-                return FileOutcome(readable(path), sha256, IngestStatus.REFUSED, read, (), None, None)
-            runs = _runs_meant(connection, of_run, read)
-        return FileOutcome(readable(path), sha256, IngestStatus.IMPORTED, read, runs, None, None)
-
-    def judged(read: ReadFile) -> ReadFile:
-        read = refused_without_columns(read, options) if request.batch is None else read
-        with book.reading() as connection:
-            return with_day_of_run(connection, read, of_run)
-
-    prepared = read_and_store(book.store, data, sha256, settings, judged=judged)
+    read = read_file(data, settings.declared)
+    read = refused_without_columns(read, options) if request.batch is None else read
+    with book.reading() as connection:
+        read = with_day_of_run(connection, read, of_run, notes=request.dry_run)
+        if request.dry_run:
+            status = IngestStatus.REFUSED if read.refused else IngestStatus.IMPORTED
+            runs = () if read.refused else _runs_meant(connection, of_run, read)
+            return FileOutcome(readable(path), sha256, status, read, runs, None, None)
+    prepared = store_reading(book.store, data, sha256, read, settings)
     modified_utc = datetime.fromtimestamp(modified_s, UTC).isoformat(timespec="seconds")
     return _stored(book, path, request, prepared, run_uid, options, modified_utc)
 

@@ -1,15 +1,17 @@
-"""Imported files as people name them."""
+"""Files as people name them: imported ones by name, uid or hash; on the command line paths, also of folders."""
 
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from pathlib import Path
 
 import sqlalchemy as sa
 
-from data_schema.errors import UsageError, unknown_name
+from data_schema.errors import InputRefused, UsageError, unknown_name
 from data_schema.queries.imported_files import FileRow, find_files, imported_names
 from data_schema.vocabulary import IngestStatus
+from labbook.book.opening import CONFIGURATION, DATABASE, JOURNAL
 
 
 def file_named(connection: sa.Connection, name: str, *, withdrawn: bool = False) -> FileRow:
@@ -30,3 +32,48 @@ def file_named(connection: sa.Connection, name: str, *, withdrawn: bool = False)
     if row.status is IngestStatus.WITHDRAWN and not withdrawn:
         raise UsageError(f"{row.name} was withdrawn: `labbook files restore {row.uid}` takes it into use again.")
     return row
+
+
+def files_of(paths: Sequence[Path], book_folder: Path) -> list[Path]:
+    """Return the files meant: those named, and all in the folders named, but hidden ones and the book's own."""
+    found: list[Path] = []
+    for path in paths:
+        if not path.exists():
+            raise InputRefused(f"{path} does not exist: check the name.")
+        if not path.is_dir():
+            refuse_special(path)
+            found.append(path)
+            continue
+        inside = sorted(item for item in path.rglob("*") if item.is_file() and not _hidden(item, path))
+        found += [item for item in inside if not _the_books_own(item, book_folder)]
+    if not found:
+        raise InputRefused(
+            f"there is no file in {', '.join(map(str, paths))}: name the folder the instruments wrote to."
+        )
+    return list(dict.fromkeys(found))
+
+
+def _hidden(path: Path, folder: Path) -> bool:
+    return any(part.startswith(".") for part in path.relative_to(folder).parts)
+
+
+def _the_books_own(path: Path, book_folder: Path) -> bool:
+    try:
+        first = path.resolve().relative_to(book_folder.resolve()).parts[0]
+    except ValueError:
+        return False
+    return first in ("raw", "signals", "reports", CONFIGURATION, JOURNAL) or first.startswith(DATABASE)
+
+
+def read_bytes(path: Path) -> bytes:
+    """Read a file whole; raises `InputRefused` when it is no regular file."""
+    if not path.exists():
+        raise InputRefused(f"{path} does not exist: check the name.")
+    refuse_special(path)
+    return path.read_bytes()
+
+
+def refuse_special(path: Path) -> None:
+    """Raise `InputRefused` for a pipe, a device or a folder, before anything waits for its end."""
+    if not path.is_file():
+        raise InputRefused(f"{path} is not a regular file: name a file or a folder of files.")

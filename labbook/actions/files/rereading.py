@@ -4,25 +4,33 @@ from __future__ import annotations
 
 import functools
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 import sqlalchemy as sa
 
 from data_schema.errors import UsageError
 from data_schema.journal import canonical
-from data_schema.queries.detections import verdicts_waiting
-from data_schema.queries.imported_files import runs_of_file
-from data_schema.queries.imports import ABOUT_RUNS, findings_of, refused_with
-from data_schema.queries.readings import ReadingRow, last_reading
-from data_schema.vocabulary import Action, IngestStatus, Severity
+from data_schema.queries.charges import SheetRow, rows_of_file, said_by_rows
+from data_schema.queries.detections import jumps_found, verdicts_waiting
+from data_schema.queries.imported_files import links_of_file, runs_of_file
+from data_schema.queries.imports import ABOUT_RUNS
+from data_schema.queries.readings import PartRow, ReadingRow, last_reading, parts_of_reading, said_last
+from data_schema.vocabulary import Action, ChargeState, IngestStatus
 from ingest.model import DEFAULT_LIMITS, Finding, ReadFile
 from ingest.read import read_file
 from ingest.store import raw_path
-from labbook.actions.files.absent_columns import refused_without_columns
-from labbook.actions.files.day_of_run import with_day_of_run
-from labbook.actions.files.reading_changes import Gave, changes
+from labbook.actions.files.against_book import (
+    refused_without_columns,
+    state_refusal,
+    with_day_of_run,
+    with_findings_of_book,
+)
+from labbook.actions.runs.charges import refuse_second_of_file
+from labbook.actions.runs.remarks import remark_lines, remarks_on
+from labbook.actions.upkeep.stale import stale_lines
+from labbook.book.naming import run_named
 from labbook.book.opening import Book
 from labbook.book.write_session import DryRun, Statement, WriteSession, new_uid
 from labbook.config.parsing import Configuration, parse_configuration
@@ -30,12 +38,10 @@ from labbook.statements.importing import (
     PreparedImport,
     ReadSettings,
     as_read,
-    finding_values,
-    read_and_store,
-    read_only,
     resolved,
     settings_now,
-    without_name,
+    store_reading,
+    without_storing,
 )
 from labbook.statements.sheet_charges import charge_numbers, keys_in
 
@@ -74,16 +80,15 @@ def reread(book: Book, row: ReadingRow, request: RereadRequest) -> Reread:
     data = book.store.raw(raw_path(row.sha256), row.sha256)
     settings = settings_now(book.configuration, request.options, row.name)
 
-    def judged(read: ReadFile) -> ReadFile:
-        if request.batch is None and canonical(dict(request.options)) != row.options_json:
-            read = refused_without_columns(read, request.options)
-        with book.reading() as connection:
-            return with_day_of_run(connection, read, row.stated_run, file_uid=row.file_uid)
-
+    read = read_file(data, settings.declared)
+    if request.batch is None and canonical(dict(request.options)) != row.options_json:
+        read = refused_without_columns(read, request.options)
+    with book.reading() as connection:
+        read = with_day_of_run(connection, read, row.stated_run, file_uid=row.file_uid)
     if request.dry_run:
-        prepared = read_only(data, row.sha256, settings, judged)
+        prepared = without_storing(data, row.sha256, read, settings)
     else:
-        prepared = read_and_store(book.store, data, row.sha256, settings, judged=judged)
+        prepared = store_reading(book.store, data, row.sha256, read, settings)
     done = Reread(row.name, row.sha256, prepared.read, prepared)
     try:
         with book.session(request.person) as session:
@@ -133,35 +138,6 @@ def _configuration(text: str) -> Configuration:
     return parse_configuration(text, "the book's configuration")
 
 
-def state_refusal(session: WriteSession, new: Mapping[str, Any], prepared: PreparedImport) -> None:
-    """Leave one row with the findings, the first time that these bytes are refused for this."""
-    read, settings = prepared.read, prepared.settings.as_json()
-    before = refused_with(session.connection, prepared.sha256, read.format, canonical(new["options"]))
-    if without_name(settings) in map(without_name, before):
-        return
-    record = {
-        **new,
-        "reader": read.format,
-        "reader_version": read.reader_version,
-        "plugin": read.plugin,
-        "settings": settings,
-        "rows": {"read": read.rows_read, "kept": read.rows_kept, "rejected": read.rows_rejected},
-        "findings": [finding_values(finding) for finding in read.findings],
-    }
-    session.state(Statement(Action.REFUSE, "ingest", new_uid(), new=record))
-
-
-def with_findings_of_book(connection: sa.Connection, ingest_uid: str, read: ReadFile, rules: Sequence[str]) -> ReadFile:
-    """Add what only the book could tell: a charge that is known, one that contradicts, jumps that were not found."""
-    added = tuple(
-        Finding(
-            Severity(row.severity), row.rule, row.message, row.line, row.column_name, row.value, row.n, row.more_lines
-        )
-        for row in findings_of(connection, ingest_uid, rules)
-    )
-    return replace(read, findings=read.findings + added)
-
-
 def _entry(row: ReadingRow, request: RereadRequest) -> dict[str, Any]:
     return {
         "sha256": row.sha256,
@@ -201,3 +177,179 @@ def _state(session: WriteSession, row: ReadingRow, request: RereadRequest, prepa
         tuple(session.stale),
         tuple(item.sentence for item in verdicts_waiting(connection) if item not in waited),
     )
+
+
+@dataclass(frozen=True, slots=True)
+class Gave:
+    """What a reading gave: its row, its parts by name, the jumps found in each, and the file's charges by uid."""
+
+    row: ReadingRow
+    parts: Mapping[str, PartRow]
+    jumps: Mapping[str, int]
+    charges: Mapping[str, tuple[SheetRow, tuple[Any, ...]]]
+
+    @classmethod
+    def of(cls, connection: sa.Connection, row: ReadingRow) -> Self:
+        """Look up what a reading gave, which must be the last of its file."""
+        parts = {part.part: part for part in parts_of_reading(connection, row.uid)}
+        said = said_by_rows(connection, row.file_uid or "")
+        rows = {item.uid: (item, said[item.uid]) for item in rows_of_file(connection, row.file_uid or "")}
+        detector = None if row.settings_json is None else json.loads(row.settings_json)["detector"]
+        return cls(row, parts, jumps_found(connection, row.uid, detector), rows)
+
+
+def changes(old: Gave, new: Gave) -> list[str]:
+    """Say what another reading gave otherwise; one sentence where nothing is."""
+    said = []
+    if old.row.status is IngestStatus.WAITING:
+        said.append("the file waited for a declaration and is read now")
+    if (old.row.reader, old.row.reader_version) != (new.row.reader, new.row.reader_version):
+        said.append(
+            f"read as {new.row.reader} version {new.row.reader_version}, was {old.row.reader} version "
+            f"{old.row.reader_version}"
+        )
+    if old.row.rows_kept != new.row.rows_kept:
+        said.append(f"{new.row.rows_kept} rows kept, were {old.row.rows_kept}")
+    said += [f"part {name!r} is there no longer" for name in old.parts if name not in new.parts]
+    for name, part in new.parts.items():
+        before = old.parts.get(name)
+        if before is None:
+            said.append(f"part {name!r} is new: {part.n_samples} samples of {_channels(part)}")
+        elif before != part:
+            said += [f"{text}{f' in part {name!r}' if len(new.parts) > 1 else ''}" for text in _part(before, part)]
+        if name in old.jumps and name in new.jumps and old.jumps[name] != new.jumps[name]:
+            said.append(f"{new.jumps[name]} jumps found, were {old.jumps[name]}")
+        elif name in new.jumps and name not in old.jumps:
+            said.append(f"{new.jumps[name]} jumps found")
+    return [*said, *_charge_changes(old, new)] or ["nothing comes out otherwise"]
+
+
+def _part(old: PartRow, new: PartRow) -> list[str]:
+    before, now = dict(old.channels), dict(new.channels)
+    said = [f"channel {name} [{unit or 'no unit'}] is new" for name, unit in now.items() if name not in before]
+    said += [f"channel {name} is there no longer" for name in before if name not in now]
+    said += [
+        f"channel {name} is in {now[name] or 'no unit'}, was in {unit or 'no unit'}"
+        for name, unit in before.items()
+        if name in now and now[name] != unit
+    ]
+    if old.rate_hz != new.rate_hz:
+        said.append(f"{_rate(new)}, was {_rate(old)}")
+    if old.n_samples != new.n_samples:
+        said.append(f"{new.n_samples} samples, were {old.n_samples}")
+    if old.start_utc != new.start_utc:
+        said.append(f"starts at {new.start_utc or 'no known instant'}, was {old.start_utc or 'no known instant'}")
+    if old.gaps != new.gaps:
+        said.append(f"{len(new.gaps)} gaps, were {len(old.gaps)}" if len(old.gaps) != len(new.gaps) else "gaps differ")
+    return said or (["values differ"] if old.sha256 != new.sha256 else [])
+
+
+def _charge_changes(old: Gave, new: Gave) -> list[str]:
+    gone = (ChargeState.GONE,)
+    counts = {
+        "new": sum(row.state not in gone for uid, (row, _) in new.charges.items() if uid not in old.charges),
+        "gone": sum(
+            row.state in gone and old.charges[uid][0].state not in gone
+            for uid, (row, _) in new.charges.items()
+            if uid in old.charges
+        ),
+        "changed": sum(said != old.charges[uid][1] for uid, (_, said) in new.charges.items() if uid in old.charges),
+    }
+    listed = [f"{count} {what}" for what, count in counts.items() if count]
+    return [f"charges: {', '.join(listed)}"] if listed else []
+
+
+def _channels(part: PartRow) -> str:
+    return ", ".join(f"{name} [{unit}]" if unit else name for name, unit in part.channels)
+
+
+def _rate(part: PartRow) -> str:
+    return "no rate" if part.rate_hz is None else f"{part.rate_hz:.6g} samples a second"
+
+
+@dataclass(frozen=True, slots=True)
+class KnownFile:
+    """What became of bytes that the book has: another reading, where one was asked for, and lines that say it."""
+
+    again: Reread | None = None
+    said: tuple[str, ...] = ()
+
+
+def take_known(
+    book: Book,
+    sha256: str,
+    options: Mapping[str, Any],
+    run: str | None,
+    *,
+    again: bool,
+    person: str | None,
+    dry_run: bool,
+    batch: str | None,
+) -> KnownFile:
+    """Read the kept copy again where other things are declared about it, and give it a run where it has none.
+
+    Nothing declared changes nothing. In a batch (`batch` is not None) options are for new files, but with `again`.
+    """
+    with book.reading() as connection:
+        row = last_reading(connection, sha256)
+        assert row is not None  # noqa: S101 - only known bytes come here
+        assert row.file_uid is not None  # noqa: S101
+        withdrawn = said_last(connection, row.file_uid, [Action.WITHDRAW])
+    if row.status is IngestStatus.WITHDRAWN:
+        by = "" if withdrawn is None else f" by {withdrawn.person} on {withdrawn.at_utc}: {withdrawn.reason}"
+        return KnownFile(None, (f"withdrawn{by}; `labbook files restore {row.name}` takes it into use again.",))
+    declared_otherwise = bool(options) and canonical(dict(options)) != row.options_json
+    done, said = None, []
+    if declared_otherwise and batch is not None and not again:
+        said.append("what is declared is for new files: add --again, or `labbook files reread` it.")
+    elif declared_otherwise:
+        done = reread(book, row, RereadRequest(options, person, None, dry_run, batch))
+        said += reread_lines(done, dry_run=dry_run)
+    elif row.status is IngestStatus.WAITING:
+        said.append(f"it waits for a declaration: `labbook files show {row.name}` says why, `labbook files reread` it.")
+    elif not options and would_differ(book, row):
+        said.append(f"labbook.toml would have it read otherwise now: `labbook files reread {row.name}` does.")
+    if run is not None and not (done is not None and done.read.refused):
+        said += _to_run(book, row, run, person, dry_run)
+    return KnownFile(done, tuple(said))
+
+
+def reread_lines(done: Reread, *, dry_run: bool) -> list[str]:
+    """Say what came of another reading: what is otherwise, what became stale, which verdicts wait."""
+    if done.read.refused:
+        found = [finding for finding in done.read.findings if finding.severity != "note"]
+        return ["refused so, and nothing was changed: the reading before stands:", *map(_refusal_line, found)]
+    head = "it would be read again" if dry_run else "read again"
+    lines = [f"{head}: {'; '.join(done.changes)}."]
+    lines += [f"{finding.severity}: {finding.rule}: {finding.message}" for finding in done.read.findings]
+    lines += stale_lines(list(done.stale)) if done.stale else []
+    return [*lines, *done.waiting]
+
+
+def _refusal_line(finding: Finding) -> str:
+    more = f" and {finding.count - 1} more" if finding.count > 1 else ""
+    place = "" if finding.line is None else f" (line {finding.line}{more})"
+    return f"{finding.severity}: {finding.rule}{place}: {finding.message}"
+
+
+def _to_run(book: Book, row: ReadingRow, run: str, person: str | None, dry_run: bool) -> list[str]:
+    """Let a file that belongs to no run belong to this one; a file that has a run is moved by another command."""
+    with book.reading() as connection:
+        meant = run_named(connection, run)
+        runs = runs_of_file(connection, row.sha256)
+        links = links_of_file(connection, row.file_uid or "")
+    if run in runs:
+        return []
+    if runs or links:
+        move = f"`labbook assign {row.name} {run} --why ...` moves it"
+        return [f"--run {run} was not heeded, for the file belongs to run {', '.join(runs)}: {move}."]
+    if dry_run:
+        with book.reading() as connection:
+            refuse_second_of_file(connection, row.file_uid or "", row.role, meant)
+        return [f"it would belong to run {run}."]
+    with book.session(person) as session:
+        refuse_second_of_file(session.connection, row.file_uid or "", row.role, meant)
+        new = {"run": meant.uid, "role": row.role}
+        session.state(Statement(Action.ASSIGN, "file", row.file_uid or "", new=new))
+        remarks = remarks_on(session.connection, book.configuration, [run], ["log"])
+    return [f"it belongs to run {run} now.", *remark_lines(remarks)]

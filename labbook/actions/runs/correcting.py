@@ -15,9 +15,16 @@ from data_schema.queries.runs import RunRow, list_runs
 from data_schema.queries.study import factors
 from data_schema.tables import FACTS
 from data_schema.vocabulary import Action, RunKind, RunState
-from labbook.actions.runs.corrected_values import date_value, number_value, text_value
-from labbook.actions.runs.second_charge import refuse_second_charge
-from labbook.actions.runs.sheet_words import MAH, charge_meant, in_columns, words_of
+from labbook.actions.runs.charges import refuse_second_charge
+from labbook.actions.runs.corrected_values import (
+    MAH,
+    charge_meant,
+    date_value,
+    in_columns,
+    number_value,
+    text_value,
+    words_of,
+)
 from labbook.book.naming import (
     condition_key,
     ensure_condition,
@@ -48,7 +55,7 @@ def correct(
 ) -> dict[str, tuple[Any, Any]]:
     """State corrections of one row; returns (old, new) by column. Results downstream are marked stale.
 
-    Words of the run sheet stand for their columns (`sheet_words`); `fold` settles a local time with two
+    Words of the run sheet stand for their columns (`corrected_values`); `fold` settles a local time with two
     readings. The charge of a run is a row of its own, corrected with it.
     """
     refuse_empty("--why", why)

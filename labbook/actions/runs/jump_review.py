@@ -18,9 +18,11 @@ from labbook.analysis.outcomes.detecting import BODY_HEIGHT
 from labbook.analysis.outcomes.detections import Detections, rest_length_m
 from labbook.analysis.outcomes.judging import JudgedJump, Rules, anchor_of, judge
 from labbook.analysis.outcomes.run_apexes import usable_logs
+from labbook.analysis.preregistration.planned import AS_A_WHOLE, is_allowed, planned_analysis
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, WriteSession, new_uid
+from labbook.config.parsing import Configuration
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,3 +215,17 @@ def jump_lines(found: RunReview) -> tuple[tuple[str, ...], list[tuple[str, ...]]
         for decision in found.waiting
     ]
     return head, rows, [*waiting, *(verdict.sentence for verdict in found.lost)]
+
+
+def reason_remarks(
+    connection: sa.Connection, configuration: Configuration, reason: str, concerned: str = "every comparison"
+) -> list[str]:
+    """Return what to say of a reason while it can still be thought over: nothing, or one remark.
+
+    `concerned` are the comparisons that become exploratory: all by a void run, those of heights by a rejected jump.
+    """
+    planned = planned_analysis(connection, configuration)
+    if not planned.stated or is_allowed(reason, planned.settings.exclusions):
+        return []
+    listed = ", ".join(map(str, planned.settings.exclusions)) or "no reason"
+    return [f"[analysis] allows {listed}, so the report calls {concerned} exploratory ({reason}): {AS_A_WHOLE}."]

@@ -1,21 +1,31 @@
-"""One line for the person at the rig, before the foot is changed: is this run as it should be?"""
+"""What the person at the rig must know of files just taken in, before the foot is changed.
+
+One line a run: is it as it should be? And a log without body height is asked about loudly, for no jump is found in it.
+"""
 
 from __future__ import annotations
 
+import difflib
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from data_schema.queries.runs import RunRow
+from data_schema.queries.runs import RunRow, list_runs, runs_named, runs_of_conditions
 from data_schema.queries.signals import SignalRow
-from data_schema.vocabulary import GapKind, Undefined
-from ingest.model import ReadFile
+from data_schema.vocabulary import CHANNELS, FileRole, GapKind, IngestStatus, RunKind, Undefined
+from ingest.channels.names import channel_kind, squash
+from ingest.model import ChannelData, ReadFile
+from labbook.actions.files.ingesting import FileOutcome
+from labbook.actions.runs.remarks import remarks_on
+from labbook.analysis.outcomes.detecting import BODY_HEIGHT
 from labbook.analysis.outcomes.detections import Detections
 from labbook.analysis.outcomes.energy import joules_per_jump
 from labbook.analysis.outcomes.passive_drain import drain_lines
-from labbook.analysis.outcomes.run_apexes import jumps_found_in_run
+from labbook.analysis.outcomes.run_apexes import jumps_found_in_run, usable_logs
 from labbook.analysis.outcomes.run_energy import usable_charge
-from labbook.analysis.study_data import StudyData
+from labbook.analysis.study_data import StudyData, gather_about
+from labbook.book.opening import Book
 from labbook.statements.importing import PreparedImport
 from stats.compare.summary import describe
 from stats.lines.passive_drain import PassiveDrain
@@ -43,6 +53,52 @@ class RigLine:
     logs_do_not_count: bool = False
     charge_odd: bool = False
     outside: bool = False
+
+
+def rig_lines_of(book: Book, outcomes: Sequence[FileOutcome]) -> list[list[RigLine]]:
+    """Return how the runs of each file do, when all files are stored.
+
+    A run that several files belong to, a log and a charge, is told once, with the last of them.
+    """
+    files: dict[str, list[PreparedImport]] = {}
+    last: dict[str, int] = {}
+    for place, outcome in enumerate(outcomes):
+        if outcome.prepared is not None:
+            for name in outcome.runs:
+                files.setdefault(name, []).append(outcome.prepared)
+                last[name] = place
+    found: list[list[RigLine]] = [[] for _outcome in outcomes]
+    if not files:
+        return found
+    with book.reading() as connection:
+        about = runs_named(connection, list(files))
+        conditions = sorted({run.condition_uid for run in about if run.condition_uid is not None})
+        earlier = runs_of_conditions(connection, conditions)
+        evidence = gather_about(connection, book.configuration, about, earlier)
+        for name, line in rig_lines(Detections(connection, book.store), files, evidence).items():
+            found[last[name]].append(line)
+        charged = [name for name, prepared in files.items() if any(each.read.charges for each in prepared)]
+        remarks = remarks_on(connection, book.configuration, charged, ["charge_mah"])
+    for remark in remarks:
+        found[last[remark.first]].append(RigLine(f"look again: {remark.message}", charge_odd=True))
+    for run in evidence.runs:
+        if run.name in last:
+            found[last[run.name]] += _logs_too_many(run, evidence)
+    return found
+
+
+def _logs_too_many(run: RunRow, evidence: StudyData) -> list[RigLine]:
+    """Say that a run has logs that do not count, for there are more of them than it had starts."""
+    logs = evidence.logs.get(run.uid, ())
+    why = usable_logs(run, logs) if logs else ()
+    if not isinstance(why, str):
+        return []
+    text = (
+        f"look again: run {run.name} has {why}, so none of them counts: take one off with "
+        f"`labbook assign FILE none --why ...`, or say how often the run was started with "
+        f"`labbook correct {run.name} starts=N --why ...`."
+    )
+    return [RigLine(text, logs_do_not_count=True)]
 
 
 def rig_lines(
@@ -146,3 +202,101 @@ def joules_of(run: RunRow, evidence: StudyData, drains: Lines) -> float | str:
     passive = drain.at(run.duration_s or 0.0).charge_mah
     joules = joules_per_jump(charge.charge_mah, passive, evidence.study.reference_voltage_v, run.jumps_made)
     return joules.reason if isinstance(joules, Undefined) else joules
+
+
+_LIKE_HEIGHT = ("bodyheight", "height", "hgt", "bodyz", "z", "h", "pot", "string", "position", "hoehe")
+_LENGTHS = ("m", "cm", "mm", "um", "in", "ft")
+_WITHOUT_UNIT = (None, "1")
+_MOST_COLUMNS = 12
+_CLOSE = 0.7
+"""A name this alike may be the channel misspelt; less alike it only shares letters with it."""
+_QUOTED = set('"$`\\!')
+"""What a shell reads within double quotes."""
+
+
+@dataclass(frozen=True, slots=True)
+class MissingHeight:
+    """The columns of a log as (name in the file, kept as, nearest channel or None), and how to declare one of them."""
+
+    columns: tuple[tuple[str, str, str | None], ...]
+    command: str
+
+
+def missing_heights(book: Book, outcomes: Sequence[FileOutcome]) -> list[MissingHeight | None]:
+    """Find the logs among files just read that lack a body height and belong to a run of jumps, or to none yet."""
+    lacking = [_is_log_without_height(outcome) for outcome in outcomes]
+    jumped: set[str] = set()
+    if any(lacking):
+        with book.reading() as connection:
+            jumped = {run.name for run in list_runs(connection) if run.kind is RunKind.JUMPS}
+    return [
+        _missing(outcome) if lacks and (not outcome.runs or jumped & set(outcome.runs)) else None
+        for outcome, lacks in zip(outcomes, lacking, strict=True)
+    ]
+
+
+def missing_height_lines(path: str, missing: MissingHeight) -> list[str]:
+    """Say it for people, before anything else of the file."""
+    columns = [
+        f"{name!r}" + (f" (kept as {kept}{'' if near is None else f', nearest channel {near}'})" if kept else "")
+        for name, kept, near in missing.columns[:_MOST_COLUMNS]
+    ]
+    more = len(missing.columns) - len(columns)
+    return [
+        f"{path}: NO {BODY_HEIGHT}: no jump can be found in this log.",
+        f"  its columns: {', '.join(columns)}{f' and {more} more' if more else ''}.",
+        f"  say which one it is{_its_unit(missing)}: `{missing.command}` (`labbook channels` lists all channels).",
+    ]
+
+
+def _its_unit(missing: MissingHeight) -> str:
+    return ", UNIT being the file's, such as mm" if "UNIT" in missing.command else ""
+
+
+def _is_log_without_height(outcome: FileOutcome) -> bool:
+    read = outcome.read
+    return (
+        read is not None
+        and outcome.status is IngestStatus.IMPORTED
+        and (read.role or FileRole.LOG) is FileRole.LOG
+        and bool(read.parts)
+        and not any(channel.name == BODY_HEIGHT for part in read.parts for channel in part.channels)
+    )
+
+
+def _missing(outcome: FileOutcome) -> MissingHeight:
+    assert outcome.read is not None  # noqa: S101 - it was looked at
+    channels = {channel.source_name: channel for part in outcome.read.parts for channel in part.channels}
+    columns = tuple(
+        (name, "", None)
+        if channel_kind(channel.name) is not None and squash(name) == squash(channel.name)
+        else (name, channel.name, None if channel_kind(channel.name) else _nearest_channel(channel.name))
+        for name, channel in channels.items()
+    )
+    name, unit = _likeliest(list(channels.values()))
+    column = f"{name}={BODY_HEIGHT}:{unit}"
+    quoted = shlex.quote(column) if set(column) & _QUOTED else f'"{column}"'
+    return MissingHeight(columns, f"labbook ingest {shlex.quote(outcome.path)} --column {quoted}")
+
+
+def _nearest_channel(name: str) -> str | None:
+    close = difflib.get_close_matches(name, CHANNELS, n=1, cutoff=_CLOSE)
+    return close[0] if close else None
+
+
+def _likeliest(channels: Sequence[ChannelData]) -> tuple[str, str]:
+    """Return the column that reads most like a height and its unit; `NAME` and `UNIT` where the file does not tell."""
+
+    def likeness(channel: ChannelData) -> float:
+        given = squash(channel.name)
+        return max(difflib.SequenceMatcher(None, given, like).ratio() for like in _LIKE_HEIGHT)
+
+    free = [
+        channel
+        for channel in channels
+        if channel_kind(channel.name) is None and channel.source_unit in (*_WITHOUT_UNIT, *_LENGTHS)
+    ]
+    best = max(free, key=likeness, default=None)
+    if best is None:
+        return "NAME", "UNIT"
+    return best.source_name, "UNIT" if best.source_unit in _WITHOUT_UNIT else str(best.source_unit)

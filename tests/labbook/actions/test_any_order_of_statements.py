@@ -31,10 +31,10 @@ from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.files.kept_files import dismiss, reread_named, restore, restore_item, withdraw
 from labbook.actions.files.rereading import RereadRequest
+from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.correcting import correct
 from labbook.actions.runs.jump_review import decide
 from labbook.actions.runs.runs_importing import import_runs
-from labbook.actions.runs.typed_charge import state_charge
 from labbook.book.opening import opened
 from labbook.book.rebuilding import rebuild_database
 from labbook.book.replaying import replayed

@@ -12,8 +12,8 @@ from ingest.store import Store
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import FileOutcome, IngestRequest, ingest_file
 from labbook.actions.report_command import state_report
+from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.correcting import correct, unvoid, void
-from labbook.actions.runs.typed_charge import state_charge
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database

@@ -14,8 +14,8 @@ from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import FileOutcome, IngestRequest, ingest_file
 from labbook.actions.files.kept_files import dismiss, reread_named, restore, restore_item, withdraw
 from labbook.actions.files.rereading import RereadRequest, reread
+from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.correcting import correct
-from labbook.actions.runs.typed_charge import state_charge
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database

@@ -12,9 +12,9 @@ import pytest
 from data_schema.queries.charges import charges_of_run
 from labbook.actions.files.assigning import assign
 from labbook.actions.report_command import state_report
+from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.correcting import correct, void
 from labbook.actions.runs.runs_importing import import_runs
-from labbook.actions.runs.typed_charge import state_charge
 from labbook.analysis.results.facts import run_input
 from labbook.book.naming import run_named
 from labbook.book.opening import Book

@@ -13,8 +13,8 @@ from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct
 from labbook.actions.runs.jump_review import decide, review
+from labbook.actions.runs.rig_line import rig_lines_of
 from labbook.book.opening import Book
-from labbook.cli.ingest_lines import rig_lines_of
 from tests.helpers.books import ADA, SmallBook, small_book
 
 RUN = "r001"

@@ -15,8 +15,7 @@ from data_schema.vocabulary import Action, IngestStatus
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import FileOutcome, IngestRequest, ingest_file
 from labbook.actions.files.kept_files import files_to_reread, reread_named
-from labbook.actions.files.known_files import reread_lines
-from labbook.actions.files.rereading import RereadRequest
+from labbook.actions.files.rereading import RereadRequest, reread_lines
 from labbook.actions.report_command import state_report
 from labbook.actions.upkeep.tracing import NumberTrace, trace
 from labbook.book.opening import Book

@@ -11,13 +11,13 @@ import pytest
 from data_schema.queries.charges import charges_of_run
 from data_schema.queries.study import checks_by_day
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
+from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.correcting import correct, runs_corrected, void
 from labbook.actions.runs.remarks import MOST_NAMED, RULES, Remark, remark_lines, remarks_on, remarks_on_check
+from labbook.actions.runs.rig_line import rig_lines_of
 from labbook.actions.runs.runs_importing import RunsImported, import_runs
-from labbook.actions.runs.typed_charge import state_charge
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
-from labbook.cli.ingest_lines import rig_lines_of
 from tests.helpers.books import ADA, SmallBook, instrument_files, small_book
 
 NEXT_YEAR = (datetime.datetime.now(datetime.UTC) + datetime.timedelta(days=366)).date().isoformat()

@@ -14,10 +14,10 @@ from labbook.actions.files.ingesting import FileOutcome, IngestRequest, ingest_f
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct
 from labbook.actions.runs.jump_review import review, without_apex
+from labbook.actions.runs.rig_line import rig_lines_of
 from labbook.actions.runs.run_view import run_view, view_lines
 from labbook.analysis.outcomes.detections import Detections
 from labbook.book.opening import Book
-from labbook.cli.ingest_lines import rig_lines_of
 from tests.helpers.books import ADA, small_book
 from tests.helpers.hopping_log import apex_s, hopping_log, landing_s
 

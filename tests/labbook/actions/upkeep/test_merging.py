@@ -23,12 +23,12 @@ from labbook.actions.files.kept_files import dismiss, list_files, restore, resto
 from labbook.actions.files.rereading import RereadRequest, reread
 from labbook.actions.planning.runs import PlannedEntry, state_plan
 from labbook.actions.report_command import state_report
+from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.correcting import correct, unvoid, void
 from labbook.actions.runs.jump_review import decide
 from labbook.actions.runs.run_view import run_view
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.actions.runs.to_do import to_do, to_do_lines
-from labbook.actions.runs.typed_charge import state_charge
 from labbook.actions.upkeep.health import check_book
 from labbook.actions.upkeep.merging import Merged, merge
 from labbook.actions.upkeep.tracing import trace, trace_lines

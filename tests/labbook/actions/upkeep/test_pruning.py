@@ -165,7 +165,7 @@ def test_an_ingest_whose_files_are_removed_before_its_rows_are_there_is_not_half
     log = tmp_path / "again.csv"
     log.write_bytes(book.log("r001").read_bytes() + b"\n")
     with book.open() as standing:
-        real = ingesting.read_and_store
+        real = ingesting.store_reading
 
         def then_pruned(*given: object, **named: object) -> object:
             done = real(*given, **named)  # type: ignore[arg-type]
@@ -174,7 +174,7 @@ def test_an_ingest_whose_files_are_removed_before_its_rows_are_there_is_not_half
             assert len(pruned(standing)) >= 1
             return done
 
-        monkeypatch.setattr(ingesting, "read_and_store", then_pruned)
+        monkeypatch.setattr(ingesting, "store_reading", then_pruned)
         with pytest.raises(BookBusy, match=r"raw/.* was removed from the store .*give the command again"):
             ingest_file(standing, log, IngestRequest(person=ADA))
         monkeypatch.undo()

@@ -12,9 +12,9 @@ from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.files.kept_files import restore, withdraw
 from labbook.actions.report_command import state_report
+from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.correcting import correct, unvoid, void
 from labbook.actions.runs.jump_review import decide
-from labbook.actions.runs.typed_charge import state_charge
 from labbook.analysis.comparison.pairing import POOLED
 from labbook.analysis.preregistration.book_state import NO_RUN, BookHistory, BookState, ChangeKind, difference, state_at
 from labbook.analysis.preregistration.history import read_history
