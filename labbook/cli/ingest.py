@@ -164,7 +164,7 @@ def ingest(
 def _explain(book: "Book", files: list[Path], options: dict[str, Any], run: str | None, as_json: bool) -> None:
     """Print how files would be read."""
     from labbook.actions.files.explaining import explain_file
-    from labbook.cli.explain_lines import explained_lines
+    from labbook.cli.ingest_lines import explained_lines
 
     explained = [explain_file(book, path, options, run, alone=len(files) == 1) for path in files]
     emit(explained, [line for each in explained for line in explained_lines(each)], as_json)

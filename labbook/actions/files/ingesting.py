@@ -71,10 +71,10 @@ class FileOutcome:
     path: str
     sha256: str
     status: IngestStatus
-    read: ReadFile | None
-    runs: tuple[str, ...]
-    first: FirstImport | None
-    prepared: PreparedImport | None
+    read: ReadFile | None = None
+    runs: tuple[str, ...] = ()
+    first: FirstImport | None = None
+    prepared: PreparedImport | None = None
     raw_restored: bool = False
     said: tuple[str, ...] = ()
     changes: tuple[str, ...] | None = None
@@ -85,9 +85,9 @@ def ingest_file_or_refuse(book: Book, path: Path, request: IngestRequest) -> Fil
     try:
         return ingest_file(book, path, request)
     except InputRefused as error:
-        return FileOutcome(readable(path), "", IngestStatus.REFUSED, _not_read(str(error)), (), None, None)
+        return FileOutcome(readable(path), "", IngestStatus.REFUSED, _not_read(str(error)))
     except OSError as error:
-        return FileOutcome(readable(path), "", IngestStatus.REFUSED, _unreadable(error), (), None, None)
+        return FileOutcome(readable(path), "", IngestStatus.REFUSED, _unreadable(error))
 
 
 def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
@@ -96,9 +96,9 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
         limits = Limits(**book.configuration.files.limits)
         (data, sha256), modified_s = book.store.read_and_hash(path, limits.largest_file_bytes), path.stat().st_mtime
     except OSError as error:
-        return FileOutcome(readable(path), "", IngestStatus.REFUSED, _unreadable(error), (), None, None)
+        return FileOutcome(readable(path), "", IngestStatus.REFUSED, _unreadable(error))
     except InputRefused as error:
-        return FileOutcome(readable(path), "", IngestStatus.REFUSED, _not_read(str(error)), (), None, None)
+        return FileOutcome(readable(path), "", IngestStatus.REFUSED, _not_read(str(error)))
     with book.reading() as connection:
         run_uid = _run_uid(connection, request.run)
         first = first_import(connection, sha256)
@@ -115,7 +115,7 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
         if request.dry_run:
             status = IngestStatus.REFUSED if read.refused else IngestStatus.IMPORTED
             runs = () if read.refused else _runs_meant(connection, of_run, read)
-            return FileOutcome(readable(path), sha256, status, read, runs, None, None)
+            return FileOutcome(readable(path), sha256, status, read, runs)
     prepared = store_reading(book.store, data, sha256, read, settings)
     modified_utc = datetime.fromtimestamp(modified_s, UTC).isoformat(timespec="seconds")
     return _stored(book, path, request, prepared, run_uid, options, modified_utc)
@@ -211,17 +211,17 @@ def _stored(
     with book.session(request.person) as session:
         first = first_import(session.connection, sha256)  # another program may have been faster
         if first is not None:
-            return FileOutcome(readable(path), sha256, IngestStatus.DUPLICATE, None, first.runs, first, None)
+            return FileOutcome(readable(path), sha256, IngestStatus.DUPLICATE, None, first.runs, first)
         if read.refused:
             state_refusal(session, new, prepared)
-            return FileOutcome(readable(path), sha256, IngestStatus.REFUSED, read, (), None, None)
+            return FileOutcome(readable(path), sha256, IngestStatus.REFUSED, read)
         uid = new_uid()
         session.state(
             Statement(Action.INGEST, "ingest", uid, new={**new, **as_read(prepared), "run": run_uid}, prepared=prepared)
         )
         runs = runs_of_file(session.connection, sha256)
         read = with_findings_of_book(session.connection, uid, read, ABOUT_RUNS)
-    return FileOutcome(readable(path), sha256, IngestStatus.IMPORTED, read, runs, None, prepared)
+    return FileOutcome(readable(path), sha256, IngestStatus.IMPORTED, read, runs, prepared=prepared)
 
 
 def without_samples(outcome: FileOutcome) -> FileOutcome:
