@@ -123,6 +123,13 @@ def add_results(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
         written(connection, "result", [row.uid for row in some])
 
 
+def rewrite_payloads(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
+    """Give stored results the payloads of these: what they are stays, in the form that labbook reads now."""
+    for row in rows:
+        connection.execute(result.update().where(result.c.key == row.key).values(payload_json=row.payload_json))
+    written(connection, "result", [row.uid for row in rows])
+
+
 def renew(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
     """Declare stored results current again (their inputs are what they were), and their rivals stale."""
     _outdate(connection, rows)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from labbook.analysis.comparison import comparing, comparing_by_day, comparing_jumps, equivalent_heights, family
 from labbook.analysis.outcomes import (
     budget,
     conditions,
-    day_means,
     packs,
     passive_drain,
     run_apexes,
@@ -14,20 +15,20 @@ from labbook.analysis.outcomes import (
     run_force,
 )
 from labbook.analysis.prediction import checking, predicting
-from labbook.analysis.results.result_cache import Algorithm
+from labbook.analysis.results.codec import Algorithm
 
-ALGORITHMS: tuple[Algorithm, ...] = (
+ALGORITHMS: tuple[Algorithm[Any], ...] = (
     passive_drain.ALGORITHM,
     run_energy.ALGORITHM,
     run_apexes.ALGORITHM,
     run_force.ALGORITHM,
-    conditions.ALGORITHM,
+    conditions.SUMMARY,
     packs.ALGORITHM,
     budget.ALGORITHM,
     comparing.COMPARISON,
     comparing.ANOVA,
     comparing_jumps.ALGORITHM,
-    day_means.ALGORITHM,
+    conditions.DAY_MEANS,
     comparing_by_day.ALGORITHM,
     family.ALGORITHM,
     equivalent_heights.ALGORITHM,

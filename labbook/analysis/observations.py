@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
@@ -20,6 +19,7 @@ from labbook.analysis.observed_notes import beside_plan, left_out, pooled_over
 from labbook.analysis.outcomes.conditions import RunNumber, run_numbers
 from labbook.analysis.outcomes.detections import Detections
 from labbook.analysis.outcomes.measuring import measure
+from labbook.analysis.outcomes.run_apexes import RunApexes
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import StudyData, gather
@@ -216,5 +216,4 @@ def _label(run: RunRow, by: str) -> str:
 
 
 def _heights(item: RunNumber) -> list[float]:
-    found: list[float] = json.loads(item.result.payload_json)["heights_m"]
-    return found
+    return list(item.result.heights_m) if isinstance(item.result, RunApexes) else []

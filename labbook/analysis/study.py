@@ -6,28 +6,33 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from data_schema.outcomes import Outcome
-from data_schema.queries.results import ResultRow
 from labbook.analysis.comparison import pairing
-from labbook.analysis.comparison.comparing import analyse_variance
-from labbook.analysis.comparison.comparing_jumps import compare_jumps
+from labbook.analysis.comparison.comparing import AnovaResult, Pair, analyse_variance
+from labbook.analysis.comparison.comparing_jumps import JumpComparison, compare_jumps
 from labbook.analysis.comparison.comparisons import Compared, compare_all
 from labbook.analysis.comparison.robustness import Variations, vary
 from labbook.analysis.comparison.unselected_comparisons import unselected_conditions_of
-from labbook.analysis.outcomes.budget import budget
-from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, run_numbers
-from labbook.analysis.outcomes.day_means import in_units, unit_scope
+from labbook.analysis.outcomes.budget import JouleBudget, budget
+from labbook.analysis.outcomes.conditions import (
+    ConditionValues,
+    condition_values,
+    in_units,
+    run_numbers,
+    unit_scope,
+)
 from labbook.analysis.outcomes.detections import Detections
 from labbook.analysis.outcomes.judging import Judgement
 from labbook.analysis.outcomes.measuring import measure
-from labbook.analysis.outcomes.packs import pack_deviations
+from labbook.analysis.outcomes.packs import PackDeviation, pack_deviations
 from labbook.analysis.outcomes.passive_drain import Drain, passive_drains
-from labbook.analysis.outcomes.run_apexes import as_protocol, run_apexes
+from labbook.analysis.outcomes.run_apexes import RunApexes, as_protocol, run_apexes
 from labbook.analysis.outcomes.run_energy import run_energies
 from labbook.analysis.outcomes.run_results import RunResults
 from labbook.analysis.prediction.checking import Checked, check_conditions, check_savings
-from labbook.analysis.prediction.predicting import Predicted, predictions
+from labbook.analysis.prediction.predicting import PredictionResult, predictions
 from labbook.analysis.prediction.simulated_values import SIMULATED
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
+from labbook.analysis.results.codec import StoredResult
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import StudyData
 
@@ -39,31 +44,40 @@ class VarianceAnalysed:
     label: str
     group: dict[str, str]
     quantity: Outcome
-    result: ResultRow
+    result: AnovaResult
+
+
+@dataclass(frozen=True, slots=True)
+class JumpsCompared:
+    """A pair with its runs, and the comparison of their jumps."""
+
+    pair: Pair
+    result: JumpComparison
 
 
 @dataclass(frozen=True, slots=True)
 class StudyAnalysis:
     """Everything computed for one selection.
 
-    `judgements` says by run uid which jumps count; `results` and `conditions` have the outcomes that every run is
-    expected to have, and those that any of its runs has.
+    By run uid, `judgements` says which jumps count and `apexes` what that gives; `results` and `conditions` have the
+    outcomes that every run is expected to have, and those that any of its runs has.
     """
 
     evidence: StudyData
     planned: Planned
     drains: dict[str, Drain]
-    judgements: dict[str, Judgement]
-    results: dict[Outcome, RunResults]
+    judgements: Mapping[str, Judgement]
+    apexes: Mapping[str, RunApexes]
+    results: dict[Outcome, RunResults[StoredResult]]
     conditions: dict[Outcome, list[ConditionValues]]
     swept: str | None
     compared: list[Compared]
     anovas: list[VarianceAnalysed]
     variations: Variations
-    jump_tests: list[Compared]
-    packs: dict[str, ResultRow]
-    budget: ResultRow | None
-    predicted: dict[tuple[str, str], Predicted]
+    jump_tests: list[JumpsCompared]
+    packs: dict[str, PackDeviation]
+    budget: JouleBudget | None
+    predicted: dict[tuple[str, str], PredictionResult]
     checked: list[Checked]
 
     def levels_of(self, item: VarianceAnalysed) -> list[ConditionValues]:
@@ -77,8 +91,8 @@ class StudyAnalysis:
 
 
 def _results(
-    cache: ResultCache, detections: Detections, evidence: StudyData, known: Mapping[Outcome, RunResults]
-) -> dict[Outcome, RunResults]:
+    cache: ResultCache, detections: Detections, evidence: StudyData, known: Mapping[Outcome, RunResults[StoredResult]]
+) -> dict[Outcome, RunResults[StoredResult]]:
     """Ensure the other outcomes, and leave out those that no run has and none is expected to have."""
     every = {outcome: known.get(outcome) or measure(outcome, cache, detections, evidence) for outcome in Outcome}
     return {
@@ -116,9 +130,23 @@ def analyse(
         for one in check_conditions(cache, conditions[outcome], predicted, outcome, swept, scope)
     ]
     analysis = StudyAnalysis(
-        evidence, planned, drains, apexes.judgements, results, conditions, swept, [], [], Variations(), [], packs,
-        of_a_joule, predicted, checked,
-    )  # fmt: skip
+        evidence=evidence,
+        planned=planned,
+        drains=drains,
+        judgements=apexes.judgements,
+        apexes=apexes.results,
+        results=results,
+        conditions=conditions,
+        swept=swept,
+        compared=[],
+        anovas=[],
+        variations=Variations(),
+        jump_tests=[],
+        packs=packs,
+        budget=of_a_joule,
+        predicted=predicted,
+        checked=checked,
+    )
     if swept is None:
         return analysis
     settings = planned.settings
@@ -136,8 +164,8 @@ def analyse(
     ]
     pooled = pairing.pairs_pooled(conditions[Outcome.APEX], swept)
     jump_tests = [
-        Compared(pair, Outcome.APEX, row)
-        for pair, row in zip(pooled, compare_jumps(cache, pooled, scope, settings.alpha), strict=True)
+        JumpsCompared(pair, result)
+        for pair, result in zip(pooled, compare_jumps(cache, pooled, scope, settings.alpha), strict=True)
     ]
     progress("what the headlines depend on")
     variations = vary(cache, detections, evidence, drains, results, swept, settings)

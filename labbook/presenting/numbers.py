@@ -4,82 +4,66 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
 
-from data_schema.queries.results import NumberRow, ResultRow
+from data_schema.queries.results import ResultRow
 from data_schema.vocabulary import Undefined
-from labbook.analysis.comparison import pairing
-from labbook.analysis.results.result_cache import number
 from reports.content import Number, Provenance, SignificanceTest, Value
 
 
-@dataclass
+@dataclass(frozen=True)
 class Shown:
-    """Remembers every stored number that a report shows, for its list of sources."""
+    """Remembers every stored number that a report shows, for its list of sources; `said` words what is undefined."""
 
-    sources: dict[str, Provenance] = field(default_factory=dict)
+    ids: dict[str, None] = field(default_factory=dict)
+    said: Callable[[Undefined], Undefined] = lambda undefined: undefined
 
-    def number(self, row: ResultRow, name: str) -> Number:
-        """Return a number of a result with its provenance id."""
-        item = number(row, name)
-        self.sources[item.uid] = Provenance(item.uid, f"{name.replace('_', ' ')}, {_scope(row)}", len(row.inputs))
-        undefined = Undefined(_reason(row, item))
-        return Number(
-            value=_value(row, item),
-            unit=item.unit,
-            se=item.se,
-            shared_se=item.shared_se,
-            ci_low=undefined if item.value is None else item.ci_low,
-            ci_high=undefined if item.value is None else item.ci_high,
-            ci_level=item.ci_level or 0.95,
-            df=item.df,
-            n=item.n,
-            provenance=item.uid,
-        )
+    def of_sides(self, sides: tuple[str, str], unit: str) -> Shown:
+        """Return the same with both sides of a comparison, the treatment first, and its values called as given."""
+        return replace(self, said=lambda undefined: _of_sides(undefined, sides, unit))
 
-    def value(self, row: ResultRow, name: str) -> Value:
+    def number(self, number: Number) -> Number:
+        """Return a number as it is shown."""
+        self.ids[number.provenance] = None
+        value, low, high = number.value, number.ci_low, number.ci_high
+        if not isinstance(value, Undefined):
+            return number
+        return replace(number, value=self.said(value), ci_low=self._end(low), ci_high=self._end(high))
+
+    def value(self, number: Number) -> Value:
         """Return the bare value of a number."""
-        return self.number(row, name).value
+        return self.number(number).value
 
-    def test(
-        self, row: ResultRow, name: str, statistic: str, p: str, df: tuple[Value, ...] | None = None
-    ) -> SignificanceTest:
+    def test(self, name: str, statistic: Number, p: Number, df: tuple[Value, ...] | None = None) -> SignificanceTest:
         """Return a test as statistic, degrees of freedom and p."""
-        return SignificanceTest(
-            name,
-            _value(row, number(row, statistic)),
-            df or (_df(row, number(row, statistic)),),
-            _value(row, number(row, p)),
-        )
+        value = self._worded(statistic.value)
+        own = statistic.df if statistic.df is not None else value if isinstance(value, Undefined) else Undefined("")
+        return SignificanceTest(name, value, df or (own,), self._worded(p.value))
+
+    def _worded(self, value: Value) -> Value:
+        return self.said(value) if isinstance(value, Undefined) else value
+
+    def _end(self, end: Value | None) -> Value | None:
+        return self.said(end) if isinstance(end, Undefined) else end
 
 
-def _value(row: ResultRow, item: NumberRow) -> Value:
-    return Undefined(_reason(row, item)) if item.value is None else item.value
+def provenance(shown: Iterable[str], results: Iterable[ResultRow]) -> tuple[Provenance, ...]:
+    """Say of each number by its id what it is and how many inputs its result has."""
+    known = {number.uid: (number.name, row) for row in results for number in row.numbers}
+    found = []
+    for uid in shown:
+        name, row = known[uid]
+        found.append(Provenance(uid, f"{name.replace('_', ' ')}, {_scope(row)}", len(row.inputs)))
+    return tuple(found)
 
 
-def _df(row: ResultRow, item: NumberRow) -> Value:
-    return Undefined(_reason(row, item)) if item.df is None else item.df
-
-
-def _reason(row: ResultRow, item: NumberRow) -> str:
-    """Return why a number does not exist, with the two sides of a comparison called as the report calls them.
-
-    A comparison sets its second group against its first (treatment less control); the values compared are runs
-    or days.
-    """
-    reason, scope = item.undefined_reason or "", json.loads(row.scope_json)
-    family = scope.get("family")
-    if family is None:
-        return reason
-    for group, name in zip(("group a", "group b"), side_names(family), strict=True):
+def _of_sides(undefined: Undefined, sides: tuple[str, str], unit: str) -> Undefined:
+    """Name both sides of a comparison, which sets its second group against its first, and the values compared."""
+    reason = undefined.reason
+    for group, name in zip(("group a", "group b"), sides, strict=True):
         reason = reason.replace(group, name).replace(f"group '{group[-1]}'", name)
-    return values_as(scope.get("unit", "run"), reason)
-
-
-def side_names(family: str) -> tuple[str, str]:
-    """Return what a family of comparisons calls the side that is compared, and the one that it is compared with."""
-    between = family.startswith(pairing.BETWEEN.partition("{")[0])
-    return ("the level", "the level it is compared with") if between else ("the treatment", "the control")
+    return Undefined(values_as(unit, reason))
 
 
 def values_as(unit: str, text: str) -> str:

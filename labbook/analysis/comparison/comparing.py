@@ -3,38 +3,78 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from data_schema.outcomes import Outcome
-from data_schema.queries.results import InputRow, ResultRow
+from data_schema.queries.results import InputRow
 from data_schema.vocabulary import Undefined
-from labbook.analysis.outcomes.conditions import ConditionValues
-from labbook.analysis.results.result_cache import (
-    Algorithm,
-    Computed,
-    NewNumber,
-    Request,
-    ResultCache,
-    ends_of,
-    result_fingerprint,
-)
+from labbook.analysis.outcomes.conditions import ConditionValues, by_day
+from labbook.analysis.results.codec import Algorithm, StoredResult
+from labbook.analysis.results.result_cache import Request, ResultCache, ends_of, result_fingerprint
+from labbook.config.model import UnitOfAnalysis
+from reports.numbers import Number
 from stats.compare.savings import Savings, percent_savings
-from stats.compare.shared_error import SharedError, difference_with_shared, shared_of_mean
+from stats.compare.shared_error import SharedError, SharedTest, difference_with_shared, shared_of_mean
 from stats.compare.summary import describe
 from stats.compare.two_sample import compare_two
 from stats.groups.anova import one_way_anova
 from stats.groups.variances import brown_forsythe
 
-COMPARISON = Algorithm("comparison", 16)
-ANOVA = Algorithm("anova", 16)
+
+@dataclass(frozen=True, slots=True)
+class ComparisonResult(StoredResult):
+    """A comparison on run means: a is the control, b what is compared with it, a difference b - a.
+
+    `test` is what the F-test chose, "Student" or "Welch", and `t`, `p`, `difference` are its; Welch's stand beside.
+    `rejected` says whether Welch's p is at most alpha, `savings_shown` whether the interval of the savings, which is
+    not that of the difference, shows a saving or a cost; None where there is no such p or interval.
+    """
+
+    f: Number
+    f_p: Number
+    brown_forsythe: Number
+    brown_forsythe_p: Number
+    t: Number
+    p: Number
+    difference: Number
+    welch_t: Number
+    welch_p: Number
+    welch_difference: Number
+    hedges_g: Number
+    mean_a: Number
+    sd_a: Number
+    mean_b: Number
+    sd_b: Number
+    test: str
+    n_a: int
+    n_b: int
+    rejected: bool | None
+    savings: Number | None = None
+    savings_shown: bool | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class AnovaResult(StoredResult):
+    """A one-way analysis of variance over `n` values."""
+
+    f: Number
+    p: Number
+    eta_squared: Number
+    df_between: int
+    df_within: int
+    n: int
+
+
+COMPARISON = Algorithm("comparison", 16, ComparisonResult)
+ANOVA = Algorithm("anova", 16, AnovaResult)
 
 
 @dataclass(frozen=True, slots=True)
 class Pair:
     """Two sets of conditions to compare: `a` is the control or the first level, `b` what is compared with it.
 
-    Savings are stored where `with_savings` is set and the quantity is joules.
+    Two levels that are compared, neither of them the control (`against_control` is False), have no savings.
     """
 
     family: str
@@ -43,24 +83,20 @@ class Pair:
     level: str
     a: tuple[ConditionValues, ...]
     b: tuple[ConditionValues, ...]
-    with_savings: bool = True
+    against_control: bool = True
 
 
 def compare(
     cache: ResultCache, pairs: Sequence[Pair], quantity: Outcome, scope: Mapping[str, Any], alpha: float = 0.05
-) -> list[ResultRow]:
-    """Ensure the comparison of every pair, in order; the F-test decides at alpha, intervals have level 1 - alpha.
-
-    The payload says whether Welch's p is at most alpha (`rejected`), and whether the interval of the savings, which is
-    not that of the difference, shows a saving or a cost (`savings_shown`).
-    """
+) -> list[ComparisonResult]:
+    """Ensure the comparison of every pair, in order; the F-test decides at alpha, intervals have level 1 - alpha."""
     return cache.ensure(
         [
             Request(
                 COMPARISON,
                 {"quantity": str(quantity), "family": pair.family, "label": pair.label, **scope},
                 fingerprints_of_sides(pair),
-                {"with_savings": _has_savings(pair, quantity), "alpha": alpha},
+                {"with_savings": pair.against_control and quantity.has_savings, "alpha": alpha},
                 lambda pair=pair: _compared(pair, quantity, alpha),  # type: ignore[misc]
             )
             for pair in pairs
@@ -75,7 +111,7 @@ def analyse_variance(
     swept: str,
     quantity: Outcome,
     scope: Mapping[str, Any],
-) -> ResultRow:
+) -> AnovaResult:
     """Ensure the one-way analysis of variance over the levels of the swept factor."""
     groups = {condition.levels.get(swept, condition.key): condition.values for condition in conditions}
     return cache.ensure_one(
@@ -105,69 +141,89 @@ def shared_by(side: Sequence[ConditionValues]) -> SharedError:
     return shared_of_mean([item.shared for condition in side for item in condition.runs])
 
 
-def _compared(pair: Pair, quantity: Outcome, alpha: float) -> Computed:
+def pairs_in_units(
+    cache: ResultCache, pairs: Sequence[Pair], quantity: Outcome, unit: UnitOfAnalysis, scope: Mapping[str, Any]
+) -> list[Pair]:
+    """Return the pairs with one number a unit of analysis: as they are, or a mean of each day's runs on each side.
+
+    Where levels are pooled, a day's runs of all of them make one mean: they have the day in common.
+    """
+    if unit is UnitOfAnalysis.RUN:
+        return list(pairs)
+    sides = by_day(cache, [side for pair in pairs for side in (pair.a, pair.b)], quantity, scope)
+    both = zip(sides[::2], sides[1::2], strict=True)
+    return [replace(pair, a=(a,), b=(b,)) for pair, (a, b) in zip(pairs, both, strict=True)]
+
+
+def _compared(pair: Pair, quantity: Outcome, alpha: float) -> ComparisonResult:
     a, b, level = values_of(pair.a), values_of(pair.b), 1.0 - alpha
-    unit = quantity.unit
     test, spreads = compare_two(b, a, "f_then_t", alpha), brown_forsythe({"a": b, "b": a})
     shared = shared_by(pair.b).minus(shared_by(pair.a))
     chosen = difference_with_shared(test.t, test.df, test.p, test.difference_ci, shared, level)
     welch = difference_with_shared(test.welch_t, test.welch_df, test.welch_p, test.welch_ci, shared, level)
-    shown_se = shared.se if quantity.shares_error else None
-    total = len(a) + len(b)
-    numbers = [
-        NewNumber("f", test.f, "1", n=total),
-        NewNumber("f_p", test.f_p, "1", n=total),
-        NewNumber("brown_forsythe", spreads.statistic, "1", n=total),
-        NewNumber("brown_forsythe_p", spreads.p, "1", n=total),
-        NewNumber("t", chosen.t, "1", df=chosen.df, n=total),
-        NewNumber("p", chosen.p, "1", df=chosen.df, n=total),
-        NewNumber(
-            "difference", test.difference, unit, shared_se=shown_se, ci_low=chosen.ci_low, ci_high=chosen.ci_high,
-            ci_level=level, df=chosen.df, n=total,
-        ),
-        NewNumber("welch_t", welch.t, "1", df=welch.df, n=total),
-        NewNumber("welch_p", welch.p, "1", df=welch.df, n=total),
-        NewNumber(
-            "welch_difference", test.difference, unit, shared_se=shown_se, ci_low=welch.ci_low, ci_high=welch.ci_high,
-            ci_level=level, df=welch.df, n=total,
-        ),
-        NewNumber("hedges_g", test.hedges_g, "1", n=total),
-    ]  # fmt: skip
-    for name, about in (("a", describe(a)), ("b", describe(b))):
-        numbers.append(NewNumber(f"mean_{name}", about.mean, unit, n=about.n))
-        numbers.append(NewNumber(f"sd_{name}", about.sd, unit, n=about.n))
-    rejected = None if isinstance(welch.p, Undefined) else welch.p <= alpha
-    payload = {"test": test.test, "n_a": len(a), "n_b": len(b), "rejected": rejected}
-    if _has_savings(pair, quantity):
+    saved = None
+    if pair.against_control and quantity.has_savings:
         saved = percent_savings(
             a, b, shared_in_control=shared_by(pair.a), shared_in_treated=shared_by(pair.b), level=level
         )
-        numbers.append(_savings(saved))
-        payload["savings_shown"] = None if isinstance(saved.shown, Undefined) else saved.shown
-    return Computed(tuple(numbers), payload)
+    total, of_a, of_b = len(a) + len(b), describe(a), describe(b)
+
+    def tested(value: float | Undefined, df: float | Undefined | None = None) -> Number:
+        return Number(value, "1", df=df, n=total)
+
+    def difference(by: SharedTest) -> Number:
+        return Number(
+            test.difference,
+            quantity.unit,
+            shared_se=shared.se if quantity.shares_error else None,
+            ci_low=by.ci_low,
+            ci_high=by.ci_high,
+            ci_level=level,
+            df=by.df,
+            n=total,
+        )
+
+    return ComparisonResult(
+        f=tested(test.f),
+        f_p=tested(test.f_p),
+        brown_forsythe=tested(spreads.statistic),
+        brown_forsythe_p=tested(spreads.p),
+        t=tested(chosen.t, chosen.df),
+        p=tested(chosen.p, chosen.df),
+        difference=difference(chosen),
+        welch_t=tested(welch.t, welch.df),
+        welch_p=tested(welch.p, welch.df),
+        welch_difference=difference(welch),
+        hedges_g=tested(test.hedges_g),
+        mean_a=Number(of_a.mean, quantity.unit, n=of_a.n),
+        sd_a=Number(of_a.sd, quantity.unit, n=of_a.n),
+        mean_b=Number(of_b.mean, quantity.unit, n=of_b.n),
+        sd_b=Number(of_b.sd, quantity.unit, n=of_b.n),
+        test=test.test,
+        n_a=len(a),
+        n_b=len(b),
+        rejected=None if isinstance(welch.p, Undefined) else welch.p <= alpha,
+        savings=None if saved is None else _savings(saved),
+        savings_shown=None if saved is None or isinstance(saved.shown, Undefined) else saved.shown,
+    )
 
 
-def _has_savings(pair: Pair, quantity: Outcome) -> bool:
-    return pair.with_savings and quantity.has_savings
-
-
-def _savings(saved: Savings) -> NewNumber:
+def _savings(saved: Savings) -> Number:
     low, high = ends_of(saved.percent_ci)
-    shared_se = saved.shared_se_percent
-    return NewNumber(
-        "savings", saved.percent, "%", saved.se_percent, None if isinstance(shared_se, Undefined) else shared_se,
-        low, high, saved.level, df=saved.df, n=saved.n_control + saved.n_treated,
+    return Number(
+        saved.percent, "%", saved.se_percent, saved.shared_se_percent, low, high, saved.level, df=saved.df,
+        n=saved.n_control + saved.n_treated,
     )  # fmt: skip
 
 
-def _analysed(groups: Mapping[str, Sequence[float]]) -> Computed:
+def _analysed(groups: Mapping[str, Sequence[float]]) -> AnovaResult:
     found = one_way_anova(groups)
-    total = sum(found.group_ns)
-    return Computed(
-        (
-            NewNumber("f", found.f, "1", n=total),
-            NewNumber("p", found.p, "1", n=total),
-            NewNumber("eta_squared", found.eta_squared, "1", n=total),
-        ),
-        {"df_between": found.df_between, "df_within": found.df_within, "n": total},
+    n = sum(found.group_ns)
+    return AnovaResult(
+        f=Number(found.f, "1", n=n),
+        p=Number(found.p, "1", n=n),
+        eta_squared=Number(found.eta_squared, "1", n=n),
+        df_between=found.df_between,
+        df_within=found.df_within,
+        n=n,
     )

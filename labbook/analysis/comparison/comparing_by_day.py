@@ -4,25 +4,47 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from data_schema.outcomes import Outcome
-from data_schema.queries.results import InputRow, ResultRow
+from data_schema.queries.results import InputRow
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.comparing import Pair, fingerprints_of_sides
 from labbook.analysis.comparison.day_weights import day_ratio, shared_by_day
-from labbook.analysis.results.result_cache import Algorithm, Computed, NewNumber, Request, ResultCache, fingerprint
+from labbook.analysis.results.codec import Algorithm, StoredResult
+from labbook.analysis.results.result_cache import Request, ResultCache, fingerprint
+from reports.numbers import Number
 from stats.compare.shared_error import difference_with_shared
 from stats.days.blocked import blocked_by_day
 
-ALGORITHM = Algorithm("comparison_by_day", 9)
+
+@dataclass(frozen=True, slots=True)
+class DayComparison(StoredResult):
+    """A comparison with the day as a random effect: treatment less control over so many days.
+
+    `method`, `confounding` and `notes` as `stats.days.BlockedByDay` has them.
+    """
+
+    t: Number
+    p: Number
+    difference: Number
+    day_sd: Number
+    run_sd: Number
+    days: int
+    method: str
+    confounding: str
+    notes: tuple[str, ...]
+
+
+ALGORITHM = Algorithm("comparison_by_day", 9, DayComparison)
 
 CONTROL, TREATED = "the control", "the treatment"
 
 
 def compare_by_day(
     cache: ResultCache, pairs: Sequence[Pair], quantity: Outcome, scope: Mapping[str, Any], alpha: float
-) -> list[ResultRow]:
+) -> list[DayComparison]:
     """Ensure y ~ condition + (1 | day) over the runs of every pair, in order; intervals have level 1 - alpha.
 
     Numbers are those that `BlockedByDay` states: of the exact test where the design is balanced; "method" names which.
@@ -48,7 +70,7 @@ def _days(pair: Pair) -> list[InputRow]:
     return [fingerprint("day", "run", run.uid, run.day) for run in runs.values()]
 
 
-def _compared(pair: Pair, quantity: Outcome, alpha: float) -> Computed:
+def _compared(pair: Pair, quantity: Outcome, alpha: float) -> DayComparison:
     sides = ((CONTROL, pair.a), (TREATED, pair.b))
     rows = [(item, name) for name, side in sides for condition in side for item in condition.runs]
     names, days = [name for _item, name in rows], [item.run.day for item, _name in rows]
@@ -59,19 +81,19 @@ def _compared(pair: Pair, quantity: Outcome, alpha: float) -> Computed:
     shared = shared_by_day(contrast, ratio, names, days, [item.shared for item, _name in rows])
     shared_se = shared.se if quantity.shares_error else None
     test = difference_with_shared(contrast.t, contrast.df, contrast.p, contrast.interval, shared, found.level)
-    return Computed(
-        (
-            NewNumber("t", test.t, "1", df=test.df, n=n),
-            NewNumber("p", test.p, "1", df=test.df, n=n),
-            NewNumber(
-                "difference", contrast.difference, unit, contrast.se, shared_se, test.ci_low, test.ci_high, found.level,
-                df=test.df, n=n,
-            ),
-            NewNumber("day_sd", _root(found.day_variance), unit, n=found.n_days),
-            NewNumber("run_sd", _root(found.residual_variance), unit, n=n),
+    return DayComparison(
+        t=Number(test.t, "1", df=test.df, n=n),
+        p=Number(test.p, "1", df=test.df, n=n),
+        difference=Number(
+            contrast.difference, unit, contrast.se, shared_se, test.ci_low, test.ci_high, found.level, df=test.df, n=n
         ),
-        {"days": found.n_days, "method": found.method, "confounding": found.confounding, "notes": list(found.notes)},
-    )  # fmt: skip
+        day_sd=Number(_root(found.day_variance), unit, n=found.n_days),
+        run_sd=Number(_root(found.residual_variance), unit, n=n),
+        days=found.n_days,
+        method=found.method,
+        confounding=found.confounding,
+        notes=found.notes,
+    )
 
 
 def _root(variance: float | Undefined) -> float | Undefined:

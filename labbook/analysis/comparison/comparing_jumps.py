@@ -2,30 +2,43 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from data_schema.queries.results import ResultRow
+from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.comparing import Pair
 from labbook.analysis.outcomes.conditions import ConditionValues
-from labbook.analysis.results.result_cache import (
-    Algorithm,
-    Computed,
-    NewNumber,
-    Request,
-    ResultCache,
-    ends_of,
-    result_fingerprint,
-)
+from labbook.analysis.outcomes.run_apexes import RunApexes
+from labbook.analysis.results.codec import Algorithm, StoredResult
+from labbook.analysis.results.result_cache import Request, ResultCache, ends_of, result_fingerprint
+from reports.numbers import Number
 from stats.compare.two_sample import compare_two
 
-ALGORITHM = Algorithm("jump_comparison", 12)
+
+@dataclass(frozen=True, slots=True)
+class JumpComparison(StoredResult):
+    """A comparison over single jumps, with the fields of `ComparisonResult` that it shares."""
+
+    f: Number
+    f_p: Number
+    t: Number
+    p: Number
+    welch_t: Number
+    welch_p: Number
+    difference: Number
+    welch_difference: Number
+    test: str
+    n_a: int
+    n_b: int
+
+
+ALGORITHM = Algorithm("jump_comparison", 12, JumpComparison)
 
 
 def compare_jumps(
     cache: ResultCache, pairs: Sequence[Pair], scope: Mapping[str, Any], alpha: float = 0.05
-) -> list[ResultRow]:
+) -> list[JumpComparison]:
     """Ensure the comparison of every pair of apex heights over all their jumps, in order."""
     return cache.ensure(
         [
@@ -46,35 +59,33 @@ def compare_jumps(
     )
 
 
-def _compared(pair: Pair, alpha: float) -> Computed:
+def _compared(pair: Pair, alpha: float) -> JumpComparison:
     a, b = _heights_m(pair.a), _heights_m(pair.b)
     test = compare_two(b, a, "f_then_t", alpha)
     total = len(a) + len(b)
-    differences = (
-        ("difference", test.difference_ci, test.df),
-        ("welch_difference", test.welch_ci, test.welch_df),
-    )
-    return Computed(
-        (
-            NewNumber("f", test.f, "1", n=total),
-            NewNumber("f_p", test.f_p, "1", n=total),
-            NewNumber("t", test.t, "1", df=test.df, n=total),
-            NewNumber("p", test.p, "1", df=test.df, n=total),
-            NewNumber("welch_t", test.welch_t, "1", df=test.welch_df, n=total),
-            NewNumber("welch_p", test.welch_p, "1", df=test.welch_df, n=total),
-            *(
-                NewNumber(name, test.difference, "m", None, None, *ends_of(interval), 1.0 - alpha, df=df, n=total)
-                for name, interval, df in differences
-            ),
-        ),
-        {"test": test.test, "n_a": len(a), "n_b": len(b)},
+
+    def tested(value: float | Undefined, df: float | Undefined | None = None) -> Number:
+        return Number(value, "1", df=df, n=total)
+
+    def difference(interval: tuple[float, float] | Undefined, df: float | Undefined) -> Number:
+        low, high = ends_of(interval)
+        return Number(test.difference, "m", ci_low=low, ci_high=high, ci_level=1.0 - alpha, df=df, n=total)
+
+    return JumpComparison(
+        f=tested(test.f),
+        f_p=tested(test.f_p),
+        t=tested(test.t, test.df),
+        p=tested(test.p, test.df),
+        welch_t=tested(test.welch_t, test.welch_df),
+        welch_p=tested(test.welch_p, test.welch_df),
+        difference=difference(test.difference_ci, test.df),
+        welch_difference=difference(test.welch_ci, test.welch_df),
+        test=test.test,
+        n_a=len(a),
+        n_b=len(b),
     )
 
 
 def _heights_m(side: Sequence[ConditionValues]) -> list[float]:
-    return [
-        height_m
-        for condition in side
-        for item in condition.runs
-        for height_m in json.loads(item.result.payload_json)["heights_m"]
-    ]
+    results = [item.result for condition in side for item in condition.runs]
+    return [height_m for result in results if isinstance(result, RunApexes) for height_m in result.heights_m]

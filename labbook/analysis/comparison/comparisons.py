@@ -7,15 +7,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from data_schema.outcomes import Outcome
-from data_schema.queries.results import ResultRow
 from labbook.analysis.comparison import pairing
-from labbook.analysis.comparison.comparing import Pair, compare
-from labbook.analysis.comparison.comparing_by_day import compare_by_day
-from labbook.analysis.comparison.equivalent_heights import within_bounds
-from labbook.analysis.comparison.family import adjust
+from labbook.analysis.comparison.comparing import ComparisonResult, Pair, compare, pairs_in_units
+from labbook.analysis.comparison.comparing_by_day import DayComparison, compare_by_day
+from labbook.analysis.comparison.equivalent_heights import EquivalenceResult, within_bounds
+from labbook.analysis.comparison.family import FamilyResult, adjust
 from labbook.analysis.comparison.unselected_comparisons import unselected_pairs
-from labbook.analysis.outcomes.conditions import ConditionValues
-from labbook.analysis.outcomes.day_means import pairs_in_units, unit_scope
+from labbook.analysis.outcomes.conditions import ConditionValues, unit_scope
 from labbook.analysis.preregistration.planned import FAMILY_OF
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.config.model import AnalysisSettings
@@ -31,10 +29,10 @@ class Compared:
 
     pair: Pair
     quantity: Outcome
-    result: ResultRow
-    by_day: ResultRow | None = None
-    adjusted: ResultRow | None = None
-    equivalent: ResultRow | None = None
+    result: ComparisonResult
+    by_day: DayComparison | None = None
+    adjusted: FamilyResult | None = None
+    equivalent: EquivalenceResult | None = None
 
     @property
     def conditions(self) -> tuple[str, ...]:
@@ -89,8 +87,8 @@ def _with_control(
     ]
     adjusted = adjust(cache, members, family, quantity, of_unit, settings.alpha) if len(members) > 1 else None
     return [
-        replace(item, by_day=row, adjusted=adjusted if item.pair.family == family else None)
-        for item, row in zip(found, by_day, strict=True)
+        replace(item, by_day=beside, adjusted=adjusted if item.pair.family == family else None)
+        for item, beside in zip(found, by_day, strict=True)
     ]
 
 
@@ -100,9 +98,9 @@ def _tested(
     """Test pairs on units of analysis; heights for equality too, where bounds were stated."""
     unit = settings.unit_of_analysis
     units, of_unit = pairs_in_units(cache, pairs, quantity, unit, scope), unit_scope(scope, unit)
-    rows = compare(cache, units, quantity, of_unit, settings.alpha)
-    found = [Compared(pair, quantity, row) for pair, row in zip(pairs, rows, strict=True)]
+    results = compare(cache, units, quantity, of_unit, settings.alpha)
+    found = [Compared(pair, quantity, result) for pair, result in zip(pairs, results, strict=True)]
     if not quantity.has_equivalence or settings.apex_bounds is None:
         return found
     tests = within_bounds(cache, units, settings.apex_bounds, settings.alpha, of_unit)
-    return [replace(item, equivalent=row) for item, row in zip(found, tests, strict=True)]
+    return [replace(item, equivalent=test) for item, test in zip(found, tests, strict=True)]

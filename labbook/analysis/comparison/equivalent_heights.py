@@ -3,23 +3,44 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from data_schema.outcomes import Outcome
-from data_schema.queries.results import ResultRow
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.comparing import Pair, fingerprints_of_sides, values_of
-from labbook.analysis.results.result_cache import Algorithm, Computed, NewNumber, Request, ResultCache, ends_of
+from labbook.analysis.results.codec import Algorithm, StoredResult
+from labbook.analysis.results.result_cache import Request, ResultCache, ends_of
 from labbook.config.model import Bounds
+from reports.numbers import Number
 from stats.compare.equivalence import equivalence
 
-ALGORITHM = Algorithm("equivalence", 9)
+
+@dataclass(frozen=True, slots=True)
+class EquivalenceResult(StoredResult):
+    """Two one-sided tests against bounds, in m or in % of the control's mean (`percent`); `estimate` in their unit.
+
+    `equivalent` says whether both are rejected; None where there is no test.
+    """
+
+    estimate: Number
+    t_low: Number
+    p_low: Number
+    t_high: Number
+    p_high: Number
+    p: Number
+    equivalent: bool | None
+    low: float
+    high: float
+    percent: bool
+
+
+ALGORITHM = Algorithm("equivalence", 9, EquivalenceResult)
 
 
 def within_bounds(
     cache: ResultCache, pairs: Sequence[Pair], bounds: Bounds, alpha: float, scope: Mapping[str, Any]
-) -> list[ResultRow]:
+) -> list[EquivalenceResult]:
     """Ensure the test of every pair of apex heights, in order; its interval has level 1 - 2 alpha."""
     return cache.ensure(
         [
@@ -35,7 +56,7 @@ def within_bounds(
     )
 
 
-def _tested(pair: Pair, bounds: Bounds, alpha: float) -> Computed:
+def _tested(pair: Pair, bounds: Bounds, alpha: float) -> EquivalenceResult:
     found = equivalence(
         values_of(pair.b), values_of(pair.a), low=bounds.low, high=bounds.high,
         bounds="percent" if bounds.percent else "raw", alpha=alpha,
@@ -43,14 +64,15 @@ def _tested(pair: Pair, bounds: Bounds, alpha: float) -> Computed:
     welch, n = found.welch, found.n_a + found.n_b
     low, high = ends_of(welch.estimate_ci)
     unit = "%" if bounds.percent else "m"
-    return Computed(
-        (
-            NewNumber("estimate", found.estimate, unit, ci_low=low, ci_high=high, ci_level=1.0 - 2.0 * alpha, n=n),
-            NewNumber("t_low", welch.t_low, "1", df=welch.df_low, n=n),
-            NewNumber("p_low", welch.p_low, "1", df=welch.df_low, n=n),
-            NewNumber("t_high", welch.t_high, "1", df=welch.df_high, n=n),
-            NewNumber("p_high", welch.p_high, "1", df=welch.df_high, n=n),
-            NewNumber("p", welch.p, "1", n=n),
-        ),
-        {"equivalent": None if isinstance(welch.equivalent, Undefined) else welch.equivalent, **asdict(bounds)},
-    )  # fmt: skip
+    return EquivalenceResult(
+        estimate=Number(found.estimate, unit, ci_low=low, ci_high=high, ci_level=1.0 - 2.0 * alpha, n=n),
+        t_low=Number(welch.t_low, "1", df=welch.df_low, n=n),
+        p_low=Number(welch.p_low, "1", df=welch.df_low, n=n),
+        t_high=Number(welch.t_high, "1", df=welch.df_high, n=n),
+        p_high=Number(welch.p_high, "1", df=welch.df_high, n=n),
+        p=Number(welch.p, "1", n=n),
+        equivalent=None if isinstance(welch.equivalent, Undefined) else welch.equivalent,
+        low=bounds.low,
+        high=bounds.high,
+        percent=bounds.percent,
+    )

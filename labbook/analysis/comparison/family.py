@@ -2,94 +2,74 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 from data_schema.outcomes import Outcome
-from data_schema.queries.results import ResultRow
 from data_schema.vocabulary import Undefined
-from labbook.analysis.comparison.comparing import Pair
-from labbook.analysis.results.result_cache import (
-    Algorithm,
-    Computed,
-    NewNumber,
-    Request,
-    ResultCache,
-    number,
-    result_fingerprint,
-)
+from labbook.analysis.comparison.comparing import ComparisonResult, Pair
+from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult
+from labbook.analysis.results.result_cache import Request, ResultCache, result_fingerprint
+from reports.numbers import Number
 from stats.exact.tails import t_two_sided
 from stats.groups.multiple import holm
 
-ALGORITHM = Algorithm("family", 7)
+
+@dataclass(frozen=True, slots=True)
+class FamilyResult(StoredResult):
+    """Holm's p of the Welch test of every pair of a family by its label, and whether it is at most alpha.
+
+    `rejected` is None where a pair has no p.
+    """
+
+    adjusted_p: Annotated[Mapping[str, Number], StoredAs("adjusted_p, {}")]
+    rejected: Mapping[str, bool | None]
+
+
+ALGORITHM = Algorithm("family", 7, FamilyResult)
 
 
 def adjust(
     cache: ResultCache,
-    tested: Sequence[tuple[Pair, ResultRow]],
+    tested: Sequence[tuple[Pair, ComparisonResult]],
     family: str,
     quantity: Outcome,
     scope: Mapping[str, Any],
     alpha: float = 0.05,
-) -> ResultRow:
-    """Ensure the adjusted p of the Welch tests of a family: one number a pair, named by `adjusted`.
-
-    The payload says which are at most alpha: `rejected`.
-    """
+) -> FamilyResult:
+    """Ensure the adjusted p of the Welch tests of a family."""
     return cache.ensure_one(
         Request(
             ALGORITHM,
             {"quantity": str(quantity), "family": family, **scope},
-            tuple(result_fingerprint(pair.label, row) for pair, row in tested),
+            tuple(result_fingerprint(pair.label, result) for pair, result in tested),
             {"alpha": alpha},
             lambda: _adjusted(tested, family, alpha),
         )
     )
 
 
-def adjusted(label: str) -> str:
-    """Name the adjusted p of a pair."""
-    return f"adjusted_p, {label}"
-
-
-def rejected(row: ResultRow, label: str) -> bool | None:
-    """Tell whether the adjusted p of a pair is at most alpha; None where it has none."""
-    found: bool | None = json.loads(row.payload_json)["rejected"][label]
-    return found
-
-
-def members(row: ResultRow) -> list[str]:
-    """Return the labels of the pairs that a family holds."""
-    return list(json.loads(row.payload_json)["rejected"])
-
-
-def _adjusted(tested: Sequence[tuple[Pair, ResultRow]], family: str, alpha: float) -> Computed:
-    found = {pair.label: _p(row) for pair, row in tested}
-    logs = {pair.label: _log10_p(row) for pair, row in tested if found[pair.label] == 0.0}
+def _adjusted(tested: Sequence[tuple[Pair, ComparisonResult]], family: str, alpha: float) -> FamilyResult:
+    found = {pair.label: result.welch_p.value for pair, result in tested}
+    logs = {pair.label: _log10_p(result) for pair, result in tested if found[pair.label] == 0.0}
     result = holm(found, family, log10_p=logs, alpha=alpha)
-    return Computed(
-        tuple(
-            NewNumber(adjusted(label), p, "1", n=len(found))
-            for label, p in zip(result.names, result.adjusted_p, strict=True)
-        ),
-        {
-            "rejected": {
-                label: None if isinstance(verdict, Undefined) else verdict
-                for label, verdict in zip(result.names, result.rejected, strict=True)
-            }
+    return FamilyResult(
+        adjusted_p={
+            label: Number(p, "1", n=len(found)) for label, p in zip(result.names, result.adjusted_p, strict=True)
+        },
+        rejected={
+            label: None if isinstance(verdict, Undefined) else verdict
+            for label, verdict in zip(result.names, result.rejected, strict=True)
         },
     )
 
 
-def _p(row: ResultRow) -> float | Undefined:
-    item = number(row, "welch_p")
-    return Undefined(item.undefined_reason or "") if item.value is None else item.value
-
-
-def _log10_p(row: ResultRow) -> float | Undefined:
+def _log10_p(result: ComparisonResult) -> float | Undefined:
     """Return the logarithm of a p that is below all doubles, from the statistic that it belongs to."""
-    item = number(row, "welch_t")
-    if item.value is None or item.df is None:
-        return Undefined(item.undefined_reason or "the test has no degrees of freedom")
-    return t_two_sided(item.value, item.df).log10_p
+    t = result.welch_t
+    if isinstance(t.value, Undefined):
+        return t.value
+    if not isinstance(t.df, float):
+        return Undefined("the test has no degrees of freedom")
+    return t_two_sided(t.value, t.df).log10_p

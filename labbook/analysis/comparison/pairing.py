@@ -105,7 +105,7 @@ def pairs_between(conditions: Sequence[ConditionValues], swept: str) -> list[Pai
                         label = f"{group_label(group)}, {name}: {factor} {level} against {levels[0]}"
                         found.append(
                             Pair(family, label, group, f"{level}, {name}", tuple(of_level[levels[0]]),
-                                 tuple(of_level[level]), with_savings=False)
+                                 tuple(of_level[level]), against_control=False)
                         )  # fmt: skip
     return found
 

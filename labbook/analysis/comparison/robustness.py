@@ -6,18 +6,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from data_schema.outcomes import Outcome
-from data_schema.queries.results import ResultRow
 from data_schema.vocabulary import RunKind, Undefined
 from labbook.analysis.comparison import pairing
-from labbook.analysis.comparison.comparing import compare
-from labbook.analysis.outcomes.conditions import condition_values, run_numbers
-from labbook.analysis.outcomes.day_means import pairs_in_units, unit_scope
+from labbook.analysis.comparison.comparing import ComparisonResult, compare, pairs_in_units
+from labbook.analysis.outcomes.conditions import condition_values, run_numbers, unit_scope
 from labbook.analysis.outcomes.detections import Detections
 from labbook.analysis.outcomes.measuring import measure
 from labbook.analysis.outcomes.passive_drain import Drain, passive_drains
 from labbook.analysis.outcomes.run_apexes import as_protocol, run_apexes, without_exclusions
-from labbook.analysis.outcomes.run_energy import run_energies
+from labbook.analysis.outcomes.run_energy import RunEnergy, run_energies
 from labbook.analysis.outcomes.run_results import RunResults
+from labbook.analysis.results.codec import StoredResult
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import AnalysisSettings
@@ -33,7 +32,7 @@ class Varied:
     headline: str
     variant: str
     quantity: Outcome
-    result: ResultRow
+    result: ComparisonResult
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +48,7 @@ def vary(
     detections: Detections,
     evidence: StudyData,
     drains: Mapping[str, Drain],
-    results: Mapping[Outcome, RunResults],
+    results: Mapping[Outcome, RunResults[StoredResult]],
     swept: str,
     settings: AnalysisSettings,
 ) -> Variations:
@@ -107,7 +106,7 @@ def with_void(evidence: StudyData) -> StudyData:
 
 def _joules_of(
     cache: ResultCache, varied: StudyData, evidence: StudyData, drains: Mapping[str, Drain], label: str
-) -> tuple[Mapping[str, Drain], Mapping[str, ResultRow]]:
+) -> tuple[Mapping[str, Drain], Mapping[str, RunEnergy]]:
     """Return drain lines and joules of other runs; where the idle runs are the same, so are the lines."""
     if varied.idle == evidence.idle and all(run.robot_uid in drains for run in varied.runs):
         return drains, run_energies(cache, varied, drains).results
@@ -124,7 +123,7 @@ def _compared(
     label: str,
     evidence: StudyData,
     quantity: Outcome,
-    results: Mapping[str, ResultRow],
+    results: Mapping[str, StoredResult],
     swept: str,
     settings: AnalysisSettings,
 ) -> list[Varied]:
@@ -133,5 +132,5 @@ def _compared(
     unit = settings.unit_of_analysis
     conditions = condition_values(cache, run_numbers(evidence.runs, results, quantity), quantity, scope)
     pairs = pairs_in_units(cache, pairing.pairs_pooled(conditions, swept), quantity, unit, scope)
-    rows = compare(cache, pairs, quantity, unit_scope(scope, unit), settings.alpha)
-    return [Varied(pair.label, label, quantity, row) for pair, row in zip(pairs, rows, strict=True)]
+    compared = compare(cache, pairs, quantity, unit_scope(scope, unit), settings.alpha)
+    return [Varied(pair.label, label, quantity, result) for pair, result in zip(pairs, compared, strict=True)]

@@ -3,34 +3,45 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated
 
-from data_schema.queries.results import ResultRow
+from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.outcomes.energy import energy_budget
 from labbook.analysis.outcomes.run_energy import usable_charge
-from labbook.analysis.results.result_cache import (
-    Algorithm,
-    Computed,
-    NewNumber,
-    Request,
-    ResultCache,
-    fingerprint,
-    result_fingerprint,
-)
+from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult
+from labbook.analysis.results.result_cache import Request, ResultCache, fingerprint, result_fingerprint
 from labbook.analysis.study_data import StudyData
+from reports.numbers import Number
 from stats.compare.shared_error import shared_of_mean
 
-ALGORITHM = Algorithm("energy_budget", 14)
-
 IN_ALL = "in all"
-ONE_MAH = "1 mAh"
-"""Names of numbers of the budget: the sum of all sources, and what a step of the charger is worth."""
+"""The sum of all sources of uncertainty."""
 
 
-def of_mean(name: str) -> str:
-    """Name what a source gives the mean over the runs; its own name is what it gives one run."""
-    return f"{name}, mean"
+@dataclass(frozen=True, slots=True)
+class BudgetSource:
+    """A source of uncertainty by name; `shared`, `in_scatter` and `assumed` as in `energy.BudgetTerm`."""
+
+    name: str
+    shared: bool
+    in_scatter: bool
+    assumed: bool
+
+
+@dataclass(frozen=True, slots=True)
+class JouleBudget(StoredResult):
+    """What each source gives a run's joules and the mean over runs, by its name and `IN_ALL`; what 1 mAh is worth."""
+
+    terms: tuple[BudgetSource, ...]
+    one_run: Annotated[Mapping[str, Number], StoredAs("{}")]
+    mean: Annotated[Mapping[str, Number], StoredAs("{}, mean")]
+    one_mah: Annotated[Number, StoredAs("1 mAh")]
+
+
+ALGORITHM = Algorithm("energy_budget", 14, JouleBudget)
 
 
 def budget(
@@ -38,7 +49,7 @@ def budget(
     evidence: StudyData,
     conditions: Sequence[ConditionValues],
     scope: dict[str, str],
-) -> ResultRow | None:
+) -> JouleBudget | None:
     """Ensure the budget of one run's joules; None without joules."""
     if not conditions:
         return None
@@ -54,7 +65,7 @@ def budget(
                 fingerprint("voltage", "study", evidence.study.uid, repr(voltage_v)),
             ),
             {"resolution_mah": resolution_mah},
-            lambda: _outcome(condition, voltage_v, resolution_mah),
+            lambda: _budget(condition, voltage_v, resolution_mah),
         )
     )
 
@@ -65,7 +76,7 @@ def _resolution_mah(evidence: StudyData, condition: ConditionValues) -> float:
     return max(charge.resolution_mah for charge in charges if not isinstance(charge, str))
 
 
-def _outcome(condition: ConditionValues, voltage_v: float, resolution_mah: float) -> Computed:
+def _budget(condition: ConditionValues, voltage_v: float, resolution_mah: float) -> JouleBudget:
     found = energy_budget(
         condition.values,
         [item.run.jumps_made for item in condition.runs],
@@ -74,16 +85,14 @@ def _outcome(condition: ConditionValues, voltage_v: float, resolution_mah: float
         drain_se_mean_j=shared_of_mean([item.shared for item in condition.runs]).se,
         resolution_mah=resolution_mah,
     )
-    sources = [(term.name, term.one_run_j, term.mean_j) for term in found.terms]
-    sources.append((IN_ALL, found.total_one_run_j, found.total_mean_j))
-    numbers = [
-        number
-        for name, one_run_j, mean_j in sources
-        for number in (NewNumber(name, one_run_j, "J", n=found.n), NewNumber(of_mean(name), mean_j, "J", n=found.n))
-    ]
-    numbers.append(NewNumber(ONE_MAH, found.joules_per_mah, "J", n=found.n))
-    terms = [
-        {"name": term.name, "shared": term.shared, "in_scatter": term.in_scatter, "assumed": term.assumed}
-        for term in found.terms
-    ]
-    return Computed(tuple(numbers), {"terms": terms})
+
+    def numbers(sizes_j: Sequence[float | Undefined], total_j: float | Undefined) -> dict[str, Number]:
+        names = [*(term.name for term in found.terms), IN_ALL]
+        return {name: Number(size, "J", n=found.n) for name, size in zip(names, [*sizes_j, total_j], strict=True)}
+
+    return JouleBudget(
+        terms=tuple(BudgetSource(term.name, term.shared, term.in_scatter, term.assumed) for term in found.terms),
+        one_run=numbers([term.one_run_j for term in found.terms], found.total_one_run_j),
+        mean=numbers([term.mean_j for term in found.terms], found.total_mean_j),
+        one_mah=Number(found.joules_per_mah, "J", n=found.n),
+    )

@@ -1,28 +1,41 @@
-"""One quantity in one condition: mean, SD, SE and interval over runs, the runs being the unit of analysis."""
+"""One quantity in one condition: mean, SD, SE and interval over runs; means of days where these are the unit."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated, Any
 
 from data_schema.outcomes import Outcome
-from data_schema.queries.results import ResultRow
 from data_schema.queries.runs import RunRow
-from labbook.analysis.outcomes.run_energy import shared_error
+from labbook.analysis.outcomes.run_energy import RunEnergy
+from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult
 from labbook.analysis.results.facts import condition_input
-from labbook.analysis.results.result_cache import (
-    Algorithm,
-    Computed,
-    NewNumber,
-    Request,
-    ResultCache,
-    number,
-    result_fingerprint,
-)
+from labbook.analysis.results.result_cache import Request, ResultCache, fingerprint, result_fingerprint
+from labbook.config.model import UnitOfAnalysis
+from reports.numbers import Number
 from stats.compare.shared_error import SharedError, describe_shared, shared_of_mean
 
-ALGORITHM = Algorithm("condition_summary", 14)
+
+@dataclass(frozen=True, slots=True)
+class ConditionSummary(StoredResult):
+    """Mean of the runs of a condition with its interval, their standard deviation, and the runs by name."""
+
+    mean: Number
+    sd: Number
+    runs: tuple[tuple[str, float], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class DayMeans(StoredResult):
+    """Means of a day's runs on one side of a comparison, by day."""
+
+    means: Annotated[Mapping[str, Number], StoredAs("mean of {}")]
+
+
+SUMMARY = Algorithm("condition_summary", 14, ConditionSummary)
+DAY_MEANS = Algorithm("day_means", 6, DayMeans)
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,36 +45,46 @@ class RunNumber:
     run: RunRow
     value: float
     shared: SharedError
-    result: ResultRow
+    result: StoredResult
 
 
 @dataclass(frozen=True, slots=True)
 class ConditionValues:
-    """The runs of one condition, and what is stored about them."""
+    """The runs of one condition, or the means of its days, and what is stored about them."""
 
     key: str
     is_control: bool
     levels: Mapping[str, str]
     runs: tuple[RunNumber, ...]
-    result: ResultRow
+    result: ConditionSummary | DayMeans
 
     @property
     def values(self) -> list[float]:
         """The runs' numbers."""
         return [item.value for item in self.runs]
 
+    @property
+    def summary(self) -> ConditionSummary:
+        """What is stored of a condition whose values are runs."""
+        assert isinstance(self.result, ConditionSummary)  # noqa: S101 - means of days have no summary
+        return self.result
 
-def run_numbers(runs: Sequence[RunRow], results: Mapping[str, ResultRow], quantity: Outcome) -> list[RunNumber]:
+
+def run_numbers(runs: Sequence[RunRow], results: Mapping[str, StoredResult], quantity: Outcome) -> list[RunNumber]:
     """Return the runs that have the quantity."""
     found = []
     for run in runs:
-        row = results.get(run.uid)
-        if row is None:
-            continue
-        item = number(row, quantity.number_name)
-        if item.value is not None:
-            shared = shared_error(row) if quantity.shares_error else SharedError()
-            found.append(RunNumber(run, item.value, shared, row))
+        result = results.get(run.uid)
+        value = None if result is None else number_of(result, quantity).value
+        if result is not None and isinstance(value, float):
+            shared = result.shared_error if isinstance(result, RunEnergy) else SharedError()
+            found.append(RunNumber(run, value, shared, result))
+    return found
+
+
+def number_of(result: StoredResult, quantity: Outcome) -> Number:
+    """Return an outcome's number of a run's result, whose field has the name that the outcome declares."""
+    found: Number = getattr(result, quantity.number_name)
     return found
 
 
@@ -74,40 +97,102 @@ def condition_values(
         by_condition.setdefault(item.run.condition_key, []).append(item)
     requests = [
         Request(
-            ALGORITHM,
+            SUMMARY,
             {"quantity": str(quantity), "condition": key, **scope},
             (condition_input(items[0].run), *(result_fingerprint(item.run.name, item.result) for item in items)),
             {},
-            lambda items=items: _outcome(items, quantity),  # type: ignore[misc]
+            lambda items=items: _summary(items, quantity),  # type: ignore[misc]
         )
         for key, items in by_condition.items()
     ]
-    rows = cache.ensure(requests)
+    results = cache.ensure(requests)
     return [
-        ConditionValues(key, items[0].run.is_control, items[0].run.levels, tuple(items), row)
-        for (key, items), row in zip(by_condition.items(), rows, strict=True)
+        ConditionValues(key, items[0].run.is_control, items[0].run.levels, tuple(items), result)
+        for (key, items), result in zip(by_condition.items(), results, strict=True)
     ]
 
 
-def _outcome(items: Sequence[RunNumber], quantity: Outcome) -> Computed:
-    unit = quantity.unit
+def _summary(items: Sequence[RunNumber], quantity: Outcome) -> ConditionSummary:
     mean = describe_shared([item.value for item in items], shared_of_mean([item.shared for item in items]))
     about = mean.scatter
-    return Computed(
-        (
-            NewNumber(
-                "mean",
-                about.mean,
-                unit,
-                about.se,
-                mean.shared_se if quantity.shares_error else None,
-                mean.ci_low,
-                mean.ci_high,
-                mean.level,
-                df=about.n - 1,
-                n=about.n,
-            ),
-            NewNumber("sd", about.sd, unit, n=about.n),
+    return ConditionSummary(
+        mean=Number(
+            about.mean,
+            quantity.unit,
+            about.se,
+            mean.shared_se if quantity.shares_error else None,
+            mean.ci_low,
+            mean.ci_high,
+            mean.level,
+            df=about.n - 1,
+            n=about.n,
         ),
-        {"runs": [[item.run.name, item.value] for item in items]},
+        sd=Number(about.sd, quantity.unit, n=about.n),
+        runs=tuple((item.run.name, item.value) for item in items),
     )
+
+
+def in_units(
+    cache: ResultCache,
+    conditions: Sequence[ConditionValues],
+    quantity: Outcome,
+    unit: UnitOfAnalysis,
+    scope: Mapping[str, Any],
+) -> list[ConditionValues]:
+    """Return conditions with one number a unit of analysis."""
+    if unit is UnitOfAnalysis.RUN:
+        return list(conditions)
+    return by_day(cache, [(condition,) for condition in conditions], quantity, scope)
+
+
+def by_day(
+    cache: ResultCache, sides: Sequence[Sequence[ConditionValues]], quantity: Outcome, scope: Mapping[str, Any]
+) -> list[ConditionValues]:
+    """Ensure the means of each side's runs by day, in order: one set of values a side, under its first condition."""
+    days = [days_of(item for condition in side for item in condition.runs) for side in sides]
+    results = cache.ensure(
+        [
+            Request(
+                DAY_MEANS,
+                {"quantity": str(quantity), "conditions": "; ".join(one.key for one in side), **scope},
+                (
+                    *(result_fingerprint(item.run.name, item.result) for one in side for item in one.runs),
+                    *(fingerprint("day", "run", item.run.uid, item.run.day) for one in side for item in one.runs),
+                ),
+                {},
+                lambda of_day=of_day: _means(of_day, quantity.unit),  # type: ignore[misc]
+            )
+            for side, of_day in zip(sides, days, strict=True)
+        ]
+    )
+    return [
+        replace(side[0], runs=tuple(_as_one(result, items) for items in of_day.values()), result=result)
+        for side, of_day, result in zip(sides, days, results, strict=True)
+    ]
+
+
+def unit_scope(scope: Mapping[str, Any], unit: UnitOfAnalysis) -> dict[str, Any]:
+    """Return the scope of results on units of analysis; runs go without saying."""
+    return dict(scope) if unit is UnitOfAnalysis.RUN else {**scope, "unit": str(unit)}
+
+
+def days_of(items: Iterable[RunNumber]) -> dict[str, list[RunNumber]]:
+    """Return runs by their day, in order of first occurrence."""
+    found: dict[str, list[RunNumber]] = {}
+    for item in items:
+        found.setdefault(item.run.day, []).append(item)
+    return found
+
+
+def mean_of(items: Sequence[RunNumber]) -> float:
+    """Return the mean of runs' numbers."""
+    return math.fsum(item.value for item in items) / len(items)
+
+
+def _means(days: Mapping[str, Sequence[RunNumber]], unit: str) -> DayMeans:
+    return DayMeans({day: Number(mean_of(items), unit, n=len(items)) for day, items in days.items()})
+
+
+def _as_one(result: DayMeans, items: Sequence[RunNumber]) -> RunNumber:
+    """Return a day's runs as one; its run is the day's first, which knows the day."""
+    return RunNumber(items[0].run, mean_of(items), shared_of_mean([item.shared for item in items]), result)

@@ -12,16 +12,17 @@ from labbook.analysis.outcomes.run_apexes import as_protocol, run_apexes
 from labbook.analysis.outcomes.run_energy import run_energies
 from labbook.analysis.outcomes.run_force import run_forces
 from labbook.analysis.outcomes.run_results import RunResults
+from labbook.analysis.results.codec import StoredResult
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import StudyData
 
-_MEASURES: Mapping[Outcome, Callable[[ResultCache, Detections, StudyData], RunResults]] = {
+_MEASURES: Mapping[Outcome, Callable[[ResultCache, Detections, StudyData], RunResults[StoredResult]]] = {
     Outcome.JOULES: lambda cache, _detections, data: run_energies(cache, data, passive_drains(cache, data)),
     Outcome.APEX: lambda cache, detections, data: run_apexes(cache, detections, data, as_protocol(data)),
     **{outcome: run_forces for outcome in Outcome if outcome.source is FileRole.FORCE},
 }
 
 
-def measure(outcome: Outcome, cache: ResultCache, detections: Detections, data: StudyData) -> RunResults:
+def measure(outcome: Outcome, cache: ResultCache, detections: Detections, data: StudyData) -> RunResults[StoredResult]:
     """Ensure the outcome of every selected jump run that has what it takes, as the protocol says."""
     return _MEASURES[outcome](cache, detections, data)

@@ -3,25 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
-from data_schema.queries.results import ResultRow
 from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
-from labbook.analysis.results.result_cache import (
-    Algorithm,
-    Computed,
-    NewNumber,
-    Request,
-    ResultCache,
-    result_fingerprint,
-)
+from labbook.analysis.results.codec import Algorithm, StoredResult
+from labbook.analysis.results.result_cache import Request, ResultCache, result_fingerprint
+from reports.numbers import Number
 from stats.compare.summary import describe
 
-ALGORITHM = Algorithm("pack_deviation", 12)
+
+@dataclass(frozen=True, slots=True)
+class PackDeviation(StoredResult):
+    """Mean deviation of a pack's runs from the means of their conditions."""
+
+    deviation: Number
+
+
+ALGORITHM = Algorithm("pack_deviation", 12, PackDeviation)
 
 
 def pack_deviations(
     cache: ResultCache, conditions: Sequence[ConditionValues], scope: dict[str, str]
-) -> dict[str, ResultRow]:
+) -> dict[str, PackDeviation]:
     """Ensure the mean deviation of every pack, in joules a jump."""
     deviations: dict[str, list[tuple[RunNumber, float]]] = {}
     for condition in conditions:
@@ -29,31 +32,23 @@ def pack_deviations(
         for item in condition.runs:
             deviations.setdefault(item.run.battery, []).append((item, item.value - mean))
     packs = sorted(deviations)
-    rows = cache.ensure(
+    results = cache.ensure(
         [
             Request(
                 ALGORITHM,
                 {"pack": pack, **scope},
                 tuple(result_fingerprint("condition", condition.result) for condition in conditions),
-                {"runs": [item.run.name for item, _deviation in deviations[pack]]},
-                lambda values=[value for _item, value in deviations[pack]]: _outcome(values),  # type: ignore[misc]
+                {"runs": [item.run.name for item, _value in deviations[pack]]},
+                lambda values=[value for _item, value in deviations[pack]]: _deviation(values),  # type: ignore[misc]
             )
             for pack in packs
         ]
     )
-    return dict(zip(packs, rows, strict=True))
+    return dict(zip(packs, results, strict=True))
 
 
-def _outcome(values: Sequence[float]) -> Computed:
+def _deviation(values: Sequence[float]) -> PackDeviation:
     about = describe(values)
-    number = NewNumber(
-        "deviation",
-        about.mean,
-        "J",
-        about.se,
-        ci_low=about.ci_low,
-        ci_high=about.ci_high,
-        ci_level=about.level,
-        n=about.n,
+    return PackDeviation(
+        Number(about.mean, "J", about.se, ci_low=about.ci_low, ci_high=about.ci_high, ci_level=about.level, n=about.n)
     )
-    return Computed((number,))

@@ -6,18 +6,36 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from data_schema.queries.charges import ChargeOfRun
-from data_schema.queries.results import ResultRow
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import ChargeMode, Undefined
+from labbook.analysis.results.codec import Algorithm, StoredResult
 from labbook.analysis.results.facts import charge_input, idle_runs_input, run_input
-from labbook.analysis.results.result_cache import Algorithm, Computed, NewNumber, Request, ResultCache
+from labbook.analysis.results.result_cache import Request, ResultCache, ends_of
 from labbook.analysis.study_data import StudyData
-from stats.exact.finite import Interval
+from reports.numbers import Number
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain, why_no_line
 
-ALGORITHM = Algorithm("passive_drain", 15)
 MAH_MIN = 60.0
 """mAh/s to mAh/min."""
+
+
+@dataclass(frozen=True, slots=True)
+class DrainFit(StoredResult):
+    """What is stored of a robot's drain line: it, its fit, and what it gives at the protocol's run duration.
+
+    `run_duration_s` and `extrapolated` (that duration lies outside those of the idle runs) are None without a line or
+    where the protocol states no duration.
+    """
+
+    slope: Number
+    intercept: Number
+    r_squared: Number
+    at_run: Number
+    run_duration_s: float | None = None
+    extrapolated: bool | None = None
+
+
+ALGORITHM = Algorithm("passive_drain", 15, DrainFit)
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +44,7 @@ class Drain:
 
     robot: str
     line: PassiveDrain | Undefined
-    result: ResultRow
+    result: DrainFit
 
 
 def recharge_of(run: RunRow, charges: Sequence[ChargeOfRun]) -> ChargeOfRun | str:
@@ -79,7 +97,7 @@ def passive_drains(cache: ResultCache, evidence: StudyData, variant: str | None 
                     ),
                 ),
                 {"run_duration_s": duration_s},
-                lambda line=line: _outcome(line, duration_s),  # type: ignore[misc]
+                lambda line=line: _drain_fit(line, duration_s),  # type: ignore[misc]
             )
             for robot, line in lines.items()
         ]
@@ -99,44 +117,38 @@ def _fit(idle: list[tuple[RunRow, ChargeOfRun]]) -> PassiveDrain | Undefined:
     )
 
 
-def _outcome(drain: PassiveDrain | Undefined, duration_s: float | None) -> Computed:
+def _drain_fit(drain: PassiveDrain | Undefined, duration_s: float | None) -> DrainFit:
     if isinstance(drain, Undefined):
-        return Computed(
-            tuple(
-                NewNumber(name, drain, unit)
-                for name, unit in (("slope", "mAh/min"), ("intercept", "mAh"), ("r_squared", "1"), ("at_run", "mAh"))
-            )
-        )
-    low, high = _ends(drain.slope_ci_mah_s(), MAH_MIN)
-    from_low, from_high = _ends(drain.intercept_ci_mah())
-    line = (
-        NewNumber(
-            "slope", drain.slope_mah_s * MAH_MIN, "mAh/min", drain.slope_se_mah_s * MAH_MIN, ci_low=low, ci_high=high,
-            ci_level=0.95, df=drain.df, n=drain.n,
-        ),
-        NewNumber(
-            "intercept", drain.intercept_mah, "mAh", drain.intercept_se_mah, ci_low=from_low, ci_high=from_high,
-            ci_level=0.95, df=drain.df, n=drain.n,
-        ),
-        NewNumber("r_squared", drain.r_squared, "1", n=drain.n),
+        slope, intercept, r_squared, at_run = (Number(drain, unit) for unit in ("mAh/min", "mAh", "1", "mAh"))
+        return DrainFit(slope, intercept, r_squared, at_run)
+    low, high = ends_of(drain.slope_ci_mah_s(), MAH_MIN)
+    from_low, from_high = ends_of(drain.intercept_ci_mah())
+    slope = Number(
+        drain.slope_mah_s * MAH_MIN, "mAh/min", drain.slope_se_mah_s * MAH_MIN, ci_low=low, ci_high=high, df=drain.df,
+        n=drain.n,
     )  # fmt: skip
+    intercept = Number(
+        drain.intercept_mah, "mAh", drain.intercept_se_mah, ci_low=from_low, ci_high=from_high, df=drain.df, n=drain.n
+    )
+    r_squared = Number(drain.r_squared, "1", n=drain.n)
     if duration_s is None:
         none = Undefined("the protocol states no run duration")
-        return Computed((*line, NewNumber("at_run", none, "mAh")))
-    at_run = drain.at(duration_s)
-    estimate = NewNumber(
-        "at_run",
-        at_run.charge_mah,
-        "mAh",
-        at_run.se,
-        ci_low=at_run.ci_low,
-        ci_high=at_run.ci_high,
-        ci_level=at_run.level,
-        df=at_run.df,
-        n=drain.n,
+        return DrainFit(slope, intercept, r_squared, Number(none, "mAh"))
+    found = drain.at(duration_s)
+    return DrainFit(
+        slope=slope,
+        intercept=intercept,
+        r_squared=r_squared,
+        at_run=Number(
+            found.charge_mah,
+            "mAh",
+            found.se,
+            ci_low=found.ci_low,
+            ci_high=found.ci_high,
+            ci_level=found.level,
+            df=found.df,
+            n=drain.n,
+        ),
+        run_duration_s=duration_s,
+        extrapolated=found.extrapolated,
     )
-    return Computed((*line, estimate), {"run_duration_s": duration_s, "extrapolated": at_run.extrapolated})
-
-
-def _ends(ci: Interval | Undefined, times: float = 1.0) -> tuple[float | Undefined, float | Undefined]:
-    return (ci, ci) if isinstance(ci, Undefined) else (ci[0] * times, ci[1] * times)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from data_schema.queries.results import InputRow
@@ -14,19 +14,36 @@ from labbook.analysis.outcomes.detecting import jumps_found
 from labbook.analysis.outcomes.detections import Detections, rest_length_m
 from labbook.analysis.outcomes.judging import Judgement, Rules, judge
 from labbook.analysis.outcomes.run_results import RunResults
+from labbook.analysis.results.codec import Algorithm, StoredResult
 from labbook.analysis.results.facts import decision_input, run_input, signal_input
-from labbook.analysis.results.result_cache import Algorithm, Computed, NewNumber, Request, ResultCache, fingerprint
+from labbook.analysis.results.result_cache import Request, ResultCache, fingerprint
 from labbook.analysis.study_data import StudyData
+from reports.numbers import Number
 from stats.compare.summary import describe
-
-ALGORITHM = Algorithm("run_apexes", 15)
 
 
 @dataclass(frozen=True, slots=True)
-class RunApexes(RunResults):
+class RunApexes(StoredResult):
+    """Mean apex height of a run, and its jumps: how many were found, and the heights in m of those that count.
+
+    `excluded` counts the others by reason, `waiting` the verdicts that fit no jump any more.
+    """
+
+    apex_height: Number
+    jumps_found: Number
+    heights_m: tuple[float, ...]
+    excluded: Mapping[str, int]
+    waiting: int
+
+
+ALGORITHM = Algorithm("run_apexes", 15, RunApexes)
+
+
+@dataclass(frozen=True, slots=True)
+class ApexResults(RunResults[RunApexes]):
     """Apex results with the judgements behind them, by run uid."""
 
-    judgements: dict[str, Judgement]
+    judgements: Mapping[str, Judgement]
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +100,7 @@ def _in_number_order(name: str) -> list[tuple[str, int]]:
     return [(text, int(digits or 0)) for text, digits in re.findall(r"(\D*)(\d*)", name)]
 
 
-def run_apexes(cache: ResultCache, detections: Detections, evidence: StudyData, variant: ApexVariant) -> RunApexes:
+def run_apexes(cache: ResultCache, detections: Detections, evidence: StudyData, variant: ApexVariant) -> ApexResults:
     """Ensure the apex heights of every selected jump run that has logs."""
     logs: dict[str, tuple[SignalRow, ...]] = {}
     missing: dict[str, str] = {}
@@ -99,7 +116,7 @@ def run_apexes(cache: ResultCache, detections: Detections, evidence: StudyData, 
     by_robot: dict[str, dict[str, tuple[SignalRow, ...]]] = {robot: {} for robot in robots}
     for uid, several in logs.items():
         by_robot[runs[uid].robot_uid][uid] = several
-    requests: dict[str, Request] = {}
+    requests: dict[str, Request[RunApexes]] = {}
     judgements: dict[str, Judgement] = {}
     for robot, of_robot in by_robot.items():
         found = detections.of(of_robot, variant.detector, lengths_m[robot])
@@ -112,29 +129,31 @@ def run_apexes(cache: ResultCache, detections: Detections, evidence: StudyData, 
             inputs += [decision_input(decision) for decision in judgements[uid].in_force]
             requests[uid] = _request(runs[uid], judgements[uid], variant, tuple(inputs))
     requests = {uid: requests[uid] for uid in logs}  # in the order of the runs, whatever the robots
-    return RunApexes(dict(zip(requests, cache.ensure(list(requests.values())), strict=True)), missing, judgements)
+    return ApexResults(dict(zip(requests, cache.ensure(list(requests.values())), strict=True)), missing, judgements)
 
 
-def _request(run: RunRow, judgement: Judgement, variant: ApexVariant, inputs: tuple[InputRow, ...]) -> Request:
+def _request(
+    run: RunRow, judgement: Judgement, variant: ApexVariant, inputs: tuple[InputRow, ...]
+) -> Request[RunApexes]:
     settings = {
         "detector": variant.detector,
         "exclude_first_jumps": variant.rules.exclude_first_jumps,
         "exclude_gap_jumps": variant.rules.exclude_gap_jumps,
         "heed_decisions": variant.heed_decisions,
     }
-    return Request(ALGORITHM, {"run": run.name, **settings}, inputs, settings, lambda: _outcome(judgement))
+    return Request(ALGORITHM, {"run": run.name, **settings}, inputs, settings, lambda: _apexes(judgement))
 
 
-def _outcome(judgement: Judgement) -> Computed:
+def _apexes(judgement: Judgement) -> RunApexes:
     counted = judgement.counted
     heights = [jump.apex_height_m for jump in counted if jump.apex_height_m is not None]
     about = describe(heights)
     found = jumps_found(item.jump for item in judgement.jumps)
     excluded = Counter(item.excluded for item in judgement.jumps if item.excluded is not None)
-    return Computed(
-        (
-            NewNumber("apex_height", about.mean, "m", about.se, n=about.n),
-            NewNumber("jumps_found", float(found), "1", n=found),
-        ),
-        {"heights_m": heights, "excluded": dict(sorted(excluded.items())), "waiting": len(judgement.waiting)},
+    return RunApexes(
+        apex_height=Number(about.mean, "m", about.se, n=about.n),
+        jumps_found=Number(float(found), "1", n=found),
+        heights_m=tuple(heights),
+        excluded=dict(sorted(excluded.items())),
+        waiting=len(judgement.waiting),
     )

@@ -2,27 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import GapRow, SignalRow, gaps_by_signal
-from data_schema.vocabulary import FileRole, Undefined
+from data_schema.vocabulary import Undefined
 from ingest.channels.names import channel_kind
 from ingest.store import Store
 from labbook.analysis.outcomes.detecting import heeded_gaps
 from labbook.analysis.outcomes.detections import Detections
 from labbook.analysis.outcomes.run_results import RunResults
+from labbook.analysis.results.codec import Algorithm, StoredResult
 from labbook.analysis.results.facts import run_input, signal_input
-from labbook.analysis.results.result_cache import Algorithm, Computed, NewNumber, Request, ResultCache
+from labbook.analysis.results.result_cache import Request, ResultCache
 from labbook.analysis.study_data import VERTICAL_FORCE, StudyData
+from reports.numbers import Number
 from stats.compare.summary import describe
 from stats.force_plate import Contact, find_contacts, jump_heights
 
-ALGORITHM = Algorithm("run_force", 3)
-_UNITS = {outcome.number_name: outcome.unit for outcome in Outcome if outcome.source is FileRole.FORCE}
+
+@dataclass(frozen=True, slots=True)
+class RunForce(StoredResult):
+    """Means over the contacts of a run, and the weight that the jump heights rest on, None where there are none.
+
+    `of_each` holds the values of the single contacts and jumps, by the name of the number.
+    """
+
+    peak_force: Number
+    contact_time: Number
+    impulse_height: Number
+    of_each: Mapping[str, tuple[float, ...]]
+    weight: Number | None = None
+
+
+ALGORITHM = Algorithm("run_force", 3, RunForce)
 
 
 def usable_force(forces: Sequence[SignalRow]) -> SignalRow | str:
@@ -33,7 +50,7 @@ def usable_force(forces: Sequence[SignalRow]) -> SignalRow | str:
     return distinct[0] if len(distinct) == 1 else f"{len(distinct)} force-plate records, and one is expected"
 
 
-def run_forces(cache: ResultCache, detections: Detections, data: StudyData) -> RunResults:
+def run_forces(cache: ResultCache, detections: Detections, data: StudyData) -> RunResults[RunForce]:
     """Ensure the numbers from the force plate of every selected jump run that has one record of it."""
     missing: dict[str, str] = {}
     signals: dict[str, SignalRow] = {}
@@ -52,14 +69,14 @@ def run_forces(cache: ResultCache, detections: Detections, data: StudyData) -> R
     return RunResults(dict(zip(requests, cache.ensure(list(requests.values())), strict=True)), missing)
 
 
-def _request(store: Store, run: RunRow, signal: SignalRow, gaps: Sequence[GapRow]) -> Request:
+def _request(store: Store, run: RunRow, signal: SignalRow, gaps: Sequence[GapRow]) -> Request[RunForce]:
     missing = heeded_gaps(gaps)
     return Request(
         ALGORITHM,
         {"run": run.name},
         (run_input(run), signal_input(signal, "force plate")),
         {"gaps": [list(gap) for gap in missing]},
-        lambda: _computed(_contacts(store, signal, missing)),
+        lambda: _run_force(_contacts(store, signal, missing)),
     )
 
 
@@ -75,24 +92,29 @@ def _contacts(
     return find_contacts(samples["time"], force_n)
 
 
-def _computed(contacts: tuple[Contact, ...] | Undefined) -> Computed:
+def _run_force(contacts: tuple[Contact, ...] | Undefined) -> RunForce:
     if isinstance(contacts, tuple) and not contacts:
         contacts = Undefined("no contact begins and ends within the record")
     if isinstance(contacts, Undefined):
-        undefined = contacts
-        return Computed(tuple(NewNumber(name, undefined, unit) for name, unit in _UNITS.items()), {})
-    values = {
-        "peak_force": [contact.peak_n for contact in contacts],
-        "contact_time": [contact.duration_s for contact in contacts],
-    }
-    described = {name: describe(several) for name, several in values.items()}
-    numbers = [NewNumber(name, about.mean, _UNITS[name], about.se, n=about.n) for name, about in described.items()]
+        peak, contact, height = (
+            Number(contacts, outcome.unit)
+            for outcome in (Outcome.PEAK_FORCE, Outcome.CONTACT_TIME, Outcome.IMPULSE_HEIGHT)
+        )
+        return RunForce(peak, contact, height, {})
+    peaks_n, durations_s = [one.peak_n for one in contacts], [one.duration_s for one in contacts]
+    peak, contact = (
+        Number(about.mean, unit, about.se, n=about.n)
+        for about, unit in ((describe(peaks_n), "N"), (describe(durations_s), "s"))
+    )
+    of_each = {"peak_force": tuple(peaks_n), "contact_time": tuple(durations_s)}
     jumps = jump_heights(contacts)
     if isinstance(jumps, Undefined):
-        numbers.append(NewNumber("impulse_height", jumps, "m"))
-    else:
-        n = len(jumps.heights_m)
-        numbers.append(NewNumber("impulse_height", jumps.mean_m, "m", jumps.se_m, n=n))
-        numbers.append(NewNumber("weight", jumps.weight_n, "N", n=n))
-        values["impulse_height"] = list(jumps.heights_m)
-    return Computed(tuple(numbers), dict(values))
+        return RunForce(peak, contact, Number(jumps, "m"), of_each)
+    n = len(jumps.heights_m)
+    return RunForce(
+        peak_force=peak,
+        contact_time=contact,
+        impulse_height=Number(jumps.mean_m, "m", jumps.se_m, n=n),
+        of_each={**of_each, "impulse_height": tuple(jumps.heights_m)},
+        weight=Number(jumps.weight_n, "N", n=n),
+    )

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
-from data_schema.queries.results import ResultRow
+from labbook.analysis.results.codec import StoredResult
+
+T_co = TypeVar("T_co", bound=StoredResult, covariant=True)
 
 
 @dataclass(frozen=True, slots=True)
-class RunResults:
+class RunResults(Generic[T_co]):
     """Stored results by run uid, and why other runs have none."""
 
-    results: dict[str, ResultRow]
-    missing: dict[str, str]
+    results: Mapping[str, T_co]
+    missing: Mapping[str, str]

@@ -10,8 +10,7 @@ from scipy import special
 
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
-from labbook.analysis.outcomes.conditions import RunNumber, run_numbers
-from labbook.analysis.outcomes.day_means import days_of, mean_of
+from labbook.analysis.outcomes.conditions import RunNumber, days_of, mean_of, run_numbers
 from labbook.analysis.outcomes.detections import Detections
 from labbook.analysis.outcomes.measuring import measure
 from labbook.analysis.results.result_cache import ResultCache

@@ -6,48 +6,52 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 from data_schema.outcomes import Outcome
-from data_schema.queries.results import InputRow, NumberRow, ResultRow
+from data_schema.queries.results import InputRow
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
-from labbook.analysis.comparison.comparing import Pair
-from labbook.analysis.outcomes.conditions import ConditionValues
+from labbook.analysis.comparison.comparing import ComparisonResult, Pair
+from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues
 from labbook.analysis.prediction.agreement import agreement
 from labbook.analysis.prediction.error import error_parts, in_all
-from labbook.analysis.prediction.predicting import Predicted
-from labbook.analysis.results.result_cache import (
-    Algorithm,
-    Computed,
-    NewNumber,
-    Request,
-    ResultCache,
-    number,
-    result_fingerprint,
-)
+from labbook.analysis.prediction.predicting import PredictionResult
+from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult
+from labbook.analysis.results.result_cache import Request, ResultCache, result_fingerprint
+from reports.numbers import Number
 from reports.predicted import PredictedQuantity
-
-ALGORITHM = Algorithm("prediction_check", 8)
-
-PREDICTED = "predicted"
-"""Name of a number of a check: what is predicted of the runs as they were made."""
-
-AllPredicted = Mapping[tuple[str, str], Predicted]
-"""Predictions by a condition's key and a robot's uid."""
-
-Side = Sequence[tuple[Predicted, int]]
-"""Predictions with the number of runs that each stands for."""
-
-_PREDICTED = {Outcome.JOULES: PredictedQuantity.JOULES, Outcome.APEX: PredictedQuantity.APEX}
 
 
 @dataclass(frozen=True, slots=True)
-class NumberOf:
-    """A number by its result and its name there."""
+class PredictionCheck(StoredResult):
+    """What is predicted of runs as they were made, beside what was measured of them.
 
-    result: ResultRow
-    name: str
+    `errors` are the parts of the prediction's error by their source; `difference` is predicted less measured,
+    `error_ratio` that over the expanded uncertainty of both.
+    """
+
+    predicted: Number
+    difference: Number
+    error_ratio: Number
+    errors: Annotated[Mapping[str, Number], StoredAs("predicted, error by {}")]
+
+    @property
+    def agrees(self) -> bool | None:
+        """Whether the check found agreement, None where it could not tell."""
+        ratio = self.error_ratio.value
+        return None if isinstance(ratio, Undefined) else abs(ratio) <= 1.0
+
+
+ALGORITHM = Algorithm("prediction_check", 8, PredictionCheck)
+
+AllPredicted = Mapping[tuple[str, str], PredictionResult]
+"""Predictions by a condition's key and a robot's uid."""
+
+Side = Sequence[tuple[PredictionResult, int]]
+"""Predictions with the number of runs that each stands for."""
+
+_PREDICTED = {Outcome.JOULES: PredictedQuantity.JOULES, Outcome.APEX: PredictedQuantity.APEX}
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,8 +63,8 @@ class Checked:
     level: str
     control: bool
     n: int
-    measured: NumberOf
-    result: ResultRow
+    measured: Number
+    result: PredictionCheck
 
 
 def check_conditions(
@@ -75,14 +79,14 @@ def check_conditions(
     if not predicted:
         return []
     sides = [_side([condition], predicted) for condition in conditions]
-    rows = cache.ensure(
+    results = cache.ensure(
         [
             Request(
                 ALGORITHM,
                 {"quantity": str(_PREDICTED[quantity]), "condition": condition.key, **scope},
                 (result_fingerprint("measured", condition.result), *_inputs("predicted", side)),
                 {"runs": [runs for _one, runs in side]},
-                lambda condition=condition, side=side: _mean_outcome(condition.result, side, quantity),  # type: ignore[misc]
+                lambda condition=condition, side=side: _check_mean(condition.summary, side, quantity),  # type: ignore[misc]
             )
             for condition, side in zip(conditions, sides, strict=True)
         ]
@@ -94,30 +98,41 @@ def check_conditions(
             condition.levels.get(swept or "", ""),
             condition.is_control,
             len(condition.runs),
-            NumberOf(condition.result, "mean"),
-            row,
+            condition.summary.mean,
+            result,
         )
-        for condition, row in zip(conditions, rows, strict=True)
+        for condition, result in zip(conditions, results, strict=True)
     ]
 
 
 def check_savings(
-    cache: ResultCache, compared: Sequence[tuple[Pair, ResultRow]], predicted: AllPredicted, scope: Mapping[str, Any]
+    cache: ResultCache,
+    compared: Sequence[tuple[Pair, ComparisonResult]],
+    predicted: AllPredicted,
+    scope: Mapping[str, Any],
 ) -> list[Checked]:
     """Ensure the check of measured savings: each level's, and all levels' pooled; nothing without predictions."""
     families = (pairing.EACH, pairing.POOLED)
-    wanted = [(pair, row) for pair, row in compared if predicted and pair.with_savings and pair.family in families]
-    sides = [(_side(pair.a, predicted), _side(pair.b, predicted)) for pair, _row in wanted]
-    rows = cache.ensure(
+    wanted = [
+        (pair, measured, measured.savings)
+        for pair, measured in compared
+        if predicted and measured.savings is not None and pair.family in families
+    ]
+    sides = [(_side(pair.a, predicted), _side(pair.b, predicted)) for pair, *_measured in wanted]
+    results = cache.ensure(
         [
             Request(
                 ALGORITHM,
                 {"quantity": str(PredictedQuantity.SAVINGS), "label": pair.label, **scope},
-                (result_fingerprint("measured", row), *_inputs("control", control), *_inputs("treatment", treated)),
+                (
+                    result_fingerprint("measured", measured),
+                    *_inputs("control", control),
+                    *_inputs("treatment", treated),
+                ),
                 {"runs": [[runs for _one, runs in side] for side in (control, treated)]},
-                lambda row=row, control=control, treated=treated: _savings_outcome(row, control, treated),  # type: ignore[misc]
+                lambda savings=savings, sides=(control, treated): _check_savings(savings, *sides),  # type: ignore[misc]
             )
-            for (pair, row), (control, treated) in zip(wanted, sides, strict=True)
+            for (pair, measured, savings), (control, treated) in zip(wanted, sides, strict=True)
         ]
     )
     return [
@@ -127,16 +142,11 @@ def check_savings(
             pair.level,
             False,
             sum(len(condition.runs) for condition in (*pair.a, *pair.b)),
-            NumberOf(measured, "savings"),
-            row,
+            savings,
+            result,
         )
-        for (pair, measured), row in zip(wanted, rows, strict=True)
+        for (pair, _measured, savings), result in zip(wanted, results, strict=True)
     ]
-
-
-def error_by(source: str) -> str:
-    """Name the part of a prediction's error that one source has."""
-    return f"{PREDICTED}, error by {source}"
 
 
 def _side(conditions: Sequence[ConditionValues], predicted: AllPredicted) -> Side:
@@ -146,54 +156,56 @@ def _side(conditions: Sequence[ConditionValues], predicted: AllPredicted) -> Sid
 
 
 def _inputs(role: str, side: Side) -> Iterator[InputRow]:
-    return (result_fingerprint(role, one.result) for one, _runs in side)
+    return (result_fingerprint(role, one) for one, _runs in side)
 
 
-def _mean_outcome(measured: ResultRow, side: Side, quantity: Outcome) -> Computed:
+def _check_mean(measured: ConditionSummary, side: Side, quantity: Outcome) -> PredictionCheck:
     """Predict the mean of a condition's runs, and hold the measured mean against it."""
     value = _mean(_values(side, quantity))
     accuracy_part = 0.0 if value is None else _accuracy([side]) * abs(value)
     otherwise = _varied([side], quantity, lambda means: means[0])
-    return _outcome(number(measured, "mean"), value, accuracy_part, otherwise, [side])
+    return _check(measured.mean, value, accuracy_part, otherwise, [side])
 
 
-def _savings_outcome(measured: ResultRow, control: Side, treated: Side) -> Computed:
+def _check_savings(savings: Number, control: Side, treated: Side) -> PredictionCheck:
     """Predict the savings of the runs as they were made: joules of each side are the mean over its runs."""
     sides = [control, treated]
     value = _percent([_mean(_values(side, Outcome.JOULES)) for side in sides])
     # a relative error in both sides, as it comes out in a ratio of the two
     accuracy_part = 0.0 if value is None else math.sqrt(2.0) * _accuracy(sides) * abs(100.0 - value)
     otherwise = _varied(sides, Outcome.JOULES, _percent)
-    return _outcome(number(measured, "savings"), value, accuracy_part, otherwise, sides)
+    return _check(savings, value, accuracy_part, otherwise, sides)
 
 
-def _outcome(
-    measured: NumberRow,
+def _check(
+    measured: Number,
     value: float | None,
     accuracy_part: float,
     otherwise: Mapping[str, Sequence[float | None]],
     sides: Sequence[Side],
-) -> Computed:
+) -> PredictionCheck:
     """Put the prediction with its error and its parts beside what was measured."""
     if value is None:
-        ends = sorted({one.ends for side in sides for one, _runs in side if one.value(Outcome.JOULES) is None})
+        ends = sorted({one.outcome for side in sides for one, _runs in side if one.value(Outcome.JOULES) is None})
         reason = f"the simulated jump ends otherwise: {', '.join(ends)}" if ends else "the simulated control is free"
         none = Undefined(reason)
-        return Computed((NewNumber(PREDICTED, none, measured.unit), *agreement(measured, none, none)))
+        return PredictionCheck(Number(none, measured.unit), *agreement(measured, none, none), {})
     parts = error_parts(value, accuracy_part, otherwise)
     error = in_all(parts)
-    numbers = [NewNumber(PREDICTED, value, measured.unit, se=error)]
-    numbers += [NewNumber(error_by(source), part, measured.unit) for source, part in parts.items()]
-    return Computed((*numbers, *agreement(measured, value, error)))
+    return PredictionCheck(
+        Number(value, measured.unit, se=error),
+        *agreement(measured, value, error),
+        {source: Number(part, measured.unit) for source, part in parts.items()},
+    )
 
 
 def _varied(
     sides: Sequence[Side], quantity: Outcome, of_means: Callable[[list[float | None]], float | None]
 ) -> dict[str, list[float | None]]:
     """Return the value under each variation: a parameter has one value in all conditions, so all sides change."""
-    sources = dict.fromkeys(source for side in sides for one, _runs in side for source in one.payload["otherwise"])
+    sources = dict.fromkeys(source for side in sides for one, _runs in side for source in one.otherwise)
     several = {
-        source: max(len(one.otherwise(quantity).get(source, ())) for side in sides for one, _runs in side)
+        source: max(len(one.varied(quantity).get(source, ())) for side in sides for one, _runs in side)
         for source in sources
     }
     return {
@@ -206,7 +218,7 @@ def _values(side: Side, quantity: Outcome, source: str = "", place: int = 0) -> 
     """Return each prediction's value, varied where the source of an error is named and it has one, with its runs."""
     found = []
     for one, runs in side:
-        varied = one.otherwise(quantity).get(source)
+        varied = one.varied(quantity).get(source)
         found.append((one.value(quantity) if varied is None else varied[place], runs))
     return found
 
@@ -226,4 +238,4 @@ def _percent(joules: Sequence[float | None]) -> float | None:
 
 
 def _accuracy(sides: Sequence[Side]) -> float:
-    return max(float(one.payload["relative_error"]) for side in sides for one, _runs in side)
+    return max(one.relative_error for side in sides for one, _runs in side)

@@ -8,10 +8,9 @@ as one standard uncertainty.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Annotated
 
 import sqlalchemy as sa
 
@@ -20,51 +19,79 @@ from data_schema.journal import canonical
 from data_schema.outcomes import Outcome
 from data_schema.queries.facts import read_fact
 from data_schema.queries.predictions import PredictionRow, add_predictions
-from data_schema.queries.results import ResultRow
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import Undefined
 from labbook.analysis.prediction.condition_scenes import ROBOT_PARAMETERS, condition_scene, study_scene
 from labbook.analysis.prediction.error import error_parts, in_all
 from labbook.analysis.prediction.simulated_values import SIMULATED, simulated, varied
+from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult, decode
 from labbook.analysis.results.facts import condition_input
-from labbook.analysis.results.result_cache import Algorithm, Computed, NewNumber, Request, ResultCache, fingerprint
+from labbook.analysis.results.result_cache import Request, ResultCache, fingerprint
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import SimulationSettings
+from reports.numbers import Number
 
 if TYPE_CHECKING:
     from simulator.scene import Scene
-
-ALGORITHM = Algorithm("prediction", 17)
 
 BRANCH = "other branch"
 """The part of an error that is due to a decision on a knife's edge, beside the assumed parameters."""
 
 
 @dataclass(frozen=True, slots=True)
-class Predicted:
-    """A stored prediction of one condition with one robot: its values, also under everything that was varied."""
+class AssumedParameter:
+    """A parameter without a source: its value, why it was taken, and the part by which it was varied."""
 
-    result: ResultRow
-    payload: Mapping[str, Any]
+    value: float
+    unit: str
+    why: str
+    varied_by: float
+
+
+@dataclass(frozen=True, slots=True)
+class PredictionResult(StoredResult):
+    """A prediction of one condition with one robot: its values, also under everything that was varied.
+
+    `predicted` has the numbers by the names of their outcomes' numbers; `values`, and those that came of each variation
+    (`otherwise`, by what was varied), are by outcome, None where the jump has no apex. `outcome` says how the simulated
+    jump ended. `close_decision`, `under_surface` and `open_book` are those of `simulated_values.Simulated`;
+    `relative_error` is the accuracy, or what rounding grows to where that is more.
+    """
+
+    predicted: Annotated[Mapping[str, Number], StoredAs("predicted_{}")]
+    scene: str
+    scene_toml: str
+    effects: tuple[str, ...]
+    accuracy: float
+    relative_error: float
+    outcome: str
+    close_decision: bool
+    under_surface: bool
+    open_book: bool
+    assumed: Mapping[str, AssumedParameter]
+    values: Mapping[str, float | None]
+    otherwise: Mapping[str, tuple[Mapping[str, float | None], ...]]
 
     def value(self, quantity: Outcome) -> float | None:
         """Return the predicted value."""
-        found: float | None = self.payload["values"][quantity]
-        return found
+        return self.values[quantity]
 
-    def otherwise(self, quantity: Outcome) -> dict[str, list[float | None]]:
+    def varied(self, quantity: Outcome) -> dict[str, list[float | None]]:
         """Return, by what was varied, the values that came of it."""
-        return {source: [one[quantity] for one in several] for source, several in self.payload["otherwise"].items()}
+        return {source: [one[quantity] for one in several] for source, several in self.otherwise.items()}
 
     @property
-    def ends(self) -> str:
-        """How the simulated jump ended."""
-        return str(self.payload["outcome"])
+    def branched(self) -> bool:
+        """Whether the other branch of a decision on a knife's edge was simulated, too."""
+        return BRANCH in self.otherwise
+
+
+ALGORITHM = Algorithm("prediction", 17, PredictionResult)
 
 
 def predictions(
     cache: ResultCache, evidence: StudyData, keys: Sequence[str], progress: Callable[[str], None]
-) -> dict[tuple[str, str], Predicted]:
+) -> dict[tuple[str, str], PredictionResult]:
     """Ensure a prediction for each condition that is named by its key and each robot that ran it, by key and robot uid.
 
     Empty where the study names no scene.
@@ -80,27 +107,25 @@ def predictions(
         for uid in sorted({uid for _key, uid in wanted})
     }
     requests = [_request(evidence, settings, start, run, facts[uid], progress) for (_key, uid), run in wanted.items()]
-    rows = cache.ensure(requests)
-    return {where: Predicted(row, json.loads(row.payload_json)) for where, row in zip(wanted, rows, strict=True)}
+    return dict(zip(wanted, cache.ensure(requests), strict=True))
 
 
 def keep_predictions(connection: sa.Connection, cache: ResultCache) -> None:
     """Store what was simulated for the results that a workbench computed, in a writing transaction after them."""
     rows = [row for row in cache.computed.values() if row.algorithm == ALGORITHM.kind]
-    add_predictions(connection, [_simulated_for(row) for row in rows])
+    add_predictions(connection, [_simulated_for(decode(row, PredictionResult)) for row in rows])
 
 
-def _simulated_for(row: ResultRow) -> PredictionRow:
-    payload = json.loads(row.payload_json)
+def _simulated_for(found: PredictionResult) -> PredictionRow:
     return PredictionRow(
-        uid=row.uid,
-        result_uid=row.uid,
-        condition_key=json.loads(row.scope_json)["condition"],
-        scene_toml=payload["scene_toml"],
-        effects_json=canonical(payload["effects"]),
-        accuracy=payload["accuracy"],
-        outcome=payload["outcome"],
-        assumed_json=canonical(payload["assumed"]),
+        uid=found.origin.uid,
+        result_uid=found.origin.uid,
+        condition_key=found.origin.scope["condition"],
+        scene_toml=found.scene_toml,
+        effects_json=canonical(found.effects),
+        accuracy=found.accuracy,
+        outcome=found.outcome,
+        assumed_json=canonical({name: asdict(about) for name, about in found.assumed.items()}),
     )
 
 
@@ -111,7 +136,7 @@ def _request(
     run: RunRow,
     facts: Mapping[str, float],
     progress: Callable[[str], None],
-) -> Request:
+) -> Request[PredictionResult]:
     from simulator.scene_file import write_scene
 
     scene = condition_scene(start, evidence.configuration, evidence.factors, run.levels, (run.robot, facts))
@@ -127,7 +152,7 @@ def _request(
             fingerprint("scene", "scene", start.name, settings.scene_toml or write_scene(start)),
         ),
         {"scene": write_scene(scene), "accuracy": settings.accuracy, "varied_by": _parts(settings, scene)},
-        lambda: _outcome(scene, settings, progress),
+        lambda: _predicted(scene, settings, progress),
     )
 
 
@@ -141,7 +166,7 @@ def _parts(settings: SimulationSettings, scene: Scene) -> dict[str, float]:
     return {name: settings.varied.get(name, settings.varied_by) for name in _unsourced(scene)}
 
 
-def _outcome(scene: Scene, settings: SimulationSettings, progress: Callable[[str], None]) -> Computed:
+def _predicted(scene: Scene, settings: SimulationSettings, progress: Callable[[str], None]) -> PredictionResult:
     from simulator.declared import all_parameters
     from simulator.kernel.build import kernel_for
     from simulator.scene_file import write_scene
@@ -157,36 +182,36 @@ def _outcome(scene: Scene, settings: SimulationSettings, progress: Callable[[str
     }
     if found.branch is not None:
         otherwise[BRANCH] = [found.branch]
-    numbers: list[NewNumber] = []
+    predicted: dict[str, Number] = {}
     for quantity in SIMULATED:
-        name, unit = f"predicted_{quantity.number_name}", quantity.unit
-        value = found.values[quantity]
+        value, name = found.values[quantity], quantity.number_name
         if value is None:
-            numbers.append(NewNumber(name, Undefined(f"the simulated jump ends otherwise: {found.outcome}"), unit))
+            none = Undefined(f"the simulated jump ends otherwise: {found.outcome}")
+            predicted[name] = Number(none, quantity.unit)
         else:
             by_source = {source: [one[quantity] for one in several] for source, several in otherwise.items()}
             errors = error_parts(value, error * abs(value), by_source)
-            numbers.append(NewNumber(name, value, unit, se=in_all(errors)))
-    payload = {
-        "scene": scene.name,
-        "scene_toml": write_scene(scene),
-        "effects": sorted(scene.effects),
-        "accuracy": settings.accuracy,
-        "relative_error": error,
-        "outcome": found.outcome,
-        "close_decision": found.close_decision,
-        "under_surface": found.under_surface,
-        "open_book": found.open_book,
-        "assumed": {
-            name: {
-                "value": scene[name],
-                "unit": all_parameters()[name].unit,
-                "why": scene.values[name].why or "set where the scene was used",
-                "varied_by": part,
-            }
+            predicted[name] = Number(value, quantity.unit, se=in_all(errors))
+    return PredictionResult(
+        predicted=predicted,
+        scene=scene.name,
+        scene_toml=write_scene(scene),
+        effects=tuple(sorted(scene.effects)),
+        accuracy=settings.accuracy,
+        relative_error=error,
+        outcome=found.outcome,
+        close_decision=found.close_decision,
+        under_surface=found.under_surface,
+        open_book=found.open_book,
+        assumed={
+            name: AssumedParameter(
+                value=scene[name],
+                unit=all_parameters()[name].unit,
+                why=scene.values[name].why or "set where the scene was used",
+                varied_by=part,
+            )
             for name, part in parts.items()
         },
-        "values": dict(found.values),
-        "otherwise": otherwise,
-    }
-    return Computed(tuple(numbers), payload)
+        values=dict(found.values),
+        otherwise={source: tuple(several) for source, several in otherwise.items()},
+    )

@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from data_schema.outcomes import Outcome
-from data_schema.queries.results import ResultRow
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
+from labbook.analysis.comparison.comparing import ComparisonResult, Pair
+from labbook.analysis.comparison.comparing_by_day import DayComparison
+from labbook.analysis.comparison.comparing_jumps import JumpComparison
 from labbook.analysis.comparison.comparisons import Compared
-from labbook.analysis.comparison.family import adjusted, rejected
+from labbook.analysis.comparison.equivalent_heights import EquivalenceResult
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.study import StudyAnalysis
-from labbook.presenting.numbers import Shown, side_names, values_as
+from labbook.presenting.numbers import Shown, values_as
 from labbook.presenting.report.design import factor_title
 from labbook.presenting.report.one_day_each import one_day_each
 from reports.content import Anova, Comparison, ReportContent, Sensitivity, Variant
 from reports.inference import ByDay, Equivalence, Side
 from reports.naming import levels_name
-from reports.numbers import SignificanceTest
+from reports.numbers import Number, SignificanceTest
 
 
 def comparisons(analysis: StudyAnalysis, shown: Shown) -> tuple[Comparison, ...]:
@@ -34,7 +35,10 @@ def comparisons(analysis: StudyAnalysis, shown: Shown) -> tuple[Comparison, ...]
 def jump_comparisons(analysis: StudyAnalysis, shown: Shown) -> tuple[Comparison, ...]:
     """Return the thesis's route to apex heights: the pooled comparisons over single jumps."""
     why = analysis.planned.exploratory_jumps()
-    return tuple(replace(_tested(item, shown, item.pair.family), exploratory=why) for item in analysis.jump_tests)
+    return tuple(
+        replace(_tested(item.pair, Outcome.APEX, item.result, shown, item.pair.family), exploratory=why)
+        for item in analysis.jump_tests
+    )
 
 
 def _family(analysis: StudyAnalysis, item: Compared) -> str:
@@ -48,26 +52,26 @@ def _family(analysis: StudyAnalysis, item: Compared) -> str:
 
 def headline(analysis: StudyAnalysis) -> Compared | None:
     """Return the pooled comparison of joules with the largest savings, as the thesis reports it (5.2.1)."""
-    pooled = [
-        item
+    saved = [
+        (savings.value, item)
         for item in analysis.compared
-        if item.pair.family == pairing.POOLED and item.quantity is Outcome.JOULES and _savings(item) is not None
+        for savings in [item.result.savings]
+        if item.pair.family == pairing.POOLED and savings is not None and isinstance(savings.value, float)
     ]
-    return max(pooled, key=lambda item: _savings(item) or 0.0, default=None)
+    return max(saved, key=lambda found: found[0], default=(0.0, None))[1]
 
 
 def anovas(analysis: StudyAnalysis, shown: Shown) -> tuple[Anova, ...]:
     """Return the analyses of variance over the swept factor."""
     found = []
     for item in analysis.anovas:
-        payload = json.loads(item.result.payload_json)
-        df = (float(payload["df_between"]), float(payload["df_within"]))
-        test = shown.test(item.result, "one-way ANOVA", "f", "p", df)
-        p = shown.number(item.result, "p")
+        result = item.result
+        test = shown.test("one-way ANOVA", result.f, result.p, (float(result.df_between), float(result.df_within)))
+        p = shown.number(result.p)
         why = analysis.planned.exploratory_anova()
         levels = {one.levels.get(analysis.swept or "", one.key): (one,) for one in analysis.levels_of(item)}
         days = _days_untold(test, {f"level {label}": side for label, side in levels.items()})
-        found.append(Anova(item.label, item.quantity, item.group, test, payload["n"], p.provenance, why, days))
+        found.append(Anova(item.label, item.quantity, item.group, test, result.n, p.provenance, why, days))
     return tuple(found)
 
 
@@ -77,14 +81,13 @@ def sensitivity(analysis: StudyAnalysis, shown: Shown, content: ReportContent) -
     for item in analysis.compared:
         if item.pair.family != pairing.POOLED:
             continue
-        name = _headline_number(item.quantity)
         found.append(
             Sensitivity(
                 f"{'savings' if item.quantity.has_savings else f'difference of {item.quantity}'}, "
                 f"{levels_name(content, item.pair.group)}",
-                shown.number(item.result, name),
+                _headline_number(item.pair, item.result, analysis, shown),
                 tuple(
-                    Variant(varied.variant, shown.number(varied.result, name))
+                    Variant(varied.variant, _headline_number(item.pair, varied.result, analysis, shown))
                     for varied in analysis.variations.varied
                     if varied.headline == item.pair.label and varied.quantity is item.quantity
                 ),
@@ -93,58 +96,66 @@ def sensitivity(analysis: StudyAnalysis, shown: Shown, content: ReportContent) -
     return tuple(found)
 
 
-def _headline_number(quantity: Outcome) -> str:
-    """Name the number that the claim states, with the test and the interval it states."""
-    return "savings" if quantity.has_savings else "welch_difference"
+def _headline_number(pair: Pair, result: ComparisonResult, analysis: StudyAnalysis, shown: Shown) -> Number:
+    """Return the number that the claim states, with the test and the interval it states."""
+    return _of(pair, analysis, shown).number(result.savings or result.welch_difference)
 
 
-def _savings(item: Compared) -> float | None:
-    return next((number.value for number in item.result.numbers if number.name == "savings"), None)
+def _of(pair: Pair, analysis: StudyAnalysis, shown: Shown) -> Shown:
+    """Call the sides of a comparison, and the values that it compares, what they are."""
+    return shown.of_sides(_sides(pair), str(analysis.planned.settings.unit_of_analysis))
+
+
+def _sides(pair: Pair) -> tuple[str, str]:
+    """Return what the side that is compared is called, and the one that it is compared with."""
+    if pair.against_control:
+        return "the treatment", "the control"
+    return "the level", "the level it is compared with"
 
 
 def _comparison(analysis: StudyAnalysis, item: Compared, shown: Shown, family: str, *, headline: bool) -> Comparison:
     """Show a comparison on run means with everything that stands beside it."""
-    plain = _tested(item, shown, family)
-    payload, label = json.loads(item.result.payload_json), item.pair.label
-    n = (plain.n_control, plain.n_treatment)
-    df = (1.0, float(sum(n) - 2))
+    result, label, on_units = item.result, item.pair.label, _of(item.pair, analysis, shown)
+    df = (1.0, float(result.n_a + result.n_b - 2))
     return replace(
-        plain,
-        savings=shown.number(item.result, "savings") if item.pair.with_savings and item.quantity.has_savings else None,
-        brown_forsythe=shown.test(item.result, "Brown-Forsythe", "brown_forsythe", "brown_forsythe_p", df),
+        _tested(item.pair, item.quantity, result, on_units, family),
+        savings=None if result.savings is None else on_units.number(result.savings),
+        brown_forsythe=on_units.test("Brown-Forsythe", result.brown_forsythe, result.brown_forsythe_p, df),
         headline=headline,
-        sides=(_side(item, shown, "a"), _side(item, shown, "b")),
-        by_day=None if item.by_day is None else _by_day(item.by_day, shown),
-        adjusted=None if item.adjusted is None else shown.number(item.adjusted, adjusted(label)),
-        rejected=payload["rejected"],
-        adjusted_rejected=None if item.adjusted is None else rejected(item.adjusted, label),
-        savings_shown=payload.get("savings_shown"),
-        equivalence=None if item.equivalent is None else _equivalence(analysis, item, item.equivalent, shown),
+        sides=(
+            Side(on_units.value(result.mean_a), on_units.value(result.sd_a)),
+            Side(on_units.value(result.mean_b), on_units.value(result.sd_b)),
+        ),
+        by_day=None if item.by_day is None else _by_day(item.by_day, shown.of_sides(_sides(item.pair), "run")),
+        adjusted=None if item.adjusted is None else on_units.number(item.adjusted.adjusted_p[label]),
+        rejected=result.rejected,
+        adjusted_rejected=None if item.adjusted is None else item.adjusted.rejected[label],
+        savings_shown=result.savings_shown,
+        equivalence=None if item.equivalent is None else _equivalence(analysis, item, item.equivalent, on_units),
         exploratory=analysis.planned.exploratory(item.quantity, item.pair.family, item.conditions) or "",
     )
 
 
-def _tested(item: Compared, shown: Shown, family: str) -> Comparison:
+def _tested(
+    pair: Pair, quantity: Outcome, result: ComparisonResult | JumpComparison, shown: Shown, family: str
+) -> Comparison:
     """Show the thesis's route, and Welch's test beside it."""
-    payload = json.loads(item.result.payload_json)
-    n_a, n_b = payload["n_a"], payload["n_b"]
-    test = shown.test(item.result, payload["test"], "t", "p")
+    test = shown.test(result.test, result.t, result.p)
+    df = (float(result.n_b - 1), float(result.n_a - 1))
     return Comparison(
-        label=item.pair.label,
-        quantity=item.quantity,
-        group=item.pair.group,
-        level=item.pair.level,
-        n_control=n_a,
-        n_treatment=n_b,
-        variance_test=shown.test(item.result, "F-test", "f", "f_p", (float(n_b - 1), float(n_a - 1))),
+        label=pair.label,
+        quantity=quantity,
+        group=pair.group,
+        level=pair.level,
+        n_control=result.n_a,
+        n_treatment=result.n_b,
+        variance_test=shown.test("F-test", result.f, result.f_p, df),
         test=test,
-        difference=shown.number(item.result, "difference"),
-        welch=shown.test(item.result, "Welch", "welch_t", "welch_p"),
-        welch_difference=shown.number(item.result, "welch_difference"),
+        difference=shown.number(result.difference),
+        welch=shown.test("Welch", result.welch_t, result.welch_p),
+        welch_difference=shown.number(result.welch_difference),
         family=family,
-        one_day_each=_days_untold(
-            test, dict(zip(side_names(item.pair.family), (item.pair.b, item.pair.a), strict=True))
-        ),
+        one_day_each=_days_untold(test, dict(zip(_sides(pair), (pair.b, pair.a), strict=True))),
     )
 
 
@@ -155,35 +166,29 @@ def _days_untold(test: SignificanceTest, sides: Mapping[str, Sequence[ConditionV
     return one_day_each({name: {item.run.day for one in side for item in one.runs} for name, side in sides.items()})
 
 
-def _side(item: Compared, shown: Shown, name: str) -> Side:
-    return Side(shown.value(item.result, f"mean_{name}"), shown.value(item.result, f"sd_{name}"))
-
-
-def _by_day(row: ResultRow, shown: Shown) -> ByDay:
-    payload = json.loads(row.payload_json)
+def _by_day(result: DayComparison, shown: Shown) -> ByDay:
     found = ByDay(
-        difference=shown.number(row, "difference"),
-        test=shown.test(row, "by day", "t", "p"),
-        days=payload["days"],
-        day_sd=shown.number(row, "day_sd"),
-        run_sd=shown.number(row, "run_sd"),
-        method=values_as("run", payload["method"]),
-        confounding=values_as("run", payload["confounding"]),
-        notes=tuple(values_as("run", note) for note in payload["notes"]),
+        difference=shown.number(result.difference),
+        test=shown.test("by day", result.t, result.p),
+        days=result.days,
+        day_sd=shown.number(result.day_sd),
+        run_sd=shown.number(result.run_sd),
+        method=values_as("run", result.method),
+        confounding=values_as("run", result.confounding),
+        notes=tuple(values_as("run", note) for note in result.notes),
     )
     untested = isinstance(found.test.statistic, Undefined)
     return found if untested else replace(found, test=replace(found.test, name=f"by day ({found.kind})"))
 
 
-def _equivalence(analysis: StudyAnalysis, item: Compared, row: ResultRow, shown: Shown) -> Equivalence:
-    payload = json.loads(row.payload_json)
+def _equivalence(analysis: StudyAnalysis, item: Compared, result: EquivalenceResult, shown: Shown) -> Equivalence:
     return Equivalence(
-        estimate=shown.number(row, "estimate"),
-        low=payload["low"],
-        high=payload["high"],
-        at_low=shown.test(row, "lower bound", "t_low", "p_low"),
-        at_high=shown.test(row, "upper bound", "t_high", "p_high"),
-        p=shown.value(row, "p"),
-        shown=payload["equivalent"],
+        estimate=shown.number(result.estimate),
+        low=result.low,
+        high=result.high,
+        at_low=shown.test("lower bound", result.t_low, result.p_low),
+        at_high=shown.test("upper bound", result.t_high, result.p_high),
+        p=shown.value(result.p),
+        shown=result.equivalent,
         exploratory=analysis.planned.exploratory_equivalence(item.pair.family, item.conditions) or "",
     )

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import importlib.metadata
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from data_schema.queries.plans import PlannedRow
+from data_schema.queries.results import ResultRow
 from data_schema.queries.study import CheckRow
 from labbook.analysis.comparison import pairing
 from labbook.analysis.study import StudyAnalysis
-from labbook.presenting.numbers import Shown
+from labbook.presenting.numbers import Shown, provenance
 from labbook.presenting.report import comparisons, course, design, drain, methods, predicted, robots, stated
 from labbook.presenting.report.tests_used import known_errors
 from reports.content import Claim, Comparison, ReportContent
@@ -27,8 +28,9 @@ def build_content(
     people: Sequence[str],
     planned: Sequence[PlannedRow],
     checks: Mapping[str, Sequence[CheckRow]],
+    results: Iterable[ResultRow],
 ) -> ReportContent:
-    """Fill a report's content; `shown` collects the numbers that it shows."""
+    """Fill a report's content; `shown` collects the numbers that it shows, which are those of the `results`."""
     evidence = analysis.evidence
     detector = evidence.configuration.protocol.detector
     compared = comparisons.comparisons(analysis, shown)
@@ -70,7 +72,7 @@ def build_content(
         budget_note=budget_note,
         sensitivity=comparisons.sensitivity(analysis, shown, bare),
         claims=_claims(bare, compared),
-        provenance=tuple(shown.sources.values()),
+        provenance=provenance(shown.ids, results),
     )
 
 

@@ -92,7 +92,7 @@ def order(analysis: StudyAnalysis, shown: Shown, *, told: bool) -> Order:
         for condition in analysis.conditions[Outcome.JOULES]
         for item in condition.runs
     ]
-    packs = tuple(PackMean(pack, shown.number(row, "deviation")) for pack, row in analysis.packs.items())
+    packs = tuple(PackMean(pack, shown.number(found.deviation)) for pack, found in analysis.packs.items())
     return Order(tuple(points), packs, None, tuple(confounded_with_day(analysis, told=told)))
 
 

@@ -10,6 +10,7 @@ from data_schema.queries.study import FactorRow
 from data_schema.vocabulary import FactorKind
 from labbook.analysis.comparison.condition_order import place
 from labbook.analysis.outcomes.conditions import ConditionValues
+from labbook.analysis.outcomes.run_apexes import RunApexes
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.numbers import Shown
 from reports.content import Condition, Factor, Level, RunValue, Summary
@@ -96,11 +97,11 @@ def _levels(analysis: StudyAnalysis, labels: Mapping[str, str]) -> tuple[Level, 
 
 
 def _summary(values: ConditionValues, shown: Shown) -> Summary:
-    jumps = [json.loads(item.result.payload_json).get("heights_m") for item in values.runs]
+    jumps = [len(item.result.heights_m) for item in values.runs if isinstance(item.result, RunApexes)]
     return Summary(
-        mean=shown.number(values.result, "mean"),
-        sd=shown.value(values.result, "sd"),
+        mean=shown.number(values.summary.mean),
+        sd=shown.value(values.summary.sd),
         runs=tuple(RunValue(item.run.name, item.value) for item in values.runs),
-        jumps=sum(len(heights) for heights in jumps if heights is not None) if any(jumps) else None,
+        jumps=sum(jumps) or None,
         robots=dict(Counter(item.run.robot for item in values.runs)),
     )

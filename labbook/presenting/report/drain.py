@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
-
 import numpy as np
 
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
-from labbook.analysis.outcomes.budget import IN_ALL, ONE_MAH, of_mean
+from labbook.analysis.outcomes.budget import IN_ALL, BudgetSource
 from labbook.analysis.outcomes.passive_drain import MAH_MIN, idle_charges
-from labbook.analysis.results.result_cache import number
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.numbers import Shown
 from labbook.presenting.report.methods import drain_sentence
@@ -47,10 +43,10 @@ def drain_fits(analysis: StudyAnalysis, shown: Shown) -> tuple[DrainFit, ...]:
                 line_mah=tuple(at.charge_mah for at in band),
                 band_low_mah=tuple(at.charge_mah if isinstance(at.ci_low, Undefined) else at.ci_low for at in band),
                 band_high_mah=tuple(at.charge_mah if isinstance(at.ci_high, Undefined) else at.ci_high for at in band),
-                slope=shown.number(drain.result, "slope"),
-                intercept=shown.number(drain.result, "intercept"),
-                r_squared=shown.number(drain.result, "r_squared"),
-                at_run=shown.number(drain.result, "at_run"),
+                slope=shown.number(drain.result.slope),
+                intercept=shown.number(drain.result.intercept),
+                r_squared=shown.number(drain.result.r_squared),
+                at_run=shown.number(drain.result.at_run),
                 run_duration_min=duration_s / MAH_MIN,
                 range_sentence=drain_sentence(drain),
             )
@@ -63,33 +59,32 @@ def budget(analysis: StudyAnalysis, shown: Shown, content: ReportContent) -> tup
 
     `content` knows what conditions are called.
     """
-    row = analysis.budget
-    if row is None:
+    found = analysis.budget
+    if found is None:
         return (), ""
-    terms = {term["name"]: term for term in json.loads(row.payload_json)["terms"]}
+    terms = {term.name: term for term in found.terms}
     items = tuple(
         BudgetItem(
             name,
-            shown.value(row, name),
-            shown.value(row, of_mean(name)),
-            shared=name in terms and terms[name]["shared"],
+            shown.value(found.one_run[name]),
+            shown.value(found.mean[name]),
+            shared=name in terms and terms[name].shared,
             note=_budget_note(terms[name]) if name in terms else "",
             total=name == IN_ALL,
-            provenance=shown.number(row, name).provenance,
+            provenance=found.one_run[name].provenance,
             within_robot=name == _DRAIN_FIT and len(content.robots) > 1,
         )
         for name in (*terms, IN_ALL)
     )
-    key = json.loads(row.scope_json)["condition"]
+    key = found.origin.scope["condition"]
     condition = next(item for item in analysis.conditions[Outcome.JOULES] if item.key == key)
-    worth_j = number(row, ONE_MAH).value
     n = len(condition.runs)
     return items, (
         f"Shown for {levels_name(content, condition.levels)} ({n} run{'' if n == 1 else 's'}), where 1 mAh is "
-        f"{worth_j:.2g} J a jump."
+        f"{found.one_mah.value:.2g} J a jump."
     )
 
 
-def _budget_note(term: Mapping[str, bool]) -> str:
-    notes = [("contained in the scatter", term["in_scatter"]), ("assumed", term["assumed"])]
+def _budget_note(term: BudgetSource) -> str:
+    notes = [("contained in the scatter", term.in_scatter), ("assumed", term.assumed)]
     return " and ".join(note for note, holds in notes if holds)

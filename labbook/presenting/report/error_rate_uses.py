@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -10,10 +9,10 @@ from dataclasses import dataclass, replace
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.comparisons import Compared
 from labbook.analysis.outcomes.conditions import ConditionValues
-from labbook.analysis.results.result_cache import number
 from labbook.analysis.study import StudyAnalysis
 from labbook.config.model import UnitOfAnalysis
 from labbook.presenting.report.day_layout import MOSTLY, OWN, PARTLY, Runs, with_days, without_days
+from reports.numbers import Number
 from stats.days.blocked_result import MIXED_MODEL
 from stats.planning.recorded import WITH_LINE, Recorded, weak_point
 
@@ -65,21 +64,21 @@ def uses(analysis: StudyAnalysis) -> Counter[Use]:
 
 def _of_comparisons(analysis: StudyAnalysis) -> Iterator[Use]:
     for item in analysis.compared:
-        payload = json.loads(item.result.payload_json)
         sides = (item.pair.a, item.pair.b)
         for method in _methods(analysis, item):
             idle_runs = _idle_runs(analysis, item, method) if method in _WITH_LINE else 0
             if method in _BY_DAY or not _on_day_means(analysis):  # by day it is runs, whatever the other tests are on
                 yield replace(on_runs(method, _by_day(sides)), idle_runs=idle_runs)
             else:
-                yield Use(method, (payload["n_a"], payload["n_b"]), idle_runs=idle_runs)
+                yield Use(method, (item.result.n_a, item.result.n_b), idle_runs=idle_runs)
 
 
 def _idle_runs(analysis: StudyAnalysis, item: Compared, method: str) -> int:
     """Return the idle runs of the line whose error is left in what a method says, the fewest of its robots'; or 0."""
     if not item.quantity.shares_error:
         return 0
-    if not number(item.result, "savings" if method == "fieller" else "difference").shared_se:
+    number = item.result.savings if method == "fieller" else item.result.difference
+    if number is None or not number.shared_se:
         return 0
     robots = {one.run.robot_uid for side in (item.pair.a, item.pair.b) for condition in side for one in condition.runs}
     lines = [analysis.drains[robot].line for robot in robots if robot in analysis.drains]
@@ -102,19 +101,24 @@ def _by_day(groups: Sequence[Sequence[ConditionValues]]) -> list[Counter[str]]:
 
 
 def _methods(analysis: StudyAnalysis, item: Compared) -> Iterator[str]:
-    if number(item.result, "t").value is not None:
+    result, by_day, equivalent = item.result, item.by_day, item.equivalent
+    if _exists(result.t):
         yield from ("f_then_t", "difference_ci_f_then_t")
-    if number(item.result, "welch_t").value is not None:
+    if _exists(result.welch_t):
         yield from ("welch", "difference_ci_welch")
-    if number(item.result, "brown_forsythe").value is not None:
+    if _exists(result.brown_forsythe):
         yield "brown_forsythe"
-    if item.by_day is not None and number(item.by_day, "t").value is not None:
-        yield from _MIXED if json.loads(item.by_day.payload_json)["method"] == MIXED_MODEL else _EXACT
+    if by_day is not None and _exists(by_day.t):
+        yield from _MIXED if by_day.method == MIXED_MODEL else _EXACT
     bounds = analysis.planned.settings.apex_bounds
-    if bounds is not None and item.equivalent is not None and number(item.equivalent, "p").value is not None:
+    if bounds is not None and equivalent is not None and _exists(equivalent.p):
         yield "equivalence_percent" if bounds.percent else "equivalence"
-    if item.quantity.has_savings and item.pair.with_savings and number(item.result, "savings").ci_low is not None:
+    if result.savings is not None and isinstance(result.savings.ci_low, float):
         yield "fieller"
+
+
+def _exists(number: Number) -> bool:
+    return not isinstance(number.value, Undefined)
 
 
 def _of_anovas(analysis: StudyAnalysis) -> Iterator[Use]:

@@ -53,5 +53,6 @@ def make_report(
         people=list(people(connection)),
         planned=planned_runs(connection),
         checks=checks_by_day(connection),
+        results=[*cache.computed.values(), *cache.reused.values()],
     )
-    return MadeReport(content, analysis, cache, detections, tuple(shown.sources))
+    return MadeReport(content, analysis, cache, detections, tuple(shown.ids))

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping, Sequence
 
-from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import ChargeMode, FileRole, Undefined
 from labbook.analysis.outcomes.passive_drain import Drain, unused_idle
-from labbook.analysis.results.result_cache import number
 from labbook.analysis.study import StudyAnalysis
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import UnitOfAnalysis
@@ -144,9 +141,9 @@ def jumps_mismatched(analysis: StudyAnalysis) -> list[tuple[RunRow, int]]:
     """Return the runs in which the jumps found are not the jumps made, and how many were found."""
     found = []
     for run in analysis.evidence.runs:
-        row = analysis.results[Outcome.APEX].results.get(run.uid)
-        if row is not None:
-            count = number(row, "jumps_found").n or 0
+        apexes = analysis.apexes.get(run.uid)
+        if apexes is not None:
+            count = apexes.jumps_found.n or 0
             if count != run.jumps_made:
                 found.append((run, count))
     return found
@@ -166,7 +163,7 @@ def assumed(analysis: StudyAnalysis) -> tuple[Assumed, ...]:
 
 def drain_sentence(drain: Drain) -> str:
     """Return what a drain line gives at the run duration, and whether that is an extrapolation."""
-    duration_s = json.loads(drain.result.payload_json).get("run_duration_s")
+    duration_s = drain.result.run_duration_s
     return "" if duration_s is None or isinstance(drain.line, Undefined) else drain.line.sentence(duration_s)
 
 

@@ -6,9 +6,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from data_schema.vocabulary import Undefined
-from labbook.analysis.prediction.agreement import DIFFERENCE, RATIO, agrees
-from labbook.analysis.prediction.checking import PREDICTED, Checked, error_by
-from labbook.analysis.prediction.predicting import BRANCH, Predicted
+from labbook.analysis.prediction.checking import Checked
+from labbook.analysis.prediction.predicting import PredictionResult
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.numbers import Shown
 from labbook.presenting.report.design import factor_title
@@ -22,13 +21,12 @@ def predictions(analysis: StudyAnalysis, shown: Shown) -> Predictions:
     found = list(analysis.predicted.values())
     if settings is None or not found:
         return Predictions()
-    payload = found[0].payload
     measured = {name for several in analysis.conditions.values() for item in several for name in item.levels}
     mapped = {*settings.factors, *settings.levels}
     return Predictions(
-        scene=payload["scene"],
+        scene=found[0].scene,
         accuracy=settings.accuracy,
-        effects=tuple(payload["effects"]),
+        effects=found[0].effects,
         unmapped=tuple(
             factor_title(analysis, row.name)
             for row in analysis.evidence.factors
@@ -36,17 +34,15 @@ def predictions(analysis: StudyAnalysis, shown: Shown) -> Predictions:
         ),
         items=tuple(_prediction(item, shown) for item in _in_order(analysis)),
         assumed=_assumed(analysis),
-        branched=_conditions(analysis, lambda one: BRANCH in one.payload["otherwise"]),
-        on_edge=_conditions(
-            analysis, lambda one: one.payload["close_decision"] and BRANCH not in one.payload["otherwise"]
-        ),
-        grown=_conditions(analysis, lambda one: one.payload["relative_error"] > one.payload["accuracy"]),
-        under_surface=_conditions(analysis, lambda one: one.payload["under_surface"]),
-        open_book=_conditions(analysis, lambda one: one.payload["open_book"]),
+        branched=_conditions(analysis, lambda one: one.branched),
+        on_edge=_conditions(analysis, lambda one: one.close_decision and not one.branched),
+        grown=_conditions(analysis, lambda one: one.relative_error > one.accuracy),
+        under_surface=_conditions(analysis, lambda one: one.under_surface),
+        open_book=_conditions(analysis, lambda one: one.open_book),
     )
 
 
-def _conditions(analysis: StudyAnalysis, holds: Callable[[Predicted], bool]) -> int:
+def _conditions(analysis: StudyAnalysis, holds: Callable[[PredictionResult], bool]) -> int:
     """Count the conditions for which something holds of the prediction with any robot."""
     return len({key for (key, _robot), one in analysis.predicted.items() if holds(one)})
 
@@ -72,35 +68,35 @@ def _prediction(item: Checked, shown: Shown) -> Prediction:
         level=item.level,
         control=item.control,
         n=item.n,
-        measured=shown.number(item.measured.result, item.measured.name),
-        predicted=replace(shown.number(item.result, PREDICTED), n=None),
-        difference=shown.number(item.result, DIFFERENCE),
-        error_ratio=shown.value(item.result, RATIO),
-        agrees=agrees(item.result),
+        measured=shown.number(item.measured),
+        predicted=replace(shown.number(item.result.predicted), n=None),
+        difference=shown.number(item.result.difference),
+        error_ratio=shown.value(item.result.error_ratio),
+        agrees=item.result.agrees,
     )
 
 
 def _assumed(analysis: StudyAnalysis) -> tuple[AssumedInput, ...]:
     """Return every assumed input, with the most that varying it changed in any condition."""
-    inputs = {name: about for one in analysis.predicted.values() for name, about in one.payload["assumed"].items()}
+    inputs = {name: about for one in analysis.predicted.values() for name, about in one.assumed.items()}
     return tuple(
         AssumedInput(
             name,
-            about["value"],
-            about["unit"],
-            about["why"],
-            about["varied_by"],
-            *(_most(analysis, quantity, error_by(name)) for quantity in PredictedQuantity),
+            about.value,
+            about.unit,
+            about.why,
+            about.varied_by,
+            *(_most(analysis, quantity, name) for quantity in PredictedQuantity),
         )
         for name, about in inputs.items()
     )
 
 
-def _most(analysis: StudyAnalysis, quantity: PredictedQuantity, name: str) -> Value | None:
-    """Return the largest number of this name; undefined where one of them is, None where there is none."""
-    results = [item.result for item in analysis.checked if item.quantity is quantity]
-    rows = [item for result in results for item in result.numbers if item.name == name]
-    reason = next((item.undefined_reason for item in rows if item.undefined_reason is not None), None)
-    if reason is not None:
-        return Undefined(reason)
-    return max((item.value for item in rows if item.value is not None), default=None)
+def _most(analysis: StudyAnalysis, quantity: PredictedQuantity, source: str) -> Value | None:
+    """Return the largest part of an error by a source; undefined where one of them is, None where there is none."""
+    checks = [item.result.errors for item in analysis.checked if item.quantity is quantity]
+    values = [errors[source].value for errors in checks if source in errors]
+    undefined = next((value for value in values if isinstance(value, Undefined)), None)
+    if undefined is not None:
+        return undefined
+    return max((value for value in values if isinstance(value, float)), default=None)

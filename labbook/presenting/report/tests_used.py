@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Sequence
 
 from data_schema.outcomes import Outcome
-from data_schema.queries.results import ResultRow
 from data_schema.rounding import level_text
+from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.comparisons import Compared
-from labbook.analysis.comparison.family import members
 from labbook.analysis.preregistration.planned import FAMILY_OF
-from labbook.analysis.results.result_cache import number
 from labbook.analysis.study import StudyAnalysis
 from labbook.config.model import Bounds
 from labbook.presenting.numbers import values_as
@@ -20,6 +17,7 @@ from labbook.presenting.report.error_rate_uses import uses
 from labbook.presenting.report.known_error_rates import known_error_rates
 from reports.display import stated_text
 from reports.naming import SweptWords
+from reports.numbers import Number
 from reports.wording import count_text, list_text
 from stats.days.blocked_result import MIXED_MODEL
 
@@ -51,12 +49,12 @@ def known_errors(analysis: StudyAnalysis) -> tuple[str, ...]:
 
 def _route(analysis: StudyAnalysis) -> str:
     """Name the F-test and the t-tests that it chose."""
-    found = [item.result for item in analysis.compared if _exists(item.result, "t")]
+    found = [item.result for item in analysis.compared if _exists(item.result.t)]
     if not found:
         return "No comparison has enough runs for a test."
-    chosen = Counter(str(json.loads(row.payload_json)["test"]) for row in found)
+    chosen = Counter(result.test for result in found)
     tests = list_text([f"{name}'s t-test in {count_text(count, 'comparison')}" for name, count in chosen.items()])
-    beside = " and Brown and Forsythe's" if any(_exists(row, "brown_forsythe") for row in found) else ""
+    beside = " and Brown and Forsythe's" if any(_exists(result.brown_forsythe) for result in found) else ""
     return (
         f"Each comparison is an F-test for equal variances at alpha = {analysis.planned.settings.alpha:g}, which chose "
         f"{tests} (thesis 5.2.1). The p of claims and of tables is Welch's, which keeps its level where variances "
@@ -66,10 +64,10 @@ def _route(analysis: StudyAnalysis) -> str:
 
 def _by_day(compared: Sequence[Compared]) -> str:
     found = [item.by_day for item in compared if item.by_day is not None]
-    tested = [row for row in found if _exists(row, "t")]
+    tested = [result for result in found if _exists(result.t)]
     if not tested:
         return "No comparison could be made by day." if found else ""
-    methods = Counter(values_as("run", json.loads(row.payload_json)["method"]) for row in tested)
+    methods = Counter(values_as("run", result.method) for result in tested)
     said = [f"{count_text(count, 'comparison')} by the {_BY_DAY.get(name, name)}" for name, count in methods.items()]
     untold = [f"{len(found) - len(tested)} could not be tested so"] if len(tested) < len(found) else []
     exact = " The exact test stands where the design is balanced." if set(methods) != {MIXED_MODEL} else ""
@@ -85,7 +83,7 @@ def _holm(analysis: StudyAnalysis) -> str:
     for quantity in Outcome:
         shown = [item.adjusted for item in analysis.compared if item.quantity is quantity and item.adjusted is not None]
         if shown:
-            tests = len(members(shown[0]))
+            tests = len(shown[0].adjusted_p)
             not_shown = f" ({tests - len(shown)} not in this selection)" if tests > len(shown) else ""
             counts.append(f"{tests} of {quantity}{not_shown}")
     if not counts:
@@ -96,7 +94,7 @@ def _holm(analysis: StudyAnalysis) -> str:
 
 def _equivalence(analysis: StudyAnalysis) -> str:
     bounds = analysis.planned.settings.apex_bounds
-    tested = [row for item in analysis.compared for row in [item.equivalent] if row is not None and _exists(row, "p")]
+    tested = [item for item in analysis.compared if item.equivalent is not None and _exists(item.equivalent.p)]
     if bounds is None or not tested:
         return ""
     return (
@@ -120,7 +118,7 @@ def _savings(analysis: StudyAnalysis, called: SweptWords) -> str:
 
 def saved(analysis: StudyAnalysis) -> bool:
     """Whether the report has savings."""
-    return any(item.quantity.has_savings and item.pair.with_savings for item in analysis.compared)
+    return any(item.result.savings is not None for item in analysis.compared)
 
 
 def _levels(analysis: StudyAnalysis) -> str:
@@ -131,5 +129,5 @@ def _levels(analysis: StudyAnalysis) -> str:
     return f"Intervals are at 95 %{comparisons}{tost}."
 
 
-def _exists(row: ResultRow, name: str) -> bool:
-    return number(row, name).value is not None
+def _exists(number: Number) -> bool:
+    return not isinstance(number.value, Undefined)

@@ -4,30 +4,26 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import pytest
 
 from data_schema.journal import canonical
 from data_schema.outcomes import Outcome
 from data_schema.queries.facts import find_uid
-from data_schema.queries.results import ResultRow, results_by_key
+from data_schema.queries.results import ResultRow, results_by_key, rewrite_payloads
+from data_schema.vocabulary import Undefined
 from labbook.actions.files.assigning import assign
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct, void
 from labbook.actions.runs.jump_review import decide
-from labbook.analysis.results.result_cache import (
-    Algorithm,
-    Computed,
-    NewNumber,
-    Request,
-    ResultCache,
-    fingerprint,
-    keep,
-)
+from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult
+from labbook.analysis.results.result_cache import Request, ResultCache, fingerprint, keep
 from labbook.book.opening import Book
 from labbook.book.write_session import WriteSession
+from reports.numbers import Number
 from tests.helpers.books import ADA, SmallBook, small_book
 
 Stale = list[tuple[str, dict[str, Any]]]
@@ -236,7 +232,15 @@ def test_a_selection_shares_the_runs_but_not_the_comparisons(book: Book) -> None
 # --- keys
 
 
-def ensure(book: Book, compute: Callable[[], Computed], **differing: Any) -> tuple[ResultRow, int]:
+@dataclass(frozen=True, slots=True)
+class Trial(StoredResult):
+    height: Number
+    of: tuple[float | None, ...]
+    by_name: Annotated[Mapping[str, Number], StoredAs("of {}, too")]
+    note: str | None = None
+
+
+def ensure(book: Book, compute: Callable[[], Trial], **differing: Any) -> tuple[Trial, int]:
     """Ask for a result, keep it, and return it with how many were computed."""
     parts: dict[str, Any] = {
         "version": 1,
@@ -245,16 +249,17 @@ def ensure(book: Book, compute: Callable[[], Computed], **differing: Any) -> tup
         "settings": {"detector": "robust"},
     }
     parts |= differing
-    algorithm = Algorithm("trial", parts["version"])
+    algorithm = Algorithm("trial", parts["version"], Trial)
     with book.session(ADA) as session:
         cache = ResultCache(session.connection)
-        row = cache.ensure_one(Request(algorithm, parts["scope"], parts["inputs"], parts["settings"], compute))
+        result = cache.ensure_one(Request(algorithm, parts["scope"], parts["inputs"], parts["settings"], compute))
         keep(session.connection, cache)
-    return row, len(cache.computed)
+    return result, len(cache.computed)
 
 
-def trial() -> Computed:
-    return Computed((NewNumber("height", 0.3, "m", 0.001, n=25),), {"from": [1, 2.5, None]})
+def trial() -> Trial:
+    none = Number(Undefined("nothing was measured"), "m", ci_low=Undefined("nothing was measured"))
+    return Trial(Number(0.3, "m", 0.001, n=25), (1.0, 2.5, None), {"r001": Number(1.5, "N", 0.1), "r002": none})
 
 
 DIFFERENCES: Mapping[str, dict[str, Any]] = {
@@ -275,6 +280,29 @@ def test_a_result_is_computed_once_and_comes_back_as_it_was(made: SmallBook) -> 
         back, computed = ensure(book, lambda: pytest.fail("computed again"))
         assert computed == 0
         assert back == first
+        assert back == replace(trial(), height=first.height, by_name=first.by_name, origin=first.origin)
+        assert (first.height.value, first.height.se, first.height.n) == (0.3, 0.001, 25)
+        assert {name: item.value for name, item in first.by_name.items()} == {
+            "r001": 1.5,
+            "r002": Undefined("nothing was measured"),
+        }
+        assert (back.origin.scope, back.origin.inputs) == (first.origin.scope, first.origin.inputs)
+
+
+@pytest.mark.parametrize("payload", ["{}", '{"of":[1,"2.5",null]}', '{"of":[1,2.5,null],"further":1}'])
+def test_a_result_that_was_stored_in_another_form_is_computed_again_under_its_key(
+    made: SmallBook, payload: str
+) -> None:
+    with made.open() as book:
+        first, _computed = ensure(book, trial)
+        whole = stored(book)[first.origin.key]
+        with book.session(ADA) as session:
+            rewrite_payloads(session.connection, [replace(whole, payload_json=payload)])
+        again, computed = ensure(book, trial)
+        assert (again, computed) == (first, 1)
+        assert stored(book)[first.origin.key] == whole
+        _back, computed = ensure(book, lambda: pytest.fail("computed again"))
+        assert computed == 0
 
 
 @pytest.mark.parametrize("name", DIFFERENCES)
@@ -283,8 +311,8 @@ def test_whatever_a_result_depends_on_makes_another_key(made: SmallBook, name: s
         first, _computed = ensure(book, trial)
         other, computed = ensure(book, trial, **DIFFERENCES[name])
         assert computed == 1
-        assert other.key != first.key
-        assert {number.uid for number in other.numbers}.isdisjoint(number.uid for number in first.numbers)
+        assert other.origin.key != first.origin.key
+        assert other.height.provenance != first.height.provenance
 
 
 def test_the_order_of_inputs_makes_no_other_key(made: SmallBook) -> None:

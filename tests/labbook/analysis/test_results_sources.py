@@ -15,6 +15,7 @@ import subprocess
 import tomllib
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import pytest
 
@@ -22,7 +23,7 @@ import labbook.analysis
 from ingest.formats.recognised import RECOGNISED
 from ingest.formats.registry import FORMATS
 from labbook.analysis.algorithms import ALGORITHMS
-from labbook.analysis.results.result_cache import Algorithm
+from labbook.analysis.results.codec import Algorithm
 from stats.apexes.detectors import DETECTORS
 from tests.helpers.definitions import (
     LEFT_OUT,
@@ -42,7 +43,7 @@ MODULES = [module.name for module in pkgutil.walk_packages(labbook.analysis.__pa
 HEAD = "# Hashes of the sources behind stored numbers; see test_results_sources.py. Old versions are never edited.\n"
 
 
-def sources_of(algorithm: Algorithm) -> set[Definition]:
+def sources_of(algorithm: Algorithm[Any]) -> set[Definition]:
     """All of the module that names it, and what this rests on."""
     (module,) = [module for module in MODULES if any(value is algorithm for value in vars(load(module)).values())]
     return rests_on(defined_in(module))
@@ -155,16 +156,16 @@ def test_every_kind_of_result_is_in_the_registry() -> None:
         ("comparison", "stats.checks._doubles"),
         ("run_apexes", "stats.checks._doubles"),
         ("equivalence", "labbook.analysis.comparison.comparing.values_of"),
-        ("condition_summary", "labbook.analysis.outcomes.run_energy.shared_error"),
+        ("condition_summary", "labbook.analysis.outcomes.run_energy.RunEnergy"),
         ("passive_drain", "labbook.analysis.outcomes.passive_drain.recharge_of"),
         ("run_energy", "labbook.analysis.outcomes.passive_drain.recharge_of"),
         ("run_energy", "stats.lines.passive_drain.PassiveDrain"),
         ("run_apexes", "labbook.analysis.outcomes.detections.rest_length_m"),
         ("comparison_by_day", "labbook.analysis.comparison.day_weights.difference_weights"),
         ("comparison_by_day", "stats.days.reml.minimise"),
-        ("prediction_check", "labbook.analysis.prediction.predicting.Predicted"),
+        ("prediction_check", "labbook.analysis.prediction.predicting.PredictionResult"),
         ("family", "stats.exact.tails.incomplete_beta"),
-        ("passive_drain", "labbook.analysis.results.result_cache._number_row"),
+        ("passive_drain", "labbook.analysis.results.codec._number_row"),
     ],
 )
 def test_what_a_number_rests_on_is_watched_wherever_it_stands(kind: str, definition: str) -> None:
@@ -209,7 +210,7 @@ def test_what_is_left_out_exists() -> None:
         assert is_module(name) or (module, last) in defined_in(module)
 
 
-def of_kind(kind: str) -> Algorithm:
+def of_kind(kind: str) -> Algorithm[Any]:
     return next(algorithm for algorithm in ALGORITHMS if algorithm.kind == kind)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import pytest
@@ -12,21 +12,21 @@ from scipy import stats as scipy_stats
 
 from data_schema.outcomes import Outcome
 from data_schema.queries.plans import PlannedRow
-from data_schema.queries.results import NumberRow
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import void
-from labbook.analysis.comparison.comparing import compare
+from labbook.analysis.comparison.comparing import ComparisonResult, compare
 from labbook.analysis.comparison.robustness import WITHOUT_EXCLUSIONS, without_day
 from labbook.analysis.outcomes.budget import budget
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.outcomes.passive_drain import drain_lines, passive_drains, unused_idle
 from labbook.analysis.outcomes.run_energy import run_energies
-from labbook.analysis.results.result_cache import ResultCache, number
+from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study import StudyAnalysis
 from labbook.analysis.study_data import StudyData
 from labbook.presenting.report.course import flow
 from labbook.presenting.report.making import MadeReport
 from labbook.presenting.report.methods import limitations
+from reports.numbers import Number
 from stats.compare.shared_error import SharedError
 from stats.lines.passive_drain import PassiveDrain
 from tests.helpers.books import ADA, small_book
@@ -46,8 +46,7 @@ def analysis(made: MadeReport) -> StudyAnalysis:
 
 def test_only_comparisons_of_joules_have_savings(analysis: StudyAnalysis) -> None:
     for item in analysis.compared:
-        has = any(number.name == "savings" for number in item.result.numbers)
-        assert has == (item.pair.with_savings and item.quantity is Outcome.JOULES)
+        assert (item.result.savings is not None) == (item.pair.against_control and item.quantity is Outcome.JOULES)
 
 
 def test_sensitivity_as_reported_is_the_number_claimed(made: MadeReport) -> None:
@@ -58,11 +57,10 @@ def test_sensitivity_as_reported_is_the_number_claimed(made: MadeReport) -> None
 
 def test_a_shared_error_that_differs_between_the_sides_widens_the_difference(analysis: StudyAnalysis) -> None:
     for item in analysis.compared:
-        numbers = {number.name: number for number in item.result.numbers}
-        difference, p = numbers["welch_difference"], numbers["welch_p"].value
+        difference, p = item.result.welch_difference, item.result.welch_p.value
         assert (difference.shared_se is None) == (item.quantity is Outcome.APEX)
-        assert numbers["difference"].shared_se == difference.shared_se
-        if p is not None and difference.ci_low is not None and difference.ci_high is not None:
+        assert item.result.difference.shared_se == difference.shared_se
+        if isinstance(p, float) and isinstance(difference.ci_low, float) and isinstance(difference.ci_high, float):
             assert (p < 0.05) == (not difference.ci_low <= 0.0 <= difference.ci_high)
 
 
@@ -85,12 +83,12 @@ def test_what_remains_of_the_shared_error_joins_the_scatter_by_the_fits_degrees_
     ]
     with small_book(tmp_path).open() as book, book.reading() as connection:
         rows = compare(ResultCache(connection), pairs, Outcome.JOULES, {})
-    equal, rounded, unequal, opposite = [number(row, "welch_difference") for row in rows]
+    equal, rounded, unequal, opposite = [row.welch_difference for row in rows]
     assert equal.shared_se == rounded.shared_se == 0.0
     assert (equal.ci_low, equal.ci_high) == (rounded.ci_low, rounded.ci_high)
     assert unequal.shared_se == opposite.shared_se == 30.0
     assert unequal.value == equal.value
-    assert equal.df is not None
+    assert isinstance(equal.df, float)
     quantile = scipy_stats.t.ppf
     variance = (half_width(equal) / quantile(0.975, equal.df)) ** 2
     if fit_df < 4.0:
@@ -139,15 +137,21 @@ def test_without_exclusions_void_runs_are_back(tmp_path: Path) -> None:
     assert {item.quantity for item in without} == {Outcome.JOULES, Outcome.APEX}
     for item in without:
         first = as_first[item.headline, item.quantity]
-        assert [row.n for row in item.result.numbers] == [row.n for row in first.numbers]
+        assert (item.result.n_a, item.result.n_b) == (first.n_a, first.n_b)
         if item.quantity is Outcome.JOULES:
-            values = [row.value for row in item.result.numbers]
-            assert values == pytest.approx([row.value for row in first.numbers])
+            for number, before in zip(numbers_of(item.result), numbers_of(first), strict=True):
+                assert number.n == before.n
+                assert number.value == pytest.approx(before.value)
 
 
-def half_width(item: NumberRow) -> float:
-    assert item.ci_low is not None
-    assert item.ci_high is not None
+def numbers_of(result: ComparisonResult) -> list[Number]:
+    found = [getattr(result, one.name) for one in fields(result)]
+    return [number for number in found if isinstance(number, Number)]
+
+
+def half_width(item: Number) -> float:
+    assert isinstance(item.ci_low, float)
+    assert isinstance(item.ci_high, float)
     return (item.ci_high - item.ci_low) / 2.0
 
 
@@ -162,11 +166,12 @@ def test_the_budget_takes_the_coarsest_resolution_of_the_charges(tmp_path: Path,
     assert row is not None
     assert analysis.budget is not None
     larger = [
-        item.name
-        for item, before in zip(row.numbers, analysis.budget.numbers, strict=True)
-        if item.value is not None and before.value is not None and item.value > 100.0 * before.value
+        name
+        for name, item in row.one_run.items()
+        for before in [analysis.budget.one_run[name].value]
+        if isinstance(item.value, float) and isinstance(before, float) and item.value > 100.0 * before
     ]
-    assert any("resolution" in name or "charger" in name for name in larger), [item.name for item in row.numbers]
+    assert any("resolution" in name or "charger" in name for name in larger), [*row.one_run]
 
 
 def test_leaving_a_day_out_leaves_its_idle_runs_out_of_the_drain_line(analysis: StudyAnalysis) -> None:
@@ -245,11 +250,11 @@ def test_single_jumps_are_tested_as_the_thesis_did_and_over_all_jumps_that_count
     assert len(analysis.jump_tests) == 2
     for item in analysis.jump_tests:
         sides = [
-            [height for one in side for run in one.runs for height in json.loads(run.result.payload_json)["heights_m"]]
+            [height for one in side for run in one.runs for height in analysis.apexes[run.run.uid].heights_m]
             for side in (item.pair.a, item.pair.b)
         ]
-        assert [len(side) for side in sides] == [json.loads(item.result.payload_json)[n] for n in ("n_a", "n_b")]
+        assert [len(side) for side in sides] == [item.result.n_a, item.result.n_b]
         assert len(sides[0]) > sum(len(one.runs) for one in item.pair.a)
         expected = scipy_stats.ttest_ind(sides[1], sides[0], equal_var=False)
-        assert number(item.result, "welch_t").value == pytest.approx(expected.statistic)
-        assert number(item.result, "welch_p").value == pytest.approx(expected.pvalue)
+        assert item.result.welch_t.value == pytest.approx(expected.statistic)
+        assert item.result.welch_p.value == pytest.approx(expected.pvalue)

@@ -10,7 +10,6 @@ from dataclasses import replace
 import pytest
 
 from data_schema.outcomes import Outcome
-from labbook.analysis.results.result_cache import number
 from labbook.config.model import UnitOfAnalysis
 from labbook.presenting.report import tests_used as paragraph
 from labbook.presenting.report.day_layout import layout_of
@@ -112,7 +111,7 @@ def test_joules_whose_difference_keeps_the_lines_error_are_looked_up_by_the_idle
     of_savings = {use.idle_runs for use in found if use.method == "fieller"}
     assert of_savings == {drain.line.n}  # what is left in the denominator
     joules = [item for item in analysis.compared if item.quantity is Outcome.JOULES]
-    left = any(number(item.result, "difference").shared_se for item in joules)
+    left = any(item.result.difference.shared_se for item in joules)
     assert {use.idle_runs for use in found if use.method == "welch"} == ({0, drain.line.n} if left else {0})
     assert {use.idle_runs for use in found if use.method == "brown_forsythe"} <= {0}
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator
 from dataclasses import replace
@@ -11,19 +10,20 @@ from pathlib import Path
 import pytest
 
 from data_schema.outcomes import Outcome
-from data_schema.queries.results import ResultRow
-from labbook.analysis.comparison.comparing import compare
-from labbook.analysis.comparison.comparing_by_day import CONTROL, TREATED, compare_by_day
+from data_schema.vocabulary import Undefined
+from labbook.analysis.comparison.comparing import ComparisonResult, compare
+from labbook.analysis.comparison.comparing_by_day import CONTROL, TREATED, DayComparison, compare_by_day
 from labbook.analysis.comparison.comparisons import Compared
-from labbook.analysis.comparison.family import adjust, adjusted, rejected
+from labbook.analysis.comparison.family import FamilyResult, adjust
 from labbook.analysis.comparison.pairing import EACH, POOLED
 from labbook.analysis.outcomes.conditions import ConditionValues
-from labbook.analysis.results.result_cache import ResultCache, number
+from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study import VarianceAnalysed
 from labbook.presenting.numbers import Shown
 from labbook.presenting.report.comparisons import comparisons
 from labbook.presenting.report.making import MadeReport
 from labbook.presenting.report.stated import departures
+from reports.numbers import Number
 from reports.sentences import difference_claim
 from stats.compare.equivalence import equivalence
 from stats.compare.savings import percent_savings
@@ -43,6 +43,11 @@ def cache(tmp_path: Path) -> Iterator[ResultCache]:
         yield ResultCache(connection)
 
 
+def value_of(number: Number) -> float:
+    assert isinstance(number.value, float)
+    return number.value
+
+
 def values(side: tuple[ConditionValues, ...]) -> list[float]:
     return [item.value for condition in side for item in condition.runs]
 
@@ -57,7 +62,7 @@ def compared(made: MadeReport, quantity: Outcome) -> list[Compared]:
     return found
 
 
-def with_control(made: MadeReport, quantity: Outcome) -> list[tuple[Compared, ResultRow]]:
+def with_control(made: MadeReport, quantity: Outcome) -> list[tuple[Compared, DayComparison]]:
     """The comparisons by day: those of every level and of all levels with the control."""
     found = [(item, item.by_day) for item in compared(made, quantity) if item.by_day is not None]
     assert {item.pair.family for item, _row in found} == {EACH, POOLED}
@@ -71,11 +76,11 @@ def test_by_day_is_the_comparison_of_the_runs_with_their_days(reports: Reports) 
         of_days = [*days(item.pair.a), *days(item.pair.b)]
         expected = blocked_by_day([*control, *treated], sides, of_days, control=CONTROL)
         (contrast,) = expected.contrasts
-        difference = number(row, "difference")
+        difference = row.difference
         assert (difference.value, difference.se, difference.df) == (contrast.difference, contrast.se, contrast.df)
         assert (difference.ci_low, difference.ci_high) == contrast.interval
-        assert (number(row, "t").value, number(row, "p").value) == (contrast.t, contrast.p)
-        assert number(row, "day_sd").value == pytest.approx(float(expected.day_variance) ** 0.5)  # type: ignore[arg-type]
+        assert (row.t.value, row.p.value) == (contrast.t, contrast.p)
+        assert row.day_sd.value == pytest.approx(float(expected.day_variance) ** 0.5)  # type: ignore[arg-type]
 
 
 def test_by_day_what_is_left_of_the_drain_lines_error_widens_the_interval(reports: Reports, cache: ResultCache) -> None:
@@ -89,24 +94,25 @@ def test_by_day_what_is_left_of_the_drain_lines_error_widens_the_interval(report
         replace(item.pair, label=f"{factor}", b=tuple(times(factor, one) for one in item.pair.b))
         for factor in (1.0, 2.0)
     ]
-    equal, unequal = (
-        number(row, "difference") for row in compare_by_day(cache, pairs, Outcome.JOULES, {"trial": 1}, 0.05)
-    )
+    equal, unequal = (row.difference for row in compare_by_day(cache, pairs, Outcome.JOULES, {"trial": 1}, 0.05))
     assert equal.value == unequal.value
     assert equal.shared_se == pytest.approx(0.0, abs=1e-9)
-    assert (unequal.shared_se or 0.0) > 1.0
-    assert (unequal.ci_low or 0.0) < (equal.ci_low or 0.0)
+    assert isinstance(unequal.shared_se, float)
+    assert isinstance(unequal.ci_low, float)
+    assert isinstance(equal.ci_low, float)
+    assert unequal.shared_se > 1.0
+    assert unequal.ci_low < equal.ci_low
 
 
 def test_conditions_of_one_day_each_get_no_p_and_the_page_says_why(reports: Reports) -> None:
     made = reports(where=CONFOUNDED)
     for quantity in (Outcome.JOULES, Outcome.APEX):
         for item, row in with_control(made, quantity):
-            p = number(row, "p")
-            assert p.value is None
+            p = row.p
+            assert isinstance(p.value, Undefined)
             if item.pair.group["foot"] == "small":  # the large foot has a single run a side
-                assert "measured on one day each" in (p.undefined_reason or "")
-            assert number(row, "difference").value is not None
+                assert "measured on one day each" in p.value.reason
+            assert isinstance(row.difference.value, float)
     page = quick_page(made.content).replace("\u00a0", " ")
     assert "measure the conditions on shared days. The tables mark each of them." in page
     assert "Every day holds one run, so that days and runs scatter as one" in page
@@ -121,9 +127,9 @@ def test_a_day_that_was_corrected_is_another_result(reports: Reports, cache: Res
     first = item.pair.a[0]
     moved = replace(first.runs[0], run=replace(first.runs[0].run, day="2030-01-01"))
     pair = replace(item.pair, a=(replace(first, runs=(moved, *first.runs[1:])),))
-    same, other = compare_by_day(cache, [item.pair, pair], Outcome.APEX, json.loads(row.scope_json), 0.05)
-    assert same.numbers == row.numbers
-    assert other.key != same.key
+    same, other = compare_by_day(cache, [item.pair, pair], Outcome.APEX, row.origin.scope, 0.05)
+    assert same == row
+    assert other.origin.key != same.origin.key
 
 
 @pytest.mark.parametrize(("family", "named"), [("pooled", POOLED), ("each", EACH)])
@@ -133,11 +139,11 @@ def test_holm_adjusts_the_welch_tests_of_the_family_that_was_decided_and_no_othe
     made = reports(f'family = "{family}"')
     for quantity in (Outcome.JOULES, Outcome.APEX):
         members = [item for item in compared(made, quantity) if item.pair.family == named]
-        p = {item.pair.label: number(item.result, "welch_p").value for item in members}
-        expected = holm({label: value for label, value in p.items() if value is not None}, named)
+        p = {item.pair.label: item.result.welch_p.value for item in members}
+        expected = holm({label: value for label, value in p.items() if isinstance(value, float)}, named)
         for item, value in zip(members, expected.adjusted_p, strict=True):
             assert item.adjusted is not None
-            found = number(item.adjusted, adjusted(item.pair.label))
+            found = item.adjusted.adjusted_p[item.pair.label]
             assert (found.value, found.n) == (value, len(members))
         assert all(item.adjusted is None for item in compared(made, quantity) if item not in members)
     shown = [comparison for comparison in made.content.comparisons if comparison.adjusted is not None]
@@ -149,14 +155,13 @@ def test_holm_takes_the_logarithm_where_p_is_below_all_doubles(reports: Reports,
     made = reports()
     members = [item for item in compared(made, Outcome.APEX) if item.pair.family == POOLED]
     tiny = [
-        (item.pair, replace(item.result, numbers=tuple(
-            replace(one, value={"welch_t": -t, "welch_p": 0.0}[one.name], df=800.0)
-            if one.name in ("welch_t", "welch_p") else one for one in item.result.numbers)))
+        (item.pair, replace(item.result, welch_t=replace(item.result.welch_t, value=-t, df=800.0),
+                            welch_p=replace(item.result.welch_p, value=0.0, df=800.0)))
         for item, t in zip(members, (80.0, 90.0), strict=True)
     ]  # fmt: skip
     row = adjust(cache, tiny, POOLED, Outcome.APEX, {"trial": 2}, alpha=1e-13)
-    assert [item.value for item in row.numbers] == [0.0, 0.0]
-    assert all(rejected(row, pair.label) for pair, _result in tiny)
+    assert [item.value for item in row.adjusted_p.values()] == [0.0, 0.0]
+    assert all(row.rejected[pair.label] for pair, _result in tiny)
 
 
 def test_a_p_that_is_exactly_alpha_is_shown_in_the_result_and_on_the_page(reports: Reports, cache: ResultCache) -> None:
@@ -164,9 +169,9 @@ def test_a_p_that_is_exactly_alpha_is_shown_in_the_result_and_on_the_page(report
     made = reports()
     members = [item for item in compared(made, Outcome.APEX) if item.pair.family == POOLED]
     item, tested = members[0], [(one.pair, one.result) for one in members]
-    label, p = item.pair.label, {pair.label: number(row, "welch_p").value or 0.0 for pair, row in tested}
+    label, p = item.pair.label, {pair.label: value_of(row.welch_p) for pair, row in tested}
 
-    def claimed(result: ResultRow, by_holm: ResultRow | None) -> str:
+    def claimed(result: ComparisonResult, by_holm: FamilyResult | None) -> str:
         """The sentence of a report on these results."""
         found = [replace(item, result=result, adjusted=by_holm)]
         (shown,) = comparisons(replace(made.analysis, compared=found), Shown())
@@ -174,7 +179,7 @@ def test_a_p_that_is_exactly_alpha_is_shown_in_the_result_and_on_the_page(report
 
     for alpha, verdict in ((p[label], True), (math.nextafter(p[label], 0.0), False)):
         (row,) = compare(cache, [item.pair], Outcome.APEX, {"trial": 3}, alpha)
-        assert json.loads(row.payload_json)["rejected"] is verdict
+        assert row.rejected is verdict
         assert ("which the interval does not tell from zero" not in claimed(row, None)) is verdict
     (single,) = compare(cache, [item.pair], Outcome.APEX, {"trial": 3}, 0.999)
     adjusted_p = dict(zip(p, holm(p, POOLED).adjusted_p, strict=True))[label]
@@ -182,7 +187,7 @@ def test_a_p_that_is_exactly_alpha_is_shown_in_the_result_and_on_the_page(report
     for alpha, verdict in ((adjusted_p, True), (math.nextafter(adjusted_p, 0.0), False)):
         assert holm(p, POOLED, alpha=alpha).rejected[list(p).index(label)] is verdict
         row = adjust(cache, tested, POOLED, Outcome.APEX, {"trial": 3}, alpha)
-        assert rejected(row, label) is verdict
+        assert row.rejected[label] is verdict
         assert ("which is not shown once the 2 tests" not in claimed(single, row)) is verdict
 
 
@@ -210,11 +215,11 @@ def test_heights_are_tested_against_the_bounds_that_were_decided(
         expected = equivalence(
             values(item.pair.b), values(item.pair.a), low=low, high=high, bounds="raw" if unit == "m" else "percent"
         )
-        estimate = number(item.equivalent, "estimate")
+        estimate = item.equivalent.estimate
         assert (estimate.value, estimate.unit, estimate.ci_level) == (expected.estimate, unit, 0.9)
         assert (estimate.ci_low, estimate.ci_high) == expected.estimate_ci
-        assert number(item.equivalent, "p").value == expected.p
-        assert json.loads(item.equivalent.payload_json)["equivalent"] is expected.equivalent
+        assert item.equivalent.p.value == expected.p
+        assert item.equivalent.equivalent is expected.equivalent
     assert all(item.equivalent is None for item in compared(made, Outcome.JOULES))
     heights = [claim.text for claim in made.content.claims if claim.text.startswith("The apex")]
     verdicts = [
@@ -243,15 +248,15 @@ def test_alpha_rules_levels_and_the_choice_of_the_test(reports: Reports) -> None
     for item in made.analysis.compared:
         a, b = values(item.pair.a), values(item.pair.b)
         expected = compare_two(b, a, "f_then_t", alpha=0.01)
-        difference = number(item.result, "welch_difference")
+        difference = item.result.welch_difference
         assert difference.ci_level == 0.99
-        assert json.loads(item.result.payload_json)["test"] == expected.test
+        assert item.result.test == expected.test
         if item.quantity is Outcome.APEX:
             assert (difference.ci_low, difference.ci_high) == expected.welch_ci
         if item.by_day is not None:
-            assert number(item.by_day, "difference").ci_level == 0.99
+            assert item.by_day.difference.ci_level == 0.99
         if item.equivalent is not None:
-            assert number(item.equivalent, "estimate").ci_level == pytest.approx(0.98)
+            assert item.equivalent.estimate.ci_level == pytest.approx(0.98)
     assert {c.savings.ci_level for c in made.content.comparisons if c.savings is not None} == {0.99}
     methods = "".join(made.content.methods)
     assert "Intervals are at 95 %, those of comparisons at 99 %, those of tests of equivalence at 98 %." in methods
@@ -271,10 +276,10 @@ def test_the_f_test_chooses_at_the_alpha_that_was_asked_for(
     narrow, wide = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], [3.0, 6.0, 9.0, 12.0, 15.0, 18.0]
     asked = replace(pair, a=with_values(pair.a[0], narrow), b=with_values(pair.b[0], wide))
     (row,) = compare(cache, [asked], Outcome.APEX, {"trial": alpha}, alpha)
-    assert 0.01 < float(number(row, "f_p").value or 0.0) < 0.05
-    assert json.loads(row.payload_json)["test"] == test
-    assert number(row, "t").df == pytest.approx(df)
-    assert number(row, "difference").ci_level == pytest.approx(1.0 - alpha)
+    assert 0.01 < value_of(row.f_p) < 0.05
+    assert row.test == test
+    assert row.t.df == pytest.approx(df)
+    assert row.difference.ci_level == pytest.approx(1.0 - alpha)
 
 
 def test_brown_forsythe_and_the_sides_are_those_of_the_runs(reports: Reports) -> None:
@@ -282,12 +287,12 @@ def test_brown_forsythe_and_the_sides_are_those_of_the_runs(reports: Reports) ->
     for item in made.analysis.compared:
         a, b = values(item.pair.a), values(item.pair.b)
         expected = brown_forsythe({"b": b, "a": a})
-        found = number(item.result, "brown_forsythe")
-        if found.value is not None:
+        found = item.result.brown_forsythe
+        if isinstance(found.value, float):
             assert found.value == expected.statistic
-            assert number(item.result, "brown_forsythe_p").value == expected.p
-        assert number(item.result, "mean_a").value == pytest.approx(sum(a) / len(a))
-        assert number(item.result, "sd_b").n == len(b)
+            assert item.result.brown_forsythe_p.value == expected.p
+        assert item.result.mean_a.value == pytest.approx(sum(a) / len(a))
+        assert item.result.sd_b.n == len(b)
 
 
 def of_day_means(side: tuple[ConditionValues, ...]) -> list[float]:
@@ -304,19 +309,19 @@ def test_with_the_day_as_the_unit_comparisons_are_of_day_means(reports: Reports)
         a, b = of_day_means(item.pair.a), of_day_means(item.pair.b)
         assert len(a) == len(b) == 2
         expected = compare_two(b, a)
-        assert number(item.result, "difference").value == pytest.approx(expected.difference)
+        assert item.result.difference.value == pytest.approx(expected.difference)
         if item.quantity is Outcome.APEX:
-            assert number(item.result, "welch_p").value == pytest.approx(expected.welch_p)
+            assert item.result.welch_p.value == pytest.approx(expected.welch_p)
             assert item.equivalent is not None
-            assert number(item.equivalent, "p").value == pytest.approx(equivalence(b, a, low=-0.01, high=0.01).p)
-        elif item.pair.with_savings:
-            assert number(item.result, "savings").value == pytest.approx(percent_savings(a, b).percent)
+            assert item.equivalent.p.value == pytest.approx(equivalence(b, a, low=-0.01, high=0.01).p)
+        elif item.result.savings is not None:
+            assert item.result.savings.value == pytest.approx(percent_savings(a, b).percent)
         if item.by_day is not None:
             as_runs = by_run[item.quantity, item.pair.label].by_day
             assert as_runs is not None
-            assert number(item.by_day, "difference").value == pytest.approx(number(as_runs, "difference").value)
+            assert item.by_day.difference.value == pytest.approx(as_runs.difference.value)
     for varied in made.analysis.variations.varied:
-        assert (number(varied.result, "difference").n or 0) <= 4
+        assert (varied.result.difference.n or 0) <= 4
     page = quick_page(made.content).replace("\u00a0", " ")
     assert "n = 2 control and 2 treatment days" in page
     assert "Days are the unit of analysis" in page

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -22,7 +21,7 @@ from labbook.analysis.comparison.comparisons import Compared
 from labbook.analysis.comparison.day_weights import day_ratio, difference_weights, shared_by_day, shared_by_day_means
 from labbook.analysis.comparison.shared_error_tests import add_shared_error_by_day
 from labbook.analysis.outcomes.conditions import ConditionValues
-from labbook.analysis.results.result_cache import ResultCache, number
+from labbook.analysis.results.result_cache import ResultCache
 from labbook.presenting.report.making import MadeReport
 from stats.compare.shared_error import SharedError, difference_with_shared
 from stats.days.blocked import blocked_by_day
@@ -172,11 +171,11 @@ def test_in_a_report_each_runs_error_counts_by_its_weight_in_the_difference_by_d
     runs = [(name, run) for name, side in ((CONTROL, pair.a), (TREATED, pair.b)) for one in side for run in one.runs]
     rows = [(name, run.run.day, run.value) for name, run in runs]
     found = compared(rows)
-    assert json.loads(row.payload_json)["method"] == MIXED_MODEL
+    assert row.method == MIXED_MODEL
     control, treated = generalised(rows, found)
     terms = {term: [run.shared.terms[term] for _name, run in runs] for term in runs[0][1].shared.terms}
     expected = np.hypot.reduce([float((treated - control) @ np.array(errors)) for errors in terms.values()])
-    difference = number(row, "difference")
+    difference = row.difference
     assert difference.shared_se == pytest.approx(expected)
     by_plain_means = shared_by(pair.b).minus(shared_by(pair.a)).se
     assert abs(by_plain_means - expected) > 0.1 * expected

@@ -8,10 +8,9 @@ import pytest
 
 from data_schema.outcomes import Outcome
 from labbook.actions.report_command import state_report
-from labbook.analysis.comparison.family import adjusted, members
 from labbook.analysis.comparison.pairing import EACH, POOLED
-from labbook.analysis.results.result_cache import number
 from labbook.presenting.report.making import MadeReport
+from reports.numbers import Value
 from tests.helpers.books import ADA, SmallBook
 from tests.helpers.decided import decided_book
 
@@ -21,12 +20,12 @@ def report(made: SmallBook, where: str | None) -> MadeReport:
         return state_report(book, where, ADA, lambda _step: None)
 
 
-def adjusted_p(made: MadeReport, quantity: Outcome) -> dict[str, tuple[float | None, int | None]]:
+def adjusted_p(made: MadeReport, quantity: Outcome) -> dict[str, tuple[Value, int | None]]:
     """Holm's p of each comparison shown, with the number of tests that it counts."""
     found = {}
     for item in made.analysis.compared:
         if item.quantity is quantity and item.adjusted is not None:
-            shown = number(item.adjusted, adjusted(item.pair.label))
+            shown = item.adjusted.adjusted_p[item.pair.label]
             found[item.pair.label] = shown.value, shown.n
     return found
 
@@ -49,7 +48,7 @@ def test_a_selection_has_the_adjusted_p_of_the_whole(tmp_path: Path, family: str
 def test_levels_that_are_left_out_of_a_group_count_too(tmp_path: Path) -> None:
     made = decided_book(tmp_path, '\n[analysis]\nfamily = "each"\n')
     found = [item for item in report(made, "foot=small or b_ad_gain=0").analysis.compared if item.adjusted is not None]
-    assert {len(members(item.adjusted)) for item in found if item.adjusted is not None} == {2}
+    assert {len(item.adjusted.rejected) for item in found if item.adjusted is not None} == {2}
 
 
 def test_without_a_plan_the_family_is_what_is_compared(tmp_path: Path) -> None:

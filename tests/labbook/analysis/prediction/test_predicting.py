@@ -22,7 +22,8 @@ from data_schema.vocabulary import Undefined
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct
 from labbook.actions.upkeep.tracing import trace, trace_lines
-from labbook.analysis.results.result_cache import number
+from labbook.analysis.prediction.predicting import PredictionResult
+from labbook.analysis.results.codec import decode
 from labbook.book.opening import opened
 from labbook.config.parsing import parse_configuration
 from labbook.presenting.report.making import MadeReport
@@ -169,14 +170,12 @@ def test_what_is_assumed_is_listed_with_its_reason_and_what_it_changes(reported:
     for one in about.assumed:
         assert one.why
         parts = [
-            row.value
+            item.result.errors[one.name].value
             for item in reported.made.analysis.checked
             if item.quantity is PredictedQuantity.JOULES
-            for row in item.result.numbers
-            if row.name == f"predicted, error by {one.name}"
         ]
         assert len(parts) == 4
-        assert one.joules == max(value for value in parts if value is not None)
+        assert one.joules == max(value for value in parts if isinstance(value, float))
 
 
 def test_every_shown_number_is_traced_to_the_condition_the_robot_and_the_scene(reported: Reported) -> None:
@@ -215,14 +214,15 @@ def test_the_simulated_scene_is_stored_and_gives_the_number_again(reported: Repo
         assert {row.condition_key for row in rows} == keys
         for row in rows:
             scene = parse_scene(row.scene_toml, "stored")
-            result = result_by_uid(connection, row.result_uid)
-            assert result is not None
+            stored_row = result_by_uid(connection, row.result_uid)
+            assert stored_row is not None
+            found = decode(stored_row, PredictionResult)
             assert json.loads(row.effects_json) == sorted(scene.effects)
             assert set(json.loads(row.assumed_json)) == set(scene.assumed) == set(VARIED)
             jump = simulate(scene, row.accuracy).jump
             assert jump.outcome == row.outcome
-            assert number(result, "predicted_joules_per_jump").value == jump.cost_J
-            assert number(result, "predicted_apex_height").value == jump.apex_height_m
+            assert found.predicted["joules_per_jump"].value == jump.cost_J
+            assert found.predicted["apex_height"].value == jump.apex_height_m
             assert scene.values["body_mass"].source == "robot hopper"
             assert "foot" in scene.values["foot_radius"].source
             assert ", but with foot=" in scene.title

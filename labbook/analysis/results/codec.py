@@ -1,0 +1,228 @@
+"""Results as they are computed and read, frozen dataclasses, and as they are stored: numbers and a JSON payload.
+
+A field that is a `Number` is stored as a number of the field's name (or of the name that `StoredAs` gives it), a
+mapping of them as a number each; all other fields are the payload, but for those that have their default. What is not
+stored comes back as the number's absence: of an error or an end of an interval no reason is kept.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import typing
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
+from enum import Enum
+from functools import cache
+from types import NoneType, UnionType
+from typing import Any, Generic, TypeVar
+
+from data_schema.journal import canonical
+from data_schema.queries.results import InputRow, NumberRow, ResultRow
+from data_schema.vocabulary import Undefined
+from reports.numbers import Number
+
+
+class UnreadablePayload(Exception):
+    """A stored payload is not that of the class it is read as: another version of labbook wrote it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Which stored result something is: its key, what it is about (`scope`), and what it came from."""
+
+    key: str = ""
+    scope: Mapping[str, Any] = field(default_factory=dict)
+    inputs: tuple[InputRow, ...] = ()
+
+    @property
+    def uid(self) -> str:
+        """The name of the result as an input of others."""
+        return self.key[:16]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StoredResult:
+    """Base of all results that are stored; `origin` is empty until the result is."""
+
+    origin: Origin = field(default_factory=Origin)
+
+
+@dataclass(frozen=True, slots=True)
+class StoredAs:
+    """Annotates a field whose number has another name in the store, or a mapping of numbers: "{}" is each one's key."""
+
+    name: str
+
+
+T = TypeVar("T", bound=StoredResult)
+
+
+@dataclass(frozen=True, slots=True)
+class Algorithm(Generic[T]):
+    """A kind of result: raise `version` when the numbers it gives change; a test watches all that they rest on."""
+
+    kind: str
+    version: int
+    result: type[T]
+
+
+def encode(result: StoredResult, algorithm: Algorithm[Any], origin: Origin) -> ResultRow:
+    """Return a result as it is stored."""
+    kind: Any = type(result)
+    numbers = [_number_row(origin.key, name, number) for name, number in _numbers(result)]
+    payload = {
+        one.name: _plain(value)
+        for one in _payload_fields(kind)
+        for value in [getattr(result, one.name)]
+        if one.default is MISSING or value != one.default
+    }
+    return ResultRow(
+        uid=origin.uid,
+        kind=algorithm.kind,
+        scope_json=canonical(origin.scope),
+        key=origin.key,
+        algorithm=algorithm.kind,
+        version=algorithm.version,
+        payload_json=canonical(payload),
+        stale=False,
+        numbers=tuple(numbers),
+        inputs=origin.inputs,
+    )
+
+
+def decode(row: ResultRow, result: type[T]) -> T:
+    """Return a stored result as what it was computed as; raises `UnreadablePayload`."""
+    kind: Any = result
+    payload: dict[str, Any] = json.loads(row.payload_json)
+    numbers = {item.name: _number(item) for item in row.numbers}
+    values: dict[str, Any] = {}
+    for one in _payload_fields(kind):
+        if one.name in payload:
+            values[one.name] = _typed(payload.pop(one.name), _hints(kind)[one.name])
+        elif one.default is MISSING:
+            raise UnreadablePayload(f"{row.kind} has no {one.name}")
+    for one, (head, tail) in _number_fields(kind).items():
+        if tail is None:
+            values[one.name] = numbers.pop(head, None)
+            if values[one.name] is None and one.default is MISSING:
+                raise UnreadablePayload(f"{row.kind} has no number {head}")
+        else:
+            found = [name for name in numbers if name.startswith(head) and name.endswith(tail)]
+            values[one.name] = {name[len(head) : len(name) - len(tail)]: numbers.pop(name) for name in found}
+    if payload or numbers:
+        raise UnreadablePayload(f"{row.kind} has more than is known: {', '.join([*payload, *numbers])}")
+    return result(**values, origin=Origin(row.key, json.loads(row.scope_json), row.inputs))
+
+
+def _numbers(result: StoredResult) -> Iterator[tuple[str, Number]]:
+    kind: Any = type(result)
+    for one, (head, tail) in _number_fields(kind).items():
+        value = getattr(result, one.name)
+        if tail is not None:
+            yield from ((f"{head}{key}{tail}", number) for key, number in value.items())
+        elif value is not None:
+            yield head, value
+
+
+def _number_row(key: str, name: str, number: Number) -> NumberRow:
+    return NumberRow(
+        uid=hashlib.sha256(f"{key}\n{name}".encode()).hexdigest()[:12],
+        name=name,
+        value=_defined(number.value),
+        unit=number.unit,
+        se=_defined(number.se),
+        shared_se=_defined(number.shared_se),
+        ci_low=_defined(number.ci_low),
+        ci_high=_defined(number.ci_high),
+        ci_level=None if number.ci_low is None else number.ci_level,
+        df=_defined(number.df),
+        n=number.n,
+        undefined_reason=number.value.reason if isinstance(number.value, Undefined) else None,
+    )
+
+
+def _defined(value: float | Undefined | None) -> float | None:
+    return None if value is None or isinstance(value, Undefined) else float(value)
+
+
+def _number(row: NumberRow) -> Number:
+    """Return a stored number; where it does not exist, its interval does not either."""
+    undefined = Undefined(row.undefined_reason or "")
+    return Number(
+        value=undefined if row.value is None else row.value,
+        unit=row.unit,
+        se=row.se,
+        shared_se=row.shared_se,
+        ci_low=undefined if row.value is None else row.ci_low,
+        ci_high=undefined if row.value is None else row.ci_high,
+        ci_level=row.ci_level or 0.95,
+        df=row.df,
+        n=row.n,
+        provenance=row.uid,
+    )
+
+
+def _plain(value: Any) -> Any:
+    """Return a value of the payload as JSON has it."""
+    if isinstance(value, Enum):
+        return value.value
+    if is_dataclass(value):
+        return {one.name: _plain(getattr(value, one.name)) for one in fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return value
+
+
+def _typed(value: Any, hint: Any) -> Any:
+    """Return a value from JSON as a field's annotation has it; raises `UnreadablePayload` where it cannot be."""
+    origin, args = typing.get_origin(hint), typing.get_args(hint)
+    if origin in (UnionType, typing.Union):
+        (kind,) = [each for each in args if each is not NoneType]
+        return None if value is None else _typed(value, kind)
+    if origin is tuple and isinstance(value, list):
+        kinds = [args[0]] * len(value) if args[-1] is Ellipsis else args
+        return tuple(_typed(item, kind) for item, kind in zip(value, kinds, strict=True))
+    if isinstance(origin, type) and issubclass(origin, Mapping) and isinstance(value, dict):
+        return {key: _typed(item, args[1]) for key, item in value.items()}
+    if is_dataclass(hint) and isinstance(value, dict):
+        hints = typing.get_type_hints(hint)
+        if value.keys() != hints.keys():
+            raise UnreadablePayload(f"{hint} has other fields: {', '.join(value)}")
+        return hint(**{name: _typed(item, hints[name]) for name, item in value.items()})  # type: ignore[operator]
+    if isinstance(hint, type) and issubclass(hint, Enum):
+        return hint(value)
+    if hint is float and isinstance(value, int | float):
+        return float(value)
+    if not isinstance(hint, type) or type(value) is not hint:
+        raise UnreadablePayload(f"{value!r} is no {hint}")
+    return value
+
+
+@cache
+def _hints(kind: Any) -> dict[str, Any]:
+    return typing.get_type_hints(kind)
+
+
+@cache
+def _number_fields(kind: Any) -> dict[Field[Any], tuple[str, str | None]]:
+    """Return the fields that are numbers, each with its name in the store: the whole, or head and tail of several.
+
+    Names of several that say more come first, so that none is taken for a shorter one.
+    """
+    found: dict[Field[Any], tuple[str, str | None]] = {}
+    for one in fields(kind):
+        hint = _hints(kind)[one.name]
+        if Number in (hint, *typing.get_args(hint)):
+            marks = getattr(typing.get_type_hints(kind, include_extras=True)[one.name], "__metadata__", ())
+            named = next((mark.name for mark in marks if isinstance(mark, StoredAs)), one.name)
+            head, several, tail = named.partition("{}")
+            found[one] = (head, tail if several else None)
+    return dict(sorted(found.items(), key=lambda item: (item[1][1] is not None, -len("".join(filter(None, item[1]))))))
+
+
+@cache
+def _payload_fields(kind: Any) -> tuple[Field[Any], ...]:
+    return tuple(one for one in fields(kind) if one not in _number_fields(kind) and one.name != "origin")
