@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 import shutil
+import sqlite3
 import tempfile
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 
 import hypothesis
@@ -13,10 +15,11 @@ import pytest
 import sqlalchemy as sa
 
 from data_schema.engine import postgres_engine, sqlite_engine
+from labbook.book.making import make_tables
 from tests.helpers.books import SmallBook, small_book
 from tests.helpers.commands import Commands, running_commands
 from tests.helpers.databases import ENGINES, make_empty_sqlite, migrate
-from tests.helpers.once import SHARED
+from tests.helpers.once import SHARED, made_once
 from tests.helpers.postgres import Cluster, NoServer, running_cluster
 
 # A loaded machine is no fault of the code. Each run draws examples of its own: few, or in `make soak` many.
@@ -25,6 +28,16 @@ for profile, examples in (("few", 20), ("many", 200)):
         profile, max_examples=examples, deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]
     )
 hypothesis.settings.load_profile("few")
+
+
+def migrated(folder: Path) -> Path:
+    """Make a SQLite file with all tables."""
+    path = folder / "labbook.db"
+    make_empty_sqlite(path)
+    engine = sqlite_engine(path)
+    migrate(engine)
+    engine.dispose()
+    return path
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -64,14 +77,27 @@ def migrated_template(cluster: Cluster) -> str:
 
 
 @pytest.fixture(scope="session")
-def migrated_sqlite(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def migrated_sqlite() -> Path:
     """A SQLite file with all tables, to be copied."""
-    path = tmp_path_factory.mktemp("migrated") / "labbook.db"
-    make_empty_sqlite(path)
-    engine = sqlite_engine(path)
-    migrate(engine)
-    engine.dispose()
-    return path
+    return made_once("migrated", migrated)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _tables_are_copied(migrated_sqlite: Path) -> Iterator[None]:
+    """Books get the tables that all migrations made once; processes of their own run the migrations, as does
+    `tests/data_schema/test_migrations.py`.
+    """
+
+    def copied(engine: sa.Engine) -> None:
+        if engine.dialect.name != "sqlite":
+            make_tables(engine)
+            return
+        with closing(sqlite3.connect(migrated_sqlite)) as made, closing(engine.raw_connection()) as to:
+            made.backup(to.driver_connection)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("labbook.book.making.make_tables", copied)
+        yield
 
 
 @pytest.fixture(scope="session")
