@@ -9,11 +9,10 @@ from functools import partial
 from benchmarks.section import Benchmark, Budget, Section, Table
 from benchmarks.timing import Times, Work, in_turns
 from simulator.accuracy.fixed_step_euler import THESIS_STEP_S
-from simulator.accuracy.matching import stored_match
 from simulator.accuracy.methods import EULER, LABBOOK, METHODS, Attempt, Method, SolveIvpAttempt, stops_after
 from simulator.accuracy.outputs import NAMES, relative_errors
 from simulator.accuracy.peers import METHODS as SOLVE_IVP
-from simulator.accuracy.reference_of import stored_values
+from simulator.accuracy.stored_references import stored_reference
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
 
@@ -115,10 +114,10 @@ def _tick_by_tick(name: str) -> Method:
 def _prepared(scene: Scene, method: Method, setting: float) -> _Timed:
     attempt = method.prepare(scene, setting, stops_after(scene, stance=True))
     attempt.run()
-    found, match = attempt.found(), stored_match(scene)
+    found, match = attempt.found(), stored_reference(scene)
     if match is None:
         raise RuntimeError(f"there is no stored reference of scene {scene.name}")
-    errors = relative_errors(found.outputs, stored_values(scene, match))
+    errors = relative_errors(found.outputs, match.values)
     error = max(errors[output] or 0.0 for output in OUTPUTS)
     shown = f"{method.setting} {setting:g} {method.unit}".rstrip()
     return _Timed(method.name, shown, attempt, error, found.evaluations, CALLS if method.name == LABBOOK else 1)

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator.accuracy.labbook_runs import KernelRun
-from simulator.accuracy.matching import Match, stored_match
 from simulator.accuracy.outputs import NAMES, Outputs, outputs_of, relative_errors
+from simulator.accuracy.stored_references import stored_reference
 from simulator.jump import parameter_row
 from simulator.kernel.build import kernel_for
 from simulator.scene import Scene
@@ -56,11 +56,10 @@ def reference_of(scene: Scene, stop_after: int) -> Reference:
     """
     finest = _own(scene, stop_after)
     round_off = _round_off(scene, stop_after, finest)
-    match = stored_match(scene)
-    if match is not None:
-        values = stored_values(scene, match)
-        doubt = {name: None if round_off[name] is None else 10.0**-match.agreeing_digits for name in NAMES}
-        return Reference(match.source, True, match.jump.outcome, values, round_off, doubt)
+    found = stored_reference(scene)
+    if found is not None:
+        doubt = {name: None if round_off[name] is None else 10.0**-found.agreeing_digits for name in NAMES}
+        return Reference(found.source, True, found.outcome, found.values, round_off, doubt)
     source = (
         f"no stored result is that of this scene: labbook at {FINEST:g}, confirmed by Richardson extrapolation of "
         "fixed steps"
@@ -72,14 +71,6 @@ def _own(scene: Scene, stop_after: int, parameters: NDArray[np.float64] | None =
     kernel = KernelRun(scene, FINEST, stop_after, parameters=parameters)
     kernel.run()
     return outputs_of(scene, kernel.row())
-
-
-def stored_values(scene: Scene, match: Match) -> dict[str, float | None]:
-    """Return a stored result's outputs as doubles."""
-    jump = match.jump
-    cost = jump.cost_j + (jump.drag_j if "drag" in scene.effects else 0)
-    found = (jump.max_depth_m, jump.liftoff_time_s, jump.apex_height_m, cost)
-    return {name: None if value is None else float(value) for name, value in zip(NAMES, found, strict=True)}
 
 
 def _round_off(scene: Scene, stop_after: int, finest: Outputs) -> dict[str, float | None]:

@@ -29,7 +29,7 @@ CACHE_VARIABLE = "LABBOOK_CACHE"
 """Environment variable with the folder for compiled kernels; otherwise the user's cache folder is taken."""
 KEPT_VERSIONS = 3
 _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
-USES_OF_KERNELS = ("ablation", "accuracy", "reference", "steady", "sweep", "thesis")
+USES_OF_KERNELS = ("ablation", "accuracy", "steady", "sweep", "thesis")
 """Parts of the simulator that use kernels and are no part of them."""
 _VERSION = re.compile("[0-9a-f]{20}")
 

@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import ParamSpec, TypeVar
 
 import simulator.jump
+from benchmarks.reference_simulator.result import ReferenceResult
+from benchmarks.reference_simulator.storage import stored
 from simulator.gains import stiffness_n_m
-from simulator.reference.result import ReferenceResult
-from simulator.reference.storage import stored
 from simulator.result import JumpResult
 from simulator.scene import Scene
 from simulator.scene_file import load_scene

@@ -123,7 +123,7 @@ def test_other_grounds_and_jumps_that_follow_each_other() -> None:
 
 def second_jump(name: str) -> tuple[float, float]:
     """Apex and cost of the second jump, as stored."""
-    from simulator.reference.storage import stored
+    from benchmarks.reference_simulator.storage import stored
 
     case = {"emulator": "gain 400", "force_plate": "gain 300"}[name]
     jump = next(found for found in stored(name) if found.name == case).jumps[1]

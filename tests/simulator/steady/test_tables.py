@@ -1,7 +1,8 @@
 """Steady jumps against the numbers that two other programs give for the same scenes.
 
 The tables stand as an independent simulation of the same equations printed them, to half a unit of the last digit;
-where that digit was rounded twice, the test says so. The few numbers to more digits are of `simulator.reference`.
+where that digit was rounded twice, the test says so. The few numbers to more digits are of
+`benchmarks.reference_simulator`.
 """
 
 from __future__ import annotations

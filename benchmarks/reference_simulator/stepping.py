@@ -3,9 +3,9 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from simulator.reference.crossings import first_rise
-from simulator.reference.leg import State
-from simulator.reference.power_series import Series, SeriesTape, value_at
+from benchmarks.reference_simulator.crossings import first_rise
+from benchmarks.reference_simulator.leg import State
+from benchmarks.reference_simulator.power_series import Series, SeriesTape, value_at
 
 
 @dataclass(frozen=True, slots=True)

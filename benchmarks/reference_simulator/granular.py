@@ -5,14 +5,14 @@ from fractions import Fraction
 
 import mpmath
 
-from simulator.reference.fixed_point import FixedPoint
-from simulator.reference.ground import Ground
-from simulator.reference.leg import LEG_INTEGRALS, Leg, LegSeries, State, saturation_guards
-from simulator.reference.parameters import GRAVITY, GranularParameters
-from simulator.reference.power_series import Series, SeriesTape
-from simulator.reference.result import JumpRecord, ReferenceResult
-from simulator.reference.sampled_control import SampledController
-from simulator.reference.stepping import advance, setting
+from benchmarks.reference_simulator.fixed_point import FixedPoint
+from benchmarks.reference_simulator.ground import Ground
+from benchmarks.reference_simulator.leg import LEG_INTEGRALS, Leg, LegSeries, State, saturation_guards
+from benchmarks.reference_simulator.parameters import GRAVITY, GranularParameters
+from benchmarks.reference_simulator.power_series import Series, SeriesTape
+from benchmarks.reference_simulator.result import JumpRecord, ReferenceResult
+from benchmarks.reference_simulator.sampled_control import SampledController
+from benchmarks.reference_simulator.stepping import advance, setting
 
 GROUND_INTEGRALS = ("ground_work", "recruited_weight_work", "recruited_kinetic_energy")
 LONGEST_STANCE_S = Fraction(2)

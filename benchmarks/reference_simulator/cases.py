@@ -3,10 +3,9 @@
 from dataclasses import dataclass
 from fractions import Fraction
 
-from data_schema.errors import unknown_name
-from simulator.reference.granular import reference_jump
-from simulator.reference.hopping import reference_jumps
-from simulator.reference.parameters import (
+from benchmarks.reference_simulator.granular import reference_jump
+from benchmarks.reference_simulator.hopping import reference_jumps
+from benchmarks.reference_simulator.parameters import (
     CostForce,
     FlightGains,
     ForceCap,
@@ -15,7 +14,8 @@ from simulator.reference.parameters import (
     PlatformParameters,
     SwitchingRule,
 )
-from simulator.reference.result import ReferenceResult
+from benchmarks.reference_simulator.result import ReferenceResult
+from data_schema.errors import unknown_name
 
 # The fit of damping over gain at gain 0 (thesis 5.1.1), in kg/s.
 ZERO_GAIN_DAMPING_KG_S = Fraction("19.67")

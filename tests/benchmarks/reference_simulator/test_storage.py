@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.reference_simulator.cases import CASES
+from benchmarks.reference_simulator.storage import DATA, StoredCase, document, regenerate, stored
 from data_schema.errors import UnknownName
-from simulator.reference.cases import CASES
-from simulator.reference.storage import DATA, StoredCase, regenerate, stored
 
 
 def case(scene: str, name: str) -> StoredCase:
@@ -29,6 +29,12 @@ def test_every_case_is_stored_with_its_parameters_and_thirty_digits(scene: str) 
         for jump in one.jumps:
             assert abs(jump.energy_residual_j) < Decimal("1e-35")
             assert abs(jump.cost_j - jump.heat_j - jump.mechanical_j) < Decimal("1e-26")
+
+
+@pytest.mark.parametrize("scene", CASES)
+def test_files_are_what_is_written_of_their_cases(scene: str) -> None:
+    """With each case in the scenes' words, by which the simulator finds it."""
+    assert document(scene, stored(scene)) == (DATA / f"{scene}.toml").read_text(encoding="utf-8")
 
 
 def test_a_scene_without_a_reference_is_refused() -> None:

@@ -1,8 +1,8 @@
 """The controller under a 1 kHz clock (thesis 3.1.3, 5.1.1): each tick sets phase, stiffness and damping, then held."""
 
-from simulator.reference.fixed_point import FixedPoint
-from simulator.reference.leg import Gains, State
-from simulator.reference.parameters import FlightGains, GranularParameters, SwitchingRule
+from benchmarks.reference_simulator.fixed_point import FixedPoint
+from benchmarks.reference_simulator.leg import Gains, State
+from benchmarks.reference_simulator.parameters import FlightGains, GranularParameters, SwitchingRule
 
 
 class SampledController:

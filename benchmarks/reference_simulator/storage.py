@@ -1,25 +1,26 @@
 """Stored reference results, one TOML file a scene: written by `regenerate`, read by `stored`."""
 
+import json
 import tomllib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields, replace
 from decimal import Context, Decimal
 from enum import StrEnum
 from fractions import Fraction
-from importlib.resources import files
 from pathlib import Path
 from typing import Any, get_type_hints
 
-from simulator.reference.cases import CASES, cases
-from simulator.reference.parameters import (
+from benchmarks.reference_simulator import scene_words
+from benchmarks.reference_simulator.cases import CASES, cases
+from benchmarks.reference_simulator.parameters import (
     GranularParameters,
     HoppingParameters,
     LegParameters,
     PlatformParameters,
 )
-from simulator.reference.result import ModeChange, ReferenceResult
+from benchmarks.reference_simulator.result import ModeChange, ReferenceResult
 
-DATA = Path(str(files("simulator.reference") / "data"))
+DATA = Path(__file__).parents[2] / "simulator" / "accuracy" / "references"
 STORED_DIGITS = 36
 # A case is computed twice, with different working precision and different order of the series.
 COARSE_DIGITS, COARSE_ORDER = 38, 28
@@ -45,7 +46,7 @@ def regenerate(scenes: Iterable[str] = tuple(CASES), folder: Path = DATA) -> Non
             jumps = tuple(_shortened(jump) for jump in fine)
             found.append(StoredCase(case.name, case.parameters, agreeing_digits(coarse, fine), jumps))
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / f"{scene}.toml").write_text("\n".join(_document(scene, found)) + "\n", encoding="utf-8")
+        (folder / f"{scene}.toml").write_text(document(scene, found), encoding="utf-8")
 
 
 def stored(scene: str, folder: Path = DATA) -> tuple[StoredCase, ...]:
@@ -91,17 +92,31 @@ def _shortened(result: ReferenceResult) -> ReferenceResult:
     return replace(result, mode_changes=changes, **rounded)
 
 
-def _document(scene: str, found: Iterable[StoredCase]) -> Iterator[str]:
-    yield f"# Reference results of scene {scene}: Taylor series in fixed-point numbers, written by simulator.reference."
+def document(scene: str, found: Iterable[StoredCase]) -> str:
+    """The text of a scene's file."""
+    return "\n".join(_lines(scene, found)) + "\n"
+
+
+def _lines(scene: str, found: Iterable[StoredCase]) -> Iterator[str]:
+    yield f"# Reference results of {scene}: Taylor series in fixed-point numbers, by benchmarks.reference_simulator."
     yield f"# Computed with {COARSE_DIGITS} digits at order {COARSE_ORDER} and {FINE_DIGITS} at order {FINE_ORDER}; SI."
     yield f'scene = "{scene}"'
     for case in found:
         yield from ("", "[[case]]", f'name = "{case.name}"', f"agreeing_digits = {case.agreeing_digits}")
         yield from ("", "[case.parameters]")
         yield from _entries(case.parameters)
+        yield from _scene(case.parameters)
         for jump in case.jumps:
             yield from ("", "[[case.jump]]")
             yield from _entries(jump)
+
+
+def _scene(parameters: GranularParameters | HoppingParameters) -> Iterator[str]:
+    """The case in the words of the simulator's scenes, where one can be it: what results are found by."""
+    effects = scene_words.effects(parameters)
+    if effects is not None:
+        yield from ("", "[case.scene]", f"effects = {json.dumps(sorted(effects))}", "", "[case.scene.values]")
+        yield from (f'{name} = "{_plain(value)}"' for name, value in scene_words.values(parameters).items())
 
 
 def _entries(record: LegParameters | PlatformParameters | ReferenceResult) -> Iterator[str]:

@@ -4,10 +4,10 @@ from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 
-from simulator.reference.cases import CASES
-from simulator.reference.granular import reference_jump
-from simulator.reference.parameters import GranularParameters
-from simulator.reference.storage import agreeing_digits, stored
+from benchmarks.reference_simulator.cases import CASES
+from benchmarks.reference_simulator.granular import reference_jump
+from benchmarks.reference_simulator.parameters import GranularParameters
+from benchmarks.reference_simulator.storage import agreeing_digits, stored
 
 
 def granular(scene: str, index: int) -> GranularParameters:

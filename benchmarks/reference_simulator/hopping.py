@@ -3,13 +3,13 @@
 from collections.abc import Callable
 from fractions import Fraction
 
-from simulator.reference.fixed_point import FixedPoint
-from simulator.reference.leg import LEG_INTEGRALS, Gains, Leg, LegSeries, State, saturation_guards
-from simulator.reference.parameters import HoppingParameters
-from simulator.reference.platform import Phase, Platform
-from simulator.reference.power_series import Series, SeriesTape
-from simulator.reference.result import JumpRecord, ReferenceResult
-from simulator.reference.stepping import advance, setting
+from benchmarks.reference_simulator.fixed_point import FixedPoint
+from benchmarks.reference_simulator.leg import LEG_INTEGRALS, Gains, Leg, LegSeries, State, saturation_guards
+from benchmarks.reference_simulator.parameters import HoppingParameters
+from benchmarks.reference_simulator.platform import Phase, Platform
+from benchmarks.reference_simulator.power_series import Series, SeriesTape
+from benchmarks.reference_simulator.result import JumpRecord, ReferenceResult
+from benchmarks.reference_simulator.stepping import advance, setting
 
 GROUND_INTEGRALS = ("ground_work", "reset_work", "impact_loss")
 LONGEST_STEP_S = Fraction("0.008")

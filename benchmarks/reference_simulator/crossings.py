@@ -2,7 +2,7 @@
 
 from math import comb
 
-from simulator.reference.power_series import Series, derivative_at, value_at
+from benchmarks.reference_simulator.power_series import Series, derivative_at, value_at
 
 # A leading coefficient of at most this many bits is rounding: the guard starts at a zero that was just landed on.
 ZERO_BITS = 40

@@ -5,8 +5,8 @@ from fractions import Fraction
 import mpmath
 import pytest
 
-from simulator.reference.fixed_point import FixedPoint
-from simulator.reference.power_series import SeriesTape, derivative_at, value_at
+from benchmarks.reference_simulator.fixed_point import FixedPoint
+from benchmarks.reference_simulator.power_series import SeriesTape, derivative_at, value_at
 
 DIGITS = 40
 

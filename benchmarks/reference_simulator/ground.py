@@ -2,9 +2,9 @@
 
 import mpmath
 
-from simulator.reference.fixed_point import FixedPoint
-from simulator.reference.parameters import GRAVITY, GranularParameters
-from simulator.reference.power_series import Series, SeriesTape
+from benchmarks.reference_simulator.fixed_point import FixedPoint
+from benchmarks.reference_simulator.parameters import GRAVITY, GranularParameters
+from benchmarks.reference_simulator.power_series import Series, SeriesTape
 
 
 class Ground:

@@ -3,9 +3,9 @@
 from enum import StrEnum
 from fractions import Fraction
 
-from simulator.reference.fixed_point import FixedPoint
-from simulator.reference.parameters import PlatformParameters
-from simulator.reference.power_series import Series, SeriesTape
+from benchmarks.reference_simulator.fixed_point import FixedPoint
+from benchmarks.reference_simulator.parameters import PlatformParameters
+from benchmarks.reference_simulator.power_series import Series, SeriesTape
 
 
 class Phase(StrEnum):

@@ -1,13 +1,9 @@
-"""Which stored reference result, if any, is that of a scene: the same physics, with the same numbers."""
-
-from __future__ import annotations
+"""A reference case in the words of the simulator's scenes: which effects are on, and the value of each parameter."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 
-from simulator.reference.cases import CASES
-from simulator.reference.parameters import (
+from benchmarks.reference_simulator.parameters import (
     CostForce,
     FlightGains,
     ForceCap,
@@ -15,15 +11,6 @@ from simulator.reference.parameters import (
     HoppingParameters,
     SwitchingRule,
 )
-from simulator.reference.result import ReferenceResult
-from simulator.reference.storage import stored
-from simulator.scene import Scene
-
-SAME = 1e-14
-"""Relative difference under which a double stands for a rational number."""
-
-_BESIDE = frozenset({"drag", "passive_draw"})
-"""Effects that change no motion: drag is stored apart, the passive draw is not compared."""
 
 _LEG = {
     "body_mass": "body_mass_kg",
@@ -38,6 +25,7 @@ _LEG = {
     "upper_link": "upper_link_m",
     "lower_link": "lower_link_m",
     "torque_constant": "torque_constant_n_m_a",
+    "velocity_constant": "torque_constant_n_m_a",
     "motor_resistance": "motor_resistance_ohm",
     "switch_compression": "switch_compression_m",
     "guard_length": "shortest_leg_m",
@@ -76,49 +64,26 @@ _COSTS = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Match:
-    """A stored case: where it is from, how many digits it has, and the jump that is the scene's last."""
-
-    source: str
-    agreeing_digits: int
-    jump: ReferenceResult
-
-
-def stored_match(scene: Scene) -> Match | None:
-    """Find the stored result of a scene's last jump; None where no case has its effects and its numbers."""
-    for name in CASES:
-        for case in stored(name):
-            p = case.parameters
-            if len(case.jumps) >= scene.jumps and _same_effects(scene, p) and _same_numbers(scene, _numbers(p)):
-                source = f"stored case “{case.name}” of {name}, Taylor series to {case.agreeing_digits} digits"
-                return Match(source, case.agreeing_digits, case.jumps[scene.jumps - 1])
-    return None
-
-
-def _same_effects(scene: Scene, p: GranularParameters | HoppingParameters) -> bool:
-    beside = _BESIDE if p.active_damping_kg_m else _BESIDE | {"active_damping"}
-    return _effects(p) - beside == scene.effects - beside
-
-
-def _effects(p: GranularParameters | HoppingParameters) -> frozenset[str]:
+def effects(p: GranularParameters | HoppingParameters) -> frozenset[str] | None:
+    """The effects of a scene that is this case; None where no scene can be, as with contact at once."""
     common = {"leg_damping", "active_damping", "motor_heat", *_CAPS[p.force_cap], *_COSTS[p.cost_force]}
     if isinstance(p, HoppingParameters):
         ground = "rigid_ground" if p.platform is None else "emulated_ground"
-        common |= {ground, "touchdown_impact", "latched_switching", "short_leg_guard", "cost_of_whole_jump"}
-        return frozenset(common)
+        return frozenset(
+            common | {ground, "touchdown_impact", "latched_switching", "short_leg_guard", "cost_of_whole_jump"}
+        )
+    if p.immediate_contact:
+        return None
     common |= {"hydrostatic_stiffness", "inertial_drag", "added_mass", "sampled_control"}
     common.add("latched_switching" if p.switching_rule == SwitchingRule.LATCHED else "short_leg_guard")
     if p.flight_gains == FlightGains.HELD:
         common.add("held_gains_in_flight")
-    if p.immediate_contact:
-        common.add("contact at once")  # which no scene has
     return frozenset(common)
 
 
-def _numbers(p: GranularParameters | HoppingParameters) -> dict[str, Fraction]:
-    found = _read(p, _LEG)
-    found |= {"stall_torque": p.stall_torque_n_m / 2, "velocity_constant": p.torque_constant_n_m_a}
+def values(p: GranularParameters | HoppingParameters) -> dict[str, Fraction]:
+    """The parameters of a scene that is this case, in SI units, by their names in a scene file."""
+    found = {"stall_torque": p.stall_torque_n_m / 2} | _read(p, _LEG)
     if isinstance(p, HoppingParameters):
         platform = {} if p.platform is None else _read(p.platform, _PLATFORM)
         return found | _read(p, _HOPPING) | platform | {"initial_velocity": Fraction(0), "initial_height": Fraction(0)}
@@ -138,11 +103,3 @@ def _numbers(p: GranularParameters | HoppingParameters) -> dict[str, Fraction]:
 
 def _read(p: object, names: Mapping[str, str]) -> dict[str, Fraction]:
     return {name: Fraction(getattr(p, field)) for name, field in names.items()}
-
-
-def _same_numbers(scene: Scene, numbers: Mapping[str, Fraction]) -> bool:
-    return all(
-        name in numbers and abs(scene[name] - float(numbers[name])) <= SAME * abs(scene[name])
-        for name in scene.read
-        if name != "passive_power"
-    )

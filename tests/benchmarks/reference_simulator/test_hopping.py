@@ -6,10 +6,10 @@ from fractions import Fraction
 
 import pytest
 
-from simulator.reference.cases import CASES
-from simulator.reference.hopping import reference_jumps
-from simulator.reference.parameters import HoppingParameters
-from simulator.reference.storage import agreeing_digits, stored
+from benchmarks.reference_simulator.cases import CASES
+from benchmarks.reference_simulator.hopping import reference_jumps
+from benchmarks.reference_simulator.parameters import HoppingParameters
+from benchmarks.reference_simulator.storage import agreeing_digits, stored
 
 
 def hopping(scene: str, index: int = 0) -> HoppingParameters:

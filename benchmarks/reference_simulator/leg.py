@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from simulator.reference.fixed_point import FixedPoint
-from simulator.reference.parameters import GRAVITY, CostForce, ForceCap, LegParameters
-from simulator.reference.power_series import Series, SeriesTape
+from benchmarks.reference_simulator.fixed_point import FixedPoint
+from benchmarks.reference_simulator.parameters import GRAVITY, CostForce, ForceCap, LegParameters
+from benchmarks.reference_simulator.power_series import Series, SeriesTape
 
 State = dict[str, int]
 # Quantities integrated along a jump for every ground: the motors' three terms and the work of the leg on the masses.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from simulator.accuracy.matching import stored_match
+from simulator.accuracy.stored_references import stored_reference
 from simulator.scene_file import load_scene
 
 
@@ -22,29 +22,29 @@ from simulator.scene_file import load_scene
     ],
 )
 def test_granular_scenes(name: str, values: dict[str, float], case: str | None) -> None:
-    match = stored_match(load_scene(name).changed(values))
+    match = stored_reference(load_scene(name).changed(values))
     if case is None:
         assert match is None
     else:
         assert match is not None
         assert f"“{case}” of {name}" in match.source
         assert match.agreeing_digits >= 30
-        assert match.jump.outcome == "apex"
+        assert match.outcome == "apex"
 
 
 def test_effects_count_unless_they_change_no_motion() -> None:
     scene = load_scene("sim2")
-    assert stored_match(scene.changed(effects_off=("held_gains_in_flight",))) is not None
-    assert stored_match(scene.changed(effects_on=("drag", "passive_draw"))) is not None
-    assert stored_match(scene.changed(effects_off=("active_damping",))) is not None
-    assert stored_match(scene.changed(effects_off=("added_mass",))) is None
-    assert stored_match(scene.changed(effects_off=("short_leg_guard",))) is None
+    assert stored_reference(scene.changed(effects_off=("held_gains_in_flight",))) is not None
+    assert stored_reference(scene.changed(effects_on=("drag", "passive_draw"))) is not None
+    assert stored_reference(scene.changed(effects_off=("active_damping",))) is not None
+    assert stored_reference(scene.changed(effects_off=("added_mass",))) is None
+    assert stored_reference(scene.changed(effects_off=("short_leg_guard",))) is None
 
 
 def test_of_jumps_that_follow_each_other_the_last_is_meant() -> None:
     scene = load_scene("force_plate")
-    matches = [stored_match(scene.changed(jumps=jumps)) for jumps in (1, 4, 5)]
+    matches = [stored_reference(scene.changed(jumps=jumps)) for jumps in (1, 4, 5)]
     assert matches[0] is not None
     assert matches[1] is not None
-    assert matches[0].jump != matches[1].jump
+    assert matches[0].values != matches[1].values
     assert matches[2] is None
