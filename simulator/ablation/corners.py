@@ -12,7 +12,7 @@ from simulator.ablation.interpreted import STEPS_MORE
 from simulator.ablation.measure import measured_scene
 from simulator.ablation.outputs import Difference, difference, outputs_of
 from simulator.scene import Scene
-from simulator.sweep.axis import Axis
+from simulator.sweep.axes import Axis
 
 MOST_CORNERS = 16
 """With more corners only the two ends of each range are looked at, all else as in the scene."""

@@ -12,7 +12,7 @@ from simulator.kernel.layout import OUTCOMES
 from simulator.kernel.limits import MOST_STEPS
 from simulator.scene import Scene
 from simulator.sweep.chunks import recipe_for, simulate_rows
-from simulator.sweep.design import Grid
+from simulator.sweep.design import Design
 from simulator.sweep.outputs import PLACE
 
 
@@ -61,7 +61,7 @@ def outputs_of(scene: Scene, accuracy: float, most_steps: int | None = None) -> 
 
     A jump of more than `most_steps` is given up and ends in `step_limit`; None leaves the simulator's own limit.
     """
-    recipe = recipe_for(scene, Grid(()), accuracy)
+    recipe = recipe_for(scene, Design(()), accuracy)
     if most_steps is not None:
         recipe.limits[MOST_STEPS] = most_steps
     ((*jumps,),) = simulate_rows(recipe, np.zeros((1, 0)))

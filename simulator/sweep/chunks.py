@@ -22,7 +22,7 @@ from simulator.kernel.composition import compose
 from simulator.kernel.limits import JUMPS_WANTED
 from simulator.kernel.rows import COLUMN, COLUMNS
 from simulator.scene import Scene
-from simulator.sweep.design import Design, row_count
+from simulator.sweep.design import Design
 from simulator.sweep.outputs import FROM_KERNEL, NOT_MADE_FLAG, OUTPUTS, PLACE, REFUSED_FLAG
 
 Row = NDArray[np.float64]
@@ -54,9 +54,8 @@ class Chunks:
 
 def chunks_for(design: Design, jumps: int) -> Chunks:
     """Divide a sweep of scenes with so many jumps each."""
-    rows = row_count(design)
-    wanted = min(MOST_JUMPS, max(FEWEST_JUMPS, math.ceil(rows * jumps / CHUNKS_WANTED)))
-    return Chunks(rows, max(1, wanted // jumps))
+    wanted = min(MOST_JUMPS, max(FEWEST_JUMPS, math.ceil(design.row_count * jumps / CHUNKS_WANTED)))
+    return Chunks(design.row_count, max(1, wanted // jumps))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -3,185 +3,94 @@
 from __future__ import annotations
 
 import hashlib
-import itertools
 import math
 import warnings
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
-from simulator.sweep.axis import Axis, Quantity, Row, axis
+from simulator.sweep.axes import MOST_ROWS, Axis, Quantity, Range, Row, axis
 
-Places = NDArray[np.int64]
-MOST_ROWS = 10**8
-"""Most scenes in one sweep; its file would take 34 GB."""
 SAMPLE = "sample"
 """Name of the dimension of a Sobol sample."""
 
 
-class Design(Protocol):
-    """Scenes in a fixed order; each is a row of values, one an axis."""
+@dataclass(frozen=True, slots=True)
+class Design:
+    """Scenes in a fixed order; each is a row of values, one an axis.
 
-    @property
-    def axes(self) -> tuple[Axis, ...]:
-        """What is swept."""
-        ...
+    A grid holds every combination of the axes' values, and the last axis varies fastest. A sample, which has a `seed`,
+    holds rows that each have values of their own: all its axes are as long as it.
+    """
+
+    axes: tuple[Axis, ...]
+    seed: int | None = None
 
     @property
     def dims(self) -> dict[str, int]:
-        """Dimensions of the result and their lengths; their product is the number of rows."""
-        ...
+        """Dimensions of the result and their lengths: one an axis, or the sample's one."""
+        if self.seed is not None:
+            return {SAMPLE: len(self.axes[0].values)}
+        return {swept.name: len(swept.values) for swept in self.axes}
+
+    @property
+    def row_count(self) -> int:
+        """The number of scenes."""
+        return math.prod(self.dims.values())
 
     @property
     def description(self) -> str:
         """How the rows were chosen, in words."""
-        ...
+        return "grid" if self.seed is None else f"Sobol sample, scrambled with seed {self.seed}"
 
     def dim_of(self, swept: Axis) -> str:
         """Return the dimension along which an axis varies."""
-        ...
+        return swept.name if self.seed is None else SAMPLE
 
     def rows(self, start: int, stop: int) -> Row:
         """Return the parameters of the rows from `start` to before `stop`, shape (rows, axes)."""
-        ...
-
-    def combinations(self, parameters: Collection[str]) -> Iterator[dict[str, float]]:
-        """Yield every combination of these swept parameters that the rows hold."""
-        ...
-
-    def combination_count(self, parameters: Collection[str]) -> int:
-        """Return how many combinations of these parameters there are."""
-        ...
-
-    def combination_places(self, parameters: Collection[str], start: int, stop: int) -> Places:
-        """Return which of the combinations of these parameters each row has, shape (rows,)."""
-        ...
-
-
-def row_count(design: Design) -> int:
-    """Return the number of scenes."""
-    return math.prod(design.dims.values())
-
-
-def content_hash(design: Design) -> str:
-    """Return a hash of every value that is swept."""
-    digest = hashlib.sha256()
-    for swept in design.axes:
-        digest.update(swept.parameter.encode() + b"\0" + swept.values.astype("<f8").tobytes())
-    return digest.hexdigest()
-
-
-@dataclass(frozen=True, slots=True)
-class Grid:
-    """Every combination of the axes' values; the last axis varies fastest."""
-
-    axes: tuple[Axis, ...]
-
-    @property
-    def dims(self) -> dict[str, int]:
-        """One dimension an axis."""
-        return {swept.name: len(swept.values) for swept in self.axes}
-
-    @property
-    def description(self) -> str:
-        """A grid is described by its axes."""
-        return "grid"
-
-    def dim_of(self, swept: Axis) -> str:
-        """Each axis is a dimension of its own."""
-        return swept.name
-
-    def rows(self, start: int, stop: int) -> Row:
-        """Return the parameters of some rows, shape (rows, axes)."""
-        places = np.unravel_index(np.arange(start, stop), tuple(self.dims.values()))
+        places = self._places(start, stop)
         return np.column_stack([swept.values[place] for swept, place in zip(self.axes, places, strict=True)])
 
-    def combinations(self, parameters: Collection[str]) -> Iterator[dict[str, float]]:
-        """Yield the product of the values of these axes alone."""
-        chosen = [swept for swept in self.axes if swept.parameter in parameters]
-        names = [swept.parameter for swept in chosen]
-        for point in itertools.product(*(swept.values.tolist() for swept in chosen)):
-            yield dict(zip(names, point, strict=True))
+    def part(self, parameters: Collection[str]) -> Design:
+        """Return the design of these parameters' axes alone: each combination of their values is one of its rows."""
+        return Design(tuple(swept for swept in self.axes if swept.parameter in parameters), self.seed)
 
-    def combination_count(self, parameters: Collection[str]) -> int:
-        """Return the product of these axes' lengths."""
-        return math.prod(len(swept.values) for swept in self.axes if swept.parameter in parameters)
+    def rows_in_part(self, parameters: Collection[str], start: int, stop: int) -> NDArray[np.int64]:
+        """Return which row of `part(parameters)` each of the rows from `start` to before `stop` has, shape (rows,)."""
+        places = self._places(start, stop)
+        if self.seed is not None:
+            return places[0]
+        chosen = [place for swept, place in zip(self.axes, places, strict=True) if swept.parameter in parameters]
+        return np.ravel_multi_index(tuple(chosen), tuple(self.part(parameters).dims.values()))
 
-    def combination_places(self, parameters: Collection[str], start: int, stop: int) -> Places:
-        """Number the product of these axes as `combinations` yields it."""
-        places = np.unravel_index(np.arange(start, stop), tuple(self.dims.values()))
-        found = np.zeros(stop - start, np.int64)
-        for swept, place in zip(self.axes, places, strict=True):
-            if swept.parameter in parameters:
-                found = found * len(swept.values) + place
-        return found
+    def _places(self, start: int, stop: int) -> Sequence[NDArray[np.int64]]:
+        """Return, for each axis, the place of its value in each row."""
+        numbers = np.arange(start, stop)
+        if self.seed is not None:
+            return [numbers] * len(self.axes)
+        return np.unravel_index(numbers, tuple(self.dims.values()))
 
-
-@dataclass(frozen=True, slots=True)
-class Sample:
-    """Rows that each have values of their own: all axes are as long as the sample."""
-
-    axes: tuple[Axis, ...]
-    seed: int
-
-    @property
-    def dims(self) -> dict[str, int]:
-        """The one dimension of all axes."""
-        return {SAMPLE: len(self.axes[0].values)}
-
-    @property
-    def description(self) -> str:
-        """Name the sequence and its seed."""
-        return f"Sobol sample, scrambled with seed {self.seed}"
-
-    def dim_of(self, swept: Axis) -> str:  # noqa: ARG002
-        """All axes share one dimension."""
-        return SAMPLE
-
-    def rows(self, start: int, stop: int) -> Row:
-        """Return the parameters of some rows, shape (rows, axes)."""
-        return np.column_stack([swept.values[start:stop] for swept in self.axes])
-
-    def combinations(self, parameters: Collection[str]) -> Iterator[dict[str, float]]:
-        """Yield the rows' values of these axes."""
-        chosen = [swept for swept in self.axes if swept.parameter in parameters]
-        names = [swept.parameter for swept in chosen]
-        for start in range(0, len(self.axes[0].values), 4096):
-            for point in zip(*(swept.values[start : start + 4096].tolist() for swept in chosen), strict=True):
-                yield dict(zip(names, point, strict=True))
-
-    def combination_count(self, parameters: Collection[str]) -> int:  # noqa: ARG002
-        """Every row has values of its own."""
-        return len(self.axes[0].values)
-
-    def combination_places(self, parameters: Collection[str], start: int, stop: int) -> Places:  # noqa: ARG002
-        """Every row is its own combination."""
-        return np.arange(start, stop)
+    def content_hash(self) -> str:
+        """Return a hash of every value that is swept."""
+        digest = hashlib.sha256()
+        for swept in self.axes:
+            digest.update(swept.parameter.encode() + b"\0" + swept.values.astype("<f8").tobytes())
+        return digest.hexdigest()
 
 
-@dataclass(frozen=True, slots=True)
-class Range:
-    """A quantity to be sampled between two values, evenly or evenly in its logarithm."""
-
-    quantity: Quantity
-    low: float
-    high: float
-    logarithmic: bool = False
-
-
-def grid(axes: Sequence[Axis]) -> Grid:
+def grid(axes: Sequence[Axis]) -> Design:
     """Return the grid of these axes; raises `UsageError` where nothing, too much or one parameter twice is swept."""
     _check_parameters([swept.quantity for swept in axes])
-    made = Grid(tuple(axes))
-    _check_rows(row_count(made))
+    made = Design(tuple(axes))
+    _check_rows(made.row_count)
     return made
 
 
-def sobol(ranges: Sequence[Range], rows: int, seed: int) -> Sample:
+def sobol(ranges: Sequence[Range], rows: int, seed: int) -> Design:
     """Return a scrambled Sobol sample (Owen 1998, as scipy has it) of these ranges; the balance is best for 2^m rows.
 
     Raises `UsageError` where nothing, too much or one parameter twice is swept.
@@ -195,7 +104,7 @@ def sobol(ranges: Sequence[Range], rows: int, seed: int) -> Sample:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # that 2^m rows balance best is said above
         unit = qmc.Sobol(len(ranges), scramble=True, seed=np.random.default_rng(seed)).random(rows)
-    return Sample(tuple(axis(swept.quantity, _scaled(swept, unit[:, i])) for i, swept in enumerate(ranges)), seed)
+    return Design(tuple(axis(swept.quantity, _scaled(swept, unit[:, i])) for i, swept in enumerate(ranges)), seed)
 
 
 def _scaled(swept: Range, share: Row) -> Row:
@@ -208,15 +117,13 @@ def _scaled(swept: Range, share: Row) -> Row:
 def _check_parameters(swept: Sequence[Quantity]) -> None:
     if not swept:
         raise UsageError("a sweep needs something to sweep: give for example --over b_ad=0:300:31.")
-    names = [item.parameter for item in swept]
+    by_parameter: dict[str, list[str]] = {}
     for item in swept:
-        if names.count(item.parameter) > 1:
-            others = list(dict.fromkeys(other.name for other in swept if other.parameter == item.parameter))
-            twice = (
-                f"{' and '.join(others)} both sweep {item.parameter}"
-                if len(others) > 1
-                else f"{others[0]} is swept twice"
-            )
+        by_parameter.setdefault(item.parameter, []).append(item.name)
+    for parameter, names in by_parameter.items():
+        if len(names) > 1:
+            both = " and ".join(dict.fromkeys(names))
+            twice = f"{both} both sweep {parameter}" if both != names[0] else f"{both} is swept twice"
             raise UsageError(f"{twice}: sweep it by one --over.")
 
 

@@ -1,6 +1,7 @@
-"""The unfinished sweep on disk: a folder beside the file to come, with one file for each chunk that is done.
+"""The unfinished sweep on disk: a folder beside the file to come, with the rows of the chunks that are done.
 
-A chunk is written under another name, synced and renamed: it is there whole or not at all, whenever the program dies.
+A chunk's rows are synced before the chunk is marked as done, so that a mark stands for whole rows whenever the program
+dies.
 """
 
 from __future__ import annotations
@@ -10,25 +11,19 @@ import fcntl
 import json
 import os
 import shutil
-import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
-from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
-from simulator.sweep.chunks import Chunks
-from simulator.sweep.disk import sync
-from simulator.sweep.identity import Identity, differences
+from simulator.sweep.chunks import Block, Chunks
+from simulator.sweep.result_file import Identity, differences, sync
 
-PLAN, LOCK = "sweep.json", "lock"
-_SUFFIX = ".f64"
+PLAN, LOCK, ROWS, DONE = "sweep.json", "lock", "rows.f64", "done"
 _TYPE = np.dtype("<f8")
-
-Block = NDArray[np.float64]
 
 
 def part_folder(out: Path) -> Path:
@@ -38,7 +33,7 @@ def part_folder(out: Path) -> Path:
 
 @dataclass(frozen=True, slots=True)
 class Parts:
-    """Chunks on disk; `row_shape` is that of one row of the sweep, (jumps, outputs)."""
+    """The rows of a sweep on disk, each of shape (jumps, outputs), and a byte a chunk: 1 where it is done."""
 
     folder: Path
     chunks: Chunks
@@ -46,37 +41,37 @@ class Parts:
 
     def missing(self) -> list[int]:
         """Return the numbers of the chunks that are not done."""
-        sizes = {entry.name: entry.stat().st_size for entry in os.scandir(self.folder)}
-        row_size = self.row_shape[0] * self.row_shape[1] * _TYPE.itemsize
-        return [
-            number
-            for number in range(self.chunks.count)
-            if sizes.get(_name(number)) != (self.chunks.bounds(number)[1] - self.chunks.bounds(number)[0]) * row_size
-        ]
+        return np.flatnonzero(np.fromfile(self.folder / DONE, np.uint8) == 0).tolist()
 
     def keep(self, number: int, block: Block) -> None:
-        """Put a chunk on disk; several threads may do so at once."""
-        made = self.folder / f".{_name(number)}.{threading.get_ident()}"
-        with made.open("wb") as handle:
-            handle.write(np.ascontiguousarray(block, _TYPE).data)
-            handle.flush()
-            os.fsync(handle.fileno())
-        made.replace(self.folder / _name(number))  # a name that a power cut takes back costs one chunk, so no sync
+        """Put a chunk on disk, shape (rows, jumps, outputs); several threads may do so at once."""
+        first, _ = self.chunks.bounds(number)
+        with (self.folder / ROWS).open("r+b", buffering=0) as rows:
+            rows.seek(first * self._row_bytes)
+            rows.write(np.ascontiguousarray(block, _TYPE).data)
+            os.fsync(rows.fileno())
+        with (self.folder / DONE).open("r+b", buffering=0) as done:
+            done.seek(number)
+            done.write(b"\1")  # a mark that a power cut takes back costs one chunk, so no sync
 
-    def read(self, start: int, stop: int) -> Block:
-        """Return the rows from `start` to before `stop`, shape (rows, jumps, outputs)."""
-        each, numbers = self.chunks.rows_each, self.row_shape[0] * self.row_shape[1]
-        found = []
-        for number in range(start // each, -(-stop // each)):
-            first, after = self.chunks.bounds(number)
-            begin, end = max(start, first), min(stop, after)
-            offset = (begin - first) * numbers * _TYPE.itemsize
-            found.append(np.fromfile(self.folder / _name(number), _TYPE, (end - begin) * numbers, offset=offset))
-        return np.concatenate(found).reshape(stop - start, *self.row_shape)
+    def read(self, first: int, after: int) -> Block:
+        """Return the jumps from `first` to before `after` over all rows, shape (jumps, outputs)."""
+        outputs = self.row_shape[1]
+        offset = first * outputs * _TYPE.itemsize
+        return np.fromfile(self.folder / ROWS, _TYPE, (after - first) * outputs, offset=offset).reshape(-1, outputs)
 
+    def make_room(self) -> None:
+        """Make the files where they are not there; nothing is done then."""
+        sizes = {ROWS: self.chunks.rows * self._row_bytes, DONE: self.chunks.count}
+        if any(not (self.folder / name).exists() for name in sizes):
+            for name, size in sizes.items():
+                with (self.folder / name).open("wb") as file:
+                    file.truncate(size)
+            sync(self.folder)
 
-def _name(number: int) -> str:
-    return f"{number:08d}{_SUFFIX}"
+    @property
+    def _row_bytes(self) -> int:
+        return self.row_shape[0] * self.row_shape[1] * _TYPE.itemsize
 
 
 @contextlib.contextmanager
@@ -91,7 +86,9 @@ def opened_parts(out: Path, identity: Identity, chunks: Chunks, row_shape: tuple
         for entry in folder.iterdir():
             if entry.name.startswith("."):
                 _remove(entry)  # what was being written when a program died
-        yield Parts(folder, chunks, row_shape)
+        parts = Parts(folder, chunks, row_shape)
+        parts.make_room()
+        yield parts
 
 
 def remove_parts(folder: Path) -> None:

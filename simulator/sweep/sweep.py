@@ -1,19 +1,25 @@
-"""A sweep: a scene, what of it is varied, and how accurately it is simulated."""
+"""A sweep: a scene, what of it is varied, and how accurately; and which of its scenes cannot be, and why."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import NDArray
+
 from data_schema.errors import UsageError
+from simulator.declared import all_parameters
 from simulator.scene import Scene
-from simulator.sweep.checking import check_axes
+from simulator.scene_rules import RULES, Rule
 from simulator.sweep.chunks import Chunks, chunks_for
-from simulator.sweep.design import Design, row_count
+from simulator.sweep.design import Design
 from simulator.sweep.outputs import REFUSED
-from simulator.sweep.refusals import Refusals, refusals_of
 
 JUMP = "jump"
 """Dimension of the jumps of scenes that have several."""
+Flags = NDArray[np.bool_]
+_BLOCK = 65_536
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +37,7 @@ class Sweep:
     refusals: Refusals = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        check_axes(self.scene, self.design)
+        _check_axes(self.scene, self.design)
         object.__setattr__(self, "refusals", refusals_of(self.scene, self.design))
         if not self.legal_rows:
             raise UsageError(f"no scene of the sweep can be simulated: it comes to {self.refusals.first}")
@@ -39,7 +45,7 @@ class Sweep:
     @property
     def legal_rows(self) -> int:
         """How many of its scenes can be simulated."""
-        return row_count(self.design) - self.refusals.count
+        return self.design.row_count - self.refusals.count
 
     @property
     def jumps_wanted(self) -> int:
@@ -53,7 +59,7 @@ class Sweep:
             return ""
         be = "is" if self.refusals.count == 1 else "are"
         return (
-            f"{self.refusals.count} of {row_count(self.design)} scenes cannot be simulated and {be} marked {REFUSED}, "
+            f"{self.refusals.count} of {self.design.row_count} scenes cannot be simulated and {be} marked {REFUSED}, "
             f"the first at {self.refusals.first}"
         )
 
@@ -73,3 +79,89 @@ class Sweep:
         """Names of the parameters without a source that the result rests on; what is swept is not assumed."""
         swept = {axis.parameter for axis in self.design.axes}
         return tuple(name for name in self.scene.assumed if name not in swept)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Refusals:
+    """The scenes of a sweep that cannot be simulated: `count` rows of its design.
+
+    `broken`: for each rule that some break, the swept parameters that it reads and which rows of `design.part` of them
+    break it. `first`: one of the scenes in words, and why it cannot be; empty where all can.
+    """
+
+    design: Design
+    broken: tuple[tuple[frozenset[str], Flags], ...]
+    first: str
+    count: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        starts = _blocks(self.design) if self.broken else ()
+        object.__setattr__(self, "count", sum(int(self.rows(*block).sum()) for block in starts))
+
+    def rows(self, start: int, stop: int) -> Flags:
+        """Return which of the rows from `start` to before `stop` cannot be simulated, shape (rows,)."""
+        found = np.zeros(stop - start, np.bool_)
+        for parameters, breaks in self.broken:
+            found |= breaks[self.design.rows_in_part(parameters, start, stop)]
+        return found
+
+
+def refusals_of(scene: Scene, design: Design) -> Refusals:
+    """Ask every rule about every combination of values that the sweep comes to."""
+    plain = {name: value.value for name, value in scene.values.items()}
+    swept = frozenset(axis.parameter for axis in design.axes)
+    broken, first = [], ""
+    for rule in RULES:
+        concerned = rule_reads(rule, plain) & swept if rule.effects <= scene.effects else frozenset()
+        if not concerned:
+            continue  # the scene itself keeps this rule, and so do all of the sweep
+        part = design.part(concerned)
+        breaks = np.zeros(part.row_count, np.bool_)
+        for place, point in enumerate(_points(part)):
+            fault = rule.fault({**plain, **point})
+            if fault is not None:
+                breaks[place] = True
+                first = first or f"{', '.join(f'{name} = {number:g}' for name, number in point.items())}: {fault}"
+        if breaks.any():
+            broken.append((concerned, breaks))
+    return Refusals(design, tuple(broken), first)
+
+
+def rule_reads(rule: Rule, values: Mapping[str, float]) -> frozenset[str]:
+    """Return the parameters that a rule reads; a rule reads the same ones whatever their values."""
+    watched = _Watched(values)
+    rule.fault(watched)
+    return frozenset(watched.read)
+
+
+class _Watched(dict[str, float]):
+    """Values that remember which of them were read."""
+
+    def __init__(self, values: Mapping[str, float]) -> None:
+        super().__init__(values)
+        self.read = set[str]()
+
+    def __getitem__(self, name: str) -> float:
+        self.read.add(name)
+        return super().__getitem__(name)
+
+
+def _blocks(design: Design) -> Iterator[tuple[int, int]]:
+    for start in range(0, design.row_count, _BLOCK):
+        yield start, min(start + _BLOCK, design.row_count)
+
+
+def _points(design: Design) -> Iterator[dict[str, float]]:
+    names = [axis.parameter for axis in design.axes]
+    for block in _blocks(design):
+        yield from (dict(zip(names, row, strict=True)) for row in design.rows(*block).tolist())
+
+
+def _check_axes(scene: Scene, design: Design) -> None:
+    """Raise `UsageError`, with one sentence, for an axis that nothing reads or that leaves its parameter's range."""
+    for swept in design.axes:
+        parameter = all_parameters()[swept.parameter]
+        extremes = (float(swept.values.min()), float(swept.values.max()))
+        outside = [number for number in extremes if not parameter.low <= number <= parameter.high]
+        if outside or swept.parameter not in scene.read:
+            scene.changed({swept.parameter: (outside or extremes)[0]})  # which refuses it in the scene's own words

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
+from simulator.sweep.axes import axes_of, ranges_of
 from simulator.sweep.design import grid, sobol
 from simulator.sweep.sweep import Sweep
-from simulator.sweep.words import axes_of, ranges_of
 
 ACCURACY = 1e-3
 

@@ -15,12 +15,11 @@ from simulator.changes import changed_by_words
 from simulator.declared import readers
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
-from simulator.sweep.cluster import connected
+from simulator.sweep.axes import axes_of, ranges_of
+from simulator.sweep.compute import Threads, connected
 from simulator.sweep.design import Design, grid, sobol
 from simulator.sweep.run import Finished, run_sweep
 from simulator.sweep.sweep import Sweep
-from simulator.sweep.threads import Threads
-from simulator.sweep.words import axes_of, ranges_of
 
 
 @dataclass(frozen=True, slots=True)

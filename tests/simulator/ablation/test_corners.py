@@ -9,7 +9,7 @@ from simulator.ablation.corners import MOST_CORNERS, compared_at_corners
 from simulator.gains import stiffness_n_m
 from simulator.jump import simulate
 from simulator.scene_file import load_scene
-from simulator.sweep.words import axes_of
+from simulator.sweep.axes import axes_of
 
 FULL = load_scene("sim2")
 CHOSEN = FULL.changed(effects_off=["added_mass"])

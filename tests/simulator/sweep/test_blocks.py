@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simulator.sweep.blocks import BLOCK, block_shape, blocks
+from simulator.sweep.result_file import BLOCK, block_shape, blocks
 
 
 @given(shape=st.lists(st.integers(1, 400), min_size=1, max_size=4).filter(lambda shape: math.prod(shape) < 2_000_000))

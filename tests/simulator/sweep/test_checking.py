@@ -12,7 +12,7 @@ from data_schema.errors import UsageError
 from simulator.declared import all_parameters
 from simulator.scene_file import load_scene
 from simulator.scene_rules import RULES, Rule
-from simulator.sweep.checking import rule_reads
+from simulator.sweep.sweep import rule_reads
 from tests.helpers.scenes import is_sentence
 from tests.helpers.sweeps import grid_sweep, sobol_sweep
 

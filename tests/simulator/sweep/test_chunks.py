@@ -21,7 +21,7 @@ from simulator.kernel.rows import COLUMNS
 from simulator.result import JumpResult
 from simulator.scene_file import load_scene
 from simulator.sweep.chunks import Recipe, chunks_for, recipe_for, simulate_rows
-from simulator.sweep.design import Grid, row_count
+from simulator.sweep.design import Design
 from simulator.sweep.outputs import FLAGS, OUTPUTS, PLACE
 from simulator.sweep.sweep import Sweep
 from tests.helpers.sweeps import grid_sweep, sobol_sweep
@@ -75,7 +75,7 @@ def test_bodies_under_the_surface_are_marked() -> None:
 def simulated_again(limits: Mapping[int, float]) -> dict[str, float]:
     """The outputs of a scene of which the energy book does not close at the first run."""
     values = {"body_mass": 0.07638, "foot_mass": 0.0008137, "kg_scale": 3018.0, "force_cap": 2.068e5}
-    recipe = recipe_for(load_scene("sim2").changed(values), Grid(()), 1e-6)
+    recipe = recipe_for(load_scene("sim2").changed(values), Design(()), 1e-6)
     for place, limit in limits.items():
         recipe.limits[place] = limit
     return dict(zip(PLACE, simulate_rows(recipe, np.zeros((1, 0)))[0, 0].tolist(), strict=True))
@@ -110,7 +110,7 @@ from simulator.scene_file import load_scene
 from simulator.sweep.chunks import recipe_for, simulate_rows
 from simulator.sweep.design import grid
 from simulator.sweep.outputs import PLACE
-from simulator.sweep.words import axes_of
+from simulator.sweep.axes import axes_of
 scene = load_scene("sim2").changed({}, effects_on=["passive_draw"])
 design = grid(axes_of(["passive_power=5,10"], scene.effects))
 for row, power_w in zip(simulate_rows(recipe_for(scene, design, 1e-2), design.rows(0, 2))[:, 0], (5.0, 10.0)):
@@ -140,7 +140,7 @@ def test_every_row_is_in_one_chunk() -> None:
         scene = load_scene("sim2" if jumps == 1 else "emulator").changed({}, jumps=jumps)
         design = sobol_sweep(rows).design
         chunks = chunks_for(design, scene.jumps)
-        assert row_count(design) == rows
+        assert design.row_count == rows
         bounds = [chunks.bounds(number) for number in range(chunks.count)]
         assert bounds[0][0] == 0
         assert bounds[-1][1] == rows

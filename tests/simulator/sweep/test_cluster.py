@@ -9,9 +9,8 @@ from typing import Any
 
 import distributed
 
-from simulator.sweep.cluster import connected
+from simulator.sweep.compute import Threads, connected
 from simulator.sweep.run import run_sweep
-from simulator.sweep.threads import Threads
 from tests.helpers.sweeps import every_byte, sobol_sweep
 
 

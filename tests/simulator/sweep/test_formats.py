@@ -8,10 +8,9 @@ from pathlib import Path
 import pytest
 
 from data_schema.errors import UsageError
-from simulator.sweep.cluster import connected
-from simulator.sweep.formats import FORMATS, format_of
+from simulator.sweep.compute import Threads, connected, cores
+from simulator.sweep.result_file import FORMATS, format_of
 from simulator.sweep.run import run_sweep
-from simulator.sweep.threads import Threads, cores
 from tests.helpers.scenes import is_sentence
 from tests.helpers.sweeps import grid_sweep
 
@@ -40,7 +39,7 @@ def test_without_dask(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize("address", ["nowhere", "tcp://127.0.0.1:9", "http//:"])
 def test_a_scheduler_that_does_not_answer(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("simulator.sweep.cluster.CONNECT_WITHIN_S", 0.5)
+    monkeypatch.setattr("simulator.sweep.compute.CONNECT_WITHIN_S", 0.5)
     with pytest.raises(UsageError) as refused, connected(address):
         pass
     assert f"no Dask scheduler answers at {address}: start one" in str(refused.value)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
 from simulator.sweep.chunks import Chunks
-from simulator.sweep.parts import LOCK, PLAN, Parts, opened_parts, part_folder, remove_parts
+from simulator.sweep.parts import DONE, LOCK, PLAN, ROWS, Parts, opened_parts, part_folder, remove_parts
 from tests.helpers.scenes import is_sentence
 
 CHUNKS = Chunks(rows=10, rows_each=4)
@@ -37,27 +37,42 @@ def test_what_is_kept_is_read_back(parts: Parts) -> None:
     for number in (2, 0, 1):
         parts.keep(number, block(number))
     assert parts.missing() == []
-    for start, stop in ((0, 10), (3, 5), (4, 8), (9, 10), (0, 1)):
-        assert parts.read(start, stop).tolist() == np.arange(60.0).reshape(10, *SHAPE)[start:stop].tolist()
+    for start, stop in ((0, 20), (3, 5), (4, 8), (19, 20), (0, 1)):
+        assert parts.read(start, stop).tolist() == np.arange(60.0).reshape(20, 3)[start:stop].tolist()
 
 
-def test_a_chunk_that_is_not_whole_is_missing(parts: Parts, tmp_path: Path) -> None:
-    for number in range(3):
-        parts.keep(number, block(number))
-    whole = sorted(part_folder(tmp_path / "out.nc").glob("0*"))[1]
-    whole.write_bytes(whole.read_bytes()[:-8])
-    assert parts.missing() == [1]
+@pytest.mark.parametrize("lost", [ROWS, DONE])
+def test_without_one_of_its_files_nothing_is_done(lost: str, tmp_path: Path) -> None:
+    out = tmp_path / "out.nc"
+    with opened_parts(out, IDENTITY, CHUNKS, SHAPE) as parts:
+        parts.keep(1, block(1))
+    (part_folder(out) / lost).unlink()
+    with opened_parts(out, IDENTITY, CHUNKS, SHAPE) as parts:
+        assert parts.missing() == [0, 1, 2]
+        for number in range(3):
+            parts.keep(number, block(number))
+        assert parts.read(0, 20).tolist() == np.arange(60.0).reshape(20, 3).tolist()
+
+
+def test_a_chunk_is_marked_when_its_rows_are_on_disk(parts: Parts, monkeypatch: pytest.MonkeyPatch) -> None:
+    def power_cut(_file: int) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("os.fsync", power_cut)
+    with pytest.raises(KeyboardInterrupt):
+        parts.keep(0, block(0))
+    assert parts.missing() == [0, 1, 2]
 
 
 def test_what_was_being_written_is_removed_and_what_was_done_is_kept(tmp_path: Path) -> None:
     out = tmp_path / "out.nc"
     with opened_parts(out, IDENTITY, CHUNKS, SHAPE) as parts:
         parts.keep(1, block(1))
-    (part_folder(out) / ".00000000.f64.123").write_bytes(b"half")
+    (part_folder(out) / ".result.nc").write_bytes(b"half")
     (part_folder(out) / ".result.zarr").mkdir()
     with opened_parts(out, IDENTITY, CHUNKS, SHAPE) as parts:
         assert parts.missing() == [0, 2]
-    assert {entry.name for entry in part_folder(out).iterdir()} == {PLAN, LOCK, "00000001.f64"}
+    assert {entry.name for entry in part_folder(out).iterdir()} == {PLAN, LOCK, ROWS, DONE}
     remove_parts(part_folder(out))
     assert list(tmp_path.iterdir()) == []
 

@@ -13,11 +13,10 @@ from data_schema.errors import UsageError
 from simulator.jump import simulate
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
-from simulator.sweep.design import row_count
+from simulator.sweep.compute import Threads
 from simulator.sweep.outputs import OUTPUTS
 from simulator.sweep.run import run_sweep
 from simulator.sweep.sweep import Sweep
-from simulator.sweep.threads import Threads
 from tests.helpers.scenes import is_sentence, scene_or_sentence
 from tests.helpers.sweeps import every_byte, grid_sweep, sobol_sweep
 
@@ -55,7 +54,7 @@ def test_nothing_is_said_of_a_sweep_without_any() -> None:
 
 def assert_those_a_scene_refuses(sweep: Sweep) -> None:
     names = [axis.parameter for axis in sweep.design.axes]
-    rows = sweep.design.rows(0, row_count(sweep.design)).tolist()
+    rows = sweep.design.rows(0, sweep.design.row_count).tolist()
     alone = [scene_or_sentence(sweep.scene.changed, dict(zip(names, row, strict=True))) for row in rows]
     expected = [not isinstance(made, Scene) for made in alone]
     assert 0 < sum(expected) < len(rows)
@@ -129,13 +128,13 @@ def test_a_sweep_of_nothing_else_is_refused() -> None:
         assert is_sentence(str(refusal.value))
 
 
-def test_rows_have_the_combinations_that_are_counted() -> None:
+def test_rows_are_found_among_those_of_a_part() -> None:
     for sweep in (grid_sweep(*CORNERS), sobol_sweep(24)):
         design = sweep.design
         names = [axis.parameter for axis in design.axes]
         rows = design.rows(0, 24).tolist()
         for chosen in itertools.chain(*(itertools.combinations(names, size) for size in (1, 2, len(names)))):
-            points = list(design.combinations(chosen))
-            assert len(points) == design.combination_count(chosen)
-            for row, place in zip(rows, design.combination_places(chosen, 0, 24).tolist(), strict=True):
-                assert points[place] == {name: value for name, value in zip(names, row, strict=True) if name in chosen}
+            part = design.part(chosen)
+            points = part.rows(0, part.row_count).tolist()
+            for row, place in zip(rows, design.rows_in_part(chosen, 0, 24).tolist(), strict=True):
+                assert points[place] == [value for name, value in zip(names, row, strict=True) if name in chosen]

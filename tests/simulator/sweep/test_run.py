@@ -16,13 +16,11 @@ from data_schema.errors import UsageError
 from simulator.jump import simulate
 from simulator.scene_file import load_scene, parse_scene
 from simulator.sweep.chunks import Recipe, recipe_for, simulate_rows, simulator_here
-from simulator.sweep.compute import Keep, ValuesOf
-from simulator.sweep.design import row_count
+from simulator.sweep.compute import Keep, Threads, ValuesOf
 from simulator.sweep.outputs import FLAGS, OUTPUTS
 from simulator.sweep.parts import opened_parts, part_folder
 from simulator.sweep.run import run_sweep
 from simulator.sweep.sweep import Sweep
-from simulator.sweep.threads import Threads
 from tests.helpers.scenes import is_sentence
 from tests.helpers.sweeps import every_byte, grid_sweep, sobol_sweep
 
@@ -251,6 +249,6 @@ def test_places_that_cannot_be(tmp_path: Path) -> None:
 
 def test_a_sweep_s_rows_are_its_jumps() -> None:
     sweep = grid_sweep("b_ad=0:300:31", "foot_radius=0.02,0.03,0.038")
-    assert row_count(sweep.design) == 93
+    assert sweep.design.row_count == 93
     assert sweep.dims == {"b_ad": 31, "foot_radius": 3}
     assert recipe_for(sweep.scene, sweep.design, 1e-4).jumps == 1

@@ -9,8 +9,7 @@ from data_schema.errors import UsageError
 from simulator.changes import FLIGHT_EFFECTS, WORDS
 from simulator.gains import stiffness_n_m
 from simulator.scene_file import load_scene
-from simulator.sweep.axis import GAINS, NOT_SWEPT
-from simulator.sweep.words import axes_of, ranges_of
+from simulator.sweep.axes import GAINS, NOT_SWEPT, axes_of, ranges_of
 from tests.helpers.scenes import is_sentence
 
 SIM2 = load_scene("sim2").effects

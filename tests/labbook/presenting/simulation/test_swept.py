@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from labbook.presenting.simulation.swept import sweep_data, sweep_lines
-from simulator.sweep.assemble import Summary
 from simulator.sweep.outputs import FLAGS
-from simulator.sweep.run import Finished
+from simulator.sweep.run import Finished, Summary
 from tests.helpers.sweeps import sobol_sweep
 
 SWEEP = sobol_sweep(300)
