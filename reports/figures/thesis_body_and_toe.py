@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from reports.figures.style import GREY, TWO_COLUMNS_IN, is_narrow, light_grid, new_figure, publication_style
 from reports.figures.thesis_style import AD_LOOK, CE_LOOK, MILLI, mark_instant
-from reports.thesis_content import TwoPaths
+from simulator.thesis.motions import Motion, Pair
 
 CAPTION = (
     "Body and toe of one jump. Both controllers are one until the leg switches to its stiff extension; then "
@@ -16,7 +16,7 @@ CAPTION = (
 )
 
 
-def draw_body_and_toe(paths: TwoPaths, width_in: float = TWO_COLUMNS_IN) -> Figure:
+def draw_body_and_toe(paths: Pair[Motion], width_in: float = TWO_COLUMNS_IN) -> Figure:
     """Draw the body's height above, the toe's below, over one time."""
     with publication_style():
         figure = new_figure(width_in, 3.6)
@@ -25,9 +25,9 @@ def draw_body_and_toe(paths: TwoPaths, width_in: float = TWO_COLUMNS_IN) -> Figu
         for look, path in ((CE_LOOK, paths.ce), (AD_LOOK, paths.ad)):
             style = {"color": look.colour, "linestyle": look.line_style}
             body.plot(path.time_s, path.body_height_m * MILLI, label=look.label, **style)
-            toe.plot(path.time_s, path.toe_height_m * MILLI, **style)
+            toe.plot(path.time_s, path.foot_height_m * MILLI, **style)
             left = int((path.time_s >= path.liftoff_time_s).argmax())
-            for axes, heights in ((body, path.body_height_m), (toe, path.toe_height_m)):
+            for axes, heights in ((body, path.body_height_m), (toe, path.foot_height_m)):
                 axes.plot(
                     path.time_s[left], heights[left] * MILLI, "o", color=look.colour, markersize=3.5, clip_on=False
                 )

@@ -17,7 +17,8 @@ from reports.figures.style import (
     publication_style,
 )
 from reports.figures.thesis_style import AD_LOOK, CE_LOOK, mark_instant
-from reports.thesis_content import EnergyCurves, TwoEnergies
+from simulator.thesis.energies import JumpEnergies
+from simulator.thesis.motions import Pair
 
 CAPTION = (
     "Total mechanical energy of body, leg and foot (Eq. 3.3) during one stance, and its parts: kinetic, spring and "
@@ -29,14 +30,14 @@ _AFTER_LIFTOFF_S = 0.03
 _LINE_WIDTH = 1.3
 
 
-def draw_energies(energies: TwoEnergies, width_in: float = TWO_COLUMNS_IN) -> Figure:
+def draw_energies(energies: Pair[JumpEnergies], width_in: float = TWO_COLUMNS_IN) -> Figure:
     """Draw either controller in a panel of its own, both on one scale."""
     with publication_style():
         narrow = is_narrow(width_in)
         figure = new_figure(width_in, 5.4 if narrow else 3.2)
         shape = (2, 1) if narrow else (1, 2)
         panels = figure.subplots(*shape, sharex=True, sharey=True)
-        end_s = max(energies.ce.liftoff_time_s, energies.ad.liftoff_time_s) + _AFTER_LIFTOFF_S
+        end_s = max(part.motion.liftoff_time_s for part in (energies.ce, energies.ad)) + _AFTER_LIFTOFF_S
         for axes, look, curves in zip(panels, (CE_LOOK, AD_LOOK), (energies.ce, energies.ad), strict=True):
             _draw_panel(axes, curves, end_s)
             axes.set_title(look.label[0].upper() + look.label[1:], loc="left")
@@ -50,8 +51,9 @@ def draw_energies(energies: TwoEnergies, width_in: float = TWO_COLUMNS_IN) -> Fi
         return figure
 
 
-def _draw_panel(axes: Axes, curves: EnergyCurves, end_s: float) -> None:
-    shown = curves.time_s <= end_s
+def _draw_panel(axes: Axes, curves: JumpEnergies, end_s: float) -> None:
+    motion = curves.motion
+    shown = motion.time_s <= end_s
     lines = (
         ("total", curves.total_j, BLACK, "-"),
         ("leg spring", curves.leg_spring_j, PURPLE, ":"),
@@ -63,8 +65,8 @@ def _draw_panel(axes: Axes, curves: EnergyCurves, end_s: float) -> None:
     )
     for label, values, colour, style in lines:
         axes.plot(
-            curves.time_s[shown], values[shown], color=colour, linestyle=style, linewidth=_LINE_WIDTH, label=label
+            motion.time_s[shown], values[shown], color=colour, linestyle=style, linewidth=_LINE_WIDTH, label=label
         )
-    mark_instant(axes, curves.switch_time_s, "switch to extension")
-    mark_instant(axes, curves.liftoff_time_s, "lift-off")
+    mark_instant(axes, motion.switch_time_s, "switch to extension")
+    mark_instant(axes, motion.liftoff_time_s, "lift-off")
     light_grid(axes)

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from reports.figures.style import BLACK, GREY, TWO_COLUMNS_IN, is_narrow, light_grid, new_figure, publication_style
 from reports.figures.thesis_style import MILLI
-from reports.thesis_content import GroundCurves
+from simulator.thesis.ground import GroundFunctions
 
 CAPTION = (
     "Stiffness function K, inertial drag D and added mass of the simulated grains over the depth of the foot. The "
@@ -14,7 +14,7 @@ CAPTION = (
 )
 
 
-def draw_ground_functions(curves: GroundCurves, width_in: float = TWO_COLUMNS_IN) -> Figure:
+def draw_ground_functions(curves: GroundFunctions, width_in: float = TWO_COLUMNS_IN) -> Figure:
     """Draw the three functions side by side; one above the other in a narrow figure."""
     panels = (
         ("Stiffness function", "K (N)", curves.resistance_n),

@@ -22,7 +22,7 @@ from reports.figures.style import (
     publication_style,
 )
 from reports.figures.thesis_style import MILLI
-from reports.thesis_content import DampingCosts
+from simulator.thesis.comparisons import OverDamping
 
 CAPTION = (
     "Cost of one jump over the coefficient of active damping (0: compression-extension, dots), for feet of three "
@@ -33,7 +33,7 @@ _FOOT_COLOURS = (BLUE, GREEN, VERMILLION)
 _GAIN_STYLES: tuple[LineStyle, ...] = ("--", "-")
 
 
-def draw_joules_by_damping(costs: DampingCosts, width_in: float = TWO_COLUMNS_IN) -> Figure:
+def draw_joules_by_damping(costs: OverDamping, width_in: float = TWO_COLUMNS_IN) -> Figure:
     """Draw a panel for each ground, all on one scale."""
     with publication_style():
         narrow = is_narrow(width_in)
@@ -43,7 +43,7 @@ def draw_joules_by_damping(costs: DampingCosts, width_in: float = TWO_COLUMNS_IN
         for row, column in itertools.product(range(rows), range(columns)):
             axes = grid[row, column]
             for gain, foot in itertools.product(range(len(costs.extension_gains)), range(len(costs.foot_radii_m))):
-                cost_j = costs.cost_j[row, column, gain, foot]
+                cost_j = costs.jumps.cost_j[row, column, gain, foot]
                 colour = _FOOT_COLOURS[foot % len(_FOOT_COLOURS)]
                 style = _GAIN_STYLES[gain % len(_GAIN_STYLES)]
                 axes.plot(costs.active_damping_kg_m, cost_j, color=colour, linestyle=style)
@@ -58,7 +58,7 @@ def draw_joules_by_damping(costs: DampingCosts, width_in: float = TWO_COLUMNS_IN
             )
             axes.set_xlim(0.0, float(costs.active_damping_kg_m[-1]))
             light_grid(axes)
-        grid[0, 0].set_ylim(0.0, 1.05 * float(np.nanmax(costs.cost_j)))
+        grid[0, 0].set_ylim(0.0, 1.05 * float(np.nanmax(costs.jumps.cost_j)))
         for axes in grid[:, 0]:
             axes.set_ylabel("Cost (J)")
         for axes in grid[-1]:
@@ -67,7 +67,7 @@ def draw_joules_by_damping(costs: DampingCosts, width_in: float = TWO_COLUMNS_IN
         return figure
 
 
-def _handles(costs: DampingCosts) -> list[Line2D]:
+def _handles(costs: OverDamping) -> list[Line2D]:
     feet = [
         Line2D([], [], color=_FOOT_COLOURS[place % len(_FOOT_COLOURS)], label=f"foot radius {radius_m * MILLI:.0f} mm")
         for place, radius_m in enumerate(costs.foot_radii_m)

@@ -1,4 +1,4 @@
-"""Two quantities of jumps as maps over the ground's parameters: what figures 3.11 and 3.12 share."""
+"""Figures 3.11 and 3.12 of the thesis: two quantities of jumps as maps over the ground's stress and drag."""
 
 from __future__ import annotations
 
@@ -10,17 +10,41 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullLocator
 
 from reports.figures.style import BLACK, TWO_COLUMNS_IN, is_narrow, new_figure, publication_style
-from reports.figures.thesis_over_speed import SHARE_LABEL, Compared
-from reports.thesis_content import FloatArray, OverGrounds
+from reports.figures.thesis_over_speed import PERCENT, SHARE_LABEL, Compared
+from simulator.thesis.comparisons import FloatArray, OverGround
 
 _STRESS_UNIT_N_M3 = 1e5
 _VALUES, _DIFFERENCES = "cividis", "PuOr"
 """Colour maps that the colour-blind can read: values from dark to light, differences of either sign from white."""
+COST_CAPTION = (
+    "Cost of one jump (above; Eq. 3.5) and efficiency of the motors (below) over the ground's depth-dependent "
+    "stress σ and the scale b_g of its drag, with either controller, and the difference as a share of CE's value: "
+    "for the cost that is the saving. Crosses mark poppy seeds."
+)
+APEX_CAPTION = (
+    "Apex height of the body (above) and mechanical energy of the motors (below) over the ground's depth-dependent "
+    "stress σ and the scale b_g of its drag, with either controller, and the difference as a share of CE's value: "
+    "50 % is twice the energy. Crosses mark poppy seeds."
+)
 
 
-def draw_over_grounds(
-    grounds: OverGrounds, above: Compared, below: Compared, width_in: float = TWO_COLUMNS_IN
-) -> Figure:
+def draw_cost_over_grounds(data: OverGround, width_in: float = TWO_COLUMNS_IN) -> Figure:
+    """Draw cost and efficiency."""
+    ce, ad = data.jumps.ce, data.jumps.ad
+    cost = Compared("Cost", "Cost (J)", ce.cost_j, ad.cost_j)
+    efficiency = Compared("Efficiency", "Efficiency (%)", PERCENT * ce.efficiency, PERCENT * ad.efficiency)
+    return _draw(data, cost, efficiency, width_in)
+
+
+def draw_apex_over_grounds(data: OverGround, width_in: float = TWO_COLUMNS_IN) -> Figure:
+    """Draw apex height and mechanical energy."""
+    ce, ad = data.jumps.ce, data.jumps.ad
+    apex = Compared("Apex", "Apex height (m)", ce.apex_height_m, ad.apex_height_m)
+    mechanical = Compared("Mechanical", "Mechanical (J)", ce.mechanical_j, ad.mechanical_j)
+    return _draw(data, apex, mechanical, width_in)
+
+
+def _draw(grounds: OverGround, above: Compared, below: Compared, width_in: float) -> Figure:
     """Draw CE, AD and their relative difference for either quantity; CE and AD have one scale of colours.
 
     A narrow figure has the differences below the values.
@@ -45,7 +69,7 @@ def draw_over_grounds(
 
 
 def _draw_quantity(
-    figure: Figure, grounds: OverGrounds, quantity: Compared, values: list[Axes], difference: Axes
+    figure: Figure, grounds: OverGround, quantity: Compared, values: list[Axes], difference: Axes
 ) -> None:
     both = (quantity.ce, quantity.ad)
     scale = Normalize(float(np.nanmin(both)), float(np.nanmax(both)))
@@ -63,11 +87,11 @@ def _draw_quantity(
         axes.set_title(f"{quantity.title}: {words}", loc="left", fontsize=7)
 
 
-def _draw_map(axes: Axes, grounds: OverGrounds, values: FloatArray, colours: str, scale: Normalize) -> QuadMesh:
-    stress, drag = grounds.stress_n_m3 / _STRESS_UNIT_N_M3, grounds.drag_scale
+def _draw_map(axes: Axes, grounds: OverGround, values: FloatArray, colours: str, scale: Normalize) -> QuadMesh:
+    stress, drag = grounds.sigma_n_m3 / _STRESS_UNIT_N_M3, grounds.drag_scale
     mesh = axes.pcolormesh(stress, drag, values.T, cmap=colours, norm=scale, shading="nearest")
     mesh.set_edgecolor("face")  # no seams between the cells in a PDF
-    nominal = grounds.nominal_stress_n_m3 / _STRESS_UNIT_N_M3, grounds.nominal_drag_scale
+    nominal = grounds.nominal_sigma_n_m3 / _STRESS_UNIT_N_M3, grounds.nominal_drag_scale
     axes.plot(*nominal, "+", color=BLACK, markersize=7, markeredgewidth=1.2)
     axes.plot(*nominal, "+", color="white", markersize=5.5, markeredgewidth=0.5)
     axes.set_xscale("log")

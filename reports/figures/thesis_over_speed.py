@@ -1,4 +1,4 @@
-"""Two quantities of jumps over the speed at touchdown, with either controller: what figures 3.8 and 3.9 share."""
+"""Figures 3.8 and 3.9 of the thesis: two quantities of jumps over the speed at touchdown, with either controller."""
 
 from __future__ import annotations
 
@@ -10,10 +10,21 @@ from matplotlib.figure import Figure
 
 from reports.figures.style import BLACK, GREY, TWO_COLUMNS_IN, is_narrow, light_grid, new_figure, publication_style
 from reports.figures.thesis_style import AD_LOOK, CE_LOOK
-from reports.thesis_content import FloatArray
+from simulator.thesis.comparisons import FloatArray, OverVelocity
 
 SHARE_LABEL = "CE − AD (% of CE)"
 PERCENT = 100.0
+COST_CAPTION = (
+    "Cost of one jump (left; Eq. 3.5) and efficiency of the motors (right: mechanical energy over cost) over the "
+    "downward speed of body and foot at touchdown; below, the difference of the controllers as a share of CE's "
+    "value: for the cost that is the saving. The kinks are where the leg gets so short that its guard ends the "
+    "compression."
+)
+APEX_CAPTION = (
+    "Apex height of the body (left) and mechanical energy of the motors (right) over the downward speed of body and"
+    " foot at touchdown; below, the difference of the controllers as a share of CE's value: 50 % is twice the "
+    "energy. The kinks are where the leg gets so short that its guard ends the compression."
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,7 +42,28 @@ class Compared:
         return np.asarray(PERCENT * (self.ce - self.ad) / self.ce)
 
 
-def draw_over_speed(speed_m_s: FloatArray, left: Compared, right: Compared, width_in: float = TWO_COLUMNS_IN) -> Figure:
+def draw_cost_over_speed(data: OverVelocity, width_in: float = TWO_COLUMNS_IN) -> Figure:
+    """Draw cost and efficiency."""
+    ce, ad = data.jumps.ce, data.jumps.ad
+    cost = Compared("Cost of a jump", "Cost (J)", ce.cost_j, ad.cost_j)
+    efficiency = Compared(
+        "Efficiency of the motors",
+        "Efficiency (%)",
+        PERCENT * ce.efficiency,
+        PERCENT * ad.efficiency,
+    )
+    return _draw(data.touchdown_speed_m_s, cost, efficiency, width_in)
+
+
+def draw_apex_over_speed(data: OverVelocity, width_in: float = TWO_COLUMNS_IN) -> Figure:
+    """Draw apex height and mechanical energy."""
+    ce, ad = data.jumps.ce, data.jumps.ad
+    apex = Compared("Apex height", "Apex height (m)", ce.apex_height_m, ad.apex_height_m)
+    mechanical = Compared("Mechanical energy", "Mechanical energy (J)", ce.mechanical_j, ad.mechanical_j)
+    return _draw(data.touchdown_speed_m_s, apex, mechanical, width_in)
+
+
+def _draw(speed_m_s: FloatArray, left: Compared, right: Compared, width_in: float) -> Figure:
     """Draw two quantities side by side, from 0 on, and under each the difference as a share of CE's value."""
     with publication_style():
         narrow = is_narrow(width_in)

@@ -9,7 +9,8 @@ from matplotlib.lines import Line2D
 
 from reports.figures.style import BLACK, GREY, TWO_COLUMNS_IN, is_narrow, new_figure, publication_style
 from reports.figures.thesis_style import AD_LOOK, CE_LOOK, MILLI
-from reports.thesis_content import JumpPath, PowerMap
+from simulator.thesis.ground import PowerSurface
+from simulator.thesis.motions import Motion
 
 CAPTION = (
     "Power that the ground takes from the foot (Eq. 3.4) over the foot's depth and velocity, as a map: the darker, "
@@ -20,7 +21,7 @@ CAPTION = (
 _LEVELS_W = (-800.0, -400.0, -200.0, -100.0, -50.0, -25.0, -10.0, -5.0, 0.0)
 
 
-def draw_power_surface(power: PowerMap, width_in: float = TWO_COLUMNS_IN) -> Figure:
+def draw_power_surface(power: PowerSurface, width_in: float = TWO_COLUMNS_IN) -> Figure:
     """Draw the map in greys with its contours, and the paths over it."""
     with publication_style():
         narrow = is_narrow(width_in)
@@ -34,12 +35,12 @@ def draw_power_surface(power: PowerMap, width_in: float = TWO_COLUMNS_IN) -> Fig
         )
         lines.set_linestyle("solid")
         axes.clabel(lines, fmt=lambda value: f"{value:.0f} W".replace("-", "−"), fontsize=6, colors=BLACK)
-        for pair in power.paths:
+        for pair in power.motions:
             for look, path in ((CE_LOOK, pair.ce), (AD_LOOK, pair.ad)):
                 stance = path.time_s <= path.liftoff_time_s
                 axes.plot(
-                    -path.toe_height_m[stance] * MILLI,
-                    path.toe_velocity_m_s[stance],
+                    -path.foot_height_m[stance] * MILLI,
+                    path.foot_velocity_m_s[stance],
                     color=look.colour,
                     linestyle=look.line_style,
                     linewidth=1.4,
@@ -61,11 +62,11 @@ def draw_power_surface(power: PowerMap, width_in: float = TWO_COLUMNS_IN) -> Fig
         return figure
 
 
-def _mark_path(axes: Axes, path: JumpPath) -> None:
+def _mark_path(axes: Axes, path: Motion) -> None:
     switch = int((path.time_s >= path.switch_time_s).argmax())
     axes.plot(
-        -path.toe_height_m[0] * MILLI,
-        path.toe_velocity_m_s[0],
+        -path.foot_height_m[0] * MILLI,
+        path.foot_velocity_m_s[0],
         "o",
         color=BLACK,
         markerfacecolor="white",
@@ -73,5 +74,5 @@ def _mark_path(axes: Axes, path: JumpPath) -> None:
         zorder=5,
     )
     axes.plot(
-        -path.toe_height_m[switch] * MILLI, path.toe_velocity_m_s[switch], "o", color=BLACK, markersize=3.5, zorder=5
+        -path.foot_height_m[switch] * MILLI, path.foot_velocity_m_s[switch], "o", color=BLACK, markersize=3.5, zorder=5
     )

@@ -7,11 +7,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.thesis.comparisons import OverDamping
-from simulator.thesis.controllers import Pair
+from simulator.thesis.comparisons import Jumps, OverDamping
 from simulator.thesis.figures import ThesisFigures
-from simulator.thesis.jump_grid import Jumps
-from simulator.thesis.motions import Motion
+from simulator.thesis.motions import Motion, Pair
 
 FloatArray = NDArray[np.float64]
 _SOFT, _STIFF = 0, -1

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from simulator.basics import GRAVITY_M_S2
 from simulator.scene import Scene
-from simulator.thesis.ground_functions import ground_functions
+from simulator.thesis.ground import ground_functions
 from simulator.thesis.motions import Motion
 
 FloatArray = NDArray[np.float64]

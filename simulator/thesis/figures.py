@@ -13,11 +13,9 @@ from simulator.thesis.comparisons import (
     over_ground,
     over_velocity,
 )
-from simulator.thesis.controllers import Pair, both_controllers
 from simulator.thesis.energies import JumpEnergies, jump_energies
-from simulator.thesis.ground_functions import GroundFunctions, ground_functions
-from simulator.thesis.motions import Motion
-from simulator.thesis.power_surface import PowerSurface, power_surface, sample_motions
+from simulator.thesis.ground import GroundFunctions, PowerSurface, ground_functions, power_surface
+from simulator.thesis.motions import Motion, Pair, both_controllers, sample_motions
 
 
 class ThesisFigures:

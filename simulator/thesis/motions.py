@@ -1,8 +1,9 @@
-"""Figure 3.4: where body and foot are during one jump, with the phase of the leg's controller."""
+"""Figure 3.4: where body and foot are during one jump, with either controller and the phase it is in."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,20 @@ from simulator.scene import Scene
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 _SAME_TIME_S = 1e-12
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class Pair(Generic[T]):
+    """The same thing with compression-extension (CE) and with active damping (AD)."""
+
+    ce: T
+    ad: T
+
+
+def both_controllers(scene: Scene) -> Pair[Scene]:
+    """Return the scene of set 1 without and with active damping; it is shipped with (thesis 3.2)."""
+    return Pair(ce=scene.changed({"b_ad": 0.0}), ad=scene)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,6 +92,12 @@ def motion_of(scene: Scene, accuracy: float) -> Motion:
         liftoff_time_s=jump.liftoff_time_s,
         jams=sum(change.after == "jammed" for change in jump.mode_changes),
     )
+
+
+def sample_motions(scene: Scene, touchdown_speed_m_s: float, accuracy: float) -> Pair[Motion]:
+    """Simulate one jump with either controller, body and foot arriving at this downward speed."""
+    started = both_controllers(scene.changed({"initial_velocity": -touchdown_speed_m_s}))
+    return Pair(ce=motion_of(started.ce, accuracy), ad=motion_of(started.ad, accuracy))
 
 
 def _extending(scene: Scene, columns: dict[str, FloatArray]) -> BoolArray:

@@ -12,28 +12,17 @@ from matplotlib.lines import Line2D
 
 from reports.figures.kind import svg_bytes
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
-from reports.figures.thesis_apex_over_grounds import draw_apex_over_grounds
-from reports.figures.thesis_apex_over_speed import draw_apex_over_speed
 from reports.figures.thesis_body_and_toe import draw_body_and_toe
-from reports.figures.thesis_cost_over_grounds import draw_cost_over_grounds
-from reports.figures.thesis_cost_over_speed import draw_cost_over_speed
 from reports.figures.thesis_energies import draw_energies
 from reports.figures.thesis_ground_functions import draw_ground_functions
 from reports.figures.thesis_joules_by_damping import draw_joules_by_damping
-from reports.figures.thesis_over_speed import Compared
+from reports.figures.thesis_over_grounds import draw_apex_over_grounds, draw_cost_over_grounds
+from reports.figures.thesis_over_speed import Compared, draw_apex_over_speed, draw_cost_over_speed
 from reports.figures.thesis_power_surface import draw_power_surface
-from reports.thesis_content import (
-    DampingCosts,
-    EnergyCurves,
-    GroundCurves,
-    JumpPath,
-    Measures,
-    OverGrounds,
-    OverSpeed,
-    PowerMap,
-    TwoEnergies,
-    TwoPaths,
-)
+from simulator.thesis.comparisons import Jumps, OverDamping, OverGround, OverVelocity
+from simulator.thesis.energies import JumpEnergies
+from simulator.thesis.ground import GroundFunctions, PowerSurface
+from simulator.thesis.motions import Motion, Pair
 
 DEPTH = np.linspace(0.0, 0.08, 9)
 TIME = np.linspace(0.0, 0.5, 51)
@@ -41,39 +30,62 @@ SPEED = np.linspace(0.2, 2.0, 7)
 STRESS, DRAG = 1.2e5 * np.array([0.5, 1.0, 2.0]), 17.2 * np.array([0.5, 1.0, 2.0])
 
 
-def path(deepest_m: float) -> JumpPath:
-    toe = -deepest_m * np.sin(2.0 * np.pi * TIME)
-    return JumpPath(TIME, 0.2 + 0.1 * np.cos(9.0 * TIME), toe, np.gradient(toe, TIME), 0.2, 0.3)
+def path(deepest_m: float) -> Motion:
+    toe, none = -deepest_m * np.sin(2.0 * np.pi * TIME), np.zeros_like(TIME)
+    return Motion(
+        time_s=TIME,
+        body_height_m=0.2 + 0.1 * np.cos(9.0 * TIME),
+        body_velocity_m_s=none,
+        foot_height_m=toe,
+        foot_velocity_m_s=np.gradient(toe, TIME),
+        body_acceleration_m_s2=none,
+        leg_work_j=none,
+        ground_loss_j=none,
+        grain_energy_j=none,
+        extending=TIME > 0.2,
+        flying=TIME > 0.3,
+        switch_time_s=0.2,
+        liftoff_time_s=0.3,
+        jams=1,
+    )
 
 
-def energies(scale: float) -> EnergyCurves:
-    one, two, three, four, five, six, seven = (scale * np.cos(place + 5.0 * TIME) for place in range(7))
-    return EnergyCurves(TIME, one, two, three, four, five, six, seven, switch_time_s=0.2, liftoff_time_s=0.3)
+def energies(scale: float) -> JumpEnergies:
+    return JumpEnergies(path(0.06), *(scale * np.cos(place + 5.0 * TIME) for place in range(7)))
 
 
-def measures(values: np.ndarray, scale: float) -> Measures:
-    apex_m = 0.3 + 0.001 * values / scale
-    return Measures(scale * (30.0 + values), scale * (0.1 + 0.01 * values), apex_m, scale * values)
+def jumps(values: np.ndarray, scale: float) -> Jumps:
+    jumped = np.isfinite(values)
+    heat_j = np.where(jumped, 30.0 * scale, np.nan)
+    return Jumps(jumped, ~jumped, heat_j, scale * values, np.zeros(values.shape), 0.3 + 0.001 * values / scale)
 
 
-PATHS = TwoPaths(path(0.06), path(0.04))
-OVER_SPEED = OverSpeed(SPEED, measures(SPEED, 1.0), measures(SPEED, 0.8))
+def over_ground(ce: Jumps, ad: Jumps) -> OverGround:
+    return OverGround(STRESS, DRAG, 1.2e5, 17.2, Pair(ce, ad))
+
+
+PATHS = Pair(path(0.06), path(0.04))
+OVER_SPEED = OverVelocity(SPEED, Pair(jumps(SPEED, 1.0), jumps(SPEED, 0.8)))
 GRID = STRESS[:, np.newaxis] / 1.2e5 + DRAG / 17.2
-GROUNDS = OverGrounds(STRESS, DRAG, 1.2e5, 17.2, measures(GRID, 1.0), measures(GRID, 0.8))
-COSTS = DampingCosts(
+GROUNDS = over_ground(jumps(GRID, 1.0), jumps(GRID, 0.8))
+COSTS = OverDamping(
     (0.5, 1.0),
     (0.5, 1.0, 2.0),
     (300.0, 400.0),
     (835.36, 1091.36),
     (0.03, 0.051),
     np.linspace(0.0, 500.0, 6),
-    60.0 - np.arange(2 * 3 * 2 * 2 * 6).reshape(2, 3, 2, 2, 6) / 4.0,
+    jumps(30.0 - np.arange(2 * 3 * 2 * 2 * 6).reshape(2, 3, 2, 2, 6) / 4.0, 1.0),
 )
-POWER = PowerMap(DEPTH, np.linspace(-1.2, 0.0, 13), np.outer(np.linspace(-500.0, 0.0, 13), 0.1 + DEPTH), (PATHS,))
+GROUND = GroundFunctions(DEPTH, 800 * DEPTH, 50 + DEPTH, 2 * DEPTH, 0.026)
+SURFACE_W = np.outer(np.linspace(-500.0, 0.0, 13), 0.1 + DEPTH)
+POWER = PowerSurface(DEPTH, np.linspace(-1.2, 0.0, 13), SURFACE_W, (1.0,), (PATHS,))
 DRAWN: dict[str, Callable[[float], Figure]] = {
-    "3.2": lambda width: draw_ground_functions(GroundCurves(DEPTH, 800 * DEPTH, 50 + DEPTH, 2 * DEPTH, 0.026), width),
+    "3.2": lambda width: draw_ground_functions(
+        GroundFunctions(DEPTH, 800 * DEPTH, 50 + DEPTH, 2 * DEPTH, 0.026), width
+    ),
     "3.4": lambda width: draw_body_and_toe(PATHS, width),
-    "3.5": lambda width: draw_energies(TwoEnergies(energies(5.0), energies(4.0)), width),
+    "3.5": lambda width: draw_energies(Pair(energies(5.0), energies(4.0)), width),
     "3.6": lambda width: draw_power_surface(POWER, width),
     "3.8": lambda width: draw_cost_over_speed(OVER_SPEED, width),
     "3.9": lambda width: draw_apex_over_speed(OVER_SPEED, width),
@@ -132,15 +144,14 @@ def test_maps_of_both_controllers_have_one_scale_and_a_difference_of_both_signs_
     ce, ad, difference = (axes.collections[0] for axes in figure.axes[:3])
     assert ce.get_clim() == ad.get_clim()
     assert difference.get_cmap().name == "cividis"  # all of one sign
-    other = measures(GRID, 1.0)
-    mixed = OverGrounds(STRESS, DRAG, 1.2e5, 17.2, other, measures(4.0 - GRID, 1.0))
+    mixed = over_ground(jumps(GRID, 1.0), jumps(4.0 - GRID, 1.0))
     difference = draw_apex_over_grounds(mixed).axes[2].collections[0]
     assert difference.get_cmap().name == "PuOr"
     assert difference.norm(np.zeros(1)) == 0.5
 
 
 def test_energies_are_shown_until_shortly_after_liftoff_and_named_once() -> None:
-    figure = draw_energies(TwoEnergies(energies(5.0), energies(4.0)))
+    figure = draw_energies(Pair(energies(5.0), energies(4.0)))
     assert len(legend(figure)) == 7
     for axes in figure.axes:
         assert drawn_x(axes.get_lines()[0]).max() <= 0.33 + 1e-12
@@ -167,7 +178,7 @@ def test_costs_have_a_panel_a_ground_and_a_line_a_foot_and_gain() -> None:
 
 
 def test_a_jump_that_is_missing_leaves_a_gap() -> None:
-    broken = measures(np.where(SPEED > 1.5, np.nan, SPEED), 1.0)
-    figure = draw_cost_over_speed(OverSpeed(SPEED, broken, measures(SPEED, 0.8)))
+    broken = jumps(np.where(SPEED > 1.5, np.nan, SPEED), 1.0)
+    figure = draw_cost_over_speed(OverVelocity(SPEED, Pair(broken, jumps(SPEED, 0.8))))
     assert np.isnan(figure.axes[0].get_lines()[0].get_ydata()).sum() == (SPEED > 1.5).sum()
     ElementTree.fromstring(svg_bytes(figure))

@@ -10,7 +10,7 @@ from simulator.jump import simulate
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
 from simulator.thesis import ranges
-from simulator.thesis.jump_grid import Jumps, jumps_over
+from simulator.thesis.comparisons import Jumps, jumps_over
 from tests.helpers.thesis import thesis_figures
 
 

@@ -1,4 +1,4 @@
-"""Figure 3.2: the ground's stiffness, drag and added mass against depth (thesis 3.1.2).
+"""Figures 3.2 and 3.6: the ground's functions against depth (thesis 3.1.2), and how fast it takes energy (Eq. 3.4).
 
 The same functions as the effects', here for arrays of depths; a test holds them against a simulated jump's losses.
 """
@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator.scene import Scene
-from simulator.thesis.ranges import DEEPEST_M
+from simulator.thesis.motions import Motion, Pair, sample_motions
+from simulator.thesis.ranges import DEEPEST_M, FASTEST_M_S, SAMPLE_SPEEDS_M_S
 
 FloatArray = NDArray[np.float64]
-_POINTS = 401
+_POINTS, _SURFACE_POINTS = 401, 161
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,3 +54,36 @@ def ground_functions(scene: Scene, depth_m: FloatArray | None = None) -> GroundF
         added_mass_kg=recruited_kg_m3 * cone_m3 + scene["added_mass_constant"] * depths,
         cone_depth_m=radius_m / slope,
     )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PowerSurface:
+    """Power in W, shape (velocities, depths), over depth in m and downward velocity of the foot in m/s (negative).
+
+    `motions` start at the downward speeds `touchdown_speeds_m_s`.
+    """
+
+    depth_m: FloatArray
+    velocity_m_s: FloatArray
+    power_w: FloatArray
+    touchdown_speeds_m_s: tuple[float, ...]
+    motions: tuple[Pair[Motion], ...]
+
+
+def power_surface(scene: Scene, accuracy: float) -> PowerSurface:
+    """Compute the surface -D(z) |v|^3 - K(z) |v| of a scene and the paths of three jumps with either controller."""
+    ground = ground_functions(scene, np.linspace(0.0, DEEPEST_M, _SURFACE_POINTS))
+    velocity_m_s = np.linspace(-FASTEST_M_S, 0.0, _SURFACE_POINTS)
+    return PowerSurface(
+        depth_m=ground.depth_m,
+        velocity_m_s=velocity_m_s,
+        power_w=ground_power_w(ground.resistance_n, ground.drag_kg_m, velocity_m_s[:, np.newaxis]),
+        touchdown_speeds_m_s=SAMPLE_SPEEDS_M_S,
+        motions=tuple(sample_motions(scene, speed, accuracy) for speed in SAMPLE_SPEEDS_M_S),
+    )
+
+
+def ground_power_w(resistance_n: FloatArray, drag_kg_m: FloatArray, velocity_m_s: FloatArray) -> FloatArray:
+    """Return the rate of Eq. 3.4, W (negative: lost); arrays broadcast against each other."""
+    speed_m_s = np.abs(velocity_m_s)
+    return np.asarray(-drag_kg_m * speed_m_s**3 - resistance_n * speed_m_s)
