@@ -1,4 +1,8 @@
-"""From a table to signals: columns, rows, checks, time axis, in that order, reporting on the way."""
+"""From a table to signals: columns, rows, checks, time axis, in that order, reporting on the way.
+
+Several tables of one file become parts of their own. What each column became is told too, and where its unit and the
+rate come from.
+"""
 
 from __future__ import annotations
 

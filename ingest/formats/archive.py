@@ -155,10 +155,6 @@ def _expanded(data: bytes, limits: Limits) -> bytes:
     return b"".join(pieces)
 
 
-ZIP = Format("zip", 2, _recognise_zip, _read_zip, container=True, clue=Clue(begins=(b"PK\3\4", b"PK\5\6")))
-GZIP = Format("gzip", 2, _recognise_gzip, _read_gzip, container=True, clue=Clue(begins=(b"\x1f\x8b",)))
-
-
 def read_members(
     members: Sequence[tuple[str, bytes]],
     declared: Declarations,
@@ -237,3 +233,7 @@ def _reading(name: str, result: ReadFile, *, several: bool) -> Reading:
     charges = tuple(dataclasses.replace(charge, member=member(charge)) for charge in result.charges)
     parts = tuple(dataclasses.replace(part, part=part_name(part)) for part in result.parts)
     return Reading(parts, charges, result.rows_read, result.rows_rejected, result.role)
+
+
+ZIP = Format("zip", 2, _recognise_zip, _read_zip, container=True, clue=Clue(begins=(b"PK\3\4", b"PK\5\6")))
+GZIP = Format("gzip", 2, _recognise_gzip, _read_gzip, container=True, clue=Clue(begins=(b"\x1f\x8b",)))

@@ -138,7 +138,10 @@ _DEBUG_LINE = re.compile(rb"\s*([A-Za-z_][\w ./\[\]()-]{0,60}?)\s*[:=]\s*(\S.*?)
 
 
 class DebugLine(NamedTuple):
-    """The name before the colon or equals sign, and the text after it, both stripped."""
+    """A line that programs print beside, or instead of, a table: `Acceleration: 9.46`, `motor1: -2957986`.
+
+    The name before the colon or equals sign, and the text after it, both stripped.
+    """
 
     name: bytes
     value: bytes
@@ -187,6 +190,8 @@ class Split:
 def best_split(head: list[Line], further: list[Line], delimiter: bytes | None = None) -> Split | None:
     """Return the sample under its most likely delimiter, None when no line looks like data.
 
+    Judged on rows of numbers only, so that titles and header lines with other separators do not disturb it: every
+    candidate splits the sample, the one that gives most rows of one width and of nothing but numbers wins.
     `head` are the first lines of the file, `further` lines from deeper inside; `delimiter` is the one declared.
     """
     if delimiter is not None:

@@ -234,7 +234,7 @@ class RowsAround:
 
 @dataclass(frozen=True, slots=True)
 class SaidByHand:
-    """What people said of one charge.
+    """What people said of one charge, as the journal has it: it outlives any reading of its sheet, and its absence.
 
     `corrected` holds, by column, what stood before the first correction and what the last one says. `assigned` tells
     whether a person said to which run it belongs; `run_uid` is that run, None where it belongs to none.

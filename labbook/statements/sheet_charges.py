@@ -1,7 +1,8 @@
 """The charges of a file: which are new, which changed, which are back, and which are there no longer.
 
 A charge is known by its file and where it stands there, so that a new reading changes it and keeps its uid, its run and
-what people corrected. Which of the charges of a run counts is worked out by `counted_charges`.
+what people corrected. The number that it has in its file it keeps: its uid follows from it, and people name it by it.
+Which of the charges of a run counts is worked out by `counted_charges`.
 """
 
 from __future__ import annotations

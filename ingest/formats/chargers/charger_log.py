@@ -1,4 +1,7 @@
-"""Procedures of a charger to signals and recharges: what the logs of all makers have in common."""
+"""Procedures of a charger to signals and recharges: what the logs of all makers have in common.
+
+What a charger put into a pack or took out of it is its counter, held against the current integrated over time.
+"""
 
 from __future__ import annotations
 

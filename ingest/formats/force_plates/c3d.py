@@ -2,6 +2,11 @@
 
 Channels that a platform is made of are kept as its forces and moments only. A marker that was not seen has a negative
 residual; its place is NaN.
+
+Platforms of types 1 to 4 go from analog channels to the ground reaction with z up. The channels give the reaction on
+the subject in the platform's own axes, z down. The corners say where these lie in the room: x from corner 2 to corner
+1, y from corner 4 to corner 1. Moments are about the middle of the surface, so that `-moment_y / force_z` and
+`moment_x / force_z` are where the force acts, seen from there.
 """
 
 from __future__ import annotations
@@ -125,9 +130,6 @@ def _padded(texts: tuple[str, ...], count: int, word: str) -> list[str]:
     """Return a text for each of `count` channels; those without one are numbered."""
     given = [*texts[:count], *[""] * (count - len(texts))]
     return [text or (f"{word} {number}" if word else "") for number, text in enumerate(given, start=1)]
-
-
-FORMAT = Format("c3d", 2, _recognise, _read, clue=Clue(binary=True))
 
 
 CHANNELS_OF_TYPE = {1: 6, 2: 6, 3: 8, 4: 6}
@@ -267,3 +269,6 @@ def _to_room(sections: C3dSections, number: int) -> FloatArray:
     turn = np.column_stack([x, np.cross(z, x), z])
     across = int(np.abs(z).argmax())
     return np.roll(turn, 2 - across, axis=0)
+
+
+FORMAT = Format("c3d", 2, _recognise, _read, clue=Clue(binary=True))

@@ -1,6 +1,7 @@
 """Robot and string-potentiometer logs: any delimited text with a header, or with columns named by a declaration.
 
 Units and time come from the header, a profile or the command line (formats: known channels by name, others kept).
+Tables one below the other, each under a header of its own, become parts of their own.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from ingest.tables.text_table import text_table
 from ingest.text.cells import best_split
 from ingest.text.source import HEAD_BYTES, TextSource
 
+MOST_TABLES = 20
 _LOG = Instrument()
 
 
@@ -30,16 +32,10 @@ def _recognise(head: Head) -> Recognition | None:
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
-    return Reading() if head.source is None else read_stacked(head.source, head.declared, findings, _LOG)
+    return Reading() if head.source is None else _read_tables(head.source, head.declared, findings, _LOG)
 
 
-FORMAT = Format("delimited_log", 6, _recognise, _read)
-
-
-MOST_TABLES = 20
-
-
-def read_stacked(
+def _read_tables(
     source: TextSource, declared: Declarations, findings: FindingCollector, instrument: Instrument
 ) -> Reading:
     """Read the table in a text, or each of several under its own header."""
@@ -78,3 +74,6 @@ def _read_sections(
         if table is not None:
             named.append(NamedTable(table, dataclasses.replace(instrument, part=part)))
     return read_several(named, declared, findings)
+
+
+FORMAT = Format("delimited_log", 6, _recognise, _read)

@@ -2,6 +2,11 @@
 
 Vectors and matrices of one length under one name, or at the top, are a table. The columns of a matrix carry its name
 and their number, only the number where nothing else is in the table. Time and rate follow the rules of every table.
+
+The elements of a file are walked before scipy reads them. Version 4 has no signature: five integers, a name and numbers
+follow each other to the end of the file. Version 5 packs its variables one by one, and a file of some kilobytes can
+unpack to more than any memory; scipy's reader of it trusts every tag, and a wrong one ends the whole process, so tags
+and sizes are compared here.
 """
 
 from __future__ import annotations
@@ -115,9 +120,6 @@ def _column(values: np.ndarray) -> Column:
     if values.dtype.kind in "iu" and values.dtype.itemsize == 8 and np.abs(values.astype(np.float64)).max() >= 2.0**53:
         return np.ascontiguousarray(values, dtype=np.int64)
     return np.ascontiguousarray(values, dtype=np.float64)
-
-
-FORMAT = Format("mat", 2, _recognise, _read, clue=Clue(begins=(_V5, _V73, _HDF), binary=True))
 
 
 V5_HEADER = 128
@@ -262,3 +264,6 @@ def _check_matrix(content: memoryview, order: str, deepest: int) -> None:
         raise MatRefusedError("its values are damaged")
     elif matrix != _TEXT and any(one == _MATRIX or len(inner) != count * _ITEM_BYTES[one] for one, inner in values):
         raise MatRefusedError(f"it says {count} values and holds others")
+
+
+FORMAT = Format("mat", 2, _recognise, _read, clue=Clue(begins=(_V5, _V73, _HDF), binary=True))

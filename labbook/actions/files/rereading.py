@@ -1,4 +1,7 @@
-"""Reading a kept file again: with what is declared about it now, what that changes, and what becomes stale."""
+"""Reading a kept file again: with what is declared about it now, what that changes, and what becomes stale.
+
+`labbook ingest` on bytes that the book has ends here: in nothing, another reading, or the run that they belong to.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a day at the rig still needs."""
+"""What a day at the rig still needs, and which runs of jumps have no joules or no apex height, each with the reason."""
 
 from __future__ import annotations
 
