@@ -11,7 +11,6 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from data_schema.vocabulary import FileRole
 from ingest.findings import FILE, ROW, FindingCollector
 from ingest.instruments import PLATE_UNITS, Instrument
 from ingest.model import Declarations, Reading
@@ -185,15 +184,3 @@ def refuse_layout(program: str, expected: str, findings: FindingCollector) -> Re
     message += "say its columns in a [profiles.NAME] table of labbook.toml and read it with `--format delimited_log`."
     findings.add(FILE, "layout_unknown", message)
     return Reading()
-
-
-def joined(readings: Sequence[Reading]) -> Reading:
-    """Return what several tables of one file give, their parts in order."""
-    role = FileRole.FORCE if any(reading.role is FileRole.FORCE for reading in readings) else FileRole.LOG
-    return Reading(
-        tuple(part for reading in readings for part in reading.parts),
-        (),
-        sum(reading.rows_read for reading in readings),
-        sum(reading.rows_rejected for reading in readings),
-        role,
-    )

@@ -16,11 +16,11 @@ from ingest.channels.columns import Convention
 from ingest.channels.forces import Z_UP_REACTION
 from ingest.channels.names import clean_name, parse_header, squash
 from ingest.findings import FindingCollector
-from ingest.formats.fixed_table import FixedHeader, fixed_table, joined
+from ingest.formats.fixed_table import FixedHeader, fixed_table
 from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Reading
-from ingest.signals import read_signals
+from ingest.signals import combine, read_signals
 from ingest.tables.table import Block, CellKind, Preamble, Table, Wanted
 from ingest.text.cells import split_cells
 from ingest.text.source import TextSource
@@ -74,7 +74,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
             )
         )
         block = dataclasses.replace(block, rows_rejected=0)  # a rejected line is counted once
-    return joined(readings)
+    return combine(readings)
 
 
 def _run_table(table: Table, block: Block, columns: Sequence[int], first: Sequence[str]) -> Table:

@@ -18,11 +18,11 @@ from ingest.channels.columns import Convention
 from ingest.channels.forces import Z_UP_REACTION
 from ingest.channels.names import clean_name
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats.fixed_table import FixedHeader, fixed_table, joined, plate_channel, positive, refuse_layout
+from ingest.formats.fixed_table import FixedHeader, fixed_table, plate_channel, positive, refuse_layout
 from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Reading
-from ingest.signals import read_signals
+from ingest.signals import combine, read_signals
 from ingest.tables.table import Block, CellKind, Preamble, Table, Wanted
 from ingest.text.cells import split_cells
 from ingest.text.source import Line, TextSource
@@ -82,7 +82,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
             read_signals(table, head.declared, findings, Instrument(part, _NEXUS, Z_UP_REACTION, evidence="Nexus"))
         )
     _compare(spans, findings)
-    return joined(readings)
+    return combine(readings)
 
 
 def _sections(source: TextSource) -> Iterator[_Section]:

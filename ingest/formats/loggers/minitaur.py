@@ -18,8 +18,8 @@ from ingest.findings import FILE, NOTE, ROW, FindingCollector
 from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
 from ingest.formats.loggers.framed_records import SYNC, FramedRecords, find_records, spacing
 from ingest.instruments import Instrument
-from ingest.model import ColumnDeclaration, Declarations, Reading, SignalPart
-from ingest.signals import read_signals
+from ingest.model import ColumnDeclaration, Declarations, Reading
+from ingest.signals import combine, read_signals
 from ingest.tables.table import Column, Table, array_table
 
 _TYPES = {
@@ -104,9 +104,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     if len(headers) > 1:
         message = "A header stands again: logging was started anew, and what follows is kept as a part of its own."
         findings.add(NOTE, "header_repeated", message, count=len(headers) - 1)
-    parts: list[SignalPart] = []
-    rows_read = rows_rejected = 0
-    role = None
+    readings = []
     for number, header in enumerate(headers, start=1):
         stop = headers[number].begin if number < len(headers) else len(head.data)
         records = _records(head.data, header, stop, findings)
@@ -114,12 +112,8 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
             continue
         table = _table(header, records, head.declared, findings)
         instrument = Instrument("log" if number == 1 else f"log_{number}")
-        reading = read_signals(table, _with_states(head.declared, header), findings, instrument)
-        parts.extend(reading.parts)
-        rows_read += reading.rows_read
-        rows_rejected += reading.rows_rejected
-        role = reading.role
-    return Reading(tuple(parts), (), rows_read, rows_rejected, role)
+        readings.append(read_signals(table, _with_states(head.declared, header), findings, instrument))
+    return combine(readings)
 
 
 def _headers(data: bytes) -> list[_Header]:
