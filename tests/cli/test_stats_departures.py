@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 from labbook.actions.runs.correcting import void
 from tests.cli.shell import good, labbook
-from tests.helpers.books import ADA, SmallBook, ingest_all, small_book
+from tests.helpers.books import ADA, SmallBook
+from tests.helpers.decided import decided_book
 
 DECIDED = '\n[analysis]\nexclusions = ["misfire"]\napex_bounds_percent = [-3, 3]\n'
 COMMANDS = ("compare", "--pooled"), ("equivalence", "--pooled", "--quantity", "apex")
@@ -19,23 +18,15 @@ VOID = "un r006 is void (foot came loose)"
 @pytest.fixture(scope="module")
 def honest(tmp_path_factory: pytest.TempPathFactory) -> SmallBook:
     """A book whose analysis was decided before everything was ingested."""
-    return decided(tmp_path_factory.mktemp("honest"))
+    return decided_book(tmp_path_factory.mktemp("honest"), DECIDED)
 
 
 @pytest.fixture(scope="module")
 def left_out(tmp_path_factory: pytest.TempPathFactory) -> SmallBook:
     """The same, of which a run was left out for a reason that was not allowed."""
-    made = decided(tmp_path_factory.mktemp("left_out"))
+    made = decided_book(tmp_path_factory.mktemp("left_out"), DECIDED)
     with made.open() as book, book.session(ADA) as session:
         void(session, "r006", "foot came loose")
-    return made
-
-
-def decided(folder: Path) -> SmallBook:
-    made = small_book(folder, ingested=False)
-    made.toml.write_text(made.toml.read_text() + DECIDED)
-    with made.open() as book:
-        ingest_all(book, made.instruments)
     return made
 
 

@@ -10,7 +10,7 @@ import contextlib
 import datetime as dt
 import functools
 import shutil
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
@@ -102,9 +102,13 @@ def small_book(
     """
     if database_url is not None:
         return _make(folder, runs, ingested, two_people, database_url)
-    made = made_once(
-        f"small-book-{runs:d}{ingested:d}{two_people:d}", lambda above: _make(above, runs, ingested, two_people, None)
-    )
+    name = f"small-book-{runs:d}{ingested:d}{two_people:d}"
+    return copy_of(name, lambda above: _make(above, runs, ingested, two_people, None), folder)
+
+
+def copy_of(name: str, make: Callable[[Path], SmallBook], folder: Path) -> SmallBook:
+    """Copy the book that `make` makes in a folder, once a test run, with its instruments' files to another folder."""
+    made = made_once(name, make)
     shutil.copytree(made.folder.parent, folder, dirs_exist_ok=True, copy_function=shutil.copyfile)
     return SmallBook(folder / "book", folder / "instruments")
 

@@ -37,10 +37,9 @@ from labbook.book.making import make_book
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database
 from tests.cli.shell import contents
-from tests.helpers.books import ADA, BEN, SmallBook, instrument_files, small_book, small_toml
+from tests.helpers.books import ADA, BEN, SmallBook, copy_of, instrument_files, small_book, small_toml
 from tests.helpers.databases import all_rows_by_name
 from tests.helpers.old_book import unpack
-from tests.helpers.once import made_once
 from tests.helpers.statements import in_table, note, said_alike
 
 HEAD, *ROWS = instrument_files()["runs.csv"].decode().splitlines(keepends=True)
@@ -86,9 +85,7 @@ def first_day(folder: Path) -> SmallBook:
 @pytest.fixture
 def lab(tmp_path: Path) -> SmallBook:
     """A book with the runs of the first day and two logs."""
-    made = made_once("merging", first_day)
-    shutil.copytree(made.folder.parent, tmp_path / "lab")
-    return SmallBook(tmp_path / "lab" / "book", tmp_path / "lab" / "instruments")
+    return copy_of("merging", first_day, tmp_path / "lab")
 
 
 @pytest.fixture

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import functools
 import random
 import shutil
-import tempfile
 import time
 import tomllib
 from pathlib import Path
@@ -22,25 +20,27 @@ from tests.helpers.books import ADA, small_book
 from tests.helpers.commands import KILLED, Commands
 from tests.helpers.databases import Rows, all_rows_by_name
 from tests.helpers.folders import contents
+from tests.helpers.once import made_once
 from tests.helpers.statements import note, notes, said_alike
 from tests.helpers.whole_book import copy_of_whole_book
 
 HERE = Place(None)
 
 
-@functools.cache
-def finished() -> tuple[tempfile.TemporaryDirectory[str], Path]:
-    """A book in which everything has happened, and its backup, made once."""
-    hold = tempfile.TemporaryDirectory(prefix="backed-up-")
-    book = copy_of_whole_book(Path(hold.name))
-    backup(book.folder, Path(hold.name) / "backup")
-    return hold, Path(hold.name)
+def finished() -> Path:
+    """Return where a book in which everything has happened lies, and its backup; made once."""
+
+    def backed_up(folder: Path) -> Path:
+        backup(copy_of_whole_book(folder).folder, folder / "backup")
+        return folder
+
+    return made_once("backed-up", backed_up)
 
 
 @pytest.fixture
 def source(tmp_path: Path) -> Path:
     """The backup of that book, of the test's own."""
-    shutil.copytree(finished()[1] / "backup", tmp_path / "backup")
+    shutil.copytree(finished() / "backup", tmp_path / "backup")
     return tmp_path / "backup"
 
 
@@ -70,7 +70,7 @@ def rows(folder: Path, url: str | None = None) -> dict[str, Rows]:
 def test_a_restored_book_has_every_row_and_goes_on(source: Path, tmp_path: Path) -> None:
     folder = tmp_path / "restored"
     done = restored(source, folder)
-    assert rows(folder) == rows(finished()[1] / "book")
+    assert rows(folder) == rows(finished() / "book")
     assert (done.entries, done.moved) == (len((folder / "journal.jsonl").read_text().splitlines()), False)
     assert (folder / "labbook.toml").read_bytes() == (source / "labbook.toml").read_bytes()
     assert list(folder.rglob(".*")) == []
@@ -150,7 +150,7 @@ def test_a_folder_that_holds_anything_else_is_left_alone(source: Path, tmp_path:
         assert contents(place) == before
     lost.write_bytes(kept)
     restored(source, begun)
-    assert rows(begun) == rows(finished()[1] / "book")
+    assert rows(begun) == rows(finished() / "book")
 
 
 def test_a_backup_without_labbook_toml_has_it_in_its_journal(source: Path, tmp_path: Path) -> None:

@@ -20,25 +20,13 @@ from labbook.book.rebuilding import rebuild_database
 from labbook.demo.plate import plate_record
 from labbook.demo.writers.bertec_text import bertec_text
 from tests.helpers.books import ADA, SmallBook, ingest_all, small_book
+from tests.helpers.decided import DECIDED, decided_book
 from tests.helpers.statements import gives_charge
-
-DECIDED = '\n[analysis]\nexclusions = ["misfire"]\napex_bounds_percent = [-3, 3]\n'
-
-
-def decided(folder: Path, without: str = "") -> SmallBook:
-    """A book whose analysis was decided before everything was ingested, but for one log."""
-    made = small_book(folder, ingested=False)
-    made.toml.write_text(made.toml.read_text() + DECIDED)
-    if without:
-        (made.instruments / "logs" / without).rename(made.instruments / "loose.csv")
-    with made.open() as book:
-        ingest_all(book, made.instruments)
-    return made
 
 
 @pytest.fixture
 def honest(tmp_path: Path) -> SmallBook:
-    return decided(tmp_path)
+    return decided_book(tmp_path)
 
 
 def planned(made: SmallBook) -> Planned:
@@ -126,7 +114,7 @@ def test_a_second_charge_of_an_idle_run_bears_on_all_joules(honest: SmallBook) -
 
 @pytest.mark.parametrize("report_first", [True, False])
 def test_what_lay_in_the_inbox_while_a_report_was_made_is_told(tmp_path: Path, report_first: bool) -> None:
-    made = decided(tmp_path, without="r002.csv")
+    made = decided_book(tmp_path, without="r002.csv")
     ingests(made, made.instruments / "loose.csv")
     steps: list[Callable[[], None]] = [lambda: reports(made), lambda: assigns(made, "loose.csv", "r002")]
     for step in steps if report_first else steps[::-1]:
