@@ -16,7 +16,7 @@ from typing import NoReturn
 
 import typer
 
-from data_schema.errors import LabbookError
+from data_schema.errors import LabbookError, UsageError
 from labbook.cli import (
     analysis,
     assign,
@@ -34,6 +34,7 @@ from labbook.cli import (
     note,
     plan,
     plot,
+    power,
     rebuild,
     report,
     restore,
@@ -54,7 +55,7 @@ RIG, JUDGE, REPORT, SIMULATE, BOOK = "Day at the rig", "Look and judge", "Report
 COMMANDS = {
     RIG: (ingest, today, note, charge, check, correct, void, assign, channels, formats),
     JUDGE: (show, plot),
-    REPORT: (report, compare, plan, analysis, why),
+    REPORT: (report, compare, plan, power, analysis, why),
     BOOK: (init, demo, backup, restore, merge, rebuild),
 }
 """The commands under the headings of help, in its order; a new one is a file and a name here."""
@@ -63,11 +64,18 @@ GROUPS = {
     "runs": (RIG, "Runs: list them, import a run sheet, see what has no run yet."),
     "files": (RIG, "Files of the instruments: how they were read, reading them again, taking them out of use."),
     "jumps": (JUDGE, "Jumps of a run: list, reject, accept, clear."),
-    "stats": (REPORT, "Statistics on a table or on the book: tests, savings, equivalence, power."),
+    "stats": (REPORT, "Statistics on a table or on the book: tests, savings, equivalence."),
     "sim": (SIMULATE, "Simulate jumps: one scene, from robot to ground."),
     "db": (BOOK, "The database: its revision, whether the book is whole, upgrading, copying, clearing up."),
 }
 """Groups of commands, each a module of its name, under which heading they stand, and what they are for."""
+
+
+MOVED = {
+    ("stats", "power"): "planning one test is `labbook power --test NAME` now: see `labbook power --help`.",
+    ("plan", "--power"): "planning how many runs a study needs is `labbook power` now: see `labbook power --help`.",
+}
+"""What stands in place of commands that there were: the word that a command line begins with, one that it holds."""
 
 
 def application(words: Collection[str]) -> typer.Typer:
@@ -100,6 +108,7 @@ def run(words: Sequence[str] | None = None) -> NoReturn:
     debug = "--debug" in given
     arguments = [argument for argument in given if argument != "--debug"]
     try:
+        _refuse_moved(arguments)
         code = application([*arguments, *_words_to_complete()])(arguments, prog_name="labbook", standalone_mode=False)
     except (LabbookError, OSError, typer.TyperException, typer.Abort) as error:
         if debug:
@@ -112,6 +121,13 @@ def run(words: Sequence[str] | None = None) -> NoReturn:
     if code == INTERRUPTED:
         tell()
     sys.exit(code or 0)
+
+
+def _refuse_moved(arguments: Sequence[str]) -> None:
+    """Raise `UsageError` for a command that has another name now."""
+    for (first, other), now in MOVED.items():
+        if arguments[:1] == [first] and other in arguments:
+            raise UsageError(now)
 
 
 def _words_to_complete() -> list[str]:

@@ -1,25 +1,11 @@
 """`labbook plan`: the order of the experiments."""
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from labbook.cli.common import AsOption, BookOption, JsonOption, emit
-from labbook.cli.plan_power import (
-    OF_POWER,
-    ApexMeanOption,
-    ApexSdOption,
-    Assumptions,
-    DifferenceOption,
-    MeanOption,
-    PowerOption,
-    SavingOption,
-    SdOption,
-    TargetOption,
-    show_power,
-)
 
 
 def register(app: typer.Typer) -> None:
@@ -36,16 +22,6 @@ _OF_DRAWING = {
     "out": "--out",
 }
 """Options, by parameter, that say how a plan is drawn and written."""
-_NOT_OF_POWER = {
-    "seed": "--seed",
-    "start": "--start",
-    "out": "--out",
-    "dry_run": "--dry-run",
-    "withdraw": "--withdraw",
-    "why": "--why",
-    "person": "--as",
-}
-"""Options, by parameter, of which --power has no use."""
 
 
 def plan(
@@ -62,14 +38,6 @@ def plan(
         bool, typer.Option("--withdraw", help="Take back what is still to be made, of the plan with --seed or of all.")
     ] = False,
     why: Annotated[str | None, typer.Option("--why", help="With --withdraw: why it will not be made.")] = None,
-    power: PowerOption = False,
-    saving: SavingOption = None,
-    difference: DifferenceOption = None,
-    sd: SdOption = None,
-    mean: MeanOption = None,
-    apex_sd: ApexSdOption = None,
-    apex_mean: ApexMeanOption = None,
-    target: TargetOption = None,
     book: BookOption = None,
     person: AsOption = None,
     as_json: JsonOption = False,
@@ -81,27 +49,18 @@ def plan(
     With --withdraw, runs that are planned and not made are no longer planned; those that were made stay. The seed is
     how a plan is called: while runs of it are to be made, no other plan is drawn with that seed.
 
-    With --power, nothing is drawn or stated: for the effect that should be found, the scatter expected (or that of the
-    runs so far) and what [analysis] decides, it says how many runs of each condition t, Welch, ANOVA and the test for
-    equal apexes need, on how many days, and what --n runs and the plans that stand can find.
+    `labbook power` says how many runs a study needs.
 
-    Example: labbook plan --seed 7 --n 10 --per-day 16 --start 2021-06-01; labbook plan --withdraw --why "new foot";
-    labbook plan --power --saving 10 --sd 4 --mean 42
+    Example: labbook plan --seed 7 --n 10 --per-day 16 --start 2021-06-01; labbook plan --withdraw --why "new foot"
     """
     from data_schema.errors import UsageError
     from labbook.actions.planning.runs import PlanRequest, make_plan
     from labbook.book.opening import opened
 
-    if power:
-        _refuse(ctx, _NOT_OF_POWER, "--power draws nothing", "--n, --per-day, --method and --idle go with it.")
-        assumed = Assumptions(saving, difference, sd, mean, apex_sd, apex_mean, target)
-        show_power(assumed, n, per_day, method, idle, book, as_json)
-        return
-    _refuse(ctx, OF_POWER, "drawing a plan assumes nothing", "or add --power.")
     if withdraw:
         if why is None:
             raise UsageError("withdrawing a plan needs a reason: add --why, the journal keeps it.")
-        _refuse(ctx, _OF_DRAWING, "--withdraw draws no plan", "--seed, --why and --dry-run go with it.")
+        _refuse_drawing(ctx)
         _withdraw(seed, why, dry_run, book, person, as_json)
         return
     if seed is None:
@@ -122,17 +81,20 @@ def plan(
     )
 
 
-def _refuse(ctx: typer.Context, options: Mapping[str, str], what: str, remedy: str) -> None:
-    """Raise `UsageError` for options, by parameter, that were given where they have no meaning."""
+def _refuse_drawing(ctx: typer.Context) -> None:
+    """Raise `UsageError` for options that say how a plan is drawn, where one is withdrawn."""
     from data_schema.errors import UsageError
 
     given = []
-    for name, option in options.items():
+    for name, option in _OF_DRAWING.items():
         source = ctx.get_parameter_source(name)
         if source is not None and source.name == "COMMANDLINE":
             given.append(option)
     if given:
-        raise UsageError(f"{what} and has no use for {' and '.join(given)}: leave that out, {remedy}")
+        raise UsageError(
+            f"--withdraw draws no plan and has no use for {' and '.join(given)}: leave that out, --seed, --why and "
+            "--dry-run go with it."
+        )
 
 
 def _withdraw(

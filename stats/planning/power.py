@@ -23,7 +23,7 @@ import numpy as np
 from scipy import special
 
 from data_schema.errors import InputRefused, unknown_name
-from data_schema.rounding import error_of, level_text, number_text
+from data_schema.rounding import level_text, number_text, stated_text
 from data_schema.vocabulary import Undefined
 from stats.checks import as_count, as_level, as_number, as_values
 from stats.compare.equivalence import ROUTES, EquivalenceRoute
@@ -172,7 +172,7 @@ def power_anova(means: Sequence[float], sd: float, n: int, alpha: float = 0.05) 
     if truth.size < 2:
         raise InputRefused(f"{truth.size} means were given: give the true means of at least 2 groups.")
     n, k = as_count("n", n), truth.size
-    means_text = ", ".join(number_text(mean, error=sd) for mean in truth)
+    means_text = ", ".join(assumed_text(mean, sd) for mean in truth)
     test = f"one-way ANOVA for means {means_text} at sd {number_text(sd)}"
     sizes = (n,) * k
     never = "the true means are equal" if truth.min() == truth.max() else None
@@ -219,7 +219,7 @@ def power_equivalence(
         raise InputRefused(f"the standard deviations are {sd!r} and {sd_b!r}: Student's test has one, give sd alone.")
     sizes = _sizes(n_a, n_b)
     scatter = " and ".join(map(number_text, dict.fromkeys(sds)))
-    between = " and ".join(number_text(end, error=error_of((low, high))) for end in (low, high))
+    between = " and ".join(map(stated_text, (low, high)))
     test = (
         f"{route.capitalize()}'s equivalence test (TOST) between {between} for "
         f"{_difference_text(difference, min(sds))} at sd {scatter}"
@@ -249,8 +249,14 @@ _NO_CRITICAL = Undefined("the critical value at so small an alpha is too large f
 _NO_VARIANCE = Undefined("each group needs at least 2 values for its variance")
 
 
+def assumed_text(value: float, sd: float) -> str:
+    """Write a mean or a difference that is assumed, with the digits that the scatter needs and no zeros at its end."""
+    text = number_text(value, error=sd)
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
 def _difference_text(difference: float, sd: float) -> str:
-    return f"a difference of {number_text(difference, error=sd)}"
+    return f"a difference of {assumed_text(difference, sd)}"
 
 
 def _no_difference(difference: float, sides: int) -> str | None:

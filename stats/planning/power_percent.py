@@ -16,14 +16,14 @@ import numpy as np
 from scipy import special
 
 from data_schema.errors import InputRefused
-from data_schema.rounding import number_text
+from data_schema.rounding import number_text, stated_text
 from data_schema.vocabulary import Undefined
 from stats.checks import as_count, as_level, as_number
 from stats.exact.distributions import df_of_arrays, t_upper_quantile
 from stats.exact.finite import to_double
 from stats.exact.quadrature import Floats, Rows
 from stats.planning.estimated_scatter import mean_over_scale, mean_over_share, t_upper_quantiles
-from stats.planning.power import Power
+from stats.planning.power import Power, assumed_text
 
 _REACH = 9.0
 """Standard deviations beyond which a normal probability is 0 or 1 to double precision."""
@@ -87,9 +87,9 @@ def power_percent_equivalence(
     sizes = as_count("n_a", n_a), as_count("n_b", n_b)
     truth = to_double(100 * Fraction(difference) / Fraction(mean))
     test = (
-        f"Welch's equivalence test (TOST) between {number_text(low)} and {number_text(high)} % of the control's mean, "
-        f"itself estimated and {number_text(mean, error=sd)} in truth, for a difference of "
-        f"{number_text(difference, error=sd)} at sd {number_text(sd)}"
+        f"Welch's equivalence test (TOST) between {stated_text(low)} and {stated_text(high)} % of the control's mean, "
+        f"itself estimated and {assumed_text(mean, sd)} in truth, for a difference of "
+        f"{assumed_text(difference, sd)} at sd {number_text(sd)}"
     )
     never = None
     if not low < truth < high:

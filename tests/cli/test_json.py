@@ -71,7 +71,7 @@ ELSEWHERE = {
     "stats savings": "tests/cli/test_stats.py",
     "stats equivalence": "tests/cli/test_stats.py",
     "stats blocked": "tests/cli/test_stats.py",
-    "stats power": "tests/cli/test_stats_power.py",
+    "power": "tests/cli/test_power.py",
 }
 
 

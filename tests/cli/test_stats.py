@@ -96,9 +96,10 @@ def test_json_holds_the_results_of_stats_unrounded(data: Path) -> None:
     assert by_day == found(blocked_by_day(ce + ad, ["CE"] * 5 + ["AD"] * 5, DAYS * 2, control="CE"))  # type: ignore[arg-type]
 
 
-def test_text_begins_with_the_sentence_and_explains_every_field(data: Path) -> None:
+def test_text_is_the_sentence_and_in_full_explains_every_field(data: Path) -> None:
     compared = compare_two(decimals(AD), decimals(CE))
-    shown = good(labbook("stats", "compare", data, *BY, at=data.parent)).out.splitlines()
+    assert good(labbook("stats", "compare", data, *BY, at=data.parent)).out == f"{compared.sentence('AD', 'CE', 'J')}\n"
+    shown = good(labbook("stats", "compare", data, *BY, "--full", at=data.parent)).out.splitlines()
     assert shown[0] == compared.sentence("AD", "CE", "J")
     assert {line.split()[0] for line in shown if line.startswith("  ")} == {
         name for name in as_dict(compared) if not name.endswith("_reason")
@@ -107,7 +108,7 @@ def test_text_begins_with_the_sentence_and_explains_every_field(data: Path) -> N
     assert "  f_p " in "\n".join(shown)
     assert "Two-sided p of the F-test for equal variances." in "\n".join(shown)
     for words in (("anova",), ("savings",), ("equivalence", "--low", "-3"), ("blocked", "--day", "date")):
-        text = good(labbook("stats", words[0], data, *BY, *words[1:], at=data.parent)).out
+        text = good(labbook("stats", words[0], data, *BY, *words[1:], "--full", at=data.parent)).out
         assert text.split("\n")[0].endswith(".")
         assert not re.search(r"\b(nan|None|Undefined)\b", text)
 
@@ -205,7 +206,7 @@ def test_constant_groups_have_no_p_and_say_why(
     path = table(tmp_path, groups, days=("1", "2", "3") * 10)
     given = (words[0], path, "--value", "energy_J", "--by", "controller", *words[1:])
     pictures = [f"--{name}={name}.png" for name in ("plot", "qq", "residuals")]
-    shown = good(labbook("stats", *given, *pictures, at=tmp_path)).out
+    shown = good(labbook("stats", *given, *pictures, "--full", at=tmp_path)).out
     assert "undefined because" in shown
     assert "scatter" in shown
     data = good(labbook("stats", *given, "--json", at=tmp_path)).json

@@ -300,8 +300,8 @@ def test_people_read_heights_in_millimetres(decided: SmallBook, words: tuple[str
 
 def test_means_beside_savings_are_in_millimetres_too(decided: SmallBook) -> None:
     (saved,) = asked(decided, "savings", *SMALL)["savings"]
-    said = good(labbook("stats", "savings", *SMALL, "--quantity", "apex", at=decided.folder)).out
-    assert "note: Savings are of what is consumed, and an apex height is not" in said
+    said = good(labbook("stats", "savings", *SMALL, "--quantity", "apex", "--full", at=decided.folder)).out
+    assert "note: Savings are of what is consumed, and apex height is not" in said
     assert "of what is consumed" not in good(labbook("stats", "savings", *SMALL, at=decided.folder)).out
     (shown,) = re.findall(r"control_mean +([0-9.]+)", said)
     assert float(shown) == pytest.approx(1000 * saved["control_mean"], rel=1e-5)

@@ -24,7 +24,7 @@ def table(tmp_path: Path) -> Path:
     "words", [("compare",), ("savings",), ("equivalence", "--low=-3", "--high=3")], ids=lambda words: words[0]
 )
 def test_a_field_is_explained_once_however_many_groups(words: tuple[str, ...], table: Path) -> None:
-    shown = good(labbook("stats", words[0], table, *BY, *words[1:], at=table.parent)).out.splitlines()
+    shown = good(labbook("stats", words[0], table, *BY, *words[1:], "--full", at=table.parent)).out.splitlines()
     fields = Counter(line.split()[0] for line in shown if line.startswith("  "))
     explained = [line for line in shown if line.startswith("  ") and line.endswith(".")]
     assert max(fields.values()) >= 3
@@ -35,7 +35,7 @@ def test_a_field_is_explained_once_however_many_groups(words: tuple[str, ...], t
 
 @pytest.mark.parametrize("command", ["compare", "anova", "savings"])
 def test_notes_stand_right_below_the_sentences(command: str, table: Path) -> None:
-    shown = good(labbook("stats", command, table, *BY, at=table.parent)).out.splitlines()
+    shown = good(labbook("stats", command, table, *BY, "--full", at=table.parent)).out.splitlines()
     first_blank = shown.index("")
     notes = [line.startswith("note: ") for line in shown[first_blank + 1 :]]
     assert shown[first_blank + 1].startswith("note: The control is taken to be '0'")
@@ -48,7 +48,7 @@ def test_the_sentences_on_many_groups_stay_short(tmp_path: Path) -> None:
     rows = [f"{place % 7 + value},g{place:02d}" for place in range(12) for value in (1, 2.5, 4, 8)]
     path = tmp_path / "many.csv"
     path.write_text("\n".join(["v,gain", *rows]) + "\n", encoding="utf-8")
-    shown = good(labbook("stats", "anova", path, *BY, at=tmp_path)).out
+    shown = good(labbook("stats", "anova", path, *BY, "--full", at=tmp_path)).out
     sentences, _blank, rest = shown.partition("\n\n")
     assert "none of 66 pairs has an adjusted p of at most 0.05" in sentences
     assert len(sentences) < 2000

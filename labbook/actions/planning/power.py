@@ -1,4 +1,4 @@
-"""`labbook plan --power`: how many runs of each condition the study needs; nothing is drawn, stated or stored."""
+"""`labbook power`: how many runs of each condition the study needs; nothing is drawn, stated or stored."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ from dataclasses import dataclass
 
 import sqlalchemy as sa
 
-from data_schema.errors import UsageError
+from data_schema.errors import UsageError, unknown_name
 from data_schema.outcomes import Outcome
 from data_schema.queries.plans import planned_runs
 from data_schema.vocabulary import PlanMethod, Undefined
-from labbook.actions.planning.power_request import PowerRequest, refuse_impossible
 from labbook.actions.planning.power_tests import TESTS, Assumed, Design, PlannedTest
 from labbook.actions.runs.runs_importing import plan_factors
 from labbook.analysis.outcomes.detections import Detections
@@ -26,6 +25,23 @@ from labbook.config.model import UnitOfAnalysis
 from labbook.config.parsing import Configuration
 from labbook.plan.drawing import LARGEST_PLAN, draw_plan
 from stats.planning.power import SampleSize, sample_size
+
+
+@dataclass(frozen=True, slots=True)
+class PowerRequest:
+    """What was asked of `labbook power`; the numbers are those of the primary outcome, in J or m."""
+
+    saving_percent: float | None
+    difference: float | None
+    sd: float | None
+    mean: float | None
+    apex_sd_m: float | None
+    apex_mean_m: float | None
+    target: float
+    n: int
+    per_day: int
+    method: str
+    idle: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +88,7 @@ class StudyPower:
 
 def study_power(book: Book, request: PowerRequest) -> StudyPower:
     """Work out what the study needs; raises `UsageError` where too little is known to do so."""
-    refuse_impossible(request)
+    _refuse_impossible(request)
     configuration = book.configuration
     with book.reading() as connection:
         planned = planned_analysis(connection, configuration)
@@ -114,6 +130,32 @@ def study_power(book: Book, request: PowerRequest) -> StudyPower:
         n_of_plan=n_of_plan,
         needed=tuple(_needed(test, ns, request, configuration, settings.unit_of_analysis) for test in tests),
     )
+
+
+def _refuse_impossible(request: PowerRequest) -> None:
+    """Raise `UsageError` for numbers that no study has."""
+    if (request.saving_percent is None) == (request.difference is None):
+        raise UsageError(
+            "the power needs one effect to be found: add --saving 10 (percent of the control) or --difference 4."
+        )
+    if request.saving_percent is not None and not 0 < request.saving_percent < 100:
+        raise UsageError(f"--saving {request.saving_percent:g} is no saving: give percent between 0 and 100.")
+    if request.difference is not None and not (math.isfinite(request.difference) and request.difference != 0):
+        raise UsageError(f"--difference {request.difference:g} is none: give the smallest one that matters.")
+    for option, value in (
+        ("--sd", request.sd),
+        ("--mean", request.mean),
+        ("--apex-sd", request.apex_sd_m),
+        ("--apex-mean", request.apex_mean_m),
+    ):
+        if value is not None and not (math.isfinite(value) and value > 0):
+            raise UsageError(f"{option} {value:g} is not possible: give a number above 0.")
+    if not 0 < request.target < 1:
+        raise UsageError(f"--power {request.target:g} is no chance: give one between 0 and 1, such as 0.8.")
+    if request.n < 2:
+        raise UsageError(f"--n {request.n} has no scatter to test against: give 2 or more.")
+    if request.method not in tuple(PlanMethod):
+        raise unknown_name("method", request.method, tuple(PlanMethod))
 
 
 def _assumed(

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from data_schema.rounding import number_text
+from data_schema.rounding import interval_text, number_text
 from data_schema.vocabulary import Undefined
 from labbook.actions.planning.power import Needed, StudyPower
 from labbook.actions.planning.power_tests import Assumed
 from labbook.analysis.outcomes.run_spread import LEVEL
 from labbook.analysis.preregistration.planned import FAMILY_OF
+from reports.display import shown_unit
 
 _NOT_KNOWN = (
     "Assumed: independent normal values with one standard deviation everywhere, complete runs, and nothing of the "
@@ -74,7 +75,7 @@ def _row(item: Needed, ns: list[int]) -> tuple[str, ...]:
     powers = (item.powers[n] for n in ns)
     return (
         item.test,
-        number_text(item.alpha, 3),
+        number_text(item.alpha),
         _count(item.n),
         over,
         _count(item.runs),
@@ -88,15 +89,17 @@ def _count(n: int | Undefined) -> str:
 
 
 def _scatter(assumed: Assumed, unit: str, found: StudyPower) -> str:
-    sd = f"standard deviation {_value(assumed.sd, unit)}"
+    sd, (shown, factor) = f"standard deviation {_value(assumed.sd, unit)}", shown_unit(unit)
     spread = assumed.spread
     if spread is None:
         return f"{sd}, as stated"
     return (
-        f"{sd} between {found.unit_of_analysis}s of a condition ({100 * LEVEL:g} % CI {number_text(spread.sd_low, 3)} "
-        f"to {_value(spread.sd_high, unit)}, {spread.df} degrees of freedom, from {spread.n} so far)"
+        f"{sd} between {found.unit_of_analysis}s of a condition "
+        f"({interval_text((factor * spread.sd_low, factor * spread.sd_high), LEVEL, shown)}, "
+        f"{spread.df} degrees of freedom, from {spread.n} so far)"
     )
 
 
 def _value(value: float, unit: str) -> str:
-    return f"{number_text(value, 3)} {unit}"
+    shown, factor = shown_unit(unit)
+    return f"{number_text(factor * value)} {shown}"

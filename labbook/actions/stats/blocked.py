@@ -1,19 +1,14 @@
-"""What `labbook stats blocked` does: groups over several days, with the day as a random effect."""
+"""What `labbook stats blocked` finds: groups over several days, with the day as a random effect."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from data_schema.errors import InputRefused, UsageError
-from labbook.actions.stats.data import DataSource, observe
-from labbook.actions.stats.output import CommandOutput, alpha_of, output_of
-from labbook.actions.stats.pictures import Pictures
+from data_schema.errors import InputRefused
+from labbook.actions.stats.answering import Answer, Question
 from labbook.analysis.comparison.shared_error_tests import add_shared_error_by_day
-from labbook.analysis.observations import Observations
 from labbook.presenting.stats.days import day_notes
-from labbook.presenting.stats.fields import field_lines
 from labbook.presenting.stats.figures import estimation_of, in_groups, number_of
 from labbook.presenting.stats.plan import plan_notes
 from stats.days.blocked import blocked_by_day
@@ -30,64 +25,46 @@ SHARED_NOTE = (
 )
 
 
-def block(
-    given: DataSource,
-    alpha: float | None,
-    level: float | None,
-    pooled: bool,
-    pictures: Pictures,
-    step: Callable[[str], None],
-) -> CommandOutput:
+def block(question: Question) -> Answer:
     """Compare every group, or all but the control together, with the control, within days where these are shared."""
-    pictures.check()
-    if given.file is not None and given.day is None:
-        raise UsageError("comparing over days needs the table's column of days: add --day COLUMN.")
-    observed = observe(given, step)
-    if pooled:
-        observed = observed.pooled()
+    observed, with_runs = question.observed, question.source.run is not None
     observed.others()
-    alpha = alpha_of(alpha, level, observed)
-    return output_of(observed, pictures, lambda own, drawn: _answer(own, given, alpha, pooled, drawn))
-
-
-def _answer(observed: Observations, given: DataSource, alpha: float, pooled: bool, pictures: Pictures) -> CommandOutput:
-    level = 1.0 - alpha
-    found = _compared(observed, level, with_runs=given.run is not None)
-    told = CommandOutput()
-    told.lines.append(found.sentence(observed.unit))
-    told.say("groups over days", field_lines(found))
-    told.show("means of an average day", found.conditions)
-    told.say("mixed model, y ~ group + (1 | day)" + (" + (1 | day:run)" if given.run else ""), field_lines(found.mixed))
-    told.show("its differences from the control", found.mixed.contrasts)
-    if isinstance(found.exact, ExactTest):
-        told.say("exact test", field_lines(found.exact))
-        told.show("its differences from the control", found.exact.contrasts)
-    told.show("differences from the control, paired on day means", found.paired)
-    told.data["blocked"] = as_dict(found)
+    found = _compared(question, with_runs)
     names = {observed.name(label): label for label in observed.labels}
-    pictures.write(
-        observed,
+    notes = [*plan_notes(observed, question.pooled, question.alpha), *day_notes(observed, by_day=True)]
+    if found.confounding and found.stated() is not found.mixed and found.day_variance == 0.0:
+        notes.append(COUNTS_VALUES)
+    if question.has_shared_errors:
+        notes.append(SHARED_NOTE)
+    told = Answer(
+        [found.sentence(observed.unit)],
+        {"blocked": as_dict(found)},
         lambda: estimation_of(
             observed,
             {
-                names[one.condition]: number_of(one.difference, one.interval, level, observed.unit)
+                names[one.condition]: number_of(one.difference, one.interval, question.level, observed.unit)
                 for one in found.contrasts
             },
             interval="REML with Satterthwaite's df" if found.stated() is found.mixed else "the exact test",
         ),
-        level,
+        notes,
+        quantile_level=question.level,
         by_day=True,
     )
-    notes = [*plan_notes(observed, pooled, alpha), *day_notes(observed, by_day=True)]
-    if found.confounding and found.stated() is not found.mixed and found.day_variance == 0.0:
-        notes.append(COUNTS_VALUES)
-    if any(row.shared.se > 0.0 for row in observed.rows):
-        notes.append(SHARED_NOTE)
-    return told.about(observed, pictures, notes)
+    told.add_fields("groups over days", found)
+    told.add_table("means of an average day", found.conditions)
+    told.add_fields("mixed model, y ~ group + (1 | day)" + (" + (1 | day:run)" if with_runs else ""), found.mixed)
+    told.add_table("its differences from the control", found.mixed.contrasts)
+    if isinstance(found.exact, ExactTest):
+        told.add_fields("exact test", found.exact)
+        told.add_table("its differences from the control", found.exact.contrasts)
+    told.add_table("differences from the control, paired on day means", found.paired)
+    return told
 
 
-def _compared(observed: Observations, level: float, *, with_runs: bool) -> BlockedByDay:
-    rows, control = in_groups(observed).rows, observed.name(observed.control)
+def _compared(question: Question, with_runs: bool) -> BlockedByDay:
+    observed = question.observed
+    rows, control = in_groups(observed).rows, question.control
     if rows and all(row.label != observed.control for row in rows):
         raise InputRefused(
             f"the control {control!r} has no values, so that nothing can be compared with it: fill some in, or name "
@@ -102,7 +79,7 @@ def _compared(observed: Observations, level: float, *, with_runs: bool) -> Block
         [row.run for row in rows] if with_runs else None,
         control=control,
         order=list(dict.fromkeys(conditions)),
-        level=level,
+        level=question.level,
     )
     found = replace(found, missing=len(observed.rows) - len(rows))
     return add_shared_error_by_day(found, conditions, days, [row.shared for row in rows])

@@ -10,8 +10,15 @@ from pathlib import Path
 from data_schema.errors import InputRefused, UsageError, unknown_name
 from data_schema.outcomes import Outcome
 from ingest.channels.names import parse_header
-from labbook.actions.stats.cells import MINUS, has_thousands, is_number_text, maybe_thousands
-from labbook.actions.stats.table import LongTable, numbers_of, read_table
+from labbook.actions.stats.table import (
+    MINUS,
+    LongTable,
+    has_thousands,
+    is_number_text,
+    maybe_thousands,
+    numbers_of,
+    read_table,
+)
 from labbook.actions.stats.where import WhereColumns, rows_where
 from labbook.analysis.comparison.controls import with_control
 from labbook.analysis.observations import Asked, Observation, Observations, observations_of_book

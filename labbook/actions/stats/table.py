@@ -12,10 +12,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 
-from data_schema.errors import InputRefused, unknown_name
-from ingest.text.cells import CellFault
-from labbook.actions.stats.cells import decimal_sign, number_in, what_to_write
+from data_schema.errors import InputRefused, UsageError, unknown_name
+from ingest.text.cells import COMMA_NUMBER, NUMBER, CellFault, is_grouped, is_missing, parse_cell
 
+MINUS = "\N{MINUS SIGN}"
+"""The typeset minus, which word processors write in place of the hyphen."""
+_COMMA_THOUSANDS = re.compile(r"[+-]?\d{1,3}(,\d{3})+")
+_POINT_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(\.\d{3})+(,\d*)?")
+_POINT_UNCLEAR = re.compile(r"[+-]?[1-9]\d{0,2}\.\d{3}")
+_HUNDREDS = re.compile(r"[+-]?[1-9]\d\d")
+_WITH_UNIT = re.compile(r"([+-]?(?:\d[\d.,]*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([^\W\d_]\S*|[%°]\S*)")
 DELIMITERS = (",", ";", "\t", "|")
 _SEPARATOR_LINE = re.compile(r'"?sep=([,;\t|])"?', re.IGNORECASE)
 _EXAMPLE = "a header such as controller,energy_J and one value a row"
@@ -111,3 +117,98 @@ def numbers_of(
             )
         found.append(number)
     return found
+
+
+def decimal_sign(cells: Sequence[str], name: str, declared: str | None) -> str:
+    """Return the sign that the numbers of a column have; raises `UsageError` where it could be thousands."""
+    if declared is not None:
+        if declared not in (".", ","):
+            raise UsageError(f"--decimal {declared!r} is no decimal sign: give . or ,")
+        return declared
+    plain = [_hyphened(cell) for cell in cells]
+    with_comma = [cell for cell in plain if COMMA_NUMBER.fullmatch(cell.encode())]
+    with_point = [cell for cell in plain if "." in cell]
+    unclear = with_comma if with_comma and all(map(_COMMA_THOUSANDS.fullmatch, with_comma)) else []
+    # Three decimals everywhere are decimals; beside whole numbers of three digits they may be thousands.
+    if not with_comma and with_point and all(map(_POINT_THOUSANDS.fullmatch, with_point)):
+        unclear = with_point if any(map(_HUNDREDS.fullmatch, plain)) else []
+    if unclear:
+        raise UsageError(
+            f"{unclear[0]!r} in column {name!r} could be a decimal or thousands: add --decimal , or --decimal ."
+        )
+    return "," if with_comma else "."
+
+
+def number_in(cell: str, sign: str, declared: str | None) -> Decimal | CellFault | None:
+    """Return the number in a cell, None where it is missing, or the fault.
+
+    A typeset minus is one. Where `--decimal ,` was given, points before groups of three digits are thousands.
+    """
+    plain = _hyphened(cell)
+    if has_thousands(cell, declared):
+        plain = plain.replace(".", "")
+    encoded = plain.encode("ascii", errors="replace")
+    if is_missing(encoded.lower()):
+        return None
+    parsed = parse_cell(encoded, sign.encode())
+    return parsed if isinstance(parsed, CellFault) else Decimal(plain.replace(",", "."))
+
+
+def has_thousands(cell: str, declared: str | None) -> bool:
+    """Whether the points of a cell are thousands, as they can only be where `--decimal ,` was given."""
+    return declared == "," and bool(_POINT_THOUSANDS.fullmatch(_hyphened(cell)))
+
+
+def maybe_thousands(cells: Sequence[str], delimiter: str, declared: str | None) -> str | None:
+    """Return a number whose point is read as a decimal and could mark thousands, None where there is none.
+
+    So it is where nothing was declared, all points stand before exactly three digits, and semicolons between the
+    columns leave open whether the decimal sign is a comma.
+    """
+    with_point = [plain for plain in map(_hyphened, cells) if "." in plain and is_number_text(plain)]
+    unclear = declared is None and delimiter == ";" and all(map(_POINT_UNCLEAR.fullmatch, with_point))
+    return with_point[0] if unclear and with_point and not any("," in cell for cell in cells) else None
+
+
+def what_to_write(cell: str, sign: str, name: str) -> str:
+    """Say what to do with a cell that is no number: separators of thousands, a unit, or anything else."""
+    plain = _hyphened(cell)
+    with_unit = _WITH_UNIT.fullmatch(plain)
+    if with_unit and not is_number_text(cell):
+        number, unit = with_unit.groups()
+        return (
+            f"is a number and more: write {number} alone, and where {unit!r} is a unit, name the column as in "
+            f"{f'{name} ({unit})'!r}"
+        )
+    if is_grouped(plain.encode("ascii", errors="replace")):
+        how = "add --decimal , where its points are thousands, or " if _POINT_THOUSANDS.fullmatch(plain) else ""
+        return f"holds a separator of thousands: {how if sign == '.' else ''}write it without, as 1234{sign}5"
+    return f"is no number that can be used: write it as 12{sign}5, or leave it empty where it is missing"
+
+
+def column_for_where(cells: Sequence[str], name: str = "", declared: str | None = None) -> list[str | Decimal | None]:
+    """Return a column as `--where` compares it: numbers where all that is filled in are numbers.
+
+    Raises `UsageError` where their commas could be decimals or thousands.
+    """
+    filled = [cell for cell in cells if not _lacks(cell)]
+    if not filled or not all(is_number_text(cell) or has_thousands(cell, declared) for cell in filled):
+        return [cell or None for cell in cells]
+    sign = decimal_sign(filled, name, declared)
+    found = [number_in(cell, sign, declared) for cell in cells]
+    numbers = [None if isinstance(number, CellFault) else number for number in found]
+    return [cell or None for cell in cells] if any(isinstance(one, CellFault) for one in found) else [*numbers]
+
+
+def _hyphened(cell: str) -> str:
+    return cell.replace(MINUS, "-")
+
+
+def _lacks(cell: str) -> bool:
+    return is_missing(_hyphened(cell).encode("ascii", errors="replace").lower())
+
+
+def is_number_text(cell: str) -> bool:
+    """Whether a cell is a number, with a point or a comma."""
+    encoded = _hyphened(cell).encode()
+    return bool(NUMBER.fullmatch(encoded) or COMMA_NUMBER.fullmatch(encoded))

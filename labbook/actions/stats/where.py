@@ -10,8 +10,7 @@ from typing import Any
 from data_schema.errors import UsageError, unknown_name
 from data_schema.where_parser import And, Comparison, Expression, Membership, Not, Or, parse
 from data_schema.where_tokens import Operator, Word
-from labbook.actions.stats.cells import column_for_where, is_number_text
-from labbook.actions.stats.table import LongTable
+from labbook.actions.stats.table import LongTable, column_for_where, is_number_text
 
 Column = Sequence[str | Decimal | None]
 """One cell a row: text, or numbers where all that are filled in are numbers; None where empty."""

@@ -14,7 +14,7 @@ from stats.groups.tukey import AllPairs, PairDifference
 Compared = TypeVar("Compared", PairDifference, AgainstControl)
 
 MOST_IN_WORDS = 10
-"""More comparisons than these stand in the table only, but for those with a small p; five groups have so many pairs."""
+"""Of more comparisons only those with a small p are said; five groups have so many pairs."""
 
 
 def all_pairs_text(found: AllPairs, unit: str) -> str:
@@ -23,7 +23,7 @@ def all_pairs_text(found: AllPairs, unit: str) -> str:
         return found.sentence(unit)
     names = [f"{pair.a} minus {pair.b}" for pair in found.pairs]
     said = _counted(found.pairs, names, lambda pair: found.pair_text(pair, unit), found.level, "pairs")
-    return f"{found.head_text()}: {said}; the table below has all."
+    return f"{found.head_text()}: {said}; --full lists them all."
 
 
 def against_control_text(found: Dunnett, unit: str) -> str:
@@ -32,7 +32,7 @@ def against_control_text(found: Dunnett, unit: str) -> str:
         return found.sentence(unit)
     names = [item.treatment for item in found.comparisons]
     said = _counted(found.comparisons, names, lambda item: found.comparison_text(item, unit), found.level, "groups")
-    return f"{found.head_text()}: {said}; the table below has all."
+    return f"{found.head_text()}: {said}; --full lists them all."
 
 
 def _counted(

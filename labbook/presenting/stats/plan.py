@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from data_schema.outcomes import Outcome
 from labbook.analysis.comparison import pairing
 from labbook.analysis.observations import Observations
 from labbook.analysis.preregistration.planned import NOTHING_DECIDED, Planned, Reason, not_allowed
 from labbook.config.model import UnitOfAnalysis
 
 NO_ANOVA = "the plan compares with the control only, not all groups or all pairs"
-NO_BOUNDS_OF_JOULES = "the plan has bounds of apex height only"
+NO_OTHER_BOUNDS = "the plan has bounds of apex height only"
 
 Bounded = tuple[float | None, float | None, bool]
 """Both bounds, None for one that is not there, and whether they are in percent."""
@@ -33,7 +32,7 @@ def bounds_notes(observed: Observations, pooled: bool, alpha: float, bounds: Bou
     if plan is None:
         return []
     family, stated = _family(pooled), plan.settings.apex_bounds
-    beside = _beside(plan, observed, "" if observed.measured is Outcome.APEX else NO_BOUNDS_OF_JOULES)
+    beside = _beside(plan, observed, "" if observed.measured.has_equivalence else NO_OTHER_BOUNDS)
     reason = None if beside else plan.reason_of_equivalence(family)
     reasons = [beside, _other_alpha(plan, alpha)]
     decided = None if stated is None else (stated.low, stated.high, stated.percent)

@@ -230,4 +230,4 @@ def test_what_is_assumed_is_said_in_the_digits_that_the_scatter_needs():
     assert "for a difference of 4.27 at sd 0.325 (two-sided) at alpha = 0.0167 has" in said
     assert "for means 1000.1, 1000.2 at sd 0.1" in power_anova([1000.1, 1000.2], 0.1, 5).test
     bounds = power_equivalence(0.0, 0.1234567, 999.99, 1000.01, 5, 5).test
-    assert "between 999.99 and 1000.01 for a difference of 0 at sd 0.1235" in bounds
+    assert "between 999.99 and 1000.01 for a difference of 0 at sd 0.123" in bounds

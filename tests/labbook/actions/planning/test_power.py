@@ -13,9 +13,8 @@ from scipy import stats
 from data_schema.errors import UsageError
 from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
-from labbook.actions.planning.power import Needed, StudyPower, study_power
+from labbook.actions.planning.power import Needed, PowerRequest, StudyPower, study_power
 from labbook.actions.planning.power_lines import power_foot, power_head, power_table
-from labbook.actions.planning.power_request import PowerRequest
 from labbook.actions.planning.power_tests import Assumed
 from labbook.actions.planning.runs import PlanRequest, make_plan
 from labbook.demo.truth import Condition
@@ -150,8 +149,8 @@ def test_sentences_have_the_digits_of_other_sentences_and_the_data_all(fresh: Sm
     said = {item.test.partition(",")[0]: item.sentence for item in found.needed}
     assert "a difference of 4.27 at sd 0.325 (two-sided)" in said["Student's t"]
     assert "a difference of 4.27 at sd 0.325 and 0.325 (two-sided) at alpha = 0.00833 has" in said["Welch's t"]
-    assert "for means -2.13, 2.13, 0.00 at sd 0.325" in said["ANOVA over 3 levels"]
-    assert "and 0.321 in truth, for a difference of 0.000 at sd 0.0123 at alpha" in row(found, "no loss").sentence
+    assert "for means -2.13, 2.13, 0 at sd 0.325" in said["ANOVA over 3 levels"]
+    assert "and 0.321 in truth, for a difference of 0 at sd 0.0123 at alpha" in row(found, "no loss").sentence
 
 
 def test_pooled_levels_count_together_and_holm_costs_runs(fresh: SmallBook) -> None:
@@ -272,7 +271,7 @@ def test_whose_decision_it_is_is_said(fresh: SmallBook) -> None:
         ({"difference": math.inf}, "--difference inf is none"),
         ({"difference": 4.0, "sd": 0.0}, "--sd 0 is not possible"),
         ({"difference": 4.0, "sd": math.nan}, "--sd nan is not possible"),
-        ({"difference": 4.0, "sd": 1.0, "target": 1.0}, "--target 1 is no chance"),
+        ({"difference": 4.0, "sd": 1.0, "target": 1.0}, "--power 1 is no chance"),
         ({"difference": 4.0, "sd": 1.0, "n": 1}, "--n 1 has no scatter"),
         ({"difference": 4.0, "sd": 1.0, "per_day": 0}, "0 runs a day is too few"),
     ],

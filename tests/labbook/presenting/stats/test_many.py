@@ -32,15 +32,15 @@ def test_of_many_those_with_a_small_p_are_told_and_counted() -> None:
     assert text.count("g3") == 6
     for pair in compare_all_pairs(values).pairs:
         assert (f"{pair.a} minus {pair.b}" in text) == (isinstance(pair.p, float) and pair.p <= 0.05)
-    assert text.endswith("); the table below has all.")
+    assert text.endswith("); --full lists them all.")
 
 
 def test_where_none_is_small_a_count_says_so() -> None:
     text = all_pairs_text(compare_all_pairs(groups(7)), "")
-    assert text.endswith("none of 21 pairs has an adjusted p of at most 0.05; the table below has all.")
+    assert text.endswith("none of 21 pairs has an adjusted p of at most 0.05; --full lists them all.")
     constant = compare_all_pairs({name: [1.0, 1.0] for name in groups(7)})
     assert all_pairs_text(constant, "").endswith(
-        ": none of 21 pairs is tested, because no group has any scatter; the table below has all."
+        ": none of 21 pairs is tested, because no group has any scatter; --full lists them all."
     )
 
 
@@ -48,7 +48,7 @@ def test_pairs_that_have_no_test_are_named_with_the_reason() -> None:
     some = {name: [1.0, 1.0, 1.0] if name in ("g0", "g1", "g2") else own[:3] for name, own in groups(7).items()}
     text = all_pairs_text(compare_all_pairs(some, variances="unequal"), "J")
     assert "none of 18 pairs tested has an adjusted p of at most 0.05; 3 of 21 have no test: " in text
-    assert "g0 minus g1, g0 minus g2, g1 minus g2, because neither group has any scatter; the table" in text
+    assert "g0 minus g1, g0 minus g2, g1 minus g2, because neither group has any scatter; --full lists" in text
 
 
 def test_of_very_many_the_smallest_p_are_named() -> None:
@@ -79,6 +79,6 @@ def test_names_that_hold_signs_of_the_sentence_are_told_whole() -> None:
     (raised,) = [item for item in against.comparisons if isinstance(item.p, float) and item.p <= 0.05]
     assert against_control_text(against, "J") == (
         "Dunnett against foot: 0; no. 0.  (n = 4), 95 % simultaneous: 1 of 12 groups has an adjusted p of at most 0.05 "
-        f"({against.comparison_text(raised, 'J')}); the table below has all."
+        f"({against.comparison_text(raised, 'J')}); --full lists them all."
     )
     assert raised.treatment in against.comparison_text(raised, "J")

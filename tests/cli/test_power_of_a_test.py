@@ -1,7 +1,8 @@
-"""`labbook stats power`: the power of an n, the n of a power, and what is refused."""
+"""`labbook power --test`: the power of an n, the n of a power, and what is refused."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +14,13 @@ from stats.results import as_dict
 from tests.cli.shell import good, labbook, refused
 
 
+def named(words: Sequence[str]) -> list[str]:
+    """Student's t where no test is named."""
+    return [*words] if "--test" in words else ["--test", "t", *words]
+
+
 def plan(tmp_path: Path, *words: str) -> Any:
-    return good(labbook("stats", "power", *words, "--json", at=tmp_path)).json["plan"]
+    return good(labbook("power", *named(words), "--json", at=tmp_path)).json["plan"]
 
 
 def test_the_power_of_so_many_values(tmp_path: Path) -> None:
@@ -39,7 +45,7 @@ def test_the_smallest_n_that_reaches_the_power(tmp_path: Path) -> None:
     n, _same = found["group_ns"]
     assert found["power"] >= 0.9
     assert power_t(1.5, 1.2, n - 1, n - 1).power < 0.9  # type: ignore[operator]
-    shown = good(labbook("stats", "power", "--difference", "1.5", "--sd", "1.2", at=tmp_path)).out
+    shown = good(labbook("power", "--test", "t", "--difference", "1.5", "--sd", "1.2", at=tmp_path)).out
     assert shown.startswith("With n = 12 and 12, Student's t-test for a difference of 1.5 at sd 1.2")
 
 
@@ -49,21 +55,21 @@ def test_bounds_in_percent_are_of_a_mean_that_the_study_estimates(tmp_path: Path
     right = power_percent_equivalence(0.0, 0.3, 0.0075, -3, 3, 6, 8)
     assert found == {**as_dict(right), "group_ns": [6, 8]}
     assert "% of the control's mean, itself estimated and 0.3 in truth" in found["test"]
-    shown = good(labbook("stats", "power", *words, at=tmp_path)).out
+    shown = good(labbook("power", *named(words), at=tmp_path)).out
     assert shown.startswith("With n = 13 and 13, Welch's equivalence test")
 
 
 def test_what_no_n_reaches_and_what_has_no_power_is_undefined(tmp_path: Path) -> None:
     words = ("--test", "tost", "--low", "-1", "--high", "1", "--difference", "2", "--sd", "1")
-    never = good(labbook("stats", "power", *words, "--json", at=tmp_path)).json
+    never = good(labbook("power", *named(words), "--json", at=tmp_path)).json
     assert never["plan"] is None
     assert never["plan_reason"] == "the true difference 2 does not lie between the bounds -1 and 1"
-    shown = good(labbook("stats", "power", *words, at=tmp_path)).out
+    shown = good(labbook("power", *named(words), at=tmp_path)).out
     assert shown == f"No n was found with a chance of 80 % to reject: {never['plan_reason']}.\n"
     tost = ("--test", "tost", "--low", "-1", "--high", "1", "--sd", "1", "--n", "8")
-    assert "Welch's equivalence test (TOST)" in good(labbook("stats", "power", *tost, at=tmp_path)).out
+    assert "Welch's equivalence test (TOST)" in good(labbook("power", *named(tost), at=tmp_path)).out
     single = ("--difference", "1", "--sd", "1", "--n", "1")
-    assert "undefined because there are too few values" in good(labbook("stats", "power", *single, at=tmp_path)).out
+    assert "with n = 1 and 1: there are too few values" in good(labbook("power", *named(single), at=tmp_path)).out
 
 
 @pytest.mark.parametrize(
@@ -84,4 +90,4 @@ def test_what_no_n_reaches_and_what_has_no_power_is_undefined(tmp_path: Path) ->
     ],
 )
 def test_refused_with_a_sentence(words: list[str], said: str, tmp_path: Path) -> None:
-    refused(labbook("stats", "power", *words, at=tmp_path), 2, said)
+    refused(labbook("power", *named(words), at=tmp_path), 2, said)

@@ -1,4 +1,4 @@
-"""`labbook plan --power` from the command line: it prints, and touches nothing."""
+"""`labbook power` from the command line: it prints, and touches nothing."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from scipy import stats
 from tests.cli.shell import good, labbook, refused, unchanged
 from tests.helpers.books import SmallBook
 
-POWER = ("plan", "--power", "--saving", "10", "--sd", "4", "--mean", "42")
+POWER = ("power", "--saving", "10", "--sd", "4", "--mean", "42")
 
 
 def test_it_says_what_is_needed_and_writes_nothing(fresh: SmallBook) -> None:
@@ -31,7 +31,7 @@ def test_it_says_what_is_needed_and_writes_nothing(fresh: SmallBook) -> None:
 
 
 def test_json_holds_a_mean_or_why_there_is_none(fresh: SmallBook) -> None:
-    words = ("plan", "--power", "--difference", "4", "--sd", "4", "--json")
+    words = ("power", "--difference", "4", "--sd", "4", "--json")
     without = good(labbook(*words, at=fresh.folder)).json["primary"]
     assert without["mean"] == {"reason": "no control has joules a jump yet: give --mean"}
     given = good(labbook(*words, "--mean", "42", at=fresh.folder)).json["primary"]
@@ -39,7 +39,7 @@ def test_json_holds_a_mean_or_why_there_is_none(fresh: SmallBook) -> None:
 
 
 def test_a_mean_from_the_books_own_runs_stands_without_an_excuse(whole: SmallBook) -> None:
-    data = good(labbook("plan", "--power", "--difference", "4", "--sd", "4", "--json", at=whole.folder)).json
+    data = good(labbook("power", "--difference", "4", "--sd", "4", "--json", at=whole.folder)).json
     assert data["primary"]["mean"] > 10.0
     assert "no control has" not in str(data["primary"])
 
@@ -47,11 +47,12 @@ def test_a_mean_from_the_books_own_runs_stands_without_an_excuse(whole: SmallBoo
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ((*POWER, "--seed", "3"), "--power draws nothing and has no use for --seed"),
-        ((*POWER, "--withdraw", "--why", "new"), "--power draws nothing and has no use for --withdraw and --why"),
-        (("plan", "--seed", "3", "--saving", "10"), "no use for --saving: leave that out, or add --power"),
-        (("plan", "--withdraw", "--why", "new", "--target", "0.9"), "no use for --target"),
-        (("plan", "--power"), "add --saving 10 (percent of the control) or --difference 4"),
+        (("power",), "add --saving 10 (percent of the control) or --difference 4"),
+        ((*POWER, "--low", "3", "--alpha", "0.1"), "no use for --low and --alpha: leave that out, or name one test"),
+        (("power", "--test", "t", "--saving", "3", "--idle"), "no use for --saving and --idle/--no-idle"),
+        ((*POWER, "--sd", "5"), "--sd is given 2 times"),
+        (("plan", "--power", "--saving", "10"), "planning how many runs a study needs is `labbook power` now"),
+        (("stats", "power", "--sd", "4"), "planning one test is `labbook power --test NAME` now"),
         ((*POWER, "--method", "blockd"), "blocked"),
     ],
 )

@@ -1,26 +1,26 @@
-"""What `labbook stats power` does: how likely a planned test finds what is there, or how many values that needs."""
+"""`labbook power --test`: how likely a test finds what is there, or how many values that needs."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from data_schema.errors import UsageError, unknown_name
 from data_schema.vocabulary import Undefined
-from labbook.actions.stats.output import ALPHA, CommandOutput
 from labbook.presenting.stats.fields import field_lines
 from stats.planning.power import Power, power_anova, power_equivalence, power_t, power_welch, sample_size
 from stats.planning.power_percent import power_percent_equivalence
 from stats.results import as_dict
 
-USUAL_POWER = 0.8
+ALPHA, USUAL_POWER = 0.05, 0.8
 
 
 @dataclass(frozen=True, slots=True)
-class PowerRequest:
+class NamedTest:
     """The test and what is assumed to be true; `n` for the power of so many values, else `power` for the n it needs."""
 
-    test: str = "t"
+    test: str
     difference: float | None = None
     sd: tuple[float, ...] = ()
     mean: tuple[float, ...] = ()
@@ -37,8 +37,8 @@ Plan = Callable[[int, int], Power]
 """The power of so many values in the first and in the second group."""
 
 
-def plan_power(request: PowerRequest) -> CommandOutput:
-    """Return the plan with the n given, or with the smallest n that reaches the power."""
+def plan_test(request: NamedTest) -> tuple[dict[str, Any], list[str], list[str]]:
+    """Return the plan with the n given, or the smallest n that reaches the power: as data, in words, field by field."""
     if request.test not in _TESTS:
         raise unknown_name("test", request.test, _TESTS)
     if request.n and request.power is not None:
@@ -48,37 +48,33 @@ def plan_power(request: PowerRequest) -> CommandOutput:
     if request.n:
         _at_most("--n", request.n, 1 if request.test == "anova" else 2)
         found = plan(request.n[0], request.n[-1])
-        told = CommandOutput({"plan": as_dict(found)}, [found.sentence()])
-        told.say("plan", field_lines(found))
-        return told
+        return {"plan": as_dict(found)}, [found.sentence()], field_lines(found)
     smallest = sample_size(lambda n: plan(n, n), USUAL_POWER if request.power is None else request.power)
-    told = CommandOutput(smallest.to_dict(), [smallest.sentence()])
-    if not isinstance(smallest.plan, Undefined):
-        told.say("plan", field_lines(smallest.plan))
-    return told
+    fields = [] if isinstance(smallest.plan, Undefined) else field_lines(smallest.plan)
+    return smallest.to_dict(), [smallest.sentence()], fields
 
 
-def _t(request: PowerRequest, alpha: float) -> Plan:
+def _t(request: NamedTest, alpha: float) -> Plan:
     difference = _one("--difference", request.difference)
     _at_most("--sd", request.sd, 1)
     sd, sides = _some("--sd", request.sd)[0], 1 if request.one_sided else 2
     return lambda a, b: power_t(difference, sd, a, b, alpha, sides)
 
 
-def _welch(request: PowerRequest, alpha: float) -> Plan:
+def _welch(request: NamedTest, alpha: float) -> Plan:
     difference = _one("--difference", request.difference)
     _at_most("--sd", request.sd, 2)
     sds, sides = _some("--sd", request.sd), 1 if request.one_sided else 2
     return lambda a, b: power_welch(difference, sds[0], sds[-1], a, b, alpha, sides)
 
 
-def _anova(request: PowerRequest, alpha: float) -> Plan:
+def _anova(request: NamedTest, alpha: float) -> Plan:
     _at_most("--sd", request.sd, 1)
     means, sd = _some("--mean", request.mean), _some("--sd", request.sd)[0]
     return lambda n, _same: power_anova(means, sd, n, alpha)
 
 
-def _tost(request: PowerRequest, alpha: float) -> Plan:
+def _tost(request: NamedTest, alpha: float) -> Plan:
     _at_most("--sd", request.sd, 1)
     low, high = _one("--low", request.low), _one("--high", request.high)
     difference, sd = request.difference or 0.0, _some("--sd", request.sd)[0]
@@ -91,7 +87,7 @@ def _tost(request: PowerRequest, alpha: float) -> Plan:
     return lambda a, b: power_equivalence(difference, sd, low, high, a, b, alpha)
 
 
-_TESTS: Mapping[str, Callable[[PowerRequest, float], Plan]] = {"t": _t, "welch": _welch, "anova": _anova, "tost": _tost}
+_TESTS: Mapping[str, Callable[[NamedTest, float], Plan]] = {"t": _t, "welch": _welch, "anova": _anova, "tost": _tost}
 _READ = {
     "t": ("--difference", "--one-sided"),
     "welch": ("--difference", "--one-sided"),
@@ -101,7 +97,7 @@ _READ = {
 """Options that belong to some tests only."""
 
 
-def _refuse_idle(request: PowerRequest) -> None:
+def _refuse_idle(request: NamedTest) -> None:
     """Raise `UsageError` for an option that the test has no use for."""
     given = {
         "--difference": request.difference is not None,

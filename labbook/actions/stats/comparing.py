@@ -1,0 +1,166 @@
+"""What `labbook stats compare` and `labbook stats savings` find: groups against a control, as a difference by t-tests
+and as the share of the control's mean that is saved.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import cast
+
+from data_schema.outcomes import Outcome
+from data_schema.vocabulary import Undefined
+from labbook.actions.stats.answering import Answer, Question
+from labbook.analysis.comparison.shared_error_tests import add_shared_error
+from labbook.analysis.observations import Observations
+from labbook.presenting.report.one_day_each import FROM_DAYS
+from labbook.presenting.stats.days import day_left_out, day_notes, days_untold, with_days_said
+from labbook.presenting.stats.figures import estimation_of, number_of
+from labbook.presenting.stats.plan import plan_notes
+from stats.checks import Missing
+from stats.compare.savings import percent_savings
+from stats.compare.two_sample import Route, TwoSample, compare_two
+from stats.groups.multiple import HolmFamily, holm
+from stats.results import as_dict
+
+NOT_CORRECTED = (
+    "Every interval stands for itself: that several are looked at is counted by `labbook stats compare`, which adjusts "
+    "p by Holm."
+)
+
+
+def compare(question: Question, route: str) -> Answer:
+    """Compare every group with the control; several comparisons are a family, adjusted by Holm's method."""
+    observed, control = question.observed, question.control
+    found = compared(question, route)
+    names = {label: observed.name(label) for label in found}
+    told = Answer(
+        [
+            with_days_said(
+                result.sentence(names[label], control, observed.unit), days_untold(observed, (label, observed.control))
+            )
+            for label, result in found.items()
+        ],
+        {"comparisons": [{"a": names[label], "b": control, **as_dict(result)} for label, result in found.items()]},
+        lambda: estimation_of(
+            observed,
+            {
+                label: number_of(result.difference, result.difference_ci, question.level, observed.unit)
+                for label, result in found.items()
+            },
+            interval=_tests_of(found),
+        ),
+        [
+            *plan_notes(observed, question.pooled, question.alpha),
+            *day_notes(observed),
+            *day_left_out(observed, question.source.day),
+        ],
+        quantile_level=question.level,
+    )
+    if len(found) > 1:
+        family = holm_of(found, observed, question.alpha)
+        told.sentences.append(family.sentence())
+        told.data["holm"] = as_dict(family)
+    told.add_fields_of_each((f"{names[label]} (a) minus {control} (b)", result) for label, result in found.items())
+    return told
+
+
+def compared(question: Question, route: str) -> dict[str, TwoSample]:
+    """Compare each group, by label, with the control, with what is left of an error that they share."""
+    observed = question.observed
+    found = {}
+    for label in observed.others():
+        test = compare_two(
+            observed.values(label),
+            observed.values(observed.control),
+            route=cast(Route, route),
+            alpha=question.alpha,
+            missing=cast(Missing, question.source.missing),
+            names=(observed.name(label), question.control),
+        )
+        found[label] = add_shared_error(test, observed.shared(label).minus(observed.shared(observed.control)))
+    return found
+
+
+def holm_of(found: dict[str, TwoSample], observed: Observations, alpha: float) -> HolmFamily:
+    """Adjust the p-values of Welch's tests against the control, by label, which hold their level.
+
+    Where a p cannot tell a group from its day, whether it is rejected is left open.
+    """
+    control = observed.name(observed.control)
+    family = holm(
+        {observed.name(label): result.welch_p for label, result in found.items()},
+        f"Welch against {control}",
+        log10_p={observed.name(label): result.welch_log10_p for label, result in found.items()},
+        alpha=alpha,
+    )
+    untold = [days_untold(observed, (label, observed.control)) for label in found]
+    rejected = (
+        Undefined(why) if why and not isinstance(each, Undefined) else each
+        for why, each in zip(untold, family.rejected, strict=True)
+    )
+    return replace(family, rejected=tuple(rejected))
+
+
+def _tests_of(found: dict[str, TwoSample]) -> str:
+    """Name the tests that the intervals are of."""
+    shown = [result for result in found.values() if not isinstance(result.difference_ci, Undefined)] or found.values()
+    return " or ".join(f"{test}'s t" for test in sorted({result.test for result in shown}))
+
+
+def save(question: Question) -> Answer:
+    """Return the savings of every group, or of all but the control together."""
+    observed, control = question.observed, question.control
+    found = {
+        label: percent_savings(
+            observed.values(observed.control),
+            observed.values(label),
+            shared_in_control=observed.shared(observed.control),
+            shared_in_treated=observed.shared(label),
+            level=question.level,
+            missing=cast(Missing, question.source.missing),
+            names=(control, observed.name(label)),
+        )
+        for label in observed.others()
+    }
+    untold = {label: days_untold(observed, (label, observed.control)) for label in found}
+    notes = [*plan_notes(observed, question.pooled, question.alpha), *day_notes(observed)]
+    if observed.plan is not None and not observed.measured.has_savings:
+        notes.insert(0, _not_consumed(observed.measured))
+    if len(found) > 1:
+        notes.append(NOT_CORRECTED)
+    told = Answer(
+        [
+            with_days_said(result.sentence(control, observed.name(label), untold[label] and FROM_DAYS), untold[label])
+            for label, result in found.items()
+        ],
+        {
+            "savings": [
+                {"treated": observed.name(label), "control": control, **as_dict(result)}
+                for label, result in found.items()
+            ]
+        },
+        lambda: estimation_of(
+            observed,
+            {
+                label: number_of(result.percent, result.percent_ci, question.level, "%")
+                for label, result in found.items()
+            },
+            difference="Savings against",
+            interval="Fieller's",
+        ),
+        notes,
+        quantile_level=question.level,
+    )
+    told.add_fields_of_each(
+        (f"savings of {observed.name(label)} against {control}", result) for label, result in found.items()
+    )
+    return told
+
+
+def _not_consumed(outcome: Outcome) -> str:
+    """Say what savings are of an outcome that nobody saves."""
+    kept = f" Whether it is kept is what `labbook stats equivalence --quantity {outcome.key}` tells."
+    return (
+        f"Savings are of what is consumed, and {outcome} is not: these are percent of the control's that are lost."
+        f"{kept if outcome.has_equivalence else ''}"
+    )
