@@ -5,9 +5,11 @@ from __future__ import annotations
 import contextlib
 import importlib.resources
 import os
+import re
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -19,12 +21,39 @@ from reports.figures.kind import draw_figure, pdf_bytes, svg_bytes
 from reports.figures.registry import FIGURES, figures_of
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from reports.sections import Bullets, FigureHere, Paragraph, Part, Section, TableHere, sections_of
-from reports.svg_inline import inline_svg
 from reports.tables.as_csv import csv_bytes
 from reports.tables.as_latex import latex_bytes
 from reports.tables.registry import tables_of
 from reports.tables.table import Table
 from reports.wording import count_text, list_text
+
+_PROLOG = re.compile(r"^.*?(?=<svg\b)", re.DOTALL)
+_METADATA = re.compile(r"<metadata>.*?</metadata>|<!--.*?-->", re.DOTALL)
+_OPENING = re.compile(r"<svg\b[^>]*>")
+_VIEW_BOX = re.compile(r'viewBox="([^"]*)"')
+
+
+def inline_svg(svg: bytes, name: str, title: str, alternative: str) -> str:
+    """Return the drawing as an `<svg>` element for HTML, described to those who cannot see it.
+
+    `name` goes in front of every id, so that two figures on one page do not take each other's shapes.
+    """
+    text = _METADATA.sub("", _PROLOG.sub("", svg.decode("utf-8")))
+    text = re.sub(r'\bid="', f'id="{name}-', text)
+    text = re.sub(r'href="#', f'href="#{name}-', text)
+    text = text.replace("url(#", f"url(#{name}-")
+    opening = _OPENING.search(text)
+    box = _VIEW_BOX.search(text)
+    if opening is None or box is None:
+        raise ValueError(f"figure {name!r} is no SVG with a viewBox")
+    width_pt = float(box.group(1).split()[2])
+    head = (
+        f'<svg viewBox="{box.group(1)}" style="width:{width_pt / 72:.3f}in" role="img" '
+        f'aria-labelledby="{name}-title {name}-desc">'
+        f'<title id="{name}-title">{escape(title)}</title><desc id="{name}-desc">{escape(alternative)}</desc>'
+    )
+    return head + text[opening.end() :].strip()
+
 
 _WIDTHS = {"": TWO_COLUMNS_IN, "_one_column": ONE_COLUMN_IN}
 """File name's end -> width: each figure fits both columns of a paper, and one."""

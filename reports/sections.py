@@ -6,10 +6,8 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from data_schema.outcomes import Outcome
-from reports.by_day_sentences import by_day_sentences
 from reports.content import Anova, Condition, ReportContent
 from reports.display import significance_text
-from reports.gain_sentences import gains_text
 from reports.naming import (
     control_name,
     levels_name,
@@ -17,8 +15,7 @@ from reports.naming import (
     swept_words,
     title_of,
 )
-from reports.one_day_each import NOT_FROM_DAYS
-from reports.prediction_sentences import prediction_sentences
+from reports.remarks import NOT_FROM_DAYS, by_day_sentences, gains_text, prediction_sentences
 from reports.wording import count_text, list_text
 
 

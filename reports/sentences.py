@@ -21,9 +21,9 @@ from reports.display import (
     value_text,
     with_unit,
 )
-from reports.inference import Equivalence
+from reports.evidence import Equivalence
 from reports.naming import control_name, level_names, swept_factor, swept_words, treatment_name
-from reports.one_day_each import NOT_FROM_DAYS
+from reports.remarks import NOT_FROM_DAYS
 from reports.wording import count_text, list_text, sentence_start
 
 

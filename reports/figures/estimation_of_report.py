@@ -13,6 +13,7 @@ from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from reports.content import Comparison, ReportContent
 from reports.display import as_shown, common_places, interval_text, level_text, shown_unit, value_text, with_unit
+from reports.evidence import Side
 from reports.figures.estimation_parts import (
     DrawnGroup,
     draw_difference,
@@ -24,7 +25,6 @@ from reports.figures.estimation_parts import (
 )
 from reports.figures.kind import FigureKind
 from reports.figures.style import BLACK, BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure
-from reports.inference import Side
 from reports.naming import levels_name, swept_factor, swept_words
 from reports.numbers import Number
 from reports.sentences import absence_text

@@ -11,8 +11,8 @@ from matplotlib.animation import PillowWriter
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
+from reports.drawn import FloatArray, LegDrawing, Trajectory
 from reports.figures.style import BLACK, BLUE, GREY, PALE, VERMILLION, new_figure, publication_style
-from reports.trajectory import FloatArray, LegDrawing, Trajectory
 
 FRAMES_PER_SECOND = 25
 MOST_FRAMES = 250

@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from reports.drawn import LogJump, RunLog
 from reports.figures.style import (
     BLACK,
     BLUE,
@@ -26,7 +27,6 @@ from reports.figures.style import (
     new_figure,
     publication_style,
 )
-from reports.run_log import LogJump, RunLog
 
 _GAP_COLOURS = {"dropped": GREY}
 _EXCLUDED_MARKERS = "Xv^Ds"

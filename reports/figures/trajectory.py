@@ -8,6 +8,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from reports.drawn import Trajectory
 from reports.figures.style import (
     BLACK,
     BLUE,
@@ -23,7 +24,6 @@ from reports.figures.style import (
     new_figure,
     publication_style,
 )
-from reports.trajectory import Trajectory
 
 MODE_COLOURS = {"intruding": ORANGE, "jammed": SKY, "creeping": PURPLE, "carried": GREEN}
 """Bands behind the lines, by mode; flight has none."""

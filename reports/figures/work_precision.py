@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 
+from reports.drawn import Curve, Panel, WorkPrecision
 from reports.figures.style import (
     BLACK,
     BLUE,
@@ -24,7 +25,6 @@ from reports.figures.style import (
     new_figure,
     publication_style,
 )
-from reports.work_precision import Curve, Panel, WorkPrecision
 
 OWN_METHOD = "labbook"
 _LOOKS = ((VERMILLION, "s"), (SKY, "^"), (BLUE, "D"), (GREEN, "v"))

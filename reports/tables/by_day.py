@@ -5,7 +5,7 @@ from __future__ import annotations
 from data_schema.outcomes import Outcome
 from reports.content import Comparison, ReportContent
 from reports.display import common_places, shown_unit
-from reports.inference import ByDay
+from reports.evidence import ByDay
 from reports.tables.placing import COMPARISON, EXPLORATORY, dash_of_one_day_each, exploratory_note, placed
 from reports.tables.table import (
     PROVENANCE,

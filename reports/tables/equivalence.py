@@ -7,8 +7,8 @@ from dataclasses import replace
 from data_schema.vocabulary import Undefined
 from reports.content import Comparison, ReportContent
 from reports.display import DASH, common_places, level_text, shown_unit
-from reports.inference import Equivalence
-from reports.one_day_each import FOOTNOTE
+from reports.evidence import Equivalence
+from reports.remarks import FOOTNOTE
 from reports.sentences import bounds_text
 from reports.tables.placing import COMPARISON, EXPLORATORY, ONE_DAY_EACH, exploratory_note, on_one_day_each, placed
 from reports.tables.table import (

@@ -9,7 +9,7 @@ from dataclasses import replace
 from reports.content import Comparison, ReportContent
 from reports.display import DASH
 from reports.naming import level_of, levels_name
-from reports.one_day_each import FOOTNOTE
+from reports.remarks import FOOTNOTE
 from reports.tables.table import Cell, Column
 
 COMPARISON = Column("comparison", ("family", "group", "level"), numeric=False)

@@ -35,10 +35,10 @@ from reports.content import (
     Summary,
     Variant,
 )
-from reports.inference import ByDay, Equivalence, Side
+from reports.drawn import LogGap, LogJump, RunLog
+from reports.evidence import ByDay, Equivalence, Side
 from reports.page import write_report
 from reports.predicted import AssumedInput, PredictedQuantity, Prediction, Predictions
-from reports.run_log import LogGap, LogJump, RunLog
 from reports.sentences import difference_claim, savings_claim
 from stats.compare.equivalence import equivalence
 from stats.days.blocked import blocked_by_day

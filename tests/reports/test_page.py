@@ -10,8 +10,7 @@ from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from reports.content import Claim, Provenance
 from reports.figures.registry import FIGURES
-from reports.page import write_report
-from reports.svg_inline import inline_svg
+from reports.page import inline_svg, write_report
 from reports.tables.registry import TABLES
 from tests.helpers.pages import FIGURE_NAMES, TABLE_NAMES, quick_page
 

@@ -13,7 +13,7 @@ from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from reports.numbers import Number
 from reports.predicted import PredictedQuantity, Predictions
-from reports.prediction_sentences import prediction_sentences, verdict_text
+from reports.remarks import prediction_sentences, verdict_text
 from reports.sections import sections_of
 from reports.tables.as_csv import csv_bytes
 from reports.tables.registry import TABLES

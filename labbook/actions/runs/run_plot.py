@@ -16,8 +16,8 @@ from labbook.actions.runs.jump_review import review
 from labbook.analysis.outcomes.detections import Detections
 from labbook.analysis.outcomes.judging import JudgedJump, anchor_of
 from labbook.book.opening import Book
+from reports.drawn import LogGap, LogJump, RunLog
 from reports.figures.log import draw_log
-from reports.run_log import LogGap, LogJump, RunLog
 
 KINDS = (".png", ".svg", ".pdf")
 

@@ -14,7 +14,7 @@ from labbook.presenting.report.making import make_report
 from reports.content import ReportContent
 from reports.numbers import Number, Value
 from reports.predicted import PredictedQuantity
-from reports.prediction_sentences import verdict_text
+from reports.remarks import verdict_text
 from reports.tables.predictions import LEGEND, level_text_of, title_text
 from reports.tables.registry import TABLES
 from reports.tables.table import Table

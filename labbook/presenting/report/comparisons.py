@@ -19,7 +19,7 @@ from labbook.presenting.numbers import Shown, values_as
 from labbook.presenting.report.design import factor_title
 from labbook.presenting.report.one_day_each import one_day_each
 from reports.content import Anova, Comparison, ReportContent, Sensitivity, Variant
-from reports.inference import ByDay, Equivalence, Side
+from reports.evidence import ByDay, Equivalence, Side
 from reports.naming import levels_name
 from reports.numbers import Number, SignificanceTest
 

@@ -15,7 +15,7 @@ from labbook.presenting.numbers import Shown, provenance
 from labbook.presenting.report import comparisons, course, design, drain, methods, predicted, robots, stated
 from labbook.presenting.report.tests_used import known_errors
 from reports.content import Claim, Comparison, ReportContent
-from reports.one_day_each import all_on_one_day_each, days_claim
+from reports.remarks import all_on_one_day_each, days_claim
 from reports.sentences import difference_claim, family_claim, savings_claim
 from stats.apexes.detectors import DETECTORS
 

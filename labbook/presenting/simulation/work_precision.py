@@ -9,8 +9,8 @@ from typing import Any
 from labbook.presenting.durations import time_text
 from labbook.presenting.simulation.machine import processor
 from labbook.presenting.simulation.simulated import title_text
+from reports.drawn import Curve, Mark, Panel, WorkPrecision
 from reports.wording import sentence_start
-from reports.work_precision import Curve, Mark, Panel, WorkPrecision
 from simulator.accuracy.advice import COST, GOALS, Need, needs
 from simulator.accuracy.methods import LABBOOK
 from simulator.accuracy.outputs import NAMES

@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
+from reports.drawn import LegDrawing, ModeSpan, Trajectory
 from reports.figures.jump_animation import FRAMES_PER_SECOND, MOST_FRAMES, frame_times, knee_m, write_animation
 from reports.figures.kind import svg_bytes
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from reports.figures.trajectory import draw_trajectory
-from reports.trajectory import LegDrawing, ModeSpan, Trajectory
 
 LEG = LegDrawing(0.1, 0.2, 0.03)
 

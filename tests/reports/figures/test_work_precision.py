@@ -3,10 +3,10 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 
+from reports.drawn import Curve, Mark, Panel, WorkPrecision
 from reports.figures.kind import svg_bytes
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from reports.figures.work_precision import draw_work_precision
-from reports.work_precision import Curve, Mark, Panel, WorkPrecision
 
 METHODS = ("slow", "quick", "labbook")
 

@@ -8,8 +8,7 @@ import pytest
 
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
-from reports.by_day_sentences import by_day_sentences
-from reports.one_day_each import FOOTNOTE
+from reports.remarks import FOOTNOTE, by_day_sentences
 from reports.tables.as_csv import csv_bytes
 from reports.tables.registry import TABLES
 from tests.helpers.pages import quick_page

@@ -12,7 +12,7 @@ from labbook.actions.report_command import state_report
 from labbook.presenting.report.course import confounded_with_day
 from labbook.presenting.report.making import MadeReport
 from labbook.presenting.report.one_day_each import one_day_each
-from reports.one_day_each import FOOTNOTE
+from reports.remarks import FOOTNOTE
 from reports.tables.as_csv import csv_bytes
 from reports.tables.registry import TABLES
 from tests.helpers.books import ADA, DAYS, ingest_all, small_book
