@@ -140,6 +140,7 @@ ALTERATIONS = {
 }
 
 
+@pytest.mark.soak  # each alone; all together below
 @pytest.mark.parametrize("what", ALTERATIONS)
 def test_an_altered_row_is_named_with_what_should_stand_there(whole: SmallBook, what: str) -> None:
     statement, *said = ALTERATIONS[what]
@@ -151,10 +152,10 @@ def test_an_altered_row_is_named_with_what_should_stand_there(whole: SmallBook, 
     assert "`labbook rebuild`" in found.problems[-1]
 
 
-def test_on_postgresql_too_and_a_rebuild_says_and_mends_them(tmp_path: Path, postgres_url: str) -> None:
-    book = whole_book(tmp_path, postgres_url)
+def test_all_altered_rows_are_named_and_a_rebuild_says_and_mends_them(tmp_path: Path, database_url: str | None) -> None:
+    book = whole_book(tmp_path, database_url) if database_url else copy_of_whole_book(tmp_path)
     assert check(book, deep=True).problems == ()
-    execute(engine_of(book, postgres_url), *(statement for statement, *_said in ALTERATIONS.values()))
+    execute(engine_of(book, database_url), *(statement for statement, *_said in ALTERATIONS.values()))
     problems = check(book).problems
     for what, (_statement, *said) in ALTERATIONS.items():
         assert any(said[0] in problem and said[1] in problem for problem in problems), what
