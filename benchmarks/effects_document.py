@@ -10,7 +10,7 @@ from pathlib import Path
 from labbook.presenting.durations import time_text
 from labbook.presenting.simulation.effects_ablation import alone_table, heading, verdict
 from simulator.ablation.kernel_time import kernel_time
-from simulator.ablation.measure import ablation_of_effects
+from simulator.ablation.study import ablation_of_effects
 from simulator.scene_file import load_scene
 
 DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "accuracy.md"

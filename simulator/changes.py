@@ -86,10 +86,12 @@ def changed_by_words(scene: Scene, sets: Sequence[str] = (), effects: str | None
     changed = scene.changed(values, on, off, jumps)
     if changed == scene:
         return scene
-    return told_apart(changed, [word.strip() for word in (*sets, *(effects or "").split(",")) if word.strip()])
+    return with_changes_in_title(
+        changed, [word.strip() for word in (*sets, *(effects or "").split(",")) if word.strip()]
+    )
 
 
-def told_apart(scene: Scene, words: Sequence[str]) -> Scene:
+def with_changes_in_title(scene: Scene, words: Sequence[str]) -> Scene:
     """Return a changed scene with the words that changed it in its title, which is that of the scene it was."""
     return replace(scene, title=f"{scene.title}{', ' if _BUT in scene.title else _BUT}{', '.join(words)}")
 

@@ -1,12 +1,14 @@
-"""The time that a jump takes in the kernel compiled for a scene's effects, and the time to compile it."""
+"""The time that a jump takes in the kernels compiled for sets of a scene's effects, and the time to compile them."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from simulator.ablation.study import Ablation
 from simulator.jump import limits_for, parameter_row
 from simulator.kernel.build import kernel_for
 from simulator.kernel.limits import JUMPS_WANTED
@@ -47,4 +49,28 @@ def kernel_time(scene: Scene, accuracy: float) -> KernelTime:
         compile_time_s=kernel.compile_time_s,
         runs=len(spent),
         compiled=hasattr(kernel.batch, "compile"),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class AblationTimes:
+    """Times with all effects, with the smallest set, and where asked for without each effect that may go alone."""
+
+    full: KernelTime
+    smallest: KernelTime
+    without: Mapping[str, KernelTime]
+
+
+def ablation_times(ablation: Ablation, each: bool, step: Callable[[str], None]) -> AblationTimes:
+    """Compile and time the kernels; `step` is called after each."""
+
+    def timed(left_out: tuple[str, ...], what: str) -> KernelTime:
+        measured = kernel_time(ablation.scene.changed(effects_off=left_out), ablation.accuracy)
+        step(f"time {what}")
+        return measured
+
+    return AblationTimes(
+        full=timed((), "of the full scene"),
+        smallest=timed(ablation.smallest.left_out.effects, "of the smallest set"),
+        without={name: timed((name,), f"without {name}") for name in ablation.alone} if each else {},
     )

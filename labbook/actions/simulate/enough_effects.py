@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from data_schema.errors import UsageError
-from simulator.ablation.measure import Ablation, ablation_of_effects
+from simulator.ablation.study import Ablation, ablation_of_effects
 from simulator.ablation.tolerance import tolerance_of
 from simulator.changes import changed_by_words, without_auto
 from simulator.scene import Scene
@@ -28,7 +28,7 @@ class Auto:
     def ablation(self, scene: Scene, step: Step, kept: frozenset[str] = frozenset()) -> Ablation | None:
         """Search the smallest set of the scene's effects, those `kept` in it; None without a tolerance.
 
-        `step` is told of each set of effects tried.
+        `step` is called after each set of effects tried.
         """
         if self.tolerance is None:
             return None

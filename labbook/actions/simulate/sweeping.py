@@ -3,42 +3,36 @@
 from __future__ import annotations
 
 import importlib.metadata
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 from data_schema.errors import UsageError
 from labbook.actions.simulate.enough_effects import Step, auto_of, with_enough
 from simulator.ablation.corners import Corners, compared_at_corners
-from simulator.ablation.measure import Ablation
+from simulator.ablation.study import Ablation
 from simulator.changes import changed_by_words
 from simulator.declared import readers
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
 from simulator.sweep.axes import axes_of, ranges_of
-from simulator.sweep.compute import Threads, connected
 from simulator.sweep.design import Design, grid, sobol
-from simulator.sweep.run import Finished, run_sweep
 from simulator.sweep.sweep import Sweep
 
 
 @dataclass(frozen=True, slots=True)
 class SweepRequest:
-    """A scene's name or file and the words that change it, what is swept, how accurately, and where to.
+    """A scene's name or file and the words that change it, what is swept, and how accurately.
 
-    `sample`: rows of a Sobol sample, drawn with `seed`; without it a grid. `scheduler`: the address of a Dask cluster.
-    `within`: the tolerance, in words, for which `auto` among the effects finds the smallest set.
+    `sample`: rows of a Sobol sample, drawn with `seed`; without it a grid. `within`: the tolerance, in words, for which
+    `auto` among the effects finds the smallest set.
     """
 
     scene: str
     over: tuple[str, ...]
-    out: Path
     sets: tuple[str, ...] = ()
     effects: str | None = None
     accuracy: float = 1e-6
     sample: int | None = None
     seed: int | None = None
-    scheduler: str | None = None
     within: str | None = None
 
 
@@ -55,7 +49,7 @@ class PlannedSweep:
 
 
 def planned_sweep(request: SweepRequest, step: Step = lambda _done: None) -> PlannedSweep:
-    """Return the sweep that is asked for; `step` is told of each set of effects tried, and of each corner.
+    """Return the sweep that is asked for; `step` is called after each set of effects tried, and of each corner.
 
     The smallest set of effects is that of the scene as it stands, before anything varies; effects that read a swept
     parameter stay. It is compared with all effects at the corners of what is swept. Raises `UsageError` where the sweep
@@ -83,11 +77,3 @@ def _design(request: SweepRequest, scene: Scene) -> Design:
     if request.seed is not None:
         raise UsageError("--seed draws a sample, and a grid has none: add --sobol COUNT, or leave --seed out.")
     return grid(axes_of(request.over, scene.effects))
-
-
-def run_planned(planned: PlannedSweep, request: SweepRequest, advance: Callable[[int], None]) -> Finished:
-    """Run a sweep, here or on the cluster asked for; `advance` is told how many more jumps are done."""
-    if request.scheduler is None:
-        return run_sweep(planned.sweep, request.out, Threads(), advance)
-    with connected(request.scheduler) as cluster:
-        return run_sweep(planned.sweep, request.out, cluster, advance)

@@ -58,7 +58,7 @@ def condition_scene(
 
     Raises `UsageError` where the configuration names what the scene does not read, or a level gives no number.
     """
-    from simulator.changes import told_apart
+    from simulator.changes import with_changes_in_title
 
     settings = configuration.simulation
     assert settings is not None  # noqa: S101 - who has a scene has settings
@@ -74,7 +74,7 @@ def condition_scene(
         scene = _sourced(start, given, settings.assumed)
     except LabbookError as error:
         raise UsageError(f"{IN_FILE}: {error}") from error
-    return told_apart(scene, [*(f"{factor}={level}" for factor, level in levels.items()), f"robot {name}"])
+    return with_changes_in_title(scene, [*(f"{factor}={level}" for factor, level in levels.items()), f"robot {name}"])
 
 
 def level_parameters(

@@ -42,11 +42,17 @@ def accuracy(
 
     Example: labbook sim accuracy --scene sim2 --set b_ad=100 --plot accuracy.png
     """
-    from labbook.actions.simulate.accuracy_study import study_scene
-    from labbook.presenting.simulation.work_precision import as_data, as_lines
-    from simulator.accuracy.study import points_to_come
+    from labbook.actions.simulate.pictures import check_form, save_plot
+    from labbook.presenting.simulation.work_precision import as_data, as_lines, work_precision_of
+    from reports.figures.work_precision import draw_work_precision
+    from simulator.accuracy.study import accuracy_study, points_to_come
+    from simulator.changes import changed_by_words
+    from simulator.scene_file import load_scene
 
     with progress("compiling", points_to_come(quick), shown=not as_json) as done:
-        study = study_scene(scene, tuple(sets or ()), effects, plot, quick, done)
+        check_form("--plot", plot)
+        study = accuracy_study(changed_by_words(load_scene(scene), sets or (), effects), quick, done)
+        if plot is not None:
+            save_plot(lambda: draw_work_precision(work_precision_of(study)), plot)
     files = {} if plot is None else {"plot": str(plot)}
     emit({**as_data(study), **files}, [*as_lines(study), *files.values()], as_json)

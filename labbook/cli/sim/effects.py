@@ -1,4 +1,4 @@
-"""`labbook sim effects`: what each effect of a scene is worth."""
+"""`labbook sim effects`: what a scene does without each of its effects."""
 
 from typing import Annotated
 
@@ -45,28 +45,33 @@ def effects(
 
     Example: labbook sim effects --scene sim2 --within 1%
     """
-    from labbook.actions.simulate.effects_ablation import EffectsRequest, effects_task, measure_effects
-    from labbook.presenting.simulation import effects_ablation as shown
-    from labbook.presenting.simulation.effects_ablation_data import ablation_data, time_data, times_data
+    from dataclasses import asdict
 
-    task = effects_task(EffectsRequest(scene, within, tuple(sets or ()), switched, accuracy, timings))
+    from data_schema.errors import UsageError
+    from labbook.presenting.simulation import effects_ablation as shown
+    from simulator.ablation.kernel_time import ablation_times
+    from simulator.ablation.study import ablation_of_effects, measured_scene, sets_to_leave_out
+    from simulator.ablation.tolerance import tolerance_of
+    from simulator.changes import changed_by_words, without_auto
+    from simulator.scene_file import load_scene
+
+    words, auto = without_auto(switched)
+    if auto:
+        raise UsageError("sim effects finds the smallest set of effects itself: leave auto out of --effects.")
+    tolerance = tolerance_of(within, accuracy)
+    full = changed_by_words(load_scene(scene), sets or (), words)
+    tried = sets_to_leave_out(measured_scene(full))
+    kernels = 2 + (sum(len(left_out) == 1 for left_out in tried) if timings else 0)
     if not as_json:
-        typer.echo(shown.ahead(len(task.sets), task.kernels), err=True)
-    with progress("effects", task.steps, shown=not as_json) as step:
-        done = measure_effects(task, step)
-    data = {
-        **ablation_data(done.scene, done.ablation),
-        "times": {
-            "full": time_data(done.full_time),
-            "smallest": time_data(done.smallest_time),
-            "without": times_data(done.times_without),
-        },
-    }
-    head, *rows = shown.alone_table(done.ablation, done.times_without, done.full_time)
-    lines = [*shown.heading(done.scene, done.ablation), "", *columns(head, rows)]
+        typer.echo(shown.announcement(len(tried), kernels), err=True)
+    with progress("effects", len(tried) + 1 + kernels, shown=not as_json) as step:
+        ablation = ablation_of_effects(full, tolerance, accuracy, step)
+        times = ablation_times(ablation, timings, step)
+    head, *rows = shown.alone_table(ablation, times.without, times.full)
+    lines = [*shown.heading(full, ablation), "", *columns(head, rows)]
     if pairs:
-        head, *rows = shown.pairs_table(done.ablation)
+        head, *rows = shown.pairs_table(ablation)
         lines += ["", *columns(head, rows)]
-    lines += ["", *shown.footnotes(done.ablation), "", *shown.verdict(done.ablation)]
-    lines += shown.time_lines(done.full_time, done.smallest_time)
-    emit(data, lines, as_json)
+    lines += ["", *shown.footnotes(ablation), "", *shown.verdict(ablation)]
+    lines += shown.time_lines(times.full, times.smallest)
+    emit({**shown.ablation_data(full, ablation), "times": asdict(times)}, lines, as_json)

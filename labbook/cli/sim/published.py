@@ -27,15 +27,23 @@ def published(
 
     Example: labbook sim published --out published.md
     """
-    from labbook.actions.simulate.published_experiments import compare_published
-    from labbook.presenting.simulation.published_experiments import as_data, notes, terminal_tables
-    from simulator.steady.tables import STEPS
+    from data_schema.errors import UsageError
+    from labbook.presenting.simulation.published_experiments import as_data, document, notes, terminal_tables
+    from simulator.steady.published_numbers import comparisons
+    from simulator.steady.tables import STEPS, steady_tables
+
+    if out is not None and out.suffix != ".md":
+        raise UsageError(f"--out {out} is no name for a document in Markdown: end it in .md.")
 
     with progress("experiments", STEPS, shown=not as_json) as step:
-        done = compare_published(accuracy, out, step)
+        tables = steady_tables(accuracy, step)
+        compared = comparisons(tables)
+    if out is not None:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        out.write_text(document(tables, compared), encoding="utf-8")
     lines = []
-    for title, (head, *rows) in terminal_tables(done.tables, done.comparisons).items():
+    for title, (head, *rows) in terminal_tables(tables, compared).items():
         lines += [f"{title}:", *columns(head, rows), ""]
-    lines += notes(done.tables, done.comparisons)
+    lines += notes(tables, compared)
     files = {} if out is None else {"document": str(out)}
-    emit({**as_data(done.tables, done.comparisons), **files}, [*lines, *files.values()], as_json)
+    emit({**as_data(tables, compared), **files}, [*lines, *files.values()], as_json)

@@ -53,15 +53,25 @@ def run(
 
     Example: labbook sim run --scene sim2 --set b_ad=100 --effects +drag --accuracy 1e-8 --plot jump.png
     """
-    from labbook.actions.simulate.simulating import RunRequest, run_scene
-    from labbook.presenting.simulation.effects_ablation import verdict
-    from labbook.presenting.simulation.effects_ablation_data import chosen_data
+    from labbook.actions.simulate.enough_effects import auto_of, with_enough
+    from labbook.actions.simulate.pictures import ANIMATION_KINDS, check_form, draw_motion
+    from labbook.presenting.simulation.effects_ablation import chosen_data, verdict
     from labbook.presenting.simulation.simulated import as_data, as_lines
+    from simulator.changes import changed_by_words
+    from simulator.jump import simulate
+    from simulator.scene_file import load_scene
 
-    request = RunRequest(scene, tuple(sets or ()), effects, accuracy, plot, animate, within)
+    check_form("--plot", plot)
+    check_form("--animate", animate, ANIMATION_KINDS)
+    auto = auto_of(effects, within, accuracy)
     with progress("simulating", None, shown=not as_json) as step:
-        done = run_scene(request, step)
-    said = [] if done.ablation is None else ["", *verdict(done.ablation)]
+        full = changed_by_words(load_scene(scene), sets or (), auto.words)
+        ablation = auto.ablation(full, step)
+        drawn = plot is not None or animate is not None
+        result = simulate(with_enough(full, ablation), accuracy, trajectory=drawn)
+        if drawn:
+            draw_motion(result, plot, animate)
+    said = [] if ablation is None else ["", *verdict(ablation)]
     files = {name: str(path) for name, path in (("plot", plot), ("animation", animate)) if path is not None}
-    data = {**as_data(done.result), **chosen_data(done.ablation), **files}
-    emit(data, [*as_lines(done.result), *said, *files.values()], as_json)
+    data = {**as_data(result), **chosen_data(ablation), **files}
+    emit(data, [*as_lines(result), *said, *files.values()], as_json)

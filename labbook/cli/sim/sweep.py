@@ -1,5 +1,6 @@
 """`labbook sim sweep`: a scene over a grid or a sample of its parameters, to a file."""
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
 
@@ -71,23 +72,24 @@ def sweep(
 
     Example: labbook sim sweep --scene sim2 --over b_ad=0:300:31 --over foot_radius=0.02,0.03,0.038 --out sweep.nc
     """
-    from labbook.actions.simulate.sweeping import SweepRequest, planned_sweep, run_planned
-    from labbook.presenting.simulation.effects_ablation import verdict
-    from labbook.presenting.simulation.effects_ablation_data import chosen_data
+    from labbook.actions.simulate.sweeping import SweepRequest, planned_sweep
+    from labbook.presenting.simulation.effects_ablation import chosen_data, verdict
     from labbook.presenting.simulation.swept import sweep_data, sweep_lines
     from labbook.presenting.simulation.swept_corners import corners_data, corners_lines
+    from simulator.sweep.compute import Threads, connected
+    from simulator.sweep.run import run_sweep
 
-    request = SweepRequest(
-        scene, tuple(over), out, tuple(sets or ()), effects, accuracy, sobol, seed, scheduler, within
-    )
+    request = SweepRequest(scene, tuple(over), tuple(sets or ()), effects, accuracy, sobol, seed, within)
     with progress("checking the sweep", None, shown=not as_json) as step:
         planned = planned_sweep(request, step)
     corners = corners_lines(planned.corners, planned.ablation)
     refused = [f"note: {planned.sweep.refused}"] if planned.sweep.refused else []
     if not as_json:
         before_work([*refused, *corners])
-    with counted("sweeping", planned.sweep.jumps_wanted, "jumps", shown=not as_json) as advance:
-        done = run_planned(planned, request, advance)
+    computing = nullcontext(Threads()) if scheduler is None else connected(scheduler)
+    wanted = planned.sweep.jumps_wanted
+    with counted("sweeping", wanted, "jumps", shown=not as_json) as advance, computing as compute:
+        done = run_sweep(planned.sweep, out, compute, advance)
     chosen_for = "The effects were chosen for the scene as it stands, before anything is swept:"
     said = [] if planned.ablation is None else ["", chosen_for, *verdict(planned.ablation), *corners]
     data = {**sweep_data(done), **chosen_data(planned.ablation), **corners_data(planned.corners, planned.ablation)}

@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from data_schema.vocabulary import Undefined
-from labbook.presenting.simulation.effects_ablation import difference_text, percent
-from labbook.presenting.simulation.effects_ablation_data import difference_data
+from labbook.presenting.simulation.effects_ablation import difference_data, difference_text, percent
 from simulator.ablation.corners import Corner, Corners
-from simulator.ablation.measure import Ablation
 from simulator.ablation.outputs import Difference
+from simulator.ablation.study import Ablation
 
 
 def corners_lines(corners: Corners | None, ablation: Ablation | None) -> list[str]:

@@ -8,10 +8,9 @@ from itertools import chain, combinations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simulator.ablation.leaving_out import LeavingOut, refusal
-from simulator.ablation.measure import sets_to_leave_out
 from simulator.ablation.outputs import Outputs
-from simulator.ablation.smallest import MOST_CANDIDATES, Smallest, smallest_set
+from simulator.ablation.smallest import MOST_CANDIDATES, LeavingOut, Smallest, refusal, smallest_set
+from simulator.ablation.study import sets_to_leave_out
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from data_schema.vocabulary import Undefined
 from labbook.presenting.simulation.effects_ablation import (
+    ablation_data,
     alone_table,
     footnotes,
     heading,
@@ -13,12 +14,10 @@ from labbook.presenting.simulation.effects_ablation import (
     time_lines,
     verdict,
 )
-from labbook.presenting.simulation.effects_ablation_data import ablation_data
 from simulator.ablation.kernel_time import KernelTime
-from simulator.ablation.leaving_out import LeftOut, in_order
-from simulator.ablation.measure import Ablation
 from simulator.ablation.outputs import Difference, Outputs
-from simulator.ablation.smallest import Smallest
+from simulator.ablation.smallest import LeftOut, Smallest, in_order
+from simulator.ablation.study import Ablation
 from simulator.scene_file import load_scene
 
 SCENE = load_scene("sim2")

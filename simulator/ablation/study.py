@@ -1,17 +1,26 @@
-"""What each effect of a scene is worth, alone and in pairs, and which of them are enough for a tolerance."""
+"""What a scene does without each of its effects and each two, and which of them are enough for a tolerance."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import combinations
 
 from data_schema.errors import UsageError
+from data_schema.vocabulary import Undefined
 from simulator.ablation.interpreted import interpreted
-from simulator.ablation.leaving_out import LeavingOut, LeftOut, in_order, refusal
 from simulator.ablation.outputs import Outputs
-from simulator.ablation.smallest import Smallest, nothing_left_out, smallest_set
+from simulator.ablation.smallest import (
+    LeavingOut,
+    LeftOut,
+    Smallest,
+    in_order,
+    nothing_left_out,
+    refusal,
+    smallest_set,
+)
 from simulator.scene import Scene
 
 MEASURED_JUMPS = 10
@@ -19,11 +28,14 @@ MEASURED_JUMPS = 10
 CHECKED_JUMPS = 100
 """Of a scene with more jumps, so many are simulated to check the smallest set: jumps grow steady by then."""
 _MOST_HALVINGS = 8
+OUTPUTS = ("cost", "apex", "depth")
+TELLING = 0.1
+"""Part of the tolerance from which on a surprise is worth telling."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ablation:
-    """What the effects of a scene are worth at a tolerance.
+    """What leaving out the effects of a scene changes, against a tolerance.
 
     `scene` is as it was measured, with few jumps. `alone`, by effect; `needed`: effects that cannot be left out alone,
     each with the sentence that says why; `pairs`, by both effects in either order, where both may go. `checked`: what
@@ -64,9 +76,9 @@ def ablation_of_effects(
 ) -> Ablation:
     """Leave out each effect, and each two, and search the smallest set within the tolerance; those `kept` stay.
 
-    The set is within it in the last jump that is measured and in the last that is checked. `step` is told of each set
-    of `sets_to_leave_out` when it was simulated, and then once when the search has ended. Raises `UsageError` for a
-    scene that does not come to an apex.
+    The set is within it in the last jump that is measured and in the last that is checked. `step` is called after
+    each set of `sets_to_leave_out`, and then once when the search has ended. Raises `UsageError` for a scene that does
+    not come to an apex.
     """
     measured = measured_scene(scene)
     with _leaving_out(measured, accuracy, kept) as leaving_out:
@@ -124,3 +136,43 @@ def _smallest(
         if checked.difference.within(tolerance):
             return smallest, checked, share
     return nothing_left_out(leaving_out), later.measure(frozenset()), 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Together:
+    """The relative change of an output without an effect and its partner, and that expected from each alone.
+
+    Expected is that the two factors by which the output changes multiply.
+    """
+
+    partner: str
+    output: str
+    change: float | Undefined
+    expected: float
+
+    @property
+    def surprise(self) -> float:
+        """How far the change is from what is expected; infinite where the jump ends otherwise without both."""
+        return math.inf if isinstance(self.change, Undefined) else abs(self.change - self.expected)
+
+
+def worst_together(ablation: Ablation, effect: str) -> Together | None:
+    """Return the pair with this effect, and the output, that are farthest from what is expected.
+
+    None where all is as expected, to a tenth of the tolerance, and where the effect cannot be left out alone.
+    """
+    found = [
+        Together(partner, output, both, (1.0 + mine) * (1.0 + others) - 1.0)
+        for (name, partner), pair in ablation.pairs.items()
+        if name == effect and effect in ablation.alone and partner in ablation.alone
+        for output, both, mine, others in zip(
+            OUTPUTS,
+            pair.difference.changes,
+            ablation.alone[effect].difference.changes,
+            ablation.alone[partner].difference.changes,
+            strict=True,
+        )
+        if not isinstance(mine, Undefined) and not isinstance(others, Undefined)
+    ]
+    worst = max(found, key=lambda item: item.surprise, default=None)
+    return worst if worst is not None and worst.surprise > TELLING * ablation.tolerance else None

@@ -11,10 +11,9 @@ import pytest
 from data_schema.errors import UsageError
 from data_schema.vocabulary import Undefined
 from simulator.ablation.interpreted import interpreted
-from simulator.ablation.leaving_out import refusal
-from simulator.ablation.measure import MEASURED_JUMPS, Ablation, ablation_of_effects, sets_to_leave_out
 from simulator.ablation.outputs import difference
-from simulator.ablation.together import worst_together
+from simulator.ablation.smallest import refusal
+from simulator.ablation.study import MEASURED_JUMPS, Ablation, ablation_of_effects, sets_to_leave_out, worst_together
 from simulator.jump import simulate
 from simulator.scene_file import load_scene
 
