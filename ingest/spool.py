@@ -61,7 +61,7 @@ class MappedBytes(mmap.mmap):
 
     def startswith(self, prefix: bytes | tuple[bytes, ...]) -> bool:
         """Whether the bytes begin with `prefix`, or with one of several."""
-        longest = len(prefix) if isinstance(prefix, bytes) else max(map(len, prefix))
+        longest = len(prefix) if isinstance(prefix, bytes) else max(map(len, prefix), default=0)
         return self[:longest].startswith(prefix)
 
     def __contains__(self, part: object) -> bool:

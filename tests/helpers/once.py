@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import fcntl
+import functools
 import os
 import pickle
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
@@ -16,7 +18,7 @@ SHARED = "LABBOOK_TESTS_SHARED"
 
 def made_once(name: str, make: Callable[[Path], T]) -> T:
     """Return what `make` returned for a folder of this name, in whichever process asked first; it must be picklable."""
-    shared = Path(os.environ[SHARED])
+    shared = Path(os.environ.get(SHARED) or _outside_of_tests().name)
     folder, result = shared / name, shared / f"{name}.pickle"
     with (shared / f"{name}.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
@@ -25,3 +27,9 @@ def made_once(name: str, make: Callable[[Path], T]) -> T:
             result.write_bytes(pickle.dumps(make(folder)))
         found: T = pickle.loads(result.read_bytes())
     return found
+
+
+@functools.cache
+def _outside_of_tests() -> tempfile.TemporaryDirectory[str]:
+    """The folder of a script that makes the books of the tests, removed when it ends."""
+    return tempfile.TemporaryDirectory()
