@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from data_schema.outcomes import Outcome
 from reports.content import ReportContent
-from reports.display import shown_unit, stated_text
+from reports.display import general_text, shown_unit, stated_text
 from reports.figures.series import axis_of, drawn_factor, series_lie_apart, series_of
 from reports.naming import swept_factor, swept_words
 from reports.sentences import absence_text
@@ -82,7 +82,7 @@ def range_text(content: ReportContent, quantity: Outcome) -> str:
             ]
             if means:
                 low, high = min(means), max(means)
-                span = f"{low:.1f}" if low == high else f"{low:.1f} to {high:.1f}"
+                span = general_text(low) if low == high else f"{general_text(low)} to {general_text(high)}"
                 parts.append(f"{name} {span} {unit}".strip())
         if parts:
             sentences.append(f"{series.label}: {', '.join(parts)}.")

@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from reports.content import ReportContent
-from reports.display import level_text, shown_unit, stated_text
+from reports.display import general_text, level_text, shown_unit, stated_text
 from reports.evidence import POOLED
 from reports.figures.forest import draw_estimate, tidy_rows
 from reports.figures.kind import FigureKind
@@ -133,7 +133,11 @@ def alternative(content: ReportContent) -> str:
         _title, unit, stored = _AXES[quantity]
         factor = shown_unit(stored)[1]
         found = [item.difference.value * factor for item in items if isinstance(item.difference.value, int | float)]
-        span = f"; predicted less measured {min(found):.1f} to {max(found):.1f} {unit}" if found else ""
+        span = (
+            f"; predicted less measured {general_text(min(found))} to {general_text(max(found))} {unit}"
+            if found
+            else ""
+        )
         sentences.append(f"{quantity}: {agreeing} of {count_text(len(items), 'prediction')} agree{span}.")
     return f"Measured and predicted values of each condition. {' '.join(sentences)}"
 

@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 
 from data_schema.vocabulary import Undefined
 from reports.content import ReportContent, Sensitivity, Variant
-from reports.display import DASH, EQUALS, as_shown
+from reports.display import DASH, EQUALS, as_shown, general_text
 from reports.figures.forest import draw_estimate, tidy_rows
 from reports.figures.kind import FigureKind
 from reports.figures.style import BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure
@@ -177,7 +177,7 @@ def _range_sentence(one: Sensitivity) -> str:
     if not numbers:
         return f"{one.headline}: no variant has a value."
     unit, count = as_shown(one.as_reported).unit, count_text(len(one.variants), "variant")
-    return f"{one.headline}: {min(numbers):.3g} to {max(numbers):.3g} {unit} over {count}."
+    return f"{one.headline}: {general_text(min(numbers))} to {general_text(max(numbers))} {unit} over {count}."
 
 
 def absent(content: ReportContent) -> str | None:

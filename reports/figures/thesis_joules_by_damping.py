@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from reports.display import stated_text
+from reports.display import general_text, stated_text
 from reports.figures.series import LineStyle
 from reports.figures.style import (
     BLACK,
@@ -78,7 +78,7 @@ def _handles(costs: OverDamping) -> list[Line2D]:
             [],
             color=BLACK,
             linestyle=_GAIN_STYLES[place % len(_GAIN_STYLES)],
-            label=f"gain {stated_text(gain)} ({stiffness:.0f} N/m)",
+            label=f"gain {stated_text(gain)} ({general_text(stiffness)} N/m)",
         )
         for place, (gain, stiffness) in enumerate(
             zip(costs.extension_gains, costs.extension_stiffnesses_n_m, strict=True)

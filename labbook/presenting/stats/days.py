@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
+from data_schema.rounding import number_text
 from labbook.analysis.observations import Observations
 from labbook.presenting.report.day_layout import SHARED, WHOSE, without_days
 from labbook.presenting.report.joined_days import joined_by_others
@@ -130,7 +131,7 @@ def _simulated(few: Mapping[str, Recorded | None], observed: Observations) -> st
     return (
         f"{at_worst} with {sizes} values{spreads_text(worst)}, each group on {days} {WHOSE[worst.layout]}, days "
         f"differing {as_much} values {of}, Welch's test at alpha = {worst.nominal:g} found a difference that is not "
-        f"there in {100 * worst.value:.0f} % of studies (docs/statistics.md)."
+        f"there in {number_text(100.0 * worst.value)} % of studies (docs/statistics.md)."
     )
 
 
