@@ -30,14 +30,18 @@ for profile, examples in (("few", 20), ("many", 200)):
 hypothesis.settings.load_profile("few")
 
 
-def migrated(folder: Path) -> Path:
-    """Make a SQLite file with all tables."""
-    path = folder / "labbook.db"
-    make_empty_sqlite(path)
-    engine = sqlite_engine(path)
-    migrate(engine)
-    engine.dispose()
-    return path
+def with_all_tables() -> Path:
+    """Return a SQLite file with all tables, to be copied."""
+
+    def make(folder: Path) -> Path:
+        path = folder / "labbook.db"
+        make_empty_sqlite(path)
+        engine = sqlite_engine(path)
+        migrate(engine)
+        engine.dispose()
+        return path
+
+    return made_once("migrated", make)
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -79,11 +83,11 @@ def migrated_template(cluster: Cluster) -> str:
 @pytest.fixture(scope="session")
 def migrated_sqlite() -> Path:
     """A SQLite file with all tables, to be copied."""
-    return made_once("migrated", migrated)
+    return with_all_tables()
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _tables_are_copied(migrated_sqlite: Path) -> Iterator[None]:
+def _tables_are_copied() -> Iterator[None]:
     """Books get the tables that all migrations made once; processes of their own run the migrations, as does
     `tests/data_schema/test_migrations.py`.
     """
@@ -92,7 +96,7 @@ def _tables_are_copied(migrated_sqlite: Path) -> Iterator[None]:
         if engine.dialect.name != "sqlite":
             make_tables(engine)
             return
-        with closing(sqlite3.connect(migrated_sqlite)) as made, closing(engine.raw_connection()) as to:
+        with closing(sqlite3.connect(with_all_tables())) as made, closing(engine.raw_connection()) as to:
             made.backup(to.driver_connection)
 
     with pytest.MonkeyPatch.context() as patch:
@@ -127,7 +131,7 @@ def engine(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[sa.Engine
     """An engine on a fresh database with all tables, once for SQLite and once for PostgreSQL."""
     if request.param == "sqlite":
         path = tmp_path / "labbook.db"
-        path.write_bytes(request.getfixturevalue("migrated_sqlite").read_bytes())
+        path.write_bytes(with_all_tables().read_bytes())
         fresh = sqlite_engine(path)
         yield fresh
         fresh.dispose()
