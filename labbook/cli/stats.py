@@ -163,7 +163,7 @@ def compare(
     """
     from labbook.actions.stats.comparing import compare
 
-    return shared.answer(lambda question: compare(question, route), level, pooled)
+    return shared.answer(functools.partial(compare, route=route), level, pooled)
 
 
 @command
@@ -218,7 +218,7 @@ def equivalence(
     from labbook.actions.stats.equivalence import EquivalenceRequest, equal
 
     request = EquivalenceRequest(low, high, percent, route)
-    return shared.answer(lambda question: equal(question, request), pooled=pooled)
+    return shared.answer(functools.partial(equal, request=request), pooled=pooled)
 
 
 @command
