@@ -11,28 +11,24 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from stats.apexes.detectors import find_jumps
-    from stats.compare.bayes_factor import bayes_factor
+    from stats.compare.effect_size import bayes_factor
     from stats.compare.equivalence import equivalence
     from stats.compare.resampling import bootstrap_difference, permutation_test
     from stats.compare.savings import percent_savings
     from stats.compare.shared_error import SharedError, describe_shared, difference_with_shared
-    from stats.compare.summary import describe
+    from stats.compare.summary import autocorrelation, describe
     from stats.compare.two_sample import compare_two
-    from stats.days.autocorrelation import autocorrelation
     from stats.days.blocked import blocked_by_day
-    from stats.groups.anova import one_way_anova
+    from stats.groups.anova import one_way_anova, welch_anova
     from stats.groups.dunnett import dunnett
     from stats.groups.multiple import holm
     from stats.groups.residuals import additive_residuals, normal_quantiles, residuals_of_groups
     from stats.groups.tukey import compare_all_pairs
     from stats.groups.variances import bartlett, brown_forsythe, f_test, levene
-    from stats.groups.welch_anova import welch_anova
-    from stats.lines.gain_line import fit_gain_line
     from stats.lines.passive_drain import fit_passive_drain
-    from stats.lines.polynomial import fit_polynomial
-    from stats.lines.regression import fit_linear
+    from stats.lines.regression import fit_linear, fit_polynomial
     from stats.lines.rmse import rmse_over_iqr
-    from stats.lines.stiffness import fit_stiffness, force_points
+    from stats.lines.stiffness import fit_gain_line, fit_stiffness, force_points
     from stats.packing import fraction_from_height, fraction_from_mass, fraction_from_water, unbounded_fraction
     from stats.planning.power import power_anova, power_equivalence, power_t, power_welch, sample_size
     from stats.planning.power_percent import power_percent_equivalence
@@ -84,7 +80,7 @@ __all__ = [
 
 _MODULE_OF = {
     "find_jumps": "apexes.detectors",
-    "bayes_factor": "compare.bayes_factor",
+    "bayes_factor": "compare.effect_size",
     "equivalence": "compare.equivalence",
     "bootstrap_difference": "compare.resampling",
     "permutation_test": "compare.resampling",
@@ -94,7 +90,7 @@ _MODULE_OF = {
     "difference_with_shared": "compare.shared_error",
     "describe": "compare.summary",
     "compare_two": "compare.two_sample",
-    "autocorrelation": "days.autocorrelation",
+    "autocorrelation": "compare.summary",
     "blocked_by_day": "days.blocked",
     "one_way_anova": "groups.anova",
     "dunnett": "groups.dunnett",
@@ -107,10 +103,10 @@ _MODULE_OF = {
     "brown_forsythe": "groups.variances",
     "f_test": "groups.variances",
     "levene": "groups.variances",
-    "welch_anova": "groups.welch_anova",
-    "fit_gain_line": "lines.gain_line",
+    "welch_anova": "groups.anova",
+    "fit_gain_line": "lines.stiffness",
     "fit_passive_drain": "lines.passive_drain",
-    "fit_polynomial": "lines.polynomial",
+    "fit_polynomial": "lines.regression",
     "fit_linear": "lines.regression",
     "rmse_over_iqr": "lines.rmse",
     "fit_stiffness": "lines.stiffness",

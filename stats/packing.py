@@ -15,12 +15,10 @@ from numpy.typing import ArrayLike
 from data_schema.errors import InputRefused
 from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, as_number, as_values
-from stats.exact.finite import refuse_beyond
-from stats.lines.complete import complete_rows, refuse_few
+from stats.checks import Missing, as_number, as_values, complete_rows, refuse_few
+from stats.exact.numbers import refuse_beyond
 from stats.lines.regression import fit_linear
-from stats.results import Result
-from stats.wording import bounded_texts, missing_text, share_text
+from stats.results import Result, bounded_texts, missing_text, share_text
 
 DENSEST = math.pi / math.sqrt(18.0)
 """0.7405: no packing of equal spheres is denser (Hales 2005)."""

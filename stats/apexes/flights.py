@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from data_schema.vocabulary import Undefined
 from stats.apexes.cleaning import Bools, CleanSignal, Floats
-from stats.apexes.stance import Hop
+from stats.apexes.jumps import Hop
 
 _TUNING = 4.685
 """Bisquare constant for 95 % efficiency on normal noise (Holland and Welsch 1977)."""

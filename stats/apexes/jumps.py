@@ -1,17 +1,24 @@
 """What a detector says about a log: one `Jump` a stance, in order, and how it was found.
 
 A stance without a flight (a misfire) is a jump without an apex, so that jumps can be counted against jumps made.
+
+A stance begins when the body sinks below the leg's rest length and ends when it rises above it again; the clamp, the
+lowering by hand and the catch all happen above (thesis 5.1.3). The first maximum after a stance is where an apex is
+looked for, if it comes soon, or is so high that only free flight gets there in that time. A drop that ends without a
+lift-off is a stance too.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.vocabulary import Undefined
+from stats.apexes.cleaning import Bools, CleaningParameters, CleanSignal, Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,3 +102,211 @@ class Jumps:
 def defined(values: Iterable[float | Undefined]) -> NDArray[np.float64]:
     """Return the values that exist, in order, as an array of shape (n_defined,)."""
     return np.array([value for value in values if not isinstance(value, Undefined)], dtype=np.float64)
+
+
+@dataclass(frozen=True, slots=True)
+class StanceParameters:
+    """How stances and the first maximum after them are told from everything else."""
+
+    cleaning: CleaningParameters = field(default_factory=CleaningParameters)
+    stance_depth_m: float = 0.03
+    """A body this far below the rest length is in stance (the legs of both thesis robots give at least 0.05 m)."""
+    rise_max_s: float = 0.35
+    """A maximum this soon after the body passed the rest length may be an apex, whatever the rise."""
+    free_rise_share: float = 0.6
+    """A later one may be where the body has risen by at least this share of what is fallen freely in that time: a hand
+    lifts more slowly. Free flights have some 0.85 of it, as they are seen only when the body has fallen a little."""
+    fall_min_m: float = 0.002
+    """A maximum counts once the body has fallen this far from it, and four standard deviations of the noise."""
+    smoothing_s: float = 0.015
+    """Window of the average in which the first maximum is looked for."""
+    leg_tolerance_m: float = 0.001
+    """The leg has its flight length again when it is this close to it (about 1 ms before it is)."""
+    gap_margin_s: float = 0.02
+    """Samples missing this close to lift-off or landing count too: those moments are read off the samples around."""
+    gravity_m_s2: float = 9.80665
+    """Acceleration expected in flight (standard gravity, CGPM 1901)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Hop:
+    """One stance and where its apex may be; indices count the valid samples of a `CleanSignal`."""
+
+    begin: int
+    """First sample in stance."""
+    end: int
+    """First sample above the rest length again; n_valid when the log ends before."""
+    next_begin: int
+    """First sample of the next stance; n_valid when there is none."""
+    apex: int | Undefined
+    """Sample nearest to the first maximum after the stance."""
+    fallen: int
+    """First sample by which the body has fallen from that maximum; where the search ended without one."""
+    touchdown_s: float | Undefined
+
+
+def find_hops(signal: CleanSignal, rest_length_m: float, parameters: StanceParameters) -> list[Hop]:
+    """Return the stances of a log in order of time, each with the first maximum after it."""
+    below = signal.coarse_m < rest_length_m - parameters.stance_depth_m
+    above = signal.coarse_m > rest_length_m
+    starts, rises = _rising_edges(below), _rising_edges(above)
+    if starts.size == 0:
+        return []
+    # Of all dips before one rise the first begins the stance.
+    which = np.searchsorted(rises, starts)
+    _, first = np.unique(which, return_index=True)
+    starts = starts[first]
+    n = signal.time_s.size
+    ends = np.append(rises, n)[which[first]]
+    following = np.append(starts[1:], n)
+    hops = []
+    previous_end = 0
+    for begin, end, next_begin in zip(starts.tolist(), ends.tolist(), following.tolist(), strict=True):
+        apex, fallen = _first_maximum(signal, end, next_begin, parameters)
+        touchdown = _touchdown(signal, rest_length_m, previous_end, begin)
+        hops.append(Hop(begin, end, next_begin, apex, fallen, touchdown))
+        previous_end = end
+    return hops
+
+
+def liftoff_from_leg(
+    signal: CleanSignal, hop: Hop, rest_length_m: float, parameters: StanceParameters
+) -> float | Undefined:
+    """Return when the leg, extending, reached the length it then flew with (at most the rest length)."""
+    if signal.leg_m is None:
+        return Undefined("the log has no leg length")
+    if isinstance(hop.apex, Undefined):
+        return hop.apex
+    stance_to_apex = signal.leg_m[hop.begin : hop.apex + 1]
+    in_flight = signal.leg_m[hop.end : hop.apex + 1]
+    if not np.isfinite(stance_to_apex).any() or not np.isfinite(in_flight).any():
+        return Undefined("the leg length is missing between touchdown and apex")
+    level = min(rest_length_m, float(np.nanmedian(in_flight))) - parameters.leg_tolerance_m
+    shortest = hop.begin + int(np.nanargmin(stance_to_apex))
+    extended = np.flatnonzero(signal.leg_m[shortest : hop.apex + 1] >= level)
+    if extended.size == 0 or extended[0] == 0:
+        return Undefined("the leg did not return to its flight length")
+    after = shortest + int(extended[0])
+    return _crossing(signal.time_s[after - 1 :], signal.leg_m[after - 1 : after + 1] - level, 1)
+
+
+def _rising_edges(mask: Bools) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    return np.flatnonzero(mask[1:] & ~mask[:-1]) + 1
+
+
+def _first_maximum(
+    signal: CleanSignal, end: int, next_begin: int, parameters: StanceParameters
+) -> tuple[int | Undefined, int]:
+    """Return the sample of the first maximum after `end` and that by which the body has fallen from it."""
+    n = signal.time_s.size
+    if end >= n:
+        return Undefined("the log ends in this stance"), n
+    stop = int(np.searchsorted(signal.time_s, signal.time_s[end] + parameters.rise_max_s, side="right"))
+    stop, last = min(stop, next_begin), next_begin
+    width = max(1, round(parameters.smoothing_s / signal.interval_s))
+    begin = max(end - width // 2, 0)
+    window = signal.coarse_m[begin : min(last + width, n)]
+    if window.size < width:
+        return Undefined("the log ends right after this stance"), stop
+    smooth = np.convolve(window, np.full(width, 1.0 / width), mode="valid")[: last - begin]
+    fall = max(parameters.fall_min_m, 4.0 * signal.noise_sd_m / width**0.5)
+    fallen = np.flatnonzero(smooth < np.maximum.accumulate(smooth) - fall)
+    none = Undefined("after this stance the body rose and did not fall again: no flight"), stop
+    if fallen.size == 0:
+        return none
+    centre = begin + width // 2
+    highest, seen = int(np.argmax(smooth[: fallen[0]])), centre + int(fallen[0])
+    rise_m = float(smooth[highest] - signal.coarse_m[end])
+    free_fall_m = parameters.gravity_m_s2 * float(signal.time_s[seen] - signal.time_s[end]) ** 2 / 2.0
+    if fallen[0] >= stop - begin and rise_m < parameters.free_rise_share * free_fall_m:
+        return none
+    return centre + highest, seen
+
+
+def _touchdown(signal: CleanSignal, rest_length_m: float, earliest: int, begin: int) -> float | Undefined:
+    """Return when the foot's height fell through 0; without a leg length the body's height over the rest length."""
+    height = signal.coarse_m[earliest : begin + 1] - rest_length_m
+    if signal.leg_m is not None:
+        foot = signal.coarse_m[earliest : begin + 1] - signal.leg_m[earliest : begin + 1]
+        if np.isfinite(foot).all():
+            height = foot
+    down = np.flatnonzero((height[:-1] > 0.0) & (height[1:] <= 0.0))
+    if down.size == 0:
+        return Undefined("the log begins below the rest length")
+    return _crossing(signal.time_s[earliest:], height, int(down[-1]) + 1)
+
+
+def _crossing(time_s: Floats, values: Floats, after: int) -> float:
+    """Return the time at which `values` pass 0 between the samples `after` - 1 and `after`."""
+    before, there = float(values[after - 1]), float(values[after])
+    share = before / (before - there)
+    return float(time_s[after - 1] + share * (time_s[after] - time_s[after - 1]))
+
+
+def landing(
+    apex_s: float,
+    apex_height_m: float,
+    curvature_m_s2: float,
+    following: Hop | None,
+    rest_length_m: float,
+    parameters: StanceParameters,
+) -> tuple[float | Undefined, bool]:
+    """Return when the flight ended, or would have, and whether that had to be read off the parabola.
+
+    Seen where the next stance begins within the time a flight can take; a robot that was caught by hand would have
+    landed when the parabola falls through the rest length.
+    """
+    seen = None if following is None else following.touchdown_s
+    fall_s = math.sqrt(2.0 * max(apex_height_m - rest_length_m, 0.0) / curvature_m_s2)
+    longest_s = max(parameters.rise_max_s, fall_s / math.sqrt(parameters.free_rise_share))
+    if isinstance(seen, float) and seen - apex_s <= longest_s:
+        return seen, False
+    if apex_height_m <= rest_length_m:
+        return Undefined("the apex is not above the rest length"), True
+    return apex_s + fall_s, True
+
+
+def touches_gap(gaps: Floats, begin_s: float, end_s: float) -> bool:
+    """Say whether any gap, rows (start_s, length_s), overlaps the time from `begin_s` to `end_s`."""
+    return bool(np.any((gaps[:, 0] < end_s) & (gaps[:, 0] + gaps[:, 1] > begin_s)))
+
+
+def gap_in_flight(
+    gaps: Floats,
+    signal: CleanSignal,
+    hop: Hop,
+    liftoff_s: float | Undefined,
+    end_s: float,
+    parameters: StanceParameters,
+) -> bool:
+    """Say whether samples are missing from shortly before lift-off to `end_s`: what height and flight time rest on.
+
+    Where the lift-off is not known, the body's rise through the rest length stands for it. A gap while the leg stood on
+    the ground moves neither.
+    """
+    rose_s = float(signal.time_s[min(hop.end, signal.time_s.size - 1)])
+    begin_s = rose_s if isinstance(liftoff_s, Undefined) else liftoff_s
+    return touches_gap(gaps, begin_s - parameters.gap_margin_s, end_s)
+
+
+def jump_without_apex(
+    number: int, hop: Hop, reason: str, signal: CleanSignal, gaps: Floats, parameters: StanceParameters
+) -> Jump:
+    """Return the row of a stance that no flight was found after; missing samples are named beside the reason."""
+    none_s = Undefined(reason)
+    end_s = float(signal.time_s[min(hop.fallen, signal.time_s.size - 1)])
+    gap_touched = gap_in_flight(gaps, signal, hop, none_s, end_s, parameters)
+    none = Undefined(f"{reason} (samples are missing here)" if gap_touched else reason)
+    return Jump(
+        number=number,
+        touchdown_s=hop.touchdown_s,
+        liftoff_s=none,
+        apex_s=none,
+        apex_height_m=none,
+        apex_height_se_m=none,
+        flight_time_s=none,
+        samples_used=0,
+        curvature_m_s2=none,
+        gap_touched=gap_touched,
+        flags=(),
+    )

@@ -13,11 +13,9 @@ from fractions import Fraction
 from scipy import optimize
 
 from data_schema.vocabulary import Undefined
-from stats.exact.distributions import exact_df, t_quantile
-from stats.exact.error_free import exact_root, shortened
-from stats.exact.finite import QUANTILE_BEYOND_DOUBLES, Number, finite
-from stats.exact.tails import t_upper
-from stats.groups.groups import Groups
+from stats.compare.summary import Groups
+from stats.exact.numbers import QUANTILE_BEYOND_DOUBLES, Number, exact_root, finite, shortened
+from stats.exact.tails import exact_df, t_quantile, t_upper
 
 Ends = tuple[Fraction, Fraction]
 

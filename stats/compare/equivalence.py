@@ -22,12 +22,10 @@ from data_schema.rounding import error_of, interval_text, level_text, number_tex
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_pair
 from stats.compare.contrast import Contrast, Ends, contrasts
-from stats.compare.t_tests import AS_A_AND_B, Names, two_names
-from stats.exact.distributions import complement_level
-from stats.exact.finite import finite, finite_pair
-from stats.groups.groups import read_groups
-from stats.results import Result
-from stats.wording import missing_text, with_unit
+from stats.compare.summary import AS_A_AND_B, Names, read_groups, two_names
+from stats.exact.numbers import finite, finite_pair
+from stats.exact.tails import complement_level
+from stats.results import Result, missing_text, with_unit
 
 NO_LOW = Undefined("no lower bound was asked for")
 NO_HIGH = Undefined("no upper bound was asked for")

@@ -22,13 +22,10 @@ from scipy import special
 
 from data_schema.rounding import error_of, interval_text, number_text, p_text
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, as_count, as_level
+from stats.checks import Labels, Missing, as_count, as_level
 from stats.days.two_by_day import Cell, two_by_day
-from stats.exact.finite import finite_pair, times_power
-from stats.exact.tied_scale import on_tied_scale
-from stats.lines.complete import Labels
-from stats.results import Result
-from stats.wording import counted, missing_text, with_unit
+from stats.exact.numbers import finite_pair, on_tied_scale, times_power
+from stats.results import Result, counted, missing_text, with_unit
 
 Floats = NDArray[np.float64]
 Interval = tuple[float, float]

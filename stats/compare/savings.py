@@ -47,13 +47,10 @@ from data_schema.rounding import error_of, interval_text, number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_pair
 from stats.compare.shared_error import CANCELLED, Joint, SharedError, as_shared, degrees_of_fits, joints
-from stats.compare.t_tests import Names, two_names
-from stats.exact.distributions import exact_df
-from stats.exact.error_free import exact_root, shortened
-from stats.exact.finite import QUANTILE_BEYOND_DOUBLES, Interval, finite, finite_pair
-from stats.groups.groups import Group, Groups, read_groups
-from stats.results import Result
-from stats.wording import missing_text
+from stats.compare.summary import Group, Groups, Names, read_groups, two_names
+from stats.exact.numbers import QUANTILE_BEYOND_DOUBLES, Interval, exact_root, finite, finite_pair, shortened
+from stats.exact.tails import exact_df
+from stats.results import Result, missing_text
 
 Terms = Mapping[tuple[str, str], Fraction]
 """Signed standard errors by (fit, term)."""

@@ -21,11 +21,9 @@ from data_schema.rounding import alpha_beside, error_of, interval_text, number_t
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number
 from stats.compare.summary import Summary, describe
-from stats.exact.distributions import df_of_doubles, t_quantile
-from stats.exact.finite import QUANTILE_BEYOND_DOUBLES, as_interval, finite, refuse_beyond, times_power
-from stats.exact.tails import normal_two_sided, t_two_sided
-from stats.results import Result
-from stats.wording import missing_text, with_unit
+from stats.exact.numbers import QUANTILE_BEYOND_DOUBLES, as_interval, finite, refuse_beyond, times_power
+from stats.exact.tails import df_of_doubles, normal_two_sided, t_quantile, t_two_sided
+from stats.results import Result, missing_text, with_unit
 
 CANCELLED = 1e-9
 """What is left of two equal terms after their difference is rounding, not error."""

@@ -18,14 +18,11 @@ from data_schema.rounding import error_of, interval_text, number_text, p_text, s
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_pair, as_sample
 from stats.compare.effect_size import hedges_factor, hedges_g_ci
-from stats.compare.t_tests import AS_A_AND_B, Names, empty, student, two_names, welch
-from stats.exact.distributions import complement_level
-from stats.exact.error_free import exact_root
-from stats.exact.finite import finite
-from stats.exact.sums import Moments, moments
+from stats.compare.summary import AS_A_AND_B, Names, empty, student, two_names, welch
+from stats.exact.numbers import Moments, exact_root, finite, moments
+from stats.exact.tails import complement_level
 from stats.groups.variances import brown_forsythe_of, variance_ratio
-from stats.results import Result
-from stats.wording import missing_text, with_unit
+from stats.results import Result, missing_text, with_unit
 
 Route = Literal["f_then_t", "welch", "student"]
 ROUTES: tuple[Route, ...] = ("f_then_t", "welch", "student")
@@ -154,7 +151,7 @@ def compare_two(
         raise unknown_name("route", route, ROUTES)
     alpha, names = as_level("alpha", alpha), two_names(names)
     first, second = (as_sample(f"group {name}", x, missing) for name, x in zip(names, (a, b), strict=True))
-    of_a, of_b = moments(first.values, rest=first.rest), moments(second.values, rest=second.rest)
+    of_a, of_b = moments(first.values, first.rest), moments(second.values, second.rest)
 
     ratio, of_ratio = variance_ratio(of_a, of_b, names)
     equal: bool | Undefined = of_ratio if isinstance(of_ratio, Undefined) else of_ratio.p >= alpha

@@ -18,14 +18,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, Sample, as_level, as_sample
+from stats.checks import Labels, Missing, Sample, as_labels, as_level, as_sample, complete_rows, label_text
 from stats.days.blocked_fit import Fit, Fitted, fit_by_day
 from stats.days.blocked_result import BlockedByDay, ExactTest, MixedModel
 from stats.days.cells import Codes, cells_of
-from stats.days.exact_by_day import exact_test, paired_tests
-from stats.days.strata import Strata, strata_of
-from stats.lines.complete import Labels, as_labels, complete_rows, label_text
-from stats.wording import counted
+from stats.days.exact_by_day import Strata, exact_test, paired_tests, strata_of
+from stats.results import counted
 
 
 def blocked_by_day(

@@ -17,10 +17,9 @@ import numpy as np
 from data_schema.vocabulary import Undefined
 from stats.days.blocked_result import ConditionMean, Contrast
 from stats.days.cells import Cells, Floats, blocks_of
+from stats.days.exact_by_day import Strata, negligible
 from stats.days.reml import DAY, RUN, Estimates, Profile, RemlModel, minimise
-from stats.days.strata import Strata, negligible
-from stats.exact.distributions import t_quantile
-from stats.exact.tails import Tail, f_upper, t_two_sided
+from stats.exact.tails import Tail, f_upper, t_quantile, t_two_sided
 
 
 class Satterthwaite:

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from data_schema.rounding import alpha_beside, error_of, interval_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.exact.tails import Tail, f_upper
-from stats.results import Result
-from stats.wording import missing_text, with_unit
+from stats.results import Result, missing_text, with_unit
 
 Interval = tuple[float, float]
 

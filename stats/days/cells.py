@@ -21,9 +21,7 @@ from numpy.typing import NDArray
 
 from data_schema.vocabulary import Undefined
 from stats.checks import Sample
-from stats.exact.error_free import exact_sum, greatest, two_product, two_sum
-from stats.exact.finite import Number
-from stats.exact.sums import common_shift, sum_of_products
+from stats.exact.numbers import Number, common_shift, exact_sum, greatest, moments
 
 Floats = NDArray[np.float64]
 Codes = NDArray[np.intp]
@@ -265,12 +263,12 @@ def cells_of(sample: Sample, condition: Codes, day: Codes, run: Codes) -> Cells:
     outer = math.frexp(greatest(sample.values))[1]
     scaled = np.ldexp(sample.values, -outer)
     shift = common_shift(scaled)
-    scaled, low = two_sum(scaled, -shift)
+    scaled = scaled - shift
     if sample.rest is not None:
-        scaled, low = two_sum(scaled, low + np.ldexp(sample.rest, -outer))
+        scaled = scaled + np.ldexp(sample.rest, -outer)
     # What doubles leave of numbers far beyond 2^53 may have a large part in common too.
     further = common_shift(scaled)
-    scaled = (scaled - further) + low
+    scaled = scaled - further
     inner = math.frexp(greatest(scaled))[1]
     scaled = np.ldexp(scaled, -inner)
     unit = Unit(Fraction(shift) + Fraction(further), outer, outer + inner)
@@ -300,8 +298,9 @@ def _condition_means(sample: Sample, condition: Codes) -> list[Fraction]:
     """Return the exact mean of each condition's values, 0 of none, in the unit given."""
     ends = np.cumsum(np.bincount(condition))[:-1]
     order = np.argsort(condition, kind="stable")
-    parts = [np.split(part[order], ends) for part in (sample.values, sample.rest) if part is not None]
-    return [sum(map(exact_sum, of_one), Fraction(0)) / max(of_one[0].size, 1) for of_one in zip(*parts, strict=True)]
+    values = np.split(sample.values[order], ends)
+    rests = [None] * len(values) if sample.rest is None else np.split(sample.rest[order], ends)
+    return [exact_sum(one, rest) / max(one.size, 1) for one, rest in zip(values, rests, strict=True)]
 
 
 def _medians(values: Floats, group: Codes) -> Floats:
@@ -311,28 +310,7 @@ def _medians(values: Floats, group: Codes) -> Floats:
 
 
 def _means(values: Floats, cells: Blocks) -> tuple[Floats, float]:
-    """Return the mean of each cell and the sum of all squared deviations from them, rounded once.
-
-    Values are at most 4 in size. They are counted from the first of their cell, so that a constant cell has no
-    deviations; sums are those of whole numbers of a common grid (`exact.error_free.exact_sum`), means pairs of doubles.
-    """
-    origin = values[cells.first]
-    high, low = two_sum(values, -origin[cells.group])
-    size = cells.sums(np.ones(values.size))
-    room = int(size.max()).bit_length() + 1
-    grid, left, sums = math.ldexp(16.0, room), high, []
-    for _ in range(2):
-        part = (grid + left) - grid
-        sums.append(cells.sums(part))
-        left = left - part
-        grid = math.ldexp(grid, room - 53)
-    total, error = two_sum(*sums)
-    mean = total / size
-    product, rest = two_product(mean, size)
-    small = (((total - product) - rest) + error + cells.sums(left + low)) / size
-    away, further = two_sum(high, -mean[cells.group])
-    away, further = two_sum(away, further + (low - small[cells.group]))
-    exponent = math.frexp(greatest(away))[1]
-    pair = (np.ldexp(away, -exponent), np.ldexp(further, -exponent))
-    middle, rest = two_sum(origin, mean)
-    return middle + (rest + small), math.ldexp(float(sum_of_products(pair, pair)), 2 * exponent)
+    """Return the mean of each cell and the sum of all squared deviations from them, each rounded once."""
+    parts = [moments(part) for part in np.split(values, cells.first[1:])]
+    squares = sum((part.exact_sum_squares for part in parts), Fraction(0))
+    return np.array([part.mean for part in parts]), float(squares)

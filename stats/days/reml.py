@@ -22,7 +22,7 @@ from itertools import product
 import numpy as np
 
 from stats.days.cells import Blocks, Cells, Floats, blocks_of, pair_squares, parts_of
-from stats.exact.finite import Number
+from stats.exact.numbers import Number
 
 
 @dataclass(frozen=True, slots=True)

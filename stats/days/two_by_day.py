@@ -16,12 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, Sample, as_sample
-from stats.exact.error_free import exact_sum, greatest, scaled
-from stats.exact.finite import finite, times_power
-from stats.exact.sums import common_shift, out_of_range
-from stats.lines.complete import Labels, as_labels, complete_rows
-from stats.wording import counted
+from stats.checks import Labels, Missing, Sample, as_labels, as_sample, complete_rows
+from stats.exact.numbers import common_shift, exact_sum, finite, greatest, out_of_range, times_power
+from stats.results import counted
 
 Floats = NDArray[np.float64]
 
@@ -93,11 +90,11 @@ class TwoByDay:
             for name, values, sign in (("a", each.a, 1.0), ("b", each.b, -1.0)):
                 shifted = values - values[0]
                 exponent = math.frexp(greatest(shifted))[1]
-                shifted = scaled(shifted, -exponent)
-                about = scaled(shifted - math.fsum(shifted) / shifted.size, exponent)
+                shifted = np.ldexp(shifted, -exponent)
+                about = np.ldexp(shifted - math.fsum(shifted) / shifted.size, exponent)
                 cells.append(Cell(about, sign * each.weight / total, name))
         exponent = math.frexp(max(greatest(cell.values) for cell in cells))[1]
-        return [Cell(scaled(cell.values, -exponent), cell.weight, cell.name) for cell in cells], exponent
+        return [Cell(np.ldexp(cell.values, -exponent), cell.weight, cell.name) for cell in cells], exponent
 
     def nothing_shared(self) -> Undefined:
         """Return why there is no day to compare within."""
@@ -137,7 +134,7 @@ def two_by_day(
     strata.sort(key=lambda each: (each.a.tolist(), each.b.tolist()))
     n_days: int | Undefined = Undefined("no days were given") if day_a is None else len(strata)
     exponent = out_of_range(np.concatenate([first, second]))
-    in_range = tuple(Stratum(scaled(each.a, -exponent), scaled(each.b, -exponent)) for each in strata)
+    in_range = tuple(Stratum(np.ldexp(each.a, -exponent), np.ldexp(each.b, -exponent)) for each in strata)
     return TwoByDay(in_range, exponent, difference, first.size, second.size, n_days, left_out)
 
 
@@ -145,10 +142,7 @@ def _exact_means(sample: Sample, words: list[str]) -> dict[str, tuple[int, Fract
     """Return the number of values of each day and their mean without error: sums that cancel keep all digits."""
     values = _by_day(sample.values, words)
     rests = {} if sample.rest is None else _by_day(sample.rest, words)
-    return {
-        day: (each.size, (exact_sum(each) + (exact_sum(rests[day]) if rests else 0)) / each.size)
-        for day, each in values.items()
-    }
+    return {day: (each.size, exact_sum(each, rests.get(day)) / each.size) for day, each in values.items()}
 
 
 def _difference(a: Mapping[str, tuple[int, Fraction]], b: Mapping[str, tuple[int, Fraction]]) -> Fraction:

@@ -1,127 +1,47 @@
-"""Tail areas of t, F, chi-squared and the normal distribution to the last digit, and as log10 down to 1e-10000.
+"""Tail areas of t, F, chi-squared and the normal distribution to 12 digits, as log10 where no double is as small.
 
-scipy's tails are 0 below 1e-308 and lose digits on the way there (12 to 13 are right at 1e-200). Here they come from an
-incomplete beta function of 45 digits, so that a double is right to its last digit. Arguments
-may be fractions: a statistic is not rounded before its p is taken.
+Down to 1e-290 they are scipy's incomplete beta and gamma functions (measured: 2e-12 at most, 1e-15 as a rule). Below,
+the leading factor x^a (1 - x)^b / (a B(a, b)) of the incomplete beta function is mpmath's and the rest a continued
+fraction. `scipy.special` loads in a tenth of the time of `scipy.stats`. Arguments may be fractions.
 
-Of the incomplete beta function the leading factor x^a (1 - x)^b / B(a, b) is taken with 48 digits, the continued
-fraction (Didonato and Morris 1992, equation 9) in whole numbers scaled by 2^160. Numbers come and go as mpmath holds
-them inside: its functions there save half of the time.
+A sum of independent estimated variances has (sum of v_i)^2 / sum of (v_i^2 / df_i) degrees of freedom (Welch 1938,
+Satterthwaite 1946): those of the chi-squared whose multiple has the sum's mean and variance. One formula in three
+arithmetics. Doubles square shares of the sum, so that nothing overflows once the sum is a double, and a share whose
+square is no double adds nothing.
+
+Of the noncentral t and F distributions both tails have some 13 digits. For t, (Z + delta) / S <= t just where
+Z <= t S - delta, with S = sqrt(chi2(df) / df); so the lower tail is the mean of Phi(t S - delta). In u = ln S the
+integrand is analytic and falls off fast, where equal steps converge geometrically. For F it is the mean of central
+tails over a Poisson number of mean lambda / 2; all terms are positive.
 """
 
 from __future__ import annotations
 
 import math
+import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any
 
-BITS = 160
-_ONE = 1 << BITS
-_ENOUGH = 1 << (BITS - 64)
+import numpy as np
+from numpy.typing import NDArray
+from scipy import optimize, special
+
+from stats.exact.numbers import Floats, Number
+
+_LEAST = 1e-290
+"""Below it scipy's functions lose digits."""
+_LEAST_DF, _MANY_DF, _MOST_DF = 1e-12, 1e6, 1e15  # beyond these the digits of the beta function run out
+_NEAR = Fraction(1, 200)
+_BITS = 160
 _MOST_STEPS = 200_000
-_SMALL_SHARE, _FEW_TERMS = _ONE // 10, 30 * _ONE
-_LAST_TERM = 1 << (BITS - 120)
-
-
-def incomplete_beta(a: Fraction, b: Fraction, top: int, bottom: int) -> Any:
-    """Return I_x(a, b), the regularised incomplete beta function at x = 1 / (1 + top / bottom), as mpmath's inside."""
-    from mpmath import libmp
-
-    x, rest = (bottom << BITS) // (top + bottom), (top << BITS) // (top + bottom)
-    a_fixed, b_fixed = _fixed(a), _fixed(b)
-    below_bulk = a_fixed - ((a_fixed + b_fixed) * x >> BITS)
-    upper = True
-    if rest < _SMALL_SHARE and ((a_fixed + b_fixed) * rest >> BITS) < _FEW_TERMS:  # 13 of 48 digits cancel at most
-        factor = raw(_series(b_fixed, a_fixed, rest), b_fixed)
-    elif below_bulk + _ONE >= x * 2:
-        factor, upper = raw(_ONE, _continued_fraction(a_fixed, b_fixed, x, below_bulk)), False
-    else:
-        factor = raw(_ONE, _continued_fraction(b_fixed, a_fixed, rest, -below_bulk))
-    area = libmp.mpf_mul(_leading(a, b, top, bottom), factor, BITS)
-    return libmp.mpf_sub(libmp.fone, area, BITS) if upper else area
-
-
-def _leading(a: Fraction, b: Fraction, top: int, bottom: int) -> Any:
-    """Return x^a (1 - x)^b / B(a, b) at x = 1 / (1 + top / bottom)."""
-    from mpmath import libmp
-
-    log_odds = libmp.mpf_log(raw(top, bottom), BITS)
-    log_share = libmp.mpf_log(raw(top + bottom, bottom), BITS)
-    whole, part = raw(*(a + b).as_integer_ratio()), raw(*b.as_integer_ratio())
-    exponent = libmp.mpf_sub(libmp.mpf_mul(part, log_odds), libmp.mpf_mul(whole, log_share), BITS)
-    return libmp.mpf_exp(libmp.mpf_sub(exponent, _log_beta(a, b), BITS), BITS)
-
-
-@lru_cache(maxsize=256)
-def _log_beta(a: Fraction, b: Fraction) -> Any:
-    """Return the logarithm of B(a, b) as mpmath holds numbers inside."""
-    from mpmath import mp
-
-    with mp.workprec(BITS):
-        high, low = mp.make_mpf(raw(*a.as_integer_ratio())), mp.make_mpf(raw(*b.as_integer_ratio()))
-        return (mp.loggamma(high) + mp.loggamma(low) - mp.loggamma(high + low))._mpf_
-
-
-def raw(top: int, bottom: int) -> Any:
-    """Return a fraction as mpmath holds numbers inside."""
-    from mpmath import libmp
-
-    return libmp.from_rational(top, bottom, BITS)
-
-
-def _series(a: int, b: int, x: int) -> int:
-    """Return the sum of (a + b)_n / (a + 1)_n x^n over all n, for small x (DLMF 8.17.7); all times 2^160."""
-    top, bottom = a + b, a + _ONE
-    term = total = _ONE
-    while term > _LAST_TERM:
-        term = term * top // bottom * x >> BITS
-        total += term
-        top, bottom = top + _ONE, bottom + _ONE
-    return total
-
-
-def _continued_fraction(a: int, b: int, x: int, below_bulk: int) -> int:
-    """Return b0 + a1 / (b1 + a2 / (b2 + ...)) by the recurrence of its convergents; all times 2^160.
-
-    `below_bulk` is a - (a + b) x, positive where x lies below the bulk of the distribution.
-    """
-    start, slope = below_bulk + _ONE, 2 * _ONE - x
-    before_last, last, bottom_before, bottom = _ONE, a * start // (a + _ONE), 0, _ONE
-    found = last
-    middle, of_b, of_both = a - _ONE, b, a + b - _ONE
-    for m in range(1, _MOST_STEPS):
-        step = m << BITS
-        above, middle = a + step, middle + 2 * _ONE
-        of_b, of_both, start = of_b - _ONE, of_both + _ONE, start + slope
-        share = m * of_b * x // middle
-        partial = ((above - _ONE) * of_both // middle * share >> BITS) * x >> BITS
-        whole = step + share + above * start // (middle + 2 * _ONE)
-        before_last, last = last, (whole * last + partial * before_last) >> BITS
-        bottom_before, bottom = bottom, (whole * bottom + partial * bottom_before) >> BITS
-        before, found = found, (last << BITS) // bottom
-        if abs(found - before) <= found * _ENOUGH >> BITS:
-            return found
-        excess = bottom.bit_length() - BITS - 64
-        if excess > 64:
-            before_last, last, bottom_before, bottom = (
-                number >> excess for number in (before_last, last, bottom_before, bottom)
-            )
-    sizes = ", ".join(f"{number / _ONE:g}" for number in (a, b, x))
-    raise ArithmeticError(f"the incomplete beta function did not converge for {sizes}")
-
-
-def _fixed(value: Fraction) -> int:
-    return (value.numerator << BITS) // value.denominator
-
-
-_FAR = 1e13
-_LITTLE = (0, 1, -8, 1)  # 2^-8 as mpmath holds numbers inside
-_LEAST_DF, _MOST_DF = 1e-16, 1e15  # beyond these the digits of the beta function run out
-_PLAIN = (1e-290, 0.5)  # between these the logarithm of the double is as good
-
-Exact = float | Fraction
+_USUAL_DF, _USUAL_TAIL = (0.5, 1e6), Fraction(1, 10**100)
+"""Where scipy's quantile of t has 12 digits: beyond it is infinite, no number, or as good as any."""
+_MIDDLE = Fraction(1, 100)
+"""Chance of the middle below which the quantile is searched: a tail near a half has not its digits."""
+_DIGITS_LOST = 1e-4
+_FAR_TAIL = 1e-15
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,132 +54,287 @@ class Tail:
     """Right where `p` is 0, too."""
 
 
-def t_two_sided(t: Exact, df: Exact) -> Tail:
+def t_two_sided(t: Number, df: Number) -> Tail:
     """Return P(|T| >= |t|) for Student's t with `df` degrees of freedom, which may be infinite."""
-    if df == math.inf:
-        return normal_two_sided(t)
     if t == 0:
         return Tail(1.0, 0.0)
-    return _as_tail(_t_both(t, df))
-
-
-def t_upper(t: Exact, df: Exact) -> Tail:
-    """Return P(T >= t)."""
     if df == math.inf:
-        return normal_upper(t)
-    from mpmath import libmp
-
-    half = libmp.mpf_shift(_t_both(t, df), -1) if t != 0 else raw(1, 2)
-    return _as_tail(half if t >= 0 else libmp.mpf_sub(libmp.fone, half, BITS))
-
-
-def t_log_ratio(t: Exact, df: Exact, p: Fraction) -> float:
-    """Return ln(P(|T| >= |t|) / p), with all digits where the two are nearly equal; `df` may be infinite."""
-    from mpmath import mp
-
-    with mp.workprec(BITS):
-        both = mp.make_mpf(_normal_both(t) if df == math.inf else _t_both(t, df))
-        wanted = mp.make_mpf(raw(*p.as_integer_ratio()))
-        near = wanted < 2 * both < 4 * wanted
-        return float(mp.log1p((both - wanted) / wanted) if near else mp.log(both / wanted))
+        return normal_two_sided(t)
+    if df > _MANY_DF and Fraction(t) ** 2 < _NEAR * Fraction(df):
+        return normal_two_sided(_as_normal(abs(float(t)), float(df)))
+    if df > _MOST_DF:  # so far out that nothing else counts
+        return _of_log(-0.5 * float(df) * _log(1 + Fraction(t) ** 2 / Fraction(df)))
+    if df < _LEAST_DF:  # but for a term of df
+        ratio = _log(abs(Fraction(t))) - 0.5 * math.log(df)
+        return _of_log(-float(df) * (ratio + math.log(2.0) if ratio > 20.0 else math.asinh(math.exp(ratio))))
+    exact_t, exact_df = Fraction(t), Fraction(df)
+    return _beta_area(float(df) / 2.0, 0.5, exact_df / (exact_df + exact_t * exact_t))
 
 
-def f_upper(f: Exact, df_numerator: Exact, df_denominator: Exact) -> Tail:
+def t_upper(t: Number, df: Number) -> Tail:
+    """Return P(T >= t)."""
+    both = t_two_sided(t, df)
+    if t < 0:
+        return _of_log(math.log1p(-both.p / 2.0))
+    return Tail(both.p / 2.0, both.log10_p - math.log10(2.0))
+
+
+def f_upper(f: Number, df_numerator: Number, df_denominator: Number) -> Tail:
     """Return P(F >= f)."""
     if f <= 0:
         return Tail(1.0, 0.0)
-    return _as_tail(_f_upper(f, df_numerator, df_denominator))
-
-
-def f_two_sided(f: Exact, df_numerator: Exact, df_denominator: Exact) -> Tail:
-    """Return twice the smaller tail area of F, at most 1 (as R's `var.test`); `f` is positive."""
-    from mpmath import libmp
-
-    smaller = _f_upper(f, df_numerator, df_denominator)
-    if libmp.mpf_gt(smaller, libmp.fhalf):
-        smaller = libmp.mpf_sub(libmp.fone, smaller, BITS)
-        if libmp.mpf_lt(smaller, _LITTLE):  # too little is left of its digits
-            smaller = _f_upper(1 / Fraction(f), df_denominator, df_numerator)
-    return _as_tail(libmp.mpf_shift(smaller, 1)) if libmp.mpf_lt(smaller, libmp.fhalf) else Tail(1.0, 0.0)
-
-
-def chi2_upper(x: Exact, df: Exact) -> Tail:
-    """Return P(X >= x) for chi-squared."""
-    from mpmath import mp
-
-    if x <= 0:
-        return Tail(1.0, 0.0)
-    with mp.workprec(BITS):
-        return _as_tail(mp.gammainc(_number(df) / 2, _number(x) / 2, mp.inf, regularized=True)._mpf_)
-
-
-def normal_upper(z: Exact) -> Tail:
-    """Return P(Z >= z)."""
-    from mpmath import mp
-
-    with mp.workprec(BITS):
-        return _as_tail((mp.erfc(_number(z) / mp.sqrt(2)) / 2)._mpf_)
-
-
-def normal_two_sided(z: Exact) -> Tail:
-    """Return P(|Z| >= |z|)."""
-    return _as_tail(_normal_both(z))
-
-
-def _normal_both(z: Exact) -> Any:
-    from mpmath import mp
-
-    with mp.workprec(BITS):
-        return _erfc(abs(_number(z)) / mp.sqrt(2))._mpf_
-
-
-def _erfc(x: Any) -> Any:
-    from mpmath import mp
-
-    if x < _FAR:
-        return mp.erfc(x)
-    return mp.exp(-x * x) / (x * mp.sqrt(mp.pi)) * (1 - 1 / (2 * x * x))  # mpmath's own ends at 1e154
-
-
-def _as_tail(raw: Any) -> Tail:
-    from mpmath import libmp, mp
-
-    p = libmp.to_float(raw, rnd="n")
-    if _PLAIN[0] < p < _PLAIN[1]:
-        return Tail(p, math.log10(p))
-    with mp.workprec(BITS):
-        return Tail(p, min(0.0, float(mp.log10(mp.make_mpf(raw)))))
-
-
-def _number(value: Exact) -> Any:
-    from mpmath import mp
-
-    return mp.make_mpf(raw(*Fraction(value).as_integer_ratio()))
-
-
-def _t_both(t: Exact, df: Exact) -> Any:
-    if not _LEAST_DF <= df <= _MOST_DF:
-        return _t_both_at_ends(t, df)
-    exact_df, exact_t = Fraction(df), Fraction(t)
-    top, bottom = exact_t.numerator**2 * exact_df.denominator, exact_t.denominator**2 * exact_df.numerator
-    return incomplete_beta(exact_df / 2, Fraction(1, 2), top, bottom)
-
-
-def _t_both_at_ends(t: Exact, df: Exact) -> Any:
-    """Return both tails of t with so many or few degrees of freedom that the next term of a series is below 1e-17.
-
-    Many: those of a normal (Hill 1970, algorithm 395, the first of his terms). Few: P = exp(-df asinh(|t| / sqrt(df))).
-    """
-    from mpmath import mp
-
-    with mp.workprec(BITS):
-        number, square = _number(df), _number(t) ** 2
-        if df < _LEAST_DF:
-            return mp.exp(-number * mp.asinh(mp.sqrt(square / number)))._mpf_
-        return _erfc(mp.sqrt((number - 0.5) * mp.log1p(square / number) / 2))._mpf_
-
-
-def _f_upper(f: Exact, df_numerator: Exact, df_denominator: Exact) -> Any:
     above, below = Fraction(df_numerator), Fraction(df_denominator)
-    odds = Fraction(f) * above / below
-    return incomplete_beta(below / 2, above / 2, odds.numerator, odds.denominator)
+    return _beta_area(float(below) / 2.0, float(above) / 2.0, below / (below + Fraction(f) * above))
+
+
+def f_two_sided(f: Number, df_numerator: Number, df_denominator: Number) -> Tail:
+    """Return twice the smaller tail area of F, at most 1 (as R's `var.test`); `f` is positive."""
+    upper, lower = f_upper(f, df_numerator, df_denominator), f_upper(1 / Fraction(f), df_denominator, df_numerator)
+    smaller = min(upper, lower, key=lambda tail: tail.log10_p)
+    if smaller.p >= 0.5:
+        return Tail(1.0, 0.0)
+    return Tail(2.0 * smaller.p, smaller.log10_p + math.log10(2.0))
+
+
+def chi2_upper(x: Number, df: int) -> Tail:
+    """Return P(X >= x) for chi-squared."""
+    p = float(special.chdtrc(df, float(x)))
+    if p > _LEAST:
+        return _of_log(math.log1p(-float(special.chdtr(df, float(x))))) if p > 0.5 else Tail(p, math.log10(p))
+    from mpmath import mp
+
+    with mp.workprec(_BITS):
+        half = mp.mpf(Fraction(x).numerator) / Fraction(x).denominator / 2
+        return _of_log(float(mp.log(mp.gammainc(mp.mpf(df) / 2, half, mp.inf, regularized=True))))
+
+
+def normal_two_sided(z: Number) -> Tail:
+    """Return P(|Z| >= |z|)."""
+    far = abs(float(z))
+    p = math.erfc(far / math.sqrt(2.0))
+    if p > _LEAST:
+        return Tail(p, math.log10(p) if p < 0.5 else math.log1p(-math.erf(far / math.sqrt(2.0))) / _LN_10)
+    return _of_log(float(special.log_ndtr(-far)) + math.log(2.0))
+
+
+_LN_10 = math.log(10.0)
+
+
+def _of_log(log_p: float) -> Tail:
+    return Tail(math.exp(log_p), min(log_p / _LN_10, 0.0) or 0.0)
+
+
+def _as_normal(t: float, df: float) -> float:
+    """Return the normal value with the tail of t, for t^2 / df below 0.005 (Hill 1970, algorithm 395, two terms)."""
+    ratio = t / df * t
+    z = t * math.sqrt((1.0 - 0.5 / df) * (math.log1p(ratio) / ratio if ratio > 1e-17 else 1.0))
+    return z * (1.0 + ((z / (df - 0.5)) ** 2 + 3.0 / (df - 0.5) / (df - 0.5)) / 48.0)
+
+
+def _log(number: Fraction) -> float:
+    return math.log(number.numerator) - math.log(number.denominator)
+
+
+def _beta_area(a: float, b: float, x: Fraction) -> Tail:
+    """Return the regularised incomplete beta function I_x(a, b)."""
+    found = _scipys_area(a, b, x)
+    if found.p < 0.5 or x < _LEAST:
+        return found
+    return Tail(found.p, math.log1p(-_scipys_area(b, a, 1 - x).p) / _LN_10 or 0.0)
+
+
+def _scipys_area(a: float, b: float, x: Fraction) -> Tail:
+    """Return I_x(a, b), whose logarithm has its digits where it is below a half."""
+    p = float(special.betainc(a, b, float(x)) if 2 * x < 1 else special.betaincc(b, a, float(1 - x)))
+    return _far_area(a, b, x) if p < _LEAST or x < _LEAST else Tail(p, math.log10(p))
+
+
+def _far_area(a: float, b: float, x: Fraction) -> Tail:
+    """Return I_x(a, b) for x far below the bulk, by Lentz's evaluation of its continued fraction (DLMF 8.17.22)."""
+    from mpmath import mp
+
+    share, fraction, c, d = float(x), 1.0, 1.0, 0.0
+    for step in range(1, _MOST_STEPS):
+        m = step // 2
+        if step % 2:
+            part = -(a + m) * (a + b + m) * share / ((a + 2 * m) * (a + 2 * m + 1))
+        else:
+            part = m * (b - m) * share / ((a + 2 * m - 1) * (a + 2 * m))
+        d = 1.0 / (1.0 + part * d)
+        c = 1.0 + part / c
+        fraction *= c * d
+        if abs(c * d - 1.0) < 1e-15:
+            break
+    with mp.workprec(_BITS):
+        low, high = mp.mpf(a), mp.mpf(b)
+        log_odds = mp.log(mp.mpf(x.numerator) / x.denominator) * low
+        log_rest = mp.log(mp.mpf((1 - x).numerator) / (1 - x).denominator) * high
+        log_beta = mp.loggamma(low) + mp.loggamma(high) - mp.loggamma(low + high)
+        return _of_log(float(log_odds + log_rest - log_beta - mp.log(low)) - math.log(fraction))
+
+
+def complement_level(alpha: float) -> Number:
+    """Return 1 - alpha: as the double that is shown, or where that loses digits of alpha as a fraction."""
+    return 1.0 - alpha if alpha > _DIGITS_LOST else 1 - Fraction(alpha)
+
+
+def t_quantile(level: Number, df: float) -> float:
+    """Return the half width of a two-sided interval of the given level in standard errors (df may be infinite).
+
+    Infinite where it is too large for a double.
+    """
+    return t_upper_quantile((1 - Fraction(level)) / 2, df)
+
+
+@lru_cache(maxsize=4096)
+def t_upper_quantile(tail: Number, df: float) -> float:
+    """Return the t that Student's t exceeds with chance `tail`, between 0 and 1 (df may be infinite).
+
+    Infinite where it is too large for a double.
+    """
+    exact = Fraction(tail)
+    middle = 1 - 2 * exact
+    if middle < 0:
+        return -t_upper_quantile(1 - exact, df)
+    if exact == 0 or df == 0.0:
+        return math.inf
+    if middle == 0:
+        return 0.0
+    if exact >= _USUAL_TAIL and middle >= _MIDDLE and _USUAL_DF[0] <= df <= _USUAL_DF[1]:
+        return float(_polished(np.array(df), float(exact)))
+    if middle < Fraction(1, 2):
+        log_both = math.log1p(-float(middle))
+    else:
+        log_both = math.log(2 * exact.numerator) - math.log(exact.denominator)
+
+    def beyond(log_t: float) -> float:
+        return t_two_sided(math.exp(log_t), df).log10_p * _LN_10 / log_both - 1.0
+
+    ends = math.log(sys.float_info.min), math.log(sys.float_info.max)
+    if beyond(ends[1]) < 0.0:
+        return math.inf
+    return math.exp(float(optimize.brentq(beyond, *ends, xtol=1e-15, rtol=8.9e-16, maxiter=_MOST_STEPS)))
+
+
+def t_upper_quantiles(tail: Fraction, df: Floats) -> Floats:
+    """Return `t_upper_quantile` of each number of degrees of freedom, any shape."""
+    if float(tail) < _FAR_TAIL:
+        return np.array([t_upper_quantile(tail, each) for each in df.ravel().tolist()]).reshape(df.shape)
+    return _polished(df, float(tail))
+
+
+def _polished(df: Floats, tail: float) -> Floats:
+    """Return scipy's quantile of t, taken to the last digits by one of Newton's steps."""
+    t = -special.stdtrit(df, tail)
+    with np.errstate(over="ignore"):
+        log_density = (
+            special.gammaln((df + 1.0) / 2.0)
+            - special.gammaln(df / 2.0)
+            - 0.5 * np.log(math.pi * df)
+            - (df + 1.0) / 2.0 * np.log1p(t * t / df)
+        )
+    return np.asarray(t + (special.stdtr(df, -t) - tail) / np.exp(log_density))
+
+
+def exact_df(parts: Sequence[tuple[Fraction, int]]) -> Fraction:
+    """Return those of (variance, degrees of freedom) of any sizes, not all variances 0, without any rounding."""
+    total = sum((variance for variance, _df in parts), Fraction(0))
+    doubt = sum((variance**2 / df for variance, df in parts), Fraction(0))
+    return total**2 / doubt
+
+
+def df_of_doubles(parts: Sequence[tuple[float, float]]) -> float:
+    """Return those of (variance, degrees of freedom); infinite where all is known exactly."""
+    total = math.fsum(variance for variance, _df in parts)
+    doubt = math.fsum((variance / total) ** 2 / df for variance, df in parts) if total > 0.0 else 0.0
+    return 1.0 / doubt if doubt > 0.0 else math.inf
+
+
+def df_of_arrays(part_a: Floats, part_b: Floats, df_a: float, df_b: float) -> Floats:
+    """Return those of many pairs of variances at once, of the shape of the parts; no pair is 0 twice."""
+    both = part_a + part_b
+    return np.asarray(1.0 / ((part_a / both) ** 2 / df_a + (part_b / both) ** 2 / df_b))
+
+
+_REACH = 40.0  # logarithm below which a weight does not count
+_NORMAL_REACH = 13.0
+_MANY, _MOST = 1e6, 1e12
+"""Noncentralities, per degree of freedom and at all, from which their mean is all that counts of their scatter."""
+
+
+def t_tails(t: float, df: float, delta: float) -> tuple[float, float]:
+    """Return P(T <= t) and P(T >= t) for noncentrality `delta`."""
+    if t * t > 400.0 * df:
+        return _steep_t_tails(t, df, delta)
+    u, weights = _log_scale(df, abs(t))
+    argument = t * np.exp(u) - delta
+    return float(weights @ special.ndtr(argument)), float(weights @ special.ndtr(-argument))
+
+
+def _log_scale(df: float, t: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return nodes in ln S and their weights, close enough for the normal's edge to be smooth between them."""
+    low = -max(9.0 * math.sqrt(2.0 / df), (_REACH + df / 2.0) / df if df < 60.0 else 0.0)
+    high = min(9.0 / math.sqrt(2.0 * df), 0.5 * math.log(1.0 + 2.0 * _REACH / df) + 1.0)
+    steepness = math.sqrt(2.0 * df + (t * math.exp(high / 3.0)) ** 2)
+    u = np.linspace(low, high, int((high - low) * max(steepness / 0.5, 9.0)) + 60)
+    log_density = df * (u - np.expm1(2.0 * u) / 2.0)
+    weights = np.exp(log_density - log_density.max())
+    return u, weights / weights.sum()
+
+
+def _steep_t_tails(t: float, df: float, delta: float) -> tuple[float, float]:
+    """Return the tails where t is so large that S, not Z, decides: the mean over Z of the tails of S.
+
+    Below Z = -delta (for positive t) the ratio is negative whatever S is; Gauss's nodes begin there.
+    """
+    if t < 0.0:
+        lower, upper = _steep_t_tails(-t, df, -delta)
+        return upper, lower
+    start = min(max(-_NORMAL_REACH, -delta), _NORMAL_REACH)
+    nodes, widths = _gauss_nodes()
+    half = (_NORMAL_REACH - start) / 2.0
+    z = start + half * (nodes + 1.0)
+    weights = half * widths * np.exp(-z * z / 2.0) / math.sqrt(2.0 * math.pi)
+    with np.errstate(over="ignore"):
+        argument = df / 2.0 * (np.maximum(z + delta, 0.0) / t) ** 2
+    lower = float(weights @ special.gammaincc(df / 2.0, argument)) + float(special.ndtr(start))
+    return lower, float(weights @ special.gammainc(df / 2.0, argument))
+
+
+@lru_cache(maxsize=1)
+def _gauss_nodes() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    nodes, widths = np.polynomial.legendre.leggauss(200)
+    return nodes, widths
+
+
+def f_tails(f: float, df_between: float, df_within: float, noncentrality: float) -> tuple[float, float]:
+    """Return P(F <= f) and P(F >= f)."""
+    if noncentrality > _MANY * df_within and (noncentrality > _MOST or df_between * f > _MANY * df_within):
+        return _f_tails_of_many(f, df_between, df_within, noncentrality)
+    a, b = df_between / 2.0, df_within / 2.0
+    x, y = df_between * f / (df_between * f + df_within), df_within / (df_between * f + df_within)
+    mean = noncentrality / 2.0
+    spread = 12.0 * math.sqrt(mean) + 40.0
+    first, last = max(0.0, float(np.floor(mean - spread))), float(np.ceil(mean + spread))
+    step = max(1.0, float(np.floor(math.sqrt(mean) / 20.0)))
+    counts = np.arange(first, last + 1.0, step)
+    log_weight = special.xlogy(counts, mean) - mean - special.gammaln(counts + 1.0)
+    weights = np.exp(log_weight - log_weight.max())
+    weights /= weights.sum()
+    return float(weights @ special.betainc(a + counts, b, x)), float(weights @ special.betainc(b, a + counts, y))
+
+
+def _f_tails_of_many(f: float, df_between: float, df_within: float, noncentrality: float) -> tuple[float, float]:
+    """Return the tails where chi^2(df_between, noncentrality) is its mean but for what its inverse is to first order.
+
+    Sums over Poisson's numbers lose more digits there than they have.
+    """
+    scale = noncentrality / df_between / f if f > 0.0 else math.inf
+    x = scale * df_within
+    if x > _MOST:
+        return 0.0, 1.0
+    half = df_within / 2.0
+    log_density = special.xlogy(half - 1.0, x / 2.0) - x / 2.0 - math.lgamma(half) - math.log(2.0)
+    moved = x * math.exp(log_density) * (df_between + df_within - 2.0 - x) / noncentrality
+    lower, upper = float(special.gammaincc(half, x / 2.0)) - moved, float(special.gammainc(half, x / 2.0)) + moved
+    return min(max(lower, 0.0), 1.0), min(max(upper, 0.0), 1.0)

@@ -29,13 +29,10 @@ from data_schema.errors import InputRefused, unknown_name
 from data_schema.rounding import alpha_beside, level_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_groups, as_level
-from stats.exact.critical_values import critical_values
-from stats.exact.error_free import exact_root, shortened
-from stats.exact.finite import finite
-from stats.exact.known_scale import Floats, KnownScale, log_mean_over_scale, log_sum, log_upper_of_any
-from stats.groups.groups import Groups, read_groups
-from stats.results import Result
-from stats.wording import missing_text, with_unit
+from stats.compare.summary import Groups, read_groups
+from stats.exact.family_tails import Floats, KnownScale, critical_values, log_mean_over_scale, log_sum, log_upper_of_any
+from stats.exact.numbers import exact_root, finite, shortened
+from stats.results import Result, missing_text, with_unit
 
 _REACH = 9.5
 """Standard deviations beyond which a normal adds nothing to 16 digits."""

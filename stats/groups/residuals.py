@@ -14,13 +14,19 @@ from scipy import special
 from data_schema.errors import InputRefused
 from data_schema.rounding import level_text, number_text
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, as_groups, as_level, as_sample
-from stats.exact.error_free import Floats, exact_root, scaled
-from stats.exact.finite import finite, refuse_beyond, times_power, to_double
-from stats.exact.sums import common_shift, moments, out_of_range
-from stats.lines.complete import Labels, as_labels, complete_rows
-from stats.results import Result
-from stats.wording import counted, missing_text
+from stats.checks import Labels, Missing, as_groups, as_labels, as_level, as_sample, complete_rows
+from stats.exact.numbers import (
+    Floats,
+    common_shift,
+    exact_root,
+    finite,
+    moments,
+    out_of_range,
+    refuse_beyond,
+    times_power,
+    to_double,
+)
+from stats.results import Result, counted, missing_text
 
 _SD = "the residual standard deviation"
 
@@ -90,7 +96,7 @@ def residuals_of_groups(
         if sample.values.size == 0:
             continue
         sizes[name] = sample.values.size
-        about = moments(sample.values, rest=sample.rest)
+        about = moments(sample.values, sample.rest)
         rest = np.zeros(about.n) if sample.rest is None else sample.rest
         values += [
             Fraction(float(value)) + Fraction(float(more)) - about.exact_mean
@@ -122,11 +128,11 @@ def additive_residuals(values: ArrayLike, condition: Labels, day: Labels, missin
             )
     sample = as_sample("values", values)
     exponent = out_of_range(sample.values)
-    numbers = scaled(sample.values, -exponent)
+    numbers = np.ldexp(sample.values, -exponent)
     shift = common_shift(numbers) if numbers.size else 0.0
     numbers = numbers - shift
     if sample.rest is not None:
-        numbers = numbers + scaled(sample.rest, -exponent)
+        numbers = numbers + np.ldexp(sample.rest, -exponent)
     design = np.concatenate([_dummies(of_each) for of_each in kept], axis=1)
     left_vectors, singular, _right = np.linalg.svd(design, full_matrices=False)
     basis = left_vectors[:, singular > singular.max(initial=0.0) * numbers.size * np.finfo(np.float64).eps]

@@ -23,48 +23,46 @@ from scipy import special
 from data_schema.rounding import interval_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, Sample, as_groups, as_level, as_sample
-from stats.compare.t_tests import AS_A_AND_B, Names, too_small, two_names
-from stats.exact.error_free import exact_sum, ordered_two_sum, scaled, shortened, two_sum
-from stats.exact.finite import finite, finite_pair
-from stats.exact.sums import Moments, moments, out_of_range
+from stats.compare.summary import AS_A_AND_B, Names, too_small, two_names
+from stats.exact.numbers import (
+    Moments,
+    deviations,
+    exact_sum,
+    finite,
+    finite_pair,
+    moments,
+    out_of_range,
+    shortened,
+)
 from stats.exact.tails import Tail, chi2_upper, f_two_sided, f_upper
-from stats.results import Result
-from stats.wording import counted, missing_text
+from stats.results import Result, counted, missing_text
 
 _MANY = 1000
 
 
 def from_mean(sample: Sample) -> Sample:
     """Return how far the values, at least 1, lie from their mean."""
-    total = exact_sum(sample.values) + (Fraction(0) if sample.rest is None else exact_sum(sample.rest))
-    return _distances(sample, total / sample.values.size)
+    return _distances(sample, exact_sum(sample.values, sample.rest) / sample.values.size)
 
 
 def from_median(sample: Sample) -> Sample:
     """Return how far the values, at least 1, lie from their median."""
-    return _distances(sample, exact_median(sample))
-
-
-def exact_median(sample: Sample) -> Fraction:
-    """Return the median of a sample of at least 1 value without rounding the mean of the middle two."""
-    values, rest, n = sample.values, sample.rest, sample.values.size
-    if rest is None:
-        middle = np.partition(values, (n // 2,) if n % 2 else (n // 2 - 1, n // 2))[(n - 1) // 2 : n // 2 + 1]
-        return sum((Fraction(float(value)) for value in middle), Fraction(0)) / middle.size
-    order = np.lexsort((rest, values))[(n - 1) // 2 : n // 2 + 1]
-    return sum((Fraction(float(values[i])) + Fraction(float(rest[i])) for i in order), Fraction(0)) / order.size
+    values, n = sample.values, sample.values.size
+    rest = np.zeros(n) if sample.rest is None else sample.rest
+    middle = np.lexsort((rest, values))[(n - 1) // 2 : n // 2 + 1]
+    return _distances(sample, exact_sum(values[middle], rest[middle]) / middle.size)
 
 
 def _distances(sample: Sample, middle: Fraction) -> Sample:
-    near = float(middle)
-    high, low = two_sum(sample.values, -near)
-    low = low - float(middle - Fraction(near))
-    if sample.rest is not None:
-        low = low + sample.rest
-    high, low = ordered_two_sum(high, low)
-    if high.size > _MANY:  # rounded, each is still right to its last digit, and equal ones stay equal
-        return Sample(np.abs(high), None, 0)
-    return Sample(np.abs(high), np.copysign(1.0, high) * low, 0)
+    values, rest = sample.values, sample.rest
+    if values.size > _MANY:
+        away, exponent = deviations(middle, values, rest)
+        return Sample(np.abs(np.ldexp(away, exponent)), None, 0)
+    more = [0.0] * values.size if rest is None else rest.tolist()
+    exact = [abs(Fraction(a) + Fraction(b) - middle) for a, b in zip(values.tolist(), more, strict=True)]
+    near = list(map(float, exact))
+    left = [float(number - Fraction(double)) for number, double in zip(exact, near, strict=True)]
+    return Sample(np.array(near), np.array(left), 0)
 
 
 Interval = tuple[float, float]
@@ -127,7 +125,7 @@ def f_test(
     level = as_level("level", level)
     names = two_names(names)
     first, second = (as_sample(f"group {name}", x, missing) for name, x in zip(names, (a, b), strict=True))
-    of_a, of_b = moments(first.values, rest=first.rest), moments(second.values, rest=second.rest)
+    of_a, of_b = moments(first.values, first.rest), moments(second.values, second.rest)
     ratio, tail = variance_ratio(of_a, of_b, names)
     sizes, df = (of_a.n, of_b.n), (of_a.n - 1, of_b.n - 1)
     left_out = first.missing + second.missing
@@ -149,7 +147,7 @@ def f_test(
 def bartlett(groups: Mapping[str, ArrayLike] | Sequence[ArrayLike], missing: Missing = "refuse") -> VarianceTest:
     """Return Bartlett's test; every group needs 2 values. Raises `InputRefused` as `f_test` does."""
     samples = _samples(groups, missing)
-    parts = {name: moments(sample.values, rest=sample.rest) for name, sample in samples.items()}
+    parts = {name: moments(sample.values, sample.rest) for name, sample in samples.items()}
     sizes = tuple(part.n for part in parts.values())
     degrees, left_out = len(parts) - 1, _missing(samples)
     reason = _no_variances(parts)
@@ -235,7 +233,7 @@ def _in_range(samples: Mapping[str, Sample]) -> list[Sample]:
     if not away:
         return list(samples.values())
     return [
-        Sample(scaled(each.values, -away), None if each.rest is None else scaled(each.rest, -away), each.missing)
+        Sample(np.ldexp(each.values, -away), None if each.rest is None else np.ldexp(each.rest, -away), each.missing)
         for each in samples.values()
     ]
 
@@ -253,7 +251,7 @@ def _of_spreads(test: str, samples: Mapping[str, Sample], spread: Callable[[Samp
         reason = "the distances in a group of 2 are equal, and no group has more"
     if reason is None:
         spreads = [spread(sample) for sample in _in_range(samples)]
-        parts = [moments(sample.values, rest=sample.rest) for sample in spreads]
+        parts = [moments(one.values, one.rest) for one in spreads]
         within = sum((part.exact_sum_squares for part in parts), Fraction(0))
         if within == 0:
             reason = "all values of a group lie equally far from its middle"

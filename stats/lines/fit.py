@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
+from operator import mul
 from typing import Any
 
 import numpy as np
@@ -14,12 +15,9 @@ import numpy as np
 from data_schema.errors import InputRefused
 from data_schema.rounding import alpha_beside, error_of, interval_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
-from stats.exact.distributions import f_upper_p, t_quantile, t_two_sided_p
-from stats.exact.error_free import Floats
-from stats.exact.finite import Interval, finite, finite_pair, refuse_beyond, times_power
-from stats.exact.tails import f_upper, t_two_sided
-from stats.results import Result
-from stats.wording import missing_text, share_text, with_unit
+from stats.exact.numbers import Interval, exact_root, finite, finite_pair, interval_about, refuse_beyond, to_double
+from stats.exact.tails import f_upper, t_quantile, t_two_sided
+from stats.results import Result, missing_text, share_text, with_unit
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,146 +176,174 @@ class Fit(Result):
 
 
 BEYOND_DOUBLES = Undefined("a covariance is beyond what a double can hold")
-_LARGEST_EXPONENT = 400
-"""Of a standard error, or its inverse: its square still fits a double, whatever stands before the power of two."""
-LEAST_SD = 2.0**-_LARGEST_EXPONENT
+
+Matrix = Sequence[Sequence[int]]
 
 
 @dataclass(frozen=True, slots=True)
-class Scaled:
-    """A fit in the scale in which it was solved, and the way back."""
+class ExactFit:
+    """Least squares in whole numbers: the normal equations solved without rounding, for p rows and a response."""
 
-    coefficients: list[float]
-    """The caller's but for their unit's factor and power of two."""
-    fitted: Floats
-    """In the response's scale, about its centre where there is an intercept; shape (n,)."""
-    residuals: Floats
-    """Shape (n,)."""
-    response_exponent: int
-    """A residual is 2**response_exponent times what stands here."""
-    rows: Floats
-    """Coefficients have the covariance rows @ rows.T * SS_residual / df; shape (p, p)."""
-    units: tuple[tuple[float, int], ...]
-    """Factor and power of two of each coefficient."""
+    numerators: list[int]
+    """Of the coefficients, over `determinant`; shape (p,)."""
+    adjugate: list[list[int]]
+    """Of the rows' products with each other: their inverse, over `determinant`; shape (p, p)."""
+    determinant: int
+    squares: Fraction
+    """What is left over of the response: exactly 0 where the fit is exact, and nowhere else."""
+
+    def carried(self, back: Matrix) -> ExactFit:
+        """Return the fit in other coefficients, `back` times these; shape (p, p)."""
+        half = [[_dot(row, column) for column in self.adjugate] for row in back]
+        return ExactFit(
+            numerators=[_dot(row, self.numerators) for row in back],
+            adjugate=[[_dot(row, other) for other in back] for row in half],
+            determinant=self.determinant,
+            squares=self.squares,
+        )
+
+    def inverse_in(self, units: Sequence[Fraction]) -> list[list[Fraction]]:
+        """Return the coefficients' covariance for a residual variance of 1 in units, those of the rows."""
+        return [
+            [Fraction(value, self.determinant) / (one * other) for value, other in zip(row, units, strict=True)]
+            for row, one in zip(self.adjugate, units, strict=True)
+        ]
+
+
+def exact_fit(rows: Matrix, response: Sequence[int]) -> ExactFit | None:
+    """Fit a response of shape (n,) by rows of shape (p, n); None where the rows are not independent.
+
+    In doubles the normal equations lose twice the digits that a design costs; in whole numbers they lose none.
+    """
+    products = [[_dot(a, b) for b in rows[: place + 1]] for place, a in enumerate(rows)]
+    gram = [[products[max(i, j)][min(i, j)] for j in range(len(rows))] for i in range(len(rows))]
+    found = _adjugate(gram)
+    if found is None:
+        return None
+    adjugate, determinant = found
+    with_response = [_dot(row, response) for row in rows]
+    numerators = [_dot(row, with_response) for row in adjugate]
+    left = determinant * _dot(response, response) - _dot(numerators, with_response)
+    return ExactFit(numerators, adjugate, determinant, Fraction(left, determinant))
+
+
+def _dot(a: Sequence[int], b: Sequence[int]) -> int:
+    return sum(map(mul, a, b))
+
+
+def _adjugate(gram: list[list[int]]) -> tuple[list[list[int]], int] | None:
+    """Return adjugate and determinant of products of rows with each other; None where that is 0.
+
+    Source: Bareiss (1968), Mathematics of Computation 22, 565: elimination in which every division leaves no remainder.
+    """
+    p = len(gram)
+    work = [[*row, *(int(i == j) for j in range(p))] for i, row in enumerate(gram)]
+    before = 1
+    for k in range(p):
+        pivot = work[k][k]  # the determinant of the first k rows' products: 0 only where these are not independent
+        if pivot == 0:
+            return None
+        for i in range(p):
+            if i != k:
+                factor = work[i][k]
+                work[i] = [(pivot * a - factor * b) // before for a, b in zip(work[i], work[k], strict=True)]
+        before = pivot
+    return [row[p:] for row in work], before
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """What a fit was made of beside its rows."""
+
+    units: tuple[Fraction, ...]
+    """Of the rows' counts, that of the intercept's 1; shape (p,)."""
+    response_unit: Fraction
+    total: Fraction
+    """Sum of squares of the response's counts, about their mean where there is an intercept."""
+    n: int
     condition: float
 
-    @property
-    def lengths(self) -> list[float]:
-        """Standard errors of the coefficients for a residual standard deviation of 1; shape (p,)."""
-        found: list[float] = np.sqrt((self.rows * self.rows).sum(axis=1)).tolist()
-        return found
 
-
-@dataclass(frozen=True, slots=True)
-class _ByScatter:
-    """What the residuals say of the coefficients; a field of `Fit` each."""
-
-    residual_sd: float | Undefined
-    standard_errors: tuple[float, ...] | Undefined
-    ci: tuple[Interval, ...] | Undefined
-    covariance: tuple[tuple[float, ...], ...] | Undefined
-
-
-@dataclass(frozen=True, slots=True)
-class _Tests:
-    """Of each coefficient being 0, and of all but the intercept; a field of `Fit` each."""
-
-    t: tuple[float, ...] | Undefined
-    p: tuple[float, ...] | Undefined
-    f: float | Undefined
-    f_p: float | Undefined
-
-
-def fit_of(names: tuple[str, ...], scaled: Scaled, *, intercept: bool, level: float, missing: int) -> Fit:
-    """Return everything that follows from coefficients, residuals and the factor of the design.
+def fit_of(names: tuple[str, ...], exact: ExactFit, given: Given, *, intercept: bool, level: float) -> Fit:
+    """Return everything that follows from a fit, each number rounded once.
 
     Raises `InputRefused` where a coefficient is beyond the range of doubles.
     """
-    n, p = scaled.residuals.size, len(names)
-    df, df_model = n - p, p - intercept
-    squares = float(scaled.residuals @ scaled.residuals)
-    from_mean = scaled.fitted - float(scaled.fitted.sum()) / n if intercept else scaled.fitted
-    model = float(from_mean @ from_mean)
+    p, squares, model = len(names), exact.squares, given.total - exact.squares
+    df, df_model = given.n - p, p - intercept
+    scale = [given.response_unit / unit for unit in given.units]
+    coefficients = [Fraction(top, exact.determinant) * unit for top, unit in zip(exact.numerators, scale, strict=True)]
     none = Undefined("there are as many values as coefficients")
-    coefficients = [
-        times_power(value, exponent) * factor
-        for value, (factor, exponent) in zip(scaled.coefficients, scaled.units, strict=True)
-    ]
-    by_scatter = _ByScatter(none, none, none, none)
-    tests = _Tests(none, none, none, none)
-    if df > 0:
-        by_scatter = _by_scatter(scaled, coefficients, math.sqrt(squares / df), t_quantile(level, df))
-        tests = _tests(scaled, model, squares, df_model, df) if squares > 0.0 else _Tests(EXACT, EXACT, EXACT, EXACT)
-    errors = by_scatter.standard_errors
-    refuse_beyond(
-        "y and a column differ so much in size that a coefficient",
-        (*coefficients, *(errors if isinstance(errors, tuple) else ())),
-    )
-    total = model + squares
-    return Fit(
+    fit = Fit(
         names=names,
-        coefficients=tuple(coefficients),
-        standard_errors=errors,
-        ci=by_scatter.ci,
+        coefficients=tuple(map(to_double, coefficients)),
+        standard_errors=none,
+        ci=none,
         level=level,
-        t=tests.t,
-        p=tests.p,
-        covariance=by_scatter.covariance,
-        r_squared=model / total if total > 0.0 else Undefined("all values of y are equal"),
-        f=tests.f,
-        f_p=tests.f_p,
-        residual_sd=by_scatter.residual_sd,
-        ss_residual=_squares(squares, 2 * scaled.response_exponent),
-        condition=scaled.condition,
+        t=none,
+        p=none,
+        covariance=none,
+        r_squared=float(model / given.total) if given.total else Undefined("all values of y are equal"),
+        f=none,
+        f_p=none,
+        residual_sd=none,
+        ss_residual=_double_or_none(squares * given.response_unit**2, "the sum of squares is"),
+        condition=given.condition,
         df_model=df_model,
         df=df,
-        n=n,
-        missing=missing,
+        n=given.n,
     )
+    errors: list[Fraction] = []
+    if df > 0:
+        variance = squares / df
+        inverse = exact.inverse_in(given.units)
+        errors = [exact_root(variance * inverse[j][j]) * given.response_unit for j in range(p)]
+        fit = replace(
+            fit,
+            standard_errors=tuple(map(to_double, errors)),
+            covariance=in_doubles(inverse, variance * given.response_unit**2),
+            residual_sd=finite(exact_root(variance) * given.response_unit, "the residual standard deviation"),
+        )
+        of_all = model / df_model
+        tests = _tests(fit, coefficients, errors, of_all / variance) if squares else dict.fromkeys(_OF_TESTS, EXACT)
+        fit = replace(fit, **tests)
+    refuse_beyond("y and a column differ so much in size that a coefficient", map(to_double, (*coefficients, *errors)))
+    return fit
 
 
-def _by_scatter(scaled: Scaled, coefficients: list[float], scatter: float, quantile: float) -> _ByScatter:
-    """Return standard errors and intervals for a residual standard deviation, `scatter`, in the response's scale."""
-    errors = tuple(
-        times_power(scatter * length, exponent) * factor
-        for length, (factor, exponent) in zip(scaled.lengths, scaled.units, strict=True)
-    )
-    ends: list[Interval | Undefined] = [EXACT]
-    if scatter:
-        ends = [finite_pair(b - quantile * se, b + quantile * se) for b, se in zip(coefficients, errors, strict=True)]
-    residual_sd = finite(times_power(scatter, scaled.response_exponent), "the residual standard deviation")
-    return _ByScatter(residual_sd, errors, _all_or_none(ends), _covariance(scaled, scatter))
+_OF_TESTS = "ci", "t", "p", "f", "f_p"
 
 
-def _tests(scaled: Scaled, model: float, squares: float, df_model: int, df: int) -> _Tests:
-    """Return the tests by the sums of squares of the model and of the residuals, which are not 0."""
-    scatter = math.sqrt(squares / df)
-    t = tuple(b / (scatter * length) for b, length in zip(scaled.coefficients, scaled.lengths, strict=True))
-    f = (model / df_model) / (squares / df)
-    return _Tests(t, tuple(t_two_sided_p(one, df) for one in t), f, f_upper_p(f, df_model, df))
+def _tests(fit: Fit, coefficients: list[Fraction], errors: list[Fraction], f: Fraction) -> dict[str, Any]:
+    """Return intervals and tests of coefficients with these standard errors, by the names of their fields."""
+    quantile = t_quantile(fit.level, fit.df)
+    ends = [interval_about(b, quantile, se) for b, se in zip(coefficients, errors, strict=True)]
+    lost = next((each for each in ends if isinstance(each, Undefined)), None)
+    t = tuple(to_double(b / se) for b, se in zip(coefficients, errors, strict=True))
+    of_all = to_double(f)
+    return {
+        "ci": tuple(ends) if lost is None else lost,
+        "t": t,
+        "p": tuple(t_two_sided(one, fit.df).p for one in t),
+        "f": of_all,
+        "f_p": f_upper(of_all, fit.df_model, fit.df).p,
+    }
 
 
-def _covariance(scaled: Scaled, scatter: float) -> tuple[tuple[float, ...], ...] | Undefined:
-    factors = np.array([factor for factor, _ in scaled.units])
-    exponents = np.array([exponent for _, exponent in scaled.units])
-    rows = scatter * scaled.rows * factors[:, np.newaxis]
-    matrix = rows @ rows.T
-    if int(np.abs(exponents).max()) > _LARGEST_EXPONENT:
-        return BEYOND_DOUBLES
-    matrix = np.ldexp(matrix, exponents[:, np.newaxis] + exponents)
-    return tuple(tuple(row) for row in matrix.tolist())
+def in_doubles(inverse: list[list[Fraction]], variance: Fraction) -> tuple[tuple[float, ...], ...] | Undefined:
+    """Return a covariance in doubles, unless one of its numbers has none of its size."""
+    exact = [[value * variance for value in row] for row in inverse]
+    found = tuple(tuple(map(to_double, row)) for row in exact)
+    for row, of_row in zip(exact, found, strict=True):
+        if any(math.isinf(double) or (number and not double) for number, double in zip(row, of_row, strict=True)):
+            return BEYOND_DOUBLES
+    return found
 
 
-def _squares(scaled: float, exponent: int) -> float | Undefined:
-    value = times_power(scaled, exponent)
-    if not math.isfinite(value) or (value < sys.float_info.min and scaled > 0.0):
-        return Undefined("the sum of squares is beyond what a double can hold")
-    return value
-
-
-def _all_or_none(intervals: list[Interval | Undefined]) -> tuple[Interval, ...] | Undefined:
-    lost = next((interval for interval in intervals if isinstance(interval, Undefined)), None)
-    return tuple(interval for interval in intervals if not isinstance(interval, Undefined)) if lost is None else lost
+def _double_or_none(value: Fraction, what: str) -> float | Undefined:
+    double = to_double(value)
+    lost = math.isinf(double) or (value > 0 and double < sys.float_info.min)
+    return Undefined(f"{what} beyond what a double can hold") if lost else double
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,16 +18,12 @@ from numpy.typing import ArrayLike
 from data_schema.errors import InputRefused
 from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, as_level, as_number, as_values
-from stats.exact.distributions import t_quantile
-from stats.exact.error_free import Floats
-from stats.exact.finite import Interval, as_interval, refuse_beyond
-from stats.exact.sums import common_shift, moments
-from stats.lines.complete import MINIMUM_ROWS, complete_rows
+from stats.checks import MINIMUM_ROWS, Missing, as_level, as_number, as_values, complete_rows
+from stats.exact.numbers import Floats, Interval, as_interval, moments, refuse_beyond
+from stats.exact.tails import t_quantile
 from stats.lines.fit import EXACT
 from stats.lines.regression import fit_linear
-from stats.results import Result
-from stats.wording import bounded_texts, missing_text, share_text
+from stats.results import Result, bounded_texts, missing_text, share_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -202,8 +198,8 @@ def fit_passive_drain(
     if none is not None:
         raise InputRefused(f"{none}{missing_text(left_out)}: give more (`fit_linear` gives the bare line of two).")
     n = durations.size
-    of_duration = moments(durations, common_shift(durations))
-    of_charge = moments(charges, common_shift(charges))
+    of_duration = moments(durations)
+    of_charge = moments(charges)
     fit = fit_linear(charge_mah, {"duration": duration_s})
     residual_sd_mah = max(fit.spread("the drain line")[1], rounding_sd_mah(resolution_mah))
     residual_variance, mean = Fraction(residual_sd_mah) ** 2, of_duration.exact_mean

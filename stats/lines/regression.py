@@ -2,15 +2,17 @@
 
 What the data do not fix is refused with the names of the columns; a plain solver returns the numbers of least norm
 instead, which look like any others (W20).
+
+Polynomials are fitted by Chebyshev's about the middle of the range of x, in whole numbers, and carried back to the
+caller's powers without rounding. Powers rounded to doubles cap Filip's data at 8 digits, whatever solves them; numpy's
+polyfit has none of the standard errors right there.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
 from operator import mul
 from typing import TYPE_CHECKING, Any
 
@@ -19,95 +21,27 @@ from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, as_level, as_number
-from stats.exact.error_free import FRACTION_BITS, Floats, exact_root, fixed_point, nearest_double
-from stats.lines.columns import Column, as_column, as_response, as_ticks, time_unit, time_units
-from stats.lines.complete import complete_rows
-from stats.lines.fit import INTERCEPT, Fit, Response, Scaled, fit_of, response_at, root_of_form
-from stats.lines.least_squares import (
-    Design,
-    Factor,
-    Solution,
-    deciding_places,
-    exact_coefficients,
-    factorise,
-    in_scale,
-    solve,
+from stats.checks import Missing, as_level, as_number, complete_rows
+from stats.exact.numbers import Floats, exact_root, refuse_beyond, shortened, to_double
+from stats.lines.columns import Column, as_column, as_ticks, time_unit, time_units
+from stats.lines.fit import (
+    INTERCEPT,
+    ExactFit,
+    Fit,
+    Given,
+    Response,
+    exact_fit,
+    fit_of,
+    in_doubles,
+    response_at,
+    root_of_form,
 )
 
-
-@dataclass(frozen=True)
-class CentredColumns:
-    """What was fitted: columns and response, about their centres where there is an intercept."""
-
-    columns: Sequence[Column]
-    response: Column
-    intercept: bool
-
-    @cached_property
-    def off_centre(self) -> list[float]:
-        """Mean of each column minus its centre, in the column's scale; 0 without an intercept."""
-        return [float(column.high.sum()) / column.high.size if self.intercept else 0.0 for column in self.columns]
-
-    @property
-    def means(self) -> tuple[float, ...]:
-        """Of each column, in its unit; 0 without an intercept."""
-        return tuple(
-            (column.centre + math.ldexp(off, column.exponent)) / column.ticks_per_unit
-            for column, off in zip(self.columns, self.off_centre, strict=True)
-        )
-
-    @property
-    def units(self) -> tuple[tuple[float, int], ...]:
-        """Factor and power of two of each coefficient."""
-        constant = [(1.0, self.response.exponent)] if self.intercept else []
-        return *constant, *((one.ticks_per_unit, self.response.exponent - one.exponent) for one in self.columns)
-
-    @property
-    def back(self) -> Floats:
-        """What makes coefficients of the columns as they were of those of the centred ones; shape (p, p)."""
-        matrix = np.eye(len(self.columns) + self.intercept)
-        if self.intercept:
-            matrix[0, 1:] = [-column.centre_scaled for column in self.columns]
-        return matrix
-
-    def callers(self, solution: Solution, design: Design, factor: Factor) -> tuple[list[float], float]:
-        """Return the coefficients but for their units, and the response at the columns' means (0 without intercept).
-
-        Only the intercept is a sum in the caller's terms: it is taken with all digits, those of an exact fit exactly.
-        """
-        exact = None if solution.residuals.any() else self._exact(deciding_places(design, factor))
-        if exact is not None:
-            return in_scale(exact, self.units), self._exact_response(exact)
-        parts = zip(*(part.tolist() for part in solution.coefficients), strict=True)
-        fixed, response_mean = [fixed_point(*pair) for pair in parts], 0.0
-        if self.intercept:
-            fixed[0] += fixed_point(self.response.centre_scaled)
-            response_mean = nearest_double(_along(fixed, self.off_centre), self.response.exponent)
-            fixed[0] = _along(fixed, [-column.centre_scaled for column in self.columns])
-        return [nearest_double(value) for value in fixed], response_mean
-
-    def _exact(self, places: list[int]) -> list[Fraction] | None:
-        """Return coefficients that leave nothing over of the response at some places, if there are such."""
-        constant = [[Fraction(1)] * len(places)] if self.intercept else []
-        columns = [*constant, *(column.exactly(places) for column in self.columns)]
-        return exact_coefficients(columns, self.response.exactly(places))
-
-    def _exact_response(self, coefficients: Sequence[Fraction]) -> float:
-        if not self.intercept:
-            return 0.0
-        means = (
-            Fraction(column.centre) + Fraction(off) * Fraction(2) ** column.exponent
-            for column, off in zip(self.columns, self.off_centre, strict=True)
-        )
-        return float(sum(map(mul, coefficients[1:], means), coefficients[0]))
-
-
-def _along(fixed: Sequence[int], steps: Sequence[float]) -> int:
-    """Return fixed[0] + the sum of fixed[j] * steps[j - 1]."""
-    products = (value * fixed_point(step) for value, step in zip(fixed[1:], steps, strict=True))
-    return fixed[0] + (sum(products) >> FRACTION_BITS)
-
+_ROUNDING = Fraction(2) ** -98
+"""A column no further than the root of this share of its size from the span of the others differs by rounding only."""
+_FOLLOWS = Fraction(1, 10_000)
+"""A column this close to the span of the others, as a share of its squares, follows them (VIF 10 000)."""
+_LEAST = 5e-324
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -186,46 +120,72 @@ def fit_linear(
     (y, *kept), left_out = complete_rows([as_ticks(y), *columns.values()], missing)
     columns = dict(zip(columns, kept, strict=True))
     n = _check(y, columns, intercept)
-    response = as_response(y, centred=intercept)
-    regressors = {
-        name: as_column(f"the column {name!r}", values, centred=intercept) for name, values in columns.items()
-    }
-    _check_identifiable(regressors, intercept)
-    given = list(regressors.values())
-    names = (INTERCEPT, *columns) if intercept else tuple(columns)
-    design = _design(given, n, intercept)
-    factor = factorise(design)
-    if not isinstance(factor, Factor):
-        raise InputRefused(
-            f"the columns {_named(_collinear(columns, [names[row] for row in factor]))} are collinear to the last "
-            "digit, so that their coefficients are not identifiable: leave one of them out."
-        )
-    solution = solve(design, factor, response.pair)
-    centred = CentredColumns(given, response, intercept)
-    coefficients, response_mean = centred.callers(solution, design, factor)
-    scaled = Scaled(
-        coefficients=coefficients,
-        fitted=solution.fitted,
-        residuals=solution.residuals,
-        response_exponent=response.exponent,
-        rows=factor.carried(centred.back),
-        units=centred.units,
-        condition=factor.condition,
-    )
+    response = as_column("y", y)
+    given = [as_column(f"the column {name!r}", values) for name, values in columns.items()]
+    _check_identifiable(dict(zip(columns, given, strict=True)), intercept)
+    rows = [*([[1] * n] if intercept else []), *(column.counts for column in given)]
+    exact = exact_fit(rows, response.counts)
+    turned = [_doubles(column, centred=intercept) for column in given]
+    spreads = [column.squares(centred=intercept) for column in given]
     skip = int(intercept)
-    return LinearFit(
-        **replace(
-            fit_of(names, scaled, intercept=intercept, level=level, missing=left_out),
-            times=time_units(columns),
-            response_time=time_unit(y),
-        ).as_fields(),
+    if exact is None or _follows(exact, given, spreads, skip):
+        named = _named(_collinear(list(columns), turned))
+        raise InputRefused(
+            f"the columns {named} are collinear to the last digit, so that their coefficients are not identifiable: "
+            "leave one of them out."
+        )
+    means = [Fraction(sum(column.counts), n) * skip for column in given]
+    at_means = sum(map(mul, exact.numerators[skip:], means), Fraction(exact.numerators[0]))
+    fit = fit_of(
+        (INTERCEPT, *columns) if intercept else tuple(columns),
+        exact,
+        Given(
+            units=(*((Fraction(1),) * skip), *(column.unit for column in given)),
+            response_unit=response.unit,
+            total=response.squares(centred=intercept),
+            n=n,
+            condition=float(np.linalg.cond(np.array([*([np.full(n, n**-0.5)] if intercept else []), *turned]).T)),
+        ),
         intercept=intercept,
-        vif=tuple(((factor.norms[skip:] / factor.distances[skip:]) ** 2).tolist()),
-        means=centred.means,
-        response_mean=response_mean,
+        level=level,
+    )
+    fit = replace(fit, missing=left_out, times=time_units(columns), response_time=time_unit(y))
+    return LinearFit(
+        **fit.as_fields(),
+        intercept=intercept,
+        vif=tuple(
+            float(spread * Fraction(exact.adjugate[place][place], exact.determinant))
+            for place, spread in enumerate(spreads, skip)
+        ),
+        means=tuple(float(mean * column.unit) for mean, column in zip(means, given, strict=True)),
+        response_mean=float(at_means / exact.determinant * response.unit) if intercept else 0.0,
         lowest=tuple(column.lowest for column in given),
         highest=tuple(column.highest for column in given),
     )
+
+
+def _doubles(column: Column, *, centred: bool) -> Floats:
+    """Return the counts, about their mean or as they are, scaled to one length."""
+    n, total = len(column.counts), sum(column.counts)
+    exact = [n * count - total for count in column.counts] if centred else column.counts
+    shift = max(max(map(abs, exact)).bit_length() - 1000, 0)
+    values = np.array([float(value >> shift) if shift else float(value) for value in exact])
+    values = values / np.max(np.abs(values), initial=_LEAST)
+    return np.asarray(values / np.linalg.norm(values))
+
+
+def _follows(exact: ExactFit, columns: Sequence[Column], spreads: Sequence[Fraction], skip: int) -> bool:
+    """Whether a column is no further from the span of the others than its values are rounded by.
+
+    What rounding did to a column of doubles is a share of its values, not of what centring left of them. A column that
+    itself varies by little more than that is what it says; one that follows others is not.
+    """
+    for place, (column, spread) in enumerate(zip(columns, spreads, strict=True), skip):
+        distance = Fraction(exact.determinant, exact.adjugate[place][place])
+        size = spread if column.exact else column.squares(centred=False)
+        if distance <= max(min(_ROUNDING * size, _FOLLOWS * spread), _ROUNDING * spread):
+            return True
+    return False
 
 
 def _as_columns(columns: Any) -> dict[str, ArrayLike]:
@@ -258,38 +218,169 @@ def _check(y: ArrayLike, columns: Mapping[str, ArrayLike], intercept: bool) -> i
 
 def _check_identifiable(columns: Mapping[str, Column], intercept: bool) -> None:
     for name, column in columns.items():
-        if column.constant and (intercept or not column.high.any()):
+        if column.constant and (intercept or not any(column.counts)):
             what = "is constant beside an intercept" if intercept else "holds only zeros"
             raise InputRefused(f"the column {name!r} {what}: its coefficient is not identifiable, leave it out.")
 
 
-def _collinear(columns: Mapping[str, ArrayLike], found: list[str]) -> list[str]:
-    """Return the names of those found collinear without the intercept, where it only takes up what centring moved."""
-    names = [name for name in found if name != INTERCEPT]
-    if len(names) == len(found):
-        return found
-    uncentred = [as_column(name, columns[name], centred=False) for name in names]
-    alone = factorise(_design(uncentred, uncentred[0].high.size, intercept=False))
-    return found if isinstance(alone, Factor) else [names[row] for row in alone]
-
-
-def _design(columns: list[Column], n: int, intercept: bool) -> Design:
-    high = [column.high for column in columns]
-    low = [column.low for column in columns]
-    if intercept:
-        high.insert(0, np.ones(n))
-    # What rounding did to a column is a share of its values, not of what centring left of them.
-    sizes = [
-        math.sqrt(float(column.high @ column.high) + (0.0 if column.exact else n * column.centre_scaled**2))
-        for column in columns
-    ]
-    rows = np.array(high)
-    lower = None
-    if any(part is not None for part in low):
-        lower = np.array([np.zeros(n) if part is None else part for part in low])
-    return Design(rows, lower, intercept, np.array(([0.0] if intercept else []) + sizes))
+def _collinear(names: Sequence[str], columns: Sequence[Floats]) -> list[str]:
+    """Return the names of those with a share in the direction that the data do not fix."""
+    share = np.abs(np.linalg.svd(np.array(columns).T)[2][-1])
+    return [name for name, size in zip(names, share, strict=True) if size > 1e-8 * share.max()]
 
 
 def _named(names: list[str]) -> str:
     quoted = [repr(name) for name in names]
     return quoted[0] if len(quoted) == 1 else f"{', '.join(quoted[:-1])} and {quoted[-1]}"
+
+
+HIGHEST_DEGREE = 20
+"""Beyond it a curve through measurements says nothing."""
+_BITS = 192
+"""Of a wave in whole numbers: the condition of as many waves costs less than 40."""
+
+
+@dataclass(frozen=True, slots=True)
+class PolynomialFit(Fit):
+    """response = sum of coefficients[k] * x**k; the coefficient of x**k is named "x^k"."""
+
+    degree: int
+    """The highest power."""
+    centre: float
+    """Middle of the range of x, in its unit."""
+    half_range: float
+    """The fit is evaluated in u = (x - centre) / half_range, between -1 and 1."""
+    chebyshev_coefficients: tuple[float, ...]
+    """Of the Chebyshev polynomials T_k(u), where nothing cancels, in the response's unit; shape (degree + 1,)."""
+    chebyshev_covariance: tuple[tuple[float, ...], ...] | Undefined
+    """Of these coefficients, shape (degree + 1, degree + 1)."""
+    lowest: float
+    """Least x, in its unit."""
+    highest: float
+    """Largest x, in its unit."""
+
+    def at(self, x: float, level: float = 0.95) -> Response:
+        """Return the fitted response at x; raises `InputRefused` for an x that is not finite."""
+        place = as_number("x", x)
+        level = as_level("level", level)
+        u = (Fraction(place) - Fraction(self.centre)) / Fraction(self.half_range)
+        waves = [Fraction(1), u]
+        for _ in range(2, self.degree + 1):
+            waves.append(shortened(2 * u * waves[-1] - waves[-2]))
+        products = (Fraction(c) * wave for c, wave in zip(self.chebyshev_coefficients, waves, strict=True))
+        value, covariance = sum(products, Fraction(0)), self.chebyshev_covariance
+        se = covariance if isinstance(covariance, Undefined) else root_of_form(waves, covariance)
+        extrapolated = not self.lowest <= place <= self.highest
+        return response_at(value, se, level, self.df, extrapolated=extrapolated, exact=self.ss_residual == 0.0)
+
+
+def fit_polynomial(
+    x: ArrayLike, y: ArrayLike, degree: int, *, level: float = 0.95, missing: Missing = "refuse"
+) -> PolynomialFit:
+    """Fit y over x, both of shape (n,), by a polynomial of the given degree (1 to 20) with an intercept.
+
+    `x` and `y` may be numbers of any real type, or time stamps and durations of any kind (then in seconds, time stamps
+    since 1970 UTC).
+    Raises `InputRefused` for infinite values, for NaN unless `missing` is "drop" (which leaves out pairs), lengths that
+    differ, another degree, or fewer different x than coefficients.
+    """
+    level = as_level("level", level)
+    degree = _checked_degree(degree)
+    p = degree + 1
+    (x, y), left_out = complete_rows([as_ticks(x), as_ticks(y)], missing)
+    if np.shape(x) != np.shape(y) or np.size(y) < p:
+        raise InputRefused(
+            f"x has the shape {np.shape(x)} and y has {np.shape(y)}: give one y for each x, and at least {p} for "
+            f"degree {degree}."
+        )
+    column, response = as_column("x", x), as_column("y", y)
+    different = len(set(column.counts))
+    if different <= degree:
+        raise _too_few(different, degree)
+    low, high = min(column.counts), max(column.counts)
+    twice = [2 * count - low - high for count in column.counts]
+    half_range = high - low
+    rows, shifts = _shortened(_waves(twice, half_range, degree))
+    waves = exact_fit(rows, response.counts)
+    if waves is None:
+        raise _too_few(different, degree)
+    chebyshev_units = tuple(Fraction(2**shift, half_range**power) for power, shift in enumerate(shifts))
+    chebyshev = [
+        to_double(Fraction(top, waves.determinant) / unit * response.unit)
+        for top, unit in zip(waves.numerators, chebyshev_units, strict=True)
+    ]
+    refuse_beyond("x and y are such that a coefficient", chebyshev)
+    fit = fit_of(
+        (INTERCEPT, "x", *(f"x^{power}" for power in range(2, p)))[:p],
+        waves.carried(_powers(low + high, half_range, shifts)),
+        Given(
+            units=tuple(2 ** max(shifts) * column.unit**power for power in range(p)),
+            response_unit=response.unit,
+            total=response.squares(centred=True),
+            n=len(column.counts),
+            condition=_condition(twice, half_range, degree),
+        ),
+        intercept=True,
+        level=level,
+    )
+    fit = replace(fit, missing=left_out, times=time_units({"x": x}), response_time=time_unit(y))
+    variance = waves.squares / fit.df * response.unit**2 if fit.df else Fraction(0)
+    return PolynomialFit(
+        **fit.as_fields(),
+        degree=degree,
+        centre=float(Fraction(low + high, 2) * column.unit),
+        half_range=float(Fraction(half_range, 2) * column.unit),
+        chebyshev_coefficients=tuple(chebyshev),
+        chebyshev_covariance=fit.covariance if not fit.df else in_doubles(waves.inverse_in(chebyshev_units), variance),
+        lowest=column.lowest,
+        highest=column.highest,
+    )
+
+
+def _checked_degree(degree: int) -> int:
+    if isinstance(degree, bool) or not isinstance(degree, int | np.integer) or not 1 <= degree <= HIGHEST_DEGREE:
+        raise InputRefused(f"the degree is {degree!r}: give a whole number from 1 to {HIGHEST_DEGREE}.")
+    return int(degree)
+
+
+def _too_few(different: int, degree: int) -> InputRefused:
+    return InputRefused(
+        f"x has {different} different value{'s' if different != 1 else ''}, which do not fix the {degree + 1} "
+        f"coefficients of degree {degree}: choose a lower degree."
+    )
+
+
+def _waves(twice: Sequence[int], half_range: int, degree: int) -> list[list[int]]:
+    """Return half_range^k T_k(twice / half_range), whole numbers, for k from 0 to the degree; shape (degree + 1, n)."""
+    square = half_range * half_range
+    waves = [[1] * len(twice), list(twice)]
+    while len(waves) <= degree:
+        waves.append([2 * x * a - square * b for x, a, b in zip(twice, waves[-1], waves[-2], strict=True)])
+    return waves
+
+
+def _shortened(rows: list[list[int]]) -> tuple[list[list[int]], list[int]]:
+    """Return rows without last bits that no coefficient depends on, and how many bits of each row that were."""
+    shifts = [max(max(map(abs, row)).bit_length() - _BITS, 0) for row in rows]
+    return [[value >> shift for value in row] for row, shift in zip(rows, shifts, strict=True)], shifts
+
+
+def _powers(ends: int, half_range: int, shifts: Sequence[int]) -> list[list[int]]:
+    """Return what makes coefficients of powers of the count from those of shortened waves, times 2^-largest shift.
+
+    `twice` of the waves is 2 * count - ends.
+    """
+    square, degree, most = half_range * half_range, len(shifts) - 1, max(shifts)
+    waves = [[1] + [0] * degree, [-ends, 2] + [0] * (degree - 1)]
+    while len(waves) <= degree:
+        last, before = waves[-1], waves[-2]
+        risen = [0, *last[:-1]]
+        waves.append([4 * a - 2 * ends * b - square * c for a, b, c in zip(risen, last, before, strict=True)])
+    columns = ([value << most - shift for value in wave] for wave, shift in zip(waves, shifts, strict=True))
+    return [list(row) for row in zip(*columns, strict=True)]
+
+
+def _condition(twice: Sequence[int], half_range: int, degree: int) -> float:
+    """Return the 2-norm condition of the waves, scaled to one length."""
+    waves = np.polynomial.chebyshev.chebvander(np.array([x / half_range for x in twice]), degree)
+    return float(np.linalg.cond(waves / np.linalg.norm(waves, axis=0)))

@@ -13,12 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, Sample, as_sample
-from stats.exact.error_free import Floats, greatest, scaled, two_sum
-from stats.exact.finite import finite
-from stats.lines.complete import complete_rows
-from stats.results import Result
-from stats.wording import missing_text, with_unit
+from stats.checks import Missing, Sample, as_sample, complete_rows
+from stats.exact.numbers import Floats, finite, greatest
+from stats.results import Result, missing_text, with_unit
 
 QUARTILES: dict[str, Callable[[int, float], float]] = {
     "linear": lambda n, share: share * (n - 1),
@@ -108,13 +105,13 @@ def rmse_over_iqr(
 def _differences(truth: Sample, guess: Sample) -> tuple[Floats, int]:
     """Return guess minus truth in units of a power of two, each rounded once, and that power."""
     exponent = 2 if max(greatest(truth.values), greatest(guess.values)) > 2.0**1000 else 0
-    high, low = two_sum(scaled(guess.values, -exponent), -scaled(truth.values, -exponent))
-    return high + (low + scaled(_rest(guess) - _rest(truth), -exponent)), exponent
+    far = np.ldexp(guess.values, -exponent) - np.ldexp(truth.values, -exponent)
+    return far + np.ldexp(_rest(guess) - _rest(truth), -exponent), exponent
 
 
 def _root_mean_square(values: Floats, exponent: int) -> Fraction:
     largest = math.frexp(greatest(values))[1]
-    values = scaled(values, -largest)
+    values = np.ldexp(values, -largest)
     return Fraction(math.sqrt(math.fsum(values * values) / values.size)) * Fraction(2) ** (largest + exponent)
 
 

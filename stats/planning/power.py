@@ -27,12 +27,9 @@ from data_schema.rounding import level_text, number_text, stated_text
 from data_schema.vocabulary import Undefined
 from stats.checks import as_count, as_level, as_number, as_values
 from stats.compare.equivalence import ROUTES, EquivalenceRoute
-from stats.exact.distributions import t_upper_quantile
-from stats.exact.finite import to_double
-from stats.exact.noncentral import f_tails, t_tails
-from stats.exact.quadrature import Floats, Rows
-from stats.exact.sums import moments
-from stats.planning.estimated_scatter import mean_over_criticals, mean_over_scale, over_standard_error
+from stats.exact.numbers import moments, to_double
+from stats.exact.tails import f_tails, t_tails, t_upper_quantile
+from stats.planning.estimated_scatter import Floats, Rows, mean_over_criticals, mean_over_scale, over_standard_error
 from stats.results import Result
 
 _FAR = 1e150

@@ -19,10 +19,9 @@ from data_schema.errors import InputRefused
 from data_schema.rounding import number_text, stated_text
 from data_schema.vocabulary import Undefined
 from stats.checks import as_count, as_level, as_number
-from stats.exact.distributions import df_of_arrays, t_upper_quantile
-from stats.exact.finite import to_double
-from stats.exact.quadrature import Floats, Rows
-from stats.planning.estimated_scatter import mean_over_scale, mean_over_share, t_upper_quantiles
+from stats.exact.numbers import to_double
+from stats.exact.tails import df_of_arrays, t_upper_quantile, t_upper_quantiles
+from stats.planning.estimated_scatter import Floats, Rows, mean_over_scale, mean_over_share
 from stats.planning.power import Power, assumed_text
 
 _REACH = 9.0

@@ -15,10 +15,9 @@ from stats.compare.equivalence import equivalence
 from stats.compare.savings import percent_savings
 from stats.compare.two_sample import compare_two
 from stats.days.blocked import blocked_by_day
-from stats.groups.anova import one_way_anova
+from stats.groups.anova import one_way_anova, welch_anova
 from stats.groups.dunnett import dunnett
 from stats.groups.tukey import compare_all_pairs
-from stats.groups.welch_anova import welch_anova
 from stats.results import as_dict
 from tests.cli.shell import good, labbook, refused
 from tests.helpers import nist

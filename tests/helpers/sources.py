@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-BELOW = frozenset({"stats.checks", "stats.wording"})
+BELOW = frozenset({"stats.checks", "stats.results"})
 """Modules that most others use, and in part for words: of these only what a number rests on counts (`definitions`)."""
 
 

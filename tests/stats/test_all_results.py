@@ -19,28 +19,24 @@ import pytest
 
 import stats
 from data_schema.vocabulary import Undefined
-from stats.compare.bayes_factor import bayes_factor
+from stats.compare.effect_size import bayes_factor
 from stats.compare.equivalence import equivalence
 from stats.compare.resampling import bootstrap_difference, permutation_test
 from stats.compare.savings import percent_savings
 from stats.compare.shared_error import SharedError, describe_shared, difference_with_shared
-from stats.compare.summary import describe
+from stats.compare.summary import autocorrelation, describe
 from stats.compare.two_sample import compare_two
-from stats.days.autocorrelation import autocorrelation
 from stats.days.blocked import blocked_by_day
-from stats.groups.anova import one_way_anova
+from stats.groups.anova import one_way_anova, welch_anova
 from stats.groups.dunnett import dunnett
 from stats.groups.multiple import holm
 from stats.groups.residuals import additive_residuals, normal_quantiles, residuals_of_groups
 from stats.groups.tukey import compare_all_pairs
 from stats.groups.variances import bartlett, brown_forsythe, f_test, levene
-from stats.groups.welch_anova import welch_anova
-from stats.lines.gain_line import fit_gain_line
 from stats.lines.passive_drain import fit_passive_drain
-from stats.lines.polynomial import fit_polynomial
-from stats.lines.regression import fit_linear
+from stats.lines.regression import fit_linear, fit_polynomial
 from stats.lines.rmse import rmse_over_iqr
-from stats.lines.stiffness import fit_stiffness, force_points
+from stats.lines.stiffness import fit_gain_line, fit_stiffness, force_points
 from stats.packing import fraction_from_height, fraction_from_mass, fraction_from_water, unbounded_fraction
 from stats.planning.power import power_anova, power_equivalence, power_t, power_welch, sample_size
 from stats.planning.power_percent import power_percent_equivalence

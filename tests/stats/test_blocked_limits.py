@@ -11,10 +11,10 @@ import pytest
 
 from data_schema.errors import InputRefused, UnknownName
 from data_schema.vocabulary import Undefined
+from stats.checks import as_labels
 from stats.compare.resampling import permutation_test
 from stats.compare.two_sample import compare_two
 from stats.days.blocked import blocked_by_day
-from stats.lines.complete import as_labels
 
 
 def test_one_day_a_condition_has_no_p():

@@ -17,13 +17,12 @@ from scipy import special
 from stats.compare.equivalence import equivalence
 from stats.compare.resampling import permutation_test
 from stats.compare.savings import percent_savings
-from stats.compare.summary import describe
-from stats.days.autocorrelation import autocorrelation
+from stats.compare.summary import autocorrelation, describe
 from stats.days.blocked import blocked_by_day
+from stats.groups.anova import welch_anova
 from stats.groups.dunnett import dunnett
 from stats.groups.tukey import compare_all_pairs
 from stats.groups.variances import bartlett, brown_forsythe, f_test, levene
-from stats.groups.welch_anova import welch_anova
 from stats.lines.rmse import rmse_over_iqr
 
 Exact = list[Fraction]

@@ -13,11 +13,10 @@ import stats
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.energy import energy_budget
-from stats.exact.distributions import t_quantile
-from stats.exact.error_free import exact_root
-from stats.exact.known_scale import FAR
-from stats.exact.sums import moments
-from stats.groups.studentized_range import range_tail
+from stats.exact.family_tails import FAR
+from stats.exact.numbers import exact_root, moments
+from stats.exact.tails import t_quantile
+from stats.groups.tukey import range_tail
 from tests.helpers.extremes import LEAST, MOST
 
 TINY, LARGE = [1e-310, 2e-310, 4e-310], [1e200, 3e200, 5e200]

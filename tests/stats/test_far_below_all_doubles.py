@@ -13,14 +13,12 @@ from stats.compare.equivalence import equivalence
 from stats.compare.shared_error import SharedError, difference_with_shared
 from stats.compare.two_sample import compare_two
 from stats.days.blocked import blocked_by_day
-from stats.groups.anova import one_way_anova
+from stats.groups.anova import one_way_anova, welch_anova
 from stats.groups.dunnett import dunnett
 from stats.groups.multiple import holm
 from stats.groups.tukey import compare_all_pairs
 from stats.groups.variances import bartlett, brown_forsythe, f_test
-from stats.groups.welch_anova import welch_anova
-from stats.lines.polynomial import fit_polynomial
-from stats.lines.regression import fit_linear
+from stats.lines.regression import fit_linear, fit_polynomial
 
 N = 1700
 RNG = np.random.default_rng(11)

@@ -14,11 +14,10 @@ import pytest
 
 from stats.compare.effect_size import hedges_factor
 from stats.compare.two_sample import compare_two
-from stats.groups.anova import one_way_anova
+from stats.groups.anova import one_way_anova, welch_anova
 from stats.groups.dunnett import ALTERNATIVES, dunnett
 from stats.groups.tukey import compare_all_pairs
 from stats.groups.variances import bartlett, brown_forsythe, levene
-from stats.groups.welch_anova import welch_anova
 
 DATA: dict[str, dict[str, list[float]]] = defaultdict(lambda: defaultdict(list))
 R: dict[tuple[str, str], dict[str, float]] = defaultdict(dict)

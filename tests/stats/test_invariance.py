@@ -20,16 +20,14 @@ from data_schema.vocabulary import Undefined
 from stats.compare.equivalence import equivalence
 from stats.compare.resampling import bootstrap_difference, permutation_test
 from stats.compare.savings import percent_savings
+from stats.compare.summary import autocorrelation
 from stats.compare.two_sample import compare_two
-from stats.days.autocorrelation import autocorrelation
 from stats.days.blocked import blocked_by_day
-from stats.groups.anova import one_way_anova
+from stats.groups.anova import one_way_anova, welch_anova
 from stats.groups.dunnett import dunnett
 from stats.groups.tukey import compare_all_pairs
 from stats.groups.variances import bartlett, brown_forsythe, f_test, levene
-from stats.groups.welch_anova import welch_anova
-from stats.lines.polynomial import fit_polynomial
-from stats.lines.regression import fit_linear
+from stats.lines.regression import fit_linear, fit_polynomial
 from stats.lines.rmse import rmse_over_iqr
 
 Groups = tuple[Any, Any, Any]

@@ -20,18 +20,15 @@ from stats.compare.shared_error import SharedError, describe_shared
 from stats.compare.summary import describe
 from stats.compare.two_sample import compare_two
 from stats.days.blocked import blocked_by_day
-from stats.groups.anova import one_way_anova
+from stats.groups.anova import one_way_anova, welch_anova
 from stats.groups.dunnett import dunnett
 from stats.groups.residuals import additive_residuals, residuals_of_groups
 from stats.groups.tukey import compare_all_pairs
 from stats.groups.variances import bartlett, brown_forsythe, f_test, levene
-from stats.groups.welch_anova import welch_anova
-from stats.lines.gain_line import fit_gain_line
 from stats.lines.passive_drain import fit_passive_drain
-from stats.lines.polynomial import fit_polynomial
-from stats.lines.regression import fit_linear
+from stats.lines.regression import fit_linear, fit_polynomial
 from stats.lines.rmse import rmse_over_iqr
-from stats.lines.stiffness import fit_stiffness
+from stats.lines.stiffness import fit_gain_line, fit_stiffness
 from stats.packing import unbounded_fraction
 from stats.results import Result
 from tests.stats.test_all_results import OF_CHECKED_INPUT, functions

@@ -12,9 +12,17 @@ import numpy as np
 import pytest
 from scipy import special
 
-from stats.exact.distributions import t_upper_quantile
-from stats.exact.quadrature import Floats, Panels, Rows, integrals, panels_between
-from stats.planning.estimated_scatter import log_scale_density, stirling_rest, t_upper_quantiles
+from stats.exact.tails import t_upper_quantile
+from stats.planning.estimated_scatter import (
+    Floats,
+    Panels,
+    Rows,
+    integrals,
+    log_scale_density,
+    panels_between,
+    stirling_rest,
+    t_upper_quantiles,
+)
 from stats.planning.power import normal_between, power_equivalence, power_welch
 from stats.planning.power_percent import between_lines, power_percent_equivalence
 from tests.stats import planned_integrals

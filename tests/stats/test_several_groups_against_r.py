@@ -9,12 +9,10 @@ from scipy.stats import studentized_range
 
 from data_schema.vocabulary import Undefined
 from stats.compare.equivalence import equivalence
-from stats.groups.anova import one_way_anova
+from stats.groups.anova import one_way_anova, welch_anova
 from stats.groups.dunnett import ALTERNATIVES, dunnett
 from stats.groups.multiple import holm
-from stats.groups.studentized_range import range_tail
-from stats.groups.tukey import compare_all_pairs
-from stats.groups.welch_anova import welch_anova
+from stats.groups.tukey import compare_all_pairs, range_tail
 
 CASES = {
     "equal": {

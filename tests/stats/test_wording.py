@@ -21,8 +21,8 @@ from stats.compare.equivalence import equivalence
 from stats.compare.savings import percent_savings
 from stats.compare.summary import describe
 from stats.compare.two_sample import compare_two
+from stats.groups.anova import welch_anova
 from stats.groups.tukey import compare_all_pairs
-from stats.groups.welch_anova import welch_anova
 from stats.lines.regression import fit_linear
 
 

@@ -15,8 +15,7 @@ from mpmath import mpf
 from numpy.typing import NDArray
 
 from benchmarks.stats_evidence.digits.lre import Row, row, tried, worst
-from stats.lines.polynomial import fit_polynomial
-from stats.lines.regression import fit_linear
+from stats.lines.regression import fit_linear, fit_polynomial
 from tests.helpers.exact_fit import nist_data, nist_truth
 
 Floats = NDArray[np.float64]

@@ -14,8 +14,7 @@ from statsmodels.stats.weightstats import DescrStatsW
 from statsmodels.tsa.stattools import acf
 
 from benchmarks.stats_evidence.digits.lre import Program, Row, lre, row, tried
-from stats.compare.summary import describe
-from stats.days.autocorrelation import autocorrelation
+from stats.compare.summary import autocorrelation, describe
 from tests.helpers.nist import columns, exact, names
 
 Floats = NDArray[np.float64]

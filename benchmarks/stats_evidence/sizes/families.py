@@ -16,8 +16,7 @@ from benchmarks.stats_evidence.sizes.several_groups import named
 from stats.compare.two_sample import compare_two
 from stats.groups.dunnett import dunnett, largest_critical
 from stats.groups.multiple import holm
-from stats.groups.studentized_range import range_critical
-from stats.groups.tukey import Variances, compare_all_pairs
+from stats.groups.tukey import Variances, compare_all_pairs, range_critical
 
 FEWEST_DF, NODES = 2.0, 24
 

@@ -12,9 +12,9 @@ from scipy import special
 
 from benchmarks.stats_evidence.sizes.design import EVERY_N, RATIOS, Design, Floats, Groups
 from benchmarks.stats_evidence.sizes.method import LEVEL, Method, alike, never, of_interval, of_one_interval, there
-from stats.exact.finite import Interval
-from stats.lines.gain_line import fit_gain_line
+from stats.exact.numbers import Interval
 from stats.lines.passive_drain import fit_passive_drain
+from stats.lines.stiffness import fit_gain_line
 from stats.packing import unbounded_fraction
 
 DESIGNS = tuple(Design((n,), ratio) for n in EVERY_N for ratio in RATIOS)

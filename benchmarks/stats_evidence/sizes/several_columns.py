@@ -19,8 +19,7 @@ from benchmarks.stats_evidence.sizes.method import (
     of_p,
     there,
 )
-from stats.lines.polynomial import fit_polynomial
-from stats.lines.regression import fit_linear
+from stats.lines.regression import fit_linear, fit_polynomial
 
 WAVES = 5.0
 """Of the second column, which is a sine of the first."""

@@ -28,9 +28,8 @@ from benchmarks.stats_evidence.sizes.method import (
     of_p,
 )
 from benchmarks.stats_evidence.sizes.two_groups import pooled_sd
-from stats.exact.noncentral import f_tails
-from stats.groups.anova import one_way_anova
-from stats.groups.welch_anova import welch_anova
+from stats.exact.tails import f_tails
+from stats.groups.anova import one_way_anova, welch_anova
 
 STEP = 0.5
 """True distance from group to group in pooled SDs, of the interval of the share."""

@@ -12,7 +12,7 @@ from benchmarks.stats_evidence.sizes.idle_line import LONGEST, OF_CONTROL, corre
 from benchmarks.stats_evidence.sizes.method import Method, of_one_interval, there
 from benchmarks.stats_evidence.sizes.over_days import fit_of
 from stats.compare.shared_error import difference_with_shared
-from stats.exact.finite import as_interval
+from stats.exact.numbers import as_interval
 
 IDLE_RUNS = 6
 """Of each study, as many as a protocol has, scattering as runs of one day do."""

@@ -20,8 +20,7 @@ from benchmarks.stats_evidence.sizes.design import (
 from benchmarks.stats_evidence.sizes.method import LEVEL, Method, alike, of_interval, of_one_interval, there
 from data_schema.vocabulary import Undefined
 from stats.compare.summary import describe
-from stats.lines.polynomial import fit_polynomial
-from stats.lines.regression import fit_linear
+from stats.lines.regression import fit_linear, fit_polynomial
 
 INTERCEPT, SLOPE, BEND = 2.0, 3.0, -1.0
 END = 1.0

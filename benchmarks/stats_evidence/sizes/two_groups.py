@@ -24,7 +24,7 @@ from benchmarks.stats_evidence.sizes.method import (
 )
 from stats.compare.effect_size import hedges_factor
 from stats.compare.two_sample import ROUTES, Route, compare_two
-from stats.exact.noncentral import t_tails
+from stats.exact.tails import t_tails
 
 EFFECT = 0.8
 """True difference in pooled SDs, of the interval of Hedges's g."""

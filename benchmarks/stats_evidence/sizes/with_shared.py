@@ -27,7 +27,7 @@ from benchmarks.stats_evidence.sizes.two_groups import OVER_ARRAYS
 from stats.compare.savings import percent_savings
 from stats.compare.shared_error import SharedTest, describe_shared, difference_with_shared
 from stats.compare.two_sample import ROUTES, Route, compare_two
-from stats.exact.finite import as_interval
+from stats.exact.numbers import as_interval
 
 IDLE_RUNS = (3, 5, 6, 12)
 """Of which the line is made: the fewest that there may be, the most and the fewest on either side of where one

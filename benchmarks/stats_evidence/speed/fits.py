@@ -11,8 +11,7 @@ import scipy.stats
 import statsmodels.api as sm
 
 from benchmarks.stats_evidence.speed.case import BARE, PINGOUIN, SCIPY, STATSMODELS, Call, Case, Floats, Inputs, Peer
-from stats.lines.polynomial import fit_polynomial
-from stats.lines.regression import fit_linear
+from stats.lines.regression import fit_linear, fit_polynomial
 
 
 def _linregress(x: Floats, y: Floats) -> object:

@@ -14,12 +14,11 @@ from statsmodels.stats.oneway import anova_oneway
 
 from benchmarks.stats_evidence.speed.case import PINGOUIN, SCIPY, SEED, STATSMODELS, Call, Case, Inputs, Peer
 from stats.days.blocked import blocked_by_day
-from stats.groups.anova import one_way_anova
+from stats.groups.anova import one_way_anova, welch_anova
 from stats.groups.dunnett import dunnett
 from stats.groups.multiple import holm
 from stats.groups.tukey import compare_all_pairs
 from stats.groups.variances import bartlett, brown_forsythe, levene
-from stats.groups.welch_anova import welch_anova
 
 DAYS = 5
 

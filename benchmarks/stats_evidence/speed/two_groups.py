@@ -14,14 +14,12 @@ from statsmodels.stats.power import TTestIndPower
 from statsmodels.stats.weightstats import CompareMeans, DescrStatsW
 
 from benchmarks.stats_evidence.speed.case import BARE, PINGOUIN, SCIPY, STATSMODELS, Call, Case, Inputs, Peer
-from stats.compare.bayes_factor import bayes_factor
-from stats.compare.effect_size import hedges_g_ci
+from stats.compare.effect_size import bayes_factor, hedges_g_ci
 from stats.compare.equivalence import equivalence
 from stats.compare.resampling import bootstrap_difference, permutation_test
 from stats.compare.savings import percent_savings
-from stats.compare.summary import describe
+from stats.compare.summary import autocorrelation, describe
 from stats.compare.two_sample import compare_two
-from stats.days.autocorrelation import autocorrelation
 from stats.groups.variances import f_test
 from stats.lines.rmse import rmse_over_iqr
 from stats.planning.power import power_t

@@ -16,13 +16,12 @@ from benchmarks.stats_evidence.weaknesses.peers import (
     statsmodels,
     weightstats,
 )
-from stats.compare.bayes_factor import bayes_factor
+from stats.compare.effect_size import bayes_factor
 from stats.compare.two_sample import compare_two
-from stats.groups.anova import one_way_anova
+from stats.groups.anova import one_way_anova, welch_anova
 from stats.groups.dunnett import dunnett
 from stats.groups.tukey import compare_all_pairs
 from stats.groups.variances import bartlett
-from stats.groups.welch_anova import welch_anova
 
 NO_SCATTER = NoNumber("neither group has any scatter")
 NO_SCATTER_AT_ALL = NoNumber("no group has any scatter")

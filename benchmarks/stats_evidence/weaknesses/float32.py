@@ -23,9 +23,8 @@ from benchmarks.stats_evidence.weaknesses.peers import (
     xarray,
 )
 from stats.compare.summary import describe
-from stats.groups.anova import one_way_anova
+from stats.groups.anova import one_way_anova, welch_anova
 from stats.groups.tukey import compare_all_pairs
-from stats.groups.welch_anova import welch_anova
 from tests.helpers.exact_fit import root
 from tests.helpers.exact_tests import moments, one_way, welch_one_way
 

@@ -18,9 +18,8 @@ from benchmarks.stats_evidence.weaknesses.peers import (
     statsmodels,
 )
 from stats.compare.two_sample import compare_two
-from stats.groups.anova import one_way_anova
+from stats.groups.anova import one_way_anova, welch_anova
 from stats.groups.dunnett import dunnett
-from stats.groups.welch_anova import welch_anova
 from tests.helpers.exact_tests import t_test, welch_one_way
 
 POLICY = "refused, or left out and counted"

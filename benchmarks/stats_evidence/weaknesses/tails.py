@@ -20,11 +20,11 @@ from benchmarks.stats_evidence.weaknesses.peers import (
     statsmodels,
     weightstats,
 )
-from stats.compare.bayes_factor import CAUCHY_SCALE, bayes_factor
+from stats.compare.effect_size import CAUCHY_SCALE, bayes_factor
 from stats.compare.two_sample import compare_two
 from stats.groups.anova import one_way_anova
 from stats.groups.dunnett import dunnett
-from stats.groups.studentized_range import range_tail
+from stats.groups.tukey import range_tail
 from tests.helpers import nist
 from tests.helpers.exact_tests import log10_bayes_factor, t_test
 

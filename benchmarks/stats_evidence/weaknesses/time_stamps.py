@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from benchmarks.stats_evidence.weaknesses.case import Number, Peer, Question, Weakness
 from benchmarks.stats_evidence.weaknesses.peers import module, numpy, pg, pingouin, statsmodels, xarray
-from stats.lines.polynomial import fit_polynomial
-from stats.lines.regression import fit_linear
+from stats.lines.regression import fit_linear, fit_polynomial
 from tests.helpers.exact_fit import ExactFit, exact_fit, root
 
 EPOCH_S = 1_700_000_000

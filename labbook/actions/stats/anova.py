@@ -13,13 +13,12 @@ from labbook.presenting.stats.many import against_control_text, all_pairs_text
 from labbook.presenting.stats.plan import NO_ANOVA, plan_notes
 from reports.figures.estimation import Estimation
 from stats.checks import Missing
-from stats.exact.finite import as_interval
-from stats.groups.anova import Anova, one_way_anova
+from stats.exact.numbers import as_interval
+from stats.groups.anova import Anova, WelchAnova, one_way_anova, welch_anova
 from stats.groups.dunnett import Dunnett, dunnett
 from stats.groups.multiple import HolmFamily
 from stats.groups.tukey import AllPairs, Variances, compare_all_pairs
 from stats.groups.variances import VarianceTest, bartlett, brown_forsythe, levene
-from stats.groups.welch_anova import WelchAnova, welch_anova
 from stats.results import as_dict
 
 PAIRS: dict[str, tuple[Variances, str]] = {

@@ -10,7 +10,7 @@ from labbook.analysis.comparison.day_weights import day_ratio, shared_by_day, sh
 from stats.compare.shared_error import SharedError, SharedTest, difference_with_shared
 from stats.compare.two_sample import TwoSample
 from stats.days.blocked_result import BlockedByDay, Contrast, ExactTest, MixedModel
-from stats.exact.finite import as_interval
+from stats.exact.numbers import as_interval
 
 _T = TypeVar("_T", TwoSample, Contrast)
 

@@ -16,15 +16,11 @@ from data_schema.errors import InputRefused
 from data_schema.rounding import number_text
 from data_schema.units import MAH_TO_COULOMB
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, as_number, as_values
+from stats.checks import Missing, as_number, as_values, complete_rows
 from stats.compare.summary import describe
-from stats.exact.error_free import Doubles
-from stats.exact.finite import finite, refuse_beyond
-from stats.exact.sums import moments
-from stats.lines.complete import complete_rows
+from stats.exact.numbers import Floats, finite, moments, refuse_beyond
 from stats.lines.passive_drain import rounding_sd_mah
-from stats.results import Result
-from stats.wording import missing_text, with_unit
+from stats.results import Result, missing_text, with_unit
 
 _TERM = "the standard error"
 
@@ -162,7 +158,7 @@ def energy_budget(
     )
 
 
-def _checked_runs(joules: ArrayLike, jumps_made: ArrayLike, missing: Missing) -> tuple[Doubles, Doubles, int]:
+def _checked_runs(joules: ArrayLike, jumps_made: ArrayLike, missing: Missing) -> tuple[Floats, Floats, int]:
     """Return the joules and the counts of complete runs, each of shape (n,), and how many runs were left out."""
     (joules, jumps_made), left_out = complete_rows([joules, jumps_made], missing)
     values, counts = as_values("the joules", joules), as_values("jumps made", jumps_made)
@@ -175,7 +171,7 @@ def _checked_runs(joules: ArrayLike, jumps_made: ArrayLike, missing: Missing) ->
     return values, counts, left_out
 
 
-def _harmonic_mean(counts: Doubles) -> float:
+def _harmonic_mean(counts: Floats) -> float:
     """Return the number of jumps at which a mAh is worth what it is in the mean over runs."""
     with np.errstate(over="ignore"):
         shares = 1.0 / counts

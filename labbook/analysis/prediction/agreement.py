@@ -12,7 +12,7 @@ import math
 from data_schema.vocabulary import Undefined
 from reports.numbers import Number, Value
 from reports.predicted import COVERAGE_FACTOR
-from stats.exact.distributions import t_quantile
+from stats.exact.tails import t_quantile
 
 
 def agreement(measured: Number, value: Value, error: Value) -> tuple[Number, Number]:

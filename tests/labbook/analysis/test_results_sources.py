@@ -164,7 +164,7 @@ def test_every_kind_of_result_is_in_the_registry() -> None:
         ("comparison_by_day", "labbook.analysis.comparison.day_weights.difference_weights"),
         ("comparison_by_day", "stats.days.reml.minimise"),
         ("prediction_check", "labbook.analysis.prediction.predicting.PredictionResult"),
-        ("family", "stats.exact.tails.incomplete_beta"),
+        ("family", "stats.exact.tails._beta_area"),
         ("passive_drain", "labbook.analysis.results.codec._number_row"),
     ],
 )

@@ -10,10 +10,8 @@ from hypothesis import strategies as st
 
 from data_schema.errors import InputRefused, UnknownName
 from data_schema.vocabulary import Undefined
-from stats.apexes.detectors import DETECTORS, find_jumps
+from stats.apexes.detectors import DETECTORS, PublishedParameters, RobustParameters, find_jumps, smoothing_bias_m
 from stats.apexes.jumps import FLAGS
-from stats.apexes.published import PublishedParameters, smoothing_bias_m
-from stats.apexes.robust import RobustParameters
 
 REST_LENGTH_M = 0.27
 

@@ -3,7 +3,7 @@ import pytest
 
 from data_schema.vocabulary import Undefined
 from stats.apexes.cleaning import CleaningParameters, clean_signal
-from stats.apexes.stance import Hop, StanceParameters, find_hops, landing, liftoff_from_leg, touches_gap
+from stats.apexes.jumps import Hop, StanceParameters, find_hops, landing, liftoff_from_leg, touches_gap
 
 
 def signal_of(log, leg=True):

@@ -10,7 +10,7 @@ import pytest
 
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
-from stats.compare.bayes_factor import bayes_factor
+from stats.compare.effect_size import bayes_factor
 from tests.helpers.exact_tests import log10_bayes_factor
 
 CASES = [

@@ -14,7 +14,7 @@ from stats.compare.effect_size import (
     noncentral_t_interval,
 )
 from stats.compare.two_sample import compare_two
-from stats.exact.noncentral import f_tails, t_tails
+from stats.exact.tails import f_tails, t_tails
 
 
 def lower_t(t, df, delta):

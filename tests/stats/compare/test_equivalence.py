@@ -11,7 +11,7 @@ from data_schema.vocabulary import Undefined
 from stats.compare.equivalence import ROUTES, equivalence
 from stats.compare.savings import percent_savings
 from stats.compare.two_sample import compare_two
-from stats.exact.distributions import t_quantile
+from stats.exact.tails import t_quantile
 
 AD = [0.4123, 0.4098, 0.4151, 0.4119, 0.4107, 0.4140]
 CE = [0.4131, 0.4102, 0.4127, 0.4156, 0.4118]

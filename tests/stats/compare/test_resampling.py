@@ -17,7 +17,7 @@ from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.compare.resampling import bootstrap_difference, permutation_test
 from stats.compare.two_sample import compare_two
-from stats.exact.tied_scale import on_tied_scale
+from stats.exact.numbers import on_tied_scale
 
 
 def tenths(offset: int) -> tuple[list[float], list[float]]:

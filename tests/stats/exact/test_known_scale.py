@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import scipy.special
 
-from stats.exact.known_scale import log_mean_over_scale
+from stats.exact.family_tails import log_mean_over_scale
 from stats.groups.dunnett import LargestAgainstControl, largest_log_upper
-from stats.groups.studentized_range import RangeOfNormals
+from stats.groups.tukey import RangeOfNormals
 
 STEEP = LargestAgainstControl(2, ((2, 1), (1_000_000, 1)), two_sided=True)
 """A treatment of a million values against a control of 2: its chance is a step, 700 times narrower than a normal."""

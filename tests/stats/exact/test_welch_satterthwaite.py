@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stats.exact.distributions import df_of_arrays, df_of_doubles, exact_df
+from stats.exact.tails import df_of_arrays, df_of_doubles, exact_df
 
 PARTS = st.lists(st.tuples(st.floats(1e-30, 1e30), st.integers(1, 1000)), min_size=1, max_size=4)
 

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.compare.two_sample import compare_two
-from stats.groups.anova import one_way_anova
-from stats.groups.welch_anova import welch_anova
+from stats.groups.anova import one_way_anova, welch_anova
 
 GROUPS = {"0": [42.1, 39.8, 44.0], "50": [36.9, 38.2, 35.1, 37.7], "100": [37.0, 39.5]}
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from data_schema.errors import InputRefused, UnknownName
 from data_schema.vocabulary import Undefined
 from stats.compare.two_sample import compare_two
-from stats.exact.distributions import t_two_sided_p
+from stats.exact.tails import t_two_sided
 from stats.groups.dunnett import dunnett, largest_critical, largest_log_upper
 
 CONTROL = [42.1, 39.8, 44.0, 41.2]
@@ -24,9 +24,9 @@ def upper(c, n_control, n_treated, df, *, two_sided=True):
     ("c", "n_control", "n", "df"), [(2.5, 5, 5, 8), (25.0, 5, 5, 8), (40.0, 3, 300, 60), (0.01, 3, 300, 1)]
 )
 def test_one_treatment_is_the_t_test(c, n_control, n, df):
-    assert upper(c, n_control, (n,), df) == pytest.approx(t_two_sided_p(c, df), rel=1e-13)
-    assert upper(c, n_control, (n,), df, two_sided=False) == pytest.approx(t_two_sided_p(c, df) / 2.0, rel=1e-13)
-    assert upper(-c, n_control, (n,), df, two_sided=False) == pytest.approx(1.0 - t_two_sided_p(c, df) / 2.0)
+    assert upper(c, n_control, (n,), df) == pytest.approx(t_two_sided(c, df).p, rel=1e-13)
+    assert upper(c, n_control, (n,), df, two_sided=False) == pytest.approx(t_two_sided(c, df).p / 2.0, rel=1e-13)
+    assert upper(-c, n_control, (n,), df, two_sided=False) == pytest.approx(1.0 - t_two_sided(c, df).p / 2.0)
 
 
 def by_gauss(c, n_control, n_treated, df):
@@ -59,7 +59,7 @@ def test_the_largest_t_agrees_with_its_definition(c, n_control, n_treated, df):
 
 def test_far_tails_keep_their_digits():
     """The sum of single tails is an upper bound, the largest a lower one; quasi-random integration is off by 77 %."""
-    single = t_two_sided_p(10.0, 39)
+    single = t_two_sided(10.0, 39).p
     assert single < upper(10.0, 5, (3, 10, 25), 39) < 3.0 * single
     log_p = largest_log_upper(1e6, 5, (3, 10, 25), 100, two_sided=True)
     assert -2400.0 < log_p < -700.0

@@ -7,7 +7,7 @@ import pytest
 
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
-from stats.groups.groups import read_groups
+from stats.compare.summary import read_groups
 
 
 def test_means_are_exact_and_differences_rounded_once():

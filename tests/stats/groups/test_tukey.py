@@ -9,16 +9,16 @@ from hypothesis import strategies as st
 from data_schema.errors import InputRefused, UnknownName
 from data_schema.vocabulary import Undefined
 from stats.compare.two_sample import compare_two
-from stats.exact.critical_values import criticals_over_df
-from stats.exact.known_scale import log_mean_over_scale
-from stats.groups.studentized_range import (
+from stats.exact.family_tails import criticals_over_df, log_mean_over_scale
+from stats.groups.tukey import (
+    VARIANCES,
     RangeOfNormals,
+    compare_all_pairs,
     range_critical,
     range_criticals,
     range_tail,
     range_tails,
 )
-from stats.groups.tukey import VARIANCES, compare_all_pairs
 
 GROUPS = {"0": [42.1, 39.8, 44.0], "50": [36.9, 38.2, 35.1, 37.7], "100": [37.0, 39.5]}
 

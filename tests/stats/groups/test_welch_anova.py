@@ -7,7 +7,7 @@ from scipy import special
 
 from data_schema.errors import InputRefused
 from stats.compare.two_sample import compare_two
-from stats.groups.welch_anova import welch_anova
+from stats.groups.anova import welch_anova
 
 GROUPS = {"0": [42.1, 39.8, 44.0], "50": [36.9, 38.2, 35.1, 37.7], "100": [37.0, 39.5]}
 APART = {"0": [1.0, 2.0, 4.0, 3.5], "50": [2.0, 2.5, 3.0], "100": [5.0, 9.0, 5.5, 6.0, 5.1]}

@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
-from stats.lines.polynomial import fit_polynomial
-from stats.lines.regression import fit_linear
+from stats.lines.regression import fit_linear, fit_polynomial
 from tests.helpers.exact_fit import exact, exact_fit, nist_data, nist_truth, relative_error, root
 
 DEGREES = {

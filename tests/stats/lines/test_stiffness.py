@@ -5,9 +5,8 @@ import pytest
 
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
-from stats.days.autocorrelation import autocorrelation
-from stats.lines.gain_line import fit_gain_line
-from stats.lines.stiffness import fit_stiffness, force_points
+from stats.compare.summary import autocorrelation
+from stats.lines.stiffness import fit_gain_line, fit_stiffness, force_points
 from tests.helpers.exact_fit import exact_fit, relative_error, root
 
 GAINS = np.array([50.0, 100.0, 150.0, 200.0, 250.0])

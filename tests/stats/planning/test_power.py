@@ -14,7 +14,7 @@ from scipy import special
 
 from data_schema.errors import InputRefused, UnknownName
 from data_schema.vocabulary import Undefined
-from stats.exact.noncentral import f_tails, t_tails
+from stats.exact.tails import f_tails, t_tails
 from stats.planning.power import Power, power_anova, power_equivalence, power_t, power_welch, sample_size
 
 with (Path(__file__).parents[1] / "r" / "power.csv").open() as file:
