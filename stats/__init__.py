@@ -22,12 +22,11 @@ if TYPE_CHECKING:
     from stats.groups.anova import one_way_anova, welch_anova
     from stats.groups.dunnett import dunnett
     from stats.groups.multiple import holm
-    from stats.groups.residuals import additive_residuals, normal_quantiles, residuals_of_groups
+    from stats.groups.residuals import additive_residuals, normal_quantiles, residuals_of_groups, rmse_over_iqr
     from stats.groups.tukey import compare_all_pairs
     from stats.groups.variances import bartlett, brown_forsythe, f_test, levene
     from stats.lines.passive_drain import fit_passive_drain
     from stats.lines.regression import fit_linear, fit_polynomial
-    from stats.lines.rmse import rmse_over_iqr
     from stats.lines.stiffness import fit_gain_line, fit_stiffness, force_points
     from stats.packing import fraction_from_height, fraction_from_mass, fraction_from_water, unbounded_fraction
     from stats.planning.power import power_anova, power_equivalence, power_t, power_welch, sample_size
@@ -108,7 +107,7 @@ _MODULE_OF = {
     "fit_passive_drain": "lines.passive_drain",
     "fit_polynomial": "lines.regression",
     "fit_linear": "lines.regression",
-    "rmse_over_iqr": "lines.rmse",
+    "rmse_over_iqr": "groups.residuals",
     "fit_stiffness": "lines.stiffness",
     "force_points": "lines.stiffness",
     "fraction_from_height": "packing",

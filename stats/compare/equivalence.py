@@ -13,19 +13,160 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Literal
+from typing import Any, Literal
 
 from numpy.typing import ArrayLike
+from scipy import optimize
 
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.rounding import error_of, interval_text, level_text, number_text, p_text, stated_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_pair
-from stats.compare.contrast import Contrast, Ends, contrasts
-from stats.compare.summary import AS_A_AND_B, Names, read_groups, two_names
-from stats.exact.numbers import finite, finite_pair
-from stats.exact.tails import complement_level
+from stats.compare.summary import AS_A_AND_B, Groups, Names, read_groups, two_names
+from stats.exact.numbers import QUANTILE_BEYOND_DOUBLES, Number, exact_root, finite, finite_pair, shortened
+from stats.exact.tails import complement_level, exact_df, t_quantile, t_upper
 from stats.results import Result, missing_text, with_unit
+
+Ends = tuple[Fraction, Fraction]
+
+_MOST_DOUBLINGS = 200
+"""Widenings after which an end of an interval counts as infinite."""
+_MOST_STEPS = 5000
+"""Of the search within the last widening: an end may lie 300 decades below it."""
+
+
+@dataclass(frozen=True, slots=True)
+class OneSided:
+    """A one-sided t-test at a bound."""
+
+    t: float | Undefined
+    df: float
+    p: float
+    log10_p: float
+
+
+@dataclass(frozen=True, slots=True)
+class Contrast:
+    """Two means with the variances of their errors, in the unit of the values."""
+
+    mean: Fraction
+    """mean(a)."""
+    control_mean: Fraction
+    """mean(b), which relative bounds are shares of."""
+    variances: Ends
+    """Squared standard errors of the means of a and b, to 30 digits."""
+    dfs: tuple[int, int]
+    """Degrees of freedom of each; both the same number where they are one estimate, `pooled`."""
+    pooled: bool
+    relative: bool
+    """Whether bounds are shares of mean(b)."""
+
+    @property
+    def estimate(self) -> Fraction:
+        """The difference, or what it is relative to mean(b)."""
+        difference = self.mean - self.control_mean
+        return difference / self.control_mean if self.relative else difference
+
+    def error(self, bound: Fraction) -> tuple[Fraction, float] | None:
+        """Return the standard error of the contrast at the bound and its degrees of freedom; None without scatter."""
+        slope = shortened(1 + bound) if self.relative else Fraction(1)
+        parts = (self.variances[0], slope * slope * self.variances[1])
+        variance = sum(parts, Fraction(0))
+        if variance == 0:
+            return None
+        df = self.dfs[0] if self.pooled else exact_df(list(zip(parts, self.dfs, strict=True)))
+        return exact_root(variance), float(df)
+
+    def test(self, bound: Fraction, *, above: bool) -> OneSided | Undefined:
+        """Test that the truth lies above the bound, or below it."""
+        error = self.error(bound)
+        if error is None:
+            return Undefined("nothing scatters at the bound")
+        se, df = error
+        at_bound = bound * self.control_mean if self.relative else bound
+        t = shortened((self.mean - self.control_mean - at_bound) / se)
+        tail = t_upper(t if above else -t, df)
+        return OneSided(finite(t, "t"), df, tail.p, tail.log10_p)
+
+    def interval(self, level: Number) -> Ends | Undefined:
+        """Return all bounds that the two-sided test of level 1 - `level` does not reject."""
+        if self.relative:
+            if self.error(shortened(self.estimate)) is None:
+                return Undefined("all values compared with the control are 0, and a share of 0 does not scatter")
+            ends = [self._end(side, level) for side in (-1, 1)]
+        else:
+            error = self.error(Fraction(0))
+            quantile = 0.0 if error is None else t_quantile(level, error[1])
+            if math.isinf(quantile):
+                return QUANTILE_BEYOND_DOUBLES
+            half = None if error is None else Fraction(quantile) * error[0]
+            ends = [None if half is None else self.estimate + side * half for side in (-1, 1)]
+        low, high = ends
+        if low is None or high is None:
+            return Undefined("the control's mean is not distinguishable from 0 at this level")
+        return low, high
+
+    def _end(self, side: int, level: Number) -> Fraction | None:
+        """Return where |t| reaches its quantile, on one side of the estimate."""
+        estimate = shortened(self.estimate)
+        error = self.error(estimate)
+        if error is None:
+            return None
+        quantile, control_mean = t_quantile(level, error[1]), shortened(self.control_mean)
+        if math.isinf(quantile):
+            return None
+        step = side * shortened(Fraction(quantile) * error[0] / control_mean)
+
+        def surplus(steps: float) -> float:
+            # Away from the estimate the contrast is that distance times mean(b): nothing cancels.
+            away = Fraction(steps) * step
+            found = self.error(estimate + away)
+            if found is None:
+                return math.inf
+            return float(abs(away) * control_mean / found[0]) - t_quantile(level, found[1])
+
+        inside, outside = 0.0, 1.0
+        for _ in range(_MOST_DOUBLINGS):
+            if surplus(outside) >= 0.0:
+                steps = optimize.brentq(surplus, inside, outside, xtol=1e-300, rtol=1e-14, maxiter=_MOST_STEPS)
+                return estimate + Fraction(float(steps)) * step
+            inside, outside = outside, 2.0 * outside
+        return None
+
+
+def contrasts(read: Groups, *, percent: bool) -> tuple[Fraction | Undefined, list[Contrast | Undefined]]:
+    """Return the difference of two groups, the second of which is the control, and its contrasts, Welch's first."""
+    if read.empty:
+        none = Undefined(f"group {read.empty[0]} is empty")
+        return none, [none, none]
+    a, b = read.filled
+    if percent and b.exact_mean <= 0:
+        none = Undefined("the control's mean is not positive, so that nothing is a share of it")
+        return none, [none, none]
+    unit = Fraction(2) ** read.exponent
+    means = a.exact_mean * unit, b.exact_mean * unit
+
+    def of(variances: Ends, dfs: tuple[int, int], pooled: bool) -> Contrast:
+        in_unit = shortened(variances[0] * unit**2), shortened(variances[1] * unit**2)
+        return Contrast(*means, in_unit, dfs, pooled, percent)
+
+    welch: Contrast | Undefined
+    student: Contrast | Undefined
+    welch = student = Undefined("neither group has any scatter")
+    single = next((group for group in (a, b) if group.n < 2), None)
+    if single is not None:
+        welch = Undefined(f"group {single.name} has a single value, and its variance needs at least 2")
+    elif read.squares_within:
+        welch = of((a.exact_mean_variance, b.exact_mean_variance), (a.n - 1, b.n - 1), pooled=False)
+    df = read.df_within
+    if df < 1:
+        student = Undefined("there are 2 values and the pooled variance needs at least 3")
+    elif read.squares_within:
+        variance = read.squares_within / df
+        student = of((variance / a.n, variance / b.n), (df, df), pooled=True)
+    estimate = means[0] - means[1]
+    return estimate / means[1] if percent else estimate, [welch, student]
+
 
 NO_LOW = Undefined("no lower bound was asked for")
 NO_HIGH = Undefined("no upper bound was asked for")
@@ -79,22 +220,15 @@ def tost(
     worst = max(tests.values(), key=lambda one: one.log10_p)
     ends = contrast.interval(complement_level(2.0 * alpha))
     inside = not contrast.relative or (not isinstance(ends, Undefined) and _within(ends, *bounds))
-    at_low, at_high = tests.get("low"), tests.get("high")
     per = 100 if contrast.relative else 1
+    shown = ends if isinstance(ends, Undefined) else finite_pair(ends[0] * per, ends[1] * per)
+    of_sides: dict[str, Any] = {}
+    for side, none in (("low", NO_LOW), ("high", NO_HIGH)):
+        one = tests.get(side)
+        for field in ("t", "df", "p", "log10_p"):
+            of_sides[f"{field}_{side}"] = getattr(one, field) if one else none
     return Tost(
-        test=name,
-        t_low=at_low.t if at_low else NO_LOW,
-        df_low=at_low.df if at_low else NO_LOW,
-        p_low=at_low.p if at_low else NO_LOW,
-        log10_p_low=at_low.log10_p if at_low else NO_LOW,
-        t_high=at_high.t if at_high else NO_HIGH,
-        df_high=at_high.df if at_high else NO_HIGH,
-        p_high=at_high.p if at_high else NO_HIGH,
-        log10_p_high=at_high.log10_p if at_high else NO_HIGH,
-        p=worst.p,
-        log10_p=worst.log10_p,
-        estimate_ci=ends if isinstance(ends, Undefined) else finite_pair(ends[0] * per, ends[1] * per),
-        equivalent=worst.p <= alpha and inside,
+        name, **of_sides, p=worst.p, log10_p=worst.log10_p, estimate_ci=shown, equivalent=worst.p <= alpha and inside
     )
 
 
@@ -223,12 +357,12 @@ def equivalence(
     names = two_names(names)
     read = read_groups(as_pair(names, a, b), missing)
     percent = bounds == "percent"
-    pair = contrasts(read, percent=percent)
+    estimate, by_test = contrasts(read, percent=percent)
     per = 100 if percent else 1
     within = (None if low is None else Fraction(low) / per, None if high is None else Fraction(high) / per)
     found = {
         test: tost(name, contrast, within, alpha)
-        for (test, name), contrast in zip((("welch", "Welch"), ("student", "Student")), pair.by_test, strict=True)
+        for (test, name), contrast in zip((("welch", "Welch"), ("student", "Student")), by_test, strict=True)
     }
     means = dict(zip(read.names, read.means, strict=True))
     sizes = dict(zip(read.names, read.sizes, strict=True))
@@ -241,7 +375,7 @@ def equivalence(
         bounds=bounds,
         low=NO_LOW if low is None else low,
         high=NO_HIGH if high is None else high,
-        estimate=pair.estimate if isinstance(pair.estimate, Undefined) else finite(per * pair.estimate, "the estimate"),
+        estimate=estimate if isinstance(estimate, Undefined) else finite(per * estimate, "the estimate"),
         route=route,
         alpha=alpha,
         p=chosen.p,

@@ -21,9 +21,9 @@ from stats.compare.summary import autocorrelation, describe
 from stats.days.blocked import blocked_by_day
 from stats.groups.anova import welch_anova
 from stats.groups.dunnett import dunnett
+from stats.groups.residuals import rmse_over_iqr
 from stats.groups.tukey import compare_all_pairs
 from stats.groups.variances import bartlett, brown_forsythe, f_test, levene
-from stats.lines.rmse import rmse_over_iqr
 
 Exact = list[Fraction]
 OFFSETS = st.sampled_from([0.0, 1e3, 1e6, 1e9, 1e12, 1e14, 1e15])

@@ -25,10 +25,10 @@ from stats.compare.two_sample import compare_two
 from stats.days.blocked import blocked_by_day
 from stats.groups.anova import one_way_anova, welch_anova
 from stats.groups.dunnett import dunnett
+from stats.groups.residuals import rmse_over_iqr
 from stats.groups.tukey import compare_all_pairs
 from stats.groups.variances import bartlett, brown_forsythe, f_test, levene
 from stats.lines.regression import fit_linear, fit_polynomial
-from stats.lines.rmse import rmse_over_iqr
 
 Groups = tuple[Any, Any, Any]
 Found = list[float | Undefined]

@@ -22,12 +22,11 @@ from stats.compare.two_sample import compare_two
 from stats.days.blocked import blocked_by_day
 from stats.groups.anova import one_way_anova, welch_anova
 from stats.groups.dunnett import dunnett
-from stats.groups.residuals import additive_residuals, residuals_of_groups
+from stats.groups.residuals import additive_residuals, residuals_of_groups, rmse_over_iqr
 from stats.groups.tukey import compare_all_pairs
 from stats.groups.variances import bartlett, brown_forsythe, f_test, levene
 from stats.lines.passive_drain import fit_passive_drain
 from stats.lines.regression import fit_linear, fit_polynomial
-from stats.lines.rmse import rmse_over_iqr
 from stats.lines.stiffness import fit_gain_line, fit_stiffness
 from stats.packing import unbounded_fraction
 from stats.results import Result

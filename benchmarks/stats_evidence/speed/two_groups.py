@@ -20,8 +20,8 @@ from stats.compare.resampling import bootstrap_difference, permutation_test
 from stats.compare.savings import percent_savings
 from stats.compare.summary import autocorrelation, describe
 from stats.compare.two_sample import compare_two
+from stats.groups.residuals import rmse_over_iqr
 from stats.groups.variances import f_test
-from stats.lines.rmse import rmse_over_iqr
 from stats.planning.power import power_t
 
 RESAMPLES = 999

@@ -23,7 +23,7 @@ from benchmarks.stats_evidence.weaknesses.peers import (
 )
 from stats.compare.two_sample import compare_two
 from stats.groups.anova import one_way_anova
-from stats.lines.rmse import rmse_over_iqr
+from stats.groups.residuals import rmse_over_iqr
 from tests.helpers.exact_fit import root
 from tests.helpers.exact_tests import one_way, t_test
 

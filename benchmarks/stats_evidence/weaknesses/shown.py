@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.stats_evidence.weaknesses.case import Number, Question, Weakness
 from benchmarks.stats_evidence.weaknesses.peers import numpy, pg, pingouin, scipy, scipy_stats
 from stats.compare.two_sample import compare_two
-from stats.lines.rmse import QUARTILES, rmse_over_iqr
+from stats.groups.residuals import QUARTILES, rmse_over_iqr
 from tests.helpers.exact_tests import interval, t_test
 
 HIGH_A = [0.1502, 0.1489, 0.1511, 0.1496]

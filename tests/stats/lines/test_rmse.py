@@ -5,7 +5,7 @@ import pytest
 
 from data_schema.errors import InputRefused, UnknownName
 from data_schema.vocabulary import Undefined
-from stats.lines.rmse import QUARTILES, rmse_over_iqr
+from stats.groups.residuals import QUARTILES, rmse_over_iqr
 
 EIGHT = np.array([1.0, 2.5, 3.0, 4.5, 6.0, 7.25, 9.0, 12.0])
 
