@@ -122,7 +122,11 @@ def fraction_from_height(
 def fraction_from_water(
     container_m3: float, water_m3: float, *, container_se_m3: float = 0.0, water_se_m3: float = 0.0
 ) -> PackingFraction:
-    """Return 1 - water / container: the water fills what the grains leave of a full container (thesis 5.1.2)."""
+    """Return 1 - water / container: the water fills what the grains leave of a full container (thesis 5.1.2).
+
+    >>> round(fraction_from_water(1.0e-3, 0.39e-3).fraction, 3)
+    0.61
+    """
     container = as_number("the container's volume", container_m3, above=0.0)
     water = as_number("the water's volume", water_m3, low=0.0)
     if water > container:

@@ -77,6 +77,9 @@ def describe(values: ArrayLike, level: float = 0.95, missing: Missing = "refuse"
 
     It is undefined where all values are equal: that they scatter by nothing is not what they show.
     Raises `InputRefused` for infinite or non-numeric values, and for NaN unless `missing` is "drop".
+
+    >>> describe([42.1, 39.8, 44.0, 41.2]).sentence("joules", "J")
+    'joules 41.8 J (SD 1.76, 95 % CI 39.0 to 44.6, n = 4).'
     """
     sample = as_sample("the sample", values, missing)
     level = as_level("level", level)
@@ -127,6 +130,9 @@ def autocorrelation(values: ArrayLike, lag: int = 1) -> Autocorrelation:
 
     A value that is missing would be a gap in the series: NaN is refused, as infinite values are, and a lag that is no
     whole number of at least 0 (`InputRefused`).
+
+    >>> autocorrelation([1, 2, 3, 4, 5]).r
+    0.4
     """
     lag = as_count("the lag", lag)
     _without, gaps = complete_rows([values], "drop")

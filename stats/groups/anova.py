@@ -106,6 +106,10 @@ def one_way_anova(
     A group without a value leaves the question open: there is no F, only what the other groups are. F and p are those
     of exact arithmetic on the given values, rounded once, whatever the values have in common.
     Raises `InputRefused`, naming the group, for infinite values, and for NaN unless `missing` is "drop".
+
+    >>> found = one_way_anova({"0": [42.1, 39.8, 44.0], "50": [36.9, 38.2, 35.1]})
+    >>> round(found.f, 2), found.df_between, found.df_within
+    (12.0, 1, 4)
     """
     level = as_level("level", level)
     read = read_groups(groups, missing)

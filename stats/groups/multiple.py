@@ -123,6 +123,9 @@ def holm(
     The smallest of m is multiplied by m, the next by m - 1 and so on; none becomes smaller than one before it. A test
     whose p is undefined belongs to the family still: it counts in m. `log10_p` is needed only where p underflows to 0.
     Raises `InputRefused` for a p that is no number or outside 0 to 1, or a p of 0 whose logarithm is not given.
+
+    >>> holm({"height": 0.04, "joules": 0.01}, "outcomes").adjusted_p
+    (0.04, 0.02)
     """
     alpha = as_level("alpha", alpha)
     p_values = {name: p if isinstance(p, Undefined) else _as_p(name, p) for name, p in p_values.items()}

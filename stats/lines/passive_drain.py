@@ -185,6 +185,10 @@ def fit_passive_drain(
 
     Raises `InputRefused` for fewer than 3 runs, a single duration, infinite values, for NaN unless `missing` is "drop"
     (which leaves out runs), lengths that differ, negative durations, and where an uncertainty is beyond the doubles.
+
+    >>> line = fit_passive_drain([60, 120, 240, 480], [8, 15, 30, 58])
+    >>> round(line.at(300).charge_mah, 2)
+    36.7
     """
     (duration_s, charge_mah), left_out = complete_rows([duration_s, charge_mah], missing)
     durations, charges = as_values("the durations", duration_s), as_values("the charges", charge_mah)

@@ -114,6 +114,9 @@ def fit_linear(
     Raises `InputRefused`, naming the columns, for infinite values, for NaN unless `missing` is "drop" (which leaves
     out rows), lengths that differ, fewer values than coefficients, a constant column beside an intercept, a column of
     zeros, and columns that are collinear.
+
+    >>> fit_linear([1, 3, 5, 8], {"x": [0, 1, 2, 3]}).coefficients
+    (0.8, 2.3)
     """
     level = as_level("level", level)
     columns = _as_columns(columns)
@@ -283,6 +286,9 @@ def fit_polynomial(
     since 1970 UTC).
     Raises `InputRefused` for infinite values, for NaN unless `missing` is "drop" (which leaves out pairs), lengths that
     differ, another degree, or fewer different x than coefficients.
+
+    >>> fit_polynomial([0, 1, 2, 3], [1, 2, 5, 10], degree=2).coefficients
+    (1.0, 0.0, 1.0)
     """
     level = as_level("level", level)
     degree = _checked_degree(degree)

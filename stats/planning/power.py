@@ -115,7 +115,11 @@ class Power(Result):
 
 
 def power_t(difference: float, sd: float, n_a: int, n_b: int, alpha: float = 0.05, sides: int = 2) -> Power:
-    """Return the power of Student's t for a true difference at one standard deviation; `sides` is 1 (upward) or 2."""
+    """Return the power of Student's t for a true difference at one standard deviation; `sides` is 1 (upward) or 2.
+
+    >>> round(power_t(4.0, 3.0, 6, 6).power, 3)
+    0.55
+    """
     difference, sd, alpha = (
         as_number("difference", difference),
         as_number("sd", sd, above=0.0),
@@ -308,6 +312,9 @@ def sample_size(plan: Callable[[int], Power], power: float = 0.8, largest: int =
 
     `plan` makes a plan of n values a group, as `lambda n: power_t(0.5, 1.0, n, n)`; its power must not fall with n.
     Raises `InputRefused` for a plan that is no such function, and for a largest n below 2.
+
+    >>> sample_size(lambda n: power_t(4.0, 3.0, n, n)).n
+    10
     """
     if not callable(plan):
         raise InputRefused(f"plan is {plan!r}: give a function of n, as lambda n: power_t(0.5, 1.0, n, n).")
