@@ -136,11 +136,12 @@ def exact_sum(values: Floats, rest: Floats | None = None) -> Fraction:
 
     `rest` is what the doubles leave of values that are no doubles (`stats.checks.Sample`).
     """
-    if greatest(values) > 2.0**900:
-        return 2**128 * exact_sum(np.ldexp(values, -128), None if rest is None else np.ldexp(rest, -128))
     numbers = values.tolist() if rest is None else [*values.tolist(), *rest.tolist()]
-    high = math.fsum(numbers)
-    return Fraction(high) + Fraction(math.fsum([*numbers, -high]))
+    try:
+        high = math.fsum(numbers)
+        return Fraction(high) + Fraction(math.fsum([*numbers, -high]))
+    except OverflowError:
+        return sum(map(Fraction, numbers), Fraction(0))
 
 
 @dataclass(frozen=True, slots=True)

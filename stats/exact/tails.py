@@ -41,6 +41,7 @@ _USUAL_DF, _USUAL_TAIL = (0.5, 1e6), Fraction(1, 10**100)
 _MIDDLE = Fraction(1, 100)
 """Chance of the middle below which the quantile is searched: a tail near a half has not its digits."""
 _DIGITS_LOST = 1e-4
+_LINEAR, _FLAT_DF = Fraction(1, 2**64), 1e-8
 _FAR_TAIL = 1e-15
 
 
@@ -202,6 +203,8 @@ def t_upper_quantile(tail: Number, df: float) -> float:
         return 0.0
     if exact >= _USUAL_TAIL and middle >= _MIDDLE and _USUAL_DF[0] <= df <= _USUAL_DF[1]:
         return float(_polished(np.array(df), float(exact)))
+    if middle < _LINEAR and df > _FLAT_DF:  # the density is flat there
+        return float(Fraction(t_upper_quantile((1 - _LINEAR) / 2, df)) * middle / _LINEAR)
     if middle < Fraction(1, 2):
         log_both = math.log1p(-float(middle))
     else:

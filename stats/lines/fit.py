@@ -176,6 +176,7 @@ class Fit(Result):
 
 
 BEYOND_DOUBLES = Undefined("a covariance is beyond what a double can hold")
+_LARGEST_VARIANCE = Fraction(2) ** 800
 
 Matrix = Sequence[Sequence[int]]
 
@@ -320,9 +321,11 @@ def _tests(fit: Fit, coefficients: list[Fraction], errors: list[Fraction], f: Fr
     ends = [interval_about(b, quantile, se) for b, se in zip(coefficients, errors, strict=True)]
     lost = next((each for each in ends if isinstance(each, Undefined)), None)
     t = tuple(to_double(b / se) for b, se in zip(coefficients, errors, strict=True))
-    of_all = to_double(f)
+    of_all, ci = to_double(f), tuple(ends) if lost is None else lost
+    if not all(map(math.isfinite, (of_all, *t))):
+        return dict.fromkeys(_OF_TESTS, Undefined("a test statistic is too large for a double")) | {"ci": ci}
     return {
-        "ci": tuple(ends) if lost is None else lost,
+        "ci": ci,
         "t": t,
         "p": tuple(t_two_sided(one, fit.df).p for one in t),
         "f": of_all,
@@ -331,13 +334,11 @@ def _tests(fit: Fit, coefficients: list[Fraction], errors: list[Fraction], f: Fr
 
 
 def in_doubles(inverse: list[list[Fraction]], variance: Fraction) -> tuple[tuple[float, ...], ...] | Undefined:
-    """Return a covariance in doubles, unless one of its numbers has none of its size."""
+    """Return a covariance in doubles, if its variances keep so clear of their ends that sums of products do too."""
     exact = [[value * variance for value in row] for row in inverse]
-    found = tuple(tuple(map(to_double, row)) for row in exact)
-    for row, of_row in zip(exact, found, strict=True):
-        if any(math.isinf(double) or (number and not double) for number, double in zip(row, of_row, strict=True)):
-            return BEYOND_DOUBLES
-    return found
+    if any(row[j] and not 1 / _LARGEST_VARIANCE < row[j] < _LARGEST_VARIANCE for j, row in enumerate(exact)):
+        return BEYOND_DOUBLES
+    return tuple(tuple(map(to_double, row)) for row in exact)
 
 
 def _double_or_none(value: Fraction, what: str) -> float | Undefined:
