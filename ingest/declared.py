@@ -213,8 +213,14 @@ def _plain(value: Any) -> Any:
     return value
 
 
+_HINTS: dict[type, dict[str, Any]] = {}
+"""Of the classes met so far: they are read from text, and a rebuild asks for them with every file."""
+
+
 def _dataclass(kind: type[_T], record: Mapping[str, Any]) -> _T:
-    hints = typing.get_type_hints(kind)
+    if kind not in _HINTS:
+        _HINTS[kind] = typing.get_type_hints(kind)
+    hints = _HINTS[kind]
     return kind(**{name: _typed(hints[name], value) for name, value in record.items() if name in hints})
 
 

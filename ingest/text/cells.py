@@ -211,8 +211,12 @@ def best_split(head: list[Line], further: list[Line], delimiter: bytes | None = 
 def row_of(line: Line, delimiter: bytes) -> Row:
     """Split one line and judge whether it holds data."""
     cells = split_cells(line.content, delimiter) or []
-    numbers = sum(is_number(cell, comma=True) or is_clock(cell) or is_grouped(cell) for cell in cells)
-    empty = sum(is_missing(cell.lower()) for cell in cells)
+    numbers = empty = 0
+    for cell in cells:
+        if is_number(cell, comma=True) or is_clock(cell) or is_grouped(cell):
+            numbers += 1
+        elif is_missing(cell.lower()):
+            empty += 1
     share = (numbers + empty) / len(cells) if cells else 0.0
     return Row(line, cells, numbers > 0 and share >= 0.5 and not _is_debug(line), share)
 

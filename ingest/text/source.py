@@ -10,6 +10,7 @@ import dataclasses
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 from data_schema.errors import UsageError
@@ -21,6 +22,7 @@ DEFAULT_PAGE = "cp1252"
 """Of text that is neither marked nor UTF-8, where nothing is declared."""
 
 HEAD_BYTES = 65_536
+HEAD_LINES = 400
 MOST_QUOTED_LINES = 5
 """Lines that one quoted cell may span; more means that a quote was forgotten."""
 
@@ -36,8 +38,7 @@ _LINE_END = re.compile(rb"\r\n|\n|\r")
 _CONTROL = bytes(set(range(32)) - {0x00, 0x09, 0x0A, 0x0C, 0x0D, 0x1A, 0x1B})
 
 
-@dataclass(frozen=True, slots=True)
-class Line:
+class Line(NamedTuple):  # of which a file has hundreds: a tuple is made in a quarter of a dataclass's time
     """One physical line without its end: 1-based number, where it starts, its bytes, whether it has an end."""
 
     number: int
@@ -46,7 +47,7 @@ class Line:
     ended: bool
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class TextSource:
     """Text as ASCII-compatible bytes: `data[start:]` without byte order mark, `encoding` for the names in it.
 
@@ -65,9 +66,16 @@ class TextSource:
         """Return text for showing and comparing; a byte that has no meaning becomes U+FFFD."""
         return content.decode(self.encoding, errors="replace")
 
-    def head_lines(self, limit: int = 400) -> list[Line]:
+    def head_lines(self, limit: int = HEAD_LINES) -> list[Line]:
         """Return the first whole lines, at most `limit`, within the longest line allowed."""
+        if limit == HEAD_LINES:
+            return list(self._head)
         return _join_quoted(self._lines(self.start, self.first_line, limit))
+
+    @cached_property
+    def _head(self) -> list[Line]:
+        """The lines that many look at: each format, and what finds the layout."""
+        return _join_quoted(self._lines(self.start, self.first_line, HEAD_LINES))
 
     def sample_lines(self, fraction: float, limit: int = 20) -> list[Line]:
         """Return whole lines from the given fraction of the file on; their numbers mean nothing."""

@@ -13,6 +13,7 @@ quadratic has no smoothing bias, and a spike or a dropout moves it by nothing.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import comb
 
 import numpy as np
 from numpy.typing import NDArray
@@ -230,21 +231,14 @@ def window_ends(
     windows = gather(time_s, height_m, apex_s, left_s, limit_s + parameters.look_ahead_s, scale_s)
     sd = _noise(windows, noise_sd_m, parameters)
     step = parameters.step_s / scale_s
-    reach = round(parameters.reach_s / parameters.step_s)
+    moments = step * np.arange(0, int(np.max(windows.tau, initial=0.0) / step) + 2, 2, dtype=np.float64)
+    z = _catch_z(windows, moments, sd, gravity_m_s2, parameters)
+    caught = np.any(z > parameters.catch_z, axis=2)
+    rows = np.flatnonzero(caught.any(axis=1))
+    right = np.argmax(caught[rows], axis=1)
     ends = (limit_s - apex_s) / scale_s
-    open_still = np.ones(apex_s.size, dtype=np.bool_)
-    last = float(np.max(windows.tau, initial=0.0))
-    for right in range(4, int(last / step) + 2, 2):
-        begins = step * np.arange(max(2, right - reach), right - 1, 2, dtype=np.float64)
-        z = _catch_z(windows, windows.valid & (windows.tau <= right * step), begins, sd, gravity_m_s2, parameters)
-        strongest = np.argmax(z, axis=1)
-        caught = open_still & (z[np.arange(apex_s.size), strongest] > parameters.catch_z)
-        ends[caught] = np.minimum(ends[caught], begins[strongest[caught]])
-        open_still &= ~caught
-        if not open_still.any():
-            break
-    result: Floats = apex_s + ends * scale_s
-    return result
+    ends[rows] = np.minimum(ends[rows], moments[right - 1 - np.argmax(z[rows, right], axis=1)])
+    return apex_s + ends * scale_s
 
 
 def _noise(windows: Windows, noise_sd_m: float, parameters: FlightWindowParameters) -> float:
@@ -256,38 +250,63 @@ def _noise(windows: Windows, noise_sd_m: float, parameters: FlightWindowParamete
 
 
 def _catch_z(
-    windows: Windows,
-    used: np.ndarray[tuple[int, ...], np.dtype[np.bool_]],
-    begins: Floats,
-    sd: float,
-    gravity_m_s2: float,
-    parameters: FlightWindowParameters,
+    windows: Windows, moments: Floats, sd: float, gravity_m_s2: float, parameters: FlightWindowParameters
 ) -> Floats:
-    """Return the strength of an upward push from each of `begins` on, in standard errors, shape (k, n_begins).
+    """Return the strength of upward pushes in standard errors, shape (k, n, n_back); 0 where none may begin.
 
-    The quadratic is taken out of the push's own column (Frisch and Waugh), the prior on curvature counting as one
-    more observation.
+    [:, right, back - 1] is of the samples up to `moments[right]` and a push from `moments[right - back]` on. The
+    quadratic is taken out of the push's own column (Frisch and Waugh), the prior on curvature being one observation.
     """
-    tau, rise = windows.tau, windows.rise_m * used
-    columns = np.stack([used, tau * used, tau * tau * used], axis=1).astype(np.float64)
-    normal = np.einsum("kiw,kjw->kij", columns, columns)
-    right = np.einsum("kiw,kw->ki", columns, rise)
+    sums, rise_sums = (np.cumsum(found, axis=2) for found in _power_sums(windows, moments, np.zeros(moments.size)))
     curvature = 0.5 * gravity_m_s2 * parameters.half_window_s**2
     prior = (sd / (parameters.gravity_share_sd * curvature)) ** 2
-    normal[:, 2, 2] += prior
-    right[:, 2] -= prior * curvature
+    rise_sums[2] -= prior * curvature
     # With fewer than two samples offset and slope are free: a hint of a ridge keeps them finite, and nothing else.
-    normal[:, [0, 1], [0, 1]] += 1e-9
-    inverse = np.linalg.inv(normal)
-    push = np.maximum(tau[:, np.newaxis, :] - begins[:, np.newaxis], 0.0) ** 2 * used[:, np.newaxis, :]
-    shadow = np.einsum("kcw,kiw->kci", push, columns)
-    explained = np.einsum("kci,kij,kj->kc", shadow, inverse, right)
-    own = np.einsum("kcw,kcw->kc", push, push)
-    left_over = own - np.einsum("kci,kij,kcj->kc", shadow, inverse, shadow)
-    strength = np.einsum("kcw,kw->kc", push, rise) - explained
-    known = left_over > 1e-9 * own
-    z: Floats = np.where(known, strength / (sd * np.sqrt(np.where(known, left_over, 1.0))), 0.0)
+    by_0, by_1, by_2 = sums[0] + 1e-9, sums[2] + 1e-9, sums[4] + prior
+    # The normal matrix of each quadratic is made diagonal: its lower triangle, then what is left on the diagonal.
+    low_10, low_20 = sums[1] / by_0, sums[2] / by_0
+    by_1 = by_1 - low_10 * sums[1]
+    low_21 = (sums[3] - low_20 * sums[1]) / by_1
+    by_2 = by_2 - low_20 * sums[2] - low_21 * low_21 * by_1
+    rise_1 = rise_sums[1] - low_10 * rise_sums[0]
+    rise_2 = rise_sums[2] - low_20 * rise_sums[0] - low_21 * rise_1
+
+    between, rise_between = _power_sums(windows, moments, np.concatenate([moments[:1], moments[:-1]]))
+    push, pushed_rise = np.zeros_like(between), np.zeros_like(sums[0])
+    z = np.zeros((*pushed_rise.shape, round(parameters.reach_s / parameters.step_s) // 2))
+    for back in range(1, min(z.shape[2] + 1, moments.size - 1)):
+        ends, begins = np.s_[:, back + 1 :], np.s_[:, 1 : moments.size - back]
+        # Sums of powers of a time make those of a time whose origin is `early` before.
+        early = moments[back - 1]
+        later = np.array([[comb(to, of) * early ** max(to - of, 0) for of in range(5)] for to in range(5)])
+        push[:, *begins] += np.tensordot(later, between[:, *ends], 1)
+        pushed_rise[begins] += np.tensordot(later[2, :3], rise_between[:, *ends], 1)
+        begin, (square, cube, own) = moments[begins[1]], push[2:, *begins]
+        push_1 = cube + begin * square - low_10[ends] * square
+        push_2 = own + begin * (2.0 * cube + begin * square) - low_20[ends] * square - low_21[ends] * push_1
+        parts = (square / by_0[ends], push_1 / by_1[ends], push_2 / by_2[ends])
+        left_over = own - parts[0] * square - parts[1] * push_1 - parts[2] * push_2
+        explained = parts[0] * rise_sums[0][ends] + parts[1] * rise_1[ends] + parts[2] * rise_2[ends]
+        known = left_over > 1e-9 * own
+        strength = (pushed_rise[begins] - explained) / np.sqrt(np.where(known, left_over, 1.0))
+        z[*ends, back - 1] = np.where(known, strength / sd, 0.0)
     return z
+
+
+def _power_sums(windows: Windows, moments: Floats, origins: Floats) -> tuple[Floats, Floats]:
+    """Sum powers of the time since an origin over samples, shape (5, k, n), and times the rise, shape (3, k, n).
+
+    At [..., i] are the samples after `moments[i - 1]` up to `moments[i]`, of i = 0 all up to it, with `origins[i]`.
+    """
+    tau, rise_m = windows.tau[windows.valid], windows.rise_m[windows.valid]
+    place = np.searchsorted(moments, tau)
+    since = tau - origins[np.minimum(place, moments.size - 1)]
+    shape = (len(windows.tau), moments.size + 1)
+    place += np.nonzero(windows.valid)[0] * shape[1]
+    powers, size = np.vander(since, 5, increasing=True).T, shape[0] * shape[1]
+    weights = (*powers, *(powers[:3] * rise_m))
+    sums = np.array([np.bincount(place, each, size) for each in weights], np.float64).reshape(8, *shape)[..., :-1]
+    return sums[:5], sums[5:]
 
 
 @dataclass(frozen=True, slots=True)
