@@ -17,6 +17,7 @@ import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import Any, Self
 
 import sqlalchemy as sa
@@ -33,7 +34,7 @@ MEND_BOTH = "journal.jsonl is damaged too: make the book anew from a backup with
 MEND_TABLE = "run `labbook rebuild` to make the database anew from journal.jsonl"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Entry:
     """One statement: who said when that which thing is what, what it was before, and why.
 
@@ -56,15 +57,17 @@ class Entry:
     prev_hash: str
     origin: Mapping[str, Any] | None = None
 
-    @property
+    @cached_property
     def hash(self) -> str:
         """SHA-256 over the canonical line without the hash itself."""
-        return hashlib.sha256(canonical(self._body()).encode()).hexdigest()
+        before, after = self._halves
+        return hashlib.sha256(f"{before},{after}".encode()).hexdigest()
 
     @property
     def line(self) -> str:
-        """The line of `journal.jsonl`, without its newline."""
-        return canonical({**self._body(), "hash": self.hash})
+        """The line of `journal.jsonl`, without its newline: canonical, too, with the hash among its sorted keys."""
+        before, after = self._halves
+        return f'{before},"hash":"{self.hash}",{after}'
 
     @classmethod
     def from_line(cls, text: str, remedy: str = MEND_FILE) -> Self:
@@ -82,11 +85,15 @@ class Entry:
             )
         return entry
 
-    def _body(self) -> dict[str, Any]:
-        body = {field.name: getattr(self, field.name) for field in fields(self)}
-        if self.origin is None:
-            del body["origin"]
-        return body
+    @cached_property
+    def _halves(self) -> tuple[str, str]:
+        """The canonical texts of the fields whose names come before "hash" and after it; writing them takes longest."""
+        body = {name: getattr(self, name) for name in _FIELDS if name != "origin" or self.origin is not None}
+        before, after = ({name: body[name] for name in body if (name < "hash") is first} for first in (True, False))
+        return canonical(before)[:-1], canonical(after)[1:]
+
+
+_FIELDS = tuple(field.name for field in fields(Entry))
 
 
 def canonical(value: object) -> str:
@@ -139,9 +146,14 @@ def head(connection: sa.Connection) -> tuple[int, str]:
     return (int(row.seq), str(row.hash)) if row else (0, GENESIS)
 
 
-def insert(connection: sa.Connection, entry: Entry) -> None:
-    """Write one entry to the table; its person must be known by then."""
-    row = {
+def insert(connection: sa.Connection, entries: Sequence[Entry]) -> None:
+    """Write entries to the table; their persons must be known by then."""
+    if entries:
+        connection.execute(_INSERT, [_row_of(entry) for entry in entries])
+
+
+def _row_of(entry: Entry) -> dict[str, Any]:
+    return {
         "seq": entry.seq,
         "following": entry.following,
         "at_utc": entry.at_utc,
@@ -156,7 +168,6 @@ def insert(connection: sa.Connection, entry: Entry) -> None:
         "hash": entry.hash,
         "origin_json": None if entry.origin is None else canonical(entry.origin),
     }
-    connection.execute(_INSERT, row)
 
 
 # Built once: a rebuild writes thousands of entries, and building a query takes longer than asking it.

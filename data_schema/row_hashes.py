@@ -124,12 +124,10 @@ def has_hashes(connection: sa.Connection) -> bool:
 
 def altered_rows(connection: sa.Connection) -> list[Altered]:
     """Hash all rows anew and return those that do not fit what was kept when they were written."""
-    kept: dict[str, dict[str, str]] = {kind: {} for kind in (*GROUPS, STALE)}
-    for kind, uid, sha256 in connection.execute(sa.select(hashes.row_hash)):
-        kept.setdefault(kind, {})[uid] = sha256
     found = []
-    for kind, expected in kept.items():
-        now = row_hashes(connection, kind)
+    kinds = connection.execute(sa.select(hashes.row_hash.c.kind).distinct()).scalars()
+    for kind in dict.fromkeys((*GROUPS, STALE, *kinds)):
+        expected, now = kept_hashes(connection, kind), row_hashes(connection, kind)
         for uid, sha256 in now.items():
             if expected.get(uid) != sha256:
                 found.append(Altered(kind, uid, Misfit.ALTERED if uid in expected else Misfit.ADDED))
@@ -150,6 +148,13 @@ def _moved(connection: sa.Connection, owner: sa.Table) -> Iterator[Altered]:
         if seq < latest:
             yield Altered(owner.name, uid, Misfit.MOVED)
         latest = max(latest, seq)
+
+
+def kept_hashes(connection: sa.Connection, kind: str) -> dict[str, str]:
+    """Return the hashes that were kept when the rows of a kind were written, by the uid of their owner."""
+    kept = hashes.row_hash
+    query = sa.select(kept.c.uid, kept.c.sha256).where(kept.c.kind == kind)
+    return {row.uid: row.sha256 for row in connection.execute(query)}
 
 
 def row_hashes(connection: sa.Connection, kind: str, uids: Sequence[str] | None = None) -> dict[str, str]:

@@ -86,8 +86,8 @@ def add_detections(connection: sa.Connection, new: Sequence[NewDetection]) -> No
         rows = [
             {"signal": signals[item.signal_uid], "n_jumps": len(item.jumps), **item.values} for item in fresh.values()
         ]
-        connection.execute(detection.insert(), rows)
-        owners = _private_keys(connection, detection.c.key, list(fresh))
+        made = connection.execute(detection.insert().returning(detection.c.key, detection.c.id), rows)
+        owners = {row.key: row.id for row in made}
         jumps = [{"detection": owners[key], **row} for key, item in fresh.items() for row in item.jumps]
         if jumps:
             connection.execute(jump.insert(), jumps)

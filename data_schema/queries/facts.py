@@ -37,7 +37,7 @@ def update_fact(connection: sa.Connection, kind: str, uid: str, values: Mapping[
     table = FACTS[kind]
     row = _with_keys(connection, table, values)
     try:
-        changed = connection.execute(table.update().where(table.c.uid == uid).values(**row)).rowcount
+        changed = connection.execute(_updating(kind), {"this_uid": uid, **row}).rowcount
     except (sa.exc.StatementError, OverflowError) as error:
         _pass_on_trouble(error)
         raise InputRefused(f"{kind} {_shown(values)} cannot be stored: {why_refused(error, table, values)}.") from error
@@ -129,6 +129,13 @@ def _reading(kind: str, names: tuple[str, ...]) -> sa.Select[Any]:
     table = FACTS[kind]
     columns = [_outside(table.c[name]).label(name) for name in names]
     return sa.select(*columns).where(table.c.uid == sa.bindparam("this_uid"))
+
+
+@functools.cache
+def _updating(kind: str) -> sa.Update:
+    """Change the columns that are given of the row with the uid `this_uid`."""
+    table = FACTS[kind]
+    return table.update().where(table.c.uid == sa.bindparam("this_uid"))
 
 
 def _outside(column: sa.Column[Any]) -> sa.ColumnElement[Any]:

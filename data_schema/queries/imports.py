@@ -69,9 +69,8 @@ def refused_with(connection: sa.Connection, sha256: str, reader: str, options_js
 
 def add_file(connection: sa.Connection, *, uid: str, sha256: str, n_bytes: int, store_path: str) -> int:
     """Add the row of a raw copy; returns its key."""
-    done = connection.execute(
-        file.insert().values(uid=uid, sha256=sha256, n_bytes=n_bytes, store_path=store_path, state=str(FileState.KEPT))
-    )
+    values = {"uid": uid, "sha256": sha256, "n_bytes": n_bytes, "store_path": store_path}
+    done = connection.execute(file.insert(), {**values, "state": str(FileState.KEPT)})
     written(connection, "file", [uid])
     return _key(done)
 

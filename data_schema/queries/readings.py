@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import sqlalchemy as sa
 
@@ -46,6 +46,18 @@ class ReadingRow:
     rows_kept: int
     rows_rejected: int
     why: str | None
+
+
+class ListedReading(NamedTuple):  # of which a list makes a hundred thousand
+    """What a list for people says of the last reading of a file."""
+
+    uid: str
+    file_uid: str
+    sha256: str
+    name: str
+    status: IngestStatus
+    reader: str
+    rows_kept: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +111,27 @@ def readings_of(connection: sa.Connection, sha256: str) -> list[ReadingRow]:
 def last_readings(connection: sa.Connection) -> list[ReadingRow]:
     """Return the last reading of every file that was imported, in the order of the files' import."""
     return _readings(connection, LAST_READING, file.c.id)
+
+
+def listed_readings(connection: sa.Connection) -> list[ListedReading]:
+    """Return the last reading of every file that was imported, in the order of the files' import."""
+    query = (
+        sa.select(
+            ingest.c.uid,
+            file.c.uid,
+            ingest.c.sha256,
+            ingest.c.original_name,
+            ingest.c.status,
+            ingest.c.reader,
+            ingest.c.rows_kept,
+        )
+        .join(file, sa.and_(ingest.c.file == file.c.id, LAST_READING))
+        .order_by(file.c.id)
+    )
+    return [
+        ListedReading(uid, file_uid, sha256, name, _STATUS[status], reader, kept)
+        for uid, file_uid, sha256, name, status, reader, kept in connection.execute(query).all()
+    ]
 
 
 def last_reading(connection: sa.Connection, sha256: str) -> ReadingRow | None:

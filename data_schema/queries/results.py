@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import sqlalchemy as sa
@@ -152,10 +152,15 @@ def _private_keys(connection: sa.Connection, keys: Sequence[str]) -> dict[str, i
     return {row.key: row.id for row in rows}
 
 
-def mark_stale(connection: sa.Connection, changed: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
-    """Mark everything downstream of changed (kind, uid) pairs as stale; returns (kind, scope) of what became so."""
+def mark_stale(connection: sa.Connection, changed: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Mark everything downstream of changed (kind, uid) pairs as stale; returns (kind, scope) of what became so.
+
+    Where nothing has been computed yet, it is not asked what changed.
+    """
+    if connection.execute(_ANY_RESULT).first() is None:
+        return []
     outdated: list[sa.Row[int, str, str, str]] = []
-    for some in in_chunks(resting_on(connection, changed)):
+    for some in in_chunks(resting_on(connection, list(dict.fromkeys(changed)))):
         fresh = sa.and_(result.c.uid.in_(some), result.c.stale == 0)
         outdated += connection.execute(
             sa.select(result.c.id, result.c.uid, result.c.kind, result.c.scope_json).where(fresh)
@@ -163,6 +168,9 @@ def mark_stale(connection: sa.Connection, changed: Sequence[tuple[str, str]]) ->
         connection.execute(result.update().where(fresh).values(stale=1))
     written(connection, STALE, [row.uid for row in outdated])
     return [(row.kind, row.scope_json) for row in sorted(outdated, key=lambda row: row.id)]
+
+
+_ANY_RESULT = sa.select(result.c.id).limit(1)
 
 
 def resting_on(connection: sa.Connection, inputs: Sequence[tuple[str, str]]) -> list[str]:

@@ -14,7 +14,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.queries.results import reports_resting_on, unshown_results
-from data_schema.row_hashes import GROUPS, STALE, Altered, Misfit, row_hashes, rows_of
+from data_schema.row_hashes import GROUPS, STALE, Altered, Misfit, kept_hashes, row_hashes, rows_of
 from data_schema.tables import FACTS, design
 from data_schema.tables.runs import run
 
@@ -84,14 +84,14 @@ def compared(book: sa.Connection, fresh: sa.Connection | None, suspected: Sequen
 
 
 def differing(book: sa.Connection, fresh: sa.Connection) -> list[Altered]:
-    """Hash all rows of both databases and return where they differ.
+    """Hash all rows of a book and return where they differ from those of one just made, by the hashes it has.
 
     A result that no report shows may be missing: it is computed again when it is wanted.
     """
     found = []
     unshown = set(unshown_results(fresh))
     for kind in (*GROUPS, STALE):
-        here, there = row_hashes(book, kind), row_hashes(fresh, kind)
+        here, there = row_hashes(book, kind), kept_hashes(fresh, kind)
         for uid in dict.fromkeys((*here, *there)):
             pruned = uid not in here and uid in unshown and kind in ("result", STALE)
             if here.get(uid) != there.get(uid) and not pruned:

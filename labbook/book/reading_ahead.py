@@ -29,7 +29,11 @@ from ingest.store import Store
 from labbook.statements.importing import PreparedImport, ReadSettings, read_anew, sample_counts, with_counts
 
 FEWEST = 64
-"""So many files are asked for before the first is taken; with fewer, starting processes takes longer than it saves."""
+"""So many files are worth it; with fewer, starting processes takes longer than it saves."""
+AHEAD = 256
+"""So many files are asked for before the first is taken: they are read while the rows of a run sheet are written."""
+_PIPE_BYTES = 1 << 19
+"""What was read of half of them waits in a pipe; in a usual one there is place for a dozen, then the reader waits."""
 MOST_WAITING = 5000
 """So many entries wait at most for more files to be read."""
 MOST_PROCESSES = 4
@@ -68,7 +72,7 @@ class ReadingAhead:
                     for one in waiting:
                         if self._is_wanted(one):
                             self._ask(one)
-            while to_read >= FEWEST or len(waiting) >= MOST_WAITING:
+            while to_read >= AHEAD or len(waiting) >= MOST_WAITING:
                 to_read -= self._is_wanted(waiting[0])
                 yield waiting.popleft()
         yield from waiting
@@ -127,6 +131,7 @@ class _Reader:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
+            pipesize=_PIPE_BYTES,
             env={**os.environ, "PYTHONPATH": os.pathsep.join(place for place in sys.path if place)},
         )
         assert self._process.stdin is not None  # noqa: S101 - they were asked for

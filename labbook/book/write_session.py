@@ -137,8 +137,7 @@ def apply_again(
         for entry in own:
             if entry.seq not in left_out:
                 APPLY[entry.action](ApplyContext(connection, store, without_rows), entry, prepared(entry))
-        for entry in own:
-            journal.insert(connection, entry)
+        journal.insert(connection, own)
         _take_effect(connection, store, command, without_rows, left_out, prepared)
     return without_rows
 
@@ -156,7 +155,7 @@ def _take_effect(
         if entry.origin is not None:
             if entry.seq not in left_out:
                 APPLY[entry.action](ApplyContext(connection, store, without_rows), entry, prepared(entry))
-            journal.insert(connection, entry)
+            journal.insert(connection, [entry])
 
 
 @contextlib.contextmanager
@@ -173,8 +172,7 @@ def write_session_of(engine: sa.Engine, store: Store, mirror: JournalFile, perso
             yield session
             if session.said or session.merged:
                 entries = journal.placed([*session.said, *session.merged], journal.head(connection))
-                for entry in entries[: len(session.said)]:
-                    journal.insert(connection, entry)
+                journal.insert(connection, entries[: len(session.said)])
                 _take_effect(connection, store, entries)
                 mirror.append(entries)
                 written = True

@@ -73,7 +73,7 @@ def apply_ingest(context: ApplyContext, entry: Entry, prepared: object) -> list[
             assign_only_charge(context, file_uid, run_uid, role)
         imports.add_findings(context.connection, ingest_key, _against_run(context, run_uid, done))
     return mark_stale(
-        context.connection, [changed for uid in dict.fromkeys(touched) for changed in around_run(context, uid)]
+        context.connection, (changed for uid in dict.fromkeys(touched) for changed in around_run(context, uid))
     )
 
 

@@ -168,7 +168,7 @@ def test_a_row_changed_in_the_database_is_seen_though_it_is_the_last(engine: sa.
     forged = entry(2, entries[0].hash, reason="forged")
     with writing(engine) as connection:
         write_all(connection, entries[:1])
-        journal.insert(connection, forged)
+        journal.insert(connection, [forged])
         row = connection.execute(sa.select(table).where(table.c.seq == 2)).mappings().one()
         assert row["hash"] == forged.hash
     with writing(engine) as connection:

@@ -52,5 +52,4 @@ def write_all(connection: sa.Connection, entries: Sequence[Entry]) -> None:
     """Write entries to the table, and their people before them."""
     for name in dict.fromkeys(one.person for one in entries):
         connection.execute(person.insert().values(uid=f"p-{name}", name=name, initials=name[:2]))
-    for one in entries:
-        journal.insert(connection, one)
+    journal.insert(connection, entries)

@@ -222,7 +222,7 @@ class _Merging:
             with connection.begin_nested():
                 if entry.action is not Action.REPORT:
                     apply(connection, store, entry)
-                journal.insert(connection, entry)
+                journal.insert(connection, [entry])
             here.heard(entry)
         except (InputRefused, UsageError) as error:
             seq = (entry.origin or {})["seq"]
