@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import resource
 import subprocess
@@ -29,10 +30,11 @@ def run_process(command: Sequence[str | Path]) -> ProcessRun:
     """Run a command to its end and measure all of it; raises when it fails.
 
     The peak is the system's own high-water mark (VmHWM), read until the process ends: the one that wait4 gives begins
-    at the size of the process that started it.
+    at the size of the process that started it. It may keep what it compiles, as where labbook is installed.
     """
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as process:
         peak = None
         while True:
             peak = _high_water_mb(process.pid) or peak
