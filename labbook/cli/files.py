@@ -25,8 +25,8 @@ def list_command(book: BookOption = None, as_json: JsonOption = False) -> None:
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:
-        found = list_files(connection)
-    emit(found, columns(*list_cells(found)) if found else ["no files."], as_json)
+        found, (head, rows) = (list_files(connection), ((), [])) if as_json else ([], list_cells(connection))
+    emit(found, columns(head, rows) if rows else ["no files."], as_json)
 
 
 @app.command("show")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
@@ -14,9 +14,11 @@ from data_schema.queries.charges import repeating
 from data_schema.queries.imported_files import charges_of_file, links_of_file, runs_by_file, runs_of_file
 from data_schema.queries.imports import FindingRow, findings_of
 from data_schema.queries.readings import (
+    ListedReading,
     PartRow,
     ReadingRow,
     last_readings,
+    listed_readings,
     parts_of_reading,
     readings_of,
     said_about,
@@ -25,10 +27,12 @@ from data_schema.queries.readings import (
 from data_schema.vocabulary import Action, ChargeState, IngestStatus
 from labbook.actions.files.assigning import charge_of
 from labbook.actions.files.named_files import file_named
-from labbook.actions.files.rereading import Reread, RereadRequest, reread, would_differ
 from labbook.book.naming import refuse_empty
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, WriteSession
+
+if TYPE_CHECKING:  # it reads files, which a list need not wait for
+    from labbook.actions.files.rereading import Reread, RereadRequest
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,19 +91,20 @@ def show_file(connection: sa.Connection, name: str) -> ShownFile:
     )
 
 
-def list_cells(files: Sequence[ListedFile]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return head and rows of the list."""
+def list_cells(connection: sa.Connection) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return head and rows of the list for people."""
     head = ("file", "read as", "rows", "runs", "uid", "remark")
+    runs = runs_by_file(connection)
     rows: list[tuple[str, ...]] = [
         (
-            item.reading.name,
-            item.reading.reader,
-            str(item.reading.rows_kept),
-            _few(item.runs),
-            item.reading.file_uid or "",
-            item.remark,
+            row.name,
+            row.reader,
+            str(row.rows_kept),
+            _few(runs.get(row.sha256, ())),
+            row.file_uid,
+            _remark(connection, row),
         )
-        for item in files
+        for row in listed_readings(connection)
     ]
     return head, rows
 
@@ -138,6 +143,8 @@ def show_lines(shown: ShownFile) -> list[str]:
 
 def reread_named(book: Book, name: str, request: RereadRequest, *, keep_options: bool) -> Reread:
     """Read one file again; `keep_options`: with what is declared about it now, under today's labbook.toml."""
+    from labbook.actions.files.rereading import RereadRequest, reread
+
     with book.reading() as connection:
         file = file_named(connection, name)
         row = next(row for row in reversed(readings_of(connection, file.sha256)) if row.status in _LAST)
@@ -147,6 +154,8 @@ def reread_named(book: Book, name: str, request: RereadRequest, *, keep_options:
 
 def files_to_reread(book: Book, step: Callable[[str], None]) -> list[ReadingRow]:
     """Return the files that today's labbook.toml would have read otherwise, and those that wait."""
+    from labbook.actions.files.rereading import would_differ
+
     with book.reading() as connection:
         rows = [row for row in last_readings(connection) if row.status is not IngestStatus.WITHDRAWN]
     found = []
@@ -226,7 +235,7 @@ def _runs_left(connection: sa.Connection, file_uid: str) -> dict[str, Any]:
     return old
 
 
-def _remark(connection: sa.Connection, row: ReadingRow) -> str:
+def _remark(connection: sa.Connection, row: ReadingRow | ListedReading) -> str:
     if row.status is IngestStatus.WITHDRAWN:
         said = said_last(connection, row.file_uid or "", [Action.WITHDRAW])
         return "withdrawn" if said is None else f"withdrawn by {said.person} on {said.at_utc}: {said.reason}"
