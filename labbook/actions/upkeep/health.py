@@ -7,13 +7,15 @@ a temporary database and compared. Nothing is changed or mended; each problem sa
 
 from __future__ import annotations
 
+import contextlib
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import TypeVar
+from typing import TypeAlias, TypeVar
 
 import sqlalchemy as sa
 
@@ -31,9 +33,8 @@ from labbook.book.altered import MOST_NAMED, compared, differing
 from labbook.book.copying import Counted
 from labbook.book.differing import differences
 from labbook.book.opening import check_revision, engine_of, journal_path, read_configuration, store_of
-from labbook.book.replaying import replayed
+from labbook.book.replaying import Replay, replayed
 from labbook.book.suspected import needless_entries
-from labbook.config.parsing import Configuration
 
 NO_HASHES = (
     "the rows of the database have no hashes: `labbook db check --deep` compares them all the same, `labbook rebuild` "
@@ -62,6 +63,8 @@ PROBLEMS_OF_SQLITE = 20
 """So many at most: what SQLite says of a damaged file can be endless."""
 
 _T = TypeVar("_T")
+_PlayedBack: TypeAlias = Callable[[int, Collection[int]], AbstractContextManager[tuple[sa.Connection, Replay]]]
+"""Plays back so many entries but for the needless ones; gives the database that they make, and how that went."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,17 +104,26 @@ class _Told:
 def check_book(folder: Path, counted: Counted, *, deep: bool = False) -> Health:
     """Check a book as far as it can be read; a `deep` check compares every row with what should stand there."""
     configuration = read_configuration(folder)
-    store, path = store_of(folder, configuration), journal_path(folder, configuration)
+    store, mirror = store_of(folder, configuration), JournalFile(journal_path(folder, configuration))
+
+    @contextlib.contextmanager
+    def played_back(entries: int, needless: Collection[int]) -> Iterator[tuple[sa.Connection, Replay]]:
+        with (
+            counted(entries) as step,
+            replayed(store, mirror, entries, step, needless) as (engine, replay),
+            reading(engine) as fresh,
+        ):
+            yield fresh, replay
+
     problems: list[str] = []
-    told = _attempt(problems, lambda: _ask(folder, configuration, counted, deep)) or _Told([], [], [], None)
+    told = _attempt(problems, lambda: _ask(engine_of(folder, configuration), played_back, deep))
+    told = told or _Told([], [], [], None)
     problems += told.problems
-    written = _attempt(
-        problems, lambda: [entry.hash for entry in JournalFile(path).entries()]
-    )  # after the table: it is never behind it
-    left_out = NOTHING if written is None else JournalFile(path).left_out()
+    written = _attempt(problems, lambda: [entry.hash for entry in mirror.entries()])  # the table is never ahead of it
+    left_out = NOTHING if written is None else mirror.left_out()
     waiting = 0
     if written is not None and told.entries is not None:
-        problems += _compared(path, written, told.entries)
+        problems += _compared(mirror.path, written, told.entries)
         waiting = max(0, len(written) - len(told.entries))
     if told.entries is None and written is None:
         problems.append("neither the database nor journal.jsonl holds the whole journal: `labbook restore` a backup.")
@@ -148,8 +160,7 @@ def _attempt(problems: list[str], work: Callable[[], _T]) -> _T | None:
         return None
 
 
-def _ask(folder: Path, configuration: Configuration, counted: Counted, deep: bool) -> _Told:
-    engine = engine_of(folder, configuration)
+def _ask(engine: sa.Engine, played_back: _PlayedBack, deep: bool) -> _Told:
     try:
         check_revision(engine)
         problems: list[str] = []
@@ -159,36 +170,24 @@ def _ask(folder: Path, configuration: Configuration, counted: Counted, deep: boo
             raw, samples = raw_copies(connection), signal_files(connection)
             entries = _attempt(problems, lambda: [entry.hash for entry in _chained(connection)])
             if entries:
-                problems += _altered(connection, folder, configuration, len(entries), counted, deep)
+                problems += _altered(connection, len(entries), played_back, deep)
             waiting = len(verdicts_waiting(connection)), len(waiting_files(connection))
         return _Told(problems, raw, samples, entries, *waiting)
     finally:
         engine.dispose()
 
 
-def _altered(
-    connection: sa.Connection,
-    folder: Path,
-    configuration: Configuration,
-    entries: int,
-    counted: Counted,
-    deep: bool,
-) -> list[str]:
+def _altered(connection: sa.Connection, entries: int, played_back: _PlayedBack, deep: bool) -> list[str]:
     """Say which rows are not what labbook wrote, what they should be, and which reports rest on them."""
     hashed = has_hashes(connection)
     suspected = altered_rows(connection) if hashed else []
     problems = [] if hashed else [NO_HASHES]
     if not suspected and not deep:
         return problems
-    store, mirror = store_of(folder, configuration), JournalFile(journal_path(folder, configuration))
     needless = frozenset() if deep else needless_entries(list(_chained(connection)), suspected[:MOST_NAMED])
     remedy = "Run `labbook rebuild` to make the database anew from the raw copies and the journal."
     try:
-        with (
-            counted(entries) as step,
-            replayed(store, mirror, entries, step, needless) as (engine, replay),
-            reading(engine) as fresh,
-        ):
+        with played_back(entries, needless) as (fresh, replay):
             others = [item for item in differing(connection, fresh) if item not in suspected] if deep else []
             if others and differences(fresh, journal.stored(fresh), replay.without_rows).other_versions:
                 problems.append(
