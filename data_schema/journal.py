@@ -176,10 +176,13 @@ _INSERT = journal.insert().values(
 )
 
 
-def stored(connection: sa.Connection) -> Iterator[Entry]:
-    """Read all entries of the database in order; raises `BookDamaged` at one that is not what was written."""
+def stored(connection: sa.Connection, after_seq: int = 0) -> Iterator[Entry]:
+    """Read the entries of the database in order, all or those after one.
+
+    Raises `BookDamaged` at an entry that is not what was written.
+    """
     query = sa.select(journal, person.c.name.label("person_name")).join(person).order_by(journal.c.seq)
-    for row in connection.execute(query):
+    for row in connection.execute(query.where(journal.c.seq > after_seq)):
         try:
             entry = _entry_of(row)
             changed = entry.hash != row.hash
@@ -191,6 +194,27 @@ def stored(connection: sa.Connection) -> Iterator[Entry]:
                 f"{MEND_TABLE}."
             )
         yield entry
+
+
+def damage_at_end(connection: sa.Connection) -> str | None:
+    """Say what is wrong with the last entries of the database, None where nothing is.
+
+    A connection is told once: commands that write ask with each session.
+    """
+    if _LOOKED_AT in connection.info:
+        return None
+    connection.info[_LOOKED_AT] = True
+    try:
+        for _entry in stored(connection, head(connection)[0] - LAST_ENTRIES):
+            pass
+    except BookDamaged as error:
+        return str(error)
+    return None
+
+
+LAST_ENTRIES = 100
+"""So many are looked at before something is stated, which takes milliseconds; `labbook db check` looks at all."""
+_LOOKED_AT = "labbook_journal_looked_at"
 
 
 def _entry_of(row: Any) -> Entry:

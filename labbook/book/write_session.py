@@ -165,9 +165,9 @@ def write_session_of(engine: sa.Engine, store: Store, mirror: JournalFile, perso
     try:
         with writing(engine) as connection:
             catch_up(connection, store, mirror)
-            damage = mirror.damage()
-            if damage is not None:
-                _LOG.warning("warning: %s What is stated now is added all the same.", damage)
+            for damage in (mirror.damage(), journal.damage_at_end(connection)):
+                if damage is not None:
+                    _LOG.warning("warning: %s What is stated now is added all the same.", damage)
             session = WriteSession(connection, store, person)
             yield session
             if session.said or session.merged:

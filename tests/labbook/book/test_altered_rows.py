@@ -468,3 +468,24 @@ def test_any_number_of_any_report_comes_out_again_to_the_last_digit(whole: Small
         (found,) = recompute(book, [victim], lambda _step: None)
     assert {"value", "se"} <= set(found.differs) | {"undefined_reason"}
     assert "does not stand" in found.sentence
+
+
+def test_a_command_that_writes_warns_where_the_end_of_the_table_was_edited(
+    whole: SmallBook, caplog: pytest.LogCaptureFixture
+) -> None:
+    state_note(whole, "before")
+    assert caplog.messages == []
+    execute_plainly(
+        engine_of(whole),
+        "DROP TRIGGER journal_never_changed",
+        "UPDATE journal SET new_json = replace(new_json, 'before', 'after') WHERE seq = (SELECT max(seq) FROM journal)",
+    )
+    state_note(whole, "and another")
+    (said,) = caplog.messages
+    assert "of the database was changed" in said
+    assert "`labbook rebuild`" in said
+
+
+def state_note(book: SmallBook, text: str) -> None:
+    with book.open() as opened_book, opened_book.session(ADA) as session:
+        note(session, text)
