@@ -12,8 +12,7 @@ import scipy.signal
 from benchmarks.inputs import full_log
 from benchmarks.section import Benchmark, Budget, Section, Table
 from benchmarks.timing import Times, Work, in_turns
-from labbook.analysis.outcomes.detecting import BODY_HEIGHT, LEG_LENGTH, Log, detect
-from labbook.analysis.outcomes.detections import LOGS_AT_ONCE
+from labbook.analysis.outcomes.detection import BODY_HEIGHT, LEG_LENGTH, LOGS_AT_ONCE, Log, detect
 
 SAMPLES = 57_000_000
 LIMIT_S = 20.0

@@ -16,7 +16,7 @@ import pyarrow.parquet as pq
 
 from benchmarks.processes import LABBOOK, ProcessRun, run_process
 from benchmarks.section import Benchmark, Budget, Section, Table
-from labbook.analysis.outcomes.detecting import BODY_HEIGHT, LEG_LENGTH
+from labbook.analysis.outcomes.detection import BODY_HEIGHT, LEG_LENGTH
 from labbook.book.opening import DATABASE
 
 REPEATS = 2

@@ -17,7 +17,7 @@ from ingest.read import read_file
 from ingest.samples import write_samples
 from ingest.store import Store, raw_path
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
-from labbook.analysis.outcomes.detecting import BODY_HEIGHT
+from labbook.analysis.outcomes.detection import BODY_HEIGHT
 from labbook.book.opening import opened
 
 REPEATS = 25

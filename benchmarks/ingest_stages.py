@@ -16,7 +16,7 @@ from ingest.read import read_file
 from ingest.samples import signal_sha256
 from ingest.store import Store
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
-from labbook.analysis.outcomes.detecting import detect_part
+from labbook.analysis.outcomes.detection import detect_part
 from labbook.book.opening import Book, open_book
 from labbook.book.write_session import Statement, new_uid
 from labbook.statements.importing import PreparedImport, declarations, settings_now, store_reading

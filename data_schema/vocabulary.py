@@ -2,18 +2,54 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Self
+
+from data_schema.reasons import Code
 
 
-@dataclass(frozen=True, slots=True)
-class Undefined:
-    """A number that does not exist, and why; stands where a float would (never NaN).
+@dataclass(frozen=True, slots=True, init=False)
+class Remark:
+    """Something that a result says: a code, with what it speaks of."""
+
+    code: Code
+    parameters: tuple[tuple[str, str | int | float], ...]
+
+    def __init__(self, code: Code, **parameters: str | int | float) -> None:
+        """Say something by a code and the parameters of its sentence."""
+        object.__setattr__(self, "code", code)
+        object.__setattr__(self, "parameters", tuple(parameters.items()))
+
+    @property
+    def text(self) -> str:
+        """What is said, in words."""
+        return self.code.in_words(dict(self.parameters))
+
+    def called(self, names: Mapping[str, str], unit: str) -> Self:
+        """Return the same, with groups called otherwise (`names` by what they are called now), and the values, too."""
+        parameters = {
+            name: names.get(value, value) if isinstance(value, str) else value for name, value in self.parameters
+        }
+        return type(self)(self.code, **{**parameters, "unit": unit})
+
+
+@dataclass(frozen=True, slots=True, init=False, repr=False)
+class Undefined(Remark):
+    """A number that does not exist, and why (a code of `Reason`); stands where a float would (never NaN).
 
     It is neither true nor false: `if result.equivalent:` must not take what could not be tested for shown.
     """
 
-    reason: str
+    @property
+    def reason(self) -> str:
+        """Why it does not exist, in words."""
+        return self.text
+
+    def __repr__(self) -> str:
+        """Show the reason in words."""
+        return f"Undefined({self.reason!r})"
 
     def __bool__(self) -> bool:
         """Raise `TypeError`."""

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
+from data_schema.reasons import Reason
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import Undefined
 from stats.compare.summary import describe
@@ -92,18 +93,18 @@ def find_contacts(time_s: ArrayLike, force_n: ArrayLike) -> tuple[Contact, ...] 
     time, force = np.asarray(time_s, dtype=np.float64), np.asarray(force_n, dtype=np.float64)
     known = np.isfinite(force)
     if np.count_nonzero(known) < 2:
-        return Undefined("the record has no two samples of force")
+        return Undefined(Reason.NO_TWO_SAMPLES)
     step_s = float(np.median(np.diff(time)))
     least = max(round(SHORTEST_S / step_s), 2)
     smooth = ndimage.uniform_filter1d(np.where(known, force, np.median(force[known])), least)
     low, high = float(smooth.min()), float(smooth.max())
     zero, noise_n = _zero(time, force, _ranges(force < low + _FIRST_THRESHOLD * (high - low), least))
     if zero is None:
-        return Undefined(f"the plate is never empty for {SHORTEST_S * 1e3:g} ms, so that its zero is not known")
+        return Undefined(Reason.PLATE_NEVER_EMPTY, shortest_ms=SHORTEST_S * 1e3)
     above = force - zero
     threshold_n = max(_NOISE_SDS * noise_n, _LEAST_SHARE * (high - low))
     if high - low < 2.0 * threshold_n:
-        return Undefined(f"nothing presses on the plate by more than its noise of {noise_n:.2g} N")
+        return Undefined(Reason.PLATE_UNTOUCHED, noise_n=noise_n)
     found: list[Contact | None] = []
     for before, after in pairwise(_ranges(above < threshold_n, least)):
         if after[0] - before[1] < least:
@@ -138,7 +139,7 @@ def jump_heights(contacts: Sequence[Contact]) -> PlateJumps | Undefined:
         (after.end_s - contact.end_s, after) for contact, after in pairwise(contacts) if contact.flight_s is not None
     ]
     if len(cycles) < FEWEST_CYCLES:
-        return Undefined(f"fewer than {FEWEST_CYCLES} jumps follow each other on the plate")
+        return Undefined(Reason.TOO_FEW_JUMPS_IN_A_ROW, needed=FEWEST_CYCLES)
     in_all_s = math.fsum(length_s for length_s, _ in cycles)
     weight_n = math.fsum(after.impulse_n_s for _, after in cycles) / in_all_s
 

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, get_args, get_type_hints
 import numpy as np
 
 from data_schema.rounding import decimals_for, fixed_text, interval_text, number_text
-from data_schema.vocabulary import Undefined
+from data_schema.vocabulary import Remark, Undefined
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -105,6 +105,8 @@ def _reason(value: Any) -> str | None:
 def _plain(value: Any) -> Any:
     if _reason(value) is not None:
         return None
+    if isinstance(value, Remark):
+        return value.text
     if isinstance(value, Enum):
         return value.value
     if isinstance(value, Fraction):
@@ -163,7 +165,7 @@ def _columns(kind: type) -> list[str]:
 def _nested(kinds: Iterable[Any]) -> type | None:
     """Return the class of the result that a field may hold, if it may hold one."""
     return next(
-        (kind for kind in kinds if isinstance(kind, type) and is_dataclass(kind) and kind is not Undefined), None
+        (kind for kind in kinds if isinstance(kind, type) and is_dataclass(kind) and not issubclass(kind, Remark)), None
     )
 
 

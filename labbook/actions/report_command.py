@@ -16,7 +16,7 @@ from ingest.store import STORED
 from labbook.book.opening import JOURNAL, Book
 from labbook.book.write_session import Statement, new_uid, now_utc
 from labbook.config.parsing import Configuration
-from labbook.presenting.report.making import MadeReport, make_report
+from labbook.presenting.report.content import MadeReport, make_report
 from labbook.statements.reporting import shown_by
 from reports.page import write_report
 

@@ -4,35 +4,27 @@ from __future__ import annotations
 
 from typing import Any
 
-from labbook.analysis.comparison import comparing, comparing_by_day, comparing_jumps, equivalent_heights, family
-from labbook.analysis.outcomes import (
-    budget,
-    conditions,
-    packs,
-    passive_drain,
-    run_apexes,
-    run_energy,
-    run_force,
-)
+from labbook.analysis.comparison import by_day, comparing, comparisons
+from labbook.analysis.outcomes import budget, conditions, run_apexes, run_energy, run_force
 from labbook.analysis.prediction import checking, predicting
 from labbook.analysis.results.codec import Algorithm
 
 ALGORITHMS: tuple[Algorithm[Any], ...] = (
-    passive_drain.ALGORITHM,
-    run_energy.ALGORITHM,
+    run_energy.DRAIN,
+    run_energy.RUN_ENERGY,
     run_apexes.ALGORITHM,
     run_force.ALGORITHM,
     conditions.SUMMARY,
-    packs.ALGORITHM,
-    budget.ALGORITHM,
+    conditions.DAY_MEANS,
+    budget.PACKS,
+    budget.BUDGET,
     comparing.COMPARISON,
     comparing.ANOVA,
-    comparing_jumps.ALGORITHM,
-    conditions.DAY_MEANS,
-    comparing_by_day.ALGORITHM,
-    family.ALGORITHM,
-    equivalent_heights.ALGORITHM,
+    comparing.OVER_JUMPS,
+    by_day.ALGORITHM,
+    comparisons.FAMILY,
+    comparisons.EQUIVALENCE,
     predicting.ALGORITHM,
     checking.ALGORITHM,
 )
-"""The registry: a new kind of result is a new file and a line here."""
+"""The registry: a new kind of result is a dataclass, a function that makes it, and a line here."""

@@ -7,33 +7,25 @@ from dataclasses import dataclass, replace
 
 from data_schema.outcomes import Outcome
 from labbook.analysis.comparison import pairing
-from labbook.analysis.comparison.comparing import AnovaResult, Pair, analyse_variance
-from labbook.analysis.comparison.comparing_jumps import JumpComparison, compare_jumps
-from labbook.analysis.comparison.comparisons import Compared, compare_all
+from labbook.analysis.comparison.comparing import AnovaResult, JumpComparison, Pair, analyse_variance, compare_jumps
+from labbook.analysis.comparison.comparisons import Compared, compare_all, unselected_conditions_of
 from labbook.analysis.comparison.robustness import Variations, vary
-from labbook.analysis.comparison.unselected_comparisons import unselected_conditions_of
-from labbook.analysis.outcomes.budget import JouleBudget, budget
+from labbook.analysis.outcomes.budget import JouleBudget, PackDeviation, budget, pack_deviations
 from labbook.analysis.outcomes.conditions import (
     ConditionValues,
     condition_values,
     in_units,
-    run_numbers,
     unit_scope,
 )
-from labbook.analysis.outcomes.detections import Detections
-from labbook.analysis.outcomes.judging import Judgement
+from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.measuring import measure
-from labbook.analysis.outcomes.packs import PackDeviation, pack_deviations
-from labbook.analysis.outcomes.passive_drain import Drain, passive_drains
-from labbook.analysis.outcomes.run_apexes import RunApexes, as_protocol, run_apexes
-from labbook.analysis.outcomes.run_energy import run_energies
-from labbook.analysis.outcomes.run_results import RunResults
+from labbook.analysis.outcomes.run_apexes import Judgement, RunApexes, as_protocol, run_apexes
+from labbook.analysis.outcomes.run_energy import Drain, passive_drains, run_energies
 from labbook.analysis.prediction.checking import Checked, check_conditions, check_savings
-from labbook.analysis.prediction.predicting import PredictionResult, predictions
-from labbook.analysis.prediction.simulated_values import SIMULATED
+from labbook.analysis.prediction.predicting import SIMULATED, PredictionResult, predictions
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.analysis.results.codec import StoredResult
-from labbook.analysis.results.result_cache import ResultCache
+from labbook.analysis.results.result_cache import ResultCache, RunResults
 from labbook.analysis.study_data import StudyData
 
 
@@ -116,7 +108,7 @@ def analyse(
     progress("comparisons")
     scope = {"selection": evidence.selection}
     conditions = {
-        outcome: condition_values(cache, run_numbers(evidence.runs, found.results, outcome), outcome, scope)
+        outcome: condition_values(cache, evidence.runs, found.results, outcome, scope)
         for outcome, found in results.items()
     }
     swept = pairing.swept_factor(evidence.configuration)

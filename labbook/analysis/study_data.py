@@ -16,7 +16,7 @@ from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.queries.study import FactorRow, StudyRow, factors, the_study
 from data_schema.vocabulary import FileRole, RunKind, RunState
 from data_schema.where import compile_where
-from labbook.analysis.outcomes.detecting import BODY_HEIGHT
+from labbook.analysis.outcomes.detection import BODY_HEIGHT
 from labbook.config.parsing import Configuration
 
 VERTICAL_FORCE = "force_z"

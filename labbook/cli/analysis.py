@@ -24,7 +24,7 @@ def analysis(book: BookOption = None, as_json: JsonOption = False) -> None:
     """
     from labbook.analysis.preregistration.planned import planned_analysis
     from labbook.book.opening import opened
-    from labbook.presenting.report.planned import NOT_WATCHED, planned_sentences
+    from labbook.presenting.report.preregistration import NOT_WATCHED, planned_sentences
 
     with opened(book) as opened_book, opened_book.reading() as connection:
         found = planned_analysis(connection, opened_book.configuration)

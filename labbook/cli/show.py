@@ -20,7 +20,7 @@ def show(
     Example: labbook show r017
     """
     from labbook.actions.runs.run_view import run_view, view_lines
-    from labbook.analysis.outcomes.detections import Detections
+    from labbook.analysis.outcomes.detection import Detections
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 
 from data_schema.queries.results import ResultRow
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports.content import Number, Provenance, SignificanceTest, Value
 
@@ -38,7 +38,7 @@ class Shown:
     def test(self, name: str, statistic: Number, p: Number, df: tuple[Value, ...] | None = None) -> SignificanceTest:
         """Return a test as statistic, degrees of freedom and p."""
         value = self._worded(statistic.value)
-        own = statistic.df if statistic.df is not None else value if isinstance(value, Undefined) else Undefined("")
+        own = statistic.df if statistic.df is not None else value if isinstance(value, Undefined) else _NO_DF
         return SignificanceTest(name, value, df or (own,), self._worded(p.value))
 
     def _worded(self, value: Value) -> Value:
@@ -58,17 +58,15 @@ def provenance(shown: Iterable[str], results: Iterable[ResultRow]) -> tuple[Prov
     return tuple(found)
 
 
+_NO_DF = Undefined(Reason.STORED, text="")
+"""Degrees of freedom that are not stored: of a test against the normal distribution."""
+
+
 def _of_sides(undefined: Undefined, sides: tuple[str, str], unit: str) -> Undefined:
     """Name both sides of a comparison, which sets its second group against its first, and the values compared."""
-    reason = undefined.reason
-    for group, name in zip(("group a", "group b"), sides, strict=True):
-        reason = reason.replace(group, name).replace(f"group '{group[-1]}'", name)
-    return Undefined(values_as(unit, reason))
-
-
-def values_as(unit: str, text: str) -> str:
-    """Call values what they are: runs, or days."""
-    return re.sub(r"\bvalue(s?)\b", rf"{unit}\1", text)
+    first, second = sides
+    names = {"group a": first, "group 'a'": first, "group b": second, "group 'b'": second}
+    return undefined.called(names, unit)
 
 
 def _scope(row: ResultRow) -> str:

@@ -77,8 +77,8 @@ _FOLLOW: dict[str, Callable[[ApplyContext, str, Mapping[str, Any]], None]] = {
 
 NUMBERS_REST_ON: Mapping[str, frozenset[str]] = {
     "run": frozenset(
-        # what `labbook.analysis.results.facts.run_input` hashes, how many logs may be used, and the name, day and pack
-        # under which results are stored
+        # what `run_input` of `analysis.results.result_cache` hashes, how many logs may be used, and the name, day and
+        # pack under which results are stored
         {"kind", "state", "duration_s", "jumps_made", "condition", "robot", "starts", "name", "day", "battery"}
     ),
     "charge": frozenset({"run", "charge_mah", "resolution_mah", "mode"}),

@@ -31,7 +31,7 @@ from ingest.model import (
 )
 from ingest.read import read_file
 from ingest.store import Store
-from labbook.analysis.outcomes.detecting import Detection, detect_part
+from labbook.analysis.outcomes.detection import Detection, detect_part
 from labbook.config.model import ProfileSettings
 from labbook.config.parsing import Configuration
 

@@ -20,7 +20,7 @@ from ingest.formats.format import UNKNOWN
 from ingest.model import Finding, ReadFile, SignalPart
 from ingest.read import read_file
 from ingest.store import raw_path
-from labbook.analysis.outcomes.detecting import detection_rows, jumps_found
+from labbook.analysis.outcomes.detection import detection_rows, jumps_found
 from labbook.analysis.outcomes.log_dates import day_notes
 from labbook.config.parsing import Configuration, parse_configuration
 from labbook.statements.apply_context import ApplyContext, around_run, derived_uid, run_named

@@ -9,7 +9,7 @@ from data_schema.journal import Entry
 from data_schema.vocabulary import Action
 
 if TYPE_CHECKING:
-    from labbook.presenting.report.making import MadeReport
+    from labbook.presenting.report.content import MadeReport
 
 
 @dataclass

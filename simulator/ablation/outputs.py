@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from simulator.kernel.layout import OUTCOMES
 from simulator.kernel.limits import MOST_STEPS
@@ -83,7 +84,7 @@ def difference(found: Outputs, full: Outputs) -> Difference:
     """Return how far results are from the full scene's: 0 for what neither has, undefined for what only one has."""
     if found.outcome != full.outcome or found.jumps != full.jumps:
         where = "" if found.jumps == full.jumps else f" in jump {found.jumps}"
-        ended = Undefined(f"{found.outcome}{where}")
+        ended = Undefined(Reason.SIMULATED_ENDED, ended=f"{found.outcome}{where}")
         return Difference(ended, ended, ended)
     return Difference(
         cost=_relative("cost", found.cost_J, full.cost_J),
@@ -96,5 +97,5 @@ def _relative(name: str, found: float | None, full: float | None) -> float | Und
     if found == full:
         return 0.0
     if found is None or full is None:
-        return Undefined(f"no {name} {'without it' if found is None else 'with it'}")
-    return (found - full) / abs(full) if full else Undefined(f"the full scene's {name} is 0")
+        return Undefined(Reason.NO_OUTPUT_WITHOUT if found is None else Reason.NO_OUTPUT_WITH, output=name)
+    return (found - full) / abs(full) if full else Undefined(Reason.FULL_SCENE_ZERO, output=name)

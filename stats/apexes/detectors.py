@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused, unknown_name
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.apexes.cleaning import CleanSignal, Floats, check_log, clean_signal, gaps_in_time, sampling_interval
 from stats.apexes.flights import Flight, FlightWindowParameters, departures, fit_flights
@@ -75,7 +76,7 @@ def published_jumps(
     jumps = []
     for number, hop in enumerate(hops, start=1):
         if isinstance(hop.apex, Undefined):
-            jumps.append(jump_without_apex(number, hop, hop.apex.reason, signal, gaps, parameters.stance))
+            jumps.append(jump_without_apex(number, hop, hop.apex, signal, gaps, parameters.stance))
             continue
         end_s = float(signal.time_s[min(hop.fallen, signal.time_s.size - 1)])
         first, last = np.searchsorted(time_s, [signal.time_s[hop.end], end_s]).tolist()
@@ -83,7 +84,7 @@ def published_jumps(
         first = max(first - width // 2, 0)
         smooth = _moving_average(body_height_m[first : last + 1 + width // 2], width)
         if not np.isfinite(smooth).any():
-            reason = f"fewer than {width} samples in a row after this stance"
+            reason = Undefined(Reason.TOO_FEW_IN_A_ROW, needed=width)
             jumps.append(jump_without_apex(number, hop, reason, signal, gaps, parameters.stance))
             continue
         highest = int(np.argmax(np.where(np.isfinite(smooth), smooth, -np.inf)))
@@ -105,10 +106,10 @@ def published_jumps(
                 liftoff_s=liftoff_s,
                 apex_s=apex_s,
                 apex_height_m=height_m,
-                apex_height_se_m=Undefined("the published rule has no standard error"),
+                apex_height_se_m=Undefined(Reason.RULE_WITHOUT_ERROR),
                 flight_time_s=landing_s if isinstance(landing_s, Undefined) else landing_s - liftoff_s,
                 samples_used=width,
-                curvature_m_s2=Undefined("the published rule fits no curvature"),
+                curvature_m_s2=Undefined(Reason.RULE_WITHOUT_CURVATURE),
                 gap_touched=gap_in_flight(gaps, signal, hop, liftoff_s, end_s, parameters.stance),
                 flags=("landing_extrapolated",) if extrapolated else (),
             )
@@ -189,7 +190,7 @@ def robust_jumps(
     jumps = []
     for row, (hop, flight) in enumerate(zip(hops, flights, strict=True)):
         if isinstance(flight, Undefined):
-            jumps.append(jump_without_apex(row + 1, hop, flight.reason, signal, gaps, stance))
+            jumps.append(jump_without_apex(row + 1, hop, flight, signal, gaps, stance))
         else:
             following = hops[row + 1] if row + 1 < len(hops) else None
             jumps.append(_jump(row + 1, hop, following, liftoffs[row], flight, signal, gaps, rest_length_m, parameters))
@@ -199,14 +200,11 @@ def robust_jumps(
 def _checked(flight: Flight, parameters: RobustParameters) -> Flight | Undefined:
     """Return the flight, or why it is not one: it does not curve like gravity, or too few samples on a side."""
     if _off_gravity(flight, parameters.curvature_tolerance, parameters):
-        return Undefined(
-            f"the highest point after this stance curves at {flight.curvature_m_s2:.1f} m/s^2, which is not gravity: "
-            "no free flight"
-        )
+        return Undefined(Reason.NO_FREE_FLIGHT, curvature_m_s2=flight.curvature_m_s2)
     for count, side in ((flight.before, "before"), (flight.after, "after")):
         if count < parameters.samples_per_side_min:
             needed = parameters.samples_per_side_min
-            return Undefined(f"there are {count} valid samples {side} the apex and at least {needed} are needed")
+            return Undefined(Reason.TOO_FEW_BESIDE_APEX, count=count, side=side, needed=needed)
     return flight
 
 
@@ -237,7 +235,7 @@ def _jump(
         "caught_early": flight.right_s - flight.apex_s < parameters.catch_early_s,
         "curvature_off": _off_gravity(flight, parameters.curvature_flag, parameters),
     }
-    flight_time_s: float | Undefined = Undefined("lift-off or landing is not known")
+    flight_time_s: float | Undefined = Undefined(Reason.FLIGHT_ENDS_UNKNOWN)
     if isinstance(landing_s, float) and isinstance(liftoff_s, float):
         flight_time_s = landing_s - liftoff_s
     end_s = flight.right_s

@@ -18,6 +18,7 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.apexes.cleaning import Bools, CleanSignal, Floats
 from stats.apexes.jumps import Hop
@@ -354,7 +355,7 @@ def fit_flights(
             limit_s[at] = time_s[apex + below[0] - 1]
     right_s = window_ends(time_s, signal.height_m, coarse_s, left_s, limit_s, signal.noise_sd_m, gravity_m_s2, window)
     fits = fit_parabolas(time_s, signal.height_m, coarse_s, left_s, right_s)
-    few = Undefined("too few valid samples around the highest point after this stance, or it is no maximum")
+    few = Undefined(Reason.TOO_FEW_AROUND_APEX)
     flights: dict[int, Flight | Undefined] = {}
     for at, (row, _) in enumerate(flying):
         flights[row] = few
@@ -396,5 +397,5 @@ def departures(
         gravity_m_s2,
         window,
     )
-    never = Undefined("the body left its parabola nowhere between touchdown and apex")
+    never = Undefined(Reason.NEVER_LEFT_PARABOLA)
     return [at if at > begin else never for at, begin in zip(found_s.tolist(), begin_s.tolist(), strict=True)]

@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.apexes.cleaning import Bools, CleaningParameters, CleanSignal, Floats
 
@@ -174,18 +175,18 @@ def liftoff_from_leg(
 ) -> float | Undefined:
     """Return when the leg, extending, reached the length it then flew with (at most the rest length)."""
     if signal.leg_m is None:
-        return Undefined("the log has no leg length")
+        return Undefined(Reason.NO_LEG_LENGTH)
     if isinstance(hop.apex, Undefined):
         return hop.apex
     stance_to_apex = signal.leg_m[hop.begin : hop.apex + 1]
     in_flight = signal.leg_m[hop.end : hop.apex + 1]
     if not np.isfinite(stance_to_apex).any() or not np.isfinite(in_flight).any():
-        return Undefined("the leg length is missing between touchdown and apex")
+        return Undefined(Reason.LEG_LENGTH_MISSING)
     level = min(rest_length_m, float(np.nanmedian(in_flight))) - parameters.leg_tolerance_m
     shortest = hop.begin + int(np.nanargmin(stance_to_apex))
     extended = np.flatnonzero(signal.leg_m[shortest : hop.apex + 1] >= level)
     if extended.size == 0 or extended[0] == 0:
-        return Undefined("the leg did not return to its flight length")
+        return Undefined(Reason.LEG_NOT_RETURNED)
     after = shortest + int(extended[0])
     return _crossing(signal.time_s[after - 1 :], signal.leg_m[after - 1 : after + 1] - level, 1)
 
@@ -200,18 +201,18 @@ def _first_maximum(
     """Return the sample of the first maximum after `end` and that by which the body has fallen from it."""
     n = signal.time_s.size
     if end >= n:
-        return Undefined("the log ends in this stance"), n
+        return Undefined(Reason.LOG_ENDS_IN_STANCE), n
     stop = int(np.searchsorted(signal.time_s, signal.time_s[end] + parameters.rise_max_s, side="right"))
     stop, last = min(stop, next_begin), next_begin
     width = max(1, round(parameters.smoothing_s / signal.interval_s))
     begin = max(end - width // 2, 0)
     window = signal.coarse_m[begin : min(last + width, n)]
     if window.size < width:
-        return Undefined("the log ends right after this stance"), stop
+        return Undefined(Reason.LOG_ENDS_AFTER_STANCE), stop
     smooth = np.convolve(window, np.full(width, 1.0 / width), mode="valid")[: last - begin]
     fall = max(parameters.fall_min_m, 4.0 * signal.noise_sd_m / width**0.5)
     fallen = np.flatnonzero(smooth < np.maximum.accumulate(smooth) - fall)
-    none = Undefined("after this stance the body rose and did not fall again: no flight"), stop
+    none = Undefined(Reason.NO_FALL), stop
     if fallen.size == 0:
         return none
     centre = begin + width // 2
@@ -232,7 +233,7 @@ def _touchdown(signal: CleanSignal, rest_length_m: float, earliest: int, begin: 
             height = foot
     down = np.flatnonzero((height[:-1] > 0.0) & (height[1:] <= 0.0))
     if down.size == 0:
-        return Undefined("the log begins below the rest length")
+        return Undefined(Reason.LOG_BEGINS_IN_STANCE)
     return _crossing(signal.time_s[earliest:], height, int(down[-1]) + 1)
 
 
@@ -262,7 +263,7 @@ def landing(
     if isinstance(seen, float) and seen - apex_s <= longest_s:
         return seen, False
     if apex_height_m <= rest_length_m:
-        return Undefined("the apex is not above the rest length"), True
+        return Undefined(Reason.APEX_BELOW_REST_LENGTH), True
     return apex_s + fall_s, True
 
 
@@ -290,13 +291,12 @@ def gap_in_flight(
 
 
 def jump_without_apex(
-    number: int, hop: Hop, reason: str, signal: CleanSignal, gaps: Floats, parameters: StanceParameters
+    number: int, hop: Hop, why: Undefined, signal: CleanSignal, gaps: Floats, parameters: StanceParameters
 ) -> Jump:
     """Return the row of a stance that no flight was found after; missing samples are named beside the reason."""
-    none_s = Undefined(reason)
     end_s = float(signal.time_s[min(hop.fallen, signal.time_s.size - 1)])
-    gap_touched = gap_in_flight(gaps, signal, hop, none_s, end_s, parameters)
-    none = Undefined(f"{reason} (samples are missing here)" if gap_touched else reason)
+    gap_touched = gap_in_flight(gaps, signal, hop, why, end_s, parameters)
+    none = Undefined(Reason.SAMPLES_MISSING_HERE, reason=why.reason) if gap_touched else why
     return Jump(
         number=number,
         touchdown_s=hop.touchdown_s,

@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from data_schema.errors import InputRefused
+from data_schema.reasons import Reason
 from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import as_count, as_number
@@ -39,7 +40,7 @@ from stats.results import Result
 _STEPS = 200
 _LEAST_OUTSIDE = 1e-14
 """Chance of both tails below which those of the noncentral distributions are lost."""
-_LEVEL_TOO_HIGH = Undefined("the level is too near 1 for the tails of the noncentral distribution")
+_LEVEL_TOO_HIGH = Undefined(Reason.LEVEL_TOO_HIGH)
 _FAR = 2.0**300
 """Statistics from which noncentralities grow in proportion to them."""
 
@@ -200,7 +201,7 @@ def bayes_factor(t: float, n_a: int, n_b: int = 0, cauchy_scale: float = CAUCHY_
     r = as_number("the Cauchy scale", cauchy_scale, above=0.0)
     df = n_a + n_b - 2 if n_b else n_a - 1
     if df < 1 or n_a < 1:
-        return BayesFactor(Undefined("there are too few values for a t statistic"), t, n_a, n_b, r)
+        return BayesFactor(Undefined(Reason.TOO_FEW_FOR_T), t, n_a, n_b, r)
     size = n_a * (n_b / (n_a + n_b)) if n_b else float(n_a)
     log_t = 2.0 * math.log(abs(t)) - math.log(df) if t else -math.inf
     return BayesFactor(_log_ratio(log_t, size, float(df), r) / math.log(10.0), t, n_a, n_b, r)

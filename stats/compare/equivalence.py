@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 from scipy import optimize
 
 from data_schema.errors import InputRefused, unknown_name
+from data_schema.reasons import Reason
 from data_schema.rounding import error_of, interval_text, level_text, number_text, p_text, stated_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_pair
@@ -81,7 +82,7 @@ class Contrast:
         """Test that the truth lies above the bound, or below it."""
         error = self.error(bound)
         if error is None:
-            return Undefined("nothing scatters at the bound")
+            return Undefined(Reason.NO_SCATTER_AT_BOUND)
         se, df = error
         at_bound = bound * self.control_mean if self.relative else bound
         t = shortened((self.mean - self.control_mean - at_bound) / se)
@@ -92,7 +93,7 @@ class Contrast:
         """Return all bounds that the two-sided test of level 1 - `level` does not reject."""
         if self.relative:
             if self.error(shortened(self.estimate)) is None:
-                return Undefined("all values compared with the control are 0, and a share of 0 does not scatter")
+                return Undefined(Reason.ALL_COMPARED_ZERO)
             ends = [self._end(side, level) for side in (-1, 1)]
         else:
             error = self.error(Fraction(0))
@@ -103,7 +104,7 @@ class Contrast:
             ends = [None if half is None else self.estimate + side * half for side in (-1, 1)]
         low, high = ends
         if low is None or high is None:
-            return Undefined("the control's mean is not distinguishable from 0 at this level")
+            return Undefined(Reason.CONTROL_NEAR_ZERO)
         return low, high
 
     def _end(self, side: int, level: Number) -> Fraction | None:
@@ -137,11 +138,11 @@ class Contrast:
 def contrasts(read: Groups, *, percent: bool) -> tuple[Fraction | Undefined, list[Contrast | Undefined]]:
     """Return the difference of two groups, the second of which is the control, and its contrasts, Welch's first."""
     if read.empty:
-        none = Undefined(f"group {read.empty[0]} is empty")
+        none = Undefined(Reason.GROUP_EMPTY, group=f"group {read.empty[0]}")
         return none, [none, none]
     a, b = read.filled
     if percent and b.exact_mean <= 0:
-        none = Undefined("the control's mean is not positive, so that nothing is a share of it")
+        none = Undefined(Reason.CONTROL_MEAN_NOT_POSITIVE)
         return none, [none, none]
     unit = Fraction(2) ** read.exponent
     means = a.exact_mean * unit, b.exact_mean * unit
@@ -152,15 +153,15 @@ def contrasts(read: Groups, *, percent: bool) -> tuple[Fraction | Undefined, lis
 
     welch: Contrast | Undefined
     student: Contrast | Undefined
-    welch = student = Undefined("neither group has any scatter")
+    welch = student = Undefined(Reason.GROUPS_WITHOUT_SCATTER)
     single = next((group for group in (a, b) if group.n < 2), None)
     if single is not None:
-        welch = Undefined(f"group {single.name} has a single value, and its variance needs at least 2")
+        welch = Undefined(Reason.SINGLE_NO_VARIANCE, group=f"group {single.name}")
     elif read.squares_within:
         welch = of((a.exact_mean_variance, b.exact_mean_variance), (a.n - 1, b.n - 1), pooled=False)
     df = read.df_within
     if df < 1:
-        student = Undefined("there are 2 values and the pooled variance needs at least 3")
+        student = Undefined(Reason.TWO_NOT_POOLED)
     elif read.squares_within:
         variance = read.squares_within / df
         student = of((variance / a.n, variance / b.n), (df, df), pooled=True)
@@ -168,8 +169,8 @@ def contrasts(read: Groups, *, percent: bool) -> tuple[Fraction | Undefined, lis
     return estimate / means[1] if percent else estimate, [welch, student]
 
 
-NO_LOW = Undefined("no lower bound was asked for")
-NO_HIGH = Undefined("no upper bound was asked for")
+NO_LOW = Undefined(Reason.NO_LOWER_BOUND)
+NO_HIGH = Undefined(Reason.NO_UPPER_BOUND)
 
 
 @dataclass(frozen=True, slots=True)
@@ -370,8 +371,8 @@ def equivalence(
     return Equivalence(
         n_a=sizes.get(names[0], 0),
         n_b=sizes.get(names[1], 0),
-        mean_a=means.get(names[0], Undefined(f"group {names[0]} is empty")),
-        mean_b=means.get(names[1], Undefined(f"group {names[1]} is empty")),
+        mean_a=means.get(names[0], Undefined(Reason.GROUP_EMPTY, group=f"group {names[0]}")),
+        mean_b=means.get(names[1], Undefined(Reason.GROUP_EMPTY, group=f"group {names[1]}")),
         bounds=bounds,
         low=NO_LOW if low is None else low,
         high=NO_HIGH if high is None else high,

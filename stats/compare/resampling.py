@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
+from data_schema.reasons import Reason
 from data_schema.rounding import error_of, interval_text, number_text, p_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Labels, Missing, as_count, as_level
@@ -48,13 +49,13 @@ class Redrawn:
         """Return the bootstrap-t interval that leaves out `tail` at each end."""
         single = next((cell for cell in self.cells if cell.values.size < 2), None)
         if single is not None:
-            return Undefined(f"a day holds a single value of group {single.name}, and its scatter needs at least 2")
+            return Undefined(Reason.DAY_WITH_SINGLE, group=f"group {single.name}")
         place = math.floor((self.ratios.size + 1) * tail)
         if place < 1:
-            return Undefined(f"{self.ratios.size} redraws are too few for a tail of {tail:g}")
+            return Undefined(Reason.TOO_FEW_REDRAWS, redraws=self.ratios.size, tail=tail)
         low, high = float(self.ratios[place - 1]), float(self.ratios[-place])
         if math.isinf(low) or math.isinf(high):
-            return Undefined("there are so few values that too many redraws repeat one and have no scatter")
+            return Undefined(Reason.REDRAWS_REPEAT)
         se = math.sqrt(math.fsum(_squared_error(cell) for cell in self.cells))
         return -high * se, -low * se
 
@@ -68,7 +69,7 @@ class Redrawn:
         changes = self.changes
         below = (np.count_nonzero(changes < 0.0) + np.count_nonzero(changes <= 0.0)) / (2.0 * changes.size)
         if not 0.0 < below < 1.0:
-            return Undefined("all draws lie on one side of the difference")
+            return Undefined(Reason.DRAWS_ON_ONE_SIDE)
         bias, acceleration = float(special.ndtri(below)), _acceleration(self.cells)
         ends = []
         for z in (float(special.ndtri(tail)), -float(special.ndtri(tail))):
@@ -287,7 +288,7 @@ def permutation_test(
         p_less=(less + one) / total,
         exact=exact,
         arrangements=arrangements if exact else resamples,
-        seed=Undefined("all arrangements were counted") if exact else seed,
+        seed=Undefined(Reason.ALL_ARRANGEMENTS) if exact else seed,
         missing=days.missing,
         unused_a=days.unused_a,
         unused_b=days.unused_b,
@@ -345,7 +346,7 @@ def bootstrap_difference(
     cells, exponent = days.centred_cells()
     if not any(cell.values.any() for cell in cells):
         of = "group" if isinstance(days.n_days, Undefined) else "day and group"
-        return undefined(Undefined(f"the values of each {of} do not scatter"), days.difference)
+        return undefined(Undefined(Reason.EACH_WITHOUT_SCATTER, of=of), days.difference)
     drawn = redraw(cells, resamples, seed)
     tail = (1.0 - level) / 2.0
 

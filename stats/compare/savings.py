@@ -43,6 +43,7 @@ from fractions import Fraction
 
 from numpy.typing import ArrayLike
 
+from data_schema.reasons import Reason
 from data_schema.rounding import error_of, interval_text, number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_pair
@@ -142,7 +143,7 @@ class RatioOfMeans:
         )
         quadratic = bottom * bottom - squared * bottom_variance
         if quadratic <= 0:
-            return Undefined("the control's mean is not distinguishable from 0 at this level")
+            return Undefined(Reason.CONTROL_NEAR_ZERO)
         middle = bottom * top - squared * covariance
         root = exact_root(middle * middle - quadratic * (top * top - squared * top_variance))
         return finite_pair(100 * (middle - root) / quadratic, 100 * (middle + root) / quadratic)
@@ -151,14 +152,14 @@ class RatioOfMeans:
         """Return the percent where log(rho) -/+ half / rho ends."""
         rho = self.rho
         if rho <= 0:
-            return Undefined("the treated mean is not positive and has no logarithm")
+            return Undefined(Reason.TREATED_WITHOUT_LOGARITHM)
         spread = half / rho
         # A ratio that could be anything from almost 0 to beyond all doubles bounds nothing.
         if spread > _LARGEST_LOG:
-            return Undefined("the treated mean is not distinguishable from 0 at this level")
+            return Undefined(Reason.TREATED_NEAR_ZERO)
         middle = _log(rho, -self.saved / self.mean)
         if middle + float(spread) > _LARGEST_LOG:
-            return Undefined("an end of the interval is too large for a double")
+            return Undefined(Reason.END_BEYOND_DOUBLES)
         low, high = (-100.0 * math.expm1(middle + side * float(spread)) for side in (1.0, -1.0))
         return low, high
 
@@ -316,7 +317,7 @@ def percent_savings(
         return result
     of_c, of_t = read.filled
     if of_c.exact_mean <= 0:
-        none = Undefined("the control's mean is not positive, so that there is nothing to save a share of")
+        none = Undefined(Reason.NOTHING_TO_SAVE)
         return replace(_without_interval(result, none), percent=none, se_percent=none, shared_se_percent=none)
     ratio = RatioOfMeans(of_c, of_t, *(in_unit(error, read.exponent) for error in (in_control, in_treated)))
     result = replace(
@@ -326,20 +327,20 @@ def percent_savings(
     )
     if of_c.n < 2 or of_t.n < 2:
         single = of_c if of_c.n < 2 else of_t
-        none = Undefined(f"group {single.name} has a single run and so no scatter")
+        none = Undefined(Reason.SINGLE_RUN, group=f"group {single.name}")
         return replace(_without_interval(result, none), se_percent=none)
     result = replace(result, se_percent=finite(100 * exact_root(ratio.scatter) / ratio.mean, "the standard error"))
     if ratio.scatter == 0:
         if of_c.constant:
-            return _without_interval(result, Undefined("neither group has any scatter"))
-        return _without_interval(result, Undefined("all treated runs are 0, and a share of 0 does not scatter"))
+            return _without_interval(result, Undefined(Reason.GROUPS_WITHOUT_SCATTER))
+        return _without_interval(result, Undefined(Reason.ALL_TREATED_ZERO))
     return _with_intervals(result, ratio, df_of_fits)
 
 
 def _described(read: Groups, names: tuple[str, str], level: float, scale_relative_se: float) -> Savings:
     """Return what is known before any share is formed, everything else undefined."""
     means, sizes = (dict(zip(read.names, each, strict=True)) for each in (read.means, read.sizes))
-    none = Undefined(f"group {' and group '.join(read.empty)} is empty")
+    none = Undefined(Reason.GROUP_EMPTY, group=f"group {' and group '.join(read.empty)}")
     return Savings(
         n_control=int(sizes.get(names[0], 0)),
         n_treated=int(sizes.get(names[1], 0)),

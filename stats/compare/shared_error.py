@@ -17,6 +17,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
+from data_schema.reasons import Reason
 from data_schema.rounding import alpha_beside, error_of, interval_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number
@@ -237,7 +238,7 @@ def describe_shared(
     return SharedSummary(scatter, shared.se, low, high, level)
 
 
-NORMAL = Undefined("both errors are known as if from infinitely many values: t is normal")
+NORMAL = Undefined(Reason.NORMAL)
 
 
 @dataclass(frozen=True, slots=True)
@@ -306,7 +307,7 @@ def difference_with_shared(
     both, half, exponent = joined(se, df, shared, level)
     shown_df = both.df if math.isfinite(both.df) else NORMAL
     if half == 0.0 or math.isinf(half):
-        none = Undefined("the interval has no width") if half == 0.0 else QUANTILE_BEYOND_DOUBLES
+        none = Undefined(Reason.NO_WIDTH) if half == 0.0 else QUANTILE_BEYOND_DOUBLES
         return SharedTest(none, shown_df, none, none, none, level)
     t = finite(times_power(middle, -exponent) / half * both.quantile, "t")
     p = t if isinstance(t, Undefined) else t_two_sided(t, both.df).p

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
+from data_schema.reasons import Reason
 from data_schema.rounding import error_of, interval_text, number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_count, as_groups, as_level, as_sample, complete_rows
@@ -34,9 +35,9 @@ from stats.exact.numbers import (
     to_double,
 )
 from stats.exact.tails import exact_df, t_quantile, t_two_sided
-from stats.results import Result, counted, missing_text, with_unit
+from stats.results import Result, missing_text, with_unit
 
-_NO_SCATTER = Undefined("the values do not scatter")
+_NO_SCATTER = Undefined(Reason.NO_SCATTER)
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,11 +86,11 @@ def describe(values: ArrayLike, level: float = 0.95, missing: Missing = "refuse"
     level = as_level("level", level)
     n = sample.values.size
     if n == 0:
-        none = Undefined("there is no value")
+        none = Undefined(Reason.NO_VALUE)
         return Summary(0, none, none, none, none, none, level, sample.missing)
     about = moments(sample.values, sample.rest)
     if n < 2:
-        one = Undefined("a single value has no scatter; at least 2 are needed")
+        one = Undefined(Reason.SINGLE_NO_SCATTER)
         return Summary(1, about.mean, one, one, one, one, level, sample.missing)
     sd, se = exact_root(about.exact_variance), exact_root(about.exact_variance / n)
     half = Fraction(t_quantile(level, n - 1)) * se
@@ -144,12 +145,12 @@ def autocorrelation(values: ArrayLike, lag: int = 1) -> Autocorrelation:
     series = as_sample("the series", values)
     n = series.values.size
     if n <= lag:
-        few = Undefined(f"the series has {counted(n, 'value')} and a lag of {lag} needs at least {lag + 1}")
+        few = Undefined(Reason.TOO_SHORT_SERIES, n=n, lag=lag, needed=lag + 1)
         return Autocorrelation(few, lag, n)
     away, _exponent = deviations(exact_sum(series.values, series.rest) / n, series.values, series.rest)
     squares = math.fsum((away * away).tolist())
     if squares == 0.0:
-        return Autocorrelation(Undefined("the series is constant"), lag, n)
+        return Autocorrelation(Undefined(Reason.SERIES_CONSTANT), lag, n)
     return Autocorrelation(math.fsum((away[: n - lag] * away[lag:]).tolist()) / squares, lag, n)
 
 
@@ -185,7 +186,7 @@ def student(a: Moments, b: Moments, level: Number = 0.95, names: Names = AS_A_AN
     if a.n == 0 or b.n == 0:
         return _no_test(empty(a, names))
     if df < 1:
-        return _no_test(f"there are {a.n} and {b.n} values and the pooled variance needs at least 3 in all")
+        return _no_test(Undefined(Reason.TOO_FEW_POOLED, n_a=a.n, n_b=b.n))
     pooled = (a.exact_sum_squares + b.exact_sum_squares) / df
     return t_test(a.exact_mean - b.exact_mean, pooled * (Fraction(1, a.n) + Fraction(1, b.n)), Fraction(df), level)
 
@@ -200,23 +201,23 @@ def welch(a: Moments, b: Moments, level: Number = 0.95, names: Names = AS_A_AND_
     part_a, part_b = a.exact_mean_variance, b.exact_mean_variance
     total = part_a + part_b
     if total == 0:
-        return _no_test("neither group has any scatter")
+        return _no_test(Undefined(Reason.GROUPS_WITHOUT_SCATTER))
     df = shortened(exact_df([(part_a, a.n - 1), (part_b, b.n - 1)]))
     return t_test(a.exact_mean - b.exact_mean, total, df, level)
 
 
-def too_small(a: Moments, b: Moments, names: Names = AS_A_AND_B) -> str | None:
+def too_small(a: Moments, b: Moments, names: Names = AS_A_AND_B) -> Undefined | None:
     """Return why a group has no variance, or None where both have one."""
     for name, group in zip(names, (a, b), strict=True):
         if group.n < 2:
-            return f"group {name} has {group.n} value{'' if group.n == 1 else 's'} and its variance needs at least 2"
+            return Undefined(Reason.TOO_FEW_FOR_VARIANCE, group=f"group {name}", n=group.n)
     return None
 
 
 def t_test(difference: Fraction, se_squared: Fraction, df: Fraction, level: Number) -> TTest:
     """Return the two-sided test of a difference with this squared standard error and degrees of freedom."""
     if se_squared == 0:
-        return _no_test("neither group has any scatter")
+        return _no_test(Undefined(Reason.GROUPS_WITHOUT_SCATTER))
     se = exact_root(se_squared)
     t = shortened(difference / se)
     tail = t_two_sided(t, df)
@@ -224,14 +225,13 @@ def t_test(difference: Fraction, se_squared: Fraction, df: Fraction, level: Numb
     return TTest(finite(t, "t"), float(df), tail.p, tail.log10_p, interval, finite(se, "the standard error"))
 
 
-def _no_test(reason: str) -> TTest:
-    none = Undefined(reason)
+def _no_test(none: Undefined) -> TTest:
     return TTest(none, none, none, none, none, none)
 
 
-def empty(a: Moments, names: Names = AS_A_AND_B) -> str:
+def empty(a: Moments, names: Names = AS_A_AND_B) -> Undefined:
     """Return that the first group is empty, or else the second."""
-    return f"group {names[0 if a.n == 0 else 1]} is empty"
+    return Undefined(Reason.GROUP_EMPTY, group=f"group {names[0 if a.n == 0 else 1]}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -291,7 +291,7 @@ class Groups:
         """Return a sum of squares in the values' unit squared, if doubles reach so far."""
         found = to_double(scaled * Fraction(4) ** self.exponent)
         lost = math.isinf(found) or (found == 0.0 and scaled != 0)
-        return Undefined("it lies outside the range of doubles") if lost else found
+        return Undefined(Reason.OUTSIDE_DOUBLES) if lost else found
 
 
 def read_groups(samples: Mapping[str, ArrayLike] | Sequence[ArrayLike], missing: Missing = "refuse") -> Groups:

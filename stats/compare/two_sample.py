@@ -14,6 +14,7 @@ from typing import Literal
 from numpy.typing import ArrayLike
 
 from data_schema.errors import unknown_name
+from data_schema.reasons import Reason
 from data_schema.rounding import error_of, interval_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_pair, as_sample
@@ -167,8 +168,8 @@ def compare_two(
     return TwoSample(
         n_a=of_a.n,
         n_b=of_b.n,
-        mean_a=of_a.mean if of_a.n else Undefined(empty(of_a, names)),
-        mean_b=of_b.mean if of_b.n else Undefined(f"group {names[1]} is empty"),
+        mean_a=of_a.mean if of_a.n else empty(of_a, names),
+        mean_b=of_b.mean if of_b.n else Undefined(Reason.GROUP_EMPTY, group=f"group {names[1]}"),
         route=route,
         alpha=alpha,
         f=ratio if isinstance(ratio, Undefined) else finite(ratio, "the ratio"),
@@ -199,18 +200,18 @@ def compare_two(
 
 def _difference(a: Moments, b: Moments, names: Names) -> float | Undefined:
     if a.n == 0 or b.n == 0:
-        return Undefined(empty(a, names))
+        return empty(a, names)
     return finite(a.exact_mean - b.exact_mean, "the difference")
 
 
 def _hedges_g(a: Moments, b: Moments, names: Names) -> float | Undefined:
     if a.n == 0 or b.n == 0:
-        return Undefined(empty(a, names))
+        return empty(a, names)
     df = a.n + b.n - 2
     if df < 2:
-        return Undefined("there are too few values for a pooled standard deviation and its correction")
+        return Undefined(Reason.TOO_FEW_FOR_G)
     sum_squares = a.exact_sum_squares + b.exact_sum_squares
     if sum_squares == 0:
-        return Undefined("neither group has any scatter")
+        return Undefined(Reason.GROUPS_WITHOUT_SCATTER)
     g = Fraction(hedges_factor(df)) * (a.exact_mean - b.exact_mean) / exact_root(sum_squares / df)
     return finite(g, "Hedges's g")

@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from data_schema.errors import InputRefused, unknown_name
-from data_schema.vocabulary import Undefined
+from data_schema.reasons import Limit, Reason
+from data_schema.vocabulary import Remark, Undefined
 from stats.checks import Labels, Missing, Sample, as_labels, as_level, as_sample, complete_rows, label_text
 from stats.days.blocked_fit import Fit, Fitted, fit_by_day
 from stats.days.blocked_result import BlockedByDay, ExactTest, MixedModel
@@ -64,7 +65,7 @@ def blocked_by_day(
     return BlockedByDay(
         n=n,
         n_days=read.n_days,
-        n_runs=read.n_runs if run is not None else Undefined("no runs were given"),
+        n_runs=read.n_runs if run is not None else Undefined(Reason.NO_RUNS_GIVEN),
         level=level,
         conditions=result.conditions,
         mixed=MixedModel(
@@ -79,7 +80,7 @@ def blocked_by_day(
         exact=exact,
         paired=paired_tests(read.sample, read.condition, read.day, names, level),
         day_variance=result.day_variance,
-        run_variance=result.run_variance if run is not None else Undefined("no runs were given"),
+        run_variance=result.run_variance if run is not None else Undefined(Reason.NO_RUNS_GIVEN),
         residual_variance=result.residual_variance,
         day_ratio=result.day_ratio,
         singular=result.singular,
@@ -182,53 +183,33 @@ def _renumbered(order: tuple[str, ...], names: tuple[str, ...], codes: Codes) ->
     return order, np.array([place[name] for name in names], dtype=np.intp)[codes]
 
 
-def _merged(n_runs: int, n_days: int, n: int) -> tuple[str, ...]:
+def _merged(n_runs: int, n_days: int, n: int) -> tuple[Remark, ...]:
     """Return what is said where two terms of the model are one in this design."""
     if n_days == n and n > 1:
-        return (
-            "Every day holds one value, so that days and values scatter as one: the values are compared as they are.",
-        )
+        return (Remark(Limit.ONE_VALUE_A_DAY),)
     if n_runs == n:
-        said = "Every run holds one value, so that runs and values scatter as one: the run is left out of the model."
-        return (said,)
-    if 0 < n_runs == n_days:
-        return ("Every day holds one run, so that days and runs scatter as one: the run is left out of the model.",)
-    return ()
+        return (Remark(Limit.ONE_VALUE_A_RUN),)
+    return (Remark(Limit.ONE_RUN_A_DAY),) if 0 < n_runs == n_days else ()
 
 
-def _counting(fit: Fit, exact: ExactTest | Undefined) -> str:
-    """Return what counts as an observation in the test that is told of conditions that share no day."""
+def _counting(fit: Fit, exact: ExactTest | Undefined) -> Limit:
+    """Return what is said of conditions that share no day by what counts as an observation in their test."""
     if (isinstance(exact, ExactTest) and exact.balanced) or isinstance(fit.day_variance, Undefined):
-        return "each day counts as one observation there, however many values it holds"
+        return Limit.DAYS_COUNT
     if fit.day_variance > 0.0:
-        return "the values of one day do not count as independent there, however many it holds"
-    units = "runs" if isinstance(fit.run_variance, float) and fit.run_variance > 0.0 else "values"
-    return (
-        f"REML puts that at 0, so that {units} count as independent there, and p is too small if days differ all the "
-        "same"
-    )
+        return Limit.VALUES_DEPEND
+    return Limit.RUNS_COUNT if isinstance(fit.run_variance, float) and fit.run_variance > 0.0 else Limit.VALUES_COUNT
 
 
-def _confounding(strata: Strata, names: tuple[str, ...], days_of: list[int], counting: str) -> str:
+def _confounding(strata: Strata, names: tuple[str, ...], days_of: list[int], counting: Limit) -> Remark | None:
     parts = int(strata.by_day.max()) + 1
     if parts == 1 or strata.day_is_value:
-        return ""
+        return None
     groups = [
         [name for name, part in zip(names, strata.by_day, strict=True) if part == number] for number in range(parts)
     ]
     listed = " with ".join(", ".join(group) for group in groups)
-    text = (
-        f"Conditions and days are confounded: no day joins {listed}, so that a difference "
-        f"between these cannot be told from a difference between their days"
-    )
     if strata.day == 0:
-        return (
-            f"{text}, and with one day each nothing measures how much days differ: measure the conditions on shared "
-            "days."
-        )
+        return Remark(Limit.DAYS_UNMEASURED, listed=listed)
     few = ", ".join(name for name, count in zip(names, days_of, strict=True) if count == 1)
-    single = f"; {few} had one day only" if few else ""
-    return (
-        f"{text} but by how much days of one condition differ ({strata.day} degree{'' if strata.day == 1 else 's'} of "
-        f"freedom{single}): {counting}."
-    )
+    return Remark(counting, listed=listed, n=strata.day, single=f"; {few} had one day only" if few else "")

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.days.blocked_result import ConditionMean, Contrast
 from stats.days.cells import Cells, Floats, blocks_of
@@ -142,7 +143,7 @@ def fit_by_day(design: Fitted, days_of: list[int]) -> Fit:
     contrasts = [_contrast(design, profile, doubt, place) for place in range(1, len(design.names))]
     lacking = next((each.p for each in contrasts if isinstance(each.p, Undefined)), None)
     if len(design.names) < 2:
-        lacking = Undefined("there is one condition only")
+        lacking = Undefined(Reason.ONE_CONDITION)
     overall = _f_test(cells, doubt) if lacking is None else lacking
     variance = profile.residual_variance
     return Fit(
@@ -164,7 +165,7 @@ def _f_test(cells: Cells, doubt: Satterthwaite) -> Overall | Undefined:
     turned = blocks_of(np.zeros(k, dtype=np.intp)).reflected(np.ones(k), np.eye(k))
     found, by_type_one = doubt.f_test(turned[1:]), doubt.f_test(_type_one_contrasts(cells))
     if found is None or by_type_one is None:
-        return Undefined("days differ too much more than values for comparisons within and between them to be joined")
+        return Undefined(Reason.DAYS_TOO_DIFFERENT)
     return Overall(*found, by_type_one[1], f_upper(found[0], k - 1, found[1]))
 
 
@@ -184,9 +185,9 @@ def _residual_squares(cells: Cells, free: tuple[bool, bool]) -> float:
 
 def _untested(design: Fitted, squares: float) -> Undefined | None:
     if design.strata.residual < 1:
-        return Undefined("no degree of freedom is left to measure the scatter of the values by")
+        return Undefined(Reason.NO_DF_LEFT)
     if squares <= negligible(design.cells):
-        return Undefined("the values do not scatter at all within days")
+        return Undefined(Reason.NO_SCATTER_WITHIN_DAYS)
     return None
 
 
@@ -201,14 +202,14 @@ def _unknown_variance(design: Fitted, free: tuple[bool, bool]) -> Undefined | No
 
 def _no_day_variance(design: Fitted) -> Undefined:
     if design.strata.day_is_value:
-        return Undefined("every day holds one value, whose scatter is the days' and the values' together")
+        return Undefined(Reason.ONE_VALUE_A_DAY)
     if design.strata.n_days == 1:
-        return Undefined("there is one day only, which tells nothing about other days")
-    return Undefined("each group of conditions had one day of its own, so that nothing measures how days differ")
+        return Undefined(Reason.ONE_DAY)
+    return Undefined(Reason.EACH_ONE_DAY)
 
 
 def _no_run_variance() -> Undefined:
-    return Undefined("the scatter between runs cannot be told from that of days, values or conditions in this design")
+    return Undefined(Reason.RUN_SCATTER_UNTOLD)
 
 
 def _untellable(design: Fitted, place: int) -> Undefined | None:
@@ -218,15 +219,9 @@ def _untellable(design: Fitted, place: int) -> Undefined | None:
         return None
     apart = strata.by_day[place] != strata.by_day[0]
     if apart and strata.day == 0:
-        return Undefined(
-            f"{names[place]} and {names[0]} were measured on one day each, so that their difference cannot be told "
-            "from a difference between days"
-        )
+        return Undefined(Reason.ONE_DAY_EACH, a=names[place], b=names[0])
     if design.with_runs and not apart and strata.by_run[place] != strata.by_run[0] and strata.run == 0:
-        return Undefined(
-            f"{names[place]} and {names[0]} had one run each, so that their difference cannot be told from a "
-            "difference between runs"
-        )
+        return Undefined(Reason.ONE_RUN_EACH, a=names[place], b=names[0])
     return None
 
 

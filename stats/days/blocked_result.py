@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from data_schema.reasons import Reason
 from data_schema.rounding import alpha_beside, error_of, interval_text, number_text, p_text, statistic_text
-from data_schema.vocabulary import Undefined
+from data_schema.vocabulary import Remark, Undefined
 from stats.exact.tails import Tail, f_upper
 from stats.results import Result, missing_text, with_unit
 
@@ -68,6 +69,12 @@ class Contrast(Result):
         return f"{text}, {statistic_text('t', self.t, (self.df,))}, {p}."
 
 
+def exact_method(unit: str, block: str) -> str:
+    """Name an exact test by what it counts and what it holds fixed, as `ExactTest` has them."""
+    held = "" if block == "nothing" else f", {block} held fixed"
+    return f"exact test on {unit}s{held}"
+
+
 @dataclass(frozen=True, slots=True)
 class ExactTest(Result):
     """Analysis of variance whose size is exact for normal values, whatever the days' variance, where all conditions
@@ -96,8 +103,7 @@ class ExactTest(Result):
     @property
     def method(self) -> str:
         """The test in words: "exact test on values, day held fixed", "exact test on day means"."""
-        held = "" if self.block == "nothing" else f", {self.block} held fixed"
-        return f"exact test on {self.unit}s{held}"
+        return exact_method(self.unit, self.block)
 
 
 MIXED_MODEL = "mixed model"
@@ -143,7 +149,7 @@ class MixedModel(Result):
 
     def _lmertest_tail(self) -> Tail | Undefined:
         if isinstance(self.f, Undefined) or isinstance(self.lmertest_df_within, Undefined):
-            return self.f if isinstance(self.f, Undefined) else Undefined("it has no degrees of freedom")
+            return self.f if isinstance(self.f, Undefined) else Undefined(Reason.NO_DF)
         return f_upper(self.f, self.df_between, self.lmertest_df_within)
 
 
@@ -187,10 +193,10 @@ class BlockedByDay(Result):
     """Whether a variance is estimated as 0."""
     reml_criterion: float | Undefined
     """-2 log restricted likelihood (lme4's REMLcrit)."""
-    confounding: str
-    """Which conditions share no day and what follows; empty where all are joined by shared days."""
-    notes: tuple[str, ...]
-    """What the design could not tell, and what was therefore left out of the model."""
+    confounding: Remark | None
+    """Which conditions share no day and what follows; None where all are joined by shared days."""
+    notes: tuple[Remark, ...]
+    """What the design could not tell, and what was therefore left out of the model; shape (0,) or (1,)."""
     missing: int
     """How many values were left out because they or a label were missing."""
 
@@ -254,8 +260,8 @@ class BlockedByDay(Result):
         parts = [text]
         for stated, paired in zip(self.contrasts, self.paired, strict=True):
             parts += [stated.sentence(self.level, unit), *self._paired_text(paired, unit)]
-        parts += [self.confounding] if self.confounding else []
-        return " ".join([*parts, *self.notes])
+        said = [*([] if self.confounding is None else [self.confounding]), *self.notes]
+        return " ".join([*parts, *(remark.text for remark in said)])
 
     def _without_mixed(self) -> bool:
         """Whether the exact test stands for the mixed model's, which has no day in it.
@@ -266,7 +272,7 @@ class BlockedByDay(Result):
         if self.stated() is self.mixed:
             return False
         of_one_day = self.n_days == 1 and isinstance(self.run_variance, Undefined)
-        return of_one_day or (bool(self.confounding) and self.day_variance == 0.0)
+        return of_one_day or (self.confounding is not None and self.day_variance == 0.0)
 
     def _is_paired(self, exact: ExactTest) -> bool:
         """Whether the exact test is itself the paired one, that of two conditions with one value each on every day."""

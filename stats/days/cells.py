@@ -19,6 +19,7 @@ from itertools import combinations_with_replacement
 import numpy as np
 from numpy.typing import NDArray
 
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.checks import Sample
 from stats.exact.numbers import Number, common_shift, exact_sum, greatest, moments
@@ -153,7 +154,7 @@ class Unit:
         """Return a standard error, or a variance (`power` 2): 0 only where it is 0 and not for being small."""
         found = _rounded(_times(scaled, power * self.exponent), what)
         if found == 0.0 < scaled:
-            return Undefined(f"{what} is too small for a double: give the values in a smaller unit")
+            return Undefined(Reason.BELOW_DOUBLES_IN_UNIT, what=what)
         return found
 
     def scaled(self, value: Fraction) -> Fraction:
@@ -174,7 +175,7 @@ def _rounded(value: Fraction, what: str) -> float | Undefined:
     try:
         return float(value)
     except OverflowError:
-        return Undefined(f"{what} is too large for a double: give the values in a larger unit")
+        return Undefined(Reason.BEYOND_DOUBLES_IN_UNIT, what=what)
 
 
 def _interval(low: Fraction, high: Fraction) -> tuple[float, float] | Undefined:

@@ -25,6 +25,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.checks import Sample
 from stats.compare.summary import t_test
@@ -150,9 +151,9 @@ def exact_test(
     units, block, unit_name, block_name = chosen
     found = fixed_blocks(units, block)
     if found is None:
-        return Undefined(f"the {unit_name}s leave no degree of freedom to measure their scatter by")
+        return Undefined(Reason.MEANS_LEAVE_NO_DF, of=unit_name)
     if found.f is None:
-        return Undefined(f"the {unit_name}s do not scatter at all")
+        return Undefined(Reason.MEANS_WITHOUT_SCATTER, of=unit_name)
     between = units.n_conditions - 1
     contrasts = []
     for place, name in enumerate(names[1:]):
@@ -199,7 +200,7 @@ def _balanced(units: Cells, block: Codes) -> bool:
 def _layout(cells: Cells, strata: Strata, with_runs: bool) -> tuple[Cells, Codes, str, str] | Undefined:
     nothing = np.zeros(cells.size.size, dtype=np.intp)
     if cells.n_conditions < 2:
-        return Undefined("there is one condition only")
+        return Undefined(Reason.ONE_CONDITION)
     if strata.day_is_value:
         return cells, nothing, "value", "nothing"
     if with_runs and not strata.by_run.any():
@@ -208,12 +209,12 @@ def _layout(cells: Cells, strata: Strata, with_runs: bool) -> tuple[Cells, Codes
         return cells, cells.day, "value", "day"
     units = units_of(cells, cells.run, cells.size) if with_runs else cells
     if units is None:
-        return Undefined("runs differ in size, or conditions change within some runs only")
+        return Undefined(Reason.RUNS_DIFFER_IN_SIZE)
     if with_runs and not strata.by_day.any():
         return units, units.day, "run mean", "day"
     means = units_of(units, units.day, units.size)
     if means is None:
-        return Undefined("days differ in size, or only some conditions share days")
+        return Undefined(Reason.DAYS_DIFFER_IN_SIZE)
     return means, np.zeros(means.size.size, dtype=np.intp), "day mean", "nothing"
 
 
@@ -246,15 +247,15 @@ def _paired(
     differences = [treated[number] - control[number] for number in sorted(control.keys() & treated.keys())]
     n = len(differences)
     if n == 0:
-        return Contrast(name, control_name, *(Undefined(f"no day holds both {name} and {control_name}"),) * 7)
+        return Contrast(name, control_name, *(Undefined(Reason.NO_DAY_HOLDS_BOTH, a=name, b=control_name),) * 7)
     mean = sum(differences, Fraction(0)) / n
     difference = finite(mean, "the difference")
     if n == 1:
-        none = Undefined(f"one day only holds both {name} and {control_name}")
+        none = Undefined(Reason.ONE_DAY_HOLDS_BOTH, a=name, b=control_name)
         return Contrast(name, control_name, difference, *(none,) * 6)
     squares = sum(((each - mean) ** 2 for each in differences), Fraction(0))
     if squares == 0:
-        none = Undefined(f"{name} and {control_name} differ by as much on every day")
+        none = Undefined(Reason.SAME_ON_EVERY_DAY, a=name, b=control_name)
         return Contrast(name, control_name, difference, *(none,) * 6)
     test = t_test(mean, squares / (n - 1) / n, Fraction(n - 1), level)
     return Contrast(name, control_name, difference, test.se, test.df, test.t, test.p, test.log10_p, test.ci)

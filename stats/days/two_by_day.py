@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from data_schema.errors import InputRefused
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.checks import Labels, Missing, Sample, as_labels, as_sample, complete_rows
 from stats.exact.numbers import common_shift, exact_sum, finite, greatest, out_of_range, times_power
@@ -99,8 +100,8 @@ class TwoByDay:
     def nothing_shared(self) -> Undefined:
         """Return why there is no day to compare within."""
         if self.n_a == 0 or self.n_b == 0:
-            return Undefined(f"group {'a' if self.n_a == 0 else 'b'} is empty")
-        return Undefined("no day holds values of both groups")
+            return Undefined(Reason.GROUP_EMPTY, group=f"group {'a' if self.n_a == 0 else 'b'}")
+        return Undefined(Reason.NO_SHARED_DAY)
 
 
 def two_by_day(
@@ -132,7 +133,7 @@ def two_by_day(
     of_a, of_b = (_by_day(values, words) for values, words in zip((first, second), days, strict=True))
     strata = [Stratum(of_a[day], of_b[day]) for day in of_a.keys() & of_b.keys()]
     strata.sort(key=lambda each: (each.a.tolist(), each.b.tolist()))
-    n_days: int | Undefined = Undefined("no days were given") if day_a is None else len(strata)
+    n_days: int | Undefined = Undefined(Reason.NO_DAYS_GIVEN) if day_a is None else len(strata)
     exponent = out_of_range(np.concatenate([first, second]))
     in_range = tuple(Stratum(np.ldexp(each.a, -exponent), np.ldexp(each.b, -exponent)) for each in strata)
     return TwoByDay(in_range, exponent, difference, first.size, second.size, n_days, left_out)

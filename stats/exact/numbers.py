@@ -25,12 +25,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.errors import InputRefused
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 
 Floats = NDArray[np.float64]
 Interval = tuple[float, float]
 Number = float | Fraction
-QUANTILE_BEYOND_DOUBLES = Undefined("Student's quantile at this level is too large for a double")
+QUANTILE_BEYOND_DOUBLES = Undefined(Reason.QUANTILE_BEYOND_DOUBLES)
 
 _ROOT_BITS = 120
 _FEW = 50
@@ -56,13 +57,13 @@ def times_power(value: float, exponent: int) -> float:
 def finite(value: Number, what: str) -> float | Undefined:
     """Return a number as a double, or that it is too large for one."""
     number = to_double(value)
-    return number if math.isfinite(number) else Undefined(f"{what} is too large for a double")
+    return number if math.isfinite(number) else Undefined(Reason.BEYOND_DOUBLES, what=what)
 
 
 def finite_pair(low: Number, high: Number) -> Interval | Undefined:
     """Return the ends of an interval as doubles, or that one is too large."""
     ends = to_double(low), to_double(high)
-    return ends if all(map(math.isfinite, ends)) else Undefined("an end of the interval is too large for a double")
+    return ends if all(map(math.isfinite, ends)) else Undefined(Reason.END_BEYOND_DOUBLES)
 
 
 def interval_about(middle: Fraction, quantile: float, se: Fraction) -> Interval | Undefined:

@@ -28,6 +28,7 @@ from fractions import Fraction
 
 from numpy.typing import ArrayLike
 
+from data_schema.reasons import Reason
 from data_schema.rounding import alpha_beside, interval_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level
@@ -114,14 +115,14 @@ def one_way_anova(
     level = as_level("level", level)
     read = read_groups(groups, missing)
     reason = _why_no_test(read)
-    result = _described(read, level, Undefined(reason or "it has not been computed"))
+    result = _described(read, level, Undefined(Reason.NOT_COMPUTED) if reason is None else reason)
     if len(read.filled) < 2:
         return result
     between, within = _between(read), read.squares_within
     total = between + within
     result = replace(
         result,
-        eta_squared=float(between / total) if total > 0 else Undefined("all values are equal"),
+        eta_squared=float(between / total) if total > 0 else Undefined(Reason.ALL_EQUAL),
         ss_between=read.in_squared_unit(between),
         ss_within=read.in_squared_unit(within),
     )
@@ -149,14 +150,14 @@ def _between(read: Groups) -> Fraction:
     return sum((n * (mean - grand) ** 2 for n, mean in both), Fraction(0))
 
 
-def _why_no_test(read: Groups) -> str | None:
+def _why_no_test(read: Groups) -> Undefined | None:
     if len(read.filled) < 2:
-        return "at least 2 groups with values are needed"
+        return Undefined(Reason.NO_GROUPS)
     if read.empty:
-        return f"group {read.empty[0]!r} is empty, and F of the others would answer another question: leave it out"
+        return Undefined(Reason.GROUP_EMPTY_LEAVE_OUT, group=f"group {read.empty[0]!r}")
     if read.df_within < 1:
-        return "no group has more than one value, so that nothing measures the scatter"
-    return "no group has any scatter" if read.squares_within == 0 else None
+        return Undefined(Reason.NO_GROUP_OF_TWO_TO_SCATTER)
+    return Undefined(Reason.NO_GROUP_SCATTERS) if read.squares_within == 0 else None
 
 
 def _described(read: Groups, level: float, none: Undefined) -> Anova:
@@ -257,7 +258,7 @@ def welch_anova(
     level = as_level("level", level)
     read = read_groups(groups, missing)
     reason = _why_no_welch(read.filled, read.empty)
-    none = Undefined(reason or "it has not been computed")
+    none = Undefined(Reason.NOT_COMPUTED) if reason is None else reason
     result = WelchAnova(
         groups=read.names,
         group_ns=read.sizes,
@@ -317,17 +318,17 @@ def _distances(groups: Sequence[Group], weights: Mapping[str, Fraction]) -> Frac
     return sum((weight * (means[name] - centre) ** 2 for name, weight in weights.items()), Fraction(0))
 
 
-def _why_no_welch(groups: Sequence[Group], empty: Sequence[str]) -> str | None:
+def _why_no_welch(groups: Sequence[Group], empty: Sequence[str]) -> Undefined | None:
     if len(groups) < 2:
-        return "at least 2 groups with values are needed"
+        return Undefined(Reason.NO_GROUPS)
     if empty:
-        return f"group {empty[0]!r} is empty, and F of the others would answer another question: leave it out"
+        return Undefined(Reason.GROUP_EMPTY_LEAVE_OUT, group=f"group {empty[0]!r}")
     single = next((group for group in groups if group.n < 2), None)
     if single is not None:
-        return f"group {single.name!r} has a single value, and its variance needs at least 2"
+        return Undefined(Reason.SINGLE_NO_VARIANCE, group=f"group {single.name!r}")
     constant = [group for group in groups if group.constant]
     if len(constant) == len(groups):
-        return "no group has any scatter"
+        return Undefined(Reason.NO_GROUP_SCATTERS)
     if len(constant) > 1:
-        return f"groups {constant[0].name!r} and {constant[1].name!r} have no scatter, and with two such F has no limit"
+        return Undefined(Reason.TWO_WITHOUT_SCATTER, a=constant[0].name, b=constant[1].name)
     return None

@@ -26,6 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
 from data_schema.errors import InputRefused, unknown_name
+from data_schema.reasons import Reason
 from data_schema.rounding import alpha_beside, level_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_groups, as_level
@@ -158,7 +159,7 @@ _SIGNED: Mapping[Alternative, Callable[[Fraction], Fraction]] = {
 }
 """What of t the largest of the family is taken of."""
 _END = "an end of the interval"
-_UNBOUNDED = Undefined("a one-sided comparison has no bound on this side")
+_UNBOUNDED = Undefined(Reason.NO_BOUND_ON_SIDE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -279,12 +280,14 @@ class _Family:
         self.df = read.df_within
         self.squares = read.squares_within
         reason = self._why_no_test()
-        self.critical: float | Undefined = Undefined(reason) if reason else self._critical(1.0 - level)
+        self.critical: float | Undefined = self._critical(1.0 - level) if reason is None else reason
 
     def compare(self, name: str) -> AgainstControl:
         group = self.by_name.get(name)
         if group is None or self.control is None:
-            none = Undefined(f"group {name!r} is empty" if group is None else "the control is empty")
+            none = Undefined(Reason.CONTROL_EMPTY)
+            if group is None:
+                none = Undefined(Reason.GROUP_EMPTY, group=f"group {name!r}")
             return AgainstControl(name, group.n if group else 0, none, none, none, none, none, none)
         difference = group.exact_mean - self.control.exact_mean
         shown = self.read.in_unit(difference)
@@ -314,11 +317,11 @@ class _Family:
         two_sided = self.alternative == "two_sided"
         return largest_critical(tail, self.n_control, self.treated_ns, self.df, two_sided=two_sided)
 
-    def _why_no_test(self) -> str | None:
+    def _why_no_test(self) -> Undefined | None:
         if self.read.empty:
-            return f"group {self.read.empty[0]!r} is empty, and the family without it would be another: leave it out"
+            return Undefined(Reason.GROUP_EMPTY_OF_FAMILY, group=f"group {self.read.empty[0]!r}")
         if not self.treated_ns:
-            return "there is no treatment"
+            return Undefined(Reason.NO_TREATMENT)
         if self.df < 1:
-            return "no group has more than one value, so that nothing measures the scatter"
-        return "no group has any scatter" if self.squares == 0 else None
+            return Undefined(Reason.NO_GROUP_OF_TWO_TO_SCATTER)
+        return Undefined(Reason.NO_GROUP_SCATTERS) if self.squares == 0 else None

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
 from data_schema.errors import InputRefused, unknown_name
+from data_schema.reasons import Reason
 from data_schema.rounding import level_text, number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Labels, Missing, Sample, as_groups, as_labels, as_level, as_sample, complete_rows
@@ -109,7 +110,7 @@ def residuals_of_groups(
         ]
         fitted += [about.mean] * about.n
         squares, df = squares + about.exact_sum_squares, df + about.n - 1
-    none = Undefined("no group has more than one value" if values else "there is no value")
+    none = Undefined(Reason.NO_GROUP_OF_TWO if values else Reason.NO_VALUE)
     sd = finite(exact_root(squares / df), _SD) if df else none
     left = tuple(map(to_double, values))
     refuse_beyond("a residual", map(abs, left))
@@ -146,9 +147,7 @@ def additive_residuals(values: ArrayLike, condition: Labels, day: Labels, missin
     # What a fit without a rest leaves is rounding: 1e-16 is no scatter.
     left[np.abs(left) <= numbers.size * np.finfo(np.float64).eps * np.max(np.abs(numbers), initial=0.0)] = 0.0
     df = numbers.size - basis.shape[1]
-    sd: float | Undefined = Undefined(
-        "every value has a condition or a day of its own" if numbers.size else "there is no value"
-    )
+    sd: float | Undefined = Undefined(Reason.ALL_ALONE if numbers.size else Reason.NO_VALUE)
     if df:
         sd = finite(times_power(math.hypot(*left) / math.sqrt(df), exponent), _SD)
     residuals, said = ([times_power(number, exponent) for number in part.tolist()] for part in (left, shift + fitted))
@@ -266,20 +265,20 @@ def _band(residuals: Residuals, level: float) -> tuple[tuple[float, ...], ...] |
     if isinstance(sd, Undefined):
         return sd
     if sd == 0.0:
-        return Undefined("all residuals are 0")
+        return Undefined(Reason.RESIDUALS_ZERO)
     if residuals.df == 1:
-        return Undefined("with one degree of freedom all residuals of so many values have one shape")
+        return Undefined(Reason.ONE_SHAPE)
     # So many that the ends lie among them: the share beyond is then the tail, and no less.
     draws = max(min(_USUAL_DRAWS, _USUAL_NUMBERS // n), math.ceil(1.0 / tail)) if tail > 0.0 else math.inf
     if draws * n > _MOST_NUMBERS:
-        return Undefined("so many residuals would take too many draws at a level so near 1")
+        return Undefined(Reason.TOO_MANY_DRAWS)
     drawn = residuals.of_noise(np.random.default_rng(_SEED).standard_normal((n, int(draws))))
     drawn.sort(axis=0)
     lines = np.quantile(drawn, (tail, 0.5, 1.0 - tail), axis=1, method="weibull")
     with np.errstate(over="ignore"):
         lines = sd * lines
     if not np.isfinite(lines).all():
-        return Undefined("the band is too large for a double")
+        return Undefined(Reason.BAND_BEYOND_DOUBLES)
     return tuple(tuple(line.tolist()) for line in lines)
 
 
@@ -353,7 +352,7 @@ def rmse_over_iqr(
     order = np.lexsort((_rest(truth), truth.values))
     low, high = (_quantile(truth, order, share, definition) for share in (0.25, 0.75))
     iqr = high - low
-    ratio: float | Undefined = Undefined("the measured values have no interquartile range")
+    ratio: float | Undefined = Undefined(Reason.NO_QUARTILE_RANGE)
     if iqr > 0:
         ratio = finite(rmse / iqr, "the ratio")
     return RmseOverIqr(

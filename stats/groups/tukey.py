@@ -26,6 +26,7 @@ from numpy.typing import ArrayLike
 from scipy import special
 
 from data_schema.errors import unknown_name
+from data_schema.reasons import Reason
 from data_schema.rounding import alpha_beside, error_of, interval_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level
@@ -234,7 +235,7 @@ def compare_all_pairs(
     read = read_groups(groups, missing)
     error_of = _pooled_error(read) if variances == "equal" else _own_error
     pairs = list(combinations(read.filled, 2))
-    found = [Undefined(_empty(read)) if read.empty else _standardised(a, b, error_of(a, b)) for a, b in pairs]
+    found = [_empty(read) if read.empty else _standardised(a, b, error_of(a, b)) for a, b in pairs]
     tests = iter(_tests([one for one in found if isinstance(one, _Standardised)], len(read.filled), 1.0 - level))
     compared = [
         _untested(read, a, b, one) if isinstance(one, Undefined) else _tested(read, a, b, one, next(tests))
@@ -253,8 +254,8 @@ class _Error:
     df: float
 
 
-def _empty(read: Groups) -> str:
-    return f"group {read.empty[0]!r} is empty, and the family without it would be another: leave it out"
+def _empty(read: Groups) -> Undefined:
+    return Undefined(Reason.GROUP_EMPTY_OF_FAMILY, group=f"group {read.empty[0]!r}")
 
 
 def _pooled_error(read: Groups) -> Callable[[Group, Group], _Error | Undefined]:
@@ -262,9 +263,9 @@ def _pooled_error(read: Groups) -> Callable[[Group, Group], _Error | Undefined]:
 
     def error(a: Group, b: Group) -> _Error | Undefined:
         if df < 1:
-            return Undefined("no group has more than one value, so that nothing measures the scatter")
+            return Undefined(Reason.NO_GROUP_OF_TWO_TO_SCATTER)
         if squares == 0:
-            return Undefined("no group has any scatter")
+            return Undefined(Reason.NO_GROUP_SCATTERS)
         return _Error(squares / df * (Fraction(1, a.n) + Fraction(1, b.n)), float(df))
 
     return error
@@ -273,11 +274,11 @@ def _pooled_error(read: Groups) -> Callable[[Group, Group], _Error | Undefined]:
 def _own_error(a: Group, b: Group) -> _Error | Undefined:
     for group in (a, b):
         if group.n < 2:
-            return Undefined(f"group {group.name!r} has a single value, and its variance needs at least 2")
+            return Undefined(Reason.SINGLE_NO_VARIANCE, group=f"group {group.name!r}")
     part_a, part_b = a.exact_mean_variance, b.exact_mean_variance
     squared = part_a + part_b
     if squared == 0:
-        return Undefined("neither group has any scatter")
+        return Undefined(Reason.GROUPS_WITHOUT_SCATTER)
     return _Error(squared, float(exact_df([(part_a, a.n - 1), (part_b, b.n - 1)])))
 
 

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import special
 
+from data_schema.reasons import Reason
 from data_schema.rounding import interval_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, Sample, as_groups, as_level, as_sample
@@ -68,7 +69,7 @@ def _distances(sample: Sample, middle: Fraction) -> Sample:
 Interval = tuple[float, float]
 
 _FAR_OUTSIDE = 1e-4
-_NO_RATIO = Undefined("only the F-test of two groups has a ratio of variances")
+_NO_RATIO = Undefined(Reason.NO_RATIO_OF_VARIANCES)
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,7 +132,7 @@ def f_test(
     left_out = first.missing + second.missing
     f = ratio if isinstance(ratio, Undefined) else finite(ratio, "the ratio")
     if isinstance(tail, Undefined) or isinstance(ratio, Undefined):
-        none = tail if isinstance(tail, Undefined) else Undefined("there is no ratio")
+        none = tail if isinstance(tail, Undefined) else Undefined(Reason.NO_RATIO)
         return VarianceTest("F", names, sizes, f, df, none, none, none, level, left_out)
     outside = (1.0 - level) / 2.0
     low = Fraction(float(special.fdtri(df[1], df[0], outside)))
@@ -152,8 +153,7 @@ def bartlett(groups: Mapping[str, ArrayLike] | Sequence[ArrayLike], missing: Mis
     degrees, left_out = len(parts) - 1, _missing(samples)
     reason = _no_variances(parts)
     if reason is not None:
-        none = Undefined(reason)
-        return VarianceTest("Bartlett", tuple(parts), sizes, none, (degrees,), none, none, missing=left_out)
+        return VarianceTest("Bartlett", tuple(parts), sizes, reason, (degrees,), reason, reason, missing=left_out)
     dfs = [part.n - 1 for part in parts.values()]
     pooled = sum((part.exact_sum_squares for part in parts.values()), Fraction(0)) / sum(dfs)
     # The sum of df * (v - 1) over all v = variance / pooled is 0, so that no two large logarithms cancel.
@@ -187,12 +187,14 @@ def variance_ratio(a: Moments, b: Moments, names: Names = AS_A_AND_B) -> tuple[F
     """Return var(a) / var(b) and its two-sided tail, from the moments of two groups."""
     small = too_small(a, b, names)
     if small is not None:
-        return Undefined(small), Undefined(small)
+        return small, small
     if b.constant:
-        both = "both groups are constant" if a.constant else f"group {names[1]} is constant"
-        return Undefined(f"{both}, so that the ratio divides by 0"), Undefined(both)
+        if a.constant:
+            return Undefined(Reason.RATIO_OF_ZEROS), Undefined(Reason.GROUPS_CONSTANT)
+        group = f"group {names[1]}"
+        return Undefined(Reason.RATIO_BY_ZERO, group=group), Undefined(Reason.GROUP_CONSTANT, group=group)
     if a.constant:
-        return Fraction(0), Undefined(f"group {names[0]} is constant")
+        return Fraction(0), Undefined(Reason.GROUP_CONSTANT, group=f"group {names[0]}")
     ratio = shortened(a.exact_variance / b.exact_variance)
     return ratio, f_two_sided(ratio, a.n - 1, b.n - 1)
 
@@ -216,14 +218,14 @@ def _missing(samples: Mapping[str, Sample]) -> int:
     return sum(sample.missing for sample in samples.values())
 
 
-def _no_variances(parts: Mapping[str, Moments]) -> str | None:
+def _no_variances(parts: Mapping[str, Moments]) -> Undefined | None:
     if len(parts) < 2:
-        return "at least 2 groups are needed"
+        return Undefined(Reason.FEWER_THAN_TWO_GROUPS)
     for name, part in parts.items():
         if part.n < 2:
-            return f"group {name!r} has {part.n} value{'' if part.n == 1 else 's'} and its variance needs at least 2"
+            return Undefined(Reason.TOO_FEW_FOR_VARIANCE, group=f"group {name!r}", n=part.n)
         if part.constant:
-            return f"group {name!r} is constant"
+            return Undefined(Reason.GROUP_CONSTANT, group=f"group {name!r}")
     return None
 
 
@@ -241,23 +243,22 @@ def _in_range(samples: Mapping[str, Sample]) -> list[Sample]:
 def _of_spreads(test: str, samples: Mapping[str, Sample], spread: Callable[[Sample], Sample]) -> VarianceTest:
     names, sizes = tuple(samples), tuple(sample.values.size for sample in samples.values())
     df = (max(len(names) - 1, 0), sum(sizes) - len(names))
-    reason = None
+    reason: Undefined | None = None
     if len(names) < 2:
-        reason = "at least 2 groups are needed"
+        reason = Undefined(Reason.FEWER_THAN_TWO_GROUPS)
     for name, size in zip(names, sizes, strict=True):
         if size < 2:
-            reason = f"group {name!r} has {size} value{'' if size == 1 else 's'} and its scatter needs at least 2"
+            reason = Undefined(Reason.TOO_FEW_FOR_SCATTER, group=f"group {name!r}", n=size)
     if reason is None and all(size == 2 for size in sizes):
-        reason = "the distances in a group of 2 are equal, and no group has more"
+        reason = Undefined(Reason.DISTANCES_EQUAL)
     if reason is None:
         spreads = [spread(sample) for sample in _in_range(samples)]
         parts = [moments(one.values, one.rest) for one in spreads]
         within = sum((part.exact_sum_squares for part in parts), Fraction(0))
         if within == 0:
-            reason = "all values of a group lie equally far from its middle"
+            reason = Undefined(Reason.SPREADS_EQUAL)
     if reason is not None:
-        none = Undefined(reason)
-        return VarianceTest(test, names, sizes, none, df, none, none, missing=_missing(samples))
+        return VarianceTest(test, names, sizes, reason, df, reason, reason, missing=_missing(samples))
     grand = sum((part.n * part.exact_mean for part in parts), Fraction(0)) / sum(sizes)
     between = sum((part.n * (part.exact_mean - grand) ** 2 for part in parts), Fraction(0))
     f = shortened((between / df[0]) / (within / df[1])) if between else Fraction(0)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from data_schema.errors import InputRefused
+from data_schema.reasons import Reason
 from data_schema.rounding import alpha_beside, error_of, interval_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.exact.numbers import Interval, exact_root, finite, finite_pair, interval_about, refuse_beyond, to_double
@@ -60,7 +61,7 @@ def one_by_one(
 
 
 INTERCEPT = "intercept"
-EXACT = Undefined("the fit is exact, so that nothing measures the scatter")
+EXACT = Undefined(Reason.FIT_EXACT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +130,7 @@ class Fit(Result):
 
     def _inflations(self) -> tuple[float | Undefined, ...]:
         """Return the variance inflation of each coefficient, where the fit has such."""
-        return (Undefined("this fit has no columns of their own"),) * len(self.names)
+        return (Undefined(Reason.NO_OWN_COLUMNS),) * len(self.names)
 
     def spread(self, what: str) -> tuple[tuple[float, ...], float]:
         """Return standard errors and residual standard deviation of what is nothing without them.
@@ -175,7 +176,7 @@ class Fit(Result):
         return f"Least squares of {response}: {'; '.join(parts)}; {', '.join(about)}, {n}."
 
 
-BEYOND_DOUBLES = Undefined("a covariance is beyond what a double can hold")
+BEYOND_DOUBLES = Undefined(Reason.HELD_BY_NO_DOUBLE, what="a covariance is")
 _LARGEST_VARIANCE = Fraction(2) ** 800
 
 Matrix = Sequence[Sequence[int]]
@@ -274,7 +275,7 @@ def fit_of(names: tuple[str, ...], exact: ExactFit, given: Given, *, intercept: 
     df, df_model = given.n - p, p - intercept
     scale = [given.response_unit / unit for unit in given.units]
     coefficients = [Fraction(top, exact.determinant) * unit for top, unit in zip(exact.numerators, scale, strict=True)]
-    none = Undefined("there are as many values as coefficients")
+    none = Undefined(Reason.AS_MANY_AS_COEFFICIENTS)
     fit = Fit(
         names=names,
         coefficients=tuple(map(to_double, coefficients)),
@@ -284,7 +285,7 @@ def fit_of(names: tuple[str, ...], exact: ExactFit, given: Given, *, intercept: 
         t=none,
         p=none,
         covariance=none,
-        r_squared=float(model / given.total) if given.total else Undefined("all values of y are equal"),
+        r_squared=float(model / given.total) if given.total else Undefined(Reason.ALL_Y_EQUAL),
         f=none,
         f_p=none,
         residual_sd=none,
@@ -323,7 +324,7 @@ def _tests(fit: Fit, coefficients: list[Fraction], errors: list[Fraction], f: Fr
     t = tuple(to_double(b / se) for b, se in zip(coefficients, errors, strict=True))
     of_all, ci = to_double(f), tuple(ends) if lost is None else lost
     if not all(map(math.isfinite, (of_all, *t))):
-        return dict.fromkeys(_OF_TESTS, Undefined("a test statistic is too large for a double")) | {"ci": ci}
+        return dict.fromkeys(_OF_TESTS, Undefined(Reason.BEYOND_DOUBLES, what="a test statistic")) | {"ci": ci}
     return {
         "ci": ci,
         "t": t,
@@ -344,7 +345,7 @@ def in_doubles(inverse: list[list[Fraction]], variance: Fraction) -> tuple[tuple
 def _double_or_none(value: Fraction, what: str) -> float | Undefined:
     double = to_double(value)
     lost = math.isinf(double) or (value > 0 and double < sys.float_info.min)
-    return Undefined(f"{what} beyond what a double can hold") if lost else double
+    return Undefined(Reason.HELD_BY_NO_DOUBLE, what=what) if lost else double
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
+from data_schema.reasons import Reason
 from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import MINIMUM_ROWS, Missing, as_level, as_number, as_values, complete_rows
@@ -166,12 +167,12 @@ def rounding_sd_mah(resolution_mah: float) -> float:
     return as_number("the charger's resolution", resolution_mah, low=0.0) / math.sqrt(12.0)
 
 
-def why_no_line(durations_s: Sequence[float] | Floats) -> str | None:
+def why_no_line(durations_s: Sequence[float] | Floats) -> Undefined | None:
     """Return why idle runs of these durations, shape (n,), give no line with its uncertainty; None where they do."""
     if len(durations_s) < MINIMUM_ROWS:
-        return f"the drain line needs at least {MINIMUM_ROWS} idle runs and there are {len(durations_s)}"
+        return Undefined(Reason.TOO_FEW_IDLE_RUNS, needed=MINIMUM_ROWS, n=len(durations_s))
     if min(durations_s) == max(durations_s):
-        return "all idle runs have one duration and a line needs at least 2"
+        return Undefined(Reason.ONE_DURATION)
     return None
 
 
@@ -200,7 +201,9 @@ def fit_passive_drain(
         raise InputRefused(f"a duration is {float(durations.min()):g} s: durations are 0 or more.")
     none = why_no_line(durations)
     if none is not None:
-        raise InputRefused(f"{none}{missing_text(left_out)}: give more (`fit_linear` gives the bare line of two).")
+        raise InputRefused(
+            f"{none.reason}{missing_text(left_out)}: give more (`fit_linear` gives the bare line of two)."
+        )
     n = durations.size
     of_duration = moments(durations)
     of_charge = moments(charges)
@@ -216,7 +219,7 @@ def fit_passive_drain(
         intercept_mah=fit.coefficients[0],
         covariance=((of_intercept, of_both), (of_both, of_slope)),
         residual_sd_mah=residual_sd_mah,
-        r_squared=Undefined("all charges are equal") if of_charge.constant else fit.r_squared,
+        r_squared=Undefined(Reason.ALL_CHARGES_EQUAL) if of_charge.constant else fit.r_squared,
         df=fit.df,
         n=n,
         duration_min_s=float(np.min(durations)),

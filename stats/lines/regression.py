@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused, unknown_name
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, complete_rows
 from stats.exact.numbers import Floats, exact_root, refuse_beyond, shortened, to_double
@@ -65,7 +66,7 @@ class LinearFit(Fit):
     """Largest value of each column, in its unit; shape (columns,)."""
 
     def _inflations(self) -> tuple[float | Undefined, ...]:
-        constant: tuple[float | Undefined, ...] = (Undefined("the intercept is no column"),) if self.intercept else ()
+        constant: tuple[float | Undefined, ...] = (Undefined(Reason.INTERCEPT_NO_COLUMN),) if self.intercept else ()
         return (*constant, *self.vif)
 
     def at(self, values: Mapping[str, float], level: float = 0.95) -> Response:
@@ -90,7 +91,7 @@ class LinearFit(Fit):
         value = sum(products, Fraction(self.response_mean))
         se: Fraction | Undefined
         if isinstance(self.covariance, Undefined) or isinstance(self.residual_sd, Undefined):
-            se = self.covariance if isinstance(self.covariance, Undefined) else Undefined("the fit has no scatter")
+            se = self.covariance if isinstance(self.covariance, Undefined) else Undefined(Reason.FIT_WITHOUT_SCATTER)
         else:
             of_slopes = root_of_form(steps, [row[skip:] for row in self.covariance[skip:]])
             level_variance = Fraction(self.residual_sd) ** 2 / self.n if self.intercept else Fraction(0)

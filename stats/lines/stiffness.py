@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
+from data_schema.reasons import Reason
 from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_values, complete_rows, refuse_few
@@ -181,11 +182,11 @@ def fit_stiffness(
 
 def _lag1(residuals: Floats, *, exact: bool) -> float | Undefined:
     if not np.isfinite(residuals).all():
-        return Undefined("a residual is too large for a double")
+        return Undefined(Reason.RESIDUAL_BEYOND_DOUBLES)
     residuals = np.ldexp(residuals, -math.frexp(greatest(residuals))[1])
     squares = float(residuals @ residuals)
     if exact or squares == 0.0:
-        return Undefined("the fit is exact")
+        return Undefined(Reason.FIT_IS_EXACT)
     return float(residuals[1:] @ residuals[:-1]) / squares
 
 

@@ -23,6 +23,7 @@ import numpy as np
 from scipy import special
 
 from data_schema.errors import InputRefused, unknown_name
+from data_schema.reasons import Reason
 from data_schema.rounding import level_text, number_text, stated_text
 from data_schema.vocabulary import Undefined
 from stats.checks import as_count, as_level, as_number, as_values
@@ -129,7 +130,7 @@ def power_t(difference: float, sd: float, n_a: int, n_b: int, alpha: float = 0.0
     test = f"Student's t-test for {_difference_text(difference, sd)} at sd {number_text(sd)} ({_sided(sides)})"
     df, never = sum(sizes) - 2, _no_difference(difference, sides)
     if df < 1 or min(sizes) < 1:
-        return Power(test, sizes, alpha, Undefined("there are too few values for a pooled variance"), never)
+        return Power(test, sizes, alpha, Undefined(Reason.TOO_FEW_FOR_POOLED_VARIANCE), never)
     ncp = difference / (sd * math.sqrt(1.0 / sizes[0] + 1.0 / sizes[1]))
     critical = t_upper_quantile(Fraction(alpha) / sides, df)
     if math.isinf(critical):
@@ -178,7 +179,7 @@ def power_anova(means: Sequence[float], sd: float, n: int, alpha: float = 0.05) 
     sizes = (n,) * k
     never = "the true means are equal" if truth.min() == truth.max() else None
     if n < 2:
-        return Power(test, sizes, alpha, Undefined("each group needs at least 2 values"), never)
+        return Power(test, sizes, alpha, Undefined(Reason.TWO_EACH), never)
     ncp = to_double(n * moments(truth).exact_sum_squares / Fraction(sd) ** 2)
     df_within = k * (n - 1)
     critical = float(special.fdtri(k - 1, df_within, 1.0 - alpha))
@@ -229,7 +230,7 @@ def power_equivalence(
     if not low < difference < high:
         never = f"the true difference {difference:g} does not lie between the bounds {low:g} and {high:g}"
     if min(sizes) < (2 if route == "welch" else 1) or sum(sizes) < 3:
-        few = _NO_VARIANCE if route == "welch" else Undefined("there are too few values for a pooled variance")
+        few = _NO_VARIANCE if route == "welch" else Undefined(Reason.TOO_FEW_FOR_POOLED_VARIANCE)
         return Power(test, sizes, alpha, few, never)
     df = sum(sizes) - 2
     ends = [over_standard_error(Fraction(end) - Fraction(difference), sds, sizes) for end in (low, high)]
@@ -246,8 +247,8 @@ def power_equivalence(
 
 
 _FAR_TAIL, _LARGEST_F = 1e-4, 1e300
-_NO_CRITICAL = Undefined("the critical value at so small an alpha is too large for a double")
-_NO_VARIANCE = Undefined("each group needs at least 2 values for its variance")
+_NO_CRITICAL = Undefined(Reason.CRITICAL_BEYOND_DOUBLES)
+_NO_VARIANCE = Undefined(Reason.TWO_EACH_FOR_VARIANCE)
 
 
 def assumed_text(value: float, sd: float) -> str:
@@ -335,9 +336,9 @@ def sample_size(plan: Callable[[int], Power], power: float = 0.8, largest: int =
     while not enough(n):
         tried = plan_of(n)
         if tried.never is not None and target > tried.alpha:
-            return SampleSize(target, Undefined(tried.never))
+            return SampleSize(target, Undefined(Reason.AS_SAID, said=tried.never))
         if n >= largest:
-            return SampleSize(target, Undefined(f"the search ended at n = {largest}"))
+            return SampleSize(target, Undefined(Reason.SEARCH_ENDED, largest=largest))
         n = min(2 * n, largest)
     below = 1 if n == 2 else n // 2
     while n - below > 1:

@@ -16,6 +16,7 @@ import numpy as np
 from scipy import special
 
 from data_schema.errors import InputRefused
+from data_schema.reasons import Reason
 from data_schema.rounding import number_text, stated_text
 from data_schema.vocabulary import Undefined
 from stats.checks import as_count, as_level, as_number
@@ -94,9 +95,9 @@ def power_percent_equivalence(
     if not low < truth < high:
         never = f"the true difference of {truth:g} % does not lie between the bounds {low:g} and {high:g} %"
     if min(sizes) < 2:
-        return Power(test, sizes, alpha, Undefined("each group needs at least 2 values for its variance"), never)
+        return Power(test, sizes, alpha, Undefined(Reason.TWO_EACH_FOR_VARIANCE), never)
     if alpha < _LEAST_ALPHA or t_upper_quantile(alpha, min(sizes) - 1) > _LARGEST_CRITICAL:
-        few = Undefined("alpha is too small for the quadrature over estimated variances")
+        few = Undefined(Reason.ALPHA_TOO_SMALL)
         return Power(test, sizes, alpha, few, never)
     at_low, at_high = (
         _Bound(1.0 + end / 100.0, _in_sds(Fraction(end) / 100 * Fraction(mean) - Fraction(difference), sd))

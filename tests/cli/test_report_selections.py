@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from labbook.book.opening import opened
-from labbook.presenting.report.making import make_report
+from labbook.presenting.report.content import make_report
 from reports.content import ReportContent
 from reports.figures.kind import draw_figure, svg_bytes
 from reports.figures.registry import FIGURES

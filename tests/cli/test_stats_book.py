@@ -15,7 +15,7 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.preregistration.planned import NOTHING_DECIDED
 from labbook.book.opening import opened
-from labbook.presenting.report.making import make_report
+from labbook.presenting.report.content import make_report
 from reports.content import Comparison, ReportContent
 from reports.numbers import Number
 from stats.days.blocked import blocked_by_day

@@ -9,7 +9,7 @@ import pytest
 
 from data_schema.outcomes import Outcome
 from labbook.book.opening import opened
-from labbook.presenting.report.making import make_report
+from labbook.presenting.report.content import make_report
 from reports.content import Comparison, ReportContent
 from tests.cli.shell import good, labbook
 from tests.helpers.books import SmallBook, small_book

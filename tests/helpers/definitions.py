@@ -27,7 +27,7 @@ LEFT_OUT = {
     "ingest": "reads samples, which are inputs by their hash, and has versions of its own",
     "labbook.analysis.algorithms": "lists what is watched",
     "labbook.analysis.study_data": "chooses the facts that become inputs",
-    "labbook.analysis.outcomes.detections.Detections": "gives what a detector found, which has a version of its own",
+    "labbook.analysis.outcomes.detection.Detections": "gives what a detector found, which has a version of its own",
     "labbook.config": "reads settings, which are in the key of a result",
 }
 """What is not followed, a package, a module or a definition, and why no number changes its meaning with it."""
@@ -58,7 +58,7 @@ def rests_on(roots: Iterable[Definition]) -> set[Definition]:
     while waiting:
         one = waiting.pop()
         found.add(one)
-        waiting |= {named for named in _named_by(one) if not _left_out(named)} - found
+        waiting |= {named for named in named_by(one) if not _left_out(named)} - found
     return found
 
 
@@ -77,7 +77,7 @@ def attributes_in(one: Definition) -> set[str]:
 def forget() -> None:
     """Read modules anew."""
     _module.cache_clear()
-    _named_by.cache_clear()
+    named_by.cache_clear()
 
 
 def _left_out(one: Definition) -> bool:
@@ -86,7 +86,8 @@ def _left_out(one: Definition) -> bool:
 
 
 @functools.cache
-def _named_by(one: Definition) -> frozenset[Definition]:
+def named_by(one: Definition) -> frozenset[Definition]:
+    """Return the definitions that a definition names itself."""
     module, name = one
     about = _module(module)
     places = {place for statement in about.statements[name] for place in _places(statement, about.imported)}

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from labbook.actions.report_command import state_report
-from labbook.presenting.report.making import MadeReport
+from labbook.presenting.report.content import MadeReport
 from tests.helpers.books import ADA, DAYS, import_sheet, ingest_all, small_book
 
 Reports = Callable[..., MadeReport]

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports.display import (
     as_shown,
@@ -93,7 +94,7 @@ def test_a_test_in_words():
 
 
 def test_undefined_gives_its_reason_everywhere():
-    nothing = Undefined("both groups are constant")
+    nothing = Undefined(Reason.GROUPS_CONSTANT)
     assert number_text(Number(nothing, "J")) == "undefined: both groups are constant"
     assert plain(p_text(nothing)) == "p undefined: both groups are constant"
     assert interval_text(Number(1.0, "%", ci_low=nothing, ci_high=nothing)) == "undefined: both groups are constant"

@@ -7,6 +7,7 @@ import pytest
 
 from data_schema.errors import UsageError
 from data_schema.outcomes import Outcome
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports.content import Claim, Provenance
 from reports.figures.registry import FIGURES
@@ -173,7 +174,9 @@ def test_the_budget_keeps_one_run_and_a_mean_apart(content):
 
 def test_what_does_not_exist_is_said(content):
     comparisons = tuple(
-        dataclasses.replace(c, savings=dataclasses.replace(c.savings, value=Undefined("the control is zero")))
+        dataclasses.replace(
+            c, savings=dataclasses.replace(c.savings, value=Undefined(Reason.STORED, text="the control is zero"))
+        )
         if c.savings is not None
         else c
         for c in content.comparisons

@@ -7,6 +7,7 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports.figures.kind import draw_figure, svg_bytes
 from reports.figures.registry import FIGURES
@@ -100,7 +101,7 @@ def test_without_predictions_there_is_no_section_and_the_figure_says_why(content
 
 
 def test_what_does_not_exist_is_told_and_drawn_as_such(content):
-    nothing = Undefined("the simulated jump ends otherwise: leg_folded")
+    nothing = Undefined(Reason.STORED, text="the simulated jump ends otherwise: leg_folded")
     first, *others = content.predictions.items
     ended = dataclasses.replace(
         first, predicted=Number(nothing, "J"), difference=Number(nothing, "J"), error_ratio=nothing, agrees=None

@@ -3,6 +3,7 @@ import dataclasses
 import pytest
 
 from data_schema.outcomes import Outcome
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports.content import Factor
 from reports.naming import swept_words
@@ -75,14 +76,26 @@ def test_too_few_runs_for_a_difference_are_counted(content):
     [
         ({"value": 3.0, "ci_low": -2.0, "ci_high": 8.0}, False, "No difference in energy was shown"),
         ({"value": -9.0, "ci_low": -14.0, "ci_high": -4.0}, True, "Active damping cost 9.0 % more energy a jump"),
-        ({"value": 3.0, "ci_low": Undefined("unbounded"), "ci_high": Undefined("unbounded")}, None, "The savings with"),
         (
-            {"value": -1335.0, "ci_low": Undefined("unbounded"), "ci_high": Undefined("unbounded")},
+            {
+                "value": 3.0,
+                "ci_low": Undefined(Reason.STORED, text="unbounded"),
+                "ci_high": Undefined(Reason.STORED, text="unbounded"),
+            },
+            None,
+            "The savings with",
+        ),
+        (
+            {
+                "value": -1335.0,
+                "ci_low": Undefined(Reason.STORED, text="unbounded"),
+                "ci_high": Undefined(Reason.STORED, text="unbounded"),
+            },
             None,
             "Active damping cost 1335.0 % more energy a jump with the small foot and k = 1091 N/m by the best "
             "estimate, which cannot be bounded",
         ),
-        ({"value": Undefined("the control's mean is zero")}, None, "The savings with"),
+        ({"value": Undefined(Reason.STORED, text="the control's mean is zero")}, None, "The savings with"),
     ],
 )
 def test_no_more_is_claimed_than_is_shown(content, headline, changes, shown, start):
@@ -101,7 +114,7 @@ def test_a_difference_in_height(content):
     unsure = dataclasses.replace(shown, ci_low=-0.001, ci_high=0.0054)
     claim = difference_claim(content, dataclasses.replace(apex, welch_difference=unsure, rejected=False))
     assert "does not tell from zero" in claim.text
-    nothing = dataclasses.replace(shown, value=Undefined("one run only"))
+    nothing = dataclasses.replace(shown, value=Undefined(Reason.STORED, text="one run only"))
     claim = difference_claim(content, dataclasses.replace(apex, welch_difference=nothing))
     assert "undefined: one run only" in claim.text
 
@@ -191,7 +204,7 @@ def test_a_claim_on_heights_counts_runs_as_one_on_joules_does(content):
         ({"shown": False}, "Equivalence within −5 to 5 mm was not shown (90 % CI "),
         ({"exploratory": "no bounds then"}, "), an exploratory test."),
         (
-            {"p": Undefined("one run only"), "shown": None},
+            {"p": Undefined(Reason.STORED, text="one run only"), "shown": None},
             "Equivalence within −5 to 5 mm could not be tested: one run only.",
         ),
     ],

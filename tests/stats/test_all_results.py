@@ -18,6 +18,7 @@ import pandas as pd
 import pytest
 
 import stats
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.compare.effect_size import bayes_factor
 from stats.compare.equivalence import equivalence
@@ -106,11 +107,13 @@ UNDEFINED: dict[str, Callable[[], Any]] = {
     "welch_anova": lambda: welch_anova({"a": FLAT, "b": FLAT}),
     "compare_all_pairs": lambda: compare_all_pairs({"a": FLAT, "b": FLAT}),
     "dunnett": lambda: dunnett(FLAT, {"b": FLAT}),
-    "holm": lambda: holm({"one": 0.01, "two": Undefined("nothing scatters")}, "of two"),
+    "holm": lambda: holm({"one": 0.01, "two": Undefined(Reason.STORED, text="nothing scatters")}, "of two"),
     "equivalence": lambda: equivalence([1.0], [2.0], low=-1.0, high=None),
     "percent_savings": lambda: percent_savings(FLAT, FLAT),
     "describe_shared": lambda: describe_shared([1.0], SHARED),
-    "difference_with_shared": lambda: difference_with_shared(*(Undefined("nothing scatters"),) * 4, SHARED),
+    "difference_with_shared": lambda: difference_with_shared(
+        *(Undefined(Reason.STORED, text="nothing scatters"),) * 4, SHARED
+    ),
     "blocked_by_day": lambda: blocked_by_day([1.0, 2.0], ["a", "b"], ["mon", "tue"]),
     "permutation_test": lambda: permutation_test([], B),
     "bootstrap_difference": lambda: bootstrap_difference(FLAT, FLAT),

@@ -34,16 +34,16 @@ def test_conditions_on_their_own_days_say_what_counts_as_an_observation():
     condition, day = list("aabbbbcc"), list("11112233")
     alike = blocked_by_day([1, 3, 2, 4, 2.5, 3.5, 1.5, 4.5], condition, day)
     assert (alike.day_variance, alike.mixed.contrasts[1].df) == (0.0, pytest.approx(5.0))
-    assert "REML puts that at 0, so that values count as independent there" in alike.confounding
+    assert "REML puts that at 0, so that values count as independent there" in alike.confounding.text
     assert "one observation" not in alike.sentence()
     apart = blocked_by_day([1, 1.3, 2, 2.4, 3.5, 3.6, 6.5, 6.1], condition, day)
     assert apart.day_variance > 0.0
-    assert "the values of one day do not count as independent there" in apart.confounding
+    assert "the values of one day do not count as independent there" in apart.confounding.text
     runs = blocked_by_day(
         [1, 1.1, 3, 3.2, 1.2, 1, 3.1, 3, 2, 2.1], list("aaaaaaaabb"), list("1111222233"), list("1122112211")
     )
     assert runs.day_variance == 0.0 < runs.run_variance
-    assert "REML puts that at 0, so that runs count as independent there" in runs.confounding
+    assert "REML puts that at 0, so that runs count as independent there" in runs.confounding.text
 
 
 def test_one_day_compares_within_it_and_says_nothing_of_other_days():
@@ -58,14 +58,14 @@ def test_one_day_compares_within_it_and_says_nothing_of_other_days():
 def test_runs_that_cannot_be_told_apart_are_said_and_left_out():
     values, condition, day = [1.0, 1.2, 2.0, 2.3, 1.4, 1.1, 2.6, 2.2], list("aabbaabb"), [1] * 4 + [2] * 4
     one_a_day = blocked_by_day(values, condition, day, day)
-    assert "one run" in one_a_day.notes[0]
+    assert "one run" in one_a_day.notes[0].text
     assert isinstance(one_a_day.run_variance, Undefined)
     single = blocked_by_day(values, condition, day, list(range(8)))
-    assert "one value" in single.notes[0]
+    assert "one value" in single.notes[0].text
     plain = blocked_by_day(values, condition, day)
     assert one_a_day.p == single.p == plain.p
     days = blocked_by_day(values, condition, range(8))
-    assert "values are compared as they are" in days.notes[0]
+    assert "values are compared as they are" in days.notes[0].text
     student = compare_two([2.0, 2.3, 2.6, 2.2], [1.0, 1.2, 1.4, 1.1], route="student")
     assert days.p == pytest.approx(student.p, rel=1e-12)
     no_runs = blocked_by_day([1.0, 1.2, 2.0, 2.3], list("aabb"), [1] * 4, [1, 1, 2, 2])

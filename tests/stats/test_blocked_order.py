@@ -56,10 +56,10 @@ def test_all_is_told_in_the_order_given(days_of: dict[str, str]) -> None:
 
 
 def test_conditions_without_shared_days_are_listed_in_the_order_given() -> None:
-    assert "no day joins gain 1, gain 10, old, gain 2 with gain 10, gain 9, so" in by_day(APART, NAMES).confounding
-    told = by_day(APART, NAMES, order=NAMES).confounding
+    assert "no day joins gain 1, gain 10, old, gain 2 with gain 10, gain 9, so" in by_day(APART, NAMES).confounding.text
+    told = by_day(APART, NAMES, order=NAMES).confounding.text
     assert "no day joins gain 1, gain 2, gain 10, old with gain 9, gain 10, so" in told
-    turned = by_day(APART, NAMES, order=NAMES[::-1]).confounding
+    turned = by_day(APART, NAMES, order=NAMES[::-1]).confounding.text
     assert "no day joins gain 10, old, gain 2, gain 1 with gain 10, gain 9, so" in turned
 
 

@@ -12,7 +12,7 @@ import pytest
 from benchmarks.stats_evidence.sizes.design import Design
 from benchmarks.stats_evidence.sizes.method import standard_error
 from benchmarks.stats_evidence.sizes.record import LOOKED_UP, design_of, every_rate, looked_up
-from labbook.presenting.report.known_error_rates import NAMES
+from labbook.presenting.report.error_rates import NAMES
 from stats.planning import recorded as module
 from stats.planning.recorded import Recorded, recorded, weak_point
 

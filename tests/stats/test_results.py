@@ -6,6 +6,7 @@ from fractions import Fraction
 import numpy as np
 import pandas as pd
 
+from data_schema.reasons import Reason
 from data_schema.vocabulary import RunKind, Undefined
 from stats.compare.summary import describe
 from stats.compare.two_sample import compare_two
@@ -32,12 +33,30 @@ class Outer(Result):
 
     @property
     def doubled(self) -> float | Undefined:
-        return Undefined("not asked") if isinstance(self.slope, Undefined) else 2.0 * self.slope
+        return Undefined(Reason.STORED, text="not asked") if isinstance(self.slope, Undefined) else 2.0 * self.slope
 
 
-FULL = Outer("x", RunKind.IDLE, 1.5, (1.0, 2.0), 7.0, Inner(0.1), (1.0, Undefined("gone")), {"a": 1.0}, np.arange(2))
+FULL = Outer(
+    "x",
+    RunKind.IDLE,
+    1.5,
+    (1.0, 2.0),
+    7.0,
+    Inner(0.1),
+    (1.0, Undefined(Reason.STORED, text="gone")),
+    {"a": 1.0},
+    np.arange(2),
+)
 BARE = Outer(
-    "y", RunKind.IDLE, Undefined("flat"), Undefined("flat too"), math.inf, Inner(Undefined("one")), (), {}, np.arange(2)
+    "y",
+    RunKind.IDLE,
+    Undefined(Reason.STORED, text="flat"),
+    Undefined(Reason.STORED, text="flat too"),
+    math.inf,
+    Inner(Undefined(Reason.STORED, text="one")),
+    (),
+    {},
+    np.arange(2),
 )
 
 

@@ -16,6 +16,7 @@ from benchmarks.stats_evidence.weaknesses.answers import RIGHT_TO, Verdict, alik
 from benchmarks.stats_evidence.weaknesses.case import NoNumber, Number, Peer, Question, Weakness
 from benchmarks.stats_evidence.weaknesses.registry import WEAKNESSES
 from benchmarks.stats_evidence.weaknesses.rows import rows
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from tests.helpers.exact_tests import dunnett_tail, moments, mpf
 
@@ -109,7 +110,10 @@ def test_rows_name_versions_faults_and_what_is_no_longer_so():
         Peer("statsmodels", "mended", lambda: 0.25, 0.75),
         Peer("pingouin", "absent", raising(ModuleNotFoundError()), 0.125),
     )
-    questions = Question("p", HALF, lambda: 0.25, others), Question("t", NONE, lambda: Undefined("no scatter"), ())
+    questions = (
+        Question("p", HALF, lambda: 0.25, others),
+        Question("t", NONE, lambda: Undefined(Reason.STORED, text="no scatter"), ()),
+    )
     of_p, of_t = [], []
     for row in rows([Weakness("W1", "halves", "1 and 2", questions)]):
         assert (row["case"], row["title"], row["values"]) == ("W1", "halves", "1 and 2")

@@ -18,7 +18,7 @@ from benchmarks.stats_evidence.sizes.design import Design
 from benchmarks.stats_evidence.sizes.method import Method, seed_of, simulated
 from benchmarks.stats_evidence.sizes.registry import METHODS
 from labbook.presenting.report.day_layout import MOSTLY, OWN, PARTLY, SHARED
-from labbook.presenting.report.known_error_rates import NAMES
+from labbook.presenting.report.error_rates import NAMES
 from stats.planning.recorded import DESIGN, FILE, WITH_LINE, Recorded, read
 
 EVERY_RATE = Path(__file__).resolve().parents[3] / "docs" / "statistics" / "error_rates.csv"

@@ -18,6 +18,7 @@ from benchmarks.stats_evidence.sizes.design import (
     designs_over_days,
 )
 from benchmarks.stats_evidence.sizes.method import LEVEL, Method, alike, of_interval, of_one_interval, there
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.compare.summary import describe
 from stats.lines.regression import fit_linear, fit_polynomial
@@ -42,7 +43,7 @@ def _mean_one(groups: Groups, _design: Design) -> tuple[float, float, bool]:
     found = describe(groups[0].ravel())
     low, high = found.ci_low, found.ci_high
     if isinstance(low, Undefined) or isinstance(high, Undefined):
-        return of_one_interval(Undefined("the sample has no interval"), 0.0)
+        return of_one_interval(Undefined(Reason.STORED, text="the sample has no interval"), 0.0)
     return of_one_interval((low, high), 0.0)
 
 

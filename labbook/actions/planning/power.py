@@ -12,11 +12,12 @@ import sqlalchemy as sa
 from data_schema.errors import UsageError, unknown_name
 from data_schema.outcomes import Outcome
 from data_schema.queries.plans import planned_runs
+from data_schema.reasons import Reason
 from data_schema.vocabulary import PlanMethod, Undefined
 from labbook.actions.planning.power_tests import TESTS, Assumed, Design, PlannedTest
 from labbook.actions.runs.runs_importing import plan_factors
-from labbook.analysis.outcomes.detections import Detections
-from labbook.analysis.outcomes.run_spread import Spread, run_spread
+from labbook.analysis.outcomes.conditions import Spread, run_spread
+from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import gather
@@ -104,7 +105,7 @@ def study_power(book: Book, request: PowerRequest) -> StudyPower:
         if quantity.has_equivalence and request.apex_sd_m is None and request.apex_mean_m is None:
             apex = primary
         elif settings.apex_bounds is None:
-            apex = Undefined("[analysis] sets no bounds of apex height")
+            apex = Undefined(Reason.NO_APEX_BOUNDS)
         else:
             given = request.apex_sd_m, request.apex_mean_m
             apex = _assumed(*given, spread, Outcome.APEX, ("--apex-sd", "--apex-mean"))
@@ -171,7 +172,7 @@ def _assumed(
     found = spread(quantity)
     if mean is None and not isinstance(found, Undefined):
         mean = found.control_mean
-    known = Undefined(f"no control has {quantity} yet: give {options[1]}") if mean is None else mean
+    known = Undefined(Reason.NO_CONTROL_YET, quantity=str(quantity), option=options[1]) if mean is None else mean
     if sd is not None:
         return Assumed(sd, known)
     return found if isinstance(found, Undefined) else Assumed(found.sd, known, found)
@@ -241,7 +242,7 @@ def _needed(
     return Needed(test.name, test.note, test.alpha, found.n, found.sentence(), over, powers, runs, days)
 
 
-_IN_DAYS = Undefined("the day is the unit of analysis: n counts days")
+_IN_DAYS = Undefined(Reason.DAYS_COUNT)
 
 
 def _smallest(test: PlannedTest, sd: float, target: float) -> SampleSize:
@@ -257,7 +258,7 @@ def _size(
         return n, n
     factors = plan_factors(configuration)
     if n * math.prod(len(factor.levels) for factor in factors) > LARGEST_PLAN // 2:
-        many = Undefined("the plan would be too large to be drawn")
+        many = Undefined(Reason.PLAN_TOO_LARGE)
         return many, many
     protocol = configuration.protocol
     drawn = draw_plan(

@@ -6,7 +6,7 @@ from data_schema.rounding import interval_text, number_text
 from data_schema.vocabulary import Undefined
 from labbook.actions.planning.power import Needed, StudyPower
 from labbook.actions.planning.power_tests import Assumed
-from labbook.analysis.outcomes.run_spread import LEVEL
+from labbook.analysis.outcomes.conditions import LEVEL
 from labbook.analysis.preregistration.planned import FAMILY_OF
 from reports.display import shown_unit
 

@@ -6,8 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from labbook.analysis.outcomes.run_spread import Spread
+from labbook.analysis.outcomes.conditions import Spread
 from labbook.config.model import AnalysisSettings, Family, UnitOfAnalysis
 from stats.planning.power import Power, power_anova, power_equivalence, power_t, power_welch
 from stats.planning.power_percent import power_percent_equivalence
@@ -123,7 +124,7 @@ def _equivalence(
         )
     mean = apex if isinstance(apex, Undefined) else apex.mean
     if isinstance(mean, Undefined):
-        unknown = apex if isinstance(apex, Undefined) else Undefined(f"the bounds are in percent and {mean.reason}")
+        unknown = apex if isinstance(apex, Undefined) else Undefined(Reason.BOUNDS_IN_PERCENT, reason=mean.reason)
         return PlannedTest(name, alpha, unknown, lambda sd, n: power_equivalence(0.0, sd, low, high, n, n), note)
 
     def plan(sd: float, n: int) -> Power:

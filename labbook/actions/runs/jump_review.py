@@ -14,10 +14,8 @@ from data_schema.queries.readings import waiting_files
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.vocabulary import Action, FileRole, ReasonCode, TargetKind, Verdict
-from labbook.analysis.outcomes.detecting import BODY_HEIGHT
-from labbook.analysis.outcomes.detections import Detections, rest_length_m
-from labbook.analysis.outcomes.judging import JudgedJump, Rules, anchor_of, judge
-from labbook.analysis.outcomes.run_apexes import usable_logs
+from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, rest_length_m
+from labbook.analysis.outcomes.run_apexes import JudgedJump, Rules, anchor_of, judge, usable_logs
 from labbook.analysis.preregistration.planned import AS_A_WHOLE, is_allowed, planned_analysis
 from labbook.book.naming import run_named
 from labbook.book.opening import Book

@@ -18,12 +18,10 @@ from ingest.channels.names import channel_kind, squash
 from ingest.model import ChannelData, ReadFile
 from labbook.actions.files.ingesting import FileOutcome
 from labbook.actions.runs.remarks import remarks_on
-from labbook.analysis.outcomes.detecting import BODY_HEIGHT
-from labbook.analysis.outcomes.detections import Detections
+from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections
 from labbook.analysis.outcomes.energy import joules_per_jump
-from labbook.analysis.outcomes.passive_drain import drain_lines
 from labbook.analysis.outcomes.run_apexes import jumps_found_in_run, usable_logs
-from labbook.analysis.outcomes.run_energy import usable_charge
+from labbook.analysis.outcomes.run_energy import drain_lines, usable_charge
 from labbook.analysis.study_data import StudyData, gather_about
 from labbook.book.opening import Book
 from labbook.statements.importing import PreparedImport

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from data_schema.errors import UsageError
 from data_schema.queries.signals import SignalRow, gaps_of
 from labbook.actions.runs.jump_review import review
-from labbook.analysis.outcomes.detections import Detections
-from labbook.analysis.outcomes.judging import JudgedJump, anchor_of
+from labbook.analysis.outcomes.detection import Detections
+from labbook.analysis.outcomes.run_apexes import JudgedJump, anchor_of
 from labbook.book.opening import Book
 from reports.drawn import LogGap, LogJump, RunLog
 from reports.figures.log import draw_log

@@ -17,8 +17,7 @@ from data_schema.queries.results import standing_number
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import GapRow, SignalRow, gaps_of, signals_of_runs
 from data_schema.vocabulary import FileRole
-from labbook.analysis.outcomes.detecting import BODY_HEIGHT
-from labbook.analysis.outcomes.detections import Detections
+from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections
 from labbook.analysis.outcomes.run_apexes import jumps_found_in_run
 from labbook.book.naming import run_named
 from labbook.config.parsing import Configuration

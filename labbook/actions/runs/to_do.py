@@ -20,14 +20,12 @@ from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.queries.study import checks_by_day
 from data_schema.vocabulary import CheckKind, FileRole, RunKind, RunState
 from labbook.actions.runs.rig_line import joules_of
-from labbook.analysis.outcomes.detecting import BODY_HEIGHT
-from labbook.analysis.outcomes.detections import Detections, rest_length_m
-from labbook.analysis.outcomes.judging import judge
-from labbook.analysis.outcomes.passive_drain import drain_lines
-from labbook.analysis.outcomes.run_apexes import as_protocol, usable_logs
+from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, rest_length_m
+from labbook.analysis.outcomes.run_apexes import as_protocol, judge, usable_logs
+from labbook.analysis.outcomes.run_energy import drain_lines
 from labbook.analysis.study_data import StudyData, gather_about
 from labbook.config.parsing import Configuration
-from labbook.presenting.report.planned import HOW_TO_DECIDE
+from labbook.presenting.report.preregistration import HOW_TO_DECIDE
 
 
 @dataclass(frozen=True, slots=True)

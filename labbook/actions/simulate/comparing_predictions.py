@@ -10,7 +10,7 @@ from data_schema.errors import UsageError
 from data_schema.vocabulary import Undefined
 from labbook.book.opening import Book
 from labbook.book.write_session import now_utc
-from labbook.presenting.report.making import make_report
+from labbook.presenting.report.content import make_report
 from reports.content import ReportContent
 from reports.numbers import Number, Value
 from reports.predicted import PredictedQuantity

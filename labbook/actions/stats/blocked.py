@@ -7,7 +7,7 @@ from typing import Any
 
 from data_schema.errors import InputRefused
 from labbook.actions.stats.answering import Answer, Question
-from labbook.analysis.comparison.shared_error_tests import add_shared_error_by_day
+from labbook.analysis.comparison.by_day import add_shared_error_by_day
 from labbook.presenting.stats.days import day_notes
 from labbook.presenting.stats.figures import estimation_of, in_groups, number_of
 from labbook.presenting.stats.plan import plan_notes
@@ -32,7 +32,7 @@ def block(question: Question) -> Answer:
     found = _compared(question, with_runs)
     names = {observed.name(label): label for label in observed.labels}
     notes = [*plan_notes(observed, question.pooled, question.alpha), *day_notes(observed, by_day=True)]
-    if found.confounding and found.stated() is not found.mixed and found.day_variance == 0.0:
+    if found.confounding is not None and found.stated() is not found.mixed and found.day_variance == 0.0:
         notes.append(COUNTS_VALUES)
     if question.has_shared_errors:
         notes.append(SHARED_NOTE)

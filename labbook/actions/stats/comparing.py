@@ -8,11 +8,12 @@ from dataclasses import replace
 from typing import cast
 
 from data_schema.outcomes import Outcome
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from labbook.actions.stats.answering import Answer, Question
-from labbook.analysis.comparison.shared_error_tests import add_shared_error
+from labbook.analysis.comparison.by_day import add_shared_error
 from labbook.analysis.observations import Observations
-from labbook.presenting.report.one_day_each import FROM_DAYS
+from labbook.presenting.report.day_layout import FROM_DAYS
 from labbook.presenting.stats.days import day_left_out, day_notes, days_untold, with_days_said
 from labbook.presenting.stats.figures import estimation_of, number_of
 from labbook.presenting.stats.plan import plan_notes
@@ -95,7 +96,7 @@ def holm_of(found: dict[str, TwoSample], observed: Observations, alpha: float) -
     )
     untold = [days_untold(observed, (label, observed.control)) for label in found]
     rejected = (
-        Undefined(why) if why and not isinstance(each, Undefined) else each
+        Undefined(Reason.AS_SAID, said=why) if why and not isinstance(each, Undefined) else each
         for why, each in zip(untold, family.rejected, strict=True)
     )
     return replace(family, rejected=tuple(rejected))

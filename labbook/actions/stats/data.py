@@ -20,7 +20,7 @@ from labbook.actions.stats.table import (
     read_table,
 )
 from labbook.actions.stats.where import WhereColumns, rows_where
-from labbook.analysis.comparison.controls import with_control
+from labbook.analysis.comparison.pairing import with_control
 from labbook.analysis.observations import Asked, Observation, Observations, observations_of_book
 from labbook.book.opening import opened
 from stats.checks import MISSING

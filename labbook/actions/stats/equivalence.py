@@ -6,11 +6,12 @@ from dataclasses import dataclass, replace
 from typing import cast
 
 from data_schema.errors import UsageError
+from data_schema.reasons import Reason
 from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
 from labbook.actions.stats.answering import SHARED_NOTE, Answer, Question
 from labbook.config.model import Bounds
-from labbook.presenting.report.one_day_each import FROM_DAYS
+from labbook.presenting.report.day_layout import FROM_DAYS
 from labbook.presenting.stats.days import day_notes, days_untold, with_days_said
 from labbook.presenting.stats.figures import estimation_of, number_of
 from labbook.presenting.stats.plan import Bounded, bounds_notes
@@ -87,7 +88,7 @@ def _left_open(result: Equivalence, untold: str) -> Equivalence:
     """Return the result without its verdicts where there is something that its p cannot tell."""
     if not untold or isinstance(result.p, Undefined):
         return result
-    why = Undefined(untold)
+    why = Undefined(Reason.AS_SAID, said=untold)
     welch, student = (replace(test, equivalent=why) for test in (result.welch, result.student))
     return replace(result, equivalent=why, welch=welch, student=student)
 

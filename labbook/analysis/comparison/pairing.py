@@ -1,13 +1,16 @@
-"""Which conditions are compared with which: the thesis's families of comparisons, for any study with one swept factor.
+"""Which conditions are compared with which, in which order, and which group of a comparison is the control.
 
-The swept factor is the one whose configuration names a control level (the active-damping gain). The others form
-groups (foot, extension gain).
+The thesis's families of comparisons, for any study with one swept factor: the one whose configuration names a control
+level (the active-damping gain). The others form groups (foot, extension gain).
 """
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Mapping, Sequence
 
+from data_schema.errors import InputRefused, unknown_name
 from labbook.analysis.comparison.comparing import Pair
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.config.parsing import Configuration
@@ -128,3 +131,48 @@ def _order(label: str) -> tuple[int, float, str]:
         return (0, float(label), label)
     except ValueError:
         return (1, 0.0, label)
+
+
+def place(known: Mapping[str, Sequence[str]], swept: str | None, levels: Mapping[str, str]) -> list[int]:
+    """Return what sorts a condition with these levels; `known` has the labels of each factor in their order.
+
+    A level that a condition has not comes first, one that is not known last.
+    """
+    factors = sorted(known, key=lambda name: name == swept)
+    return [_position(known[name], levels[name]) if name in levels else -1 for name in factors]
+
+
+def place_configured(configuration: Configuration, levels: Mapping[str, str]) -> list[int]:
+    """Return what sorts a condition by the factors and levels of labbook.toml."""
+    known = {name: [level.label for level in factor.levels] for name, factor in configuration.factors.items()}
+    return place(known, swept_factor(configuration), levels)
+
+
+def _position(labels: Sequence[str], label: str) -> int:
+    return labels.index(label) if label in labels else len(labels)
+
+
+def with_control(control: str | None, by: str, labels: Sequence[str], usual: str | None = None) -> str:
+    """Return the label of the control: the one given, the usual one, or the first in order.
+
+    Raises `UnknownName` for a label that no value has.
+    """
+    if not labels:
+        raise InputRefused(f"there is no value to group by {by}: select others with --where.")
+    if control is not None and control not in labels:
+        raise unknown_name(f"level of {by}", control, labels)
+    if control is None and usual in labels:
+        return str(usual)
+    return min(labels, key=sort_key) if control is None else control
+
+
+def sort_key(label: str) -> tuple[int, float, tuple[tuple[str, int], ...], str]:
+    """Return what sorts numbers by size, and words by alphabet with whole numbers in them by size."""
+    try:
+        number = float(label)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        parts = re.findall(r"([^0-9]*)([0-9]*)", label)
+        return (1, 0.0, tuple((word, int(digits or -1)) for word, digits in parts), label)
+    return (0, number, (), label)

@@ -9,15 +9,13 @@ from data_schema.outcomes import Outcome
 from data_schema.vocabulary import RunKind, Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.comparing import ComparisonResult, compare, pairs_in_units
-from labbook.analysis.outcomes.conditions import condition_values, run_numbers, unit_scope
-from labbook.analysis.outcomes.detections import Detections
+from labbook.analysis.outcomes.conditions import condition_values, unit_scope
+from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.measuring import measure
-from labbook.analysis.outcomes.passive_drain import Drain, passive_drains
 from labbook.analysis.outcomes.run_apexes import as_protocol, run_apexes, without_exclusions
-from labbook.analysis.outcomes.run_energy import RunEnergy, run_energies
-from labbook.analysis.outcomes.run_results import RunResults
+from labbook.analysis.outcomes.run_energy import Drain, RunEnergy, passive_drains, run_energies
 from labbook.analysis.results.codec import StoredResult
-from labbook.analysis.results.result_cache import ResultCache
+from labbook.analysis.results.result_cache import ResultCache, RunResults
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import AnalysisSettings
 from stats.apexes.detectors import DETECTORS
@@ -130,7 +128,7 @@ def _compared(
     """Compare the pooled conditions again with other runs, or other results of the same runs."""
     scope = {"selection": evidence.selection, "variant": label}
     unit = settings.unit_of_analysis
-    conditions = condition_values(cache, run_numbers(evidence.runs, results, quantity), quantity, scope)
+    conditions = condition_values(cache, evidence.runs, results, quantity, scope)
     pairs = pairs_in_units(cache, pairing.pairs_pooled(conditions, swept), quantity, unit, scope)
     compared = compare(cache, pairs, quantity, unit_scope(scope, unit), settings.alpha)
     return [Varied(pair.label, label, quantity, result) for pair, result in zip(pairs, compared, strict=True)]

@@ -1,4 +1,4 @@
-"""Where the uncertainty of a joule comes from, shown on the condition with the most runs."""
+"""Where the uncertainty of a joule comes from, and whether a battery pack matters."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from data_schema.vocabulary import Undefined
-from labbook.analysis.outcomes.conditions import ConditionValues
+from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
 from labbook.analysis.outcomes.energy import energy_budget
 from labbook.analysis.outcomes.run_energy import usable_charge
 from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult
@@ -16,6 +16,7 @@ from labbook.analysis.results.result_cache import Request, ResultCache, fingerpr
 from labbook.analysis.study_data import StudyData
 from reports.numbers import Number
 from stats.compare.shared_error import shared_of_mean
+from stats.compare.summary import describe
 
 IN_ALL = "in all"
 """The sum of all sources of uncertainty."""
@@ -41,7 +42,7 @@ class JouleBudget(StoredResult):
     one_mah: Annotated[Number, StoredAs("1 mAh")]
 
 
-ALGORITHM = Algorithm("energy_budget", 14, JouleBudget)
+BUDGET = Algorithm("energy_budget", 14, JouleBudget)
 
 
 def budget(
@@ -58,7 +59,7 @@ def budget(
     voltage_v = evidence.study.reference_voltage_v
     return cache.ensure_one(
         Request(
-            ALGORITHM,
+            BUDGET,
             {"condition": condition.key, **scope},
             (
                 result_fingerprint("condition", condition.result),
@@ -95,4 +96,46 @@ def _budget(condition: ConditionValues, voltage_v: float, resolution_mah: float)
         one_run=numbers([term.one_run_j for term in found.terms], found.total_one_run_j),
         mean=numbers([term.mean_j for term in found.terms], found.total_mean_j),
         one_mah=Number(found.joules_per_mah, "J", n=found.n),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class PackDeviation(StoredResult):
+    """Mean deviation of a pack's runs from the means of their conditions."""
+
+    deviation: Number
+
+
+PACKS = Algorithm("pack_deviation", 12, PackDeviation)
+
+
+def pack_deviations(
+    cache: ResultCache, conditions: Sequence[ConditionValues], scope: dict[str, str]
+) -> dict[str, PackDeviation]:
+    """Ensure the mean deviation of every pack, in joules a jump."""
+    deviations: dict[str, list[tuple[RunNumber, float]]] = {}
+    for condition in conditions:
+        mean = sum(condition.values) / len(condition.values)
+        for item in condition.runs:
+            deviations.setdefault(item.run.battery, []).append((item, item.value - mean))
+    packs = sorted(deviations)
+    results = cache.ensure(
+        [
+            Request(
+                PACKS,
+                {"pack": pack, **scope},
+                tuple(result_fingerprint("condition", condition.result) for condition in conditions),
+                {"runs": [item.run.name for item, _value in deviations[pack]]},
+                lambda values=[value for _item, value in deviations[pack]]: _deviation(values),  # type: ignore[misc]
+            )
+            for pack in packs
+        ]
+    )
+    return dict(zip(packs, results, strict=True))
+
+
+def _deviation(values: Sequence[float]) -> PackDeviation:
+    about = describe(values)
+    return PackDeviation(
+        Number(about.mean, "J", about.se, ci_low=about.ci_low, ci_high=about.ci_high, ci_level=about.level, n=about.n)
     )

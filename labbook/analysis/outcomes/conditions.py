@@ -1,4 +1,4 @@
-"""One quantity in one condition: mean, SD, SE and interval over runs; means of days where these are the unit."""
+"""One quantity in one condition: mean, SD, SE and interval over runs; means of days, and how far runs lie apart."""
 
 from __future__ import annotations
 
@@ -7,15 +7,22 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
+from scipy import special
+
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
+from data_schema.reasons import Reason
+from data_schema.vocabulary import Undefined
+from labbook.analysis.outcomes.detection import Detections
+from labbook.analysis.outcomes.measuring import measure
 from labbook.analysis.outcomes.run_energy import RunEnergy
 from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult
-from labbook.analysis.results.facts import condition_input
-from labbook.analysis.results.result_cache import Request, ResultCache, fingerprint, result_fingerprint
+from labbook.analysis.results.result_cache import Request, ResultCache, condition_input, fingerprint, result_fingerprint
+from labbook.analysis.study_data import StudyData
 from labbook.config.model import UnitOfAnalysis
 from reports.numbers import Number
 from stats.compare.shared_error import SharedError, describe_shared, shared_of_mean
+from stats.compare.summary import describe
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,11 +96,15 @@ def number_of(result: StoredResult, quantity: Outcome) -> Number:
 
 
 def condition_values(
-    cache: ResultCache, numbers: Sequence[RunNumber], quantity: Outcome, scope: Mapping[str, Any]
+    cache: ResultCache,
+    runs: Sequence[RunRow],
+    results: Mapping[str, StoredResult],
+    quantity: Outcome,
+    scope: Mapping[str, Any],
 ) -> list[ConditionValues]:
-    """Ensure the summary of every condition that occurs among the runs, in order of first occurrence."""
+    """Ensure the summary of every condition of the runs that have the quantity, in order of first occurrence."""
     by_condition: dict[str, list[RunNumber]] = {}
-    for item in numbers:
+    for item in run_numbers(runs, results, quantity):
         by_condition.setdefault(item.run.condition_key, []).append(item)
     requests = [
         Request(
@@ -105,10 +116,10 @@ def condition_values(
         )
         for key, items in by_condition.items()
     ]
-    results = cache.ensure(requests)
+    summaries = cache.ensure(requests)
     return [
-        ConditionValues(key, items[0].run.is_control, items[0].run.levels, tuple(items), result)
-        for (key, items), result in zip(by_condition.items(), results, strict=True)
+        ConditionValues(key, items[0].run.is_control, items[0].run.levels, tuple(items), summary)
+        for (key, items), summary in zip(by_condition.items(), summaries, strict=True)
     ]
 
 
@@ -196,3 +207,67 @@ def _means(days: Mapping[str, Sequence[RunNumber]], unit: str) -> DayMeans:
 def _as_one(result: DayMeans, items: Sequence[RunNumber]) -> RunNumber:
     """Return a day's runs as one; its run is the day's first, which knows the day."""
     return RunNumber(items[0].run, mean_of(items), shared_of_mean([item.shared for item in items]), result)
+
+
+LEVEL = 0.95
+"""Level of the standard deviation's interval."""
+
+
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """Standard deviation within conditions with its interval, in the quantity's unit, from `n` values of the book.
+
+    The values are runs, or means of a day's runs of one condition. `control_mean` is None without a control.
+    """
+
+    n: int
+    df: int
+    sd: float
+    sd_low: float
+    sd_high: float
+    control_mean: float | None
+    control_n: int
+
+
+def run_spread(
+    cache: ResultCache, detections: Detections, evidence: StudyData, quantity: Outcome, unit: UnitOfAnalysis
+) -> Spread | Undefined:
+    """Pool the scatter of the runs so far within their conditions; nothing is stored.
+
+    The interval is that of a normal variance, by chi-squared.
+    """
+    numbers = run_numbers(evidence.runs, measure(quantity, cache, detections, evidence).results, quantity)
+    samples: dict[tuple[str, bool], list[RunNumber]] = {}
+    for item in numbers:
+        samples.setdefault((item.run.condition_key, item.run.is_control), []).append(item)
+    values = {key: _values(items, unit) for key, items in samples.items()}
+    controls = [value for (_key, is_control), several in values.items() if is_control for value in several]
+    df = sum(len(several) - 1 for several in values.values())
+    if df < 1:
+        return Undefined(Reason.NO_TWO_OF_A_CONDITION, of=str(unit), quantity=str(quantity), in_unit=quantity.unit)
+    sd = math.sqrt(sum(_squares(several) for several in values.values()) / df)
+    if sd == 0.0:
+        return Undefined(Reason.ALL_CONDITIONS_CONSTANT, quantity=str(quantity))
+    tail = (1.0 - LEVEL) / 2.0
+    low, high = (sd * math.sqrt(df / float(special.chdtri(df, p))) for p in (tail, 1.0 - tail))
+    mean = describe(controls).mean if controls else None
+    return Spread(
+        n=sum(map(len, values.values())),
+        df=df,
+        sd=sd,
+        sd_low=low,
+        sd_high=high,
+        control_mean=mean if isinstance(mean, float) else None,
+        control_n=len(controls),
+    )
+
+
+def _values(items: Sequence[RunNumber], unit: UnitOfAnalysis) -> list[float]:
+    if unit is UnitOfAnalysis.RUN:
+        return [item.value for item in items]
+    return [mean_of(of_day) for of_day in days_of(items).values()]
+
+
+def _squares(values: Sequence[float]) -> float:
+    sd = describe(values).sd
+    return 0.0 if isinstance(sd, Undefined) else (len(values) - 1) * sd**2

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
+from data_schema.reasons import Reason
 from data_schema.rounding import number_text
 from data_schema.units import MAH_TO_COULOMB
 from data_schema.vocabulary import Undefined
@@ -38,7 +39,7 @@ def joules_per_jump(
     if jumps_made < 0:
         raise InputRefused(f"jumps made is {jumps_made}: give a count of 0 or more.")
     if jumps_made == 0:
-        return Undefined("no jump was made")
+        return Undefined(Reason.NO_JUMP_MADE)
     joules = joules_per_mah(reference_voltage_v, jumps_made) * (charge_mah - passive_mah)
     return finite(joules, "the energy of a jump")
 

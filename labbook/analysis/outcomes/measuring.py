@@ -6,14 +6,12 @@ from collections.abc import Callable, Mapping
 
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import FileRole
-from labbook.analysis.outcomes.detections import Detections
-from labbook.analysis.outcomes.passive_drain import passive_drains
+from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_apexes import as_protocol, run_apexes
-from labbook.analysis.outcomes.run_energy import run_energies
+from labbook.analysis.outcomes.run_energy import passive_drains, run_energies
 from labbook.analysis.outcomes.run_force import run_forces
-from labbook.analysis.outcomes.run_results import RunResults
 from labbook.analysis.results.codec import StoredResult
-from labbook.analysis.results.result_cache import ResultCache
+from labbook.analysis.results.result_cache import ResultCache, RunResults
 from labbook.analysis.study_data import StudyData
 
 _MEASURES: Mapping[Outcome, Callable[[ResultCache, Detections, StudyData], RunResults[StoredResult]]] = {

@@ -10,15 +10,13 @@ import numpy as np
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import GapRow, SignalRow, gaps_by_signal
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from ingest.channels.names import channel_kind
 from ingest.store import Store
-from labbook.analysis.outcomes.detecting import heeded_gaps
-from labbook.analysis.outcomes.detections import Detections
-from labbook.analysis.outcomes.run_results import RunResults
+from labbook.analysis.outcomes.detection import Detections, heeded_gaps
 from labbook.analysis.results.codec import Algorithm, StoredResult
-from labbook.analysis.results.facts import run_input, signal_input
-from labbook.analysis.results.result_cache import Request, ResultCache
+from labbook.analysis.results.result_cache import Request, ResultCache, RunResults, run_input, signal_input
 from labbook.analysis.study_data import VERTICAL_FORCE, StudyData
 from reports.numbers import Number
 from stats.compare.summary import describe
@@ -94,7 +92,7 @@ def _contacts(
 
 def _run_force(contacts: tuple[Contact, ...] | Undefined) -> RunForce:
     if isinstance(contacts, tuple) and not contacts:
-        contacts = Undefined("no contact begins and ends within the record")
+        contacts = Undefined(Reason.NO_CONTACT)
     if isinstance(contacts, Undefined):
         peak, contact, height = (
             Number(contacts, outcome.unit)

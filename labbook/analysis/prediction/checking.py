@@ -1,4 +1,9 @@
-"""Predictions held against measurements: of every condition's mean, and of savings, for the runs as they were made."""
+"""Predictions held against measurements: of every condition's mean, and of savings, for the runs as they were made.
+
+The difference is divided by the expanded uncertainty of both, the error ratio E_n of ISO 13528: of the measured value
+the half width of its 95 % interval on the side of the prediction, of the prediction two standard uncertainties, added
+in quadrature. They agree where the ratio lies within -1 to 1.
+"""
 
 from __future__ import annotations
 
@@ -10,17 +15,43 @@ from typing import Annotated, Any
 
 from data_schema.outcomes import Outcome
 from data_schema.queries.results import InputRow
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.comparing import ComparisonResult, Pair
 from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues
-from labbook.analysis.prediction.agreement import agreement
-from labbook.analysis.prediction.error import error_parts, in_all
-from labbook.analysis.prediction.predicting import PredictionResult
+from labbook.analysis.prediction.predicting import PredictionResult, error_parts, in_all
 from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult
 from labbook.analysis.results.result_cache import Request, ResultCache, result_fingerprint
-from reports.numbers import Number
-from reports.predicted import PredictedQuantity
+from reports.numbers import Number, Value
+from reports.predicted import COVERAGE_FACTOR, PredictedQuantity
+from stats.exact.tails import t_quantile
+
+
+def agreement(measured: Number, value: Value, error: Value) -> tuple[Number, Number]:
+    """Return the difference and the error ratio."""
+    if isinstance(value, Undefined) or isinstance(measured.value, Undefined):
+        none = value if isinstance(value, Undefined) else measured.value
+        return Number(none, measured.unit), Number(none, "1")
+    difference = value - measured.value
+    return Number(difference, measured.unit), Number(_ratio(measured, measured.value, difference, error), "1")
+
+
+def _ratio(measured: Number, value: float, difference: float, error: Value) -> Value:
+    end = measured.ci_high if difference > 0.0 else measured.ci_low
+    if not isinstance(end, float):
+        return Undefined(Reason.MEASURED_WITHOUT_INTERVAL)
+    if isinstance(error, Undefined):
+        return error
+    expanded = math.hypot(_to_95_percent(measured) * (end - value), COVERAGE_FACTOR * error)
+    return difference / expanded if expanded > 0.0 else Undefined(Reason.BOTH_EXACT)
+
+
+def _to_95_percent(measured: Number) -> float:
+    """Return by what an interval of another level is multiplied to be one of 95 %."""
+    if not isinstance(measured.df, float) or measured.ci_level == 0.95:
+        return 1.0
+    return t_quantile(0.95, measured.df) / t_quantile(measured.ci_level, measured.df)
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,8 +218,9 @@ def _check(
     """Put the prediction with its error and its parts beside what was measured."""
     if value is None:
         ends = sorted({one.outcome for side in sides for one, _runs in side if one.value(Outcome.JOULES) is None})
-        reason = f"the simulated jump ends otherwise: {', '.join(ends)}" if ends else "the simulated control is free"
-        none = Undefined(reason)
+        none = Undefined(Reason.SIMULATED_CONTROL_FREE)
+        if ends:
+            none = Undefined(Reason.SIMULATED_ENDS_OTHERWISE, ends=", ".join(ends))
         return PredictionCheck(Number(none, measured.unit), *agreement(measured, none, none), {})
     parts = error_parts(value, accuracy_part, otherwise)
     error = in_all(parts)

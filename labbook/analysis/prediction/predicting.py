@@ -8,31 +8,118 @@ as one standard uncertainty.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Annotated
 
 import sqlalchemy as sa
 
-from data_schema.errors import unknown_name
+from data_schema.errors import LabbookError, unknown_name
 from data_schema.journal import canonical
 from data_schema.outcomes import Outcome
 from data_schema.queries.facts import read_fact
 from data_schema.queries.predictions import PredictionRow, add_predictions
 from data_schema.queries.runs import RunRow
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from labbook.analysis.prediction.condition_scenes import ROBOT_PARAMETERS, condition_scene, study_scene
-from labbook.analysis.prediction.error import error_parts, in_all
-from labbook.analysis.prediction.simulated_values import SIMULATED, simulated, varied
 from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult, decode
-from labbook.analysis.results.facts import condition_input
-from labbook.analysis.results.result_cache import Request, ResultCache, fingerprint
+from labbook.analysis.results.result_cache import Request, ResultCache, condition_input, fingerprint
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import SimulationSettings
 from reports.numbers import Number
 
 if TYPE_CHECKING:
+    from simulator.result import JumpResult
     from simulator.scene import Scene
+
+
+SIMULATED = (Outcome.JOULES, Outcome.APEX)
+"""The outcomes that a simulation has."""
+
+
+@dataclass(frozen=True, slots=True)
+class Simulated:
+    """One simulation of a scene: a value a quantity (None where a jump has no apex), and how the jump ended.
+
+    `close_decision`: whether a decision hangs on a knife's edge; `branch` holds the values had it fallen otherwise,
+    where that was simulated. `rounding`: what rounding has grown to, 0 where the accuracy has room for it.
+    `under_surface`: whether the body gets under the grains; `open_book`: whether an energy book does not close.
+    """
+
+    values: Mapping[str, float | None]
+    outcome: str
+    close_decision: bool
+    rounding: float
+    under_surface: bool
+    open_book: bool
+    branch: Mapping[str, float | None] | None = None
+
+
+def varied(scene: Scene, name: str, factor: float, accuracy: float) -> Mapping[str, float | None]:
+    """Simulate with one parameter times a factor; nothing comes of what no scene can have."""
+    try:
+        changed = scene.changed({name: scene[name] * factor})
+    except LabbookError:
+        return dict.fromkeys(map(str, SIMULATED))
+    return simulated(changed, accuracy).values
+
+
+def simulated(scene: Scene, accuracy: float) -> Simulated:
+    """Simulate a scene and take the mean over its jumps."""
+    from simulator.jump import close_decision, grown_rounding, simulate
+
+    jumps = simulate(scene, accuracy).jumps
+    ended = next((jump.outcome for jump in jumps if jump.apex_height_m is None), jumps[-1].outcome)
+    branch = None
+    if any(jump.other_branch is not None for jump in jumps):
+        branch = _means([jump.other_branch or jump for jump in jumps])
+    rounding = max(grown_rounding(jump, accuracy) for jump in jumps)
+    return Simulated(
+        _means(jumps),
+        ended,
+        any(map(close_decision, jumps)),
+        rounding,
+        any(jump.under_surface for jump in jumps),
+        any(jump.open_book for jump in jumps),
+        branch,
+    )
+
+
+def _means(jumps: Sequence[JumpResult]) -> dict[str, float | None]:
+    heights = [jump.apex_height_m for jump in jumps if jump.apex_height_m is not None]
+    if len(heights) < len(jumps):
+        return dict.fromkeys(map(str, SIMULATED))
+    joules = math.fsum(jump.cost_J for jump in jumps)
+    return {str(Outcome.JOULES): joules / len(jumps), str(Outcome.APEX): math.fsum(heights) / len(jumps)}
+
+
+ACCURACY = "accuracy"
+"""The part of an error that is the simulator's own; the others go by the names of what was varied."""
+
+
+def error_parts(
+    value: float, accuracy_part: float, otherwise: Mapping[str, Sequence[float | None]]
+) -> dict[str, float | Undefined]:
+    """Return the parts of a predicted value's error: the accuracy's, and the largest change under each variation."""
+    parts: dict[str, float | Undefined] = {ACCURACY: accuracy_part}
+    for source, values in otherwise.items():
+        known = [other for other in values if other is not None]
+        parts[source] = (
+            max(abs(other - value) for other in known)
+            if len(known) == len(values)
+            else Undefined(Reason.VARIED_WITHOUT_JUMP, source=source)
+        )
+    return parts
+
+
+def in_all(parts: Mapping[str, float | Undefined]) -> float | Undefined:
+    """Add the parts of an error in quadrature; undefined where one of them is."""
+    known = [part for part in parts.values() if not isinstance(part, Undefined)]
+    undefined = next((part for part in parts.values() if isinstance(part, Undefined)), None)
+    return math.hypot(*known) if undefined is None else undefined
+
 
 BRANCH = "other branch"
 """The part of an error that is due to a decision on a knife's edge, beside the assumed parameters."""
@@ -186,7 +273,7 @@ def _predicted(scene: Scene, settings: SimulationSettings, progress: Callable[[s
     for quantity in SIMULATED:
         value, name = found.values[quantity], quantity.number_name
         if value is None:
-            none = Undefined(f"the simulated jump ends otherwise: {found.outcome}")
+            none = Undefined(Reason.SIMULATED_ENDS_OTHERWISE, ends=found.outcome)
             predicted[name] = Number(none, quantity.unit)
         else:
             by_source = {source: [one[quantity] for one in several] for source, several in otherwise.items()}

@@ -1,8 +1,9 @@
 """Results as they are computed and read, frozen dataclasses, and as they are stored: numbers and a JSON payload.
 
 A field that is a `Number` is stored as a number of the field's name (or of the name that `StoredAs` gives it), a
-mapping of them as a number each; all other fields are the payload, but for those that have their default. What is not
-stored comes back as the number's absence: of an error or an end of an interval no reason is kept.
+mapping of them as a number each; all other fields are the payload, but for those that have their default. Of a number
+that does not exist the payload has the reason, too, as a code; of an error or an end of an interval that is not stored
+no reason is kept.
 """
 
 from __future__ import annotations
@@ -19,8 +20,12 @@ from typing import Any, Generic, TypeVar
 
 from data_schema.journal import canonical
 from data_schema.queries.results import InputRow, NumberRow, ResultRow
-from data_schema.vocabulary import Undefined
+from data_schema.reasons import Code, Limit, Reason
+from data_schema.vocabulary import Remark, Undefined
 from reports.numbers import Number
+
+_UNDEFINED = "undefined"
+"""Where the payload has, by the names of numbers that do not exist, the codes and parameters of their reasons."""
 
 
 class UnreadablePayload(Exception):
@@ -56,6 +61,7 @@ class StoredAs:
 
 
 T = TypeVar("T", bound=StoredResult)
+R = TypeVar("R", bound=Remark)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,13 +76,15 @@ class Algorithm(Generic[T]):
 def encode(result: StoredResult, algorithm: Algorithm[Any], origin: Origin) -> ResultRow:
     """Return a result as it is stored."""
     kind: Any = type(result)
-    numbers = [_number_row(origin.key, name, number) for name, number in _numbers(result)]
-    payload = {
+    named = list(_numbers(result))
+    payload: dict[str, Any] = {
         one.name: _plain(value)
         for one in _payload_fields(kind)
         for value in [getattr(result, one.name)]
         if one.default is MISSING or value != one.default
     }
+    if undefined := {name: _plain(number.value) for name, number in named if isinstance(number.value, Undefined)}:
+        payload[_UNDEFINED] = undefined
     return ResultRow(
         uid=origin.uid,
         kind=algorithm.kind,
@@ -86,7 +94,7 @@ def encode(result: StoredResult, algorithm: Algorithm[Any], origin: Origin) -> R
         version=algorithm.version,
         payload_json=canonical(payload),
         stale=False,
-        numbers=tuple(numbers),
+        numbers=tuple(_number_row(origin.key, name, number) for name, number in named),
         inputs=origin.inputs,
     )
 
@@ -95,7 +103,10 @@ def decode(row: ResultRow, result: type[T]) -> T:
     """Return a stored result as what it was computed as; raises `UnreadablePayload`."""
     kind: Any = result
     payload: dict[str, Any] = json.loads(row.payload_json)
-    numbers = {item.name: _number(item) for item in row.numbers}
+    undefined = payload.pop(_UNDEFINED, {})
+    if undefined.keys() != {item.name for item in row.numbers if item.value is None}:
+        raise UnreadablePayload(f"{row.kind} does not say by codes why numbers of it do not exist")
+    numbers = {item.name: _number(item, undefined.get(item.name)) for item in row.numbers}
     values: dict[str, Any] = {}
     for one in _payload_fields(kind):
         if one.name in payload:
@@ -146,16 +157,24 @@ def _defined(value: float | Undefined | None) -> float | None:
     return None if value is None or isinstance(value, Undefined) else float(value)
 
 
-def _number(row: NumberRow) -> Number:
+def _said(kind: type[R], codes: type[Code], said: Any) -> R:
+    if not isinstance(said, dict) or said.get("code") not in codes.__members__:
+        raise UnreadablePayload(f"{said} is no code of {codes.__name__}")
+    return kind(codes[said["code"]], **said["parameters"])
+
+
+def _number(row: NumberRow, why: Mapping[str, Any] | None) -> Number:
     """Return a stored number; where it does not exist, its interval does not either."""
-    undefined = Undefined(row.undefined_reason or "")
+    undefined = None if why is None else _said(Undefined, Reason, why)
+    value = row.value if undefined is None else undefined
+    assert value is not None  # noqa: S101 - what has no value has a reason: `decode` has looked
     return Number(
-        value=undefined if row.value is None else row.value,
+        value=value,
         unit=row.unit,
         se=row.se,
         shared_se=row.shared_se,
-        ci_low=undefined if row.value is None else row.ci_low,
-        ci_high=undefined if row.value is None else row.ci_high,
+        ci_low=row.ci_low if undefined is None else undefined,
+        ci_high=row.ci_high if undefined is None else undefined,
         ci_level=row.ci_level or 0.95,
         df=row.df,
         n=row.n,
@@ -165,6 +184,8 @@ def _number(row: NumberRow) -> Number:
 
 def _plain(value: Any) -> Any:
     """Return a value of the payload as JSON has it."""
+    if isinstance(value, Remark):
+        return {"code": value.code.name, "parameters": dict(value.parameters)}
     if isinstance(value, Enum):
         return value.value
     if is_dataclass(value):
@@ -182,6 +203,8 @@ def _typed(value: Any, hint: Any) -> Any:
     if origin in (UnionType, typing.Union):
         (kind,) = [each for each in args if each is not NoneType]
         return None if value is None else _typed(value, kind)
+    if hint is Remark:
+        return _said(Remark, Limit, value)
     if origin is tuple and isinstance(value, list):
         kinds = [args[0]] * len(value) if args[-1] is Ellipsis else args
         return tuple(_typed(item, kind) for item, kind in zip(value, kinds, strict=True))

@@ -11,11 +11,13 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Generic
+from typing import Any, Generic, TypeVar
 
 import sqlalchemy as sa
 
 from data_schema.journal import canonical
+from data_schema.queries.charges import ChargeOfRun
+from data_schema.queries.detections import DecisionRow
 from data_schema.queries.results import (
     InputRow,
     ResultRow,
@@ -24,6 +26,8 @@ from data_schema.queries.results import (
     results_by_key,
     rewrite_payloads,
 )
+from data_schema.queries.runs import RunRow
+from data_schema.queries.signals import SignalRow
 from data_schema.vocabulary import Undefined
 from labbook.analysis.results.codec import Algorithm, Origin, StoredResult, T, UnreadablePayload, decode, encode
 
@@ -112,3 +116,51 @@ def ends_of(
 ) -> tuple[float | Undefined, float | Undefined]:
     """Return both ends of an interval in another unit as a number's; each is the reason where there is none."""
     return (interval, interval) if isinstance(interval, Undefined) else (interval[0] * times, interval[1] * times)
+
+
+def run_input(run: RunRow) -> InputRow:
+    """Name a run and the facts about it that numbers rest on; whether it is void decides who uses its numbers."""
+    return fingerprint(
+        "run",
+        "run",
+        run.uid,
+        canonical([run.kind, run.duration_s, run.jumps_made, run.condition_key, run.robot]),
+    )
+
+
+def charge_input(charge: ChargeOfRun) -> InputRow:
+    """Name a charge and what it says."""
+    return fingerprint(
+        "charge", "charge", charge.uid, canonical([charge.charge_mah, charge.resolution_mah, charge.mode])
+    )
+
+
+def idle_runs_input(robot_uid: str) -> InputRow:
+    """Name the idle runs of a robot: a drain line rests on all there are, also before another one is added."""
+    return fingerprint("idle runs", "idle_runs", robot_uid, robot_uid)
+
+
+def signal_input(signal: SignalRow, role: str) -> InputRow:
+    """Name the samples of a signal; they are their own hash."""
+    return InputRow(role, "signal", signal.sha256, signal.sha256)
+
+
+def decision_input(decision: DecisionRow) -> InputRow:
+    """Name a person's verdict; it never changes."""
+    return fingerprint("decision", "decision", decision.uid, decision.uid)
+
+
+def condition_input(run: RunRow) -> InputRow:
+    """Name the condition of a run: a summary rests on it, also before another run joins it."""
+    return fingerprint("condition", "condition", run.condition_uid or "", run.condition_key)
+
+
+T_co = TypeVar("T_co", bound=StoredResult, covariant=True)
+
+
+@dataclass(frozen=True, slots=True)
+class RunResults(Generic[T_co]):
+    """Stored results by run uid, and why other runs have none."""
+
+    results: Mapping[str, T_co]
+    missing: Mapping[str, str]

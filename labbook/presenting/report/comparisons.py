@@ -6,22 +6,25 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from data_schema.outcomes import Outcome
+from data_schema.reasons import VALUE
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
-from labbook.analysis.comparison.comparing import ComparisonResult, Pair
-from labbook.analysis.comparison.comparing_by_day import DayComparison
-from labbook.analysis.comparison.comparing_jumps import JumpComparison
-from labbook.analysis.comparison.comparisons import Compared
-from labbook.analysis.comparison.equivalent_heights import EquivalenceResult
+from labbook.analysis.comparison.by_day import DayComparison
+from labbook.analysis.comparison.comparing import ComparisonResult, JumpComparison, Pair
+from labbook.analysis.comparison.comparisons import Compared, EquivalenceResult
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.study import StudyAnalysis
-from labbook.presenting.numbers import Shown, values_as
-from labbook.presenting.report.design import factor_title
-from labbook.presenting.report.one_day_each import one_day_each
+from labbook.presenting.numbers import Shown
+from labbook.presenting.report.campaign import factor_title
+from labbook.presenting.report.day_layout import one_day_each
 from reports.content import Anova, Comparison, ReportContent, Sensitivity, Variant
 from reports.evidence import ByDay, Equivalence, Side
 from reports.naming import levels_name
 from reports.numbers import Number, SignificanceTest
+from stats.days.blocked_result import MIXED_MODEL, exact_method
+
+RUN = "run"
+"""What a report calls the values of comparisons by day."""
 
 
 def comparisons(analysis: StudyAnalysis, shown: Shown) -> tuple[Comparison, ...]:
@@ -126,7 +129,7 @@ def _comparison(analysis: StudyAnalysis, item: Compared, shown: Shown, family: s
             Side(on_units.value(result.mean_a), on_units.value(result.sd_a)),
             Side(on_units.value(result.mean_b), on_units.value(result.sd_b)),
         ),
-        by_day=None if item.by_day is None else _by_day(item.by_day, shown.of_sides(_sides(item.pair), "run")),
+        by_day=None if item.by_day is None else _by_day(item.by_day, shown.of_sides(_sides(item.pair), RUN)),
         adjusted=None if item.adjusted is None else on_units.number(item.adjusted.adjusted_p[label]),
         rejected=result.rejected,
         adjusted_rejected=None if item.adjusted is None else item.adjusted.rejected[label],
@@ -173,12 +176,19 @@ def _by_day(result: DayComparison, shown: Shown) -> ByDay:
         days=result.days,
         day_sd=shown.number(result.day_sd),
         run_sd=shown.number(result.run_sd),
-        method=values_as("run", result.method),
-        confounding=values_as("run", result.confounding),
-        notes=tuple(values_as("run", note) for note in result.notes),
+        method=method_by_day(result),
+        confounding="" if result.confounding is None else result.confounding.called({}, RUN).text,
+        notes=tuple(remark.called({}, RUN).text for remark in result.notes),
     )
     untested = isinstance(found.test.statistic, Undefined)
     return found if untested else replace(found, test=replace(found.test, name=f"by day ({found.kind})"))
+
+
+def method_by_day(result: DayComparison) -> str:
+    """Name the test of a comparison by day, whose values are runs."""
+    if result.counted is None:
+        return MIXED_MODEL
+    return exact_method(RUN if result.counted == VALUE else result.counted, result.held)
 
 
 def _equivalence(analysis: StudyAnalysis, item: Compared, result: EquivalenceResult, shown: Shown) -> Equivalence:

@@ -1,19 +1,26 @@
-"""The whole content of a report, from an analysis and the course of the study."""
+"""Making a report: analyse the selected runs and fill the content of the page."""
 
 from __future__ import annotations
 
 import importlib.metadata
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
-from data_schema.queries.plans import PlannedRow
+import sqlalchemy as sa
+
+from data_schema.queries.plans import PlannedRow, planned_runs
 from data_schema.queries.results import ResultRow
-from data_schema.queries.study import CheckRow
+from data_schema.queries.study import CheckRow, checks_by_day, people
+from ingest.store import Store
 from labbook.analysis.comparison import pairing
-from labbook.analysis.study import StudyAnalysis
+from labbook.analysis.outcomes.detection import Detections
+from labbook.analysis.results.result_cache import ResultCache
+from labbook.analysis.study import StudyAnalysis, analyse
+from labbook.analysis.study_data import gather
+from labbook.config.parsing import Configuration
 from labbook.presenting.numbers import Shown, provenance
-from labbook.presenting.report import comparisons, course, design, drain, methods, predicted, robots, stated
-from labbook.presenting.report.tests_used import known_errors
+from labbook.presenting.report import campaign, comparisons, drain, methods, predicted, preregistration
+from labbook.presenting.report.methods import known_errors
 from reports.content import Claim, Comparison, ReportContent
 from reports.remarks import all_on_one_day_each, days_claim
 from reports.sentences import difference_claim, family_claim, savings_claim
@@ -43,28 +50,28 @@ def build_content(
         configuration_hash=evidence.configuration.sha256[:12],
         detector=f"{detector}, version {DETECTORS[detector].version}",
         people=tuple(people),
-        days=course.days(analysis, checks),
-        flow=course.flow(analysis, planned),
-        factors=design.factors(analysis),
-        conditions=design.conditions(analysis, shown),
+        days=campaign.days(analysis, checks),
+        flow=campaign.flow(analysis, planned),
+        factors=campaign.factors(analysis),
+        conditions=campaign.conditions(analysis, shown),
         claims=(),
         comparisons=compared,
         anovas=comparisons.anovas(analysis, shown),
         jump_comparisons=comparisons.jump_comparisons(analysis, shown),
         drains=drain.drain_fits(analysis, shown),
-        order=course.order(analysis, shown, told=all_on_one_day_each(compared)),
+        order=campaign.order(analysis, shown, told=all_on_one_day_each(compared)),
         methods=methods.methods(analysis),
         known_errors=known_errors(analysis),
         limitations=methods.limitations(analysis),
         assumed=methods.assumed(analysis),
-        robots=robots.runs_by_robot(analysis),
+        robots=campaign.runs_by_robot(analysis),
         predictions=predicted.predictions(analysis, shown),
-        decided=stated.decided(analysis),
-        departures=stated.departures(analysis, compared),
+        decided=preregistration.decided(analysis),
+        departures=preregistration.departures(analysis, compared),
         counted=str(analysis.planned.settings.unit_of_analysis),
-        no_equivalence=stated.no_equivalence(analysis),
+        no_equivalence=preregistration.no_equivalence(analysis),
     )
-    bare = replace(bare, limitations=(*robots.limitations(analysis, bare), *bare.limitations))
+    bare = replace(bare, limitations=(*campaign.robot_limitations(analysis, bare), *bare.limitations))
     budget, budget_note = drain.budget(analysis, shown, bare)
     return replace(
         bare,
@@ -97,3 +104,41 @@ def _claims(content: ReportContent, compared: Sequence[Comparison]) -> tuple[Cla
     if (untold := days_claim(content)) is not None:
         claims.insert(min(marked, default=len(claims)), untold)
     return tuple(claims)
+
+
+@dataclass(frozen=True, slots=True)
+class MadeReport:
+    """A report's content, and what had to be computed for it."""
+
+    content: ReportContent
+    analysis: StudyAnalysis
+    cache: ResultCache
+    detections: Detections
+    shown: tuple[str, ...]
+
+
+def make_report(
+    connection: sa.Connection,
+    store: Store,
+    configuration: Configuration,
+    *,
+    where: str | None,
+    made_at: str,
+    progress: Callable[[str], None] = lambda _what: None,
+) -> MadeReport:
+    """Analyse the selected runs; needs no lock and stores nothing."""
+    evidence = gather(connection, configuration, where)
+    cache = ResultCache(connection)
+    detections = Detections(connection, store, progress)
+    analysis = analyse(cache, detections, evidence, progress)
+    shown = Shown()
+    content = build_content(
+        analysis,
+        shown,
+        made_at=made_at,
+        people=list(people(connection)),
+        planned=planned_runs(connection),
+        checks=checks_by_day(connection),
+        results=[*cache.computed.values(), *cache.reused.values()],
+    )
+    return MadeReport(content, analysis, cache, detections, tuple(shown.ids))

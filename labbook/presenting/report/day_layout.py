@@ -11,9 +11,10 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from itertools import combinations
 
+from reports.wording import list_text
 from stats.planning.recorded import SEVERAL, Recorded, recorded
 
 OWN, PARTLY, MOSTLY, SHARED = "own", "partly", "mostly", "shared"
@@ -128,3 +129,49 @@ def _days_an_unshared(days: Sequence[set[str]]) -> int:
     """Return of how many days one is not shared by all groups, in the group that shares least."""
     common = set.intersection(*days)
     return min(len(each) // (len(each) - len(common)) for each in days if each != common)
+
+
+def joined_by_others(label: str, control: str, days: Mapping[str, Collection[str]]) -> bool:
+    """Whether days of other groups join a group and the control; `days` are those of every group.
+
+    So it is where a chain of shared days leads from the one to the other over a third group.
+    """
+    others = {name: set(of_group) for name, of_group in days.items() if name != label}
+    return any(
+        _reached(control, {name for name in others if name != control and day in others[name]}, _without(others, day))
+        for day in days[label]
+    )
+
+
+def _without(days: Mapping[str, set[str]], left_out: str) -> Mapping[str, set[str]]:
+    return {name: of_group - {left_out} for name, of_group in days.items()}
+
+
+def _reached(control: str, start: set[str], days: Mapping[str, set[str]]) -> bool:
+    """Whether a chain of shared days leads from one of these groups to the control."""
+    reached, new = set(start), set(start)
+    while new:
+        held = set().union(*(days[name] for name in new))
+        new = {name for name, of_group in days.items() if of_group & held} - reached
+        reached |= new
+    return control in reached
+
+
+FROM_DAYS = "a difference between days"
+"""What nothing can be told from where groups had one day each."""
+
+
+def one_day_each(days: Mapping[str, Collection[str]]) -> str:
+    """Say what a p over runs cannot tell, for groups by name with the days that each was measured on.
+
+    "" where groups share their one day, so that runs differ as runs do, and where one of them has several days, which
+    show by how much days differ.
+    """
+    found = [set(of_group) for of_group in days.values()]
+    if any(len(each) != 1 for each in found) or len(set().union(*found)) < 2:
+        return ""
+    alike = "not the same one" if len(found) == 2 else "not all the same one"
+    return (
+        f"{list_text(list(days))} were measured on one day each, and {alike}, so that a p or an interval that counts "
+        "runs cannot tell a difference between them from a difference between their days"
+    )

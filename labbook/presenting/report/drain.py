@@ -7,7 +7,7 @@ import numpy as np
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.budget import IN_ALL, BudgetSource
-from labbook.analysis.outcomes.passive_drain import MAH_MIN, idle_charges
+from labbook.analysis.outcomes.run_energy import MAH_MIN, idle_charges
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.numbers import Shown
 from labbook.presenting.report.methods import drain_sentence

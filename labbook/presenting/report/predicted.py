@@ -10,7 +10,7 @@ from labbook.analysis.prediction.checking import Checked
 from labbook.analysis.prediction.predicting import PredictionResult
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.numbers import Shown
-from labbook.presenting.report.design import factor_title
+from labbook.presenting.report.campaign import factor_title
 from reports.numbers import Value
 from reports.predicted import AssumedInput, PredictedQuantity, Prediction, Predictions
 

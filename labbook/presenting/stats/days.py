@@ -11,10 +11,8 @@ from collections.abc import Mapping, Sequence
 
 from data_schema.rounding import number_text
 from labbook.analysis.observations import Observations
-from labbook.presenting.report.day_layout import SHARED, WHOSE, without_days
-from labbook.presenting.report.joined_days import joined_by_others
-from labbook.presenting.report.one_day_each import one_day_each
-from labbook.presenting.report.spreads import spreads_text
+from labbook.presenting.report.day_layout import SHARED, WHOSE, joined_by_others, one_day_each, without_days
+from labbook.presenting.report.error_rates import spreads_text
 from stats.planning.recorded import Recorded, weak_point
 
 _MOST_NAMED = 3

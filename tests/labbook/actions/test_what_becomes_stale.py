@@ -15,7 +15,7 @@ from labbook.actions.report_command import state_report
 from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.correcting import correct, void
 from labbook.actions.runs.runs_importing import import_runs
-from labbook.analysis.results.facts import run_input
+from labbook.analysis.results.result_cache import run_input
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
 from labbook.book.write_session import DryRun, WriteSession

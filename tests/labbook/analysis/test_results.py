@@ -14,6 +14,7 @@ from data_schema.journal import canonical
 from data_schema.outcomes import Outcome
 from data_schema.queries.facts import find_uid
 from data_schema.queries.results import ResultRow, results_by_key, rewrite_payloads
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from labbook.actions.files.assigning import assign
 from labbook.actions.report_command import state_report
@@ -258,7 +259,11 @@ def ensure(book: Book, compute: Callable[[], Trial], **differing: Any) -> tuple[
 
 
 def trial() -> Trial:
-    none = Number(Undefined("nothing was measured"), "m", ci_low=Undefined("nothing was measured"))
+    none = Number(
+        Undefined(Reason.STORED, text="nothing was measured"),
+        "m",
+        ci_low=Undefined(Reason.STORED, text="nothing was measured"),
+    )
     return Trial(Number(0.3, "m", 0.001, n=25), (1.0, 2.5, None), {"r001": Number(1.5, "N", 0.1), "r002": none})
 
 
@@ -284,7 +289,7 @@ def test_a_result_is_computed_once_and_comes_back_as_it_was(made: SmallBook) -> 
         assert (first.height.value, first.height.se, first.height.n) == (0.3, 0.001, 25)
         assert {name: item.value for name, item in first.by_name.items()} == {
             "r001": 1.5,
-            "r002": Undefined("nothing was measured"),
+            "r002": Undefined(Reason.STORED, text="nothing was measured"),
         }
         assert (back.origin.scope, back.origin.inputs) == (first.origin.scope, first.origin.inputs)
 

@@ -32,6 +32,7 @@ from tests.helpers.definitions import (
     defined_in,
     digest_of,
     forget,
+    named_by,
     rests_on,
 )
 from tests.helpers.sources import closure, digest, is_module
@@ -44,9 +45,22 @@ HEAD = "# Hashes of the sources behind stored numbers; see test_results_sources.
 
 
 def sources_of(algorithm: Algorithm[Any]) -> set[Definition]:
-    """All of the module that names it, and what this rests on."""
-    (module,) = [module for module in MODULES if any(value is algorithm for value in vars(load(module)).values())]
-    return rests_on(defined_in(module))
+    """What asks for its results, and all that this rests on; of what is private, what uses it in its module, too."""
+    (root,) = [
+        (module, name) for module in MODULES for name in defined_names(module) if vars(load(module))[name] is algorithm
+    ]
+    found, waiting = {root}, [root]
+    while waiting:
+        one = waiting.pop()
+        if one is root or one[1].startswith("_"):
+            new = {other for other in defined_in(root[0]) if one in named_by(other)} - found
+            found |= new
+            waiting += new
+    return rests_on(found)
+
+
+def defined_names(module: str) -> set[str]:
+    return {name for _module, name in defined_in(module)} & vars(load(module)).keys()
 
 
 def below(modules: set[str]) -> set[Definition]:
@@ -157,11 +171,11 @@ def test_every_kind_of_result_is_in_the_registry() -> None:
         ("run_apexes", "stats.checks._doubles"),
         ("equivalence", "labbook.analysis.comparison.comparing.values_of"),
         ("condition_summary", "labbook.analysis.outcomes.run_energy.RunEnergy"),
-        ("passive_drain", "labbook.analysis.outcomes.passive_drain.recharge_of"),
-        ("run_energy", "labbook.analysis.outcomes.passive_drain.recharge_of"),
+        ("passive_drain", "labbook.analysis.outcomes.run_energy.recharge_of"),
+        ("run_energy", "labbook.analysis.outcomes.run_energy.recharge_of"),
         ("run_energy", "stats.lines.passive_drain.PassiveDrain"),
-        ("run_apexes", "labbook.analysis.outcomes.detections.rest_length_m"),
-        ("comparison_by_day", "labbook.analysis.comparison.day_weights.difference_weights"),
+        ("run_apexes", "labbook.analysis.outcomes.detection.rest_length_m"),
+        ("comparison_by_day", "labbook.analysis.comparison.by_day.difference_weights"),
         ("comparison_by_day", "stats.days.reml.minimise"),
         ("prediction_check", "labbook.analysis.prediction.predicting.PredictionResult"),
         ("family", "stats.exact.tails._beta_area"),
@@ -175,7 +189,7 @@ def test_what_a_number_rests_on_is_watched_wherever_it_stands(kind: str, definit
 @pytest.mark.parametrize(
     ("kind", "definition"),
     [
-        ("run_energy", "labbook.analysis.outcomes.passive_drain.unused_idle"),
+        ("run_energy", "labbook.analysis.outcomes.run_energy.unused_idle"),
         ("family", "labbook.analysis.comparison.comparing.compare"),
         ("comparison", "labbook.analysis.outcomes.run_energy.run_energies"),
         ("prediction_check", "reports.predicted.Predictions"),

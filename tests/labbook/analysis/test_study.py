@@ -18,13 +18,12 @@ from labbook.analysis.comparison.comparing import ComparisonResult, compare
 from labbook.analysis.comparison.robustness import WITHOUT_EXCLUSIONS, without_day
 from labbook.analysis.outcomes.budget import budget
 from labbook.analysis.outcomes.conditions import ConditionValues
-from labbook.analysis.outcomes.passive_drain import drain_lines, passive_drains, unused_idle
-from labbook.analysis.outcomes.run_energy import run_energies
+from labbook.analysis.outcomes.run_energy import drain_lines, passive_drains, run_energies, unused_idle
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study import StudyAnalysis
 from labbook.analysis.study_data import StudyData
-from labbook.presenting.report.course import flow
-from labbook.presenting.report.making import MadeReport
+from labbook.presenting.report.campaign import flow
+from labbook.presenting.report.content import MadeReport
 from labbook.presenting.report.methods import limitations
 from reports.numbers import Number
 from stats.compare.shared_error import SharedError

@@ -22,7 +22,7 @@ from labbook.actions.files.rereading import RereadRequest
 from labbook.actions.runs.correcting import correct
 from labbook.actions.runs.jump_review import decide, review
 from labbook.actions.runs.to_do import to_do, to_do_lines
-from labbook.analysis.outcomes.detections import Detections
+from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.study_data import gather
 from labbook.book.naming import run_named
 from labbook.book.opening import Book

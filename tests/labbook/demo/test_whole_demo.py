@@ -24,7 +24,7 @@ from labbook.demo.campaign import make_campaign
 from labbook.demo.records import Campaign
 from labbook.demo.running import Stopwatch, make_demo_book, run_demo
 from labbook.demo.truth import Condition
-from labbook.presenting.report.making import MadeReport, make_report
+from labbook.presenting.report.content import MadeReport, make_report
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
 
 SEEDS = (1, 2, 3, 4, 5)

@@ -12,7 +12,7 @@ from data_schema.outcomes import Outcome
 from labbook.actions.files.assigning import assign
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.jump_review import decide
-from labbook.presenting.report.making import MadeReport
+from labbook.presenting.report.content import MadeReport
 from reports.figures.registry import FIGURES
 from reports.tables.as_csv import csv_bytes
 from reports.tables.registry import TABLES

@@ -11,10 +11,9 @@ import pytest
 
 from data_schema.outcomes import Outcome
 from labbook.config.model import UnitOfAnalysis
-from labbook.presenting.report import tests_used as paragraph
+from labbook.presenting.report import methods as paragraph
 from labbook.presenting.report.day_layout import layout_of
-from labbook.presenting.report.error_rate_uses import Use, uses
-from labbook.presenting.report.known_error_rates import known_error_rates
+from labbook.presenting.report.error_rates import Use, known_error_rates, uses
 from reports.content import Comparison
 from reports.naming import SweptWords
 from stats.lines.passive_drain import PassiveDrain

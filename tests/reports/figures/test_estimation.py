@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports.figures.estimation import Estimation, EstimationGroup, draw_estimation
 from reports.figures.kind import svg_bytes
@@ -34,8 +35,13 @@ def five():
         for name, n in zip(("0", "100", "200", "300", "400"), (10, 10, 40, 2, 1), strict=True)
     )
     number = Number(-0.001, "m", ci_low=-0.003, ci_high=0.001)
-    alone = Number(-0.001, "m", ci_low=Undefined("one value"), ci_high=Undefined("one value"))
-    differences = (None, number, number, Number(Undefined("no value"), "m"), alone)
+    alone = Number(
+        -0.001,
+        "m",
+        ci_low=Undefined(Reason.STORED, text="one value"),
+        ci_high=Undefined(Reason.STORED, text="one value"),
+    )
+    differences = (None, number, number, Number(Undefined(Reason.STORED, text="no value"), "m"), alone)
     return Estimation("Apex height", "m", groups, 0, differences, bounds=(-0.005, 0.005))
 
 
@@ -131,7 +137,7 @@ def test_days_have_marks_of_their_own_until_they_are_too_many(two):
 
 
 def test_constant_empty_and_single_groups_are_drawn(two):
-    nothing = Number(Undefined("group a is empty"), "J")
+    nothing = Number(Undefined(Reason.STORED, text="group a is empty"), "J")
     for values in ((), (0.1,), (0.1,) * 5):
         groups = (EstimationGroup("CE", values), EstimationGroup("AD", (0.1, 0.1)))
         figure = draw_estimation(dataclasses.replace(two, groups=groups, differences=(None, nothing)))
@@ -207,7 +213,7 @@ def captions(groups, *differences):
 
 def test_a_caption_names_only_what_is_drawn():
     scattered, alike, whole = (1.0, 2.0), (3.0, 3.0), Number(1.5, "J", ci_low=0.5, ci_high=2.5)
-    none = Undefined("no group has any scatter")
+    none = Undefined(Reason.NO_GROUP_SCATTERS)
     without = Number(1.5, "J", ci_low=none, ci_high=none)
     undefined, endless = Number(none, "J"), Number(1.5, "J", ci_low=-math.inf, ci_high=math.inf)
     both, method = "Gapped line: mean and SD.", "Interval: Welch's t."

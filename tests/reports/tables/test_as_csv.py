@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports.tables.as_csv import csv_bytes
 from reports.tables.registry import TABLES
@@ -47,7 +48,13 @@ def test_a_negative_number_stays_a_number():
 
 
 def test_a_number_that_does_not_exist_is_empty_and_its_reason_stands_last():
-    row = read(csv_bytes(one_row(words("a"), value_cell(Undefined("one run only")), columns=[("name",), ("sd_j",)])))[0]
+    row = read(
+        csv_bytes(
+            one_row(
+                words("a"), value_cell(Undefined(Reason.STORED, text="one run only")), columns=[("name",), ("sd_j",)]
+            )
+        )
+    )[0]
     assert row == {"name": "a", "sd_j": "", "undefined": "sd_j: one run only"}
 
 

@@ -4,6 +4,7 @@ import subprocess
 
 import pytest
 
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports.tables.as_latex import latex_bytes, latex_text
 from reports.tables.registry import TABLES
@@ -51,7 +52,10 @@ def test_units_stand_in_the_heads(content):
 
 def test_a_dash_with_a_footnote_for_what_does_not_exist():
     columns = (Column("a", ("a",), numeric=False), Column("b", ("b",), "J"))
-    rows = (Row((words("x"), value_cell(Undefined("no 100 % sample")))), Row((words("y"), value_cell(1.5, 1))))
+    rows = (
+        Row((words("x"), value_cell(Undefined(Reason.STORED, text="no 100 % sample")))),
+        Row((words("y"), value_cell(1.5, 1))),
+    )
     text = latex_bytes(Table("t", "Caption", columns, rows)).decode("utf-8")
     assert r"x & \textendash{}\textsuperscript{a} \\" in text
     assert r"\textsuperscript{a}~undefined: no 100 \% sample" in text

@@ -7,6 +7,7 @@ import io
 import pytest
 
 from data_schema.outcomes import Outcome
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports.remarks import FOOTNOTE, by_day_sentences
 from reports.tables.as_csv import csv_bytes
@@ -66,7 +67,7 @@ def test_the_table_by_day_names_the_test_of_every_row(content):
 
 
 def confounded(comparison):
-    nothing = Undefined("one day each")
+    nothing = Undefined(Reason.STORED, text="one day each")
     test = dataclasses.replace(comparison.by_day.test, statistic=nothing, df=(nothing,), p=nothing)
     difference = dataclasses.replace(comparison.by_day.difference, ci_low=nothing, ci_high=nothing)
     by_day = dataclasses.replace(comparison.by_day, test=test, difference=difference, confounding="No day joins them.")

@@ -5,6 +5,7 @@ import io
 import pytest
 
 from data_schema.outcomes import Outcome
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports.tables.as_csv import csv_bytes
 from reports.tables.registry import TABLES
@@ -94,12 +95,12 @@ def test_what_does_not_exist_is_a_dash_with_a_footnote(content):
     first = content.conditions[0]
     alone = dataclasses.replace(
         first.summaries[Outcome.JOULES],
-        sd=Undefined("one run only"),
+        sd=Undefined(Reason.STORED, text="one run only"),
         mean=dataclasses.replace(
             first.summaries[Outcome.JOULES].mean,
-            se=Undefined("one run only"),
-            ci_low=Undefined("df = 0"),
-            ci_high=Undefined("df = 0"),
+            se=Undefined(Reason.STORED, text="one run only"),
+            ci_low=Undefined(Reason.STORED, text="df = 0"),
+            ci_high=Undefined(Reason.STORED, text="df = 0"),
         ),
     )
     changed = dataclasses.replace(content, conditions=(with_summary(first, Outcome.JOULES, alone),))

@@ -6,6 +6,7 @@ from dataclasses import replace
 from hypothesis import given
 from hypothesis import strategies as st
 
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from simulator.ablation.outputs import Outputs, difference
 
@@ -34,7 +35,7 @@ def test_a_jump_that_ends_otherwise_is_not_compared() -> None:
         (replace(FULL, outcome="leg_straight", jumps=2), "leg_straight in jump 2"),
     ):
         changed = difference(found, FULL)
-        assert changed.changes == (Undefined(reason),) * 3
+        assert changed.changes == (Undefined(Reason.SIMULATED_ENDED, ended=reason),) * 3
         assert not changed.within(1e300)
 
 
@@ -42,8 +43,8 @@ def test_what_neither_has_does_not_differ() -> None:
     still = replace(FULL, apex_height_m=None, max_depth_m=0.0)
     assert difference(still, still).changes == (0.0, 0.0, 0.0)
     changed = difference(replace(still, max_depth_m=0.01, apex_height_m=0.3), still)
-    assert changed.apex == Undefined("no apex with it")
-    assert changed.depth == Undefined("the full scene's depth is 0")
+    assert changed.apex == Undefined(Reason.NO_OUTPUT_WITH, output="apex")
+    assert changed.depth == Undefined(Reason.FULL_SCENE_ZERO, output="depth")
     assert changed.cost == 0.0
 
 

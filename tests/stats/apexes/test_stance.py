@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.apexes.cleaning import CleaningParameters, clean_signal
 from stats.apexes.jumps import Hop, StanceParameters, find_hops, landing, liftoff_from_leg, touches_gap
@@ -55,7 +56,7 @@ def test_a_log_that_ends_in_stance_says_so(bed_log):
     n = int(np.searchsorted(log.time_s, log.touchdown_s[1] + 0.1))
     cut = clean_signal(log.time_s[:n], log.height_m[:n], None, np.empty((0, 2)), CleaningParameters())
     last = find_hops(cut, 0.27, StanceParameters())[-1]
-    assert last.apex == Undefined("the log ends in this stance")
+    assert last.apex == Undefined(Reason.LOG_ENDS_IN_STANCE)
 
 
 def test_a_landing_is_seen_or_read_off_the_parabola():
@@ -67,7 +68,7 @@ def test_a_landing_is_seen_or_read_off_the_parabola():
 
 @pytest.mark.parametrize(("after_s", "seen"), [(0.45, True), (0.9, False)])
 def test_a_high_hop_lands_later(after_s, seen):
-    following = Hop(0, 1, 2, Undefined("not looked for"), 2, 1.0 + after_s)
+    following = Hop(0, 1, 2, Undefined(Reason.STORED, text="not looked for"), 2, 1.0 + after_s)
     at_s, extrapolated = landing(1.0, 1.27, 9.8, following, 0.27, StanceParameters())
     assert extrapolated != seen
     assert at_s == (1.0 + after_s if seen else pytest.approx(1.0 + (2.0 / 9.8) ** 0.5))

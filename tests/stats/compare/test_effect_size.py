@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from scipy import special
 
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.compare.effect_size import (
     eta_squared_ci,
@@ -72,7 +73,9 @@ def test_the_ends_of_f_leave_the_stated_tails(f, a, b):
 
 def test_small_f_has_no_lower_end_and_undefined_stays_so():
     assert noncentral_f_interval(0.001, 3.0, 20.0, 0.95) == (0.0, 0.0)
-    assert eta_squared_ci(Undefined("no scatter"), 2, 20) == Undefined("no scatter")
+    assert eta_squared_ci(Undefined(Reason.STORED, text="no scatter"), 2, 20) == Undefined(
+        Reason.STORED, text="no scatter"
+    )
 
 
 def test_the_interval_of_three_against_three():

@@ -5,6 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from data_schema.errors import InputRefused
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.compare.summary import describe
 
@@ -33,7 +34,7 @@ def test_a_constant_sample_has_no_scatter_and_no_interval():
     """As the difference of two has none: an interval of no width would be certainty from values that show none."""
     found = describe([0.1] * 7)
     assert (found.mean, found.sd, found.se) == (0.1, 0.0, 0.0)
-    assert found.ci_low == found.ci_high == Undefined("the values do not scatter")
+    assert found.ci_low == found.ci_high == Undefined(Reason.NO_SCATTER)
     assert "95 % CI undefined" in found.sentence()
 
 

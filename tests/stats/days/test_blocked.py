@@ -152,7 +152,7 @@ def test_conditions_on_their_own_days_are_compared_by_day_means():
     assert found.mixed.p == pytest.approx(student.p, rel=1e-8)
     assert "each day counts as one observation" in found.sentence()
     alone = blocked_by_day([1.0, 1.2, 1.5, 1.6, 2.0, 2.3], list("aaaabb"), [1, 1, 2, 2, 3, 3])
-    assert "b had one day only" in alone.confounding
+    assert "b had one day only" in alone.confounding.text
     assert alone.contrasts[0].df < 2.0
 
 

@@ -11,6 +11,7 @@ import scipy.stats
 from hypothesis import given
 from hypothesis import strategies as st
 
+from data_schema.reasons import Reason
 from data_schema.rounding import p_text
 from data_schema.vocabulary import Undefined
 from stats.days.blocked import blocked_by_day
@@ -57,7 +58,7 @@ def test_f_and_p_are_those_of_the_sentence(rows: Rows) -> None:
 
 def test_an_exact_test_that_is_not_balanced_does_not_lead_for_want_of_another() -> None:
     found = compared(UNBALANCED)
-    found = replace(found, mixed=replace(found.mixed, f=Undefined("it is not known")))
+    found = replace(found, mixed=replace(found.mixed, f=Undefined(Reason.STORED, text="it is not known")))
     assert isinstance(found.exact, ExactTest)
     assert found.method == MIXED_MODEL
     assert found.contrasts == found.mixed.contrasts

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from data_schema.errors import InputRefused
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.groups.multiple import holm
 
@@ -50,7 +51,7 @@ def test_p_below_all_doubles_goes_by_its_logarithm():
 
 
 def test_a_test_without_p_belongs_to_the_family_still():
-    none = Undefined("no group has any scatter")
+    none = Undefined(Reason.NO_GROUP_SCATTERS)
     found = holm({"a": 0.02, "b": none}, "gains against control")
     assert found.adjusted_p == (0.04, none)
     assert found.rejected == (True, none)
@@ -62,7 +63,7 @@ def test_a_test_without_p_belongs_to_the_family_still():
 
 
 def test_what_a_caller_leaves_open_is_not_rejected_in_words():
-    why = Undefined("days cannot be told from groups")
+    why = Undefined(Reason.STORED, text="days cannot be told from groups")
     found = holm({"a": 0.001, "b": 0.01, "c": 0.3}, "gains")
     some = dataclasses.replace(found, rejected=(why, True, False)).sentence()
     assert some.endswith("adjusted by Holm at 0.05: b (p = .020) rejected, a (p = .003) left open.")
@@ -73,7 +74,7 @@ def test_what_a_caller_leaves_open_is_not_rejected_in_words():
 
 
 def test_a_family_says_how_many_were_tested_and_why_others_were_not():
-    why, other = Undefined("neither group has any scatter"), Undefined("group 'd' is empty")
+    why, other = Undefined(Reason.GROUPS_WITHOUT_SCATTER), Undefined(Reason.STORED, text="group 'd' is empty")
     complete = holm({"a": 0.2, "b": 0.5}, "gains")
     assert complete.sentence() == "Family gains (2 tests), adjusted by Holm at 0.05: none rejected."
     some = holm({"a": 0.2, "b": why, "c": why, "d": other}, "gains at 0.05: all").sentence()

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy import stats as scipy_stats
 
 from data_schema.errors import InputRefused
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.groups.anova import one_way_anova
 from stats.groups.residuals import additive_residuals, normal_quantiles, residuals_of_groups
@@ -117,13 +118,13 @@ def test_sentences_of_residuals_and_of_their_order():
 
 def test_residuals_that_are_all_0_tell_nothing_of_their_distribution():
     none = normal_quantiles(residuals_of_groups({"a": [1.0, 1.0], "b": [2.0, 2.0]}))
-    assert none.low == none.high == none.outside == Undefined("all residuals are 0")
+    assert none.low == none.high == none.outside == Undefined(Reason.RESIDUALS_ZERO)
     assert none.sentence() == "There is no band for n = 4 residuals, because all residuals are 0."
 
 
 def test_no_values_have_no_residuals_and_say_so():
     empty = residuals_of_groups({})
-    assert empty.sd == Undefined("there is no value")
+    assert empty.sd == Undefined(Reason.NO_VALUE)
     assert empty.sentence() == "There are no residuals (n = 0)."
     assert normal_quantiles(empty).sentence() == "There is no band for n = 0 residuals, because there is no value."
     with pytest.raises(InputRefused, match="give those of `residuals_of_groups`"):
@@ -137,9 +138,7 @@ def test_one_degree_of_freedom_leaves_residuals_one_shape():
         additive_residuals([1.0, 2.0, 4.0, 9.0], [*"aabb"], [*"xyxy"]),
     ):
         assert residuals.df == 1
-        assert normal_quantiles(residuals).outside == Undefined(
-            "with one degree of freedom all residuals of so many values have one shape"
-        )
+        assert normal_quantiles(residuals).outside == Undefined(Reason.ONE_SHAPE)
 
 
 @pytest.mark.parametrize(("n", "level"), [(25, 0.95), (10, 0.999), pytest.param(200, 0.99, marks=pytest.mark.soak)])

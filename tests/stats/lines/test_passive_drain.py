@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from data_schema.errors import InputRefused
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.lines.passive_drain import fit_passive_drain
 
@@ -62,7 +63,7 @@ def test_twelve_minutes_lie_outside_what_was_measured():
 def test_a_line_that_is_exact_has_no_interval():
     """Where the charger's steps are not told: that three runs scatter by nothing is not what they show."""
     exact = fit_passive_drain([60.0, 120.0, 180.0], [1.0, 2.0, 3.0])
-    none = Undefined("the fit is exact, so that nothing measures the scatter")
+    none = Undefined(Reason.FIT_EXACT)
     assert exact.slope_ci_mah_s() == exact.intercept_ci_mah() == exact.at(90.0).ci_low == exact.at(90.0).ci_high == none
     assert "1.5 mAh in 1.5 min (95 % CI undefined, df = 1)" in exact.at(90.0).sentence()
     assert "2.000 mAh in 2 min (95 % CI undefined; n = 3" in exact.sentence()

@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from data_schema.errors import InputRefused, UnknownName
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.lines.regression import fit_linear, fit_polynomial
 from tests.helpers.exact_fit import assert_exact, exact_fit, nist_data, nist_truth, relative_error
@@ -89,7 +90,7 @@ def test_coefficients_of_an_exact_fit_are_exact(y, columns, truth):
     """Two doubles leave 1e-31 of an intercept of 0. Nothing measures the scatter: no interval, as no test."""
     fit = fit_linear(y, columns)
     assert fit.coefficients == truth
-    assert fit.ci == fit.t == Undefined("the fit is exact, so that nothing measures the scatter")
+    assert fit.ci == fit.t == Undefined(Reason.FIT_EXACT)
     assert set(fit.standard_errors) == {0.0}
     assert f"no intervals, because {fit.ci.reason}" in fit.sentence()
     assert fit.at(dict.fromkeys(columns, 4.5)).ci == fit.ci

@@ -11,6 +11,7 @@ import pytest
 from scipy import stats
 
 from data_schema.errors import UsageError
+from data_schema.reasons import Reason
 from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
 from labbook.actions.planning.power import Needed, PowerRequest, StudyPower, study_power
@@ -218,7 +219,7 @@ def test_the_day_as_unit_counts_days(tmp_path: Path) -> None:
     assert (found.primary.spread.n, found.primary.spread.df) == (len(days), len(days) - len(conditions))
     student = row(found, "Student")
     assert isinstance(student.n, int)
-    assert student.days == Undefined("the day is the unit of analysis: n counts days")
+    assert student.days == Undefined(Reason.DAYS_COUNT)
     assert power_foot(found)[0].startswith("n counts days of each condition")
 
 

@@ -16,7 +16,7 @@ from labbook.actions.runs.correcting import correct
 from labbook.actions.runs.jump_review import review, without_apex
 from labbook.actions.runs.rig_line import rig_lines_of
 from labbook.actions.runs.run_view import run_view, view_lines
-from labbook.analysis.outcomes.detections import Detections
+from labbook.analysis.outcomes.detection import Detections
 from labbook.book.opening import Book
 from tests.helpers.books import ADA, small_book
 from tests.helpers.hopping_log import apex_s, hopping_log, landing_s

@@ -32,7 +32,7 @@ from labbook.actions.runs.to_do import to_do, to_do_lines
 from labbook.actions.upkeep.health import check_book
 from labbook.actions.upkeep.merging import Merged, merge
 from labbook.actions.upkeep.tracing import trace, trace_lines
-from labbook.analysis.outcomes.detections import Detections
+from labbook.analysis.outcomes.detection import Detections
 from labbook.book.making import make_book
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database

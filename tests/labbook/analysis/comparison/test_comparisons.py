@@ -11,18 +11,17 @@ import pytest
 
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
+from labbook.analysis.comparison.by_day import CONTROL, TREATED, DayComparison, compare_by_day
 from labbook.analysis.comparison.comparing import ComparisonResult, compare
-from labbook.analysis.comparison.comparing_by_day import CONTROL, TREATED, DayComparison, compare_by_day
-from labbook.analysis.comparison.comparisons import Compared
-from labbook.analysis.comparison.family import FamilyResult, adjust
+from labbook.analysis.comparison.comparisons import Compared, FamilyResult, adjust
 from labbook.analysis.comparison.pairing import EACH, POOLED
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study import VarianceAnalysed
 from labbook.presenting.numbers import Shown
 from labbook.presenting.report.comparisons import comparisons
-from labbook.presenting.report.making import MadeReport
-from labbook.presenting.report.stated import departures
+from labbook.presenting.report.content import MadeReport
+from labbook.presenting.report.preregistration import departures
 from reports.numbers import Number
 from reports.sentences import difference_claim
 from stats.compare.equivalence import equivalence

@@ -15,17 +15,24 @@ from numpy.typing import NDArray
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.actions.report_command import state_report
+from labbook.analysis.comparison.by_day import (
+    CONTROL,
+    TREATED,
+    add_shared_error_by_day,
+    compare_by_day,
+    day_ratio,
+    difference_weights,
+    shared_by_day,
+    shared_by_day_means,
+)
 from labbook.analysis.comparison.comparing import shared_by
-from labbook.analysis.comparison.comparing_by_day import CONTROL, TREATED, compare_by_day
 from labbook.analysis.comparison.comparisons import Compared
-from labbook.analysis.comparison.day_weights import day_ratio, difference_weights, shared_by_day, shared_by_day_means
-from labbook.analysis.comparison.shared_error_tests import add_shared_error_by_day
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.results.result_cache import ResultCache
-from labbook.presenting.report.making import MadeReport
+from labbook.presenting.report.content import MadeReport
 from stats.compare.shared_error import SharedError, difference_with_shared
 from stats.days.blocked import blocked_by_day
-from stats.days.blocked_result import MIXED_MODEL, BlockedByDay, ExactTest
+from stats.days.blocked_result import BlockedByDay, ExactTest
 from tests.helpers.books import ADA, DAYS, small_book
 
 Rows = list[tuple[str, str, float]]
@@ -171,7 +178,7 @@ def test_in_a_report_each_runs_error_counts_by_its_weight_in_the_difference_by_d
     runs = [(name, run) for name, side in ((CONTROL, pair.a), (TREATED, pair.b)) for one in side for run in one.runs]
     rows = [(name, run.run.day, run.value) for name, run in runs]
     found = compared(rows)
-    assert row.method == MIXED_MODEL
+    assert row.counted is None
     control, treated = generalised(rows, found)
     terms = {term: [run.shared.terms[term] for _name, run in runs] for term in runs[0][1].shared.terms}
     expected = np.hypot.reduce([float((treated - control) @ np.array(errors)) for errors in terms.values()])

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from labbook.analysis.comparison.shared_error_tests import add_shared_error
+from labbook.analysis.comparison.by_day import add_shared_error
 from stats.compare.shared_error import NORMAL, SharedError, difference_with_shared
 from stats.compare.two_sample import compare_two
 

@@ -9,7 +9,7 @@ import pytest
 from data_schema.outcomes import Outcome
 from labbook.actions.report_command import state_report
 from labbook.analysis.comparison.pairing import EACH, POOLED
-from labbook.presenting.report.making import MadeReport
+from labbook.presenting.report.content import MadeReport
 from reports.numbers import Value
 from tests.helpers.books import ADA, SmallBook
 from tests.helpers.decided import decided_book

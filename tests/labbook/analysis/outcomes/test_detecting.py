@@ -15,7 +15,7 @@ from ingest.model import Gap
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct
 from labbook.actions.runs.jump_review import review
-from labbook.analysis.outcomes.detecting import Log, detect, detection_rows, heeded_gaps
+from labbook.analysis.outcomes.detection import Log, detect, detection_rows, heeded_gaps
 from labbook.book.opening import Book
 from tests.helpers.books import ADA, SmallBook, small_book
 

@@ -8,8 +8,8 @@ import pytest
 
 from data_schema.queries.detections import DecisionRow, DetectionRow, JumpRow
 from data_schema.vocabulary import ReasonCode, Verdict
-from labbook.analysis.outcomes.judging import Judgement, Rules
-from labbook.analysis.outcomes.judging import judge as judge_run
+from labbook.analysis.outcomes.run_apexes import Judgement, Rules
+from labbook.analysis.outcomes.run_apexes import judge as judge_run
 
 RULES = Rules(exclude_first_jumps=0, exclude_gap_jumps=False)
 

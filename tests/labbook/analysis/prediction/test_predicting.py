@@ -26,7 +26,7 @@ from labbook.analysis.prediction.predicting import PredictionResult
 from labbook.analysis.results.codec import decode
 from labbook.book.opening import opened
 from labbook.config.parsing import parse_configuration
-from labbook.presenting.report.making import MadeReport
+from labbook.presenting.report.content import MadeReport
 from reports.numbers import Number
 from reports.predicted import PredictedQuantity, Prediction
 from simulator.jump import grown_rounding, simulate

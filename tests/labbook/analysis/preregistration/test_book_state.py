@@ -16,8 +16,15 @@ from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.correcting import correct, unvoid, void
 from labbook.actions.runs.jump_review import decide
 from labbook.analysis.comparison.pairing import POOLED
-from labbook.analysis.preregistration.book_state import NO_RUN, BookHistory, BookState, ChangeKind, difference, state_at
-from labbook.analysis.preregistration.history import read_history
+from labbook.analysis.preregistration.book_state import (
+    NO_RUN,
+    BookHistory,
+    BookState,
+    ChangeKind,
+    difference,
+    read_history,
+    state_at,
+)
 from labbook.analysis.preregistration.planned import planned_analysis
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database

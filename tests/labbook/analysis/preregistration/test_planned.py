@@ -20,7 +20,7 @@ from labbook.analysis.preregistration.planned import AS_A_WHOLE, NOTHING_DECIDED
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database
 from labbook.config.model import AnalysisSettings, Bounds, Family
-from labbook.presenting.report.planned import planned_sentences
+from labbook.presenting.report.preregistration import planned_sentences
 from tests.helpers.books import ADA, BEN, SmallBook, import_sheet, ingest_all, small_book
 from tests.helpers.statements import note, said_alike
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from labbook.analysis.study import StudyAnalysis
-from labbook.presenting.report.course import confounded_with_day
+from labbook.presenting.report.campaign import confounded_with_day
 from tests.labbook.presenting.conftest import Told
 
 SAND, GRAVEL = "sand", "gravel"

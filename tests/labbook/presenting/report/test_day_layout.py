@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from benchmarks.stats_evidence.sizes.record import every_rate
 from labbook.presenting.report.day_layout import with_days, without_days
-from labbook.presenting.report.error_rate_uses import Use, on_runs
+from labbook.presenting.report.error_rates import Use, on_runs
 from stats.compare.two_sample import compare_two
 from stats.planning.recorded import weak_point
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from labbook.presenting.report.error_rate_uses import Use
-from labbook.presenting.report.known_error_rates import known_error_rates
+from labbook.presenting.report.error_rates import Use, known_error_rates
 from stats.planning.recorded import weak_point
 
 HEAD = (

@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from data_schema.outcomes import Outcome
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.report.methods import limitations, methods
@@ -29,7 +30,11 @@ def with_lines(analysis: StudyAnalysis, *dfs: int | None) -> str:
     drains = {}
     for (uid, drain), df in zip(analysis.drains.items(), dfs, strict=True):
         assert isinstance(drain.line, PassiveDrain)
-        line = Undefined("there are no idle runs") if df is None else replace(drain.line, df=df, n=df + 2)
+        line = (
+            Undefined(Reason.STORED, text="there are no idle runs")
+            if df is None
+            else replace(drain.line, df=df, n=df + 2)
+        )
         drains[uid] = replace(drain, line=line)
     return methods(replace(analysis, drains=drains))[0]
 

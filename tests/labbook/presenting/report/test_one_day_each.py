@@ -9,9 +9,9 @@ import pytest
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.actions.report_command import state_report
-from labbook.presenting.report.course import confounded_with_day
-from labbook.presenting.report.making import MadeReport
-from labbook.presenting.report.one_day_each import one_day_each
+from labbook.presenting.report.campaign import confounded_with_day
+from labbook.presenting.report.content import MadeReport
+from labbook.presenting.report.day_layout import one_day_each
 from reports.remarks import FOOTNOTE
 from reports.tables.as_csv import csv_bytes
 from reports.tables.registry import TABLES

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from labbook.presenting.simulation.effects_ablation import (
     ablation_data,
@@ -22,7 +23,7 @@ from simulator.scene_file import load_scene
 
 SCENE = load_scene("sim2")
 FULL = Outputs("touchdown", 1, 30.0, 0.3, 0.07, 1000, False, 100)
-FOLDED = Undefined("leg_folded")
+FOLDED = Undefined(Reason.STORED, text="leg_folded")
 
 
 def left_out(

@@ -1,20 +1,128 @@
-"""How the measuring went: days, counts of runs and jumps, order in the day, packs, what is confounded with the day."""
+"""What was measured, in physical units, and how it went: conditions, days, counts, order in the day, robots."""
 
 from __future__ import annotations
 
+import json
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from data_schema.outcomes import Outcome
 from data_schema.queries.plans import PlannedRow
 from data_schema.queries.runs import RunRow
-from data_schema.queries.study import CheckRow
-from data_schema.vocabulary import CheckKind, RunKind, RunState
-from labbook.analysis.outcomes.conditions import RunNumber
+from data_schema.queries.study import CheckRow, FactorRow
+from data_schema.vocabulary import CheckKind, FactorKind, RunKind, RunState
+from labbook.analysis.comparison import pairing
+from labbook.analysis.comparison.pairing import place
+from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
+from labbook.analysis.outcomes.run_apexes import RunApexes
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.numbers import Shown
-from labbook.presenting.report.design import factor_title
-from reports.content import Day, Flow, Order, PackMean, RunPoint
+from reports.content import (
+    Condition,
+    Day,
+    Factor,
+    Flow,
+    Level,
+    Order,
+    PackMean,
+    ReportContent,
+    RunPoint,
+    RunValue,
+    Summary,
+)
+from reports.naming import levels_name
+from reports.wording import list_text
+
+
+def factors(analysis: StudyAnalysis) -> tuple[Factor, ...]:
+    """Return the study's factors with the formulas that turn gains into physical values."""
+    shown = []
+    for row in _considered(analysis):
+        gain = analysis.evidence.configuration.gains.get(row.name)
+        settings = analysis.evidence.configuration.factors.get(row.name)
+        shown.append(
+            Factor(
+                name=row.name,
+                title=factor_title(analysis, row.name),
+                symbol=gain.symbol if gain else "",
+                unit=gain.unit if gain else _number_unit(analysis, row),
+                slope=gain.slope if gain else None,
+                offset=gain.offset if gain else None,
+                control=settings.control if settings else None,
+                swept=row.name == analysis.swept,
+            )
+        )
+    return tuple(shown)
+
+
+def factor_title(analysis: StudyAnalysis, name: str) -> str:
+    """Return what a factor is called in text: its title in labbook.toml, or its name."""
+    settings = analysis.evidence.configuration.factors.get(name)
+    return (settings.title if settings else None) or name.replace("_", " ")
+
+
+def _number_unit(analysis: StudyAnalysis, row: FactorRow) -> str:
+    """Return the unit of levels that are plain numbers, as labbook.toml names it."""
+    settings = analysis.evidence.configuration.factors.get(row.name)
+    return (settings.unit or "") if settings is not None and settings.kind is FactorKind.NUMBER else ""
+
+
+def _considered(analysis: StudyAnalysis) -> list[FactorRow]:
+    """Leave out what labbook.toml no longer names and no condition has: a name that was mistyped at first."""
+    measured = {name for several in analysis.conditions.values() for item in several for name in item.levels}
+    named = analysis.evidence.configuration.factors.keys() | measured
+    return [row for row in analysis.evidence.factors if row.name in named]
+
+
+def conditions(analysis: StudyAnalysis, shown: Shown) -> tuple[Condition, ...]:
+    """Return every condition that has a measured quantity, in the order of the factors' levels, the swept one last.
+
+    So the control and the treated conditions of one group stand together.
+    """
+    measured = {outcome: {item.key: item for item in several} for outcome, several in analysis.conditions.items()}
+    every = {key: item for items in measured.values() for key, item in items.items()}
+    known = {row.name: [level.label for level in row.levels] for row in analysis.evidence.factors}
+    ordered = sorted(every.values(), key=lambda item: place(known, analysis.swept, item.levels))
+    return tuple(
+        Condition(
+            levels=_levels(analysis, item.levels),
+            control=item.is_control,
+            summaries={
+                outcome: _summary(items[item.key], shown) for outcome, items in measured.items() if item.key in items
+            },
+        )
+        for item in ordered
+    )
+
+
+def _levels(analysis: StudyAnalysis, labels: Mapping[str, str]) -> tuple[Level, ...]:
+    gains = analysis.evidence.configuration.gains
+    found = []
+    for row in analysis.evidence.factors:
+        level = next((level for level in row.levels if level.label == labels.get(row.name)), None)
+        if level is None:
+            continue
+        gain = gains.get(row.name)
+        if gain is not None and level.value is not None:
+            found.append(Level(row.name, level.label, gain.physical(level.value), gain.unit, level.value))
+            continue
+        radius_m = json.loads(level.attributes_json).get("radius_m")
+        if radius_m is None:
+            found.append(Level(row.name, level.label, level.value, _number_unit(analysis, row)))
+        else:
+            found.append(Level(row.name, level.label, radius_m, "m"))
+    return tuple(found)
+
+
+def _summary(values: ConditionValues, shown: Shown) -> Summary:
+    jumps = [len(item.result.heights_m) for item in values.runs if isinstance(item.result, RunApexes)]
+    return Summary(
+        mean=shown.number(values.summary.mean),
+        sd=shown.value(values.summary.sd),
+        runs=tuple(RunValue(item.run.name, item.value) for item in values.runs),
+        jumps=sum(jumps) or None,
+        robots=dict(Counter(item.run.robot for item in values.runs)),
+    )
 
 
 def days(analysis: StudyAnalysis, checks: Mapping[str, Sequence[CheckRow]]) -> tuple[Day, ...]:
@@ -145,3 +253,33 @@ def _confounded(count: int, days: int) -> str:
 def _point(item: RunNumber, deviation_j: float) -> RunPoint:
     run = item.run
     return RunPoint(run.name, run.day, run.position_in_day, run.battery, item.value, deviation_j, run.is_control)
+
+
+def runs_by_robot(analysis: StudyAnalysis) -> dict[str, int]:
+    """Count the analysed runs of each robot, in the order in which the robots were used."""
+    used = {uid for found in analysis.results.values() for uid in found.results}
+    return dict(Counter(run.robot for run in analysis.evidence.runs if run.uid in used))
+
+
+def robot_limitations(analysis: StudyAnalysis, content: ReportContent) -> tuple[str, ...]:
+    """Say in which groups the control and the treated runs are not of the same robots; `content` names groups."""
+    found = []
+    for item in analysis.compared:
+        if item.pair.family != pairing.POOLED:
+            continue
+        control, treated = _robots(item.pair.a), _robots(item.pair.b)
+        if control.keys() != treated.keys():
+            name = levels_name(content, item.pair.group)
+            found.append(
+                f"{f'With {name}' if name else 'In this selection'} the control runs are of {_listed(control)} and the "
+                f"treated runs of {_listed(treated)}: the differences may be the robots'."
+            )
+    return tuple(dict.fromkeys(found))
+
+
+def _robots(side: Iterable[ConditionValues]) -> Mapping[str, int]:
+    return Counter(item.run.robot for condition in side for item in condition.runs)
+
+
+def _listed(robots: Mapping[str, int]) -> str:
+    return list_text([f"{robot} ({runs})" for robot, runs in robots.items()])

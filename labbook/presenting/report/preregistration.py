@@ -1,0 +1,156 @@
+"""What was decided about the analysis beforehand, what departs from it, and what that leaves untested."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+
+from data_schema.vocabulary import ReasonCode
+from labbook.analysis.preregistration.planned import (
+    AS_A_WHOLE,
+    FAMILY_OF,
+    NOTHING_DECIDED,
+    Planned,
+    Reason,
+    not_allowed,
+)
+from labbook.analysis.study import StudyAnalysis
+from labbook.config.model import AnalysisSettings, UnitOfAnalysis
+from reports.content import Comparison
+from reports.wording import sentence_start
+
+HOW_TO_DECIDE = (
+    "write [analysis] in labbook.toml (the one that `labbook init` writes has an example) before the first file or "
+    "charge comes in, or the report calls every comparison exploratory."
+)
+
+NOT_WATCHED = (
+    "Not watched: runs never made or never entered, whether a value was corrected to please (that it was is listed), "
+    "the study, the rest of labbook.toml (beside [analysis] and which jumps count), and what was looked at without a "
+    "report; the journal has all but the first and the last of these."
+)
+"""What could depart from the plan and is not looked for."""
+
+_UNITS: Mapping[UnitOfAnalysis, str] = {UnitOfAnalysis.RUN: "the run", UnitOfAnalysis.DAY: "the mean of a day's runs"}
+
+
+def planned_sentences(planned: Planned) -> tuple[str, ...]:
+    """Say what rules the analysis and since when, then each departure."""
+    said = _settings(planned.settings)
+    by = "" if planned.stated_utc is None else f" on {planned.stated_utc[:10]} by {planned.stated_by}"
+    if planned.first_measured_utc is None:
+        if not planned.stated:
+            return (f"Nothing is decided about the analysis yet: {HOW_TO_DECIDE}",)
+        kept = by or " in labbook.toml, which the book takes over with the next statement"
+        return (f"Decided{kept}, and nothing is measured yet: {said}",)
+    first = planned.first_measured_utc[:10]
+    if not planned.stated:
+        return (
+            f"Nothing was decided about the analysis before the first measurement came into the book on {first}, so "
+            f"every comparison is exploratory. Used are: {said}",
+            *_departures(planned),
+        )
+    decided = f"Decided{by}, before the first measurement came into the book on {first}: {said}"
+    return (decided, *made_before(planned), *_departures(planned))
+
+
+def made_before(planned: Planned) -> tuple[str, ...]:
+    """Say that runs are dated before the decision, which the book cannot place before their numbers; or nothing."""
+    if planned.run_before is None or planned.stated_utc is None:
+        return ()
+    return (
+        f"The first run is dated {planned.run_before}, before the decision was stated on {planned.stated_utc[:10]}: "
+        "nothing shows that it was made before the data were seen.",
+    )
+
+
+def _departures(planned: Planned) -> tuple[str, ...]:
+    return tuple(departure_sentence(said) for said in planned.departures if said != NOTHING_DECIDED)
+
+
+def departure_sentence(said: str) -> str:
+    """Write a departure of `Planned` as a sentence."""
+    return f"Departure: {said}."
+
+
+def _settings(settings: AnalysisSettings) -> str:
+    bounds = settings.apex_bounds
+    unit = "" if bounds is None else "% of the control's" if bounds.percent else "m"
+    within = (
+        "no bounds of apex height"
+        if bounds is None
+        else f"differences of apex height from {bounds.low:g} to {bounds.high:g} {unit} count as none"
+    )
+    return (
+        f"the primary outcome is {settings.primary_outcome}, the family of comparisons "
+        f"{FAMILY_OF[settings.family]}, alpha {settings.alpha:g}, the unit of analysis "
+        f"{_UNITS[settings.unit_of_analysis]}; {within}; {_exclusions(settings)}."
+    )
+
+
+def _exclusions(settings: AnalysisSettings) -> str:
+    if ReasonCode.OTHER in settings.exclusions:
+        return "a person may leave out jumps and runs for any reason"
+    listed = ", ".join(str(reason).replace("_", " ") for reason in settings.exclusions)
+    return f"a person may leave out jumps and runs for: {listed or 'no reason'}"
+
+
+def decided(analysis: StudyAnalysis) -> tuple[str, ...]:
+    """Return what was decided and when, and what nothing shows of that."""
+    return planned_sentences(analysis.planned)[: 1 + len(made_before(analysis.planned))]
+
+
+def departures(analysis: StudyAnalysis, compared: Sequence[Comparison]) -> tuple[str, ...]:
+    """Return what departs from it, each with what is exploratory for it; then what was not planned at all, and why.
+
+    `compared` shows the analysis's comparisons in their order.
+    """
+    planned = analysis.planned
+    said = planned_sentences(planned)[len(decided(analysis)) :]
+    if not planned.stated:
+        return said
+    departing: dict[str, dict[str, None]] = {}
+    others: dict[str, dict[str, None]] = {}
+    for reason, name in _exploratory(analysis, compared):
+        for departure in reason.departures:
+            departing.setdefault(departure_sentence(departure), {})[name] = None
+        if not reason.departures:
+            others.setdefault(reason.text, {})[name] = None
+    concerning = departing.keys() & {departure_sentence(not_allowed(item)) for item in planned.disallowed_exclusions}
+    as_a_whole = (f"{sentence_start(AS_A_WHOLE)}.",) if concerning else ()
+    return (
+        *(_with_exploratory(sentence, departing.get(sentence, ())) for sentence in said),
+        *as_a_whole,
+        *(f"Exploratory, because {reason}: {', '.join(names)}." for reason, names in others.items()),
+    )
+
+
+def _with_exploratory(sentence: str, names: Collection[str]) -> str:
+    return f"{sentence} Exploratory for it: {', '.join(names)}." if names else sentence
+
+
+def _exploratory(analysis: StudyAnalysis, compared: Sequence[Comparison]) -> Iterator[tuple[Reason, str]]:
+    """Give a reason and what is exploratory for it, comparison by comparison, then what no plan can have."""
+    planned = analysis.planned
+    for item, shown in zip(analysis.compared, compared, strict=True):
+        asked = (item.pair.family, item.conditions)
+        if reason := planned.reason(item.quantity, *asked):
+            yield reason, f"{shown.family} ({shown.quantity})"
+        if shown.equivalence is not None and (reason := planned.reason_of_equivalence(*asked)):
+            yield reason, f"{shown.family} (equivalence of {shown.quantity})"
+    for tested in analysis.anovas:
+        yield Reason(planned.exploratory_anova()), f"one-way analysis of variance ({tested.quantity})"
+    for jumps in analysis.jump_tests:
+        yield Reason(planned.exploratory_jumps()), f"{jumps.pair.family}, over single jumps"
+
+
+def no_equivalence(analysis: StudyAnalysis) -> str:
+    """Say why apex heights are not tested for equality, and how that is asked for; "" where they are."""
+    compared = any(item.quantity.has_equivalence for item in analysis.compared)
+    if not compared or analysis.planned.settings.apex_bounds is not None:
+        return ""
+    return (
+        "That a difference of apex height is not told from zero does not show that heights are equal. No test of "
+        "equivalence is made, because labbook.toml states no bounds within which a difference counts as none: write, "
+        "before the first run, `apex_bounds_percent = [-3, 3]` (of the control's mean) or `apex_bounds_m = [-0.005, "
+        "0.005]` under [analysis]."
+    )
