@@ -355,10 +355,9 @@ def fit_flights(
             limit_s[at] = time_s[apex + below[0] - 1]
     right_s = window_ends(time_s, signal.height_m, coarse_s, left_s, limit_s, signal.noise_sd_m, gravity_m_s2, window)
     fits = fit_parabolas(time_s, signal.height_m, coarse_s, left_s, right_s)
-    few = Undefined(Reason.TOO_FEW_AROUND_APEX)
     flights: dict[int, Flight | Undefined] = {}
     for at, (row, _) in enumerate(flying):
-        flights[row] = few
+        flights[row] = Undefined(Reason.TOO_FEW_AROUND_APEX)
         if fits.defined[at]:
             flights[row] = Flight(
                 apex_s=float(fits.apex_s[at]),

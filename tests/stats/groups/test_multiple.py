@@ -68,9 +68,9 @@ def test_what_a_caller_leaves_open_is_not_rejected_in_words():
     some = dataclasses.replace(found, rejected=(why, True, False)).sentence()
     assert some.endswith("adjusted by Holm at 0.05: b (p = .020) rejected, a (p = .003) left open.")
     none = dataclasses.replace(found, rejected=(why, why, False)).sentence()
-    assert none.endswith(": none rejected, a (p = 0.003), b (p = 0.02) left open.")
+    assert none.endswith(": none rejected, a (p = .003), b (p = .020) left open.")
     every = dataclasses.replace(found, rejected=(why, why, why)).sentence()
-    assert every.endswith(": a (p = 0.003), b (p = 0.02), c (p = 0.3) left open.")
+    assert every.endswith(": a (p = .003), b (p = .020), c (p = .300) left open.")
 
 
 def test_a_family_says_how_many_were_tested_and_why_others_were_not():
