@@ -90,8 +90,8 @@ class Store:
             ) from error
         if found != sha256:
             raise BookDamaged(
-                f"the raw copy {store_path} was changed after it was kept: restore it from a backup, or remove it and "
-                "ingest the original file again."
+                f"the raw copy {store_path} was changed after it was kept: restore it from a backup, or ingest the "
+                "original file again."
             )
         return data
 

@@ -202,7 +202,8 @@ class ReportContent:
     analysis before the first measurement, `departures` what departs from it; `no_equivalence` why heights were not
     tested for equality, "" where they were or there are none. `counted` is the unit of analysis that comparisons count:
     "run", or "day" where they rest on the means of days. `known_errors` has what is on record against the methods, an
-    introduction first. `stored` tells whether the book has the report, so that its numbers can be traced.
+    introduction first. `stored` tells whether the book has the report, so that its numbers can be traced. `warning`
+    says what makes all numbers doubtful, "" where nothing does.
     """
 
     title: str
@@ -238,6 +239,7 @@ class ReportContent:
     no_equivalence: str = ""
     counted: str = "run"
     stored: bool = True
+    warning: str = ""
 
     @property
     def outcomes(self) -> tuple[Outcome, ...]:

@@ -159,7 +159,8 @@ def _template(name: str) -> str:
 
 def _facts(content: ReportContent) -> list[tuple[str, str]]:
     """Return what stands under the title: name and text."""
-    facts = [("Study", content.study), ("Selection", content.selection or "all runs")]
+    facts = [("Warning", content.warning)] if content.warning else []
+    facts += [("Study", content.study), ("Selection", content.selection or "all runs")]
     if content.days:
         first, last = content.days[0].date, content.days[-1].date
         dates = first if first == last else f"{first} to {last}"

@@ -305,20 +305,25 @@ def reports_showing(connection: sa.Connection, number_uid: str) -> list[ShownIn]
 
 
 def reports_resting_on(connection: sa.Connection, inputs: Sequence[tuple[str, str]]) -> list[str]:
-    """List the reports that show a number of these results, or one that rests on these facts, by (kind, uid)."""
+    """List the reports that show a number of these results, or one that rests on these facts, by (kind, uid).
+
+    Each is the time at which it was made, which names its folder, and the selection of its runs.
+    """
     resting = [*resting_on(connection, inputs), *(uid for kind, uid in inputs if kind == "result")]
-    found: set[str] = set()
+    found: set[tuple[str, str]] = set()
     for some in in_chunks(resting):
         query = (
-            sa.select(report.c.uid)
+            sa.select(report.c.made_utc, report.c.options_json)
             .distinct()
             .join(report_item, report_item.c.report == report.c.id)
             .join(result_number, report_item.c.result_number == result_number.c.id)
             .join(result, result_number.c.result == result.c.id)
             .where(result.c.uid.in_(some))
         )
-        found |= set(connection.execute(query).scalars())
-    return sorted(found)
+        found |= {
+            (row.made_utc, json.loads(row.options_json)["where"] or "all runs") for row in connection.execute(query)
+        }
+    return [f"{made_utc} ({where})" for made_utc, where in sorted(found)]
 
 
 def shown_numbers(connection: sa.Connection) -> list[ShownNumber]:

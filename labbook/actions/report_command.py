@@ -11,6 +11,7 @@ from pathlib import Path
 from data_schema import journal
 from data_schema.disk import make_folder, sync_all
 from data_schema.errors import BookReadOnly, UsageError, unknown_name
+from data_schema.row_hashes import altered_rows
 from data_schema.vocabulary import Action
 from ingest.store import STORED
 from labbook.book.opening import JOURNAL, Book
@@ -25,13 +26,17 @@ ATTEMPTS = 5
 
 @dataclass(frozen=True, slots=True)
 class WrittenReport:
-    """Where a report was written, its claims, and how much had to be computed for it."""
+    """Where a report was written, its claims, and how much had to be computed for it.
+
+    `warning` says that rows were altered outside labbook, "" where none were.
+    """
 
     page: str
     folder: str
     claims: tuple[str, ...]
     results_computed: int
     results_reused: int
+    warning: str
 
 
 def selection(configuration: Configuration, where: str | None, extra: Sequence[str]) -> str | None:
@@ -70,11 +75,13 @@ def write(
     if out is not None:
         _refuse_store(out)
         _check_writable(out)
-    made = _unsaved_report(book, where, step) if unsaved else _saved_report(book, where, person, step)
+    made = _unsaved_report(book, where, step) if unsaved else _saved_report(book, where, out, person, step)
+    with book.reading() as connection:
+        warning = _altered_warning(len(altered_rows(connection)))
     folder = out or book.folder / "reports" / made.content.made_at.replace(":", "").replace("-", "").split(".")[0]
     step("writing the page")
     make_folder(folder)
-    paths = write_report(made.content, folder)
+    paths = write_report(replace(made.content, warning=warning), folder)
     sync_all(folder)
     return WrittenReport(
         page=str(paths.page),
@@ -82,13 +89,28 @@ def write(
         claims=tuple(claim.text for claim in made.content.claims),
         results_computed=len(made.cache.computed),
         results_reused=len(made.cache.reused),
+        warning=warning,
     )
 
 
-def _saved_report(book: Book, where: str | None, person: str | None, step: Callable[[str], None]) -> MadeReport:
+def _altered_warning(groups: int) -> str:
+    if not groups:
+        return ""
+    several = f"{groups} groups of rows were" if groups > 1 else "a group of rows was"
+    return (
+        f"{several} altered in the database by something else than labbook, and numbers may rest on them: `labbook db "
+        "check` names them."
+    )
+
+
+def _saved_report(
+    book: Book, where: str | None, out: Path | None, person: str | None, step: Callable[[str], None]
+) -> MadeReport:
     try:
         with book.session(person):
             pass  # takes over what labbook.toml adds before anything is computed
+        if out is None:
+            _check_writable(book.folder / "reports")
         return state_report(book, where, person, step)
     except BookReadOnly as error:
         raise BookReadOnly(f"{error} `labbook report --unsaved --out DIR` needs no right to write.") from error

@@ -69,7 +69,8 @@ class AlteredRows:
             Misfit.ADDED: "added to the database",
             Misfit.REMOVED: "removed from the database",
         }
-        return f"{how[self.rows.how]}: {what}{more}{printed}."
+        rewritten = any(value.column is not None for value in self.values)
+        return f"{how[Misfit.ALTERED if rewritten else self.rows.how]}: {what}{more}{printed}."
 
 
 def compared(book: sa.Connection, fresh: sa.Connection | None, suspected: Sequence[Altered]) -> list[AlteredRows]:

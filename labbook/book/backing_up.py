@@ -28,6 +28,7 @@ from labbook.book.copying import (
     put_scene,
     raw_of,
     readable_entries,
+    refuse_cut_journal,
 )
 from labbook.book.last_backup import LAST_BACKUP, LastBackup
 from labbook.book.opening import (
@@ -43,7 +44,7 @@ from labbook.book.write_session import now_utc
 from labbook.config.parsing import Configuration
 
 MARKER = "backup.json"
-"""In a backup: of which book it is, by the hash of its first entry, and how far it goes."""
+"""In a backup: of which book it is, by the hash of its first entry, and its last entry by number and hash."""
 OF_DAMAGED_BOOK = "journal.jsonl.of-damaged-book"
 """The journal of a book that lacks a raw copy: nothing can be restored from it until that is found, but it is there."""
 
@@ -92,7 +93,8 @@ def back_up(folder: Path, destination: Path, counted: Counted) -> Backup:
         put_journal(destination / JOURNAL, entries)
         (destination / OF_DAMAGED_BOOK).unlink(missing_ok=True)
         last = LastBackup(now_utc(), str(destination.resolve()), len(entries))
-        write_json(marker, {"book": entries[0].hash, "at_utc": last.at_utc, "entries": last.entries})
+        state = {"book": entries[0].hash, "at_utc": last.at_utc, "entries": last.entries, "last": entries[-1].hash}
+        write_json(marker, state)
     try:
         write_json(store.root / LAST_BACKUP, asdict(last))
     except OSError as error:
@@ -126,12 +128,12 @@ def _taken(folder: Path, configuration: Configuration) -> tuple[list[Entry], lis
     except LabbookError as error:
         remarks.append(f"the journal was not compared with the database, which could not be asked: {error}")
     entries = list(JournalFile(path).entries())
-    seq, last_hash = known
-    if seq > len(entries) or (seq and entries[seq - 1].hash != last_hash):
-        raise BookDamaged(
-            f"{path} has no such entry {seq} as the database: write the file anew from the database with `labbook "
-            "rebuild --journal`, and back up then."
-        )
+    refuse_cut_journal(
+        entries,
+        known,
+        f"{path} has no such entry {known[0]} as the database: write the file anew from the database with `labbook "
+        "rebuild --journal`, and back up then.",
+    )
     left_out = JournalFile(path).left_out().sentence
     return entries, [*remarks, *([left_out] if left_out else [])]
 

@@ -119,6 +119,16 @@ def put_journal(path: Path, entries: list[Entry]) -> None:
     write_whole(path, "".join(f"{entry.line}\n" for entry in entries).encode())
 
 
+def refuse_cut_journal(entries: Sequence[Entry], known: tuple[int, str], sentence: str) -> None:
+    """Raise `BookDamaged` with a sentence unless the entries go as far as is known: a number of entries, the last hash.
+
+    A hash of "" is not known.
+    """
+    seq, last_hash = known
+    if seq > len(entries) or (seq and last_hash not in ("", entries[seq - 1].hash)):
+        raise BookDamaged(sentence)
+
+
 def put_scene(folder: Path, configuration: Configuration) -> str | None:
     """Write the file of a scene of one's own as labbook.toml names it; returns the name of one that lies outside."""
     simulation = configuration.simulation

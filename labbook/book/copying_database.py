@@ -22,7 +22,15 @@ from data_schema.engine import postgres_engine, reading, sqlite_engine, translat
 from data_schema.errors import BookDamaged, UsageError
 from data_schema.tables import METADATA
 from labbook.book.making import fill_sqlite
-from labbook.book.opening import DATABASE, check_revision, engine_of, find_folder, read_configuration, shown
+from labbook.book.opening import (
+    CONFIGURATION,
+    DATABASE,
+    check_revision,
+    engine_of,
+    find_folder,
+    read_configuration,
+    shown,
+)
 
 ROWS_AT_ONCE = 1000
 _SERVER, _ADDRESS = "postgresql", "://"
@@ -109,7 +117,11 @@ def _into_sqlite(old: sa.Engine, folder: Path, step: Callable[[str], None]) -> C
     finally:
         for piece in folder.glob(f"{fresh.name}*"):
             piece.unlink()
-    to_do = f"to use it, take [database] out of the labbook.toml beside {path}; then `labbook db check`."
+    toml = "the labbook.toml" if (folder / CONFIGURATION).exists() else "a copy of the book's labbook.toml"
+    to_do = (
+        f"to use it, take [database] out of {toml} beside {path} (its [store] says where the files are); then `labbook "
+        "db check`."
+    )
     return CopiedDatabase(str(path), rows, to_do)
 
 

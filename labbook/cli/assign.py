@@ -15,7 +15,9 @@ def register(app: typer.Typer) -> None:
 def assign(
     file: Annotated[str, typer.Argument(help="A file by name or uid; NAME#ROW or NAME#PART for a part of it.")],
     run: Annotated[str, typer.Argument(help="The run it belongs to; none takes it off its run.")],
-    why: Annotated[str | None, typer.Option("--why", help="Why, where it belonged to a run before.")] = None,
+    why: Annotated[
+        str | None, typer.Option("--why", "--reason", help="Why, where it belonged to a run before.")
+    ] = None,
     book: BookOption = None,
     person: AsOption = None,
     as_json: JsonOption = False,

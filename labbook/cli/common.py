@@ -15,7 +15,7 @@ from typing import Annotated, Any
 
 import typer
 
-from labbook.presenting.terminal import printable, printable_json, say
+from labbook.presenting.terminal import printable, printable_item, printable_json, say
 
 BookOption = Annotated[
     Path | None, typer.Option("--book", metavar="DIR", help="The book; without it, the one that holds this folder.")
@@ -47,7 +47,7 @@ WhereOption = Annotated[
 
 def emit(data: object, lines: Sequence[str], as_json: bool) -> None:
     """Print `data` as JSON, or the lines for people; a reader who has seen enough (`| head`) is no error."""
-    said = [printable(line) for line in lines]
+    said = [printable_item(line) for line in lines]
     if as_json:
         said = [printable_json(json.dumps(plain(data), ensure_ascii=False, indent=2, allow_nan=False))]
     try:

@@ -15,7 +15,7 @@ def register(app: typer.Typer) -> None:
 def correct(
     target: Annotated[str, typer.Argument(help="A run, or study, robot:NAME, battery:NAME, charge:UID.")],
     fields: Annotated[list[str], typer.Argument(metavar="FIELD=VALUE...", help="What it should say.")],
-    why: Annotated[str, typer.Option("--why", help="Why the old value was wrong.")],
+    why: Annotated[str, typer.Option("--why", "--reason", help="Why the old value was wrong.")],
     fold: FoldOption = None,
     book: BookOption = None,
     person: AsOption = None,

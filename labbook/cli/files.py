@@ -11,8 +11,8 @@ app = typer.Typer(no_args_is_help=True)
 NameArgument = Annotated[
     str, typer.Argument(metavar="NAME", help="A file by name, path, uid or the beginning of its SHA-256.")
 ]
-WhyOption = Annotated[str, typer.Option("--why", help="Why.")]
-MaybeWhyOption = Annotated[str | None, typer.Option("--why", help="Why.")]
+WhyOption = Annotated[str, typer.Option("--why", "--reason", help="Why.")]
+MaybeWhyOption = Annotated[str | None, typer.Option("--why", "--reason", help="Why.")]
 
 
 @app.command("list")

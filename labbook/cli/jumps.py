@@ -14,7 +14,9 @@ NumbersArgument = Annotated[
 ]
 ReasonOption = Annotated[
     str,
-    typer.Option("--reason", help="dropped_packet, wrong_apex, touched_by_hand, misfire, sensor_fault, other ..."),
+    typer.Option(
+        "--reason", "--why", help="dropped_packet, wrong_apex, touched_by_hand, misfire, sensor_fault, other ..."
+    ),
 ]
 NoteOption = Annotated[str | None, typer.Option("--note", help="In your own words.")]
 

@@ -41,7 +41,8 @@ def merge(
     if not total:
         lines = [] if done.conflicts else [f"{other} says nothing that this book does not have: nothing to add."]
     if done.there_already:
-        lines.append(f"{done.there_already} of its entries after the first {done.common}, common to both, are here.")
+        had = _counted(done.there_already, "entry", "entries")
+        lines.append(f"this book had already {had} of those after the first {done.common}, which both share.")
     lines += [f"in the way: {sentence}" for sentence in done.conflicts]
     emit(done, lines, as_json)
     if done.conflicts:

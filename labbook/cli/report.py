@@ -35,7 +35,6 @@ def report(
     Example: labbook report --foot small; labbook report --where "k_gain=400 and day>=2021-06-01" --out paper
     """
     from data_schema.queries.imported_files import inbox
-    from data_schema.row_hashes import altered_rows
     from labbook.actions.report_command import selection, write
     from labbook.book.opening import opened
 
@@ -44,7 +43,7 @@ def report(
         with progress("report", None, shown=not as_json) as step:
             written = write(opened_book, text, out, person, step, unsaved=unsaved)
         with opened_book.reading() as connection:
-            waiting, altered = inbox(connection), len(altered_rows(connection))
+            waiting = inbox(connection)
     not_stored = ["nothing was stored: `labbook why` knows those of its numbers that a stored report has too."]
     emit(
         written,
@@ -54,17 +53,9 @@ def report(
             *(not_stored if unsaved else ()),
             f"{written.page}",
             *([f"look again: {_waiting(waiting)}"] if waiting else []),
-            *([f"look again: {_altered(altered)}"] if altered else []),
+            *([f"look again: {written.warning}"] if written.warning else []),
         ],
         as_json,
-    )
-
-
-def _altered(groups: int) -> str:
-    several = f"{groups} groups of rows were" if groups > 1 else "a group of rows was"
-    return (
-        f"{several} altered in the database by something else than labbook, and numbers may rest on them: `labbook db "
-        "check` names them."
     )
 
 

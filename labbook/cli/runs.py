@@ -124,7 +124,7 @@ def _taken_in(items: Mapping[str, Sequence[str]]) -> list[str]:
 @app.command("dismiss")
 def dismiss_command(
     what: Annotated[str, typer.Argument(metavar="ITEM", help="A name of the inbox: FILE#ROW, or FILE.")],
-    why: Annotated[str, typer.Option("--why", help="Why it belongs to no run.")],
+    why: Annotated[str, typer.Option("--why", "--reason", help="Why it belongs to no run.")],
     book: BookOption = None,
     person: AsOption = None,
     as_json: JsonOption = False,
@@ -142,7 +142,7 @@ def dismiss_command(
 @app.command("restore")
 def restore_command(
     what: Annotated[str, typer.Argument(metavar="ITEM", help="What was dismissed: FILE#ROW, or FILE.")],
-    why: Annotated[str | None, typer.Option("--why", help="Why.")] = None,
+    why: Annotated[str | None, typer.Option("--why", "--reason", help="Why.")] = None,
     book: BookOption = None,
     person: AsOption = None,
     as_json: JsonOption = False,

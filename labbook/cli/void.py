@@ -14,7 +14,9 @@ def register(app: typer.Typer) -> None:
 
 def void(
     run: Annotated[str, typer.Argument(help="The run.")],
-    reason: Annotated[str, typer.Option("--reason", help="Why it does not count, or with --undo why it does.")],
+    reason: Annotated[
+        str, typer.Option("--reason", "--why", help="Why it does not count, or with --undo why it does.")
+    ],
     undo: Annotated[bool, typer.Option("--undo", help="The run counts after all.")] = False,
     book: BookOption = None,
     person: AsOption = None,

@@ -15,6 +15,11 @@ def printable(text: str) -> str:
     return _OBEYED.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
 
 
+def printable_item(text: str) -> str:
+    """Return one line of output; further lines, of a name or a note, are marked, or they could pass for labbook's."""
+    return printable(text).replace("\n", "\n    | ")
+
+
 def printable_json(text: str) -> str:
     """Return JSON that a terminal shows as it is; to a program it says the same."""
     return _OBEYED.sub(lambda found: f"\\u{ord(found[0]):04x}", text)

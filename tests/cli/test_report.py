@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sqlalchemy as sa
 
 from labbook.actions.upkeep.tracing import trace
 from labbook.book.opening import opened
@@ -194,3 +195,23 @@ def test_reading_a_reported_book_changes_nothing(reported: Reported) -> None:
         for words in ("runs list", "today --day 2021-06-14", "show r001", "jumps list r001", "db status", "runs inbox"):
             good(labbook(*words.split(), at=reported.book.folder))
             assert good(labbook(*words.split(), "--json", at=reported.book.folder)).json is not None
+
+
+def test_altered_rows_are_a_warning_on_the_page_too(whole: SmallBook, tmp_path: Path) -> None:
+    engine = sa.create_engine(f"sqlite:///{whole.database}")
+    with engine.begin() as connection:
+        connection.exec_driver_sql("UPDATE charge SET charge_mah = charge_mah + 1 WHERE run = 2")
+    engine.dispose()
+    said = good(labbook("report", "--out", tmp_path / "paper", at=whole.folder))
+    page = html.unescape((tmp_path / "paper" / "report.html").read_text(encoding="utf-8"))
+    warning = "altered in the database by something else than labbook"
+    assert warning in said.out
+    assert warning in page
+
+
+def test_a_report_that_cannot_be_written_is_not_in_the_journal(whole: SmallBook) -> None:
+    entries = (whole.folder / "journal.jsonl").read_text().count("\n")
+    shutil.rmtree(whole.folder / "reports", ignore_errors=True)
+    (whole.folder / "reports").write_text("a file")
+    assert labbook("report", at=whole.folder).code == 2
+    assert (whole.folder / "journal.jsonl").read_text().count("\n") == entries

@@ -44,6 +44,7 @@ def test_json_still_says_what_a_note_said(whole: SmallBook) -> None:
     assert json.loads(shown)["notes"][-1]["text"] == EVIL
 
 
-def test_lines_and_tabs_of_a_note_stay(whole: SmallBook) -> None:
-    good(labbook("note", "r001", "one\n\ttwo", at=whole.folder))
-    assert "one\n\ttwo" in good(labbook("show", "r001", at=whole.folder)).out
+def test_further_lines_of_a_note_stay_and_cannot_pass_for_statements(whole: SmallBook) -> None:
+    good(labbook("note", "r001", "one\n\ttwo\n  2026-11-24T11:52:37.043Z Ada Nwosu corrected", at=whole.folder))
+    shown = good(labbook("show", "r001", at=whole.folder)).out
+    assert "one\n    | \ttwo\n    |   2026-11-24T11:52:37.043Z" in shown

@@ -166,7 +166,9 @@ def _ask(engine: sa.Engine, played_back: _PlayedBack, deep: bool) -> _Told:
         problems: list[str] = []
         with reading(engine) as connection:
             damage = _damage_of_sqlite(connection) if engine.dialect.name == "sqlite" else []
-            problems += _with_remedy([*damage, *_foreign_triggers(connection)], MADE_ANEW)
+            triggers = _foreign_triggers(connection)
+            problems += _with_remedy([*damage, *triggers], MADE_ANEW)
+            deep = deep or bool(triggers)  # what guards the journal was taken away: it may have been cut
             raw, samples = raw_copies(connection), signal_files(connection)
             entries = _attempt(problems, lambda: [entry.hash for entry in _chained(connection)])
             if entries:

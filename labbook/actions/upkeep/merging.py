@@ -38,6 +38,7 @@ from labbook.actions.upkeep.merge_rules import (
     meets,
 )
 from labbook.book.backing_up import MARKER as OF_BACKUP
+from labbook.book.copying import refuse_cut_journal
 from labbook.book.opening import CONFIGURATION, Book, open_book
 from labbook.book.write_session import DryRun, Statement, WriteSession, apply, new_uid
 from labbook.statements.apply_context import derived_uid
@@ -65,6 +66,13 @@ def merge(book: Book, folder: Path, person: str | None, *, dry_run: bool = False
     with contextlib.suppress(DryRun), _opened(book, folder) as other, other.reading() as there:
         with _said_of(folder):
             theirs = list(other.mirror.entries())
+            known = journal.head(there)
+            refuse_cut_journal(
+                theirs,
+                known,
+                f"{other.mirror.path} has no such entry {known[0]} as the database: write the file anew from the "
+                "database with `labbook rebuild --journal` there, and merge then.",
+            )
         with book.session(person) as session:
             done = _Merging(book, other, session, there, theirs).done(dry_run=dry_run)
             if dry_run:

@@ -7,13 +7,13 @@ and the folder a book like any other, when all that it holds has been checked.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import sqlalchemy as sa
 
 from data_schema import journal
-from data_schema.disk import alone_with, sync, write_whole
+from data_schema.disk import alone_with, read_json, sync, write_json, write_whole
 from data_schema.engine import postgres_engine, reading
 from data_schema.errors import BookDamaged, BookError, UsageError
 from data_schema.journal import Entry
@@ -21,8 +21,18 @@ from data_schema.journal_file import JournalFile
 from ingest.store import Store
 from labbook.actions.upkeep.health import check_book
 from labbook.book.backing_up import MARKER as OF_BACKUP
-from labbook.book.copying import CopiedRaw, Counted, claim, copy_raw, put_journal, put_scene, raw_of
+from labbook.book.copying import (
+    CopiedRaw,
+    Counted,
+    claim,
+    copy_raw,
+    put_journal,
+    put_scene,
+    raw_of,
+    refuse_cut_journal,
+)
 from labbook.book.differing import Differences, differences
+from labbook.book.last_backup import LAST_BACKUP, LastBackup
 from labbook.book.making import last_configuration
 from labbook.book.opening import (
     CONFIGURATION,
@@ -80,14 +90,16 @@ def restore(source: Path, folder: Path, place: Place | None, step: Callable[[str
         raw = copy_raw(Store(source), Store(folder), raw_of(entries), counted)
         if raw.problems:
             raise BookDamaged(
-                f"{len(raw.problems)} of {raw.raw_copies} raw copies of {source} could not be restored "
-                f"({raw.problems[0]}): bring them there from another backup, or from the book itself, and try again."
+                f"{len(raw.problems)} of {raw.raw_copies} raw copies of {source} could not be restored (the first: "
+                f"{raw.problems[0].split(': restore it')[0]}): back the book up again, which mends them, or bring "
+                "them there from another backup, and try again."
             )
         put_scene(folder, original)
         write_whole(folder / CONFIGURATION, text.encode())
         put_journal(folder / JOURNAL, entries)
         differences = _make_database(folder, entries[-1], step)
         _check(folder, counted)
+        _remember_backup(source, Store(folder), len(entries))
         marker.unlink()
         sync(folder)
     return Restored(str(folder.resolve()), len(entries), raw, differences, moved)
@@ -113,11 +125,27 @@ def _read(source: Path) -> tuple[list[Entry], str]:
         raise UsageError(
             f"{source / CONFIGURATION} is not UTF-8 text (byte {error.start}): save it as UTF-8."
         ) from error
+    said = read_json(source / OF_BACKUP)
+    n_entries = int(said.get("entries", 0))
+    refuse_cut_journal(
+        entries,
+        (n_entries, str(said.get("last", ""))),
+        f"the journal of the backup {source} ends at entry {len(entries)} and is not the one of {n_entries} entries "
+        "that was backed up: back the book up again, or restore from another backup; where there is none, remove "
+        f"{OF_BACKUP} from a copy of the folder to restore what its journal still holds.",
+    )
     if not entries:
         raise UsageError(f"{source / JOURNAL} holds no entry: there is nothing to restore.")
     if text is None:
         raise UsageError(f"{source} has no {CONFIGURATION}: put the book's there, or name another backup.")
     return entries, text
+
+
+def _remember_backup(source: Path, store: Store, n_entries: int) -> None:
+    """Let `labbook today` know of the backup that the book came from."""
+    at_utc = read_json(source / OF_BACKUP).get("at_utc")
+    if at_utc is not None:
+        write_json(store.root / LAST_BACKUP, asdict(LastBackup(str(at_utc), str(source.resolve()), n_entries)))
 
 
 def _claimed(source: Path, folder: Path, url: str | None, entries: list[Entry]) -> Path:

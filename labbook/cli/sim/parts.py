@@ -40,7 +40,7 @@ def parts(
     if name is not None:
         emit(part_data(name), part_lines(name), as_json)
         return
-    lines = [parts_markdown()]
+    lines = parts_markdown().splitlines()
     if not markdown:
         tables = parts_tables().values()
         lines = [line for table in tables for line in (table.caption, "", *columns(*_headed(parts_rows(table))), "")]

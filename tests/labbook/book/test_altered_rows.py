@@ -167,11 +167,11 @@ def test_all_altered_rows_are_named_and_a_rebuild_says_and_mends_them(tmp_path: 
 
 def test_the_reports_that_rest_on_an_altered_row_are_named(whole: SmallBook) -> None:
     with engine_of(whole).connect() as connection:
-        reports = set(connection.exec_driver_sql("SELECT uid FROM report").scalars())
+        made = set(connection.exec_driver_sql("SELECT made_utc FROM report").scalars())
     execute(engine_of(whole), "UPDATE charge SET charge_mah = charge_mah + 1 WHERE run = 2")
     (problem,) = check(whole).problems
-    named = problem.partition("reports that rest on it: ")[2].partition(".")[0].split(", ")
-    assert set(named) == reports
+    named = problem.partition("reports that rest on it: ")[2].partition(". ")[0].split(", ")
+    assert set(named) == {f"{made_utc} (all runs)" for made_utc in made}
 
 
 def test_a_flipped_bit_of_a_stored_value_is_found(whole: SmallBook) -> None:
@@ -367,6 +367,19 @@ def test_a_guard_that_does_nothing_any_more_is_named(whole: SmallBook) -> None:
         connection.execute("CREATE TRIGGER journal_never_changed BEFORE UPDATE ON journal BEGIN SELECT 1; END")
     (problem,) = check(whole).problems
     assert problem.startswith("trigger journal_never_changed, which guards the journal, was changed.")
+
+
+def test_a_journal_cut_behind_its_guard_shows_in_the_rows(whole: SmallBook) -> None:
+    """Who drops the guard can cut table and file alike; the rows of what was cut are still there."""
+    path = whole.folder / "journal.jsonl"
+    lines = path.read_text().splitlines(keepends=True)
+    execute_plainly(
+        engine_of(whole), "DROP TRIGGER journal_never_deleted", f"DELETE FROM journal WHERE seq > {len(lines) - 2}"
+    )
+    path.write_text("".join(lines[:-2]))
+    problems = check(whole).problems
+    assert problems[0].startswith("trigger journal_never_deleted")
+    assert any("in the database: " in problem for problem in problems[1:])
 
 
 def test_on_postgresql_too_foreign_triggers_are_named(tmp_path: Path, postgres_url: str) -> None:

@@ -528,6 +528,16 @@ def test_a_raw_copy_that_is_lost_or_changed_there_is_named(lab: SmallBook, lapto
     assert contents(lab.folder) == before
 
 
+def test_a_journal_cut_there_is_refused(lab: SmallBook, laptop: SmallBook) -> None:
+    go_on(lab, laptop)
+    before = contents(lab.folder)
+    path = laptop.folder / "journal.jsonl"
+    path.write_text("".join(path.read_text().splitlines(keepends=True)[:-1]))
+    with pytest.raises(BookDamaged, match="rebuild --journal"):
+        merged(lab, laptop)
+    assert contents(lab.folder) == before
+
+
 def test_a_book_of_an_earlier_labbook_is_refused(lab: SmallBook, tmp_path: Path) -> None:
     unpack(tmp_path / "old", None)
     with pytest.raises(BookVersion, match=r"old: .*labbook db upgrade"):

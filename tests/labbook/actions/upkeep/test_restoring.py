@@ -177,6 +177,15 @@ def test_damage_in_a_backup_is_told_before_anything_is_made(source: Path, tmp_pa
     assert not (tmp_path / "restored").exists()
 
 
+def test_a_journal_cut_after_the_backup_is_refused(source: Path, tmp_path: Path) -> None:
+    journal = source / "journal.jsonl"
+    lines = journal.read_text().splitlines(keepends=True)
+    journal.write_text("".join(lines[:-1]))
+    with pytest.raises(BookDamaged, match=f"ends at entry {len(lines) - 1} and is not the one of {len(lines)} entries"):
+        restored(source, tmp_path / "restored")
+    assert not (tmp_path / "restored").exists()
+
+
 # --- cut off
 
 
