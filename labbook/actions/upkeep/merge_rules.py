@@ -93,13 +93,13 @@ def meets(here: Here, entry: Entry) -> Already | Conflict | None:
 
 
 def called(connection: sa.Connection, kind: str, uid: str) -> str:
-    """Return what people call a thing: a run or a level by its name, a charge by its uid."""
+    """Return what people call a thing: a run or a level by its name, a charge by its uid and its run."""
     try:
         found = read_fact(connection, kind, uid)
     except (UnknownName, KeyError):
         return f"{kind} {uid}"
     if kind == "charge":
-        return f"charge:{uid}"
+        return f"charge:{uid}" + (f" of {called(connection, 'run', found['run'])}" if found["run"] else "")
     name = next((found[name] for name in ("name", "label", "key", "date_local") if found.get(name)), uid)
     return f"{kind} {name}"
 
