@@ -204,8 +204,10 @@ def damage_at_end(connection: sa.Connection) -> str | None:
     if _LOOKED_AT in connection.info:
         return None
     connection.info[_LOOKED_AT] = True
+    first = max(0, head(connection)[0] - LAST_ENTRIES)
+    before = connection.execute(sa.select(journal.c.hash).where(journal.c.seq == first)).scalar() or GENESIS
     try:
-        for _entry in stored(connection, head(connection)[0] - LAST_ENTRIES):
+        for _entry in chained(stored(connection, first), (first, before), MEND_TABLE):
             pass
     except BookDamaged as error:
         return str(error)

@@ -33,9 +33,18 @@ def check_format(found: Format) -> None:
         raise ValueError(f"its version {found.version} is not from 1 to {_LARGEST_VERSION}")
     _check_type(found.what, str | None, "its what")
     _check_type(found.clue, Clue | None, "its clue")
+    if found.clue is not None:
+        _check_clue(found.clue)
     for name in ("recognise", "read"):
         if not callable(getattr(found, name)):
             raise TypeError(f"its {name} is no function")
+
+
+def _check_clue(clue: Clue) -> None:
+    if any(not words or words != words.lower() or b"\0" in words for words in clue.says):
+        raise ValueError("the words of its clue are not in lower case, or empty, or hold a zero byte")
+    if clue == Clue() or not all(clue.begins):
+        raise ValueError("its clue says nothing that a file can be known by")
 
 
 def check_recognition(found: Recognition | None) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import tempfile
 from collections.abc import Callable, Sequence
@@ -11,7 +12,7 @@ from pathlib import Path
 from data_schema import journal
 from data_schema.disk import make_folder, sync_all
 from data_schema.errors import BookReadOnly, UsageError, unknown_name
-from data_schema.row_hashes import altered_rows
+from data_schema.row_hashes import altered_rows, has_hashes
 from data_schema.vocabulary import Action
 from ingest.store import STORED
 from labbook.book.opening import JOURNAL, Book
@@ -22,6 +23,10 @@ from labbook.statements.reporting import shown_by
 from reports.page import write_report
 
 ATTEMPTS = 5
+NO_HASHES = (
+    "the rows of the database have no hashes, so that nobody can tell whether they were altered: `labbook rebuild` "
+    "makes them."
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +82,7 @@ def write(
         _check_writable(out)
     made = _unsaved_report(book, where, step) if unsaved else _saved_report(book, where, out, person, step)
     with book.reading() as connection:
-        warning = _altered_warning(len(altered_rows(connection)))
+        warning = _altered_warning(len(altered_rows(connection))) if has_hashes(connection) else NO_HASHES
     folder = out or book.folder / "reports" / made.content.made_at.replace(":", "").replace("-", "").split(".")[0]
     step("writing the page")
     make_folder(folder)
@@ -109,7 +114,7 @@ def _saved_report(
     try:
         with book.session(person):
             pass  # takes over what labbook.toml adds before anything is computed
-        if out is None:
+        if out is None and os.access(book.folder, os.W_OK):  # else the session says who may not write
             _check_writable(book.folder / "reports")
         return state_report(book, where, person, step)
     except BookReadOnly as error:

@@ -9,6 +9,7 @@ one. A process ends when its input does, also where this one was killed.
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import gc
 import os
 import pickle
@@ -21,7 +22,7 @@ from collections import deque
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import IO, Any, TypeAlias
 
 from data_schema.journal import Entry
 from data_schema.vocabulary import Action
@@ -95,7 +96,9 @@ class ReadingAhead:
         """Start processes where there are processors for them; one alone reads no faster than this."""
         count = min(_processors(), MOST_PROCESSES)
         if count > 1 and sys.executable:
-            self._readers = [_Reader(self.store.root.resolve()) for _ in range(count)]
+            with contextlib.suppress(OSError):  # with fewer processes, or none, files are read when their turn comes
+                for _ in range(count):
+                    self._readers.append(_Reader(self.store.root.resolve()))
         return bool(self._readers)
 
     def _ask(self, entry: Entry) -> None:
@@ -119,6 +122,13 @@ def _processors() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+def _enlarge(pipe: IO[bytes]) -> None:
+    """Let a pipe hold more, where the system has such pipes and this user may still have one."""
+    if hasattr(fcntl, "F_SETPIPE_SZ"):
+        with contextlib.suppress(OSError):
+            fcntl.fcntl(pipe, fcntl.F_SETPIPE_SZ, _PIPE_BYTES)
+
+
 class _Reader:
     """A process that reads files in the order in which it is asked for them."""
 
@@ -131,12 +141,13 @@ class _Reader:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
-            pipesize=_PIPE_BYTES,
             env={**os.environ, "PYTHONPATH": os.pathsep.join(place for place in sys.path if place)},
         )
         assert self._process.stdin is not None  # noqa: S101 - they were asked for
         assert self._process.stdout is not None  # noqa: S101
         self._questions, self._answers = self._process.stdin, self._process.stdout
+        for pipe in (self._questions, self._answers):
+            _enlarge(pipe)
 
     def ask(self, entry: Entry) -> None:
         """Ask for the file of an entry that says how it was read."""

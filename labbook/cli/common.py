@@ -15,6 +15,7 @@ from typing import Annotated, Any
 
 import typer
 
+from data_schema.vocabulary import Undefined
 from labbook.presenting.terminal import printable, printable_item, printable_json, say
 
 BookOption = Annotated[
@@ -58,7 +59,9 @@ def emit(data: object, lines: Sequence[str], as_json: bool) -> None:
 
 
 def plain(value: Any) -> Any:
-    """Turn rows into what JSON can hold."""
+    """Turn rows into what JSON can hold; what is undefined is its reason in words."""
+    if isinstance(value, Undefined):
+        return {"reason": value.reason}
     if is_dataclass(value) and not isinstance(value, type):
         return plain(asdict(value))
     if isinstance(value, dict):

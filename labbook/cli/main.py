@@ -71,11 +71,9 @@ GROUPS = {
 """Groups of commands, each a module of its name, under which heading they stand, and what they are for."""
 
 
-MOVED = {
-    ("stats", "power"): "planning one test is `labbook power --test NAME` now: see `labbook power --help`.",
-    ("plan", "--power"): "planning how many runs a study needs is `labbook power` now: see `labbook power --help`.",
-}
-"""What stands in place of commands that there were: the word that a command line begins with, one that it holds."""
+MOVED_COMMAND = "planning one test is `labbook power --test NAME` now: see `labbook power --help`."
+MOVED_OPTION = "planning how many runs a study needs is `labbook power` now: see `labbook power --help`."
+"""What stands in place of `labbook stats power` and of `labbook plan --power`."""
 
 
 def application(words: Collection[str]) -> typer.Typer:
@@ -125,9 +123,10 @@ def run(words: Sequence[str] | None = None) -> NoReturn:
 
 def _refuse_moved(arguments: Sequence[str]) -> None:
     """Raise `UsageError` for a command that has another name now."""
-    for (first, other), now in MOVED.items():
-        if arguments[:1] == [first] and other in arguments:
-            raise UsageError(now)
+    if arguments[:2] == ["stats", "power"]:
+        raise UsageError(MOVED_COMMAND)
+    if arguments[:1] == ["plan"] and "--power" in arguments:
+        raise UsageError(MOVED_OPTION)
 
 
 def _words_to_complete() -> list[str]:

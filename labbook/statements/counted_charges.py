@@ -184,7 +184,7 @@ class RowsAround:
     nowhere when this is made; those in `back` displace what repeats them.
     """
 
-    __slots__ = ("_named", "_of_run", "_repeating", "_rows", "_scene", "runs", "said")
+    __slots__ = ("_context", "_named", "_of_run", "_repeating", "_rows", "runs", "said")
 
     def __init__(
         self,
@@ -194,7 +194,7 @@ class RowsAround:
         run_uids: Sequence[str],
         back: Sequence[str],
     ) -> None:
-        self._scene = context
+        self._context = context
         names = sorted({row.stated_run for row in rows if row.stated_run is not None})
         self.runs = run_uids_named(context.connection, names)
         about = rows_about(context.connection, sorted({*run_uids, *self.runs.values()}), names)
@@ -226,7 +226,7 @@ class RowsAround:
     def set(self, row: SheetRow, state: ChargeState, run_uid: str | None, repeats: str | None = None) -> None:
         """Say where a row stands from now on."""
         values = {"state": str(state), "run": run_uid, "repeats": repeats}
-        update_fact(self._scene.connection, "charge", row.uid, values)
+        update_fact(self._context.connection, "charge", row.uid, values)
         self._of_run[self._rows[row.uid].run_uid or ""].pop(row.uid)
         self._rows[row.uid] = replace(self._rows[row.uid], state=state, run_uid=run_uid, repeats=repeats)
         self._of_run.setdefault(run_uid or "", {})[row.uid] = None

@@ -6,6 +6,7 @@ import fcntl
 import functools
 import os
 import pickle
+import shutil
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -23,7 +24,8 @@ def made_once(name: str, make: Callable[[Path], T]) -> T:
     with (shared / f"{name}.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not result.exists():
-            folder.mkdir(exist_ok=True)
+            shutil.rmtree(folder, ignore_errors=True)  # of one that could not be made
+            folder.mkdir()
             result.write_bytes(pickle.dumps(make(folder)))
         found: T = pickle.loads(result.read_bytes())
     return found

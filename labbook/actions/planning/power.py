@@ -181,7 +181,7 @@ def _assumed(
 def _difference(request: PowerRequest, outcome: Outcome, primary: Assumed) -> float:
     if request.difference is not None:
         return request.difference
-    assert request.saving_percent is not None  # noqa: S101 - `refuse_impossible` has asked
+    assert request.saving_percent is not None  # noqa: S101 - `_refuse_impossible` has asked
     if not outcome.has_savings:
         raise UsageError(
             f"--saving is of joules, and the primary outcome is {outcome}: give --difference in {outcome.unit}."

@@ -63,17 +63,18 @@ def merge(book: Book, folder: Path, person: str | None, *, dry_run: bool = False
 
     A dry run returns them, and writes nothing.
     """
-    with contextlib.suppress(DryRun), _opened(book, folder) as other, other.reading() as there:
+    with contextlib.suppress(DryRun), _opened(book, folder) as other:
         with _said_of(folder):
+            with other.reading() as there:
+                known = journal.head(there)  # before the file is read, which is never behind
             theirs = list(other.mirror.entries())
-            known = journal.head(there)
             refuse_cut_journal(
                 theirs,
                 known,
                 f"{other.mirror.path} has no such entry {known[0]} as the database: write the file anew from the "
                 "database with `labbook rebuild --journal` there, and merge then.",
             )
-        with book.session(person) as session:
+        with other.reading() as there, book.session(person) as session:
             done = _Merging(book, other, session, there, theirs).done(dry_run=dry_run)
             if dry_run:
                 raise DryRun

@@ -126,7 +126,7 @@ def _read(source: Path) -> tuple[list[Entry], str]:
             f"{source / CONFIGURATION} is not UTF-8 text (byte {error.start}): save it as UTF-8."
         ) from error
     said = read_json(source / OF_BACKUP)
-    n_entries = int(said.get("entries", 0))
+    n_entries = said["entries"] if isinstance(said.get("entries"), int) else 0
     refuse_cut_journal(
         entries,
         (n_entries, str(said.get("last", ""))),

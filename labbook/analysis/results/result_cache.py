@@ -91,14 +91,22 @@ class ResultCache:
 def keep(connection: sa.Connection, cache: ResultCache) -> int:
     """Store what a cache computed, in a writing transaction; returns how many results are new.
 
-    Of results that were stored in another form the payload is written anew.
+    Of results that were stored in another form the payload is written anew, and with it their hash: not where a number
+    or an input is another one, which was altered outside labbook.
     """
     stored = results_by_key(connection, list(cache.computed))
     add_results(connection, [row for key, row in cache.computed.items() if key not in stored])
     known = [(cache.computed[key], row) for key, row in stored.items()]
-    rewrite_payloads(connection, [now for now, before in known if now.payload_json != before.payload_json])
+    rewrite_payloads(
+        connection,
+        [now for now, before in known if now.payload_json != before.payload_json and _same_rows(now, before)],
+    )
     renew(connection, [row for row in (cache.reused | stored).values() if row.stale])
     return len(cache.computed) - len(stored)
+
+
+def _same_rows(now: ResultRow, before: ResultRow) -> bool:
+    return set(now.numbers) == set(before.numbers) and set(now.inputs) == set(before.inputs)
 
 
 def fingerprint(role: str, kind: str, uid: str, content: str) -> InputRow:

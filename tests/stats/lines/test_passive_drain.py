@@ -66,7 +66,7 @@ def test_a_line_that_is_exact_has_no_interval():
     none = Undefined(Reason.FIT_EXACT)
     assert exact.slope_ci_mah_s() == exact.intercept_ci_mah() == exact.at(90.0).ci_low == exact.at(90.0).ci_high == none
     assert "1.5 mAh in 1.5 min (95 % CI undefined, df = 1)" in exact.at(90.0).sentence()
-    assert "2.000 mAh in 2 min (95 % CI undefined; n = 3" in exact.sentence()
+    assert "2 mAh in 2 min (95 % CI undefined; n = 3" in exact.sentence()
     stepped = fit_passive_drain([60.0, 120.0, 180.0], [1.0, 2.0, 3.0], resolution_mah=1.0)
     assert stepped.at(90.0).ci_low < 0.0 < stepped.at(90.0).ci_high
 
