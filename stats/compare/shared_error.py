@@ -264,7 +264,7 @@ class SharedTest(Result):
         if isinstance(self.t, Undefined):
             return self.t
         if isinstance(self.df, Undefined):
-            return finite(normal_two_sided(self.t).log10_p, "log10 p") if self.df is NORMAL else self.df
+            return finite(normal_two_sided(self.t).log10_p, "log10 p") if self.df == NORMAL else self.df
         return finite(t_two_sided(self.t, self.df).log10_p, "log10 p")
 
     def sentence(self, difference: str = "the difference", unit: str = "") -> str:
@@ -272,7 +272,7 @@ class SharedTest(Result):
         if isinstance(self.t, Undefined):
             return f"No test of {difference} with its shared error: {self.t.reason}."
         ends = as_interval(self.ci_low, self.ci_high)
-        df, letter = ((), "z") if self.df is NORMAL else ((self.df,), "t")
+        df, letter = ((), "z") if self.df == NORMAL else ((self.df,), "t")
         return (
             f"With its shared error {difference} has the {interval_text(ends, self.level, unit)}, "
             f"{statistic_text(letter, self.t, df)}, {p_text(self.p, alpha_beside(self.level))}."

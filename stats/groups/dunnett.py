@@ -227,8 +227,8 @@ class Dunnett(Result):
         text = f"{item.treatment} (n = {item.n}) {number_text(about, error=error)}{with_unit(unit)}"
         if isinstance(item.t, Undefined):
             return f"{text}, no test, because {item.t.reason}"
-        low = "" if item.ci_low is _UNBOUNDED else f"from {number_text(item.ci_low, error=error)}{with_unit(unit)} "
-        high = "" if item.ci_high is _UNBOUNDED else f"to {number_text(item.ci_high, error=error)}{with_unit(unit)}"
+        low = "" if item.ci_low == _UNBOUNDED else f"from {number_text(item.ci_low, error=error)}{with_unit(unit)} "
+        high = "" if item.ci_high == _UNBOUNDED else f"to {number_text(item.ci_high, error=error)}{with_unit(unit)}"
         p = p_text(item.p, alpha_beside(self.level))
         return f"{text} (CI {(low + high).strip()}), {statistic_text('t', item.t, (self.df,))}, {p}"
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -223,3 +224,10 @@ def test_foreign_numbers_are_refused_with_what_to_give(asked: Callable[[], objec
 
 def test_one_fit_may_be_told_of_in_several_errors() -> None:
     assert HALF.minus(SharedError({("drain", "level"): 0.2}, {"drain": 4})).se == pytest.approx(0.3)
+
+
+def test_a_test_against_the_normal_distribution_says_the_same_after_pickling():
+    found = difference_with_shared(2.0, math.inf, 0.0455, (0.1, 3.9), level_error(0.5, math.inf))
+    copied = pickle.loads(pickle.dumps(found))
+    assert "z = " in found.sentence()
+    assert (copied.sentence(), copied.log10_p) == (found.sentence(), found.log10_p)

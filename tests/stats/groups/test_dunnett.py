@@ -1,4 +1,5 @@
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -88,6 +89,7 @@ def test_one_treatment_and_its_interval_are_students():
 @pytest.mark.parametrize("alternative", ["greater", "less"])
 def test_one_sided_comparisons(alternative):
     found = dunnett(CONTROL, TREATED, alternative=alternative)
+    assert pickle.loads(pickle.dumps(found)).sentence() == found.sentence()
     mirrored = dunnett(
         [-x for x in CONTROL],
         {name: [-x for x in values] for name, values in TREATED.items()},
