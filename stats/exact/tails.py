@@ -36,7 +36,7 @@ _LEAST_DF, _MANY_DF, _MOST_DF = 1e-12, 1e6, 1e15  # beyond these the digits of t
 _NEAR = Fraction(1, 200)
 _BITS = 160
 _MOST_STEPS = 200_000
-_USUAL_DF, _USUAL_TAIL = (0.5, 1e6), Fraction(1, 10**100)
+_USUAL_DF, _USUAL_TAIL, _USUAL_T = (0.5, 1e6), Fraction(1, 10**100), 1e150
 """Where scipy's quantile of t has 12 digits: beyond it is infinite, no number, or as good as any."""
 _MIDDLE = Fraction(1, 100)
 """Chance of the middle below which the quantile is searched: a tail near a half has not its digits."""
@@ -202,7 +202,9 @@ def t_upper_quantile(tail: Number, df: float) -> float:
     if middle == 0:
         return 0.0
     if exact >= _USUAL_TAIL and middle >= _MIDDLE and _USUAL_DF[0] <= df <= _USUAL_DF[1]:
-        return float(_polished(np.array(df), float(exact)))
+        t = float(_polished(np.array(df), float(exact)))
+        if t <= _USUAL_T:
+            return t
     if middle < _LINEAR and df > _FLAT_DF:  # the density is flat there
         return float(Fraction(t_upper_quantile((1 - _LINEAR) / 2, df)) * middle / _LINEAR)
     if middle < Fraction(1, 2):
@@ -221,9 +223,13 @@ def t_upper_quantile(tail: Number, df: float) -> float:
 
 def t_upper_quantiles(tail: Fraction, df: Floats) -> Floats:
     """Return `t_upper_quantile` of each number of degrees of freedom, any shape."""
-    if float(tail) < _FAR_TAIL:
-        return np.array([t_upper_quantile(tail, each) for each in df.ravel().tolist()]).reshape(df.shape)
-    return _polished(df, float(tail))
+    usual = (df >= _USUAL_DF[0]) & (df <= _MOST_DF) & (float(tail) >= _FAR_TAIL)
+    if usual.all():
+        return _polished(df, float(tail))
+    found = np.array([t_upper_quantile(tail, each) for each in df[~usual].tolist()])
+    quantiles = np.empty(df.shape)
+    quantiles[usual], quantiles[~usual] = _polished(df[usual], float(tail)), found
+    return quantiles
 
 
 def _polished(df: Floats, tail: float) -> Floats:

@@ -9,7 +9,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from stats.exact.tails import t_quantile, t_upper_quantile
+from stats.exact.tails import t_quantile, t_upper_quantile, t_upper_quantiles
 
 LEVELS = [0.5, 0.6, 0.8, 0.9, 0.95, 0.98, 0.99, 0.999, 0.9999]
 
@@ -119,3 +119,14 @@ def test_so_few_degrees_of_freedom_that_t_is_a_hyperbolic_sine():
             log_both = -times * df * (1.0 + times * df / 2.0)
             wanted = mpmath.sqrt(df) * mpmath.sinh(-log_both / mpmath.mpf(df))
             assert t_upper_quantile(both / 2, df) == pytest.approx(float(wanted), rel=1e-12)
+
+
+def test_where_the_square_of_t_overflows():
+    assert distance(t_upper_quantile(Fraction(1, 10**80), 0.5), 0.5, Fraction(1, 10**80)) < 1e-12
+
+
+def test_many_quantiles_at_once_where_scipys_is_lost():
+    df = np.array([[1e-3, 0.4, 2.0], [1e300, 1e16, math.inf]])
+    for tail in (Fraction(1, 40), Fraction(1, 10**20)):
+        one_by_one = [[t_upper_quantile(tail, each) for each in row] for row in df.tolist()]
+        assert t_upper_quantiles(tail, df) == pytest.approx(np.array(one_by_one), rel=1e-13)
