@@ -114,7 +114,11 @@ class TwoSample(Result):
         error = error_of(self.difference_ci)
         smaller = min((size for size in (error, abs(self.difference)) if size > 0.0), default=0.0)
         mean_a, mean_b = (number_text(mean, error=smaller) for mean in (self.mean_a, self.mean_b))
-        lost = "; the means differ beyond the digits of a double" if self.difference and mean_a == mean_b else ""
+        lost = ""
+        if self.difference and self.mean_a == self.mean_b:
+            lost = "; the means differ beyond the digits of a double"
+        elif mean_a == mean_b and self.mean_a != self.mean_b:  # in the last digits only
+            mean_a, mean_b = f"{self.mean_a!r}", f"{self.mean_b!r}"
         text = (
             f"{a} (mean {mean_a}{with_unit(unit)}, n = {self.n_a}) minus "
             f"{b} (mean {mean_b}{with_unit(unit)}, n = {self.n_b}) is "
