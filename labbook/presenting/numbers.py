@@ -66,6 +66,7 @@ def _of_sides(undefined: Undefined, sides: tuple[str, str], unit: str) -> Undefi
     """Name both sides of a comparison, which sets its second group against its first, and the values compared."""
     first, second = sides
     names = {"group a": first, "group 'a'": first, "group b": second, "group 'b'": second}
+    names |= {"group treated": first, "group control": second}  # of the savings
     return undefined.called(names, unit)
 
 

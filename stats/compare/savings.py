@@ -340,12 +340,12 @@ def percent_savings(
 def _described(read: Groups, names: tuple[str, str], level: float, scale_relative_se: float) -> Savings:
     """Return what is known before any share is formed, everything else undefined."""
     means, sizes = (dict(zip(read.names, each, strict=True)) for each in (read.means, read.sizes))
-    none = Undefined(Reason.GROUP_EMPTY, group=f"group {' and group '.join(read.empty)}")
+    none = Undefined(Reason.GROUP_EMPTY, group=f"group {''.join(read.empty[:1])}")
     return Savings(
         n_control=int(sizes.get(names[0], 0)),
         n_treated=int(sizes.get(names[1], 0)),
         control_mean=means.get(names[0], none),
-        treated_mean=means.get(names[1], none),
+        treated_mean=means.get(names[1], Undefined(Reason.GROUP_EMPTY, group=f"group {names[1]}")),
         percent=none,
         percent_ci=none,
         delta_ci=none,

@@ -152,6 +152,10 @@ def test_what_does_not_exist_is_undefined_field_by_field():
     assert (constant.percent, constant.se_percent) == (25.0, 0.0)
     assert isinstance(constant.percent_ci, Undefined)
     assert isinstance(percent_savings([], [1.0]).percent, Undefined)
+    assert "undefined: group treated is empty." in percent_savings([1.0], []).sentence()
+    empty = percent_savings([], [])
+    assert "undefined: group control is empty." in empty.sentence()
+    assert "group treated is empty" in empty.treated_mean.reason
     assert "not positive" in percent_savings([-1.0, 1.0], [1.0, 2.0]).sentence()
     noisy = percent_savings([1.0, 100.0, -70.0], [30.0, 31.0, 29.0])
     assert isinstance(noisy.percent_ci, Undefined)
