@@ -3,9 +3,9 @@
 What the data do not fix is refused with the names of the columns; a plain solver returns the numbers of least norm
 instead, which look like any others (W20).
 
-Polynomials are fitted by Chebyshev's about the middle of the range of x, in whole numbers, and carried back to the
-caller's powers without rounding. Powers rounded to doubles cap Filip's data at 8 digits, whatever solves them; numpy's
-polyfit has none of the standard errors right there.
+Polynomials are fitted by Chebyshev's about the middle of the range of x, in whole numbers: of 192 bits, or of all where
+next to nothing of the response is left over. They are carried back to the caller's powers without rounding. Powers
+rounded to doubles cap Filip's data at 8 digits, whatever solves them; numpy's polyfit has no standard errors there.
 """
 
 from __future__ import annotations
@@ -242,6 +242,7 @@ HIGHEST_DEGREE = 20
 """Beyond it a curve through measurements says nothing."""
 _BITS = 192
 """Of a wave in whole numbers: the condition of as many waves costs less than 40."""
+_NEARLY_EXACT = Fraction(2) ** -120  # of the response's squares: below what rounding it to doubles leaves
 
 
 @dataclass(frozen=True, slots=True)
@@ -307,8 +308,8 @@ def fit_polynomial(
     low, high = min(column.counts), max(column.counts)
     twice = [2 * count - low - high for count in column.counts]
     half_range = high - low
-    rows, shifts = _shortened(_waves(twice, half_range, degree))
-    waves = exact_fit(rows, response.counts)
+    total = response.squares(centred=True)
+    waves, shifts = _fitted(_waves(twice, half_range, degree), response.counts, total)
     if waves is None:
         raise _too_few(different, degree)
     chebyshev_units = tuple(Fraction(2**shift, half_range**power) for power, shift in enumerate(shifts))
@@ -323,7 +324,7 @@ def fit_polynomial(
         Given(
             units=tuple(2 ** max(shifts) * column.unit**power for power in range(p)),
             response_unit=response.unit,
-            total=response.squares(centred=True),
+            total=total,
             n=len(column.counts),
             condition=_condition(twice, half_range, degree),
         ),
@@ -366,10 +367,17 @@ def _waves(twice: Sequence[int], half_range: int, degree: int) -> list[list[int]
     return waves
 
 
-def _shortened(rows: list[list[int]]) -> tuple[list[list[int]], list[int]]:
-    """Return rows without last bits that no coefficient depends on, and how many bits of each row that were."""
+def _fitted(rows: list[list[int]], response: Sequence[int], total: Fraction) -> tuple[ExactFit | None, list[int]]:
+    """Return the fit of waves without last bits that no coefficient depends on, and how many bits of each that were.
+
+    All bits stay where next to nothing of the response, whose sum of squares is `total`, is left over: then shortened
+    waves may hide an exact fit.
+    """
     shifts = [max(max(map(abs, row)).bit_length() - _BITS, 0) for row in rows]
-    return [[value >> shift for value in row] for row, shift in zip(rows, shifts, strict=True)], shifts
+    found = exact_fit([[value >> shift for value in row] for row, shift in zip(rows, shifts, strict=True)], response)
+    if any(shifts) and (found is None or found.squares <= _NEARLY_EXACT * total):
+        return exact_fit(rows, response), [0] * len(rows)
+    return found, shifts
 
 
 def _powers(ends: int, half_range: int, shifts: Sequence[int]) -> list[list[int]]:

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
+from stats.lines.fit import EXACT
 from stats.lines.regression import fit_linear, fit_polynomial
 from tests.helpers.exact_fit import exact, exact_fit, nist_data, nist_truth, relative_error, root
 
@@ -153,3 +154,23 @@ def test_exact_and_saturated_fits():
 def test_what_cannot_be_fitted_is_refused(x, degree, sentence):
     with pytest.raises(InputRefused, match=sentence):
         fit_polynomial(x, [1.0, 2.0, 4.5], degree)
+
+
+@pytest.mark.parametrize("degree", [4, 5, 8])
+def test_wide_whole_numbers_are_fitted_to_the_last_bit(degree):
+    """Powers of 50 bits have more than waves are shortened to."""
+    x = [int(value) for value in np.random.default_rng(1).integers(0, 2**50, 12)]
+    fit = fit_polynomial(x, [value**degree for value in x], degree)
+    assert fit.coefficients == (*[0.0] * degree, 1.0)
+    assert fit.ss_residual == 0.0
+    assert fit.t is EXACT
+    for y in ([value**degree + row % 3 for row, value in enumerate(x)], [value ** (degree + 1) for value in x]):
+        fit = fit_polynomial(x, y, degree)
+        assert fit.ss_residual > 0.0
+        assert_exact(fit, exact_polynomial(x, y, degree))
+
+
+def test_doubles_of_many_sizes_that_fit_exactly():
+    x = 2.0 ** np.arange(61)
+    fit = fit_polynomial(x, x**4, 4)
+    assert (fit.coefficients, fit.ss_residual, fit.t) == ((0.0, 0.0, 0.0, 0.0, 1.0), 0.0, EXACT)
