@@ -7,6 +7,7 @@ import pytest
 import scipy.stats
 
 from data_schema.errors import InputRefused
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.groups.variances import bartlett, brown_forsythe, f_test, levene
 
@@ -126,3 +127,12 @@ def test_the_size_of_the_tests_of_spread():
     found = [(bartlett({"a": a, "b": b}).p, brown_forsythe({"a": a, "b": b}).p) for a, b in draws]
     assert np.mean([one < 0.05 for one, _ in found]) > 0.15
     assert np.mean([other < 0.05 for _, other in found]) < 0.07
+
+
+@pytest.mark.parametrize("n", [26, 52, 400, 3000])
+@pytest.mark.parametrize(("low", "high"), [(0.1, 0.3), (0.7, 1e9 + 0.1), (-1e-9, 0.3)])
+def test_equal_distances_are_equal_in_groups_of_any_size(n, low, high):
+    for test in (levene, brown_forsythe):
+        none = test([[low, high] * (n // 2), [1.0, 2.0, 1.0, 2.0]]).p
+        assert isinstance(none, Undefined)
+        assert none.code is Reason.SPREADS_EQUAL
