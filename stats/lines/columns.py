@@ -13,6 +13,7 @@ from datetime import UTC, date, timedelta
 from decimal import Decimal
 from fractions import Fraction
 from numbers import Rational
+from operator import lshift, mul
 from typing import Any
 
 import numpy as np
@@ -52,7 +53,7 @@ class Column:
 
     def squares(self, *, centred: bool) -> Fraction:
         """Return the sum of squares of the counts, about their mean or about 0."""
-        plain = sum(count * count for count in self.counts)
+        plain: int = sum(map(mul, self.counts, self.counts))
         return plain - Fraction(sum(self.counts) ** 2, len(self.counts)) * centred
 
 
@@ -73,9 +74,7 @@ def as_column(name: str, values: ArrayLike) -> Column:
         exact = _as_fractions(array)
         if exact is not None:
             return _of_fractions(name, exact)
-    ratios = [value.as_integer_ratio() for value in as_values(name, array).tolist()]
-    finest = max(bottom for _top, bottom in ratios)
-    return Column(name, [top * (finest // bottom) for top, bottom in ratios], Fraction(1, finest), exact=False)
+    return _of_doubles(name, as_values(name, array))
 
 
 def as_ticks(values: Any) -> Any:
@@ -104,6 +103,17 @@ def as_ticks(values: Any) -> Any:
         entries = [entry.astimezone(UTC).replace(tzinfo=None) for entry in entries]
     # pandas keeps nanoseconds that a plain conversion would cut off.
     return np.array([e.to_datetime64() if hasattr(e, "to_datetime64") else np.datetime64(e) for e in entries])
+
+
+def _of_doubles(name: str, values: NDArray[np.float64]) -> Column:
+    """Return doubles as whole numbers of the largest power of two, at most 1, that all of them are multiples of."""
+    fractions, exponents = np.frexp(values)
+    whole = np.ldexp(fractions, 53).astype(np.int64)
+    zeros = np.maximum(np.frexp((whole & -whole).astype(np.float64))[1] - 1, 0)
+    lowest = np.where(whole == 0, 0, exponents - 53 + zeros)
+    finest = min(int(lowest.min()), 0)
+    shifts = (lowest - finest).tolist()
+    return Column(name, list(map(lshift, (whole >> zeros).tolist(), shifts)), Fraction(1, 2**-finest), exact=False)
 
 
 def _of_fractions(name: str, values: list[Fraction]) -> Column:

@@ -9,6 +9,7 @@ import pytest
 from data_schema.errors import InputRefused, UnknownName
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
+from stats.lines.columns import as_column
 from stats.lines.regression import fit_linear, fit_polynomial
 from tests.helpers.exact_fit import assert_exact, exact_fit, nist_data, nist_truth, relative_error
 
@@ -268,3 +269,12 @@ def test_the_interval_of_a_slope_covers_it_as_often_as_it_says():
     fits = [fit_linear(1.0 + 2.0 * x + rng.normal(size=5), {"x": x}) for _ in range(1500)]
     covered = np.mean([fit.ci[1][0] <= 2.0 <= fit.ci[1][1] for fit in fits])
     assert abs(covered - 0.95) < 2.58 * (0.95 * 0.05 / 1500) ** 0.5
+
+
+def test_columns_of_doubles_are_whole_numbers_of_their_finest_digit():
+    rng = np.random.default_rng(6)
+    for values in ([5e-324, 1e308, -1e-310, 0.0], [0.0, 0.0], [3.0, -1e300], rng.normal(size=50), [0.25, -0.75]):
+        column = as_column("x", np.array(values))
+        finest = max(float(value).as_integer_ratio()[1] for value in values)
+        assert column.unit == Fraction(1, finest)
+        assert column.counts == [Fraction(float(value)) * finest for value in values]
