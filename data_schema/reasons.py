@@ -29,8 +29,6 @@ class Code(Enum):
 class Reason(Code):
     """Why a number does not exist."""
 
-    STORED = "{text}"
-    """A reason that was stored before reasons had codes."""
     AS_SAID = "{said}"
     """What has words of its own already: which days leave untold, why no n is enough."""
     TOO_FEW_AROUND_APEX = "too few valid samples around the highest point after this stance, or it is no maximum"

@@ -1,4 +1,4 @@
-"""How numbers are written, everywhere: the one place that rounds, for display only.
+"""How numbers of results are written in sentences, tables and figures: the one rule, for display only.
 
 - A number whose error is known has the decimals that show two significant digits of that error: of a standard error, or
   of a quarter of its interval; so have the ends of the interval. Any other number has three significant digits.
@@ -58,7 +58,7 @@ def fixed_text(value: float, decimals: int) -> str:
     leading = _exponent(value)
     decimals = min(decimals, _HELD - 1 - leading)
     if decimals < 0 or decimals > _MOST_DECIMALS:
-        return f"{value:.{max(1, leading + 1 + decimals) if decimals > 0 else _HELD}g}"
+        return f"{value or 0.0:.{max(1, leading + 1 + decimals) if decimals > 0 else _HELD}g}"
     text = f"{value:.{decimals}f}"
     return text.lstrip("-") if float(text) == 0.0 else text
 

@@ -19,8 +19,10 @@ class Remark:
 
     def __init__(self, code: Code, **parameters: str | int | float) -> None:
         """Say something by a code and the parameters of its sentence."""
+        if not isinstance(code, Code):
+            raise TypeError(f"{code!r} is no code of a reason: give one of `data_schema.reasons`")
         object.__setattr__(self, "code", code)
-        object.__setattr__(self, "parameters", tuple(parameters.items()))
+        object.__setattr__(self, "parameters", tuple(sorted(parameters.items())))
 
     @property
     def text(self) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Iterable
 from statistics import median_low
 
@@ -49,11 +50,12 @@ def as_shown(number: Number) -> Number:
     )
 
 
+_POWER = re.compile(r"(\d)e([+-]?\d+)")
+
+
 def typeset(text: str) -> str:
     """Set a number's text as a page has it: true minus signs, no line breaks, powers of ten."""
-    mantissa, exponent, power = text.partition("e")
-    if exponent:
-        text = f"{mantissa} × 10^{int(power)}"
+    text = _POWER.sub(lambda found: f"{found[1]} × 10^{int(found[2])}", text)
     return text.replace("-", MINUS).replace("inf", "\u221e").replace(" ", NO_BREAK)
 
 

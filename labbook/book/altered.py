@@ -13,10 +13,12 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.queries.results import reports_resting_on, unshown_results
+from data_schema.queries.results import reports_resting_on, results_by_key, unshown_results
 from data_schema.row_hashes import GROUPS, STALE, Altered, Misfit, kept_hashes, row_hashes, rows_of
 from data_schema.tables import FACTS, design
 from data_schema.tables.runs import run
+from labbook.analysis.algorithms import ALGORITHMS
+from labbook.analysis.results.codec import UnreadablePayload, decode
 
 MOST_NAMED = 20
 """So many groups of rows are compared value by value; a careless command alters all there are."""
@@ -87,7 +89,8 @@ def compared(book: sa.Connection, fresh: sa.Connection | None, suspected: Sequen
 def differing(book: sa.Connection, fresh: sa.Connection) -> list[Altered]:
     """Hash all rows of a book and return where they differ from those of one just made, by the hashes it has.
 
-    A result that no report shows may be missing: it is computed again when it is wanted.
+    A result that no report shows may be missing: it is computed again when it is wanted. One whose payload another
+    version of labbook wrote in another form, and that is the same otherwise, is no difference.
     """
     found = []
     unshown = set(unshown_results(fresh))
@@ -95,10 +98,34 @@ def differing(book: sa.Connection, fresh: sa.Connection) -> list[Altered]:
         here, there = row_hashes(book, kind), kept_hashes(fresh, kind)
         for uid in dict.fromkeys((*here, *there)):
             pruned = uid not in here and uid in unshown and kind in ("result", STALE)
-            if here.get(uid) != there.get(uid) and not pruned:
+            if here.get(uid) != there.get(uid) and not pruned and not _of_another_form(book, fresh, kind, uid):
                 how = Misfit.REMOVED if uid not in here else Misfit.ADDED if uid not in there else Misfit.ALTERED
                 found.append(Altered(kind, uid, how))
     return found
+
+
+def _of_another_form(book: sa.Connection, fresh: sa.Connection, kind: str, uid: str) -> bool:
+    """Tell whether a result differs by a payload alone, of a form that labbook does not read and would compute anew."""
+    if kind != "result":
+        return False
+    here, there = (_by_table(connection, Altered(kind, uid, Misfit.ALTERED)) for connection in (book, fresh))
+    if not here or not there or _without_payloads(here) != _without_payloads(there):
+        return False
+    (row,) = results_by_key(book, [here["result"][0]["key"]]).values()
+    algorithm = next((item for item in ALGORITHMS if item.kind == row.algorithm), None)
+    try:
+        if algorithm is not None:
+            decode(row, algorithm.result)
+    except UnreadablePayload:
+        return True
+    return False
+
+
+def _without_payloads(tables: Mapping[str, Sequence[dict[str, Any]]]) -> dict[str, list[dict[str, Any]]]:
+    return {
+        table: [{name: value for name, value in row.items() if name != "payload_json"} for row in rows]
+        for table, rows in tables.items()
+    }
 
 
 def _wrong_values(book: sa.Connection, fresh: sa.Connection, item: Altered) -> Iterable[WrongValue]:

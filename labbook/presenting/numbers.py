@@ -58,7 +58,7 @@ def provenance(shown: Iterable[str], results: Iterable[ResultRow]) -> tuple[Prov
     return tuple(found)
 
 
-_NO_DF = Undefined(Reason.STORED, text="")
+_NO_DF = Undefined(Reason.NORMAL)
 """Degrees of freedom that are not stored: of a test against the normal distribution."""
 
 

@@ -194,7 +194,7 @@ class BlockedByDay(Result):
     reml_criterion: float | Undefined
     """-2 log restricted likelihood (lme4's REMLcrit)."""
     confounding: Remark | None
-    """Which conditions share no day and what follows; None where all are joined by shared days."""
+    """Which conditions share no day and what follows; nothing where all are joined by shared days."""
     notes: tuple[Remark, ...]
     """What the design could not tell, and what was therefore left out of the model; shape (0,) or (1,)."""
     missing: int

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
 from scipy import stats
@@ -59,3 +60,11 @@ def test_a_mean_from_the_books_own_runs_stands_without_an_excuse(whole: SmallBoo
 def test_options_that_do_not_go_together_are_refused(fresh: SmallBook, words: tuple[str, ...], said: str) -> None:
     with unchanged(fresh.folder):
         refused(labbook(*words, at=fresh.folder), 2, said)
+
+
+def test_a_column_may_be_called_power(tmp_path: Path) -> None:
+    rows = [f"{name},{value}" for name, value in zip("aaabbb", (1, 2, 3, 2, 4, 6), strict=True)]
+    (tmp_path / "t.csv").write_text("\n".join(["controller,power", *rows]))
+    said = good(labbook("stats", "compare", "t.csv", "--value", "power", "--by", "controller", at=tmp_path)).out
+    assert "Welch" in said
+    refused(labbook("stats", "power", at=tmp_path), 2, "labbook power --test")

@@ -11,7 +11,7 @@ from stats.groups.variances import f_test
 
 def test_what_is_undefined_is_neither_true_nor_false() -> None:
     with pytest.raises(TypeError, match="a single value"):
-        bool(Undefined(Reason.STORED, text="a single value has no scatter"))
+        bool(Undefined(Reason.AS_SAID, said="a single value has no scatter"))
 
 
 def test_a_test_that_could_not_be_made_shows_nothing() -> None:

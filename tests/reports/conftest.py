@@ -323,7 +323,7 @@ def _predictions(maker, conditions, comparisons):
         "bed", 1e-6, ("active_damping", "motor_heat"), ("surface",), tuple(items),
         (AssumedInput("kg_scale", 1.4, "1", "fitted", 0.1, 1.25, 0.0042, 0.61),
          AssumedInput("foot_mass", 0.2, "kg", "a tenth of the robot", 0.05, 0.3,
-                      Undefined(Reason.STORED, text="it folds"), None)),
+                      Undefined(Reason.AS_SAID, said="it folds"), None)),
         branched=1, on_edge=2, grown=3,
     )  # fmt: skip
 

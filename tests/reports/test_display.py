@@ -89,6 +89,8 @@ def test_a_test_in_words():
     anova = SignificanceTest("one-way ANOVA", 1.317, (4.0, 45.0), 0.277)
     assert plain(significance_text(anova)) == "one-way ANOVA F(4, 45) = 1.32, p = .277"
     assert plain(significance_text(anova, name=False)) == "F(4, 45) = 1.32, p = .277"
+    normal = SignificanceTest("Welch t", 2.1, (Undefined(Reason.NORMAL),), 0.036)
+    assert plain(significance_text(normal)) == "Welch t(undefined) = 2.10, p = .036"
     assert plain(degrees_text((4.0, 45.0))) == "4, 45"
     assert [degrees_text((df,)) for df in (64.0, 63.9999998, 64.04, 18.24)] == ["64", "64", "64", "18.2"]
 

@@ -175,7 +175,7 @@ def test_the_budget_keeps_one_run_and_a_mean_apart(content):
 def test_what_does_not_exist_is_said(content):
     comparisons = tuple(
         dataclasses.replace(
-            c, savings=dataclasses.replace(c.savings, value=Undefined(Reason.STORED, text="the control is zero"))
+            c, savings=dataclasses.replace(c.savings, value=Undefined(Reason.AS_SAID, said="the control is zero"))
         )
         if c.savings is not None
         else c

@@ -101,7 +101,7 @@ def test_without_predictions_there_is_no_section_and_the_figure_says_why(content
 
 
 def test_what_does_not_exist_is_told_and_drawn_as_such(content):
-    nothing = Undefined(Reason.STORED, text="the simulated jump ends otherwise: leg_folded")
+    nothing = Undefined(Reason.AS_SAID, said="the simulated jump ends otherwise: leg_folded")
     first, *others = content.predictions.items
     ended = dataclasses.replace(
         first, predicted=Number(nothing, "J"), difference=Number(nothing, "J"), error_ratio=nothing, agrees=None

@@ -79,8 +79,8 @@ def test_too_few_runs_for_a_difference_are_counted(content):
         (
             {
                 "value": 3.0,
-                "ci_low": Undefined(Reason.STORED, text="unbounded"),
-                "ci_high": Undefined(Reason.STORED, text="unbounded"),
+                "ci_low": Undefined(Reason.AS_SAID, said="unbounded"),
+                "ci_high": Undefined(Reason.AS_SAID, said="unbounded"),
             },
             None,
             "The savings with",
@@ -88,14 +88,14 @@ def test_too_few_runs_for_a_difference_are_counted(content):
         (
             {
                 "value": -1335.0,
-                "ci_low": Undefined(Reason.STORED, text="unbounded"),
-                "ci_high": Undefined(Reason.STORED, text="unbounded"),
+                "ci_low": Undefined(Reason.AS_SAID, said="unbounded"),
+                "ci_high": Undefined(Reason.AS_SAID, said="unbounded"),
             },
             None,
             "Active damping cost 1335.0 % more energy a jump with the small foot and k = 1091 N/m by the best "
             "estimate, which cannot be bounded",
         ),
-        ({"value": Undefined(Reason.STORED, text="the control's mean is zero")}, None, "The savings with"),
+        ({"value": Undefined(Reason.AS_SAID, said="the control's mean is zero")}, None, "The savings with"),
     ],
 )
 def test_no_more_is_claimed_than_is_shown(content, headline, changes, shown, start):
@@ -114,7 +114,7 @@ def test_a_difference_in_height(content):
     unsure = dataclasses.replace(shown, ci_low=-0.001, ci_high=0.0054)
     claim = difference_claim(content, dataclasses.replace(apex, welch_difference=unsure, rejected=False))
     assert "does not tell from zero" in claim.text
-    nothing = dataclasses.replace(shown, value=Undefined(Reason.STORED, text="one run only"))
+    nothing = dataclasses.replace(shown, value=Undefined(Reason.AS_SAID, said="one run only"))
     claim = difference_claim(content, dataclasses.replace(apex, welch_difference=nothing))
     assert "undefined: one run only" in claim.text
 
@@ -204,7 +204,7 @@ def test_a_claim_on_heights_counts_runs_as_one_on_joules_does(content):
         ({"shown": False}, "Equivalence within −5 to 5 mm was not shown (90 % CI "),
         ({"exploratory": "no bounds then"}, "), an exploratory test."),
         (
-            {"p": Undefined(Reason.STORED, text="one run only"), "shown": None},
+            {"p": Undefined(Reason.AS_SAID, said="one run only"), "shown": None},
             "Equivalence within −5 to 5 mm could not be tested: one run only.",
         ),
     ],

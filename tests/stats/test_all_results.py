@@ -107,12 +107,12 @@ UNDEFINED: dict[str, Callable[[], Any]] = {
     "welch_anova": lambda: welch_anova({"a": FLAT, "b": FLAT}),
     "compare_all_pairs": lambda: compare_all_pairs({"a": FLAT, "b": FLAT}),
     "dunnett": lambda: dunnett(FLAT, {"b": FLAT}),
-    "holm": lambda: holm({"one": 0.01, "two": Undefined(Reason.STORED, text="nothing scatters")}, "of two"),
+    "holm": lambda: holm({"one": 0.01, "two": Undefined(Reason.AS_SAID, said="nothing scatters")}, "of two"),
     "equivalence": lambda: equivalence([1.0], [2.0], low=-1.0, high=None),
     "percent_savings": lambda: percent_savings(FLAT, FLAT),
     "describe_shared": lambda: describe_shared([1.0], SHARED),
     "difference_with_shared": lambda: difference_with_shared(
-        *(Undefined(Reason.STORED, text="nothing scatters"),) * 4, SHARED
+        *(Undefined(Reason.AS_SAID, said="nothing scatters"),) * 4, SHARED
     ),
     "blocked_by_day": lambda: blocked_by_day([1.0, 2.0], ["a", "b"], ["mon", "tue"]),
     "permutation_test": lambda: permutation_test([], B),

@@ -33,7 +33,7 @@ class Outer(Result):
 
     @property
     def doubled(self) -> float | Undefined:
-        return Undefined(Reason.STORED, text="not asked") if isinstance(self.slope, Undefined) else 2.0 * self.slope
+        return Undefined(Reason.AS_SAID, said="not asked") if isinstance(self.slope, Undefined) else 2.0 * self.slope
 
 
 FULL = Outer(
@@ -43,17 +43,17 @@ FULL = Outer(
     (1.0, 2.0),
     7.0,
     Inner(0.1),
-    (1.0, Undefined(Reason.STORED, text="gone")),
+    (1.0, Undefined(Reason.AS_SAID, said="gone")),
     {"a": 1.0},
     np.arange(2),
 )
 BARE = Outer(
     "y",
     RunKind.IDLE,
-    Undefined(Reason.STORED, text="flat"),
-    Undefined(Reason.STORED, text="flat too"),
+    Undefined(Reason.AS_SAID, said="flat"),
+    Undefined(Reason.AS_SAID, said="flat too"),
     math.inf,
-    Inner(Undefined(Reason.STORED, text="one")),
+    Inner(Undefined(Reason.AS_SAID, said="one")),
     (),
     {},
     np.arange(2),

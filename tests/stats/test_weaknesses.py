@@ -112,7 +112,7 @@ def test_rows_name_versions_faults_and_what_is_no_longer_so():
     )
     questions = (
         Question("p", HALF, lambda: 0.25, others),
-        Question("t", NONE, lambda: Undefined(Reason.STORED, text="no scatter"), ()),
+        Question("t", NONE, lambda: Undefined(Reason.AS_SAID, said="no scatter"), ()),
     )
     of_p, of_t = [], []
     for row in rows([Weakness("W1", "halves", "1 and 2", questions)]):

@@ -65,7 +65,7 @@ def test_statistics_have_two_decimals():
     assert statistic_text("t", -3.4149, (18.23,)) == "t(18.2) = -3.41"
     assert statistic_text("F", 1.317, (4, 45.0)) == "F(4, 45) = 1.32"
     assert statistic_text("z", 2.1, ()) == "z = 2.10"
-    assert statistic_text("t", Undefined(Reason.STORED, text="no scatter"), (3,)) == "t undefined"
+    assert statistic_text("t", Undefined(Reason.AS_SAID, said="no scatter"), (3,)) == "t undefined"
     assert statistic_text("t", 3e200, (3,)) == "t(3) = 3e+200"
 
 
@@ -75,7 +75,7 @@ def test_p_values():
     assert p_text(1.0) == "p > .999"
     assert p_text(1e-7, name=False) == "< .001"
     assert p_text(0.5, name=False) == ".500"
-    assert p_text(Undefined(Reason.STORED, text="no scatter")) == "p undefined"
+    assert p_text(Undefined(Reason.AS_SAID, said="no scatter")) == "p undefined"
 
 
 @pytest.mark.parametrize(
@@ -125,7 +125,7 @@ def test_a_level_keeps_the_digits_that_tell_it_from_all_and_nothing(level, text)
 def test_intervals_name_their_level_and_unit():
     assert interval_text((1.0, 2.5), 0.9, "J") == "90 % CI 1.00 to 2.50 J"
     assert interval_text((1000000.3456, 1000001.1), 0.95) == "95 % CI 1000000.35 to 1000001.10"
-    assert interval_text(Undefined(Reason.STORED, text="no scatter"), 0.95) == "95 % CI undefined"
+    assert interval_text(Undefined(Reason.AS_SAID, said="no scatter"), 0.95) == "95 % CI undefined"
 
 
 def test_what_a_sentence_states_can_be_read_from_it_at_any_offset():

@@ -43,7 +43,7 @@ def _mean_one(groups: Groups, _design: Design) -> tuple[float, float, bool]:
     found = describe(groups[0].ravel())
     low, high = found.ci_low, found.ci_high
     if isinstance(low, Undefined) or isinstance(high, Undefined):
-        return of_one_interval(Undefined(Reason.STORED, text="the sample has no interval"), 0.0)
+        return of_one_interval(Undefined(Reason.AS_SAID, said="the sample has no interval"), 0.0)
     return of_one_interval((low, high), 0.0)
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import typing
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
@@ -101,6 +102,13 @@ def encode(result: StoredResult, algorithm: Algorithm[Any], origin: Origin) -> R
 
 def decode(row: ResultRow, result: type[T]) -> T:
     """Return a stored result as what it was computed as; raises `UnreadablePayload`."""
+    try:
+        return _decoded(row, result)
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise UnreadablePayload(f"the payload of {row.kind} is of another form: {error}") from error
+
+
+def _decoded(row: ResultRow, result: type[T]) -> T:
     kind: Any = result
     payload: dict[str, Any] = json.loads(row.payload_json)
     undefined = payload.pop(_UNDEFINED, {})
@@ -154,7 +162,11 @@ def _number_row(key: str, name: str, number: Number) -> NumberRow:
 
 
 def _defined(value: float | Undefined | None) -> float | None:
-    return None if value is None or isinstance(value, Undefined) else float(value)
+    if value is None or isinstance(value, Undefined):
+        return None
+    if not math.isfinite(value):
+        raise ValueError(f"{value} is no number that can be stored: `Undefined` says why one does not exist")
+    return float(value)
 
 
 def _said(kind: type[R], codes: type[Code], said: Any) -> R:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import sqlite3
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,6 +17,7 @@ from data_schema.outcomes import Outcome
 from data_schema.queries.facts import find_uid
 from data_schema.queries.results import ResultRow, results_by_key, rewrite_payloads
 from data_schema.reasons import Reason
+from data_schema.row_hashes import altered_rows
 from data_schema.vocabulary import Undefined
 from labbook.actions.files.assigning import assign
 from labbook.actions.report_command import state_report
@@ -260,9 +263,9 @@ def ensure(book: Book, compute: Callable[[], Trial], **differing: Any) -> tuple[
 
 def trial() -> Trial:
     none = Number(
-        Undefined(Reason.STORED, text="nothing was measured"),
+        Undefined(Reason.AS_SAID, said="nothing was measured"),
         "m",
-        ci_low=Undefined(Reason.STORED, text="nothing was measured"),
+        ci_low=Undefined(Reason.AS_SAID, said="nothing was measured"),
     )
     return Trial(Number(0.3, "m", 0.001, n=25), (1.0, 2.5, None), {"r001": Number(1.5, "N", 0.1), "r002": none})
 
@@ -289,12 +292,15 @@ def test_a_result_is_computed_once_and_comes_back_as_it_was(made: SmallBook) -> 
         assert (first.height.value, first.height.se, first.height.n) == (0.3, 0.001, 25)
         assert {name: item.value for name, item in first.by_name.items()} == {
             "r001": 1.5,
-            "r002": Undefined(Reason.STORED, text="nothing was measured"),
+            "r002": Undefined(Reason.AS_SAID, said="nothing was measured"),
         }
         assert (back.origin.scope, back.origin.inputs) == (first.origin.scope, first.origin.inputs)
 
 
-@pytest.mark.parametrize("payload", ["{}", '{"of":[1,"2.5",null]}', '{"of":[1,2.5,null],"further":1}'])
+@pytest.mark.parametrize(
+    "payload",
+    ["{}", "[]", '{"undefined":[]}', '{"of":[1,"2.5"]}', '{"of":[1,"2.5",null]}', '{"of":[1,2.5,null],"further":1}'],
+)
 def test_a_result_that_was_stored_in_another_form_is_computed_again_under_its_key(
     made: SmallBook, payload: str
 ) -> None:
@@ -308,6 +314,18 @@ def test_a_result_that_was_stored_in_another_form_is_computed_again_under_its_ke
         assert stored(book)[first.origin.key] == whole
         _back, computed = ensure(book, lambda: pytest.fail("computed again"))
         assert computed == 0
+
+
+def test_a_number_altered_with_its_payload_gets_no_fitting_hash(made: SmallBook) -> None:
+    with made.open() as book:
+        first, _computed = ensure(book, trial)
+        with contextlib.closing(sqlite3.connect(made.database)) as connection, connection:
+            connection.execute("UPDATE result SET payload_json = '{}' WHERE key = ?", (first.origin.key,))
+            connection.execute("UPDATE result_number SET value = 99 WHERE uid = ?", (first.height.provenance,))
+        again, _computed = ensure(book, trial)
+        assert again == first
+        with book.reading() as connection:
+            assert [item.uid for item in altered_rows(connection)] == [first.origin.uid]
 
 
 @pytest.mark.parametrize("name", DIFFERENCES)

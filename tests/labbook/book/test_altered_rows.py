@@ -17,6 +17,7 @@ from data_schema.engine import postgres_engine, sqlite_engine, writing
 from data_schema.errors import BookDamaged
 from data_schema.journal import Entry
 from data_schema.queries.facts import update_fact
+from data_schema.queries.results import results_by_key, rewrite_payloads
 from data_schema.row_hashes import written
 from data_schema.vocabulary import Action
 from ingest.store import Store
@@ -176,6 +177,14 @@ def test_the_reports_that_rest_on_an_altered_row_are_named(whole: SmallBook) -> 
     (problem,) = check(whole).problems
     named = problem.partition("reports that rest on it: ")[2].partition(". ")[0].split(", ")
     assert set(named) == {f"{row[0]} ({json.loads(row[1])['where'] or 'all runs'})" for row in made}
+
+
+def test_a_payload_of_an_earlier_labbook_is_no_alteration(whole: SmallBook) -> None:
+    with whole.open() as book, book.session(ADA) as session:
+        rows = list(results_by_key(session.connection).values())
+        rewrite_payloads(session.connection, [replace(row, payload_json="[]") for row in rows])
+    assert check(whole, deep=True).problems == ()
+    assert rebuild_database(whole.folder, lambda _step: None).n_altered == 0
 
 
 def test_a_flipped_bit_of_a_stored_value_is_found(whole: SmallBook) -> None:

@@ -38,10 +38,10 @@ def five():
     alone = Number(
         -0.001,
         "m",
-        ci_low=Undefined(Reason.STORED, text="one value"),
-        ci_high=Undefined(Reason.STORED, text="one value"),
+        ci_low=Undefined(Reason.AS_SAID, said="one value"),
+        ci_high=Undefined(Reason.AS_SAID, said="one value"),
     )
-    differences = (None, number, number, Number(Undefined(Reason.STORED, text="no value"), "m"), alone)
+    differences = (None, number, number, Number(Undefined(Reason.AS_SAID, said="no value"), "m"), alone)
     return Estimation("Apex height", "m", groups, 0, differences, bounds=(-0.005, 0.005))
 
 
@@ -137,7 +137,7 @@ def test_days_have_marks_of_their_own_until_they_are_too_many(two):
 
 
 def test_constant_empty_and_single_groups_are_drawn(two):
-    nothing = Number(Undefined(Reason.STORED, text="group a is empty"), "J")
+    nothing = Number(Undefined(Reason.AS_SAID, said="group a is empty"), "J")
     for values in ((), (0.1,), (0.1,) * 5):
         groups = (EstimationGroup("CE", values), EstimationGroup("AD", (0.1, 0.1)))
         figure = draw_estimation(dataclasses.replace(two, groups=groups, differences=(None, nothing)))

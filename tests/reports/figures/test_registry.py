@@ -59,7 +59,7 @@ def test_the_words_for_the_flow_diagram_hold_every_count(content):
 
 
 def undefined_everywhere(content):
-    nothing = Undefined(Reason.STORED, text="one run only")
+    nothing = Undefined(Reason.AS_SAID, said="one run only")
     number = Number(nothing, "J", se=nothing, ci_low=nothing, ci_high=nothing, n=1)
     conditions = tuple(
         with_summary(c, Outcome.JOULES, Summary(number, nothing, joules.runs[:1]))
@@ -146,7 +146,7 @@ def test_series_far_apart_get_a_panel_each_at_one_scale(content):
 
 def test_rows_pooled_across_groups_have_their_own_heading(content):
     pooled = next(c for c in content.comparisons if c.savings is not None)
-    unbounded = Undefined(Reason.STORED, text="unbounded")
+    unbounded = Undefined(Reason.AS_SAID, said="unbounded")
     across = dataclasses.replace(
         pooled,
         group={"foot": "small"},

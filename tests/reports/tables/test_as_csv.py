@@ -51,7 +51,7 @@ def test_a_number_that_does_not_exist_is_empty_and_its_reason_stands_last():
     row = read(
         csv_bytes(
             one_row(
-                words("a"), value_cell(Undefined(Reason.STORED, text="one run only")), columns=[("name",), ("sd_j",)]
+                words("a"), value_cell(Undefined(Reason.AS_SAID, said="one run only")), columns=[("name",), ("sd_j",)]
             )
         )
     )[0]

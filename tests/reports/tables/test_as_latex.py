@@ -53,7 +53,7 @@ def test_units_stand_in_the_heads(content):
 def test_a_dash_with_a_footnote_for_what_does_not_exist():
     columns = (Column("a", ("a",), numeric=False), Column("b", ("b",), "J"))
     rows = (
-        Row((words("x"), value_cell(Undefined(Reason.STORED, text="no 100 % sample")))),
+        Row((words("x"), value_cell(Undefined(Reason.AS_SAID, said="no 100 % sample")))),
         Row((words("y"), value_cell(1.5, 1))),
     )
     text = latex_bytes(Table("t", "Caption", columns, rows)).decode("utf-8")

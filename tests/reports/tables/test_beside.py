@@ -67,7 +67,7 @@ def test_the_table_by_day_names_the_test_of_every_row(content):
 
 
 def confounded(comparison):
-    nothing = Undefined(Reason.STORED, text="one day each")
+    nothing = Undefined(Reason.AS_SAID, said="one day each")
     test = dataclasses.replace(comparison.by_day.test, statistic=nothing, df=(nothing,), p=nothing)
     difference = dataclasses.replace(comparison.by_day.difference, ci_low=nothing, ci_high=nothing)
     by_day = dataclasses.replace(comparison.by_day, test=test, difference=difference, confounding="No day joins them.")

@@ -95,12 +95,12 @@ def test_what_does_not_exist_is_a_dash_with_a_footnote(content):
     first = content.conditions[0]
     alone = dataclasses.replace(
         first.summaries[Outcome.JOULES],
-        sd=Undefined(Reason.STORED, text="one run only"),
+        sd=Undefined(Reason.AS_SAID, said="one run only"),
         mean=dataclasses.replace(
             first.summaries[Outcome.JOULES].mean,
-            se=Undefined(Reason.STORED, text="one run only"),
-            ci_low=Undefined(Reason.STORED, text="df = 0"),
-            ci_high=Undefined(Reason.STORED, text="df = 0"),
+            se=Undefined(Reason.AS_SAID, said="one run only"),
+            ci_low=Undefined(Reason.AS_SAID, said="df = 0"),
+            ci_high=Undefined(Reason.AS_SAID, said="df = 0"),
         ),
     )
     changed = dataclasses.replace(content, conditions=(with_summary(first, Outcome.JOULES, alone),))

@@ -68,7 +68,7 @@ def test_a_landing_is_seen_or_read_off_the_parabola():
 
 @pytest.mark.parametrize(("after_s", "seen"), [(0.45, True), (0.9, False)])
 def test_a_high_hop_lands_later(after_s, seen):
-    following = Hop(0, 1, 2, Undefined(Reason.STORED, text="not looked for"), 2, 1.0 + after_s)
+    following = Hop(0, 1, 2, Undefined(Reason.AS_SAID, said="not looked for"), 2, 1.0 + after_s)
     at_s, extrapolated = landing(1.0, 1.27, 9.8, following, 0.27, StanceParameters())
     assert extrapolated != seen
     assert at_s == (1.0 + after_s if seen else pytest.approx(1.0 + (2.0 / 9.8) ** 0.5))

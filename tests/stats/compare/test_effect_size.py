@@ -73,8 +73,8 @@ def test_the_ends_of_f_leave_the_stated_tails(f, a, b):
 
 def test_small_f_has_no_lower_end_and_undefined_stays_so():
     assert noncentral_f_interval(0.001, 3.0, 20.0, 0.95) == (0.0, 0.0)
-    assert eta_squared_ci(Undefined(Reason.STORED, text="no scatter"), 2, 20) == Undefined(
-        Reason.STORED, text="no scatter"
+    assert eta_squared_ci(Undefined(Reason.AS_SAID, said="no scatter"), 2, 20) == Undefined(
+        Reason.AS_SAID, said="no scatter"
     )
 
 

@@ -58,7 +58,7 @@ def test_f_and_p_are_those_of_the_sentence(rows: Rows) -> None:
 
 def test_an_exact_test_that_is_not_balanced_does_not_lead_for_want_of_another() -> None:
     found = compared(UNBALANCED)
-    found = replace(found, mixed=replace(found.mixed, f=Undefined(Reason.STORED, text="it is not known")))
+    found = replace(found, mixed=replace(found.mixed, f=Undefined(Reason.AS_SAID, said="it is not known")))
     assert isinstance(found.exact, ExactTest)
     assert found.method == MIXED_MODEL
     assert found.contrasts == found.mixed.contrasts

@@ -63,7 +63,7 @@ def test_a_test_without_p_belongs_to_the_family_still():
 
 
 def test_what_a_caller_leaves_open_is_not_rejected_in_words():
-    why = Undefined(Reason.STORED, text="days cannot be told from groups")
+    why = Undefined(Reason.AS_SAID, said="days cannot be told from groups")
     found = holm({"a": 0.001, "b": 0.01, "c": 0.3}, "gains")
     some = dataclasses.replace(found, rejected=(why, True, False)).sentence()
     assert some.endswith("adjusted by Holm at 0.05: b (p = .020) rejected, a (p = .003) left open.")
@@ -74,7 +74,7 @@ def test_what_a_caller_leaves_open_is_not_rejected_in_words():
 
 
 def test_a_family_says_how_many_were_tested_and_why_others_were_not():
-    why, other = Undefined(Reason.GROUPS_WITHOUT_SCATTER), Undefined(Reason.STORED, text="group 'd' is empty")
+    why, other = Undefined(Reason.GROUPS_WITHOUT_SCATTER), Undefined(Reason.AS_SAID, said="group 'd' is empty")
     complete = holm({"a": 0.2, "b": 0.5}, "gains")
     assert complete.sentence() == "Family gains (2 tests), adjusted by Holm at 0.05: none rejected."
     some = holm({"a": 0.2, "b": why, "c": why, "d": other}, "gains at 0.05: all").sentence()

@@ -31,7 +31,7 @@ def with_lines(analysis: StudyAnalysis, *dfs: int | None) -> str:
     for (uid, drain), df in zip(analysis.drains.items(), dfs, strict=True):
         assert isinstance(drain.line, PassiveDrain)
         line = (
-            Undefined(Reason.STORED, text="there are no idle runs")
+            Undefined(Reason.AS_SAID, said="there are no idle runs")
             if df is None
             else replace(drain.line, df=df, n=df + 2)
         )

@@ -23,7 +23,7 @@ from simulator.scene_file import load_scene
 
 SCENE = load_scene("sim2")
 FULL = Outputs("touchdown", 1, 30.0, 0.3, 0.07, 1000, False, 100)
-FOLDED = Undefined(Reason.STORED, text="leg_folded")
+FOLDED = Undefined(Reason.AS_SAID, said="leg_folded")
 
 
 def left_out(
