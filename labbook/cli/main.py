@@ -73,7 +73,7 @@ GROUPS = {
 
 MOVED_COMMAND = "planning one test is `labbook power --test NAME` now: see `labbook power --help`."
 MOVED_OPTION = "planning how many runs a study needs is `labbook power` now: see `labbook power --help`."
-"""What stands in place of `labbook stats power` and of `labbook plan --power`."""
+"""What is said of the command `power` of `stats` and of the option `--power` of `plan`, which there were."""
 
 
 def application(words: Collection[str]) -> typer.Typer:

@@ -370,8 +370,7 @@ def _waves(twice: Sequence[int], half_range: int, degree: int) -> list[list[int]
 def _fitted(rows: list[list[int]], response: Sequence[int], total: Fraction) -> tuple[ExactFit | None, list[int]]:
     """Return the fit of waves without last bits that no coefficient depends on, and how many bits of each that were.
 
-    All bits stay where next to nothing of the response, whose sum of squares is `total`, is left over: then shortened
-    waves may hide an exact fit.
+    All stay where next to nothing of the response (its sum of squares: `total`) is left over: the fit may be exact.
     """
     shifts = [max(max(map(abs, row)).bit_length() - _BITS, 0) for row in rows]
     found = exact_fit([[value >> shift for value in row] for row, shift in zip(rows, shifts, strict=True)], response)
