@@ -237,6 +237,8 @@ class Disk:
         return node
 
     def _name(self, place: Path, node: Node | None) -> None:
+        if self._find(place.parent) is None:  # its maker was killed after the call, and before strace saw that end
+            self._name(place.parent, Node({}))
         self._at(place.parent).do(((place.name, node),))
 
     def _rename(self, old: Path, new: Path) -> None:
