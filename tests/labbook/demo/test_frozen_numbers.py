@@ -27,6 +27,14 @@ from labbook.demo.running import run_demo
 
 DATA = Path(__file__).parent / "data"
 RELATIVE = 1e-12
+CANCELLING = {
+    "20e51e49cac1": "Brown-Forsythe's F of 5e-5: group means of distances that agree to four digits",
+    "98a7fabbeb73": "shared error of a difference: the drain's errors of both sides but for a thousandth",
+    "4780da1cd0ce": "the same",
+    "cafee76caadb": "an end of an interval at -5e-7 m, a difference less nearly as much",
+}
+"""Numbers, by id, that are a small rest of their terms: processors were seen to differ in them by up to 5e-12."""
+OF_CANCELLING = 1e-11
 NUMBERS = ("value", "se", "shared_se", "ci_low", "ci_high", "ci_level", "df", "n")
 TEXTS = ("kind", "scope_json", "name", "unit", "undefined_reason")
 CAMPAIGNS = {
@@ -45,26 +53,17 @@ def numbers(book: Book) -> Iterator[dict[str, str]]:
             yield {name: "" if value is None else str(value) for name, value in row.items()}
 
 
-def same(frozen: str, now: str, scale: float) -> bool:
+def same(frozen: str, now: str, tolerance: float) -> bool:
     """Whether a number is what it was, but for the last digits that another processor may give."""
     if not frozen or not now:
         return frozen == now
-    return math.isclose(float(frozen), float(now), rel_tol=RELATIVE, abs_tol=RELATIVE * scale)
-
-
-def scale_of(row: Mapping[str, str]) -> float:
-    """How large the terms of a number are: a difference or an end of an interval may cancel to nothing."""
-    if row["name"].endswith("p"):
-        return 0.0
-    if row["unit"] == "1":
-        return 1e-3
-    return max(abs(float(row[name])) for name in ("value", "se", "ci_low", "ci_high") if row[name])
+    return math.isclose(float(frozen), float(now), rel_tol=tolerance, abs_tol=0.0)
 
 
 def differs(frozen: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
-    scale = scale_of(frozen) if frozen["value"] else 0.0
+    tolerance = OF_CANCELLING if frozen["uid"] in CANCELLING else RELATIVE
     return [name for name in TEXTS if frozen[name] != now[name]] + [
-        name for name in NUMBERS if not same(frozen[name], now[name], scale)
+        name for name in NUMBERS if not same(frozen[name], now[name], tolerance)
     ]
 
 
@@ -88,10 +87,4 @@ def test_every_number_is_what_it_was(name: str, tmp_path: Path, monkeypatch: pyt
     frozen = {row["uid"]: row for row in csv.DictReader(io.StringIO(lzma.decompress(path.read_bytes()).decode()))}
     assert now.keys() == frozen.keys()
     moved = {uid: found for uid, row in frozen.items() if (found := differs(row, now[uid]))}
-    if (
-        name == "demonstration"
-    ):  # of its 6 500 jumps another processor decides one otherwise, which moves its run's mean
-        jumps = [uid for uid in moved if frozen[uid]["kind"] == "run_apexes"]
-        assert len(jumps) <= 1
-        moved = {uid: found for uid, found in moved.items() if not jumps or "joules" in frozen[uid]["scope_json"]}
     assert moved == {}
