@@ -166,7 +166,7 @@ def significance_text(test: SignificanceTest, *, name: bool = True) -> str:
     """
     letter = "t" if len(test.df) == 1 else "F"
     called = test.name.removesuffix(letter).strip() if name else ""
-    title = "".join(f"{word}{NO_BREAK}" for word in called.split())
+    title = f"{NO_BREAK.join(called.split())} " if called else ""  # a narrow screen breaks the line before the letter
     if isinstance(test.statistic, Undefined):
         return f"{title}{letter} {value_text(test.statistic)}"
     return f"{title}{typeset(statistic_text(letter, test.statistic, test.df))}, {p_text(test.p)}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import sqlalchemy as sa
 
@@ -56,6 +56,12 @@ class ResultRow:
     stale: bool
     numbers: tuple[NumberRow, ...]
     inputs: tuple[InputRow, ...]
+
+    def is_but_for_payload(self, other: ResultRow) -> bool:
+        """Tell whether both are the same result with the same numbers and inputs, whatever the form of the payload."""
+        one, same = (replace(row, payload_json="", stale=False, numbers=(), inputs=()) for row in (self, other))
+        rows = [(set(row.numbers), set(row.inputs)) for row in (self, other)]
+        return one == same and rows[0] == rows[1]
 
 
 _HEAD = ("uid", "kind", "scope_json", "key", "algorithm", "version", "payload_json")
@@ -218,10 +224,10 @@ def result_of_number(connection: sa.Connection, number_uid: str) -> tuple[Result
     return found, next(number for number in found.numbers if number.uid == number_uid)
 
 
-def result_by_uid(connection: sa.Connection, uid: str) -> ResultRow | None:
-    """Find a result by its uid."""
-    key = connection.execute(sa.select(result.c.key).where(result.c.uid == uid)).scalar()
-    return None if key is None else results_by_key(connection, [key])[key]
+def results_by_uid(connection: sa.Connection, uids: Sequence[str]) -> dict[str, ResultRow]:
+    """Return those of these results that are stored, by their uids."""
+    found = [row for some in in_chunks(uids) for row in _results(connection, result.c.uid.in_(some)).values()]
+    return {row.uid: row for row in found}
 
 
 def standing_number(connection: sa.Connection, kind: str, scope_json: str, name: str) -> tuple[float, str] | None:

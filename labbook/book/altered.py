@@ -13,7 +13,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.queries.results import reports_resting_on, results_by_key, unshown_results
+from data_schema.queries.results import ResultRow, reports_resting_on, results_by_uid, unshown_results
 from data_schema.row_hashes import GROUPS, STALE, Altered, Misfit, kept_hashes, row_hashes, rows_of
 from data_schema.tables import FACTS, design
 from data_schema.tables.runs import run
@@ -98,34 +98,31 @@ def differing(book: sa.Connection, fresh: sa.Connection) -> list[Altered]:
         here, there = row_hashes(book, kind), kept_hashes(fresh, kind)
         for uid in dict.fromkeys((*here, *there)):
             pruned = uid not in here and uid in unshown and kind in ("result", STALE)
-            if here.get(uid) != there.get(uid) and not pruned and not _of_another_form(book, fresh, kind, uid):
+            if here.get(uid) != there.get(uid) and not pruned:
                 how = Misfit.REMOVED if uid not in here else Misfit.ADDED if uid not in there else Misfit.ALTERED
                 found.append(Altered(kind, uid, how))
-    return found
+    other_form = _of_another_form(book, fresh, [item.uid for item in found if item.kind == "result"])
+    return [item for item in found if item.kind != "result" or item.uid not in other_form]
 
 
-def _of_another_form(book: sa.Connection, fresh: sa.Connection, kind: str, uid: str) -> bool:
-    """Tell whether a result differs by a payload alone, of a form that labbook does not read and would compute anew."""
-    if kind != "result":
-        return False
-    here, there = (_by_table(connection, Altered(kind, uid, Misfit.ALTERED)) for connection in (book, fresh))
-    if not here or not there or _without_payloads(here) != _without_payloads(there):
-        return False
-    (row,) = results_by_key(book, [here["result"][0]["key"]]).values()
+def _of_another_form(book: sa.Connection, fresh: sa.Connection, uids: Sequence[str]) -> set[str]:
+    """Return the results that differ by a payload alone, of a form that labbook does not read and computes anew."""
+    there = results_by_uid(fresh, uids)
+    return {
+        uid
+        for uid, row in results_by_uid(book, uids).items()
+        if uid in there and row.is_but_for_payload(there[uid]) and not _is_readable(row)
+    }
+
+
+def _is_readable(row: ResultRow) -> bool:
     algorithm = next((item for item in ALGORITHMS if item.kind == row.algorithm), None)
     try:
         if algorithm is not None:
             decode(row, algorithm.result)
     except UnreadablePayload:
-        return True
-    return False
-
-
-def _without_payloads(tables: Mapping[str, Sequence[dict[str, Any]]]) -> dict[str, list[dict[str, Any]]]:
-    return {
-        table: [{name: value for name, value in row.items() if name != "payload_json"} for row in rows]
-        for table, rows in tables.items()
-    }
+        return False
+    return True
 
 
 def _wrong_values(book: sa.Connection, fresh: sa.Connection, item: Altered) -> Iterable[WrongValue]:

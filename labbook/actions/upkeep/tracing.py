@@ -14,8 +14,8 @@ from data_schema.queries.results import (
     ShownIn,
     number_beginning,
     reports_showing,
-    result_by_uid,
     result_of_number,
+    results_by_uid,
 )
 from data_schema.queries.sources import Source, describe_input
 from labbook.analysis.results.printed_values import agree, versions_now
@@ -119,7 +119,9 @@ def _trace(connection: sa.Connection, row: ResultRow, met: set[str]) -> Trace:
     met.add(row.uid)
     sources, below = [], []
     for item in () if again else row.inputs:
-        result = result_by_uid(connection, item.input_uid) if item.input_kind == "result" else None
+        result = (
+            results_by_uid(connection, [item.input_uid]).get(item.input_uid) if item.input_kind == "result" else None
+        )
         if result is not None:
             below.append(_trace(connection, result, met))
         else:

@@ -99,14 +99,10 @@ def keep(connection: sa.Connection, cache: ResultCache) -> int:
     known = [(cache.computed[key], row) for key, row in stored.items()]
     rewrite_payloads(
         connection,
-        [now for now, before in known if now.payload_json != before.payload_json and _same_rows(now, before)],
+        [now for now, before in known if now.payload_json != before.payload_json and now.is_but_for_payload(before)],
     )
     renew(connection, [row for row in (cache.reused | stored).values() if row.stale])
     return len(cache.computed) - len(stored)
-
-
-def _same_rows(now: ResultRow, before: ResultRow) -> bool:
-    return set(now.numbers) == set(before.numbers) and set(now.inputs) == set(before.inputs)
 
 
 def fingerprint(role: str, kind: str, uid: str, content: str) -> InputRow:

@@ -14,7 +14,7 @@ import pytest
 import sqlalchemy as sa
 
 from data_schema.errors import UsageError
-from data_schema.queries.results import result_by_uid
+from data_schema.queries.results import results_by_uid
 from data_schema.queries.runs import list_runs
 from data_schema.tables.design import condition
 from data_schema.tables.results import prediction, result
@@ -214,7 +214,7 @@ def test_the_simulated_scene_is_stored_and_gives_the_number_again(reported: Repo
         assert {row.condition_key for row in rows} == keys
         for row in rows:
             scene = parse_scene(row.scene_toml, "stored")
-            stored_row = result_by_uid(connection, row.result_uid)
+            stored_row = results_by_uid(connection, [row.result_uid])[row.result_uid]
             assert stored_row is not None
             found = decode(stored_row, PredictionResult)
             assert json.loads(row.effects_json) == sorted(scene.effects)
