@@ -109,13 +109,13 @@ class Store:
     def put_signal(self, part: SignalPart, *, anew: bool = False) -> tuple[str, str]:
         """Keep the samples of one part; returns (SHA-256 of names, units and values, path in the store).
 
-        What is there already is left alone, unless it is to be written `anew` because it may be damaged.
+        What is there already is left alone; with `anew` only where all of it can be read and has this hash.
         """
         from ingest.samples import signal_sha256, write_samples
 
         sha256 = signal_sha256(part)
         path = f"signals/{sha256[:2]}/{sha256}.parquet"
-        if anew or not (self.root / path).exists():
+        if not (self._is_whole(path, sha256) if anew else (self.root / path).exists()):
             self._write(path, lambda handle: write_samples(part, handle))
         else:
             self._sync_names(path)
@@ -140,6 +140,13 @@ class Store:
             raise BookDamaged(f"the samples {store_path} of {of} cannot be read ({error}): {remedy}") from error
         if found != sha256:
             raise BookDamaged(f"the samples {store_path} of {of} are not those that were kept: {remedy}")
+
+    def _is_whole(self, store_path: str, sha256: str) -> bool:
+        try:
+            self.check_samples(store_path, sha256, store_path)
+        except BookDamaged:
+            return False
+        return True
 
     def _write(self, path: str, write: Callable[[pa.NativeFile], object]) -> None:
         import pyarrow as pa

@@ -164,6 +164,8 @@ ONE_COLUMN = b"\x1f"
 """Stands for no delimiter: a character that no line holds."""
 
 _ROWS_JUDGED = 60
+_CLOSE = 0.98
+"""Splits of this share of the best quality may be meant as well."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,15 +198,19 @@ def best_split(head: list[Line], further: list[Line], delimiter: bytes | None = 
     """
     if delimiter is not None:
         declared = _split(head, further, delimiter)
-        return declared if declared.rows else None
+        return declared if declared is not None and declared.rows else None
     filled = [line for line in [*head, *further] if line.content.strip() and not _is_debug(line)]
     frequent = [sign for sign in CANDIDATES if sum(sign in line.content for line in filled) * 2 >= len(filled)]
-    tried = [_split(head, further, delimiter) for delimiter in (*frequent, ONE_COLUMN)]
-    possible = [split for split in tried if split.rows]
+    possible: list[Split] = []
+    best = 0.0
+    for delimiter in (*frequent, ONE_COLUMN):
+        split = _split(head, further, delimiter, _CLOSE * best)
+        if split is not None and split.rows:
+            possible.append(split)
+            best = max(best, split.quality)
     if not possible:
         return None
-    best = max(split.quality for split in possible)
-    close = [split for split in possible if split.quality >= 0.98 * best]
+    close = [split for split in possible if split.quality >= _CLOSE * best]
     return max(close, key=lambda split: (_has_header(split), split.width > 1))
 
 
@@ -225,7 +231,11 @@ def _is_debug(line: Line) -> bool:
     return is_single_number(debug_line(line.content))
 
 
-def _split(head: list[Line], further: list[Line], delimiter: bytes) -> Split:
+def _split(head: list[Line], further: list[Line], delimiter: bytes, least: float = 0.0) -> Split | None:
+    """Split the sample; None where the rows from deeper inside already rule out a quality of `least`."""
+    deeper = [row for line in further if (row := row_of(line, delimiter)).data_like]
+    if len(deeper) + min(len(head), _ROWS_JUDGED) < least:
+        return None
     rows = []
     data_rows = []
     for line in head:
@@ -235,8 +245,7 @@ def _split(head: list[Line], further: list[Line], delimiter: bytes) -> Split:
             data_rows.append(row)
             if len(data_rows) == _ROWS_JUDGED:
                 break
-    data_rows += [row_of(line, delimiter) for line in further]
-    data_rows = [row for row in data_rows if row.data_like]
+    data_rows += deeper
     widths = Counter(len(row.cells) for row in data_rows)
     if not widths:
         return Split(delimiter, 0, tuple(rows), (), 0.0)

@@ -157,7 +157,7 @@ def store_reading(
 ) -> PreparedImport:
     """Keep the copy and the samples of a file that was read, and find its jumps; of a refused file nothing is kept.
 
-    `anew` writes samples that are there already once more, because a rebuild must not trust them.
+    With `anew`, samples that are there already are read back and compared, because a rebuild must not trust them.
     """
     in_force = resolved(settings, read)
     if read.refused:
@@ -173,7 +173,7 @@ def store_reading(
 
 
 def read_anew(store: Store, data: bytes, sha256: str, settings: ReadSettings) -> PreparedImport:
-    """Read a kept copy and do what `store_reading` does, one thing after the other; its samples are written once more.
+    """Read a kept copy and do what `store_reading` does `anew`, one thing after the other.
 
     For a process beside others that do the same: threads of its own would only wait for each other.
     """

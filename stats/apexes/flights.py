@@ -151,14 +151,14 @@ def fit_parabolas(time_s: Floats, height_m: Floats, around_s: Floats, left_s: Fl
         return Parabolas(none > 0, zeros, zeros, zeros, zeros, zeros, zeros, none, none)
     scale_s = max(float(np.max(np.maximum(around_s - left_s, right_s - around_s))), np.finfo(np.float64).tiny)
     windows = gather(time_s, height_m, around_s, left_s, right_s, scale_s)
-    fit = least_squares(windows, windows.valid.astype(np.float64))
+    unweighted = fit = least_squares(windows, windows.valid.astype(np.float64))
     residuals = windows.rise_m - fit.at(windows.tau)
     for _ in range(_ITERATIONS):
         weights = bisquare_weights(residuals, windows.valid, robust_scale(residuals, windows.valid))
         fit = least_squares(windows, weights)
         residuals = windows.rise_m - fit.at(windows.tau)
     scale = robust_scale(residuals, windows.valid)
-    covariance = _covariance(windows, residuals, scale)
+    covariance = _covariance(windows, residuals, scale, unweighted.inverse)
 
     constant, linear, square = fit.coefficients.T
     defined = fit.solved & (square < 0.0)
@@ -180,16 +180,15 @@ def fit_parabolas(time_s: Floats, height_m: Floats, around_s: Floats, left_s: Fl
     )
 
 
-def _covariance(windows: Windows, residuals: Floats, scale: Floats) -> Floats:
-    """Return Huber's covariance of the coefficients: scale^2 [sum psi^2 / (n - 3)] / [mean psi']^2 (X'X)^-1."""
+def _covariance(windows: Windows, residuals: Floats, scale: Floats, inverse: Floats) -> Floats:
+    """Return Huber's covariance: scale^2 [sum psi^2 / (n - 3)] / [mean psi']^2 times `inverse`, (X'X)^-1."""
     n = windows.valid.sum(axis=1)
     u = residuals / (_TUNING * scale[:, np.newaxis])
     inside = windows.valid & (np.abs(u) < 1.0)
     psi = np.where(inside, residuals * (1.0 - u * u) ** 2, 0.0)
     slope = np.where(inside, (1.0 - u * u) * (1.0 - 5.0 * u * u), 0.0).sum(axis=1) / np.maximum(n, 1)
     variance = (psi * psi).sum(axis=1) / np.maximum(n - 3, 1) / np.maximum(slope, 0.1) ** 2
-    unweighted = least_squares(windows, windows.valid.astype(np.float64)).inverse
-    covariance: Floats = variance[:, np.newaxis, np.newaxis] * unweighted
+    covariance: Floats = variance[:, np.newaxis, np.newaxis] * inverse
     return covariance
 
 

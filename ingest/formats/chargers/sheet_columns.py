@@ -137,6 +137,8 @@ _UNIT_OF_NAME = {
     "endvoltage": "V",
 }  # fmt: skip
 _TITLE_LINES = 30
+_NUMBERS = re.compile(rb"[\d\s.,;:|+-]*")
+"""A line without a word: no header, unless columns are declared by their places."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,8 +186,9 @@ def find_sheet_header(source: TextSource, declared: Declarations) -> SheetHeader
     delimiters = CANDIDATES[:-1] if declared.delimiter is None else (declared.delimiter.encode("latin-1"),)
     row = (declared.first_row or 1) if declared.header_row == 0 else declared.header_row
     lines = source.head_lines(_TITLE_LINES) if row is None else source.head_lines()
+    by_name = row is None and not declared.columns and not declared.profile_columns
     for line in lines:
-        if row is not None and line.number != row:
+        if (row is not None and line.number != row) or (by_name and _NUMBERS.fullmatch(line.content)):
             continue
         headers = [
             _header(source, line.number, cells, delimiter, declared)
