@@ -1,13 +1,6 @@
 """`labbook analysis`: what was decided before anything was measured."""
 
-import typer
-
 from labbook.cli.common import BookOption, JsonOption, emit
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("analysis")(analysis)
 
 
 def analysis(book: BookOption = None, as_json: JsonOption = False) -> None:

@@ -7,11 +7,6 @@ import typer
 from labbook.cli.common import AsOption, BookOption, JsonOption, emit
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("assign")(assign)
-
-
 def assign(
     file: Annotated[str, typer.Argument(help="A file by name or uid; NAME#ROW or NAME#PART for a part of it.")],
     run: Annotated[str, typer.Argument(help="The run it belongs to; none takes it off its run.")],

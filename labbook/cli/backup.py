@@ -8,11 +8,6 @@ import typer
 from labbook.cli.common import BookOption, JsonOption, emit, progress
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("backup")(backup)
-
-
 def backup(
     destination: Annotated[
         Path, typer.Argument(metavar="DEST", help="A folder for this book's backup, best on another disk.")

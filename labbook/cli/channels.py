@@ -1,13 +1,6 @@
 """`labbook channels`: what a column may hold."""
 
-import typer
-
 from labbook.cli.common import JsonOption, columns, emit
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("channels")(channels)
 
 
 def channels(as_json: JsonOption = False) -> None:

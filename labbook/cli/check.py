@@ -7,11 +7,6 @@ import typer
 from labbook.cli.common import AsOption, BookOption, JsonOption, emit
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("check")(check)
-
-
 def check(
     kind: Annotated[str, typer.Argument(help="rail_angle, lubrication, battery_conditioned or sensor_zero.")],
     value: Annotated[float | None, typer.Option("--value", help="What was measured.")] = None,

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import contextlib
+import functools
+import inspect
 import json
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from enum import StrEnum
 from pathlib import Path
+from types import ModuleType
 from typing import Annotated, Any
 
 import typer
@@ -44,6 +47,38 @@ WhereOption = Annotated[
     str | None,
     typer.Option("--where", metavar="TEXT", help='Which runs, for example "k_gain=400 and day>=2021-06-01".'),
 ]
+FACTORS_AS_OPTIONS = {"allow_extra_args": True, "ignore_unknown_options": True}
+"""`CONTEXT_SETTINGS` of a command that takes the study's own factors as options, which only the book knows."""
+
+
+def add_commands(app: typer.Typer, modules: Sequence[ModuleType], heading: str | None = None) -> None:
+    """Add the command of each module, the function of its name, under a heading of help."""
+    for module in modules:
+        name = module.__name__.rpartition(".")[2]
+        settings = getattr(module, "CONTEXT_SETTINGS", None)
+        app.command(name, rich_help_panel=heading, context_settings=settings)(getattr(module, name))
+
+
+def with_options(own: Callable[..., Any], parameter: str, options: Mapping[str, tuple[Any, Any]]) -> Callable[..., Any]:
+    """Return a command that takes `options`, each an annotation and a default, where `own` takes them as one dict."""
+
+    @functools.wraps(own)
+    def run(**given: Any) -> Any:
+        taken = {name: given.pop(name) for name in options}
+        return own(**given, **{parameter: taken})
+
+    every: list[inspect.Parameter] = []
+    for one in inspect.signature(own).parameters.values():
+        if one.name == parameter:
+            every += [
+                inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
+                for name, (kind, default) in options.items()
+            ]
+        else:
+            every.append(one.replace(kind=inspect.Parameter.KEYWORD_ONLY))
+    run.__signature__ = inspect.Signature(every)  # type: ignore[attr-defined]
+    run.__annotations__ = {one.name: one.annotation for one in every}
+    return run
 
 
 def emit(data: object, lines: Sequence[str], as_json: bool) -> None:

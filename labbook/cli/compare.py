@@ -4,15 +4,12 @@ from typing import Annotated
 
 import typer
 
-from labbook.cli.common import BookOption, JsonOption, WhereOption, emit, progress
+from labbook.cli.common import FACTORS_AS_OPTIONS, BookOption, JsonOption, WhereOption, emit, progress
 
 NOT_MET = 1
 """Exit code where a prediction is not met."""
 
-
-def register(app: typer.Typer) -> None:
-    """Add the command; it takes the study's own factors as options, as `labbook report` does."""
-    app.command("compare", context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(compare)
+CONTEXT_SETTINGS = FACTORS_AS_OPTIONS
 
 
 def compare(

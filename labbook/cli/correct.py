@@ -7,11 +7,6 @@ import typer
 from labbook.cli.common import AsOption, BookOption, FoldOption, JsonOption, emit
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("correct")(correct)
-
-
 def correct(
     target: Annotated[str, typer.Argument(help="A run, or study, robot:NAME, battery:NAME, charge:UID.")],
     fields: Annotated[list[str], typer.Argument(metavar="FIELD=VALUE...", help="What it should say.")],

@@ -9,11 +9,6 @@ from labbook.cli.common import JsonOption, emit, progress
 from labbook.presenting.terminal import say
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("demo")(demo)
-
-
 def demo(
     folder: Annotated[Path, typer.Argument(help="An empty folder, or one that does not exist yet.")],
     seed: Annotated[int, typer.Option("--seed", help="The same seed makes the same files.")] = 1,

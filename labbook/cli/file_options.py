@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import typer
@@ -19,17 +19,18 @@ from labbook.presenting.terminal import say
 _ASKED_WORDS = {"date_unclear": ("dates", ("d/m/y", "m/d/y")), "clock_unclear": ("clock", ("m:s", "h:m"))}
 """What is asked for where a file leaves it open, by rule: the option, and the words it takes."""
 
+_AS_GIVEN = ("format", "profile", "instrument", "override_units", "complete", "no_robot_check")
+"""Options that the journal keeps in the words of the command line."""
 
-def declared_options(
-    rate_hz: float | None,
-    units: Sequence[str],
-    columns: Sequence[str],
-    encoding: str | None,
-    decimal_sign: str | None,
-    delimiter: str | None = None,
-) -> dict[str, Any]:
-    """Return the options as the journal keeps them: only what was said. Raises `UsageError` for what has no meaning."""
+
+def declared_options(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options of `declaring` as the journal keeps them: only what was said.
+
+    Raises `UsageError` for what has no meaning.
+    """
     options: dict[str, Any] = {}
+    rate_hz, decimal_sign = given["rate"], given["decimal"]
+    delimiter, encoding = given["delimiter"], given["encoding"]
     if rate_hz is not None:
         if not 0 < rate_hz < 1e7:
             raise UsageError(f"--rate {rate_hz:g} is no sampling rate: give samples a second, for example 300.")
@@ -49,19 +50,21 @@ def declared_options(
             raise UsageError(f"--encoding {encoding!r} is not known: give for example cp1252 or utf-8.") from None
         options["encoding"] = encoding
     declared: dict[str, dict[str, Any]] = {}
-    for text in columns:
+    for text in given["column"] or ():
         name, channel = _pair("--column", text, "h=body_height:mm")
         channel, _colon, unit = channel.partition(":")
         channel = channel_meant(channel)
         if unit:
             check_unit(unit, channel)
         declared[name] = {"channel": channel, "unit": unit or None}
-    for text in units:
+    for text in given["unit"] or ():
         name, unit = _pair("--unit", text, "time=ms")
         check_unit(unit, None)
         declared.setdefault(name, {"channel": None})["unit"] = unit
     if declared:
         options["columns"] = declared
+    options |= declared_words(given["dates"], given["clock"], given["axes"])
+    options |= {name: given[name] for name in _AS_GIVEN if given[name]}
     return options
 
 

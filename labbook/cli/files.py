@@ -1,10 +1,11 @@
 """`labbook files`: the instruments' files that the book has, and how they are read."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from labbook.cli.common import AsOption, BookOption, JsonOption, columns, emit, progress
+from labbook.cli.common import AsOption, BookOption, JsonOption, columns, emit, progress, with_options
+from labbook.cli.declaring import DECLARED
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -43,7 +44,6 @@ def show_command(name: NameArgument, book: BookOption = None, as_json: JsonOptio
     emit(found, show_lines(found), as_json)
 
 
-@app.command("reread")
 def reread_command(
     name: Annotated[
         str | None, typer.Argument(metavar="NAME", help="A file by name, path, uid or the beginning of its SHA-256.")
@@ -51,44 +51,8 @@ def reread_command(
     every: Annotated[
         bool, typer.Option("--all", help="All files that labbook.toml would have read otherwise now.")
     ] = False,
-    rate: Annotated[float | None, typer.Option("--rate", help="Samples a second, where the file has no time.")] = None,
-    unit: Annotated[
-        list[str] | None, typer.Option("--unit", metavar="COLUMN=UNIT", help="A column's unit, for example time=ms.")
-    ] = None,
-    column: Annotated[
-        list[str] | None,
-        typer.Option("--column", metavar="COLUMN=CHANNEL[:UNIT]", help='What a column holds: "h=body_height:mm".'),
-    ] = None,
-    encoding: Annotated[str | None, typer.Option("--encoding", help="The page of text that is not UTF-8.")] = None,
-    decimal: Annotated[str | None, typer.Option("--decimal", help="The decimal sign, . or ,")] = None,
-    delimiter: Annotated[
-        str | None, typer.Option("--delimiter", help="What stands between cells: one sign, or tab.")
-    ] = None,
-    format_name: Annotated[
-        str | None, typer.Option("--format", help="What the file is, whatever it looks like.")
-    ] = None,
-    profile: Annotated[
-        str | None, typer.Option("--profile", help="The profile of labbook.toml to read it with.")
-    ] = None,
-    dates: Annotated[
-        str | None, typer.Option("--dates", help="The order in dates: y-m-d, d.m.y, d/m/y or m/d/y.")
-    ] = None,
-    clock: Annotated[
-        str | None, typer.Option("--clock", help="Whether 12:30 is hours first, h:m, or minutes first, m:s.")
-    ] = None,
-    axes: Annotated[str | None, typer.Option("--axes", help="The frame of forces: 'z up', 'z down' or 'y up'.")] = None,
-    instrument: Annotated[
-        str | None, typer.Option("--instrument", help="Whose axes, signs and units: bertec_acquire, action_z_down, ...")
-    ] = None,
-    override_units: Annotated[
-        bool, typer.Option("--override-units", help="Declared units stand against those of the header.")
-    ] = False,
-    complete: Annotated[
-        bool, typer.Option("--complete", help="The last line is whole, though it has no line end.")
-    ] = False,
-    no_robot_check: Annotated[
-        bool, typer.Option("--no-robot-check", help="Do not compare with the masses and legs of [robots].")
-    ] = False,
+    *,
+    declared: dict[str, Any],
     nothing: Annotated[
         bool, typer.Option("--nothing-declared", help="Take back what was declared about the file.")
     ] = False,
@@ -109,20 +73,10 @@ def reread_command(
     from labbook.actions.files.rereading import RereadRequest, reread_lines
     from labbook.book.opening import opened
     from labbook.book.write_session import new_uid
-    from labbook.cli.file_options import declared_options, declared_words
+    from labbook.cli.file_options import declared_options
     from labbook.cli.files_lines import reread_json, which_files
 
-    options = declared_options(rate, unit or [], column or [], encoding, decimal, delimiter)
-    options |= declared_words(dates, clock, axes)
-    flags = {
-        "format": format_name,
-        "profile": profile,
-        "instrument": instrument,
-        "override_units": override_units,
-        "complete": complete,
-        "no_robot_check": no_robot_check,
-    }
-    options |= {flag: value for flag, value in flags.items() if value}
+    options = declared_options(declared)
     which_files(name, every, bool(options), nothing)
     done = []
     with opened(book) as opened_book:
@@ -144,6 +98,9 @@ def reread_command(
     emit([reread_json(item) for item in done], lines or ["no file would be read otherwise."], as_json)
     if any(item.read.refused for item in done):
         raise typer.Exit(2)
+
+
+app.command("reread")(with_options(reread_command, "declared", DECLARED))
 
 
 @app.command("withdraw")

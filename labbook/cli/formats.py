@@ -1,13 +1,6 @@
 """`labbook formats`: the file formats that can be read, labbook's own and those of plug-ins."""
 
-import typer
-
 from labbook.cli.common import JsonOption, columns, emit
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("formats")(formats)
 
 
 def formats(as_json: JsonOption = False) -> None:

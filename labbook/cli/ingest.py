@@ -9,60 +9,16 @@ if TYPE_CHECKING:
     from labbook.book.opening import Book
 
 from data_schema.errors import UsageError
-from labbook.cli.common import AsOption, BookOption, JsonOption, asking, emit, progress
+from labbook.cli.common import AsOption, BookOption, JsonOption, asking, emit, progress, with_options
+from labbook.cli.declaring import DECLARED
 from labbook.presenting.terminal import say
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("ingest")(ingest)
-
-
-def ingest(
+def ingest_files(
     paths: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Files, or folders of files.")],
     run: Annotated[str | None, typer.Option("--run", help="The run that the file belongs to.")] = None,
-    rate: Annotated[float | None, typer.Option("--rate", help="Samples a second, where the file has no time.")] = None,
-    unit: Annotated[
-        list[str] | None, typer.Option("--unit", metavar="COLUMN=UNIT", help="A column's unit, for example time=ms.")
-    ] = None,
-    column: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--column",
-            metavar="COLUMN=CHANNEL[:UNIT]",
-            help='What a column holds: "h=body_height:mm" (`labbook channels`), or "i=own.coil_current:A".',
-        ),
-    ] = None,
-    encoding: Annotated[str | None, typer.Option("--encoding", help="The page of text that is not UTF-8.")] = None,
-    decimal: Annotated[str | None, typer.Option("--decimal", help="The decimal sign, . or ,")] = None,
-    delimiter: Annotated[
-        str | None, typer.Option("--delimiter", help="What stands between cells: one sign, or tab.")
-    ] = None,
-    instrument: Annotated[
-        str | None, typer.Option("--instrument", help="Whose axes, signs and units: bertec_acquire, action_z_down, ...")
-    ] = None,
-    format_name: Annotated[
-        str | None, typer.Option("--format", help="Read it as this format (`labbook formats`), whatever it looks like.")
-    ] = None,
-    profile: Annotated[
-        str | None, typer.Option("--profile", help="Read it with this [profiles.NAME] of labbook.toml.")
-    ] = None,
-    dates: Annotated[
-        str | None, typer.Option("--dates", help="The order in dates: y-m-d, d.m.y, d/m/y or m/d/y.")
-    ] = None,
-    clock: Annotated[
-        str | None, typer.Option("--clock", help="Whether 12:30 is hours first, h:m, or minutes first, m:s.")
-    ] = None,
-    axes: Annotated[str | None, typer.Option("--axes", help="The frame of forces: 'z up', 'z down' or 'y up'.")] = None,
-    override_units: Annotated[
-        bool, typer.Option("--override-units", help="Declared units stand against those of the header.")
-    ] = False,
-    complete: Annotated[
-        bool, typer.Option("--complete", help="The last line is whole, though it has no line end.")
-    ] = False,
-    no_robot_check: Annotated[
-        bool, typer.Option("--no-robot-check", help="Do not compare with the masses and legs of [robots].")
-    ] = False,
+    *,
+    declared: dict[str, Any],
     explain: Annotated[
         bool, typer.Option("--explain", help="Say how each file would be read, and why; store nothing.")
     ] = False,
@@ -102,20 +58,10 @@ def ingest(
     from labbook.actions.runs.rig_line import MissingHeight, RigLine, missing_heights, rig_lines_of
     from labbook.book.opening import opened
     from labbook.book.write_session import new_uid
-    from labbook.cli.file_options import ask_for, declared_options, declared_words
+    from labbook.cli.file_options import ask_for, declared_options
     from labbook.cli.ingest_lines import Batch, batch_lines, outcome_json
 
-    options = declared_options(rate, unit or [], column or [], encoding, decimal, delimiter)
-    options |= declared_words(dates, clock, axes)
-    flags = {
-        "format": format_name,
-        "profile": profile,
-        "instrument": instrument,
-        "override_units": override_units,
-        "complete": complete,
-        "no_robot_check": no_robot_check,
-    }
-    options |= {name: value for name, value in flags.items() if value}
+    options = declared_options(declared)
     if out is not None and not draft_profile:
         raise UsageError("--out is where a drafted profile is written: give --draft-profile too.")
     for fault in plugins().faults:
@@ -159,6 +105,9 @@ def ingest(
         emit([outcome_json(*both) for both in zip(outcomes, rig, heights, strict=True)], [], as_json=True)
     if any(outcome.status == "refused" for outcome in outcomes):
         raise typer.Exit(2)
+
+
+ingest = with_options(ingest_files, "declared", DECLARED)
 
 
 def _explain(book: "Book", files: list[Path], options: dict[str, Any], run: str | None, as_json: bool) -> None:

@@ -8,11 +8,6 @@ import typer
 from labbook.cli.common import JsonOption, emit
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("init")(init)
-
-
 def init(
     folder: Annotated[Path, typer.Argument(help="The folder of the new book.")],
     person: Annotated[str, typer.Option("--as", metavar="NAME", envvar="LABBOOK_AS", help="Who makes the book.")],

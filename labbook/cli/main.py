@@ -43,6 +43,7 @@ from labbook.cli import (
     void,
     why,
 )
+from labbook.cli.common import add_commands
 from labbook.cli.start import INTERRUPTED, tell
 from labbook.presenting.terminal import printable_json, say
 
@@ -58,7 +59,8 @@ COMMANDS = {
     REPORT: (report, compare, plan, power, analysis, why),
     BOOK: (init, demo, backup, restore, merge, rebuild),
 }
-"""The commands under the headings of help, in its order; a new one is a file and a name here."""
+"""The commands under the headings of help, in its order; a new one is a file with a function of its name, and its name
+here."""
 
 GROUPS = {
     "runs": (RIG, "Runs: list them, import a run sheet, see what has no run yet."),
@@ -90,9 +92,7 @@ def application(words: Collection[str]) -> typer.Typer:
         epilog="Every command takes --debug, which shows where an error arose.",
     )
     for heading, modules in COMMANDS.items():
-        for module in modules:
-            module.register(app)
-            app.registered_commands[-1].rich_help_panel = heading
+        add_commands(app, modules, heading)
     for name, (heading, purpose) in GROUPS.items():
         group = importlib.import_module(f"labbook.cli.{name}").app if name in words else typer.Typer()
         app.add_typer(group, name=name, help=purpose, rich_help_panel=heading)

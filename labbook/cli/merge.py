@@ -8,11 +8,6 @@ import typer
 from labbook.cli.common import AsOption, BookOption, JsonOption, emit
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("merge")(merge)
-
-
 def merge(
     other: Annotated[Path, typer.Argument(metavar="OTHER", help="The folder of the other book; it is only read.")],
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Show what would come, and write nothing.")] = False,

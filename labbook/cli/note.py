@@ -7,11 +7,6 @@ import typer
 from labbook.cli.common import AsOption, BookOption, JsonOption, emit
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("note")(note)
-
-
 def note(
     run: Annotated[str, typer.Argument(help="The run.")],
     text: Annotated[str, typer.Argument(help="What is to be remembered.")],

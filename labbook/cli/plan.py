@@ -7,12 +7,6 @@ import typer
 
 from labbook.cli.common import AsOption, BookOption, JsonOption, emit
 
-
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("plan")(plan)
-
-
 _OF_DRAWING = {
     "n": "--n",
     "per_day": "--per-day",

@@ -8,11 +8,6 @@ import typer
 from labbook.cli.common import BookOption, JsonOption, emit
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("plot")(plot)
-
-
 def plot(
     run: Annotated[str, typer.Argument(help="The run.")],
     jump: Annotated[int | None, typer.Option("--jump", help="The jump to show enlarged.")] = None,

@@ -9,11 +9,6 @@ from labbook.cli.common import BookOption, JsonOption, columns, emit
 USUAL_POWER, USUAL_N, USUAL_PER_DAY, USUAL_METHOD = 0.8, 10, 16, "randomised"
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("power")(power)
-
-
 def power(
     saving: Annotated[
         float | None, typer.Option("--saving", metavar="PERCENT", help="The saving to be found, of the control's mean.")

@@ -8,11 +8,6 @@ import typer
 from labbook.cli.common import BookOption, JsonOption, emit, progress
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("rebuild")(rebuild)
-
-
 def rebuild(
     journal: Annotated[bool, typer.Option("--journal", help="Write journal.jsonl from the database instead.")] = False,
     book: BookOption = None,

@@ -9,12 +9,9 @@ import typer
 if TYPE_CHECKING:
     from data_schema.queries.imported_files import InboxItem
 
-from labbook.cli.common import AsOption, BookOption, JsonOption, WhereOption, emit, progress
+from labbook.cli.common import FACTORS_AS_OPTIONS, AsOption, BookOption, JsonOption, WhereOption, emit, progress
 
-
-def register(app: typer.Typer) -> None:
-    """Add the command; it takes the study's own factors as options, which only the book knows."""
-    app.command("report", context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(report)
+CONTEXT_SETTINGS = FACTORS_AS_OPTIONS
 
 
 def report(

@@ -9,11 +9,6 @@ import typer
 from labbook.cli.common import JsonOption, emit, progress
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("restore")(restore)
-
-
 def restore(
     source: Annotated[Path, typer.Argument(metavar="SRC", help="A folder that `labbook backup` made.")],
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of the book; empty, or not there.")],

@@ -7,11 +7,6 @@ import typer
 from labbook.cli.common import BookOption, JsonOption, emit
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("show")(show)
-
-
 def show(
     run: Annotated[str, typer.Argument(help="The run.")], book: BookOption = None, as_json: JsonOption = False
 ) -> None:

@@ -4,14 +4,13 @@ What all its commands take is declared once, in `_SHARED`; a command is its own 
 """
 
 import functools
-import inspect
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from labbook.cli.common import BookOption, JsonOption, columns, emit, progress
+from labbook.cli.common import BookOption, JsonOption, columns, emit, progress, with_options
 
 if TYPE_CHECKING:
     from labbook.actions.stats.answering import Answer, CommandOutput, Question
@@ -123,21 +122,12 @@ class Shared:
 
 def command(own: Callable[..., "CommandOutput"]) -> None:
     """Add a command that takes all shared options and its own, which follow its first parameter."""
-    name, (_shared, *parameters) = own.__name__, inspect.signature(own).parameters.values()
 
     @functools.wraps(own)
-    def run(**given: Any) -> None:
-        shared = {key: given.pop(key) for key in _SHARED}
-        _print(own(Shared(name, shared), **given), shared["full"], shared["as_json"])
+    def run(shared: dict[str, Any], **given: Any) -> None:
+        _print(own(Shared(own.__name__, shared), **given), shared["full"], shared["as_json"])
 
-    keyword = inspect.Parameter.KEYWORD_ONLY
-    every = [
-        *(inspect.Parameter(key, keyword, default=value, annotation=kind) for key, (kind, value) in _SHARED.items()),
-        *(parameter.replace(kind=keyword) for parameter in parameters),
-    ]
-    run.__signature__ = inspect.Signature(every)  # type: ignore[attr-defined]
-    run.__annotations__ = {parameter.name: parameter.annotation for parameter in every}
-    app.command(name)(run)
+    app.command(own.__name__)(with_options(run, "shared", _SHARED))
 
 
 def _print(told: "CommandOutput", full: bool, as_json: bool) -> None:

@@ -7,11 +7,6 @@ import typer
 from labbook.cli.common import BookOption, JsonOption, emit, plain
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("today")(today)
-
-
 def today(
     day: Annotated[str | None, typer.Option("--day", metavar="DATE", help="Another day, as 2021-06-01.")] = None,
     book: BookOption = None,

@@ -7,11 +7,6 @@ import typer
 from labbook.cli.common import AsOption, BookOption, JsonOption, emit
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("void")(void)
-
-
 def void(
     run: Annotated[str, typer.Argument(help="The run.")],
     reason: Annotated[

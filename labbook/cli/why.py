@@ -9,11 +9,6 @@ from data_schema.errors import BookDamaged
 from labbook.cli.common import BookOption, JsonOption, emit, progress
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("why")(why)
-
-
 def why(
     number: Annotated[str, typer.Argument(help="The provenance id beside a number in a report, or its beginning.")],
     check: Annotated[

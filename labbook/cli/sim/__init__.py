@@ -2,9 +2,8 @@
 
 import typer
 
+from labbook.cli.common import add_commands
 from labbook.cli.sim import accuracy, effects, figures, parts, published, run, sweep
 
 app = typer.Typer(no_args_is_help=True)
-
-for module in (run, sweep, parts, accuracy, effects, figures, published):
-    module.register(app)
+add_commands(app, (run, sweep, parts, accuracy, effects, figures, published))

@@ -6,26 +6,12 @@ from typing import Annotated
 import typer
 
 from labbook.cli.common import JsonOption, emit, progress
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("accuracy")(accuracy)
+from labbook.cli.sim.options import SceneOption, SetOption
 
 
 def accuracy(
-    scene: Annotated[
-        str,
-        typer.Option("--scene", metavar="NAME", help="bed, sim1, sim2, emulator, force_plate, or a .toml file."),
-    ],
-    sets: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="NAME=VALUE",
-            help="A parameter in SI units, or gain, flight, jumps, ...: see `labbook sim parts`; repeatable.",
-        ),
-    ] = None,
+    scene: SceneOption,
+    sets: SetOption = None,
     effects: Annotated[
         str | None, typer.Option("--effects", metavar="LIST", help="Effects on and off: +drag,-added_mass.")
     ] = None,

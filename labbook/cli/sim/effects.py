@@ -5,33 +5,19 @@ from typing import Annotated
 import typer
 
 from labbook.cli.common import JsonOption, columns, emit, progress
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("effects")(effects)
+from labbook.cli.sim.options import AccuracyOption, SceneOption, SetOption
 
 
 def effects(
-    scene: Annotated[
-        str,
-        typer.Option("--scene", metavar="NAME", help="bed, sim1, sim2, emulator, force_plate, or a .toml file."),
-    ],
+    scene: SceneOption,
     within: Annotated[
         str, typer.Option("--within", metavar="SHARE", help="The change of cost, apex and depth that may pass.")
     ] = "1%",
-    sets: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="NAME=VALUE",
-            help="A parameter in SI units, or gain, flight, jumps, ...: see `labbook sim parts`; repeatable.",
-        ),
-    ] = None,
+    sets: SetOption = None,
     switched: Annotated[
         str | None, typer.Option("--effects", metavar="LIST", help="Effects on and off at first: +drag,-added_mass.")
     ] = None,
-    accuracy: Annotated[float, typer.Option("--accuracy", help="The relative error aimed at.")] = 1e-6,
+    accuracy: AccuracyOption = 1e-6,
     pairs: Annotated[bool, typer.Option("--pairs", help="Show every pair of effects, too.")] = False,
     timings: Annotated[
         bool, typer.Option("--timings", help="Compile and time a kernel without each effect: seconds for each.")

@@ -8,11 +8,6 @@ import typer
 from labbook.cli.common import JsonOption, columns, emit, progress
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("figures")(figures)
-
-
 def figures(
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder to write to.")] = Path("thesis-figures"),
     form: Annotated[str, typer.Option("--format", metavar="KIND", help="png, pdf or svg.")] = "png",

@@ -7,11 +7,6 @@ import typer
 from labbook.cli.common import JsonOption, columns, emit
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("parts")(parts)
-
-
 def parts(
     name: Annotated[
         str | None, typer.Argument(help="An effect, a parameter or a word; without it, all of them.")

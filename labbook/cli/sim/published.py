@@ -6,18 +6,14 @@ from typing import Annotated
 import typer
 
 from labbook.cli.common import JsonOption, columns, emit, progress
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("published")(published)
+from labbook.cli.sim.options import AccuracyOption
 
 
 def published(
     out: Annotated[
         Path | None, typer.Option("--out", "-o", metavar="FILE", help="Write it as a document, too: a .md file.")
     ] = None,
-    accuracy: Annotated[float, typer.Option("--accuracy", help="The relative error aimed at.")] = 1e-6,
+    accuracy: AccuracyOption = 1e-6,
     as_json: JsonOption = False,
 ) -> None:
     """Simulate the published experiments on ground emulator and force plate, and compare.

@@ -6,37 +6,15 @@ from typing import Annotated
 import typer
 
 from labbook.cli.common import JsonOption, emit, progress
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("run")(run)
+from labbook.cli.sim.options import AccuracyOption, EffectsOption, SceneOption, SetOption, WithinOption
 
 
 def run(
-    scene: Annotated[
-        str,
-        typer.Option("--scene", metavar="NAME", help="bed, sim1, sim2, emulator, force_plate, or a .toml file."),
-    ],
-    sets: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="NAME=VALUE",
-            help="A parameter in SI units, or gain, flight, jumps, ...: see `labbook sim parts`; repeatable.",
-        ),
-    ] = None,
-    effects: Annotated[
-        str | None,
-        typer.Option(
-            "--effects", metavar="LIST", help="Effects on and off: +drag,-added_mass; auto: only those that matter."
-        ),
-    ] = None,
-    within: Annotated[
-        str | None,
-        typer.Option("--within", metavar="SHARE", help="With --effects auto: the change that may pass, such as 1%."),
-    ] = None,
-    accuracy: Annotated[float, typer.Option("--accuracy", help="The relative error aimed at.")] = 1e-6,
+    scene: SceneOption,
+    sets: SetOption = None,
+    effects: EffectsOption = None,
+    within: WithinOption = None,
+    accuracy: AccuracyOption = 1e-6,
     plot: Annotated[
         Path | None, typer.Option("--plot", metavar="FILE", help="Draw the motion: a .png, .svg or .pdf file.")
     ] = None,

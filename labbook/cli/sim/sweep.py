@@ -7,18 +7,11 @@ from typing import Annotated
 import typer
 
 from labbook.cli.common import JsonOption, before_work, counted, emit, progress
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("sweep")(sweep)
+from labbook.cli.sim.options import AccuracyOption, EffectsOption, SceneOption, SetOption, WithinOption
 
 
 def sweep(
-    scene: Annotated[
-        str,
-        typer.Option("--scene", metavar="NAME", help="bed, sim1, sim2, emulator, force_plate, or a .toml file."),
-    ],
+    scene: SceneOption,
     over: Annotated[
         list[str],
         typer.Option(
@@ -28,30 +21,15 @@ def sweep(
         ),
     ],
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The result: a .nc file or a .zarr folder.")],
-    sets: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="NAME=VALUE",
-            help="A parameter in SI units, or gain, flight, jumps, ...: see `labbook sim parts`; repeatable.",
-        ),
-    ] = None,
-    effects: Annotated[
-        str | None,
-        typer.Option(
-            "--effects", metavar="LIST", help="Effects on and off: +drag,-added_mass; auto: only those that matter."
-        ),
-    ] = None,
-    within: Annotated[
-        str | None,
-        typer.Option("--within", metavar="SHARE", help="With --effects auto: the change that may pass, such as 1%."),
-    ] = None,
+    sets: SetOption = None,
+    effects: EffectsOption = None,
+    within: WithinOption = None,
     sobol: Annotated[
         int | None,
         typer.Option("--sobol", metavar="COUNT", help="Draw so many scenes (best a power of 2) from the ranges."),
     ] = None,
     seed: Annotated[int | None, typer.Option("--seed", help="Another seed draws another sample; 0 without it.")] = None,
-    accuracy: Annotated[float, typer.Option("--accuracy", help="The relative error aimed at.")] = 1e-6,
+    accuracy: AccuracyOption = 1e-6,
     scheduler: Annotated[
         str | None,
         typer.Option("--scheduler", metavar="URL", help="A Dask cluster's scheduler, tcp://HOST:PORT, to compute on."),
