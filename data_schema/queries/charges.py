@@ -8,7 +8,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.tables.base import in_chunks
+from data_schema.tables.base import columns_of, in_chunks
 from data_schema.tables.equipment import battery
 from data_schema.tables.files import file
 from data_schema.tables.runs import charge, run
@@ -73,16 +73,13 @@ _COUNTED = charge.c.state == str(ChargeState.COUNTED)
 def _charges() -> sa.Select[Any]:
     return (
         sa.select(
-            charge.c.uid,
-            sa.func.coalesce(run.c.uid, ""),
-            charge.c.charge_mah,
-            charge.c.resolution_mah,
-            charge.c.duration_s,
-            charge.c.end_voltage_v,
-            charge.c.mode,
-            sa.func.coalesce(battery.c.name, charge.c.stated_pack),
-            charge.c.ended_utc,
-            charge.c.ended_original,
+            *columns_of(
+                ChargeOfRun,
+                charge,
+                run_uid=sa.func.coalesce(run.c.uid, ""),
+                recharge_s=charge.c.duration_s,
+                stated_pack=sa.func.coalesce(battery.c.name, charge.c.stated_pack),
+            )
         )
         .outerjoin(run, charge.c.run == run.c.id)
         .outerjoin(battery, charge.c.battery == battery.c.id)
@@ -168,20 +165,7 @@ def said_by_rows(connection: sa.Connection, file_uid: str) -> dict[str, tuple[An
 
 def _rows(connection: sa.Connection, wanted: sa.ColumnElement[Any]) -> list[SheetRow]:
     query = (
-        sa.select(
-            charge.c.id.label("order"),
-            charge.c.uid,
-            charge.c.file.is_(None).label("typed"),
-            charge.c.row_number,
-            charge.c.line,
-            run.c.uid.label("run_uid"),
-            charge.c.stated_run,
-            charge.c.repeats,
-            charge.c.state,
-            charge.c.charge_mah,
-            charge.c.end_voltage_v,
-            charge.c.mode,
-        )
+        sa.select(*columns_of(SheetRow, charge, order=charge.c.id, typed=charge.c.file.is_(None), run_uid=run.c.uid))
         .outerjoin(run, charge.c.run == run.c.id)
         .outerjoin(file, charge.c.file == file.c.id)
         .where(wanted)

@@ -10,7 +10,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.row_hashes import written
-from data_schema.tables.base import CHUNK, in_chunks
+from data_schema.tables.base import CHUNK, columns_of, in_chunks
 from data_schema.tables.files import LAST_READING, file, ingest
 from data_schema.tables.people import person
 from data_schema.tables.runs import decision, run
@@ -171,19 +171,7 @@ def jump_decisions(
     """
     holds_for = same_times(connection, signals_sha256)
     query = (
-        sa.select(
-            decision.c.uid,
-            decision.c.signal_sha256,
-            decision.c.anchor_s,
-            decision.c.verdict,
-            decision.c.reason_code,
-            decision.c.note,
-            decision.c.old_value,
-            decision.c.algorithm,
-            decision.c.version,
-            person.c.name,
-            decision.c.at_utc,
-        )
+        sa.select(*columns_of(DecisionRow, decision, person=person.c.name))
         .join(person, decision.c.person == person.c.id)
         .where(decision.c.target_kind == str(TargetKind.JUMP))
         .order_by(decision.c.id)

@@ -10,10 +10,11 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.tables import FACTS
+from data_schema.tables.base import columns_of
 from data_schema.tables.files import IN_USE, LAST_READING, file, ingest, run_file
 from data_schema.tables.people import config, journal, person
 from data_schema.tables.runs import charge, note, run
-from data_schema.vocabulary import Action, ChargeState, IngestStatus, RunState
+from data_schema.vocabulary import Action, ChargeState, IngestStatus
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,35 +81,12 @@ def notes_of(connection: sa.Connection, uid: str) -> list[NoteRow]:
 def history_of(connection: sa.Connection, uid: str) -> list[HistoryRow]:
     """Return all statements about a thing, oldest first."""
     query = (
-        sa.select(
-            journal.c.seq,
-            journal.c.at_utc,
-            person.c.name,
-            journal.c.action,
-            journal.c.old_json,
-            journal.c.new_json,
-            journal.c.reason,
-        )
+        sa.select(*columns_of(HistoryRow, journal, person=person.c.name))
         .join(person, journal.c.person == person.c.id)
         .where(journal.c.entity_uid == uid)
         .order_by(journal.c.seq)
     )
     return [HistoryRow(*row) for row in connection.execute(query)]
-
-
-def reasons_of_void_runs(connection: sa.Connection) -> dict[str, str]:
-    """Return why runs that are void were declared so the last time, by their uids."""
-    query = (
-        sa.select(run.c.uid, journal.c.reason)
-        .join(run, run.c.uid == journal.c.entity_uid)
-        .where(
-            journal.c.entity_kind == "run",
-            journal.c.action == str(Action.VOID),
-            run.c.state == str(RunState.VOID),
-        )
-        .order_by(journal.c.seq)
-    )
-    return {uid: reason or "" for uid, reason in connection.execute(query)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,16 +142,14 @@ def entries_about_runs(connection: sa.Connection) -> list[EntryRow]:
     """Return the entries that declare, import, assign, correct, judge and void runs, charges and files, in order."""
     query = (
         sa.select(
-            journal.c.seq,
-            journal.c.seq + journal.c.following,
-            journal.c.at_utc,
-            person.c.name,
-            journal.c.action,
-            journal.c.entity_kind,
-            journal.c.entity_uid,
-            journal.c.old_json,
-            journal.c.new_json,
-            journal.c.reason,
+            *columns_of(
+                EntryRow,
+                journal,
+                command=journal.c.seq + journal.c.following,
+                person=person.c.name,
+                kind=journal.c.entity_kind,
+                uid=journal.c.entity_uid,
+            )
         )
         .join(person, journal.c.person == person.c.id)
         .where(journal.c.entity_kind.in_(_KINDS), journal.c.action.in_(list(_ACTIONS)))

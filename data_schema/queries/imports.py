@@ -14,6 +14,7 @@ import sqlalchemy as sa
 
 from data_schema.queries.imported_files import runs_of_file
 from data_schema.row_hashes import written
+from data_schema.tables.base import columns_of
 from data_schema.tables.files import LAST_READING, file, finding, ingest
 from data_schema.tables.people import config, person
 from data_schema.tables.signals import channel, gap, signal
@@ -125,23 +126,14 @@ class FindingRow:
 def findings_of(connection: sa.Connection, ingest_uid: str, rules: Sequence[str] | None = None) -> list[FindingRow]:
     """Return what a reading of a file found, all of it or by some rules."""
     query = (
-        sa.select(
-            finding.c.severity,
-            finding.c.rule,
-            finding.c.message,
-            finding.c.line,
-            finding.c.column_name,
-            finding.c.value,
-            finding.c.n,
-            finding.c.more_lines_json,
-        )
+        sa.select(*columns_of(FindingRow, finding, more_lines=finding.c.more_lines_json))
         .join(ingest, finding.c.ingest == ingest.c.id)
         .where(ingest.c.uid == ingest_uid)
         .order_by(finding.c.id)
     )
     if rules is not None:
         query = query.where(finding.c.rule.in_(rules))
-    return [FindingRow(*row[:-1], tuple(json.loads(row[-1]))) for row in connection.execute(query)]
+    return [FindingRow(*[*row[:-1], tuple(json.loads(row[-1]))]) for row in connection.execute(query)]
 
 
 def add_signal(

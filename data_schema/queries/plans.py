@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import sqlalchemy as sa
 
+from data_schema.tables.base import columns_of
 from data_schema.tables.design import condition, plan, planned_run
 from data_schema.tables.people import journal
 from data_schema.tables.runs import run
@@ -28,15 +29,7 @@ class PlannedRow:
 def planned_runs(connection: sa.Connection) -> list[PlannedRow]:
     """List what all plans hold, in the order in which they were stated; what was withdrawn is left out."""
     query = (
-        sa.select(
-            planned_run.c.uid,
-            planned_run.c.name,
-            planned_run.c.position,
-            planned_run.c.day_number,
-            planned_run.c.block,
-            condition.c.key,
-            run.c.name,
-        )
+        sa.select(*columns_of(PlannedRow, planned_run, condition_key=condition.c.key, run_name=run.c.name))
         .select_from(
             planned_run.outerjoin(condition, planned_run.c.condition == condition.c.id).outerjoin(
                 run, run.c.planned_run == planned_run.c.id

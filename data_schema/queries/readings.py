@@ -11,7 +11,7 @@ import sqlalchemy as sa
 
 from data_schema.queries.signals import GapRow, gaps_by_signal
 from data_schema.row_hashes import written
-from data_schema.tables.base import in_chunks
+from data_schema.tables.base import columns_of, in_chunks
 from data_schema.tables.files import LAST_READING, file, finding, ingest, run_file
 from data_schema.tables.people import config, journal, person
 from data_schema.tables.runs import run
@@ -116,15 +116,7 @@ def last_readings(connection: sa.Connection) -> list[ReadingRow]:
 def listed_readings(connection: sa.Connection) -> list[ListedReading]:
     """Return the last reading of every file that was imported, in the order of the files' import."""
     query = (
-        sa.select(
-            ingest.c.uid,
-            file.c.uid,
-            ingest.c.sha256,
-            ingest.c.original_name,
-            ingest.c.status,
-            ingest.c.reader,
-            ingest.c.rows_kept,
-        )
+        sa.select(*columns_of(ListedReading, ingest, file_uid=file.c.uid, name=ingest.c.original_name))
         .join(file, sa.and_(ingest.c.file == file.c.id, LAST_READING))
         .order_by(file.c.id)
     )
@@ -145,25 +137,16 @@ def _readings(
     why = sa.select(journal.c.reason).where(journal.c.entity_uid == ingest.c.uid).limit(1).scalar_subquery()
     query = (
         sa.select(
-            ingest.c.uid,
-            file.c.uid,
-            ingest.c.sha256,
-            ingest.c.original_name,
-            ingest.c.at_utc,
-            person.c.name,
-            ingest.c.status,
-            ingest.c.reader,
-            ingest.c.reader_version,
-            ingest.c.options_json,
-            ingest.c.declared_json,
-            ingest.c.config,
-            ingest.c.role,
-            ingest.c.stated_run,
-            ingest.c.modified_utc,
-            ingest.c.rows_read,
-            ingest.c.rows_kept,
-            ingest.c.rows_rejected,
-            why,
+            *columns_of(
+                ReadingRow,
+                ingest,
+                file_uid=file.c.uid,
+                name=ingest.c.original_name,
+                person=person.c.name,
+                settings_json=ingest.c.declared_json,
+                config_text=ingest.c.config,
+                why=why,
+            )
         )
         .join(person, ingest.c.person == person.c.id)
         .outerjoin(file, ingest.c.file == file.c.id)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.tables.base import in_chunks
+from data_schema.tables.base import columns_of, in_chunks
 from data_schema.tables.files import LAST_READING, file, ingest, run_file
 from data_schema.tables.runs import run
 from data_schema.tables.signals import channel, gap, signal
@@ -50,18 +50,7 @@ def signals_of_runs(
     """List the signals that belong to a run, by run and part: of all runs, or of one."""
     query = (
         sa.select(
-            signal.c.id,
-            signal.c.uid,
-            run.c.uid,
-            run.c.name,
-            run_file.c.role,
-            signal.c.sha256,
-            signal.c.store_path,
-            signal.c.rate_hz,
-            signal.c.n_samples,
-            file.c.sha256,
-            signal.c.start_utc,
-            ingest.c.original_name,
+            *columns_of(SignalRow, signal, run_uid=run.c.uid, run_name=run.c.name, role=run_file.c.role, **_OF_OTHERS)
         )
         .select_from(
             signal.join(file, signal.c.file == file.c.id)
@@ -75,9 +64,17 @@ def signals_of_runs(
         query = query.where(run_file.c.role == str(role))
     if run_uid is not None:
         query = query.where(run.c.uid == run_uid)
-    rows: list[tuple[Any, ...]] = [tuple(row) for row in connection.execute(query)]
-    names = _channel_names(connection, None if run_uid is None else [row[0] for row in rows])
-    return [SignalRow(*row[1:9], *(names.get(row[0], ()), *row[9:])) for row in rows]
+    rows = connection.execute(query).all()
+    names = _channel_names(connection, None if run_uid is None else [row.channels for row in rows])
+    return [_signal_row(row, names) for row in rows]
+
+
+_OF_OTHERS = {"channels": signal.c.id, "file_sha256": file.c.sha256, "file_name": ingest.c.original_name}
+
+
+def _signal_row(row: Sequence[Any], names: Mapping[int, tuple[str, ...]]) -> SignalRow:
+    """Make a row of the columns that were asked for, where the signal's key stands for its channels."""
+    return SignalRow(*[*row[:8], names.get(row[8], ()), *row[9:]])
 
 
 def signals_of_files(connection: sa.Connection, role: FileRole) -> dict[tuple[str, str], SignalRow]:
@@ -85,20 +82,12 @@ def signals_of_files(connection: sa.Connection, role: FileRole) -> dict[tuple[st
 
     Those of withdrawn files and of parts that belong to no run are there too: no row names a run.
     """
+    nobody = sa.literal("")
     query = (
         sa.select(
             file.c.uid,
             signal.c.part,
-            signal.c.id,
-            signal.c.uid,
-            ingest.c.role,
-            signal.c.sha256,
-            signal.c.store_path,
-            signal.c.rate_hz,
-            signal.c.n_samples,
-            file.c.sha256,
-            signal.c.start_utc,
-            ingest.c.original_name,
+            *columns_of(SignalRow, signal, run_uid=nobody, run_name=nobody, role=ingest.c.role, **_OF_OTHERS),
         )
         .select_from(
             signal.join(file, signal.c.file == file.c.id).join(
@@ -108,9 +97,8 @@ def signals_of_files(connection: sa.Connection, role: FileRole) -> dict[tuple[st
         .where(ingest.c.role == str(role))
         .order_by(signal.c.id)
     )
-    rows: list[tuple[Any, ...]] = [tuple(row) for row in connection.execute(query)]
     names = _channel_names(connection, None)
-    return {row[:2]: SignalRow(*(row[3], "", "", *row[4:9], names.get(row[2], ()), *row[9:])) for row in rows}
+    return {(uid, part): _signal_row(row, names) for uid, part, *row in connection.execute(query)}
 
 
 def log_starts(connection: sa.Connection, run_uids: Sequence[str]) -> dict[str, list[str | None]]:

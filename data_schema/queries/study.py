@@ -10,6 +10,7 @@ import sqlalchemy as sa
 
 from data_schema.queries.facts import insert_fact, key_of
 from data_schema.row_hashes import written
+from data_schema.tables.base import columns_of
 from data_schema.tables.design import condition, condition_level, day, day_check, factor, level, study
 from data_schema.tables.people import config, person
 from data_schema.tables.runs import run
@@ -132,15 +133,7 @@ def days_with_runs(connection: sa.Connection) -> set[str]:
 def checks_by_day(connection: sa.Connection) -> dict[str, list[CheckRow]]:
     """Return the newest check of each kind, by date."""
     query = (
-        sa.select(
-            day.c.date_local,
-            day_check.c.kind,
-            day_check.c.value,
-            day_check.c.unit,
-            day_check.c.passed,
-            person.c.name,
-            day_check.c.at_utc,
-        )
+        sa.select(day.c.date_local, *columns_of(CheckRow, day_check, person=person.c.name))
         .join(day, day_check.c.day == day.c.id)
         .join(person, day_check.c.person == person.c.id)
         .order_by(day_check.c.id)

@@ -111,6 +111,14 @@ def table(name: str, *parts: sa.schema.SchemaItem) -> sa.Table:
     return sa.Table(name, METADATA, *parts, sqlite_strict=True)
 
 
+def columns_of(row: type[Any], source: sa.Table, **others: sa.ColumnElement[Any]) -> list[sa.Label[Any]]:
+    """Return what fills the fields of a class of rows, in their order and under their names.
+
+    It is the column of `source` that is called as the field, or what `others` give for it.
+    """
+    return [(others[name] if name in others else source.c[name]).label(name) for name in row.__annotations__]
+
+
 def in_chunks(items: Sequence[Item]) -> Iterator[Sequence[Item]]:
     """Pass a list on in pieces that fit into a query, in order."""
     for start in range(0, len(items), CHUNK):
