@@ -1,4 +1,4 @@
-"""A quantity against the swept factor: means with SE, every run behind them (thesis figs. 5.3, 5.4)."""
+"""Each outcome against the swept factor: means with SE, every run behind them (thesis figs. 5.3, 5.4)."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from matplotlib.lines import Line2D
 from data_schema.outcomes import Outcome
 from reports.content import ReportContent
 from reports.display import shown_unit
+from reports.figures.damping_words import absent_quantity, coefficient_of, points_text, range_text
+from reports.figures.kind import figures_of_outcomes
 from reports.figures.series import Axis, Series, axis_of, series_lie_apart, series_of
 from reports.figures.style import GREY, is_narrow, light_grid, new_figure
 
@@ -156,3 +158,20 @@ def _handle(series: Series) -> Line2D:
         markerfacecolor=series.colour if series.filled else "white",
         label=series.label,
     )
+
+
+def caption(content: ReportContent, quantity: Outcome) -> str:
+    """Say what is drawn."""
+    return f"{quantity.heading} against the {coefficient_of(content)}. {points_text(content, quantity)}"
+
+
+def alternative(content: ReportContent, quantity: Outcome) -> str:
+    """Describe the plot in words."""
+    return (
+        f"Plot of {quantity} against the {coefficient_of(content)}, mean and standard error of each condition. "
+        f"{range_text(content, quantity)}"
+    )
+
+
+BY_DAMPING = figures_of_outcomes("{}_by_damping", "{}", draw_by_damping, caption, alternative, absent_quantity)
+"""A figure an outcome."""

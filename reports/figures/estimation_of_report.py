@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from matplotlib.axes import Axes
@@ -23,7 +22,7 @@ from reports.figures.estimation_parts import (
     set_limits,
     set_names,
 )
-from reports.figures.kind import FigureKind
+from reports.figures.kind import figures_of_outcomes
 from reports.figures.style import BLACK, BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure
 from reports.naming import levels_name, swept_factor, swept_words
 from reports.numbers import Number
@@ -78,7 +77,7 @@ class _Tested:
     ends: tuple[float, float] | None = None
 
 
-def _draw(content: ReportContent, width_in: float, quantity: Outcome) -> Figure:
+def _draw(content: ReportContent, quantity: Outcome, width_in: float) -> Figure:
     """Draw a pair of panels a group, values above and difference below.
 
     Differences share their axis, and so do joules. Heights do not: groups lie further apart than their runs scatter.
@@ -196,20 +195,7 @@ def _absent(content: ReportContent, quantity: Outcome) -> str | None:
     return absence_text(content, f"is no group with {quantity} of both a control and a treatment")
 
 
-def _kind(quantity: Outcome, name: str) -> FigureKind:
-    def of(function: Callable[[ReportContent, Outcome], str]) -> Callable[[ReportContent], str]:
-        return lambda content: function(content, quantity)
-
-    return FigureKind(
-        name,
-        f"{quantity.heading}: every run, and the difference",
-        lambda content, width_in: _draw(content, width_in, quantity),
-        of(_caption),
-        of(_alternative),
-        lambda content: _absent(content, quantity),
-        quantity,
-    )
-
-
-ESTIMATIONS = tuple(_kind(outcome, f"estimation_{outcome.key}") for outcome in Outcome)
+ESTIMATIONS = figures_of_outcomes(
+    "estimation_{}", "{}: every run, and the difference", _draw, _caption, _alternative, _absent
+)
 """A figure an outcome."""

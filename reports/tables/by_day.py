@@ -13,7 +13,6 @@ from reports.tables.table import (
     Column,
     Row,
     Table,
-    TableKind,
     count,
     interval_cell,
     interval_title,
@@ -21,6 +20,7 @@ from reports.tables.table import (
     provenance_cell,
     statistic_cells,
     statistic_columns,
+    tables_of_outcomes,
     unit_slug,
     words,
 )
@@ -86,9 +86,5 @@ def _table(content: ReportContent, quantity: Outcome, name: str) -> Table:
     return Table(name, caption, columns, rows)
 
 
-def _of(quantity: Outcome, name: str) -> TableKind:
-    return TableKind(name, lambda content: _table(content, quantity, name), quantity)
-
-
-BY_DAY = tuple(_of(outcome, f"by_day_{outcome.key}") for outcome in Outcome)
+BY_DAY = tables_of_outcomes("by_day_{}", _table)
 """A table an outcome."""

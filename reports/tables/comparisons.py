@@ -22,6 +22,7 @@ from reports.tables.table import (
     number_cell,
     p_cell,
     provenance_cell,
+    tables_of_outcomes,
     unit_slug,
     words,
 )
@@ -101,17 +102,14 @@ def headlines(content: ReportContent) -> Table:
     return replace(table, rows=tuple(replace(row, strong=False) for row in table.rows))
 
 
-def _effects_of(quantity: Outcome, name: str) -> TableKind:
-    def make(content: ReportContent) -> Table:
-        chosen = [comparison for comparison in content.comparisons if comparison.quantity is quantity]
-        others = any(comparison.savings is None for comparison in chosen) and quantity.has_savings
-        rows = ", or what the row says" if others else ""
-        caption = f"Every comparison of {quantity}. {_LEGEND.format(rows=rows, counted=content.counted)}"
-        return _effects(content, chosen, name, caption, quantity.unit)
-
-    return TableKind(name, make, quantity)
+def _of_outcome(content: ReportContent, quantity: Outcome, name: str) -> Table:
+    chosen = [comparison for comparison in content.comparisons if comparison.quantity is quantity]
+    others = any(comparison.savings is None for comparison in chosen) and quantity.has_savings
+    rows = ", or what the row says" if others else ""
+    caption = f"Every comparison of {quantity}. {_LEGEND.format(rows=rows, counted=content.counted)}"
+    return _effects(content, chosen, name, caption, quantity.unit)
 
 
 HEADLINES = TableKind("headlines", headlines)
-COMPARISONS = tuple(_effects_of(outcome, f"comparisons_{outcome.key}") for outcome in Outcome)
+COMPARISONS = tables_of_outcomes("comparisons_{}", _of_outcome)
 """A table an outcome."""

@@ -17,6 +17,7 @@ from reports.tables.table import (
     interval_cell,
     number_cell,
     provenance_cell,
+    tables_of_outcomes,
     unit_slug,
     value_cell,
     words,
@@ -146,10 +147,6 @@ def _numbers(summary: Summary, places: int, factor: float) -> tuple[Cell, ...]:
     )
 
 
-def _of(quantity: Outcome, name: str) -> TableKind:
-    return TableKind(name, lambda content: _make(content, quantity, name), quantity)
-
-
 def run_values(content: ReportContent) -> Table:
     """Make the table of what every run contributed to its condition."""
     columns = (
@@ -176,6 +173,6 @@ def run_values(content: ReportContent) -> Table:
     return Table("run_values", "What each run contributed to its condition.", columns, rows)
 
 
-BY_CONDITION = tuple(_of(outcome, f"{outcome.key}_by_condition") for outcome in Outcome)
+BY_CONDITION = tables_of_outcomes("{}_by_condition", _make)
 """A table an outcome."""
 RUN_VALUES = TableKind("run_values", run_values)

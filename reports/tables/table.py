@@ -108,6 +108,16 @@ class TableKind:
     outcome: Outcome | None = None
 
 
+def tables_of_outcomes(name: str, make: Callable[[ReportContent, Outcome, str], Table]) -> tuple[TableKind, ...]:
+    """Make a table an outcome; `{}` in its name is the outcome's key."""
+
+    def of(outcome: Outcome) -> TableKind:
+        own = name.format(outcome.key)
+        return TableKind(own, lambda content: make(content, outcome, own), outcome)
+
+    return tuple(map(of, Outcome))
+
+
 def words(text: str) -> Cell:
     """Make a cell of plain text."""
     return Cell(text, (text,))

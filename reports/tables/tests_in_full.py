@@ -29,6 +29,7 @@ from reports.tables.table import (
     provenance_cell,
     statistic_cells,
     statistic_columns,
+    tables_of_outcomes,
     unit_slug,
     words,
 )
@@ -146,11 +147,7 @@ def _anovas(content: ReportContent) -> Table:
     return Table("anovas", caption, columns, rows)
 
 
-def _tests_of(quantity: Outcome, name: str) -> TableKind:
-    return TableKind(name, lambda content: _tests(content, quantity, name), quantity)
-
-
-TESTS = tuple(_tests_of(outcome, f"tests_{outcome.key}") for outcome in Outcome)
+TESTS = tables_of_outcomes("tests_{}", _tests)
 """A table an outcome."""
 TESTS_JUMPS = TableKind("tests_jumps", _jump_tests)
 ANOVAS = TableKind("anovas", _anovas)
