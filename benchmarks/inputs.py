@@ -15,7 +15,7 @@ from labbook.demo.campaign import make_campaign
 from labbook.demo.logger import DECIMALS, RunLog, run_log
 from labbook.demo.records import Campaign
 from labbook.demo.truth import CHAPTER_5
-from labbook.demo.writers.string_pot_log import string_pot_log
+from labbook.demo.writers import string_pot_log
 
 SEED = 1
 CONVERTER_STEPS = {"body_height [m]": 0.8 / 2**12, "battery_voltage [V]": 0.005}

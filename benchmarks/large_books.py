@@ -26,9 +26,7 @@ from labbook.book.write_session import new_uid
 from labbook.demo.book_toml import FACTORS, ROBOT
 from labbook.demo.campaign import BATTERIES
 from labbook.demo.truth import CHAPTER_5
-from labbook.demo.writers.charger_sheet import SheetRow, charger_sheet
-from labbook.demo.writers.run_sheet import RunRow, run_sheet
-from labbook.demo.writers.string_pot_log import string_pot_log
+from labbook.demo.writers import RunRow, SheetRow, charger_sheet, run_sheet, string_pot_log
 
 RATE_HZ, JUMPS, RUNS_A_DAY = 300, 25, 12
 AT_ONCE = 1000

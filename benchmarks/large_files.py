@@ -21,7 +21,7 @@ from ingest.read import read_file
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.book.opening import Book, open_book
 from labbook.demo.logger import DECIMALS
-from labbook.demo.writers.string_pot_log import string_pot_log
+from labbook.demo.writers import string_pot_log
 
 REPEATS = 5
 OF_LIBRARIES, MOST_MB, OF_EZC3D = 2.5, 1000.0, 0.8

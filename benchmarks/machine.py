@@ -8,7 +8,7 @@ import os
 import platform
 import sqlite3
 
-from labbook.presenting.simulation.machine import processor
+from labbook.presenting.simulation.work_precision import processor
 
 LIBRARIES = ("numpy", "scipy", "pandas", "pyarrow", "SQLAlchemy", "matplotlib", "typer")
 

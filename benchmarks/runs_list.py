@@ -25,7 +25,7 @@ from labbook.cli.runs import run_cells
 from labbook.demo.book_toml import FACTORS, ROBOT
 from labbook.demo.campaign import BATTERIES
 from labbook.demo.truth import CHAPTER_5
-from labbook.demo.writers.run_sheet import RunRow, run_sheet
+from labbook.demo.writers import RunRow, run_sheet
 
 RUNS, RUNS_A_DAY = 10_000, 12
 REPEATS, FIRST_REPEATS = 25, 7

@@ -12,7 +12,7 @@ from simulator.accuracy.fixed_step_euler import THESIS_STEP_S
 from simulator.accuracy.methods import EULER, LABBOOK, METHODS, Attempt, Method, SolveIvpAttempt, stops_after
 from simulator.accuracy.outputs import NAMES, relative_errors
 from simulator.accuracy.peers import METHODS as SOLVE_IVP
-from simulator.accuracy.stored_references import stored_reference
+from simulator.accuracy.reference_of import stored_reference
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
 

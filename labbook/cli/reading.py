@@ -12,7 +12,7 @@ import typer
 from data_schema.errors import InputRefused, UsageError
 from labbook.actions.files.named_files import read_bytes
 from labbook.cli.common import asking
-from labbook.plan.sheet_times import SheetQuestion
+from labbook.plan.sheet_cells import SheetQuestion
 from labbook.presenting.terminal import say
 
 _Done = TypeVar("_Done")

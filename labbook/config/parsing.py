@@ -27,10 +27,9 @@ from labbook.config.model import (
     RobotSettings,
     StudySettings,
 )
-from labbook.config.own_scene import with_own_scene
 from labbook.config.patterns import pattern_fault
 from labbook.config.profiles import read_profiles
-from labbook.config.simulation import read_simulation
+from labbook.config.simulation import read_simulation, with_own_scene
 from labbook.config.tables import TableReader, as_number
 from labbook.config.template import template
 

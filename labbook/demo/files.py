@@ -16,11 +16,7 @@ from labbook.demo.logger import DECIMALS, RunLog, run_log
 from labbook.demo.plate import plate_record
 from labbook.demo.recharge import recharge_course
 from labbook.demo.records import Campaign, DemoRun
-from labbook.demo.writers.bertec_text import bertec_text
-from labbook.demo.writers.charger_sheet import SheetRow, charger_sheet
-from labbook.demo.writers.icharger_log import icharger_log
-from labbook.demo.writers.run_sheet import RunRow, run_sheet
-from labbook.demo.writers.string_pot_log import string_pot_log
+from labbook.demo.writers import RunRow, SheetRow, bertec_text, charger_sheet, icharger_log, run_sheet, string_pot_log
 
 MARK = "synthetic"
 """Part of the name of every instrument's file."""

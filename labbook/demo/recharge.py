@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from data_schema.units import MAH_TO_COULOMB
-from labbook.demo.writers.icharger_log import Recharge
+from labbook.demo.writers import Recharge
 
 _CURRENT_A = 1.0
 _LEAST_CURRENT_A = 0.1

@@ -14,8 +14,7 @@ from data_schema.errors import InputRefused, UsageError, nearest, unknown_name
 from data_schema.vocabulary import RunKind
 from labbook.plan.drawing import PlanFactor
 from labbook.plan.sheet import BEFORE_FACTORS
-from labbook.plan.sheet_cells import CELL_READERS, one_of, without_mark
-from labbook.plan.sheet_times import SheetQuestion, date_reader
+from labbook.plan.sheet_cells import CELL_READERS, SheetQuestion, date_reader, one_of, without_mark
 
 MOST_FAULTS_SHOWN = 50
 MOST_LINES_SHOWN = 20

@@ -14,6 +14,7 @@ from data_schema.rounding import level_text
 from data_schema.vocabulary import Undefined
 from reports.display import NO_BREAK, shown_unit
 from reports.figures.estimation_parts import MARKS, MOST_DRAWN, columns_of, named_with_unit, put_above
+from reports.figures.kind import draw_words
 from reports.figures.style import (
     BLUE,
     GREY,
@@ -26,7 +27,6 @@ from reports.figures.style import (
     publication_style,
 )
 from reports.figures.swarm import marker_pt
-from reports.figures.words import draw_words
 from stats.groups.residuals import NormalQuantiles
 
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from reports.content import ReportContent
 from reports.figures.by_damping import BY_DAMPING
-from reports.figures.day_order import DAY_ORDER
 from reports.figures.estimation_of_report import ESTIMATIONS
 from reports.figures.flow import FLOW
 from reports.figures.kind import FigureKind
-from reports.figures.packs import PACKS
+from reports.figures.order import DAY_ORDER, PACKS
 from reports.figures.passive_drain import PASSIVE_DRAIN
 from reports.figures.predictions import PREDICTIONS
 from reports.figures.savings import SAVINGS

@@ -20,6 +20,7 @@ from reports.figures.estimation_parts import (
     put_above,
     set_limits,
 )
+from reports.figures.kind import draw_words
 from reports.figures.style import (
     BLACK,
     BLUE,
@@ -32,7 +33,6 @@ from reports.figures.style import (
     publication_style,
 )
 from reports.figures.swarm import marker_pt, swarm
-from reports.figures.words import draw_words
 
 _LABEL_PT = 4.0
 _MOST_LABELS = 12

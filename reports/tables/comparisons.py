@@ -1,4 +1,4 @@
-"""Effects of treatments against their control: differences and savings, with interval, p and adjusted p."""
+"""Effects of treatments against their control: differences and savings, and the same with days as a random effect."""
 
 from __future__ import annotations
 
@@ -7,9 +7,18 @@ from dataclasses import replace
 from data_schema.outcomes import Outcome
 from reports.content import Comparison, ReportContent
 from reports.display import DASH, common_places, shown_unit
+from reports.evidence import ByDay
 from reports.naming import control_name, treatment_name
 from reports.numbers import Number
-from reports.tables.placing import COMPARISON, EXPLORATORY, ONE_DAY_EACH, exploratory_note, on_one_day_each, placed
+from reports.tables.placing import (
+    COMPARISON,
+    EXPLORATORY,
+    ONE_DAY_EACH,
+    dash_of_one_day_each,
+    exploratory_note,
+    on_one_day_each,
+    placed,
+)
 from reports.tables.table import (
     PROVENANCE,
     Cell,
@@ -17,11 +26,14 @@ from reports.tables.table import (
     Row,
     Table,
     TableKind,
+    count,
     interval_cell,
     interval_title,
     number_cell,
     p_cell,
     provenance_cell,
+    statistic_cells,
+    statistic_columns,
     tables_of_outcomes,
     unit_slug,
     words,
@@ -112,4 +124,68 @@ def _of_outcome(content: ReportContent, quantity: Outcome, name: str) -> Table:
 
 HEADLINES = TableKind("headlines", headlines)
 COMPARISONS = tables_of_outcomes("comparisons_{}", _of_outcome)
+"""A table an outcome."""
+
+
+def blocked(content: ReportContent, quantity: Outcome) -> list[tuple[Comparison, ByDay]]:
+    """Return the comparisons of a quantity that were made by day."""
+    return [
+        (comparison, comparison.by_day)
+        for comparison in content.comparisons
+        if comparison.quantity is quantity and comparison.by_day is not None
+    ]
+
+
+def _by_day(content: ReportContent, quantity: Outcome, name: str) -> Table:
+    found = blocked(content, quantity)
+    of = {id(comparison): by_day for comparison, by_day in found}
+    unit = quantity.unit
+    slug, shown = unit_slug(unit), shown_unit(unit)[0]
+    differences = [by_day.difference for _, by_day in found]
+    places = common_places(differences)
+    columns = (
+        COMPARISON,
+        Column("days", ("days",)),
+        Column("difference", (f"difference_{slug}",), shown),
+        Column(interval_title(differences), (f"ci_low_{slug}", f"ci_high_{slug}", "ci_level"), shown),
+        *statistic_columns("t", "t"),
+        Column("day SD", (f"day_sd_{slug}",), shown),
+        Column("run SD", (f"run_sd_{slug}",), shown, shown=False),
+        Column("test", ("method",), numeric=False),
+        PROVENANCE,
+        EXPLORATORY,
+        Column("confounding", ("confounding",), numeric=False, shown=False),
+    )
+    rows = tuple(
+        Row(
+            (
+                first,
+                count(by_day.days),
+                number_cell(by_day.difference, places),
+                dash_of_one_day_each(interval_cell(by_day.difference, places), comparison.one_day_each),
+                *(dash_of_one_day_each(cell, comparison.one_day_each) for cell in statistic_cells(by_day.test)),
+                dash_of_one_day_each(number_cell(by_day.day_sd, places), comparison.one_day_each),
+                number_cell(by_day.run_sd, places),
+                Cell(by_day.kind, (by_day.method,)),
+                provenance_cell(by_day.difference.provenance),
+                words(comparison.exploratory),
+                words(by_day.confounding),
+            ),
+            block=block,
+            strong=comparison.headline,
+        )
+        for comparison, first, block in placed(content, [comparison for comparison, _ in found])
+        for by_day in [of[id(comparison)]]
+    )
+    caption = (
+        f"The comparisons of {quantity} with the control by day: runs of one day have the day in common (day as a "
+        "random effect; the exact test where the design is balanced, else a mixed model, REML, degrees of freedom "
+        "after Satterthwaite; either takes both sides to scatter alike). Day SD: how days differ, as a standard "
+        "deviation by the mixed model."
+        f"{exploratory_note(comparison for comparison, _ in found)}"
+    )
+    return Table(name, caption, columns, rows)
+
+
+BY_DAY = tables_of_outcomes("by_day_{}", _by_day)
 """A table an outcome."""

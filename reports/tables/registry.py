@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 from reports.content import ReportContent
-from reports.tables.by_day import BY_DAY
-from reports.tables.comparisons import COMPARISONS, HEADLINES
+from reports.tables.comparisons import BY_DAY, COMPARISONS, HEADLINES
 from reports.tables.conditions import BY_CONDITION, RUN_VALUES
-from reports.tables.equivalence import EQUIVALENCE
-from reports.tables.measured import ASSUMED, DAYS, FLOW, PROVENANCE_IDS
+from reports.tables.measured import (
+    ASSUMED,
+    DAYS,
+    FLOW,
+    IDLE_RUNS,
+    PACKS,
+    PASSIVE_DRAIN,
+    PROVENANCE_IDS,
+    RUNS,
+    SENSITIVITY,
+    UNCERTAINTY_BUDGET,
+)
 from reports.tables.predictions import PREDICTED_APEX, PREDICTED_INPUTS, PREDICTED_JOULES, PREDICTED_SAVINGS
 from reports.tables.table import TableKind
-from reports.tables.tests_in_full import ANOVAS, TESTS, TESTS_JUMPS
-from reports.tables.uncertainty import IDLE_RUNS, PACKS, PASSIVE_DRAIN, RUNS, SENSITIVITY, UNCERTAINTY_BUDGET
+from reports.tables.tests_in_full import ANOVAS, EQUIVALENCE, TESTS, TESTS_JUMPS
 
 TABLES: dict[str, TableKind] = {
     kind.name: kind

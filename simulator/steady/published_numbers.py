@@ -1,17 +1,87 @@
-"""What the thesis says of its experiments on emulator and force plate, against what the simulation gives."""
+"""What the thesis says of its experiments on emulator and force plate, against what the simulation gives.
+
+What the simulated tables give for each published number: one function a number.
+"""
 
 from __future__ import annotations
 
 import importlib.resources
 import tomllib
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from simulator.steady.measured import MEASURES
+from simulator.steady.emulator import EmulatorRow
+from simulator.steady.steady_jump import SteadyJump
 from simulator.steady.tables import SteadyTables
 from simulator.thesis.claims import Claim, Finding, judged
+
+FloatArray = NDArray[np.float64]
+LOWEST_GAIN, HIGHEST_GAIN, EXCLUDED_GAIN = 100.0, 400.0, 500.0
+"""Of the published apexes; the third was excluded from analysis."""
+
+
+def _controllers(row: EmulatorRow) -> tuple[SteadyJump, SteadyJump, SteadyJump]:
+    return row.ce, row.scaled, row.constant
+
+
+def _apex(tables: SteadyTables, gain: float) -> FloatArray:
+    return np.array([tables.emulator.at(gain).ce.apex_height_m])
+
+
+def _line(tables: SteadyTables) -> FloatArray:
+    """Largest distance from a line fitted by least squares, relative to the rise; shape (controllers,)."""
+    rows = tables.emulator.analysed
+    gains = np.array([row.gain for row in rows])
+    apexes_m = np.array([[jump.apex_height_m for jump in _controllers(row)] for row in rows])
+    slope, height_m = np.polyfit(gains, apexes_m, 1)
+    distance_m = np.abs(apexes_m - (np.multiply.outer(gains, slope) + height_m))
+    return np.asarray(distance_m.max(axis=0) / np.ptp(apexes_m, axis=0))
+
+
+def _rise(tables: SteadyTables) -> FloatArray:
+    pairs = zip(*(_controllers(tables.emulator.at(gain)) for gain in (HIGHEST_GAIN, EXCLUDED_GAIN)), strict=True)
+    return np.array([stiffest.apex_height_m - stiff.apex_height_m for stiff, stiffest in pairs])
+
+
+def _scatter(tables: SteadyTables) -> FloatArray:
+    return np.array([max(jump.apex_sd_m for row in tables.emulator.analysed for jump in _controllers(row))])
+
+
+def _losses(tables: SteadyTables) -> FloatArray:
+    return np.array([loss for row in tables.emulator.analysed for loss in (row.scaled_loss, row.constant_loss)])
+
+
+def _savings(tables: SteadyTables) -> FloatArray:
+    return np.array([[row.scaled_saving, row.constant_saving] for row in tables.emulator.rows])
+
+
+def _scaled_savings(tables: SteadyTables) -> FloatArray:
+    return np.array([row.scaled_saving for row in tables.emulator.analysed])
+
+
+def _constant_savings(tables: SteadyTables) -> FloatArray:
+    return np.array([row.constant_saving for row in tables.emulator.analysed])
+
+
+MEASURES: dict[str, Callable[[SteadyTables], FloatArray]] = {
+    "emu.apex_low": lambda tables: _apex(tables, LOWEST_GAIN),
+    "emu.apex_high": lambda tables: _apex(tables, HIGHEST_GAIN),
+    "emu.apex_line": _line,
+    "emu.apex_plateau": _rise,
+    "emu.apex_sd": _scatter,
+    "emu.apex_loss": _losses,
+    "emu.improves": _savings,
+    "emu.saving_scaled": _scaled_savings,
+    "emu.saving_constant_low": lambda tables: _constant_savings(tables)[:1],
+    "emu.saving_constant_high": lambda tables: _constant_savings(tables)[-1:],
+    "emu.saving_constant_falls": lambda tables: np.diff(_constant_savings(tables)),
+}
+"""Published number -> its values, those of all gains and controllers that it is about."""
+
 
 _APEXES = ("emu.apex_low", "emu.apex_high")
 _OWN_KEYS = ("column", "gains", "beside", "reason")

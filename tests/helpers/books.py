@@ -27,9 +27,7 @@ from labbook.demo.book_toml import FACTORS, ROBOT, book_toml
 from labbook.demo.logger import DECIMALS, run_log
 from labbook.demo.records import DemoRun
 from labbook.demo.truth import CHAPTER_5, Condition
-from labbook.demo.writers.charger_sheet import SheetRow, charger_sheet
-from labbook.demo.writers.run_sheet import RunRow, run_sheet
-from labbook.demo.writers.string_pot_log import string_pot_log
+from labbook.demo.writers import RunRow, SheetRow, charger_sheet, run_sheet, string_pot_log
 from tests.helpers.once import made_once
 
 ADA = "Ada Nwosu"

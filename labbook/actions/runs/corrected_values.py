@@ -23,8 +23,7 @@ from data_schema.queries.charges import charges_of_run
 from data_schema.queries.runs import RunRow
 from data_schema.tables.base import Real
 from data_schema.vocabulary import ChargeMode, FactorKind, RunKind, StudyKind
-from labbook.plan.sheet_cells import as_float
-from labbook.plan.sheet_times import SheetQuestion, date_reader, read_clock, to_utc
+from labbook.plan.sheet_cells import SheetQuestion, as_float, date_reader, read_clock, to_utc
 
 _WORDS: Mapping[tuple[str, str], type[StrEnum]] = {
     ("run", "kind"): RunKind,

@@ -23,8 +23,8 @@ from labbook.book.opening import Book
 from labbook.book.write_session import Statement, WriteSession, new_uid
 from labbook.config.parsing import Configuration
 from labbook.plan.drawing import PlanFactor
+from labbook.plan.sheet_cells import to_utc
 from labbook.plan.sheet_reader import RunSheetRow, read_run_sheet
-from labbook.plan.sheet_times import to_utc
 
 
 @dataclass

@@ -36,8 +36,8 @@ def effects(
     from data_schema.errors import UsageError
     from labbook.presenting.simulation import effects_ablation as shown
     from simulator.ablation.kernel_time import ablation_times
+    from simulator.ablation.smallest import tolerance_of
     from simulator.ablation.study import ablation_of_effects, measured_scene, sets_to_leave_out
-    from simulator.ablation.tolerance import tolerance_of
     from simulator.changes import changed_by_words, without_auto
     from simulator.scene_file import load_scene
 

@@ -31,8 +31,8 @@ def run(
 
     Example: labbook sim run --scene sim2 --set b_ad=100 --effects +drag --accuracy 1e-8 --plot jump.png
     """
-    from labbook.actions.simulate.enough_effects import auto_of, with_enough
     from labbook.actions.simulate.pictures import ANIMATION_KINDS, check_form, draw_motion
+    from labbook.actions.simulate.sweeping import auto_of, with_enough
     from labbook.presenting.simulation.effects_ablation import chosen_data, verdict
     from labbook.presenting.simulation.simulated import as_data, as_lines
     from simulator.changes import changed_by_words

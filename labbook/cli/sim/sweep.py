@@ -52,8 +52,7 @@ def sweep(
     """
     from labbook.actions.simulate.sweeping import SweepRequest, planned_sweep
     from labbook.presenting.simulation.effects_ablation import chosen_data, verdict
-    from labbook.presenting.simulation.swept import sweep_data, sweep_lines
-    from labbook.presenting.simulation.swept_corners import corners_data, corners_lines
+    from labbook.presenting.simulation.swept import corners_data, corners_lines, sweep_data, sweep_lines
     from simulator.sweep.compute import Threads, connected
     from simulator.sweep.run import run_sweep
 

@@ -7,15 +7,7 @@ from dataclasses import dataclass
 
 from matplotlib.figure import Figure
 
-from reports.figures import (
-    thesis_body_and_toe,
-    thesis_energies,
-    thesis_ground_functions,
-    thesis_joules_by_damping,
-    thesis_over_grounds,
-    thesis_over_speed,
-    thesis_power_surface,
-)
+from reports.figures import thesis_comparisons, thesis_jumps
 from simulator.thesis.comparisons import Jumps
 from simulator.thesis.figures import ThesisFigures
 
@@ -60,68 +52,68 @@ _ALL = (
         "3.2",
         "ground_functions",
         "The ground's stiffness, drag and added mass",
-        thesis_ground_functions.CAPTION,
-        lambda figures: thesis_ground_functions.draw_ground_functions(figures.ground_functions),
+        thesis_jumps.GROUND_FUNCTIONS_CAPTION,
+        lambda figures: thesis_jumps.draw_ground_functions(figures.ground_functions),
     ),
     ThesisFigure(
         "3.4",
         "body_and_toe",
         "Body and toe of a jump with either controller",
-        thesis_body_and_toe.CAPTION,
-        lambda figures: thesis_body_and_toe.draw_body_and_toe(figures.example),
+        thesis_jumps.BODY_AND_TOE_CAPTION,
+        lambda figures: thesis_jumps.draw_body_and_toe(figures.example),
     ),
     ThesisFigure(
         "3.5",
         "energies",
         "Mechanical energies of a jump",
-        thesis_energies.CAPTION,
-        lambda figures: thesis_energies.draw_energies(figures.energies),
+        thesis_jumps.ENERGIES_CAPTION,
+        lambda figures: thesis_jumps.draw_energies(figures.energies),
     ),
     ThesisFigure(
         "3.6",
         "power_surface",
         "Power that the ground takes from the foot",
-        thesis_power_surface.CAPTION,
-        lambda figures: thesis_power_surface.draw_power_surface(figures.power_surface),
+        thesis_jumps.POWER_SURFACE_CAPTION,
+        lambda figures: thesis_jumps.draw_power_surface(figures.power_surface),
     ),
     ThesisFigure(
         "3.8",
         "cost_over_velocity",
         "Cost and efficiency over the initial velocity",
-        thesis_over_speed.COST_CAPTION,
-        lambda figures: thesis_over_speed.draw_cost_over_speed(figures.over_velocity),
+        thesis_comparisons.COST_OVER_SPEED_CAPTION,
+        lambda figures: thesis_comparisons.draw_cost_over_speed(figures.over_velocity),
         _speed_jumps,
     ),
     ThesisFigure(
         "3.9",
         "apex_over_velocity",
         "Apex height and mechanical energy over the initial velocity",
-        thesis_over_speed.APEX_CAPTION,
-        lambda figures: thesis_over_speed.draw_apex_over_speed(figures.over_velocity),
+        thesis_comparisons.APEX_OVER_SPEED_CAPTION,
+        lambda figures: thesis_comparisons.draw_apex_over_speed(figures.over_velocity),
         _speed_jumps,
     ),
     ThesisFigure(
         "3.11",
         "cost_over_ground",
         "Cost and efficiency over the ground",
-        thesis_over_grounds.COST_CAPTION,
-        lambda figures: thesis_over_grounds.draw_cost_over_grounds(figures.over_ground),
+        thesis_comparisons.COST_OVER_GROUNDS_CAPTION,
+        lambda figures: thesis_comparisons.draw_cost_over_grounds(figures.over_ground),
         _ground_jumps,
     ),
     ThesisFigure(
         "3.12",
         "apex_over_ground",
         "Apex height and mechanical energy over the ground",
-        thesis_over_grounds.APEX_CAPTION,
-        lambda figures: thesis_over_grounds.draw_apex_over_grounds(figures.over_ground),
+        thesis_comparisons.APEX_OVER_GROUNDS_CAPTION,
+        lambda figures: thesis_comparisons.draw_apex_over_grounds(figures.over_ground),
         _ground_jumps,
     ),
     ThesisFigure(
         "3.13",
         "joules_by_damping",
         "Cost over active damping, for feet, gains and grounds",
-        thesis_joules_by_damping.CAPTION,
-        lambda figures: thesis_joules_by_damping.draw_joules_by_damping(figures.over_damping),
+        thesis_comparisons.JOULES_BY_DAMPING_CAPTION,
+        lambda figures: thesis_comparisons.draw_joules_by_damping(figures.over_damping),
         lambda figures: (figures.over_damping.jumps,),
     ),
 )

@@ -7,8 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from data_schema.errors import UsageError
-from labbook.presenting.simulation.mode_names import mode_name
-from labbook.presenting.simulation.simulated import title_text
+from labbook.presenting.simulation.simulated import mode_name, title_text
 from reports.drawn import FloatArray, LegDrawing, ModeSpan, Trajectory
 from simulator.basics import GRAVITY_M_S2
 from simulator.kernel.layout import FLIGHT, MODES

@@ -1,13 +1,17 @@
-"""A study of what accuracy costs: as a table, as sentences, as data, and as what its figure draws."""
+"""A study of what accuracy costs: as a table, as sentences, as data, and as what its figure draws.
+
+What computes: the processor that times were taken on.
+"""
 
 from __future__ import annotations
 
 import math
+import platform
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 from labbook.presenting.durations import time_text
-from labbook.presenting.simulation.machine import processor
 from labbook.presenting.simulation.simulated import title_text
 from reports.drawn import Curve, Mark, Panel, WorkPrecision
 from reports.wording import sentence_start
@@ -15,6 +19,17 @@ from simulator.accuracy.advice import COST, GOALS, Need, needs
 from simulator.accuracy.methods import LABBOOK
 from simulator.accuracy.outputs import NAMES
 from simulator.accuracy.study import AccuracyStudy, Point, Series
+
+
+def processor() -> str:
+    """Return the processor's name."""
+    info = Path("/proc/cpuinfo")
+    if info.exists():
+        for line in info.read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                return line.split(":", 1)[1].strip()
+    return platform.processor() or platform.machine()
+
 
 TITLES = {
     "max_depth_m": "Deepest foot",

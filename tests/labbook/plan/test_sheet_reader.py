@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import RunKind
 from labbook.plan.drawing import PlanFactor
+from labbook.plan.sheet_cells import SheetQuestion
 from labbook.plan.sheet_reader import RunSheetRefused, RunSheetRow, read_run_sheet
-from labbook.plan.sheet_times import SheetQuestion
 
 FACTORS = (PlanFactor("foot", ("small", "large")), PlanFactor("k_gain", ("300", "62.5"), control="300"))
 HEADER = "run,date,position,kind,foot,k_gain,battery,robot,started,duration_s,jumps_made,starts,note"

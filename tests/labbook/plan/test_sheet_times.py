@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from labbook.plan.sheet_times import FIRST, SECOND, SheetQuestion, read_clock, to_utc
+from labbook.plan.sheet_cells import FIRST, SECOND, SheetQuestion, read_clock, to_utc
 
 BERLIN = ZoneInfo("Europe/Berlin")
 BACK, FORWARD = datetime.date(2021, 10, 31), datetime.date(2021, 3, 28)

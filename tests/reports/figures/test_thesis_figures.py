@@ -12,13 +12,15 @@ from matplotlib.lines import Line2D
 
 from reports.figures.kind import svg_bytes
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
-from reports.figures.thesis_body_and_toe import draw_body_and_toe
-from reports.figures.thesis_energies import draw_energies
-from reports.figures.thesis_ground_functions import draw_ground_functions
-from reports.figures.thesis_joules_by_damping import draw_joules_by_damping
-from reports.figures.thesis_over_grounds import draw_apex_over_grounds, draw_cost_over_grounds
-from reports.figures.thesis_over_speed import Compared, draw_apex_over_speed, draw_cost_over_speed
-from reports.figures.thesis_power_surface import draw_power_surface
+from reports.figures.thesis_comparisons import (
+    Compared,
+    draw_apex_over_grounds,
+    draw_apex_over_speed,
+    draw_cost_over_grounds,
+    draw_cost_over_speed,
+    draw_joules_by_damping,
+)
+from reports.figures.thesis_jumps import draw_body_and_toe, draw_energies, draw_ground_functions, draw_power_surface
 from simulator.thesis.comparisons import Jumps, OverDamping, OverGround, OverVelocity
 from simulator.thesis.energies import JumpEnergies
 from simulator.thesis.ground import GroundFunctions, PowerSurface

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from data_schema.errors import UsageError
-from simulator.ablation.tolerance import tolerance_of
+from simulator.ablation.smallest import tolerance_of
 from tests.helpers.scenes import is_sentence
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from simulator.accuracy.stored_references import stored_reference
+from simulator.accuracy.reference_of import stored_reference
 from simulator.scene_file import load_scene
 
 

@@ -17,8 +17,7 @@ from simulator.result import JumpResult
 from simulator.scene_file import load_scene
 from simulator.steady.emulator import GAINS, EmulatorRow, EmulatorTable
 from simulator.steady.force_plate import ESTIMATED_OVER_MEASURED
-from simulator.steady.measured import MEASURES
-from simulator.steady.published_numbers import apex_between_m, comparisons, published_numbers
+from simulator.steady.published_numbers import MEASURES, apex_between_m, comparisons, published_numbers
 from simulator.steady.tables import SteadyTables
 from tests.helpers.steady import steady_tables
 

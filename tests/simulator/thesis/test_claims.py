@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simulator.thesis.claim_values import VALUES
-from simulator.thesis.claims import Claim, claims, finding, findings, judged
+from simulator.thesis.claims import VALUES, Claim, claims, finding, findings, judged
 from simulator.thesis.figures import ThesisFigures
 from tests.helpers.thesis import thesis_figures
 

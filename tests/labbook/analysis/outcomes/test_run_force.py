@@ -15,7 +15,7 @@ from data_schema.vocabulary import RunKind, Undefined
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.report_command import MadeReport, state_report
 from labbook.demo.plate import plate_record
-from labbook.demo.writers.bertec_text import bertec_text
+from labbook.demo.writers import bertec_text
 from reports.figures.registry import figures_of
 from reports.tables.as_csv import csv_bytes
 from reports.tables.registry import TABLES, tables_of

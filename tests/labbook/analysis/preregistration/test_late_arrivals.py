@@ -18,7 +18,7 @@ from labbook.analysis.preregistration.departures import DepartureKind
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.book.rebuilding import rebuild_database
 from labbook.demo.plate import plate_record
-from labbook.demo.writers.bertec_text import bertec_text
+from labbook.demo.writers import bertec_text
 from tests.helpers.books import ADA, SmallBook, ingest_all, small_book
 from tests.helpers.decided import DECIDED, decided_book
 from tests.helpers.statements import gives_charge

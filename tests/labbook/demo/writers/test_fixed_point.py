@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from labbook.demo.writers.fixed_point import delimited
+from labbook.demo.writers import delimited
 
 
 @given(

@@ -8,11 +8,17 @@ import pytest
 
 from data_schema.vocabulary import RunKind
 from labbook.demo.recharge import recharge_course
-from labbook.demo.writers.bertec_text import COLUMNS, bertec_text
-from labbook.demo.writers.charger_sheet import SheetRow, charger_sheet
-from labbook.demo.writers.icharger_log import checksum, icharger_log
-from labbook.demo.writers.run_sheet import RunRow, run_sheet
-from labbook.demo.writers.string_pot_log import string_pot_log
+from labbook.demo.writers import (
+    COLUMNS,
+    RunRow,
+    SheetRow,
+    bertec_text,
+    charger_sheet,
+    checksum,
+    icharger_log,
+    run_sheet,
+    string_pot_log,
+)
 
 SAMPLE = Path(__file__).parents[5] / "shared" / "samples" / "charger" / "LiPo[Storage_952_CH1].txt"
 

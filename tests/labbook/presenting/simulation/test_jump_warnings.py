@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from labbook.presenting.simulation.jump_warnings import warnings
-from labbook.presenting.simulation.simulated import as_lines
+from labbook.presenting.simulation.simulated import as_lines, warnings
 from simulator.result import JumpResult
 from tests.helpers.scenes import is_sentence
 from tests.labbook.presenting.simulation.test_simulated import JUMP, result

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from labbook.presenting.simulation.swept_corners import corners_data, corners_lines
+from labbook.presenting.simulation.swept import corners_data, corners_lines
 from simulator.ablation.corners import Corner, Corners
 from simulator.ablation.outputs import Difference
 from tests.helpers.scenes import is_sentence

@@ -1,0 +1,218 @@
+"""Files in the instruments' own formats; each writer returns bytes.
+
+What they write is synthetic. None of the formats but `labbook.toml` and the run sheet has a place to say so, so
+the names of the files do.
+"""
+
+from __future__ import annotations
+
+import csv
+import datetime as dt
+import functools
+import io
+import operator
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from data_schema.vocabulary import RunKind
+
+Column = tuple[NDArray[np.float64] | NDArray[np.int64], int]
+"""Values of one column, shape (n,), and its decimals; integers are written without a point."""
+
+
+def delimited(header: str, columns: Sequence[Column], *, delimiter: str = ",", line_end: str = "\n") -> bytes:
+    """Return `header` and the rows as ASCII; values must be finite and below 1e12."""
+    import pyarrow as pa
+    import pyarrow.csv
+
+    table = pa.table({str(number): _column(values, decimals) for number, (values, decimals) in enumerate(columns)})
+    stream = io.BytesIO()
+    stream.write(header.encode("ascii") + b"\n")
+    options = pa.csv.WriteOptions(include_header=False, delimiter=delimiter, quoting_style="none")
+    pa.csv.write_csv(table, stream, options)
+    text = stream.getvalue()
+    return text if line_end == "\n" else text.replace(b"\n", line_end.encode("ascii"))
+
+
+def _column(values: NDArray[np.float64] | NDArray[np.int64], decimals: int) -> object:
+    import pyarrow as pa
+
+    if np.issubdtype(values.dtype, np.integer):
+        return pa.array(values)
+    # A decimal is printed with all its places and never in scientific notation, unlike a double.
+    decimal = pa.decimal128(12 + decimals, decimals)
+    if values.size and values[0] == values[-1] and np.all(values == values[0]):
+        return pa.repeat(pa.scalar(float(values[0])).cast(decimal), values.size)
+    return pa.array(values).cast(decimal)
+
+
+DEFAULT_DECIMALS = 6
+
+
+def string_pot_log(
+    time_ms: NDArray[np.int64],
+    channels: Mapping[str, NDArray[np.float64]],
+    decimals: Mapping[str, int] = MappingProxyType({}),
+) -> bytes:
+    """Return the log; `time_ms` and every channel have shape (n,), a channel's key is its header cell.
+
+    The unit stands in the key where there is one, as in `body_height [m]`; `decimals` names the channels that are
+    not written with six. Time is whole milliseconds since boot.
+    """
+    header = ",".join(["time [ms]", *channels])
+    columns = [(values, decimals.get(name, DEFAULT_DECIMALS)) for name, values in channels.items()]
+    return delimited(header, [(time_ms, 0), *columns])
+
+
+FloatArray = NDArray[np.float64]
+
+COLUMNS = ("Seq", "Timestamp", "Sync", "Aux", "Fx", "Fy", "Fz", "Mx", "My", "Mz", "COPx", "COPy")
+
+
+def bertec_text(time_ms: FloatArray, force_n: FloatArray, moment_nm: FloatArray, cop_m: FloatArray) -> bytes:
+    """Return the export: `time_ms` of shape (n,), force and moment (n, 3), centre of pressure (n, 2)."""
+    n = time_ms.size
+    zeros = np.zeros(n, dtype=np.int64)
+    return delimited(
+        ",".join(COLUMNS),
+        [
+            (np.arange(n, dtype=np.int64), 0),
+            (time_ms, 5),
+            (zeros, 0),
+            (zeros, 0),
+            *((force_n[:, axis], 4) for axis in range(3)),
+            *((moment_nm[:, axis], 5) for axis in range(3)),
+            *((cop_m[:, axis], 6) for axis in range(2)),
+        ],
+        line_end="\r\n",
+    )
+
+
+CHARGING = 1
+"""Mode number of a charge."""
+CELLS = 10
+"""Cell columns of the DUO."""
+_DATA_PACKET = 1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Recharge:
+    """One recharge sampled in time: arrays of shape (n,), cells of shape (n, cells); charge counts up from 0."""
+
+    time_s: FloatArray
+    current_a: FloatArray
+    input_v: FloatArray
+    pack_v: FloatArray
+    charge_mah: FloatArray
+    internal_c: FloatArray
+    external_c: FloatArray
+    cell_v: FloatArray
+
+
+def icharger_log(recharge: Recharge, *, channel: int = 1, mode: int = CHARGING) -> bytes:
+    """Return the log of one charger channel, LF line ends."""
+    cells = np.zeros((recharge.time_s.size, CELLS))
+    cells[:, : recharge.cell_v.shape[1]] = recharge.cell_v
+    columns = np.column_stack(
+        [
+            recharge.time_s * 1000,
+            np.full(recharge.time_s.size, _DATA_PACKET),
+            np.zeros(recharge.time_s.size),
+            recharge.current_a * 100,
+            recharge.input_v * 1000,
+            recharge.pack_v * 1000,
+            recharge.charge_mah,
+            recharge.internal_c * 10,
+            recharge.external_c * 10,
+            cells * 1000,
+        ]
+    )
+    counts = np.rint(columns).astype(np.int64)
+    lines = [f"${channel};{mode};{';'.join(map(str, row))};".encode() for row in counts.tolist()]
+    return b"".join(line + b"%d\n" % checksum(line) for line in lines)
+
+
+def checksum(line: bytes) -> int:
+    """Exclusive or of all bytes of a line, `$` to the last `;`, both included."""
+    return functools.reduce(operator.xor, line, 0)
+
+
+@dataclass(frozen=True, slots=True)
+class SheetRow:
+    """One recharge as typed from the charger's display; `ended` is local time."""
+
+    run: str
+    charge_mah: int
+    minutes: int
+    end_voltage_v: float
+    pack: str
+    ended: dt.datetime
+
+
+def charger_sheet(rows: Iterable[SheetRow]) -> bytes:
+    """Return the sheet, one row a recharge, in the order given."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(["run", "mAh", "minutes", "end_voltage", "pack", "ended"])
+    for row in rows:
+        writer.writerow(
+            [
+                row.run,
+                row.charge_mah,
+                row.minutes,
+                f"{row.end_voltage_v:.2f}",
+                row.pack,
+                f"{row.ended:%Y-%m-%d %H:%M}",
+            ]
+        )
+    return stream.getvalue().encode()
+
+
+@dataclass(frozen=True, slots=True)
+class RunRow:
+    """One run as written down; `levels` maps factor names to levels and is empty for an idle run."""
+
+    run: str
+    started: dt.datetime
+    position: int
+    kind: RunKind
+    levels: Mapping[str, object]
+    battery: str
+    robot: str
+    duration_s: int
+    jumps_made: int
+    starts: int
+    note: str
+
+
+def run_sheet(factors: Sequence[str], rows: Iterable[RunRow]) -> bytes:
+    """Return the sheet with a column for each of `factors`, in the order given; times are local."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    before, after = (
+        ["run", "date", "position", "kind"],
+        ["battery", "robot", "started", "duration_s", "jumps_made", "starts", "note"],
+    )
+    writer.writerow([*before, *factors, *after])
+    for row in rows:
+        writer.writerow(
+            [
+                row.run,
+                f"{row.started:%Y-%m-%d}",
+                row.position,
+                row.kind.value,
+                *(row.levels.get(factor, "") for factor in factors),
+                row.battery,
+                row.robot,
+                f"{row.started:%H:%M}",
+                row.duration_s,
+                row.jumps_made,
+                row.starts,
+                row.note,
+            ]
+        )
+    return stream.getvalue().encode()

@@ -1,0 +1,267 @@
+"""Figures 3.8, 3.9 and 3.11 to 3.13 of the thesis: jumps over touchdown speed, grounds and active damping."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import Normalize, TwoSlopeNorm
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FixedLocator, NullLocator
+
+from reports.display import general_text, stated_text
+from reports.figures.series import LineStyle
+from reports.figures.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    TWO_COLUMNS_IN,
+    VERMILLION,
+    is_narrow,
+    light_grid,
+    new_figure,
+    publication_style,
+)
+from reports.figures.thesis_jumps import AD_LOOK, CE_LOOK, MILLI
+from simulator.thesis.comparisons import FloatArray, OverDamping, OverGround, OverVelocity
+
+SHARE_LABEL = "CE − AD (% of CE)"
+PERCENT = 100.0
+COST_OVER_SPEED_CAPTION = (
+    "Cost of one jump (left; Eq. 3.5) and efficiency of the motors (right: mechanical energy over cost) over the "
+    "downward speed of body and foot at touchdown; below, the difference of the controllers as a share of CE's "
+    "value: for the cost that is the saving. The kinks are where the leg gets so short that its guard ends the "
+    "compression."
+)
+APEX_OVER_SPEED_CAPTION = (
+    "Apex height of the body (left) and mechanical energy of the motors (right) over the downward speed of body and"
+    " foot at touchdown; below, the difference of the controllers as a share of CE's value: 50 % is twice the "
+    "energy. The kinks are where the leg gets so short that its guard ends the compression."
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Compared:
+    """One quantity with either controller; arrays of one shape, in the unit of the label."""
+
+    title: str
+    label: str
+    ce: FloatArray
+    ad: FloatArray
+
+    @property
+    def share_percent(self) -> FloatArray:
+        """Difference of the controllers as a share of CE's value, %."""
+        return np.asarray(PERCENT * (self.ce - self.ad) / self.ce)
+
+
+def draw_cost_over_speed(data: OverVelocity, width_in: float = TWO_COLUMNS_IN) -> Figure:
+    """Draw cost and efficiency."""
+    ce, ad = data.jumps.ce, data.jumps.ad
+    cost = Compared("Cost of a jump", "Cost (J)", ce.cost_j, ad.cost_j)
+    efficiency = Compared(
+        "Efficiency of the motors",
+        "Efficiency (%)",
+        PERCENT * ce.efficiency,
+        PERCENT * ad.efficiency,
+    )
+    return _draw_over_speed(data.touchdown_speed_m_s, cost, efficiency, width_in)
+
+
+def draw_apex_over_speed(data: OverVelocity, width_in: float = TWO_COLUMNS_IN) -> Figure:
+    """Draw apex height and mechanical energy."""
+    ce, ad = data.jumps.ce, data.jumps.ad
+    apex = Compared("Apex height", "Apex height (m)", ce.apex_height_m, ad.apex_height_m)
+    mechanical = Compared("Mechanical energy", "Mechanical energy (J)", ce.mechanical_j, ad.mechanical_j)
+    return _draw_over_speed(data.touchdown_speed_m_s, apex, mechanical, width_in)
+
+
+def _draw_over_speed(speed_m_s: FloatArray, left: Compared, right: Compared, width_in: float) -> Figure:
+    """Draw two quantities side by side, from 0 on, and under each the difference as a share of CE's value."""
+    with publication_style():
+        narrow = is_narrow(width_in)
+        figure = new_figure(width_in, 3.6 if narrow else 3.4)
+        grid = figure.subplots(2, 2, sharex=True, height_ratios=(5, 4))
+        for (above, below), quantity in zip(grid.T, (left, right), strict=True):
+            for look, values in ((CE_LOOK, quantity.ce), (AD_LOOK, quantity.ad)):
+                above.plot(speed_m_s, values, color=look.colour, linestyle=look.line_style, label=look.label)
+            above.set_title(quantity.title, loc="left")
+            above.set_ylabel(quantity.label)
+            above.set_ylim(0.0, 1.08 * float(np.nanmax([quantity.ce, quantity.ad])))
+            _draw_share(below, speed_m_s, quantity.share_percent)
+            below.set_xlim(0.0, float(speed_m_s[-1]))
+            below.set_xlabel("Touchdown speed (m/s)")
+            light_grid(above)
+        grid[1, 0].set_ylabel(SHARE_LABEL)
+        figure.align_ylabels(grid[:, 0])
+        handles, labels = grid[0, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=1 if narrow else 2, handlelength=3.2)
+        return figure
+
+
+def _draw_share(axes: Axes, speed_m_s: FloatArray, share_percent: FloatArray) -> None:
+    axes.plot(speed_m_s, share_percent, color=BLACK)
+    axes.axhline(0.0, color=GREY, linewidth=0.5)
+    low, high = float(np.nanmin(share_percent)), float(np.nanmax(share_percent))
+    room = 0.12 * max(high - min(low, 0.0), 1.0)
+    axes.set_ylim(min(low - room, -room), max(high + room, room))
+    light_grid(axes)
+
+
+_STRESS_UNIT_N_M3 = 1e5
+_VALUES, _DIFFERENCES = "cividis", "PuOr"
+"""Colour maps that the colour-blind can read: values from dark to light, differences of either sign from white."""
+COST_OVER_GROUNDS_CAPTION = (
+    "Cost of one jump (above; Eq. 3.5) and efficiency of the motors (below) over the ground's depth-dependent "
+    "stress σ and the scale b_g of its drag, with either controller, and the difference as a share of CE's value: "
+    "for the cost that is the saving. Crosses mark poppy seeds."
+)
+APEX_OVER_GROUNDS_CAPTION = (
+    "Apex height of the body (above) and mechanical energy of the motors (below) over the ground's depth-dependent "
+    "stress σ and the scale b_g of its drag, with either controller, and the difference as a share of CE's value: "
+    "50 % is twice the energy. Crosses mark poppy seeds."
+)
+
+
+def draw_cost_over_grounds(data: OverGround, width_in: float = TWO_COLUMNS_IN) -> Figure:
+    """Draw cost and efficiency."""
+    ce, ad = data.jumps.ce, data.jumps.ad
+    cost = Compared("Cost", "Cost (J)", ce.cost_j, ad.cost_j)
+    efficiency = Compared("Efficiency", "Efficiency (%)", PERCENT * ce.efficiency, PERCENT * ad.efficiency)
+    return _draw_over_grounds(data, cost, efficiency, width_in)
+
+
+def draw_apex_over_grounds(data: OverGround, width_in: float = TWO_COLUMNS_IN) -> Figure:
+    """Draw apex height and mechanical energy."""
+    ce, ad = data.jumps.ce, data.jumps.ad
+    apex = Compared("Apex", "Apex height (m)", ce.apex_height_m, ad.apex_height_m)
+    mechanical = Compared("Mechanical", "Mechanical (J)", ce.mechanical_j, ad.mechanical_j)
+    return _draw_over_grounds(data, apex, mechanical, width_in)
+
+
+def _draw_over_grounds(grounds: OverGround, above: Compared, below: Compared, width_in: float) -> Figure:
+    """Draw CE, AD and their relative difference for either quantity; CE and AD have one scale of colours.
+
+    A narrow figure has the differences below the values.
+    """
+    with publication_style():
+        narrow = is_narrow(width_in)
+        figure = new_figure(width_in, 5.6 if narrow else 4.0)
+        shape = (4, 2) if narrow else (2, 3)
+        grid = figure.subplots(*shape, sharex=True, sharey=True, squeeze=False)
+        for number, quantity in enumerate((above, below)):
+            values = list(grid[2 * number] if narrow else grid[number, :2])
+            difference = grid[2 * number + 1, 0] if narrow else grid[number, 2]
+            _draw_quantity(figure, grounds, quantity, values, difference)
+        for axes in grid[:, 0]:
+            axes.set_ylabel("Drag scale b_g")
+        for axes in grid[-1]:
+            axes.set_xlabel("Stress σ (10⁵ N/m³)")
+        if narrow:
+            for axes in grid[1::2, 1]:
+                axes.set_visible(False)
+        return figure
+
+
+def _draw_quantity(
+    figure: Figure, grounds: OverGround, quantity: Compared, values: list[Axes], difference: Axes
+) -> None:
+    both = (quantity.ce, quantity.ad)
+    scale = Normalize(float(np.nanmin(both)), float(np.nanmax(both)))
+    drawn = [_draw_map(axes, grounds, part, _VALUES, scale) for axes, part in zip(values, both, strict=True)]
+    figure.colorbar(drawn[0], ax=values, label=quantity.label, aspect=15, pad=0.02)
+    share = quantity.share_percent
+    low, high = float(np.nanmin(share)), float(np.nanmax(share))
+    most = max(-low, high)
+    either_way = low < 0.0 < high
+    map_scale = TwoSlopeNorm(0.0, -most, most) if either_way else Normalize(low, high)
+    mesh = _draw_map(difference, grounds, share, _DIFFERENCES if either_way else _VALUES, map_scale)
+    bar = figure.colorbar(mesh, ax=difference, label=SHARE_LABEL, aspect=15, pad=0.02)
+    bar.ax.set_ylim(low, high)
+    for axes, words in zip((*values, difference), ("CE", "AD", "difference"), strict=True):
+        axes.set_title(f"{quantity.title}: {words}", loc="left", fontsize=7)
+
+
+def _draw_map(axes: Axes, grounds: OverGround, values: FloatArray, colours: str, scale: Normalize) -> QuadMesh:
+    stress, drag = grounds.sigma_n_m3 / _STRESS_UNIT_N_M3, grounds.drag_scale
+    mesh = axes.pcolormesh(stress, drag, values.T, cmap=colours, norm=scale, shading="nearest")
+    mesh.set_edgecolor("face")  # no seams between the cells in a PDF
+    nominal = grounds.nominal_sigma_n_m3 / _STRESS_UNIT_N_M3, grounds.nominal_drag_scale
+    axes.plot(*nominal, "+", color=BLACK, markersize=7, markeredgewidth=1.2)
+    axes.plot(*nominal, "+", color="white", markersize=5.5, markeredgewidth=0.5)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    for axis, ends, middle in ((axes.xaxis, stress, nominal[0]), (axes.yaxis, drag, nominal[1])):
+        ticks = [float(ends[0]), middle, float(ends[-1])]
+        axis.set_major_locator(FixedLocator(ticks))
+        axis.set_minor_locator(NullLocator())
+        axis.set_major_formatter(lambda value, _place: f"{value:.3g}")
+    return mesh
+
+
+JOULES_BY_DAMPING_CAPTION = (
+    "Cost of one jump over the coefficient of active damping (0: compression-extension, dots), for feet of three "
+    "radii, a soft (dashed) and a stiff (solid) extension, and factors on the ground's stiffness (rows, softest "
+    "above) and drag (columns)."
+)
+_FOOT_COLOURS = (BLUE, GREEN, VERMILLION)
+_GAIN_STYLES: tuple[LineStyle, ...] = ("--", "-")
+
+
+def draw_joules_by_damping(costs: OverDamping, width_in: float = TWO_COLUMNS_IN) -> Figure:
+    """Draw a panel for each ground, all on one scale."""
+    with publication_style():
+        narrow = is_narrow(width_in)
+        rows, columns = len(costs.stiffness_factors), len(costs.drag_factors)
+        figure = new_figure(width_in, 4.6 if narrow else 5.2)
+        grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+        for row, column in itertools.product(range(rows), range(columns)):
+            axes = grid[row, column]
+            for gain, foot in itertools.product(range(len(costs.extension_gains)), range(len(costs.foot_radii_m))):
+                cost_j = costs.jumps.cost_j[row, column, gain, foot]
+                colour = _FOOT_COLOURS[foot % len(_FOOT_COLOURS)]
+                style = _GAIN_STYLES[gain % len(_GAIN_STYLES)]
+                axes.plot(costs.active_damping_kg_m, cost_j, color=colour, linestyle=style)
+                axes.plot(costs.active_damping_kg_m[0], cost_j[0], "o", color=colour, markersize=2.5, clip_on=False)
+            stiffness = stated_text(costs.stiffness_factors[row])
+            drag = stated_text(costs.drag_factors[column])
+            axes.set_title(
+                f"{stiffness} × K, {drag} × D" if narrow else f"stiffness × {stiffness}, drag × {drag}",
+                loc="left",
+                fontsize=6 if narrow else 7,
+                fontweight="normal",
+            )
+            axes.set_xlim(0.0, float(costs.active_damping_kg_m[-1]))
+            light_grid(axes)
+        grid[0, 0].set_ylim(0.0, 1.05 * float(np.nanmax(costs.jumps.cost_j)))
+        for axes in grid[:, 0]:
+            axes.set_ylabel("Cost (J)")
+        for axes in grid[-1]:
+            axes.set_xlabel("b_AD (kg/m)")
+        figure.legend(handles=_handles(costs), loc="outside lower center", ncols=2 if narrow else 5, handlelength=2.2)
+        return figure
+
+
+def _handles(costs: OverDamping) -> list[Line2D]:
+    feet = [
+        Line2D([], [], color=_FOOT_COLOURS[place % len(_FOOT_COLOURS)], label=f"foot radius {radius_m * MILLI:.0f} mm")
+        for place, radius_m in enumerate(costs.foot_radii_m)
+    ]
+    gains = [
+        Line2D(
+            [],
+            [],
+            color=BLACK,
+            linestyle=_GAIN_STYLES[place % len(_GAIN_STYLES)],
+            label=f"gain {stated_text(gain)} ({general_text(stiffness)} N/m)",
+        )
+        for place, (gain, stiffness) in enumerate(
+            zip(costs.extension_gains, costs.extension_stiffnesses_n_m, strict=True)
+        )
+    ]
+    return [*feet, *gains]
