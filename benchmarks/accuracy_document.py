@@ -17,10 +17,9 @@ from labbook.presenting.durations import time_text
 from labbook.presenting.simulation.work_precision import SENSITIVE, TITLES, plain_number, work_precision_of
 from reports.figures.style import publication_style
 from reports.figures.work_precision import draw_work_precision
-from simulator.accuracy.advice import COST, Need, needs
 from simulator.accuracy.fixed_step_euler import THESIS_STEP_S
 from simulator.accuracy.methods import EULER, LABBOOK
-from simulator.accuracy.study import AccuracyStudy, Point, accuracy_study
+from simulator.accuracy.study import COST, AccuracyStudy, Need, Point, accuracy_study, needs
 from simulator.scene_file import load_scene
 
 DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "accuracy.md"

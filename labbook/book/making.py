@@ -27,8 +27,8 @@ from labbook.book.opening import (
     shown,
     speaker_of,
 )
-from labbook.config.moving import placed
 from labbook.config.parsing import Configuration, template
+from labbook.config.places import placed
 
 
 def make_book(folder: Path, person: str | None, database_url: str | None = None, store: Path | None = None) -> bool:

@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from enum import StrEnum
 from pathlib import Path
-from types import ModuleType
 from typing import Annotated, Any
 
 import typer
@@ -47,38 +46,31 @@ WhereOption = Annotated[
     str | None,
     typer.Option("--where", metavar="TEXT", help='Which runs, for example "k_gain=400 and day>=2021-06-01".'),
 ]
-FACTORS_AS_OPTIONS = {"allow_extra_args": True, "ignore_unknown_options": True}
-"""`CONTEXT_SETTINGS` of a command that takes the study's own factors as options, which only the book knows."""
 
 
-def add_commands(app: typer.Typer, modules: Sequence[ModuleType], heading: str | None = None) -> None:
-    """Add the command of each module, the function of its name, under a heading of help."""
-    for module in modules:
-        name = module.__name__.rpartition(".")[2]
-        settings = getattr(module, "CONTEXT_SETTINGS", None)
-        app.command(name, rich_help_panel=heading, context_settings=settings)(getattr(module, name))
+def with_options(parameter: str, options: Mapping[str, tuple[Any, Any]]) -> Callable[[Callable[..., Any]], Any]:
+    """Let a command take `options`, each an annotation and a default, where its function has one dict of them."""
 
+    def decorated(own: Callable[..., Any]) -> Callable[..., Any]:
+        @functools.wraps(own)
+        def run(**given: Any) -> Any:
+            taken = {name: given.pop(name) for name in options}
+            return own(**given, **{parameter: taken})
 
-def with_options(own: Callable[..., Any], parameter: str, options: Mapping[str, tuple[Any, Any]]) -> Callable[..., Any]:
-    """Return a command that takes `options`, each an annotation and a default, where `own` takes them as one dict."""
+        every: list[inspect.Parameter] = []
+        for one in inspect.signature(own).parameters.values():
+            if one.name == parameter:
+                every += [
+                    inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
+                    for name, (kind, default) in options.items()
+                ]
+            else:
+                every.append(one.replace(kind=inspect.Parameter.KEYWORD_ONLY))
+        run.__signature__ = inspect.Signature(every)  # type: ignore[attr-defined]
+        run.__annotations__ = {one.name: one.annotation for one in every}
+        return run
 
-    @functools.wraps(own)
-    def run(**given: Any) -> Any:
-        taken = {name: given.pop(name) for name in options}
-        return own(**given, **{parameter: taken})
-
-    every: list[inspect.Parameter] = []
-    for one in inspect.signature(own).parameters.values():
-        if one.name == parameter:
-            every += [
-                inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
-                for name, (kind, default) in options.items()
-            ]
-        else:
-            every.append(one.replace(kind=inspect.Parameter.KEYWORD_ONLY))
-    run.__signature__ = inspect.Signature(every)  # type: ignore[attr-defined]
-    run.__annotations__ = {one.name: one.annotation for one in every}
-    return run
+    return decorated
 
 
 def emit(data: object, lines: Sequence[str], as_json: bool) -> None:

@@ -6,13 +6,75 @@ from typing import Annotated
 import typer
 
 from data_schema.errors import BookDamaged
-from labbook.cli.common import BookOption, JsonOption, emit, progress
-from labbook.cli.db_copy import copy_command
-from labbook.cli.db_prune import prune_command
+from labbook.cli.common import BookOption, JsonOption, columns, emit, progress
 
 app = typer.Typer(no_args_is_help=True)
-app.command("copy")(copy_command)
-app.command("prune")(prune_command)
+
+
+@app.command("copy")
+def copy_command(
+    source: Annotated[str, typer.Argument(metavar="SRC", help="A book's folder, or the address of its database.")],
+    target: Annotated[
+        str,
+        typer.Argument(
+            metavar="DST", help="The address of an empty PostgreSQL database, or a folder without labbook.db."
+        ),
+    ],
+    as_json: JsonOption = False,
+) -> None:
+    """Copy all rows between SQLite and PostgreSQL, and compare each of them.
+
+    Only the tables are copied: the journal, the raw copies and the samples stay where they are. What others state
+    meanwhile stands in journal.jsonl, and the first command on the new database applies it.
+
+    Example: labbook db copy mybook postgresql+psycopg://lab@server/mybook
+    """
+    from labbook.book.copying_database import copy_database
+
+    with progress("copying", None, shown=not as_json) as step:
+        done = copy_database(source, target, step)
+    total = sum(done.rows.values())
+    lines = [
+        f"{total} rows of {len(done.rows)} tables copied to {done.database}; each is the same in both.",
+        done.to_do,
+    ]
+    emit(done, lines, as_json)
+
+
+@app.command("prune")
+def prune_command(
+    names: Annotated[
+        list[str] | None, typer.Argument(metavar="NAME", help="Only these of the list; without one, all of it.")
+    ] = None,
+    yes: Annotated[bool, typer.Option("--yes", help="Remove them; without, they are only listed.")] = False,
+    book: BookOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """List what nothing needs: old databases, files of commands that were cut off, results that no report shows.
+
+    Never a raw copy that a row or the journal speaks of. Files written to within an hour are left out. What was set
+    aside from the journal is removed only by its name. The book is checked before anything is removed.
+
+    Example: labbook db prune --yes
+    """
+    from labbook.actions.upkeep.pruning import leftovers, named, prune
+    from labbook.book.opening import opened
+
+    with opened(book) as opened_book:
+        if yes:
+            found = prune(opened_book, names or (), lambda total: progress("checking", total, shown=not as_json))
+        else:
+            with opened_book.reading() as connection:
+                found = named(leftovers(opened_book, connection), names or ())
+    rows = [[one.name, "" if one.n_bytes is None else f"{one.n_bytes / 1e6:.1f} MB", one.what] for one in found]
+    lines = columns(["name", "size", "what it is"], rows) if rows else []
+    if not found:
+        lines.append("nothing lies about.")
+    elif yes:
+        lines.append(f"{len(found)} removed.")
+    else:
+        lines.append("nothing was removed: --yes removes all of these, names before it only those.")
+    emit({"removed": yes, "leftovers": found}, lines, as_json)
 
 
 @app.command("status")

@@ -44,6 +44,8 @@ def show_command(name: NameArgument, book: BookOption = None, as_json: JsonOptio
     emit(found, show_lines(found), as_json)
 
 
+@app.command("reread")
+@with_options("declared", DECLARED)
 def reread_command(
     name: Annotated[
         str | None, typer.Argument(metavar="NAME", help="A file by name, path, uid or the beginning of its SHA-256.")
@@ -98,9 +100,6 @@ def reread_command(
     emit([reread_json(item) for item in done], lines or ["no file would be read otherwise."], as_json)
     if any(item.read.refused for item in done):
         raise typer.Exit(2)
-
-
-app.command("reread")(with_options(reread_command, "declared", DECLARED))
 
 
 @app.command("withdraw")

@@ -14,7 +14,8 @@ from labbook.cli.declaring import DECLARED
 from labbook.presenting.terminal import say
 
 
-def ingest_files(
+@with_options("declared", DECLARED)
+def ingest(
     paths: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Files, or folders of files.")],
     run: Annotated[str | None, typer.Option("--run", help="The run that the file belongs to.")] = None,
     *,
@@ -105,9 +106,6 @@ def ingest_files(
         emit([outcome_json(*both) for both in zip(outcomes, rig, heights, strict=True)], [], as_json=True)
     if any(outcome.status == "refused" for outcome in outcomes):
         raise typer.Exit(2)
-
-
-ingest = with_options(ingest_files, "declared", DECLARED)
 
 
 def _explain(book: "Book", files: list[Path], options: dict[str, Any], run: str | None, as_json: bool) -> None:

@@ -1,4 +1,4 @@
-"""The command `labbook`: its commands, one file each, and how errors become sentences and exit codes.
+"""The command `labbook`: its commands, and how errors become sentences and exit codes.
 
 The commands' files leave out `from __future__ import annotations`: Typer would compile every annotation of every
 command from text whenever labbook starts, which takes a tenth of the start.
@@ -17,34 +17,14 @@ from typing import NoReturn
 import typer
 
 from data_schema.errors import LabbookError, UsageError
-from labbook.cli import (
-    analysis,
-    assign,
-    backup,
-    channels,
-    charge,
-    check,
-    compare,
-    correct,
-    demo,
-    formats,
-    ingest,
-    init,
-    merge,
-    note,
-    plan,
-    plot,
-    power,
-    rebuild,
-    report,
-    restore,
-    show,
-    today,
-    void,
-    why,
-)
-from labbook.cli.common import add_commands
+from labbook.cli.book import backup, demo, init, merge, rebuild, restore
+from labbook.cli.ingest import ingest
+from labbook.cli.plan import plan
+from labbook.cli.power import power
+from labbook.cli.report import report
 from labbook.cli.start import INTERRUPTED, tell
+from labbook.cli.statements import assign, charge, check, correct, note, void
+from labbook.cli.views import analysis, channels, compare, formats, plot, show, today, why
 from labbook.presenting.terminal import printable_json, say
 
 GARBAGE_AFTER = 100_000
@@ -59,8 +39,10 @@ COMMANDS = {
     REPORT: (report, compare, plan, power, analysis, why),
     BOOK: (init, demo, backup, restore, merge, rebuild),
 }
-"""The commands under the headings of help, in its order; a new one is a file with a function of its name, and its name
-here."""
+"""The commands under the headings of help, in its order; a new one is a function, and its name here."""
+
+TAKE_FACTORS = (report, compare)
+"""Commands that take the study's own factors as options, which only the book knows."""
 
 GROUPS = {
     "runs": (RIG, "Runs: list them, import a run sheet, see what has no run yet."),
@@ -91,8 +73,10 @@ def application(words: Collection[str]) -> typer.Typer:
         context_settings={"help_option_names": ["-h", "--help"]},
         epilog="Every command takes --debug, which shows where an error arose.",
     )
-    for heading, modules in COMMANDS.items():
-        add_commands(app, modules, heading)
+    for heading, commands in COMMANDS.items():
+        for command in commands:
+            settings = {"allow_extra_args": True, "ignore_unknown_options": True} if command in TAKE_FACTORS else None
+            app.command(rich_help_panel=heading, context_settings=settings)(command)
     for name, (heading, purpose) in GROUPS.items():
         group = importlib.import_module(f"labbook.cli.{name}").app if name in words else typer.Typer()
         app.add_typer(group, name=name, help=purpose, rich_help_panel=heading)

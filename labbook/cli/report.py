@@ -9,9 +9,7 @@ import typer
 if TYPE_CHECKING:
     from data_schema.queries.imported_files import InboxItem
 
-from labbook.cli.common import FACTORS_AS_OPTIONS, AsOption, BookOption, JsonOption, WhereOption, emit, progress
-
-CONTEXT_SETTINGS = FACTORS_AS_OPTIONS
+from labbook.cli.common import AsOption, BookOption, JsonOption, WhereOption, emit, progress
 
 
 def report(

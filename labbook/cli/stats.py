@@ -127,7 +127,7 @@ def command(own: Callable[..., "CommandOutput"]) -> None:
     def run(shared: dict[str, Any], **given: Any) -> None:
         _print(own(Shared(own.__name__, shared), **given), shared["full"], shared["as_json"])
 
-    app.command(own.__name__)(with_options(run, "shared", _SHARED))
+    app.command(own.__name__)(with_options("shared", _SHARED)(run))
 
 
 def _print(told: "CommandOutput", full: bool, as_json: bool) -> None:

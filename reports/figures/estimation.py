@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 
 from reports.display import NO_BREAK, as_shown, level_text, shown_unit
 from reports.figures.estimation_parts import (
+    SD_AT,
     DrawnGroup,
     draw_difference,
     draw_groups,
@@ -39,7 +40,6 @@ from reports.figures.style import (
     plain_ticks,
     publication_style,
 )
-from reports.figures.swarm import SD_AT
 from reports.numbers import Number
 from stats.compare.summary import describe
 

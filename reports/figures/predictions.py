@@ -12,8 +12,8 @@ from matplotlib.ticker import MaxNLocator
 from reports.content import ReportContent
 from reports.display import general_text, level_text, shown_unit, stated_text
 from reports.evidence import POOLED
-from reports.figures.forest import draw_estimate, tidy_rows
 from reports.figures.kind import FigureKind
+from reports.figures.savings import draw_estimate, tidy_rows
 from reports.figures.style import BLACK, VERMILLION, is_narrow, light_grid, new_figure
 from reports.naming import levels_name, swept_factor, swept_words
 from reports.numbers import Number

@@ -15,10 +15,12 @@ from reports.figures.estimation_parts import (
     UPRIGHT,
     height_of_names,
     kept_places,
+    marker_pt,
     named_with_unit,
     part_text,
     put_above,
     set_limits,
+    swarm,
 )
 from reports.figures.kind import draw_words
 from reports.figures.style import (
@@ -32,7 +34,6 @@ from reports.figures.style import (
     plain_ticks,
     publication_style,
 )
-from reports.figures.swarm import marker_pt, swarm
 
 _LABEL_PT = 4.0
 _MOST_LABELS = 12

@@ -22,7 +22,7 @@ from reports.figures.style import (
     new_figure,
     publication_style,
 )
-from simulator.thesis.energies import JumpEnergies
+from simulator.thesis.figures import JumpEnergies
 from simulator.thesis.ground import GroundFunctions, PowerSurface
 from simulator.thesis.motions import Motion, Pair
 

@@ -13,7 +13,7 @@ from reports.naming import levels_name, swept_factor, swept_words
 from reports.numbers import SignificanceTest
 from reports.remarks import FOOTNOTE
 from reports.sentences import bounds_text
-from reports.tables.placing import (
+from reports.tables.comparisons import (
     COMPARISON,
     EXPLORATORY,
     ONE_DAY_EACH,

@@ -14,9 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.steady.emulator import EmulatorRow
-from simulator.steady.steady_jump import SteadyJump
-from simulator.steady.tables import SteadyTables
+from simulator.steady.tables import EmulatorRow, SteadyJump, SteadyTables
 from simulator.thesis.claims import Claim, Finding, judged
 
 FloatArray = NDArray[np.float64]

@@ -3,11 +3,14 @@
 Kernels let the interpreter go while they run, so that threads use all cores. On a cluster the same chunks are sent to
 the workers, and the results come back and are kept here: a chunk is a pure function of what is sent, so those of a
 worker that is lost are computed again by another.
+
+Libraries that only sweeps need, and that may be absent.
 """
 
 from __future__ import annotations
 
 import contextlib
+import importlib
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor, as_completed
@@ -15,7 +18,19 @@ from typing import Any, Protocol
 
 from data_schema.errors import UsageError
 from simulator.sweep.chunks import Block, Recipe, check_simulator, kernel_of, simulate_rows, simulator_here
-from simulator.sweep.optional import optional
+
+
+def optional(module: str, what_for: str) -> Any:
+    """Import a library; raises `UsageError` with the command that installs it where it is absent."""
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        if error.name is not None and error.name.partition(".")[0] != module.partition(".")[0]:
+            raise
+        raise UsageError(
+            f"{what_for} needs {module}, which is not installed: run `pip install 'robot-labbook[sweeps]'`."
+        ) from error
+
 
 ValuesOf = Callable[[int], Block]
 """Gives the swept values of a chunk, shape (rows, axes)."""

@@ -23,7 +23,7 @@ from data_schema.errors import UsageError
 from simulator.effects.registry import EFFECTS
 from simulator.scene_file import write_scene
 from simulator.sweep.chunks import simulator_here
-from simulator.sweep.optional import optional
+from simulator.sweep.compute import optional
 from simulator.sweep.outputs import OUTPUTS, REFUSED, Output
 from simulator.sweep.sweep import JUMP, Sweep
 

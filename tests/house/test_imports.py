@@ -62,7 +62,7 @@ def test_configuration_is_read_without_database_or_arrays() -> None:
 
 
 def test_a_report_loads_the_simulator_only_where_a_scene_is_named() -> None:
-    code = "import labbook.actions.report_command, labbook.actions.simulate.comparing_predictions, labbook.cli.compare"
+    code = "import labbook.actions.report_command, labbook.actions.simulate.comparing_predictions, labbook.cli.views"
     assert loaded_by(code, ("simulator.scene", "simulator.jump", "numba")) == set()
 
 

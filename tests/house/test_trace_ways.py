@@ -23,12 +23,15 @@ def test_listing_runs_enters_what_it_needs_and_calls_nothing_upward() -> None:
     calls = ways.calls_of(ways.WAYS["runs"])
     files = {entered for _origin, entered in calls}
     assert {"labbook/cli/runs.py", "data_schema/queries/runs.py"} <= files
-    assert "labbook/cli/note.py" not in files, "it is only put into the list of commands"
+    assert "labbook/cli/statements.py" not in files, "it is only put into the list of commands"
     assert ways.upward(calls) == []
 
 
 def test_a_call_goes_upward_where_its_target_lies_in_a_higher_layer() -> None:
     up = [("stats/energy.py", "reports/page.py"), ("labbook/analysis/study.py", "labbook/cli/common.py")]
     level = [("ingest/read.py", "stats/energy.py"), ("reports/page.py", "reports/display.py")]
-    down = [("labbook/cli/note.py", "labbook/book/opening.py"), ("labbook/cli/note.py", "data_schema/engine.py")]
+    down = [
+        ("labbook/cli/statements.py", "labbook/book/opening.py"),
+        ("labbook/cli/statements.py", "data_schema/engine.py"),
+    ]
     assert script().upward([*up, *level, *down]) == up

@@ -44,8 +44,8 @@ from labbook.book.opening import (
     shown,
 )
 from labbook.book.rebuilding import rebuild_database
-from labbook.config.moving import in_one_folder
 from labbook.config.parsing import parse_configuration
+from labbook.config.places import in_one_folder
 
 MARKER = UNFINISHED_RESTORE
 """In a folder whose restore is not complete: from where, and into which database."""

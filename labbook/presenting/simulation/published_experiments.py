@@ -17,10 +17,15 @@ from reports.display import decimal_text
 from reports.tables.as_markdown import markdown_text
 from reports.tables.table import Cell, Column, Row, Table
 from simulator.scene import Scene
-from simulator.steady.emulator import EmulatorRow, EmulatorTable
-from simulator.steady.force_plate import ESTIMATED_OVER_MEASURED, PlateRow, PlateTable
 from simulator.steady.published_numbers import Comparison, apex_between_m, published_numbers
-from simulator.steady.tables import SteadyTables
+from simulator.steady.tables import (
+    ESTIMATED_OVER_MEASURED,
+    EmulatorRow,
+    EmulatorTable,
+    PlateRow,
+    PlateTable,
+    SteadyTables,
+)
 from simulator.thesis.claims import Finding
 
 R = TypeVar("R", EmulatorRow, PlateRow)

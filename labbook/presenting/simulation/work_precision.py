@@ -15,10 +15,9 @@ from labbook.presenting.durations import time_text
 from labbook.presenting.simulation.simulated import title_text
 from reports.drawn import Curve, Mark, Panel, WorkPrecision
 from reports.wording import sentence_start
-from simulator.accuracy.advice import COST, GOALS, Need, needs
 from simulator.accuracy.methods import LABBOOK
 from simulator.accuracy.outputs import NAMES
-from simulator.accuracy.study import AccuracyStudy, Point, Series
+from simulator.accuracy.study import COST, GOALS, AccuracyStudy, Need, Point, Series, needs
 
 
 def processor() -> str:

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from labbook.demo.hand import Wobble, carry_duration_s, carry_m, catch_duration_s, catch_m
+from labbook.demo.model import Wobble, carry_duration_s, carry_m, catch_duration_s, catch_m
 
 
 @given(st.floats(0.2, 1.0), st.floats(0.1, 0.5), st.floats(0.1, 0.5))

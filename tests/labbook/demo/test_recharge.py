@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from labbook.demo.recharge import recharge_course
+from labbook.demo.files import recharge_course
 
 
 @given(st.integers(1, 500), st.integers(0, 100))

@@ -9,7 +9,7 @@ from collections import Counter
 from hypothesis import given
 from hypothesis import strategies as st
 
-from labbook.plan.chance import SeededChance
+from labbook.plan.drawing import SeededChance
 
 
 def test_words_are_the_documented_hashes() -> None:

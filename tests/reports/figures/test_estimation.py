@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports.figures.estimation import Estimation, EstimationGroup, draw_estimation
+from reports.figures.estimation_parts import swarm
 from reports.figures.kind import svg_bytes
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
-from reports.figures.swarm import swarm
 from reports.numbers import Number
 
 WIDTHS = [ONE_COLUMN_IN, TWO_COLUMNS_IN]

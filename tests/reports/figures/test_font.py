@@ -1,8 +1,7 @@
 from matplotlib import font_manager, rcParams
 from matplotlib.figure import Figure
 
-from reports.figures.font import FAMILY, figure_font
-from reports.figures.style import publication_style
+from reports.figures.style import FAMILY, figure_font, publication_style
 
 WORDS = "Yes, AV Te: k = 1091 N/m − 12 × 3 °C 包 é ß"
 

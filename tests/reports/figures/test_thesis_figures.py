@@ -22,7 +22,7 @@ from reports.figures.thesis_comparisons import (
 )
 from reports.figures.thesis_jumps import draw_body_and_toe, draw_energies, draw_ground_functions, draw_power_surface
 from simulator.thesis.comparisons import Jumps, OverDamping, OverGround, OverVelocity
-from simulator.thesis.energies import JumpEnergies
+from simulator.thesis.figures import JumpEnergies
 from simulator.thesis.ground import GroundFunctions, PowerSurface
 from simulator.thesis.motions import Motion, Pair
 

@@ -7,11 +7,10 @@ import dataclasses
 import pytest
 
 from simulator.accuracy import peers
-from simulator.accuracy.advice import needs
 from simulator.accuracy.methods import EULER, LABBOOK, METHODS
 from simulator.accuracy.outputs import NAMES
 from simulator.accuracy.reference_of import Reference
-from simulator.accuracy.study import AccuracyStudy, Point, Series, accuracy_study, points_to_come
+from simulator.accuracy.study import AccuracyStudy, Point, Series, accuracy_study, needs, points_to_come
 from simulator.scene_file import load_scene
 
 SCENE = load_scene("sim2")

@@ -15,10 +15,8 @@ from simulator.jump import simulate
 from simulator.kinematics import lever_m
 from simulator.result import JumpResult
 from simulator.scene_file import load_scene
-from simulator.steady.emulator import GAINS, EmulatorRow, EmulatorTable
-from simulator.steady.force_plate import ESTIMATED_OVER_MEASURED
 from simulator.steady.published_numbers import MEASURES, apex_between_m, comparisons, published_numbers
-from simulator.steady.tables import SteadyTables
+from simulator.steady.tables import ESTIMATED_OVER_MEASURED, GAINS, EmulatorRow, EmulatorTable, SteadyTables
 from tests.helpers.steady import steady_tables
 
 SHARED = Path(__file__).parents[3].parent / "shared"

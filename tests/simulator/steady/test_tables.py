@@ -14,10 +14,17 @@ from decimal import ROUND_HALF_UP, Decimal
 import pytest
 
 from simulator.gains import stiffness_n_m
-from simulator.steady.emulator import RECORDED_JUMPS, EmulatorRow, Yielding, yielding_of
-from simulator.steady.force_plate import PlateRow
-from simulator.steady.steady_jump import SteadyJump, steady_jump
-from simulator.steady.tables import STEPS, steady_tables
+from simulator.steady.tables import (
+    RECORDED_JUMPS,
+    STEPS,
+    EmulatorRow,
+    PlateRow,
+    SteadyJump,
+    Yielding,
+    steady_jump,
+    steady_tables,
+    yielding_of,
+)
 from tests.helpers.steady import steady_tables as tables
 
 EMULATOR_COLUMNS: tuple[Callable[[EmulatorRow], float], ...] = (

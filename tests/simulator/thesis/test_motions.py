@@ -8,7 +8,7 @@ import pytest
 from simulator.jump import simulate
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
-from simulator.thesis.energies import JumpEnergies, jump_energies
+from simulator.thesis.figures import JumpEnergies, jump_energies
 from simulator.thesis.ground import ground_power_w, power_surface
 from simulator.thesis.motions import Motion, both_controllers, motion_of
 from tests.helpers.thesis import thesis_figures

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from data_schema.vocabulary import RunKind
-from labbook.demo.recharge import recharge_course
+from labbook.demo.files import recharge_course
 from labbook.demo.writers import (
     COLUMNS,
     RunRow,

@@ -1,0 +1,199 @@
+"""Commands on the book as a whole: init, demo, backup, restore, merge, rebuild."""
+
+import contextlib
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from labbook.cli.common import AsOption, BookOption, JsonOption, emit, progress
+from labbook.presenting.terminal import say
+
+
+def init(
+    folder: Annotated[Path, typer.Argument(help="The folder of the new book.")],
+    person: Annotated[str, typer.Option("--as", metavar="NAME", envvar="LABBOOK_AS", help="Who makes the book.")],
+    database: Annotated[
+        str | None,
+        typer.Option(
+            "--database", metavar="URL", help="An empty PostgreSQL database for the tables, for a shared book."
+        ),
+    ] = None,
+    store: Annotated[
+        Path | None,
+        typer.Option("--store", metavar="DIR", help="Where raw copies and journal lie, if not in the book."),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Make a book: a folder with labbook.toml, its database, its journal and its store.
+
+    An existing labbook.toml in the folder is used as it is; otherwise a commented one is written to be filled in.
+    Where there is a book already, it stays as it is; one whose making was interrupted is finished.
+
+    Example: labbook init mybook --as "Ada Nwosu"
+    """
+    from labbook.book.making import make_book
+
+    if not make_book(folder, person, database, store):
+        emit({"book": str(folder.resolve())}, [f"{folder.resolve()} is a book already: nothing was made."], as_json)
+        return
+    emit(
+        {"book": str(folder.resolve())},
+        [
+            f"made the book {folder.resolve()}.",
+            f"Next: describe the study in {folder / 'labbook.toml'}, then `labbook plan`.",
+            "Decide there under [analysis], before the first run is ingested, what will be compared and how.",
+        ],
+        as_json,
+    )
+
+
+def demo(
+    folder: Annotated[Path, typer.Argument(help="An empty folder, or one that does not exist yet.")],
+    seed: Annotated[int, typer.Option("--seed", help="The same seed makes the same files.")] = 1,
+    full: Annotated[bool, typer.Option("--full", help="Write 12-minute logs (4.4 GB) instead of short ones.")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Make the demonstration: synthetic instruments' files, a book, everything ingested, and the report.
+
+    The campaign is the thesis's chapter 5, drawn from a model with known truth (truth.json, docs/demonstration.md).
+
+    Example: labbook demo demo-book
+    """
+    from labbook.demo.campaign import make_campaign
+    from labbook.demo.running import run_demo
+
+    with progress("demonstration", None, shown=not as_json) as step:
+        done = run_demo(folder, make_campaign(seed), full, step, lambda line: None if as_json else say(line))
+    emit(done, [f"the report: {done.page}"], as_json)
+
+
+def backup(
+    destination: Annotated[
+        Path, typer.Argument(metavar="DEST", help="A folder for this book's backup, best on another disk.")
+    ],
+    book: BookOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Copy the journal, the raw copies and labbook.toml to DEST; the next time only what is new.
+
+    Every copy is read again and compared with its hash. Others may go on writing to the book. The database is made anew
+    from these by `labbook restore`, also where it is PostgreSQL; the pages of reports by `labbook report`.
+
+    Example: labbook backup /media/stick/mybook
+    """
+    from labbook.book.backing_up import back_up
+    from labbook.book.opening import find_folder
+
+    done = back_up(
+        find_folder(book or Path.cwd()), destination, lambda total: progress("backing up", total, shown=not as_json)
+    )
+    raw = done.raw
+    lines = [
+        f"backup in {done.last.where}: {done.last.entries} entries and {raw.raw_copies} raw copies; {raw.written} "
+        f"written ({raw.n_bytes / 1e6:.1f} MB), {raw.raw_copies - raw.written} there already, all read and compared.",
+    ]
+    if raw.replaced:
+        lines.append(f"{raw.replaced} of them {'were' if raw.replaced > 1 else 'was'} damaged in the backup.")
+    emit(done, [*lines, *done.remarks], as_json)
+
+
+def restore(
+    source: Annotated[Path, typer.Argument(metavar="SRC", help="A folder that `labbook backup` made.")],
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of the book; empty, or not there.")],
+    database: Annotated[
+        str | None,
+        typer.Option("--database", metavar="URL", help="The empty PostgreSQL database that the book is to have."),
+    ] = None,
+    sqlite: Annotated[
+        bool, typer.Option("--sqlite", help="Make labbook.db in DIR, of a book that was on PostgreSQL.")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Make the book of a backup: copy and compare everything, make the database anew, check all of it.
+
+    Cut off, the same command goes on where it was. Pages of reports are not in a backup: `labbook report` makes them.
+
+    Example: labbook restore /media/stick/mybook mybook
+    """
+    from data_schema.errors import UsageError
+    from labbook.actions.upkeep.restoring import Place
+    from labbook.actions.upkeep.restoring import restore as restore_book
+
+    if database is not None and sqlite:
+        raise UsageError("--database and --sqlite exclude each other: give one of them.")
+    place = Place(database) if database is not None or sqlite else None
+    with progress("restoring", None, shown=not as_json) as step:
+        done = restore_book(source, folder, place, step, lambda _total: contextlib.nullcontext(step))
+    lines = [
+        f"the book of {source} is restored in {done.folder}: {done.entries} entries, {done.raw.raw_copies} raw copies; "
+        "all of it was checked.",
+        *done.differences.sentences,
+    ]
+    if done.moved:
+        where = "in the book" if database is None else "in the database given"
+        lines.append(f"its labbook.toml says now that the store is in the book, and the tables are {where}.")
+    emit(done, lines, as_json)
+
+
+def merge(
+    other: Annotated[Path, typer.Argument(metavar="OTHER", help="The folder of the other book; it is only read.")],
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Show what would come, and write nothing.")] = False,
+    book: BookOption = None,
+    person: AsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Bring in what another book of the same study says beyond this one, all of it or nothing.
+
+    What follows the common beginning of both is added, each statement with its own time and person. What both books
+    name alike (a run, a level, the bytes of a file) is one thing; where they contradict each other everything is
+    listed and nothing is written. Merging again adds what is new since.
+
+    Example: labbook merge /media/laptop/book --dry-run
+    """
+    from labbook.actions.upkeep.merging import merge as bring_in
+    from labbook.book.opening import opened
+
+    with opened(book) as opened_book:
+        done = bring_in(opened_book, other, person, dry_run=dry_run)
+    counts = ", ".join(f"{what}: {count}" for what, count in done.entries.items())
+    total = sum(done.entries.values())
+    came = f"{'would come' if dry_run else 'came'} from {other}"
+    entries, copies = _counted(total, "entry", "entries"), _counted(done.raw_copies, "raw copy", "raw copies")
+    lines = [f"{came}: {entries} ({counts}), {copies}."]
+    if not total:
+        lines = [] if done.conflicts else [f"{other} says nothing that this book does not have: nothing to add."]
+    if done.there_already:
+        had = _counted(done.there_already, "entry", "entries")
+        lines.append(f"this book had already {had} of those after the first {done.common}, which both share.")
+    lines += [f"in the way: {sentence}" for sentence in done.conflicts]
+    emit(done, lines, as_json)
+    if done.conflicts:
+        raise typer.Exit(1)
+
+
+def _counted(number: int, one: str, several: str) -> str:
+    return f"{number} {one if number == 1 else several}"
+
+
+def rebuild(
+    journal: Annotated[bool, typer.Option("--journal", help="Write journal.jsonl from the database instead.")] = False,
+    book: BookOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Make the database anew from the raw copies and the journal; the old one is kept beside it.
+
+    Example: labbook rebuild
+    """
+    from labbook.book.opening import find_folder
+    from labbook.book.rebuilding import rebuild_database, rewrite_journal
+
+    folder = find_folder(book or Path.cwd())
+    if journal:
+        count = rewrite_journal(folder)
+        emit({"entries": count}, [f"journal.jsonl written anew: {count} entries."], as_json)
+        return
+    with progress("rebuilding", None, shown=not as_json) as step:
+        done = rebuild_database(folder, step)
+    kept = f"the old database is kept as {done.old}" if done.old else "there was no old database"
+    emit(done, [f"rebuilt from {done.entries} entries; {kept}.", *done.sentences], as_json)

@@ -1,0 +1,208 @@
+"""Commands that state what a person knows: note, charge, check, correct, void, assign."""
+
+from typing import Annotated, Any
+
+import typer
+
+from labbook.cli.common import AsOption, BookOption, FoldOption, JsonOption, emit
+
+
+def note(
+    run: Annotated[str, typer.Argument(help="The run.")],
+    text: Annotated[str, typer.Argument(help="What is to be remembered.")],
+    book: BookOption = None,
+    person: AsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Write a note on a run.
+
+    Example: labbook note r017 "left rail squeaked"
+    """
+    from data_schema.errors import UsageError
+    from data_schema.vocabulary import Action
+    from labbook.book.naming import run_named
+    from labbook.book.opening import opened
+    from labbook.book.write_session import Statement, new_uid
+
+    if not text.strip():
+        raise UsageError("the note is empty: say what is to be remembered.")
+    with opened(book) as opened_book, opened_book.session(person) as session:
+        target = run_named(session.connection, run)
+        new = {"target_kind": "run", "target_uid": target.uid, "text": text}
+        session.state(Statement(Action.NOTE, "note", new_uid(), new=new))
+    emit({"run": run, "text": text}, [f"noted on run {run}."], as_json)
+
+
+def charge(
+    run: Annotated[str, typer.Argument(help="The run after which the pack was charged.")],
+    charge_mah: Annotated[
+        float, typer.Argument(metavar="MAH", help="What the charger put back, in mAh: 0 or more, without a sign.")
+    ],
+    minutes: Annotated[float | None, typer.Option("--minutes", help="How long charging took.")] = None,
+    end_voltage: Annotated[
+        float | None, typer.Option("--end-voltage", help="The pack's voltage at the end, V.")
+    ] = None,
+    book: BookOption = None,
+    person: AsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Type in one charge, where nobody keeps a sheet.
+
+    Example: labbook charge r017 128 --minutes 14 --end-voltage 15.4
+    """
+    from labbook.actions.runs.charges import state_charge
+    from labbook.actions.runs.remarks import remark_lines, remarks_on
+    from labbook.actions.upkeep.stale import stale_lines
+    from labbook.book.opening import opened
+
+    with opened(book) as opened_book, opened_book.session(person) as session:
+        uid = state_charge(session, opened_book.configuration, run, charge_mah, minutes, end_voltage)
+        remarks = remarks_on(session.connection, opened_book.configuration, [run], ["charge_mah"])
+        stale = session.stale
+    emit(
+        {"run": run, "charge": uid, "charge_mah": charge_mah, "stale": stale, "remarks": remarks},
+        [
+            f"run {run}: {charge_mah:g} mAh (charge:{uid}).",
+            *(stale_lines(stale) if stale else ()),
+            *remark_lines(remarks),
+        ],
+        as_json,
+    )
+
+
+def check(
+    kind: Annotated[str, typer.Argument(help="rail_angle, lubrication, battery_conditioned or sensor_zero.")],
+    value: Annotated[float | None, typer.Option("--value", help="What was measured.")] = None,
+    unit: Annotated[str | None, typer.Option("--unit", help="Its unit.")] = None,
+    failed: Annotated[bool, typer.Option("--failed", help="The check was made and did not pass.")] = False,
+    day: Annotated[str | None, typer.Option("--day", metavar="DATE", help="Another day, as 2021-06-01.")] = None,
+    book: BookOption = None,
+    person: AsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Record a check of the day (thesis 5.1.3): the rail's angle, lubrication, battery, sensor zero.
+
+    Example: labbook check rail_angle --value 0.4 --unit deg
+    """
+    from data_schema.queries.study import checks_by_day
+    from labbook.actions.runs.day_checks import state_check
+    from labbook.actions.runs.remarks import remark_lines, remarks_on_check
+    from labbook.book.opening import opened
+
+    with opened(book) as opened_book, opened_book.session(person) as session:
+        earlier = [check for checks in checks_by_day(session.connection).values() for check in checks]
+        date = state_check(session, opened_book.configuration, kind, value, unit, not failed, day)
+    remarks = remarks_on_check(earlier, kind, value, unit)
+    emit(
+        {"day": date, "kind": kind, "passed": not failed, "remarks": remarks},
+        [f"{date}: {kind} {'did not pass' if failed else 'passed'}.", *remark_lines(remarks)],
+        as_json,
+    )
+
+
+def correct(
+    target: Annotated[str, typer.Argument(help="A run, or study, robot:NAME, battery:NAME, charge:UID.")],
+    fields: Annotated[list[str], typer.Argument(metavar="FIELD=VALUE...", help="What it should say.")],
+    why: Annotated[str, typer.Option("--why", "--reason", help="Why the old value was wrong.")],
+    fold: FoldOption = None,
+    book: BookOption = None,
+    person: AsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Correct a fact: the old value stays in the journal, and everything that rested on it becomes stale.
+
+    The words of the run sheet stand beside the columns' names: started=09:20 date=2021-06-05 minutes=12 jumps=24
+    position=3 run=NEWNAME, the factors, and mah=812 for the charge of a run. A new date takes the start along.
+
+    A run that was idle: kind=idle jumps_made=0 levels=none in one command, for an idle run has neither.
+
+    Example: labbook correct r017 foot=large --why "typed wrong"
+    """
+    from labbook.actions.runs.correcting import correct as state_correction
+    from labbook.actions.runs.correcting import runs_corrected
+    from labbook.actions.runs.remarks import remark_lines, remarks_on
+    from labbook.actions.upkeep.stale import stale_lines
+    from labbook.book.opening import opened
+    from labbook.cli.reading import answered
+    from labbook.config.places import to_change
+
+    with opened(book) as opened_book:
+        configuration = opened_book.configuration
+
+        def attempt(said: dict[str, str | None]) -> tuple[Any, Any, Any]:
+            with opened_book.session(person, correcting=True) as session:
+                changed = state_correction(opened_book, session, target, fields, why, fold=said["fold"])
+                runs = runs_corrected(session.connection, target, changed)
+                return changed, remarks_on(session.connection, configuration, runs, changed), session.stale
+
+        changed, remarks, stale = answered(attempt, {"fold": fold}, ask=not as_json)
+    in_file = to_change(configuration, target, {name: new for name, (_old, new) in changed.items()})
+    said = f"{target}: {', '.join(fields)}." if changed else f"{target} says that already: nothing was changed."
+    lines = [said, *stale_lines(stale), *in_file, *remark_lines(remarks)]
+    data = {"target": target, "changed": changed, "stale": stale, "labbook_toml": in_file, "remarks": remarks}
+    emit(data, lines, as_json)
+
+
+def void(
+    run: Annotated[str, typer.Argument(help="The run.")],
+    reason: Annotated[
+        str, typer.Option("--reason", "--why", help="Why it does not count, or with --undo why it does.")
+    ],
+    undo: Annotated[bool, typer.Option("--undo", help="The run counts after all.")] = False,
+    book: BookOption = None,
+    person: AsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Declare a run void: it stays in the book with its files, no result uses it, reports count it.
+
+    Where [analysis] of labbook.toml says for which reasons, begin with one of them: "sensor_fault: the string was off".
+
+    A run that is void already stays so, and nothing is stated a second time.
+
+    Example: labbook void r017 --reason "foot came loose"; labbook void r017 --undo --reason "it was r018"
+    """
+    from labbook.actions.runs.correcting import unvoid
+    from labbook.actions.runs.correcting import void as state_void
+    from labbook.actions.runs.jump_review import reason_remarks
+    from labbook.book.opening import opened
+
+    with opened(book) as opened_book, opened_book.session(person) as session:
+        said = (unvoid if undo else state_void)(session, run, reason)
+        stale = session.stale
+        remarks = [] if undo else reason_remarks(session.connection, opened_book.configuration, reason)
+    emit(
+        {"run": run, "stale": stale, "remarks": remarks},
+        [f"{said}; {len(stale)} results became stale.", *(f"look again: {remark}" for remark in remarks)],
+        as_json,
+    )
+
+
+def assign(
+    file: Annotated[str, typer.Argument(help="A file by name or uid; NAME#ROW or NAME#PART for a part of it.")],
+    run: Annotated[str, typer.Argument(help="The run it belongs to; none takes it off its run.")],
+    why: Annotated[
+        str | None, typer.Option("--why", "--reason", help="Why, where it belonged to a run before.")
+    ] = None,
+    book: BookOption = None,
+    person: AsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Say to which run a file, or a row of a charger sheet, belongs; no result uses it before.
+
+    NAME#ROW is one row of a charger sheet, NAME#PART one of several runs in a file (`labbook files show NAME`).
+
+    Example: labbook assign log_0007.csv r007; labbook assign charges.csv#3 none --why "read a line too low"
+    """
+    from labbook.actions.files.assigning import NO_RUN
+    from labbook.actions.files.assigning import assign as state_assignment
+    from labbook.actions.runs.remarks import remark_lines, remarks_on
+    from labbook.actions.upkeep.stale import stale_lines
+    from labbook.book.opening import opened
+
+    with opened(book) as opened_book, opened_book.session(person) as session:
+        said = state_assignment(session, file, run, why)
+        stale = session.stale
+        remarks = remarks_on(session.connection, opened_book.configuration, [] if run == NO_RUN else [run], ["log"])
+    lines = [said, *(stale_lines(stale) if stale else []), *remark_lines(remarks)]
+    data = {"file": file, "run": None if run == NO_RUN else run, "stale": stale, "remarks": remarks}
+    emit(data, lines, as_json)

@@ -1,0 +1,221 @@
+"""Commands that only read: today, show, plot, channels, formats, analysis, compare, why."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from data_schema.errors import BookDamaged
+from labbook.cli.common import BookOption, JsonOption, WhereOption, columns, emit, plain, progress
+
+
+def today(
+    day: Annotated[str | None, typer.Option("--day", metavar="DATE", help="Another day, as 2021-06-01.")] = None,
+    book: BookOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """List what a day still needs: logs without charge, charges without log, logs that do not count, checks not made.
+
+    Runs of jumps without joules or without apex heights are named with the reason, a line for each.
+
+    Planned runs that were not made are listed of all plans and days, for a plan's days are not bound to dates. The last
+    line says when the last backup was made.
+
+    Example: labbook today
+    """
+    from data_schema import journal
+    from labbook.actions.runs.to_do import to_do, to_do_lines
+    from labbook.analysis.outcomes.detection import Detections
+    from labbook.book.last_backup import backup_line, last_backup
+    from labbook.book.opening import opened
+
+    with opened(book) as opened_book, opened_book.reading() as connection:
+        found = to_do(Detections(connection, opened_book.store), opened_book.configuration, day)
+        last, (entries, _hash) = last_backup(opened_book.store), journal.head(connection)
+    lines = [*to_do_lines(found), backup_line(last, entries)]
+    emit({**plain(found), "last_backup": last}, lines, as_json)
+
+
+def show(
+    run: Annotated[str, typer.Argument(help="The run.")], book: BookOption = None, as_json: JsonOption = False
+) -> None:
+    """Show a run: facts, files with channels and gaps, charges, notes, and what was stated about it.
+
+    Example: labbook show r017
+    """
+    from labbook.actions.runs.run_view import run_view, view_lines
+    from labbook.analysis.outcomes.detection import Detections
+    from labbook.book.opening import opened
+
+    with opened(book) as opened_book, opened_book.reading() as connection:
+        found = run_view(Detections(connection, opened_book.store), opened_book.configuration, run)
+    emit(found, view_lines(found), as_json)
+
+
+def plot(
+    run: Annotated[str, typer.Argument(help="The run.")],
+    jump: Annotated[int | None, typer.Option("--jump", help="The jump to show enlarged.")] = None,
+    out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="A .png, .svg or .pdf file.")] = None,
+    book: BookOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Plot the body height of a run with its jumps, gaps and verdicts, and one jump enlarged.
+
+    Example: labbook plot r017 --jump 4 --out r017.png
+    """
+    from labbook.actions.runs.run_plot import plot_run
+    from labbook.book.opening import opened
+
+    with opened(book) as opened_book, opened_book.reading() as connection:
+        path = plot_run(opened_book, connection, run, jump, out or Path(f"{run}.png"))
+    emit({"run": run, "figure": str(path)}, [str(path)], as_json)
+
+
+def channels(as_json: JsonOption = False) -> None:
+    """List what a column of a log or of a charger sheet can be declared as, with unit and meaning.
+
+    Units are those that values are stored in; a file's own unit is declared with the column and converted.
+
+    Example: labbook channels
+    """
+    from data_schema.vocabulary import CHANNELS
+    from labbook.config.channels import DATE, OWN, SHEET_COLUMNS, TIME
+
+    of_log = {
+        **{name: (kind.unit, kind.meaning) for name, kind in CHANNELS.items()},
+        TIME: ("s", "the time column"),
+        DATE: ("-", "the dates beside a column of times of day"),
+        f"{OWN}NAME": ("any", "a quantity of your own, kept as NAME; it feeds no result"),
+    }
+    rows = [(name, unit, meaning) for name, (unit, meaning) in of_log.items()]
+    sheet = list(SHEET_COLUMNS.items())
+    data = [
+        *({"of": "log", "name": name, "unit": unit, "meaning": meaning} for name, unit, meaning in rows),
+        *({"of": "charger sheet", "name": name, "unit": None, "meaning": meaning} for name, meaning in sheet),
+    ]
+    lines = [
+        *columns(("channel", "unit", "meaning"), rows),
+        *columns(("charger sheet", "meaning"), sheet),
+        "A second plate's forces, moments and centres of pressure have the ending _2, a third's _3.",
+        'On the command line: `labbook ingest FILE --column "COLUMN=CHANNEL:UNIT"`; in labbook.toml: [profiles.NAME].',
+    ]
+    emit(data, lines, as_json)
+
+
+def formats(as_json: JsonOption = False) -> None:
+    """List the file formats, by what a file is recognised as one, and which plug-in a format comes from.
+
+    Any other text with columns is read as delimited_log; what it does not say is declared with flags or a profile.
+
+    Example: labbook formats
+    """
+    from ingest.formats.registry import described_formats, plugins
+
+    found = described_formats()
+    rows = [(each.name, str(each.version), each.plugin or "-", each.evidence, each.what) for each in found]
+    faults = list(plugins().faults)
+    more = "`--explain` of `labbook ingest` shows by what evidence a file was recognised, `--format` decides it."
+    emit(
+        {"formats": found, "faults": faults},
+        [*columns(("format", "version", "plug-in", "recognised by", "what"), rows), more, *faults],
+        as_json,
+    )
+
+
+def analysis(book: BookOption = None, as_json: JsonOption = False) -> None:
+    """Show what was decided about the analysis, when and by whom, and what departs from it.
+
+    [analysis] of labbook.toml is in the journal before the first file is ingested or the first charge stated. What it
+    said then rules; the report calls exploratory what departs from it. A later change is never refused, it is listed.
+    So are corrections of runs and charges made since, runs moved to another condition, logs taken off runs, charges
+    and logs that came to runs which had theirs, and other rules in [protocol] which jumps count; a report, and
+    `labbook stats`, list the runs and conditions that their selection leaves out. The last line says what is not
+    watched.
+
+    Example: labbook analysis
+    """
+    from labbook.analysis.preregistration.planned import planned_analysis
+    from labbook.book.opening import opened
+    from labbook.presenting.report.preregistration import NOT_WATCHED, planned_sentences
+
+    with opened(book) as opened_book, opened_book.reading() as connection:
+        found = planned_analysis(connection, opened_book.configuration)
+    watched = found.stated and found.first_measured_utc is not None
+    emit(found, (*planned_sentences(found), *((NOT_WATCHED,) if watched else ())), as_json)
+
+
+NOT_MET = 1
+"""Exit code where a prediction is not met."""
+
+
+def compare(
+    context: typer.Context,
+    where: WhereOption = None,
+    check: Annotated[
+        bool, typer.Option("--check", help="Exit with 1 where a prediction is not met, as scripts want it.")
+    ] = False,
+    book: BookOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Show what the simulator predicts beside what was measured, condition by condition.
+
+    Each condition is simulated as it was run, in the scene that [simulation] of labbook.toml names. A prediction is
+    met where it differs from the measurement by no more than the expanded uncertainty of both: half the measured
+    95 % interval and two standard uncertainties of the prediction, added in quadrature. Nothing is written; the same
+    table stands in the report, with ids that `labbook why` traces. The first call compiles the simulator, up to half a
+    minute.
+
+    The exit code is 0 whether or not predictions are met; with --check it is 1 where one is not.
+
+    Every factor of the study is an option: --foot small is short for --where "foot=small".
+
+    Example: labbook compare --foot small --check
+    """
+    from labbook.actions.report_command import selection
+    from labbook.actions.simulate.comparing_predictions import as_data, as_lines, compare_predictions
+    from labbook.book.opening import opened
+
+    with opened(book) as opened_book:
+        text = selection(opened_book.configuration, where, context.args)
+        with progress("compare", None, shown=not as_json) as step:
+            compared = compare_predictions(opened_book, text, step)
+    emit(as_data(compared), [] if as_json else as_lines(compared), as_json)
+    if check and not compared.met:
+        raise typer.Exit(NOT_MET)
+
+
+def why(
+    number: Annotated[str, typer.Argument(help="The provenance id beside a number in a report, or its beginning.")],
+    check: Annotated[
+        bool, typer.Option("--check", help="Compute the number anew from raw copies and journal, and compare.")
+    ] = False,
+    book: BookOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Trace a number to the algorithm, the facts and the bytes it rests on.
+
+    A number printed by an earlier labbook, which a rebuild computes anew under another id, is told as it was printed.
+
+    With --check, exit code 3 where the number does not come out as it is stored, or rests on what was altered.
+
+    Example: labbook why 3fa9c2d1 --check
+    """
+    from labbook.actions.upkeep.recomputing import recompute
+    from labbook.actions.upkeep.tracing import NumberTrace, trace, trace_lines
+    from labbook.book.opening import opened
+
+    with opened(book) as opened_book:
+        with opened_book.reading() as connection:
+            found = trace(connection, number)
+        if not check:
+            emit(found, trace_lines(found), as_json)
+            return
+        uid = found.number.uid if isinstance(found, NumberTrace) else found.uid
+        with progress("replaying", None, shown=not as_json) as step:
+            (checked,) = recompute(opened_book, [uid], step)
+    if isinstance(found, NumberTrace) and checked.trace is not None:
+        found = replace(found, trace=checked.trace)
+    emit({"trace": found, "check": checked}, [checked.sentence, *trace_lines(found)], as_json)
+    if checked.stands is False:
+        raise typer.Exit(BookDamaged.exit_code)
