@@ -10,13 +10,14 @@ from typing import Any, NamedTuple
 import sqlalchemy as sa
 
 from data_schema.queries.signals import GapRow, gaps_by_signal
+from data_schema.reasons import Reason
 from data_schema.row_hashes import written
 from data_schema.tables.base import columns_of, in_chunks
 from data_schema.tables.files import LAST_READING, file, finding, ingest, run_file
 from data_schema.tables.people import config, journal, person
 from data_schema.tables.runs import run
 from data_schema.tables.signals import channel, signal
-from data_schema.vocabulary import Action, IngestStatus, Severity
+from data_schema.vocabulary import Action, IngestStatus, Severity, Undefined
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,12 +87,9 @@ class WaitingFile:
     runs: tuple[str, ...]
 
     @property
-    def reason(self) -> str:
-        """Say why numbers that would come from it are undefined, and what to do."""
-        return (
-            f"{self.role or 'file'} {self.name} waits for a declaration: {self.said} Then "
-            f"`labbook files reread {self.name}` with it"
-        )
+    def why(self) -> Undefined:
+        """Why numbers that would come from it are undefined, and what to do."""
+        return Undefined(Reason.FILE_WAITS, role=self.role or "file", name=self.name, said=self.said)
 
 
 @dataclass(frozen=True, slots=True)

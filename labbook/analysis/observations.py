@@ -12,6 +12,7 @@ import sqlalchemy as sa
 from data_schema.errors import InputRefused, UsageError, unknown_name
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
+from data_schema.vocabulary import Undefined
 from ingest.store import Store
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.pairing import sort_key, with_control
@@ -30,14 +31,16 @@ _MOST_NAMED = 5
 
 
 def left_out(
-    evidence: StudyData, numbers: Sequence[RunNumber], missing: Mapping[str, str], quantity: Outcome
+    evidence: StudyData, numbers: Sequence[RunNumber], missing: Mapping[str, Undefined], quantity: Outcome
 ) -> list[str]:
     """Say which runs have no number, and why."""
     used = {item.run.uid for item in numbers}
     left = [run for run in evidence.runs if run.uid not in used]
     if not left:
         return []
-    reasons = [f"{run.name} ({missing.get(run.uid, 'undefined')})" for run in left[:_MOST_NAMED]]
+    reasons = [
+        f"{run.name} ({missing[run.uid].reason if run.uid in missing else 'undefined'})" for run in left[:_MOST_NAMED]
+    ]
     more = ", ..." if len(left) > _MOST_NAMED else ""
     of_all = f"{len(left)} of {len(evidence.runs)} runs"
     return [f"{of_all} have no {quantity.plural} and are left out: {', '.join(reasons)}{more}."]
@@ -257,7 +260,7 @@ def _numbers(
     evidence: StudyData,
     quantity: Outcome,
     step: Callable[[str], None],
-) -> tuple[list[RunNumber], Mapping[str, str]]:
+) -> tuple[list[RunNumber], Mapping[str, Undefined]]:
     found = measure(quantity, ResultCache(connection), Detections(connection, store, step), evidence)
     return run_numbers(evidence.runs, found.results, quantity), evidence.reasons(found.missing, quantity.source)
 

@@ -14,7 +14,7 @@ from data_schema.queries.readings import WaitingFile, waiting_files
 from data_schema.queries.runs import RunRow, idle_runs, list_runs, where_columns
 from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.queries.study import FactorRow, StudyRow, factors, the_study
-from data_schema.vocabulary import FileRole, RunKind, RunState
+from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
 from data_schema.where import compile_where
 from labbook.analysis.outcomes.detection import BODY_HEIGHT
 from labbook.config.parsing import Configuration
@@ -48,18 +48,19 @@ class StudyData:
     decisions: Mapping[str, list[DecisionRow]]
     waiting: tuple[WaitingFile, ...] = ()
 
-    def reasons(self, missing: Mapping[str, str], role: FileRole) -> dict[str, str]:
+    def reasons(self, missing: Mapping[str, Undefined], role: FileRole) -> dict[str, Undefined]:
         """Return why runs lack a number; that a file of theirs waits is said before all else."""
-        return {run_uid: self.waits(run_uid, role) or reason for run_uid, reason in missing.items()}
+        waiting = {run_uid: self.waits(run_uid, role) for run_uid in missing}
+        return {run_uid: missing[run_uid] if why is None else why for run_uid, why in waiting.items()}
 
-    def waits(self, run_uid: str, role: FileRole) -> str | None:
+    def waits(self, run_uid: str, role: FileRole) -> Undefined | None:
         """Return why a run's logs, or its charge, cannot be used: a file of it waits; None where none does.
 
         Whose charges a charger's sheet holds is not known while it waits.
         """
         for item in self.waiting:
             if item.role == role and (run_uid in item.runs or (role is FileRole.CHARGE and not item.runs)):
-                return item.reason
+                return item.why
         return None
 
 

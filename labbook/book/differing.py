@@ -96,7 +96,7 @@ def differences(connection: sa.Connection, entries: Iterable[Entry], without_row
         files_read_anew=len(anew),
         files_changed=sum(anew),
         other_versions=bool(anew) or other_algorithms,
-        files_waiting=tuple(f"{waiting.reason}." for waiting in waiting_files(connection)),
+        files_waiting=tuple(f"{waiting.why.reason}." for waiting in waiting_files(connection)),
         without_rows=tuple(
             _without_row(entry)
             for entry in without_rows

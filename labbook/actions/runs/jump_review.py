@@ -13,7 +13,7 @@ from data_schema.queries.detections import DecisionRow, DetectionRow, WaitingVer
 from data_schema.queries.readings import waiting_files
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import SignalRow, signals_of_runs
-from data_schema.vocabulary import Action, FileRole, ReasonCode, TargetKind, Verdict
+from data_schema.vocabulary import Action, FileRole, ReasonCode, TargetKind, Undefined, Verdict
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, rest_length_m
 from labbook.analysis.outcomes.run_apexes import JudgedJump, Rules, anchor_of, judge, usable_logs
 from labbook.analysis.preregistration.planned import AS_A_WHOLE, is_allowed, planned_analysis
@@ -43,17 +43,17 @@ def review(book: Book, connection: sa.Connection, name: str) -> RunReview:
     run = run_named(connection, name)
     for file in waiting_files(connection):
         if run.uid in file.runs and file.role == FileRole.LOG:
-            raise UsageError(f"{file.reason}.")
+            raise UsageError(f"{file.why.reason}.")
     logs = [
         signal
         for signal in signals_of_runs(connection, FileRole.LOG, run_uid=run.uid)
         if BODY_HEIGHT in signal.channels
     ]
     signals = usable_logs(run, logs)
-    if isinstance(signals, str):
+    if isinstance(signals, Undefined):
         raise UsageError(
-            f"run {name} has {signals}: `labbook show {name}` lists its files; take one off with `labbook assign FILE "
-            f"none`, or state the starts with `labbook correct {name} starts=...`."
+            f"run {name} has {signals.reason}: `labbook show {name}` lists its files; take one off with `labbook "
+            f"assign FILE none`, or state the starts with `labbook correct {name} starts=...`."
         )
     protocol = book.configuration.protocol
     detections = Detections(connection, book.store)

@@ -13,6 +13,7 @@ from typing import TypeAlias
 
 from data_schema.queries.runs import RunRow, list_runs, runs_named, runs_of_conditions
 from data_schema.queries.signals import SignalRow
+from data_schema.reasons import Reason
 from data_schema.vocabulary import CHANNELS, FileRole, GapKind, IngestStatus, RunKind, Undefined
 from ingest.channels.names import channel_kind, squash
 from ingest.model import ChannelData, ReadFile
@@ -89,10 +90,10 @@ def _logs_too_many(run: RunRow, evidence: StudyData) -> list[RigLine]:
     """Say that a run has logs that do not count, for there are more of them than it had starts."""
     logs = evidence.logs.get(run.uid, ())
     why = usable_logs(run, logs) if logs else ()
-    if not isinstance(why, str):
+    if not isinstance(why, Undefined):
         return []
     text = (
-        f"look again: run {run.name} has {why}, so none of them counts: take one off with "
+        f"look again: run {run.name} has {why.reason}, so none of them counts: take one off with "
         f"`labbook assign FILE none --why ...`, or say how often the run was started with "
         f"`labbook correct {run.name} starts=N --why ...`."
     )
@@ -118,7 +119,7 @@ def _line(
     run: RunRow, detections: Detections, files: Sequence[PreparedImport], evidence: StudyData, drains: Lines
 ) -> RigLine:
     parts = [f"run {run.name}:"]
-    found: int | str = run.jumps_made
+    found: int | Undefined = run.jumps_made
     if any(stored.detection is not None for prepared in files for stored in prepared.parts):
         in_book = evidence.logs.get(run.uid, [])
         found = jumps_found_in_run(detections, run, in_book, evidence.configuration.protocol.detector)
@@ -127,15 +128,15 @@ def _line(
     if logs:
         parts.append(f"{_gaps(logs)}{_where(files, evidence.logs.get(run.uid, []))},")
     joules, outside = _joules(run, evidence, drains)
-    if isinstance(found, str):
+    if isinstance(found, Undefined):
         return RigLine(" ".join([*parts, joules]), logs_do_not_count=True, outside=outside)
     return RigLine(" ".join([*parts, joules]), abs(found - run.jumps_made), outside=outside)
 
 
-def _jumps(run: RunRow, found: int | str, logs: Sequence[SignalRow]) -> str:
+def _jumps(run: RunRow, found: int | Undefined, logs: Sequence[SignalRow]) -> str:
     """Say how many jumps all logs of a run in the book have: where it was started again, some may have come before."""
-    if isinstance(found, str):
-        return f"its jumps do not count ({found})"
+    if isinstance(found, Undefined):
+        return f"its jumps do not count ({found.reason})"
     several = len({log.sha256 for log in logs})
     where = "" if several == 1 else f" in {several} logs"
     return f"{found} of {run.jumps_made} jumps found{where}{_mismatch(found, run.jumps_made)}"
@@ -167,15 +168,15 @@ def _where(files: Sequence[PreparedImport], in_book: Sequence[SignalRow]) -> str
 def _joules(run: RunRow, evidence: StudyData, drains: Lines) -> tuple[str, bool]:
     """Say a run's joules a jump beside those of its condition before, and whether they are out of the limits."""
     joules = joules_of(run, evidence, drains)
-    if isinstance(joules, str):
-        return f"joules unknown: {joules}", False
+    if isinstance(joules, Undefined):
+        return f"joules unknown: {joules.reason}", False
     now = (run.day, run.position_in_day)
     earlier = [
         value
         for other in evidence.runs
         if other.condition_key == run.condition_key and (other.day, other.position_in_day) < now
         for value in [joules_of(other, evidence, drains)]
-        if not isinstance(value, str)
+        if not isinstance(value, Undefined)
     ]
     if not earlier:
         return f"{joules:.1f} J a jump, the first of its condition", False
@@ -189,17 +190,16 @@ def _joules(run: RunRow, evidence: StudyData, drains: Lines) -> tuple[str, bool]
     return f"{joules:.1f} J a jump, {verdict} the control limits {low:.1f} to {high:.1f} J (n = {about.n})", outside
 
 
-def joules_of(run: RunRow, evidence: StudyData, drains: Lines) -> float | str:
+def joules_of(run: RunRow, evidence: StudyData, drains: Lines) -> float | Undefined:
     """Return a run's joules a jump, or why there are none."""
     charge = usable_charge(run, evidence.charges.get(run.uid, []))
-    if isinstance(charge, str):
+    if isinstance(charge, Undefined):
         return charge
     drain = drains[run.robot_uid]
     if isinstance(drain, Undefined):
-        return "no passive-drain fit yet"
+        return Undefined(Reason.NO_DRAIN_FIT_YET)
     passive = drain.at(run.duration_s or 0.0).charge_mah
-    joules = joules_per_jump(charge.charge_mah, passive, evidence.study.reference_voltage_v, run.jumps_made)
-    return joules.reason if isinstance(joules, Undefined) else joules
+    return joules_per_jump(charge.charge_mah, passive, evidence.study.reference_voltage_v, run.jumps_made)
 
 
 _LIKE_HEIGHT = ("bodyheight", "height", "hgt", "bodyz", "z", "h", "pot", "string", "position", "hoehe")

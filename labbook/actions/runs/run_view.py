@@ -16,7 +16,7 @@ from data_schema.queries.history import HistoryRow, NoteRow, RunFileRow, files_o
 from data_schema.queries.results import standing_number
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import GapRow, SignalRow, gaps_of, signals_of_runs
-from data_schema.vocabulary import FileRole
+from data_schema.vocabulary import FileRole, Undefined
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections
 from labbook.analysis.outcomes.run_apexes import jumps_found_in_run
 from labbook.book.naming import run_named
@@ -73,7 +73,7 @@ def run_view(detections: Detections, configuration: Configuration, name: str) ->
         charges=tuple(charges_of_run(connection, run.uid)),
         notes=tuple(notes_of(connection, run.uid)),
         jumps_found=found if isinstance(found, int) else None,
-        jumps_do_not_count=found if isinstance(found, str) else None,
+        jumps_do_not_count=found.reason if isinstance(found, Undefined) else None,
         history=history,
         history_in_words=tuple(_in_words(connection, item) for item in history),
         joules_per_jump=None if joules is None else joules[0],

@@ -18,7 +18,7 @@ from data_schema.queries.readings import waiting_files
 from data_schema.queries.runs import RunRow, runs_of_day
 from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.queries.study import checks_by_day
-from data_schema.vocabulary import CheckKind, FileRole, RunKind, RunState
+from data_schema.vocabulary import CheckKind, FileRole, RunKind, RunState, Undefined
 from labbook.actions.runs.rig_line import joules_of
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, rest_length_m
 from labbook.analysis.outcomes.run_apexes import as_protocol, judge, usable_logs
@@ -92,7 +92,7 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
         no_apexes={} if evidence is None else without_apexes(detections, evidence, jumped, logs),
         checks_not_made=tuple(str(kind) for kind in CheckKind if kind not in made),
         inbox=len(inbox(connection)),
-        files_waiting=tuple(file.reason for file in waiting_files(connection)),
+        files_waiting=tuple(file.why.reason for file in waiting_files(connection)),
         verdicts_waiting=tuple(verdict.sentence for verdict in verdicts_waiting(connection)),
         analysis_undecided=configuration.analysis is None and first_measurement(connection) is None,
     )
@@ -140,7 +140,7 @@ def _listed(names: Sequence[str]) -> str:
 def _why_not(run: RunRow, logs: Sequence[SignalRow]) -> str | None:
     heights = [log for log in logs if BODY_HEIGHT in log.channels]
     usable = usable_logs(run, heights) if heights else None
-    return usable if isinstance(usable, str) else None
+    return usable.reason if isinstance(usable, Undefined) else None
 
 
 def _needs_log(run: RunRow) -> bool:
@@ -158,7 +158,7 @@ def without_joules(evidence: StudyData, runs: Sequence[RunRow]) -> dict[str, str
     """Return why runs have no joules a jump, by name."""
     drains = drain_lines(evidence) if runs else {}
     said = {run.name: joules_of(run, evidence, drains) for run in runs}
-    return {name: why for name, why in said.items() if isinstance(why, str)}
+    return {name: why.reason for name, why in said.items() if isinstance(why, Undefined)}
 
 
 def without_apexes(
@@ -175,8 +175,8 @@ def _why_no_apex(detections: Detections, evidence: StudyData, run: RunRow, has_l
         declare = f'`labbook ingest FILE --column "COLUMN={BODY_HEIGHT}:UNIT"`'
         return f"the log has no {BODY_HEIGHT}: {declare}" if has_log else "no log"
     logs = usable_logs(run, heights)
-    if isinstance(logs, str):
-        return logs
+    if isinstance(logs, Undefined):
+        return logs.reason
     variant = as_protocol(evidence)
     found = detections.of({run.uid: logs}, variant.detector, rest_length_m(detections.connection, run.robot_uid))
     judged = judge(found[run.uid], evidence.decisions, variant.rules)

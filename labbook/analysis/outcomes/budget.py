@@ -74,7 +74,7 @@ def budget(
 def _resolution_mah(evidence: StudyData, condition: ConditionValues) -> float:
     """Return the coarsest resolution among the charges that the condition's joules rest on."""
     charges = [usable_charge(item.run, evidence.charges.get(item.run.uid, [])) for item in condition.runs]
-    return max(charge.resolution_mah for charge in charges if not isinstance(charge, str))
+    return max(charge.resolution_mah for charge in charges if not isinstance(charge, Undefined))
 
 
 def _budget(condition: ConditionValues, voltage_v: float, resolution_mah: float) -> JouleBudget:

@@ -17,7 +17,8 @@ from data_schema.queries.detections import DecisionRow, DetectionRow, JumpRow
 from data_schema.queries.results import InputRow
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import SignalRow
-from data_schema.vocabulary import Verdict
+from data_schema.reasons import Reason
+from data_schema.vocabulary import Undefined, Verdict
 from labbook.analysis.outcomes.detection import Detections, jumps_found, rest_length_m
 from labbook.analysis.results.codec import Algorithm, StoredResult
 from labbook.analysis.results.result_cache import (
@@ -204,7 +205,7 @@ def without_exclusions(evidence: StudyData) -> ApexVariant:
     return replace(as_protocol(evidence), rules=Rules(0, exclude_gap_jumps=False), heed_decisions=False)
 
 
-def usable_logs(run: RunRow, logs: Sequence[SignalRow]) -> tuple[SignalRow, ...] | str:
+def usable_logs(run: RunRow, logs: Sequence[SignalRow]) -> tuple[SignalRow, ...] | Undefined:
     """Return the logs that a run's apexes rest on in their order, or why there are none.
 
     A run that was started again leaves several: segments of one file, or as many files as the run had starts. More
@@ -213,20 +214,22 @@ def usable_logs(run: RunRow, logs: Sequence[SignalRow]) -> tuple[SignalRow, ...]
     matter which was ingested first.
     """
     if not logs:
-        return "no log with a body height"
+        return Undefined(Reason.NO_HEIGHT_LOG)
     distinct = list({log.sha256: log for log in reversed(logs)}.values())[::-1]
     files = len({log.file_sha256 for log in distinct})
     if files > max(run.starts, 1):
-        return f"{files} log files with a body height and {run.starts} start{'' if run.starts == 1 else 's'}"
+        return Undefined(Reason.MORE_LOGS_THAN_STARTS, files=files, n=run.starts)
     if all(log.start_utc is not None for log in distinct):
         return tuple(sorted(distinct, key=lambda log: log.start_utc or ""))
     return tuple(sorted(distinct, key=lambda log: _in_number_order(log.file_name)))
 
 
-def jumps_found_in_run(detections: Detections, run: RunRow, logs: Sequence[SignalRow], detector: str) -> int | str:
+def jumps_found_in_run(
+    detections: Detections, run: RunRow, logs: Sequence[SignalRow], detector: str
+) -> int | Undefined:
     """Count the jumps found of a run over all its `logs` with a body height, or say why they do not count."""
     usable = usable_logs(run, logs)
-    if isinstance(usable, str):
+    if isinstance(usable, Undefined):
         return usable
     length_m = rest_length_m(detections.connection, run.robot_uid)
     found = detections.of({run.uid: usable}, detector, length_m)[run.uid]
@@ -241,10 +244,10 @@ def _in_number_order(name: str) -> list[tuple[str, int]]:
 def run_apexes(cache: ResultCache, detections: Detections, evidence: StudyData, variant: ApexVariant) -> ApexResults:
     """Ensure the apex heights of every selected jump run that has logs."""
     logs: dict[str, tuple[SignalRow, ...]] = {}
-    missing: dict[str, str] = {}
+    missing: dict[str, Undefined] = {}
     for run in evidence.runs:
         usable = usable_logs(run, evidence.logs.get(run.uid, []))
-        if isinstance(usable, str):
+        if isinstance(usable, Undefined):
             missing[run.uid] = usable
         else:
             logs[run.uid] = usable

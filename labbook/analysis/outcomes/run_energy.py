@@ -63,26 +63,26 @@ class Drain:
     result: DrainFit
 
 
-def recharge_of(run: RunRow, charges: Sequence[ChargeOfRun]) -> ChargeOfRun | str:
+def recharge_of(run: RunRow, charges: Sequence[ChargeOfRun]) -> ChargeOfRun | Undefined:
     """Return the one charge that says what a run of known duration took, or why there is none."""
     charged = [item for item in charges if item.mode == ChargeMode.CHARGE]
     if not charged:
-        return "no charge recorded"
+        return Undefined(Reason.NO_CHARGE)
     if len(charged) > 1:
-        return f"{len(charged)} charges recorded"
-    return "no duration recorded" if run.duration_s is None else charged[0]
+        return Undefined(Reason.SEVERAL_CHARGES, n=len(charged))
+    return Undefined(Reason.NO_DURATION) if run.duration_s is None else charged[0]
 
 
 def idle_charges(evidence: StudyData) -> list[tuple[RunRow, ChargeOfRun]]:
     """Return the idle runs that can be fitted: with a duration and exactly one charge."""
     found = [(run, recharge_of(run, evidence.charges.get(run.uid, []))) for run in evidence.idle]
-    return [(run, charge) for run, charge in found if not isinstance(charge, str)]
+    return [(run, charge) for run, charge in found if not isinstance(charge, Undefined)]
 
 
-def unused_idle(evidence: StudyData) -> list[tuple[RunRow, str]]:
+def unused_idle(evidence: StudyData) -> list[tuple[RunRow, Undefined]]:
     """Return the idle runs that cannot be fitted, and why."""
     found = [(run, recharge_of(run, evidence.charges.get(run.uid, []))) for run in evidence.idle]
-    return [(run, reason) for run, reason in found if isinstance(reason, str)]
+    return [(run, reason) for run, reason in found if isinstance(reason, Undefined)]
 
 
 def drain_lines(evidence: StudyData) -> dict[str, PassiveDrain | Undefined]:
@@ -194,10 +194,10 @@ class RunEnergy(StoredResult):
 RUN_ENERGY = Algorithm("run_energy", 13, RunEnergy)
 
 
-def usable_charge(run: RunRow, charges: list[ChargeOfRun]) -> ChargeOfRun | str:
+def usable_charge(run: RunRow, charges: list[ChargeOfRun]) -> ChargeOfRun | Undefined:
     """Return the one charge that a jump run's energy rests on, or why there is none."""
     charge = recharge_of(run, charges)
-    return charge if isinstance(charge, str) or run.jumps_made else "no jumps made"
+    return charge if isinstance(charge, Undefined) or run.jumps_made else Undefined(Reason.NO_JUMP_MADE)
 
 
 def run_energies(
@@ -205,14 +205,14 @@ def run_energies(
 ) -> RunResults[RunEnergy]:
     """Ensure the energy of every selected jump run that has what it takes; `variant` names a recomputation."""
     requests: dict[str, Request[RunEnergy]] = {}
-    missing: dict[str, str] = {}
+    missing: dict[str, Undefined] = {}
     for run in evidence.runs:
         charge = usable_charge(run, evidence.charges.get(run.uid, []))
         drain = drains[run.robot_uid]
-        if isinstance(charge, str):
+        if isinstance(charge, Undefined):
             missing[run.uid] = charge
         elif isinstance(drain.line, Undefined):
-            missing[run.uid] = f"no passive-drain fit for robot {drain.robot}"
+            missing[run.uid] = Undefined(Reason.NO_DRAIN_FIT, robot=drain.robot)
         else:
             requests[run.uid] = _request(evidence, run, charge, drain.line, drain.result, variant)
     return RunResults(dict(zip(requests, cache.ensure(list(requests.values())), strict=True)), missing)

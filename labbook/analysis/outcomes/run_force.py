@@ -40,21 +40,21 @@ class RunForce(StoredResult):
 ALGORITHM = Algorithm("run_force", 3, RunForce)
 
 
-def usable_force(forces: Sequence[SignalRow]) -> SignalRow | str:
+def usable_force(forces: Sequence[SignalRow]) -> SignalRow | Undefined:
     """Return the one record of vertical force of a run, or why there is none; samples saved twice are one record."""
     distinct = list({signal.sha256: signal for signal in forces}.values())
     if not distinct:
-        return "no force-plate record"
-    return distinct[0] if len(distinct) == 1 else f"{len(distinct)} force-plate records, and one is expected"
+        return Undefined(Reason.NO_FORCE_RECORD)
+    return distinct[0] if len(distinct) == 1 else Undefined(Reason.SEVERAL_FORCE_RECORDS, n=len(distinct))
 
 
 def run_forces(cache: ResultCache, detections: Detections, data: StudyData) -> RunResults[RunForce]:
     """Ensure the numbers from the force plate of every selected jump run that has one record of it."""
-    missing: dict[str, str] = {}
+    missing: dict[str, Undefined] = {}
     signals: dict[str, SignalRow] = {}
     for run in data.runs:
         usable = usable_force(data.forces.get(run.uid, []))
-        if isinstance(usable, str):
+        if isinstance(usable, Undefined):
             missing[run.uid] = usable
         else:
             signals[run.uid] = usable

@@ -23,7 +23,7 @@ from data_schema.queries.detections import DecisionRow, jump_decisions
 from data_schema.queries.history import EntryRow, FileLink
 from data_schema.queries.runs import RunRow, condition_columns, list_runs
 from data_schema.queries.signals import SignalRow, signals_of_files
-from data_schema.vocabulary import Action, ChargeMode, FileRole, RunKind, RunState, Verdict
+from data_schema.vocabulary import Action, ChargeMode, FileRole, RunKind, RunState, Undefined, Verdict
 from labbook.analysis.outcomes.detection import BODY_HEIGHT
 from labbook.analysis.outcomes.run_apexes import UNKNOWN_FLIGHT_S, usable_logs
 from labbook.analysis.outcomes.run_energy import recharge_of, usable_charge
@@ -228,7 +228,7 @@ class BookState:
         few = {of: list(self.contents(run_uid, of))[: None if surplus else self.most(run_uid, of)] for of in SOURCES}
         charges = [self.charges[uid] for uid in few[FileRole.CHARGE]]
         if run.kind is RunKind.IDLE:
-            usable = not isinstance(recharge_of(run, charges), str)
+            usable = not isinstance(recharge_of(run, charges), Undefined)
             return frozenset(outcome for outcome in Outcome if outcome.shares_error and usable)
         signals = {
             source: [
@@ -243,7 +243,7 @@ class BookState:
             FileRole.LOG: usable_logs(run, signals[FileRole.LOG]),
             FileRole.FORCE: usable_force(signals[FileRole.FORCE]),
         }
-        return frozenset(outcome for outcome in Outcome if not isinstance(found[outcome.source], str))
+        return frozenset(outcome for outcome in Outcome if not isinstance(found[outcome.source], Undefined))
 
 
 _COLUMNS: Mapping[ChangeKind, Sequence[str]] = {

@@ -167,4 +167,4 @@ class RunResults(Generic[T_co]):
     """Stored results by run uid, and why other runs have none."""
 
     results: Mapping[str, T_co]
-    missing: Mapping[str, str]
+    missing: Mapping[str, Undefined]

@@ -170,7 +170,8 @@ def flow(analysis: StudyAnalysis, planned: Sequence[PlannedRow]) -> Flow:
         runs_with={outcome: len(runs) for outcome, runs in used.items()},
         runs_without={
             outcome: Counter(
-                analysis.results[outcome].missing.get(run.uid, outcome.undefined_because)
+                missing[run.uid].reason if run.uid in missing else outcome.undefined_because
+                for missing in [analysis.results[outcome].missing]
                 for run in jump_runs
                 if run.uid not in runs
             )

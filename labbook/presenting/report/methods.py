@@ -315,11 +315,11 @@ def _lost_fits(analysis: StudyAnalysis) -> list[str]:
     ]
 
 
-def _by_cause(causes: Mapping[str, str], runs: Iterable[RunRow]) -> dict[str, list[RunRow]]:
+def _by_cause(causes: Mapping[str, Undefined], runs: Iterable[RunRow]) -> dict[str, list[RunRow]]:
     found: dict[str, list[RunRow]] = {}
     for run in runs:
         if run.uid in causes:
-            found.setdefault(causes[run.uid], []).append(run)
+            found.setdefault(causes[run.uid].reason, []).append(run)
     return found
 
 

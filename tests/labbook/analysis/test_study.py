@@ -12,6 +12,8 @@ from scipy import stats as scipy_stats
 
 from data_schema.outcomes import Outcome
 from data_schema.queries.plans import PlannedRow
+from data_schema.reasons import Reason
+from data_schema.vocabulary import Undefined
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import void
 from labbook.analysis.comparison.comparing import ComparisonResult, compare
@@ -121,7 +123,7 @@ def test_a_run_of_a_robot_without_idle_runs_has_no_joules(tmp_path: Path, analys
     with small_book(tmp_path).open() as book, book.reading() as connection:
         cache = ResultCache(connection)
         found = run_energies(cache, moved, passive_drains(cache, moved))
-    assert found.missing == {first.uid: "no passive-drain fit for robot other"}
+    assert found.missing == {first.uid: Undefined(Reason.NO_DRAIN_FIT, robot="other")}
     assert set(found.results) == {run.uid for run in rest}
 
 
@@ -221,7 +223,7 @@ def test_idle_runs_that_are_not_in_the_fit_are_listed_with_the_reason(analysis: 
         idle=(replace(first, duration_s=None), second, *others),
         charges={uid: items for uid, items in evidence.charges.items() if uid != second.uid},
     )
-    assert unused_idle(lacking)[0][1] == "no duration recorded"
+    assert unused_idle(lacking)[0][1] == Undefined(Reason.NO_DURATION)
     notes = limitations(replace(analysis, evidence=lacking))
     assert f"1 idle run is not in the drain fit: no duration recorded ({first.name})." in notes
     assert f"1 idle run is not in the drain fit: no charge recorded ({second.name})." in notes
