@@ -113,8 +113,8 @@ class Recharge:
     cell_v: FloatArray
 
 
-def icharger_log(recharge: Recharge, *, channel: int = 1, mode: int = CHARGING) -> bytes:
-    """Return the log of one charger channel, LF line ends."""
+def icharger_log(recharge: Recharge) -> bytes:
+    """Return the log of channel 1 of the charger, LF line ends."""
     cells = np.zeros((recharge.time_s.size, CELLS))
     cells[:, : recharge.cell_v.shape[1]] = recharge.cell_v
     columns = np.column_stack(
@@ -132,7 +132,7 @@ def icharger_log(recharge: Recharge, *, channel: int = 1, mode: int = CHARGING) 
         ]
     )
     counts = np.rint(columns).astype(np.int64)
-    lines = [f"${channel};{mode};{';'.join(map(str, row))};".encode() for row in counts.tolist()]
+    lines = [f"$1;{CHARGING};{';'.join(map(str, row))};".encode() for row in counts.tolist()]
     return b"".join(line + b"%d\n" % checksum(line) for line in lines)
 
 

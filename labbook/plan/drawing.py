@@ -211,21 +211,19 @@ def draw_plan(
     seed: int,
     *,
     idle_minutes: Sequence[float] = (),
-    extra_controls: int = 0,
     run_duration_s: float | None = None,
 ) -> Plan:
     """Draw a plan: `runs_per_condition` runs of each combination of levels, at most `runs_per_day` a day.
 
-    `extra_controls` are added in each group. Each of `idle_minutes` is one idle run of that length (thesis 5.1.4); it
-    takes a place of its day like any other run. Raises `UsageError` for a plan that cannot be made.
+    Each of `idle_minutes` is one idle run of that length (thesis 5.1.4); it takes a place of its day like any other
+    run. Raises `UsageError` for a plan that cannot be made.
     """
-    _check(factors, runs_per_condition, runs_per_day, seed, idle_minutes, extra_controls, run_duration_s)
+    _check(factors, runs_per_condition, runs_per_day, seed, idle_minutes, run_duration_s)
     chance = SeededChance(seed)
-    groups: list[list[Replicate]] = []
-    for group in _nested([factor for factor in factors if factor.control is None], chance):
-        share, rest = divmod(extra_controls, runs_per_condition)
-        controls = [1 + share + (number < rest) for number in range(runs_per_condition)]
-        groups.append([_replicate(factors, group, count, run_duration_s, chance) for count in controls])
+    groups = [
+        [_replicate(factors, group, run_duration_s, chance) for _number in range(runs_per_condition)]
+        for group in _nested([factor for factor in factors if factor.control is None], chance)
+    ]
     queue = QUEUES[method](groups, chance)
     idle = chance.shuffled(Slot(None, None, 60.0 * minutes) for minutes in idle_minutes)
     size = len(groups[0][0].slots)  # idle runs in the places of a whole replicate leave the others whole
@@ -251,7 +249,7 @@ def _nested(factors: Sequence[PlanFactor], chance: SeededChance) -> list[Conditi
 
 
 def _replicate(
-    factors: Sequence[PlanFactor], group: Condition, controls: int, duration_s: float | None, chance: SeededChance
+    factors: Sequence[PlanFactor], group: Condition, duration_s: float | None, chance: SeededChance
 ) -> Replicate:
     treatment = next((factor for factor in factors if factor.control is not None), None)
     if treatment is None:
@@ -263,7 +261,7 @@ def _replicate(
 
     control = slot(str(treatment.control))
     others = [slot(level) for level in treatment.levels if level != treatment.control]
-    return Replicate((control, *chance.shuffled([*others, *[control] * (controls - 1)])), control)
+    return Replicate((control, *chance.shuffled(others)), control)
 
 
 def _check(
@@ -272,16 +270,11 @@ def _check(
     runs_per_day: int,
     seed: int,
     idle_minutes: Sequence[float],
-    extra_controls: int,
     run_duration_s: float | None,
 ) -> None:
-    for what, number, least in (
-        ("runs per condition", runs_per_condition, 1),
-        ("runs a day", runs_per_day, 1),
-        ("extra controls", extra_controls, 0),
-    ):
-        if number < least:
-            raise UsageError(f"{number} {what} is too few: give {least} or more.")
+    for what, number in (("runs per condition", runs_per_condition), ("runs a day", runs_per_day)):
+        if number < 1:
+            raise UsageError(f"{number} {what} is too few: give 1 or more.")
     names = [factor.name for factor in factors]
     if len(set(names)) < len(names):
         raise UsageError(f"the factors {', '.join(names)} are not all different: name each factor once.")
@@ -296,8 +289,6 @@ def _check(
             f"the factors {', '.join(factor.name for factor in treatments)} each have a control: plan one treatment "
             "at a time and leave the control of the others out."
         )
-    if extra_controls and not treatments:
-        raise UsageError(f"{extra_controls} extra controls were asked for, but no factor has a control: name one.")
     if runs_per_day == 1 and any(len(factor.levels) > 1 for factor in treatments):
         raise UsageError(
             "a day of 1 run cannot hold a run and its control: give 2 or more runs a day, or no control level."
@@ -308,8 +299,7 @@ def _check(
     for duration in durations:
         if not (math.isfinite(duration) and duration > 0):
             raise UsageError(f"a run cannot last {duration}: give a time greater than 0.")
-    groups = math.prod(len(factor.levels) for factor in factors if factor.control is None)
     conditions = math.prod(len(factor.levels) for factor in factors)
-    size = conditions * runs_per_condition + groups * extra_controls + len(idle_minutes)
+    size = conditions * runs_per_condition + len(idle_minutes)
     if size > LARGEST_PLAN:
         raise UsageError(f"the plan would have {size} runs, at most {LARGEST_PLAN} are drawn: plan fewer at a time.")

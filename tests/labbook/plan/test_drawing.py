@@ -45,7 +45,6 @@ def requests(draw: st.DrawFn, treated: bool | None = None) -> dict[str, Any]:
         "method": draw(st.sampled_from(PlanMethod)),
         "seed": draw(st.integers(0, 2**63 - 1)),
         "idle_minutes": draw(st.lists(st.sampled_from([20, 24, 30, 40, 50, 60]), max_size=7)),
-        "extra_controls": draw(st.integers(0, 7)) if has_treatment else 0,
         "run_duration_s": draw(st.sampled_from([None, 720.0])),
     }
 
@@ -68,7 +67,7 @@ def is_control(run: PlannedRun, plan: Plan) -> bool:
 @given(requests())
 def test_every_condition_reaches_its_number_and_only_controls_exceed_it(request: dict[str, Any]) -> None:
     plan = draw_plan(**request)
-    n, extra = request["runs_per_condition"], request["extra_controls"]
+    n = request["runs_per_condition"]
     counts = Counter(run.condition for run in plan.runs if run.condition is not None)
     names = [factor.name for factor in plan.factors]
     every = [
@@ -80,8 +79,8 @@ def test_every_condition_reaches_its_number_and_only_controls_exceed_it(request:
     treatment = control_of(plan)
     for condition, count in counts.items():
         if treatment is not None and dict(condition)[treatment.name] == treatment.control:
-            assert count >= n + extra
-            excess += count - n - extra
+            assert count >= n
+            excess += count - n
         else:
             assert count == n
     assert excess <= len(plan.days) - 1
@@ -197,7 +196,6 @@ def test_a_plan_drawn_years_ago_is_drawn_again() -> None:
         ({"runs_per_condition": 0}, UsageError, "0 runs per condition"),
         ({"runs_per_day": 0}, UsageError, "0 runs a day"),
         ({"runs_per_day": 1}, UsageError, "cannot hold a run and its control"),
-        ({"extra_controls": -1}, UsageError, "-1 extra controls"),
         ({"seed": -1}, UsageError, "the seed -1"),
         ({"seed": 2**63}, UsageError, "cannot be kept"),
         ({"idle_minutes": (20, 0)}, UsageError, "cannot last 0"),
@@ -212,7 +210,6 @@ def test_a_plan_drawn_years_ago_is_drawn_again() -> None:
             UsageError,
             "foot, gain each have a control",
         ),
-        ({"factors": CHAPTER_5[:2], "extra_controls": 3}, UsageError, "no factor has a control"),
     ],
 )
 def test_impossible_plans_are_refused_in_a_sentence(
