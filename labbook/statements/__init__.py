@@ -27,19 +27,19 @@ def _read(context: ApplyContext, entry: Entry, prepared: object) -> list[tuple[s
 
 
 def _withdraw(context: ApplyContext, entry: Entry, prepared: object) -> list[tuple[str, str]]:
-    from labbook.statements.assigning import apply_withdraw
+    from labbook.statements.withdrawing import apply_withdraw
 
     return apply_withdraw(context, entry, prepared)
 
 
 def _restore(context: ApplyContext, entry: Entry, prepared: object) -> list[tuple[str, str]]:
-    from labbook.statements.assigning import apply_restore
+    from labbook.statements.withdrawing import apply_restore
 
     return apply_restore(context, entry, prepared)
 
 
 def _dismiss(context: ApplyContext, entry: Entry, prepared: object) -> list[tuple[str, str]]:
-    from labbook.statements.assigning import apply_dismiss
+    from labbook.statements.withdrawing import apply_dismiss
 
     return apply_dismiss(context, entry, prepared)
 
