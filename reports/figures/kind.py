@@ -6,12 +6,14 @@ import io
 import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 from matplotlib.figure import Figure
 
 from reports.content import Outcome, ReportContent
 from reports.figures.style import BLACK, GREY, new_figure, publication_style
 
+_PNG_DOTS_PER_IN = 300
 _HEIGHT_IN = 0.9
 _SIZE_PT, _LETTER_PT = 8.0, 4.8
 """Size of the words, and the width of a letter."""
@@ -88,6 +90,18 @@ def svg_bytes(figure: Figure) -> bytes:
 def pdf_bytes(figure: Figure) -> bytes:
     """Write a figure as PDF with embedded TrueType fonts; the same figure gives the same bytes."""
     return _written(figure, "pdf", {"CreationDate": None})
+
+
+def write_figure(figure: Figure, path: Path) -> None:
+    """Write a figure as SVG, PDF or PNG, as the end of the file's name says."""
+    match path.suffix:
+        case ".svg":
+            path.write_bytes(svg_bytes(figure))
+        case ".pdf":
+            path.write_bytes(pdf_bytes(figure))
+        case _:
+            with publication_style():
+                figure.savefig(path, dpi=_PNG_DOTS_PER_IN)
 
 
 def _written(figure: Figure, suffix: str, metadata: dict[str, str | None]) -> bytes:

@@ -6,18 +6,14 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from matplotlib.figure import Figure
-
 from data_schema.errors import UsageError, unknown_name
 from labbook.presenting.simulation.thesis_claims import claims_markdown, claims_table
 from labbook.presenting.simulation.thesis_figures import THESIS_FIGURES, ThesisFigure
-from reports.figures.kind import pdf_bytes, svg_bytes
-from reports.figures.style import publication_style
+from reports.figures.kind import write_figure
 from reports.tables.as_csv import csv_bytes
 from simulator.thesis.claims import Finding, claims, findings
 from simulator.thesis.figures import ThesisFigures
 
-PNG_DOTS_PER_IN = 300
 FORMATS = ("png", "pdf", "svg")
 
 
@@ -63,7 +59,7 @@ def write_thesis_figures(folder: Path, form: str, only: Sequence[str], step: Cal
     written = []
     for figure in chosen:
         file = folder / _file_name(figure, form)
-        _save(figure.draw(data), file)
+        write_figure(figure.draw(data), file)
         written.append(WrittenFigure(figure, file))
         step(f"figure {figure.number}")
     kept = tuple(_kept(folder, chosen))
@@ -89,17 +85,6 @@ def _kept(folder: Path, drawn: Sequence[ThesisFigure]) -> Iterator[WrittenFigure
         file = next((file for file in files if file.exists()), None)
         if figure not in drawn and file is not None:
             yield WrittenFigure(figure, file)
-
-
-def _save(figure: Figure, file: Path) -> None:
-    match file.suffix:
-        case ".pdf":
-            file.write_bytes(pdf_bytes(figure))
-        case ".svg":
-            file.write_bytes(svg_bytes(figure))
-        case _:
-            with publication_style():
-                figure.savefig(file, dpi=PNG_DOTS_PER_IN)
 
 
 def _captions(written: Sequence[WrittenFigure], data: ThesisFigures) -> str:

@@ -22,7 +22,6 @@ from stats.checks import as_level
 
 ALPHA = 0.05
 KINDS = (".png", ".svg", ".pdf")
-DOTS_PER_IN = 300
 SHARED_NOTE = "The error of the passive drain, which groups share in part, is left out of this."
 
 Rows = list[list[str]]
@@ -190,10 +189,10 @@ def _draw(pictures: Pictures, observed: Observations, found: Answer) -> None:
     if not pictures.files:
         return
     from reports.figures.estimation import draw_estimation
-    from reports.figures.kind import pdf_bytes, svg_bytes
+    from reports.figures.kind import write_figure
     from reports.figures.quantiles import draw_quantiles
     from reports.figures.residuals import draw_residuals
-    from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN, publication_style
+    from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 
     width_in = ONE_COLUMN_IN if len(observed.labels) <= 2 else TWO_COLUMNS_IN
     has_days = any(row.day for row in observed.rows)
@@ -207,12 +206,4 @@ def _draw(pictures: Pictures, observed: Observations, found: Answer) -> None:
         ),
     }
     for name, path in pictures.files.items():
-        figure = draw[name]()
-        match path.suffix:
-            case ".svg":
-                path.write_bytes(svg_bytes(figure))
-            case ".pdf":
-                path.write_bytes(pdf_bytes(figure))
-            case _:
-                with publication_style():
-                    figure.savefig(path, dpi=DOTS_PER_IN)
+        write_figure(draw[name](), path)
