@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import statistics
 import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from benchmarks.large_books import Grown, grow_book, log_of, run_name
@@ -15,9 +15,7 @@ from benchmarks.section import Benchmark, Budget, Section, Table
 from labbook.actions.report_command import state_report
 from labbook.book.opening import opened
 
-ASKED = "LABBOOK_BENCH_LOAD"
-"""The environment variable that says of how many runs, a hundred at least; a hundred thousand take an hour."""
-RUNS = 10_000
+RUNS, MANY_RUNS = 10_000, 100_000
 RUNS_REPORTED, REPORTS = 200, 100
 TURNS = 3
 COMMAND_S, REBUILD_S, PEAK_MB = 1.5, 100.0, 1500.0
@@ -35,9 +33,8 @@ class Taken:
     rebuild: ProcessRun
 
 
-def measure(say: Callable[[str], None]) -> Section:
+def measure(runs: int, say: Callable[[str], None]) -> Section:
     """Grow a book, and time what grows with it at two sizes; then rebuild a small one with one and many reports."""
-    runs = max(100, int(os.environ.get(ASKED, RUNS)))
     with tempfile.TemporaryDirectory(prefix="labbook-bench-") as name:
         folder = Path(name)
         grown, sizes = [], []
@@ -52,7 +49,7 @@ def measure(say: Callable[[str], None]) -> Section:
         f"Run sheets, {runs} logs of 25 jumps, charger sheets, verdicts and corrections through the functions of the "
         f"commands: {25 * runs} jumps. Each command is a whole process, the shortest of {TURNS}; check and rebuild "
         f"once, at a fifth of the runs and at all. A book of {RUNS_REPORTED} runs is rebuilt with one report and with "
-        f"{REPORTS}. `{ASKED}=100000` measures so many runs, for about an hour.",
+        f"{REPORTS}.",
         _budgets(runs, grown, sizes, commands, reports),
         (_sizes_table(sizes, grown), _commands_table(commands), _reports_table(reports)),
     )
@@ -193,4 +190,7 @@ def _mb(run: ProcessRun) -> str:
     return "" if run.peak_mb is None else f"{run.peak_mb:.0f}"
 
 
-BENCHMARK = Benchmark("load", measure)
+BENCHMARKS = (
+    Benchmark("load", partial(measure, RUNS)),
+    Benchmark("load_large", partial(measure, MANY_RUNS), long=True),
+)

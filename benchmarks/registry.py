@@ -27,7 +27,7 @@ BENCHMARKS: dict[str, Benchmark] = {
         small_files.BENCHMARK,
         channel_back.BENCHMARK,
         runs_list.BENCHMARK,
-        load.BENCHMARK,
+        *load.BENCHMARKS,
         help_start.BENCHMARK,
         stance.BENCHMARK,
         sweep_million.BENCHMARK,

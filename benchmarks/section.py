@@ -59,10 +59,11 @@ class Section:
 
 @dataclass(frozen=True, slots=True)
 class Benchmark:
-    """One benchmark by name; `measure` is told where to say what it is doing."""
+    """One benchmark by name; `measure` is told where to say what it is doing. A `long` one takes hours: it is named."""
 
     name: str
     measure: Callable[[Callable[[str], None]], Section]
+    long: bool = False
 
 
 def times_table(times: dict[str, Times], peer: str, shows: str) -> Table:
