@@ -1,18 +1,21 @@
 """Write docs/formats.md: every format that is read or named, and what became of each sample file.
 
 python scripts/formats_document.py SAMPLES    (the folder of real instrument files, with SOURCES.csv)
+python scripts/formats_document.py            (without it: the rows of formats alone; what is said of samples stays)
 """
 
 from __future__ import annotations
 
 import csv
+import re
 import sys
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 
 from data_schema.vocabulary import Severity
 from ingest.formats.recognised import RECOGNISED
-from ingest.formats.registry import Described, described_formats
+from ingest.formats.registry import described_formats
 from ingest.model import Declarations, ReadFile, SignalPart
 from ingest.read import read_file
 
@@ -43,7 +46,7 @@ def document(samples: Path) -> str:
         "",
         "| format | version | what it is | real files |",
         "|---|---|---|---|",
-        *(_format_row(each, readings) for each in described if each.name not in named),
+        *rows_of_formats(Counter(reading.format for reading in readings.values())),
         "",
         "Anything else that is text with columns of numbers: a profile. Anything else at all: a plug-in.",
         "",
@@ -61,9 +64,22 @@ def document(samples: Path) -> str:
     return "\n".join(lines)
 
 
-def _format_row(format_: Described, readings: dict[str, ReadFile]) -> str:
-    real = sum(reading.format == format_.name for reading in readings.values())
-    return f"| `{format_.name}` | {format_.version} | {format_.what} | {real or 'synthetic only'} |"
+def with_rows_anew(text: str) -> str:
+    """Return the document with the rows of formats written anew, the counts of real files as they stand there."""
+    old = re.findall(r"^\| `.+\|$", text, re.MULTILINE)
+    counts = {row.split("`")[1]: int(row.split("|")[-2]) for row in old if row.split("|")[-2].strip().isdecimal()}
+    return text.replace("\n".join(old), "\n".join(rows_of_formats(counts)))
+
+
+def rows_of_formats(counts: Mapping[str, int]) -> list[str]:
+    """Return the table's row of every format that is read; `counts` has the real files by format."""
+    named = {each.name for each in RECOGNISED}
+    read = sorted((each for each in described_formats() if each.plugin is None), key=lambda each: each.name)
+    return [
+        f"| `{each.name}` | {each.version} | {each.what} | {counts.get(each.name) or 'synthetic only'} |"
+        for each in read
+        if each.name not in named
+    ]
 
 
 def _sample(reading: ReadFile) -> list[str]:
@@ -94,4 +110,5 @@ def _part(part: SignalPart) -> str:
 
 
 if __name__ == "__main__":
-    DOCUMENT.write_text(document(Path(sys.argv[1])), encoding="utf-8")
+    written = document(Path(sys.argv[1])) if sys.argv[1:] else with_rows_anew(DOCUMENT.read_text(encoding="utf-8"))
+    DOCUMENT.write_text(written, encoding="utf-8")
