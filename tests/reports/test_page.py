@@ -10,8 +10,9 @@ from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports.content import Claim, Provenance
-from reports.figures.registry import FIGURES
+from reports.figures.registry import FIGURES, figures_of
 from reports.page import inline_svg, write_report
+from reports.sections import FigureHere, sections_of
 from reports.tables.registry import TABLES
 from tests.helpers.pages import FIGURE_NAMES, TABLE_NAMES, quick_page
 
@@ -183,6 +184,13 @@ def test_what_does_not_exist_is_said(content):
     )
     text = text_of(quick_page(dataclasses.replace(content, comparisons=comparisons)))
     assert "undefined: the control is zero" in text
+
+
+def test_every_figure_of_the_registry_has_a_place_on_the_page(content):
+    parts = [part for section in sections_of(content) for part in section.parts]
+    placed = {part.name for part in parts if isinstance(part, FigureHere)}
+    without = sorted({kind.name for kind in figures_of(content)} - placed)
+    assert without == [], "give them a FigureHere in reports/sections.py"
 
 
 def test_a_selection_with_little_in_it_says_why(minimal):
