@@ -9,7 +9,7 @@ from typing import Any
 from simulator.parameter import Parameter
 
 Function = Callable[..., Any]
-"""A function of numbers and arrays that numba can compile (see `simulator.kernel.compiling`)."""
+"""A function of numbers and arrays that numba can compile (see `simulator.compiled`)."""
 
 
 ParameterIndex = Callable[[str], int]
@@ -28,7 +28,7 @@ class Effect:
     `needs`: alternatives, each a tuple of effects of which at least one must be on. `excludes`: effects that cannot be
     on together with it, each with the sentence that says why and what to change. `publishes`: outputs it computes,
     which read 0 while it is off. `derived`: names of numbers that `functions(at)["prepare"]` computes once a jump from
-    the parameters. `functions` fills slots of the kernel (`simulator.kernel.slots`).
+    the parameters. `functions` fills slots of the kernel: `Composition.slots` by name.
     """
 
     name: str

@@ -127,8 +127,9 @@ def test_no_source_changes_without_a_new_version() -> None:
         )
         assert record[name][str(version)] == source, (
             f"the source of {name} changed, but its version is still {version}: numbers stored under it would be taken "
-            f"for numbers of the new source. Raise its version to {version + 1}, then add it with "
-            f"`LABBOOK_SOURCES=write pytest {Path(__file__).name}`. It rests on {', '.join(sorted(modules))}."
+            f"for numbers of the new source. Where numbers moved, raise its version to {version + 1}, then add it with "
+            f"`LABBOOK_SOURCES=write pytest {Path(__file__).name}`; where none did (names, imports, a new effect or "
+            f"format), record it with `LABBOOK_SOURCES=anew`. It rests on {', '.join(sorted(modules))}."
         )
 
 
