@@ -26,16 +26,19 @@ UNREADABLE = b"%PDF-1.7 not a log at all\n"
 
 def copy_of_whole_book(folder: Path) -> SmallBook:
     """Copy one on SQLite, made once a test run, to `folder/book`; the instruments' files are shared."""
-    made = made_once("whole-book", whole_book)
-    shutil.copytree(made.folder, folder / "book")
-    return SmallBook(folder / "book", made.instruments)
+    return _copy(made_once("whole-book", whole_book), folder)
+
+
+def copy_of_judged_book(folder: Path) -> SmallBook:
+    """Copy one like it before its first report: made again from its journal in a quarter of the time."""
+    return _copy(made_once("judged-book", judged_book), folder)
 
 
 def whole_book(folder: Path, database_url: str | None = None) -> SmallBook:
     """Make one: planned, ingested, assigned, noted, judged, reported, corrected and reported again."""
-    made = small_book(folder, runs=False, ingested=False, two_people=True, database_url=database_url)
+    made = judged_book(folder, database_url)
     with made.open() as book:
-        _measure_and_report(made, book)
+        state_report(book, None, ADA, lambda _step: None)
     text = made.toml.read_text(encoding="utf-8").replace("exclude_first_jumps = 0", "exclude_first_jumps = 1")
     made.toml.write_text(text.replace("[files]", PACK_D), encoding="utf-8")
     with made.open() as book:
@@ -43,7 +46,20 @@ def whole_book(folder: Path, database_url: str | None = None) -> SmallBook:
     return made
 
 
-def _measure_and_report(made: SmallBook, book: Book) -> None:
+def judged_book(folder: Path, database_url: str | None = None) -> SmallBook:
+    """Make one: planned, ingested, assigned, noted and judged."""
+    made = small_book(folder, runs=False, ingested=False, two_people=True, database_url=database_url)
+    with made.open() as book:
+        _measure_and_judge(made, book)
+    return made
+
+
+def _copy(made: SmallBook, folder: Path) -> SmallBook:
+    shutil.copytree(made.folder, folder / "book")
+    return SmallBook(folder / "book", made.instruments)
+
+
+def _measure_and_judge(made: SmallBook, book: Book) -> None:
     strays = made.instruments / "strays"
     strays.mkdir()
     unnamed, unreadable = strays / UNNAMED, strays / "scan.pdf"
@@ -73,7 +89,6 @@ def _measure_and_report(made: SmallBook, book: Book) -> None:
         decide(book, session, "r003", [1, 2], "reject", "misfire", None)
         decide(book, session, "r003", [2], "clear", "other", None)
         decide(book, session, "r004", [3], "accept", "looks_right", None)
-    state_report(book, None, ADA, lambda _step: None)
 
 
 def _change_and_report_again(book: Book) -> None:

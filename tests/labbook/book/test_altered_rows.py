@@ -30,12 +30,18 @@ from labbook.cli.common import progress
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.journals import renumbered
 from tests.helpers.statements import in_file, note
-from tests.helpers.whole_book import copy_of_whole_book, whole_book
+from tests.helpers.whole_book import copy_of_judged_book, copy_of_whole_book, whole_book
 
 
 @pytest.fixture
 def whole(tmp_path: Path) -> SmallBook:
     return copy_of_whole_book(tmp_path)
+
+
+@pytest.fixture
+def judged(tmp_path: Path) -> SmallBook:
+    """For rows that no report made: nothing is computed again where its journal is played back."""
+    return copy_of_judged_book(tmp_path)
 
 
 def check(book: SmallBook, *, deep: bool = False) -> Health:
@@ -187,101 +193,101 @@ def test_a_payload_of_an_earlier_labbook_is_no_alteration(whole: SmallBook) -> N
     assert rebuild_database(whole.folder, lambda _step: None).n_altered == 0
 
 
-def test_a_flipped_bit_of_a_stored_value_is_found(whole: SmallBook) -> None:
+def test_a_flipped_bit_of_a_stored_value_is_found(judged: SmallBook) -> None:
     """In the file itself, where SQLite sees nothing wrong: a REAL is eight bytes there, the highest first."""
-    engine = engine_of(whole)
+    engine = engine_of(judged)
     with engine.connect() as connection:
         connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)")
         values = connection.exec_driver_sql("SELECT apex_height_m FROM jump WHERE apex_height_m > 0").scalars().all()
     engine.dispose()
-    content = bytearray(whole.database.read_bytes())
+    content = bytearray(judged.database.read_bytes())
     value = next(value for value in values if content.count(struct.pack(">d", value)) == 1)
     content[content.find(struct.pack(">d", value)) + 4] ^= 0x10
-    whole.database.write_bytes(content)
-    (problem,) = check(whole).problems
+    judged.database.write_bytes(content)
+    (problem,) = check(judged).problems
     assert problem.startswith("altered in the database: jump ")
     assert f"and should be {value!r}" in problem
 
 
-def test_a_row_altered_with_its_hash_is_found_by_the_deep_check_only(whole: SmallBook) -> None:
-    engine = engine_of(whole)
+def test_a_row_altered_with_its_hash_is_found_by_the_deep_check_only(judged: SmallBook) -> None:
+    engine = engine_of(judged)
     with writing(engine) as connection:
         uid = connection.exec_driver_sql("SELECT uid FROM charge WHERE id = 2").scalar_one()
         update_fact(connection, "charge", uid, {"charge_mah": 1.0})
     engine.dispose()
-    assert check(whole).whole
-    (problem,) = check(whole, deep=True).problems
+    assert check(judged).whole
+    (problem,) = check(judged, deep=True).problems
     assert f"charge {uid}" in problem
     assert "charge_mah is 1.0 and should be " in problem
 
 
-def test_a_fact_is_compared_without_reading_any_log(whole: SmallBook) -> None:
-    store = Store(whole.folder)
-    for raw in whole.folder.glob("raw/*/*.zst"):
-        if b"body_height" in store.raw(str(raw.relative_to(whole.folder)), raw.stem):
+def test_a_fact_is_compared_without_reading_any_log(judged: SmallBook) -> None:
+    store = Store(judged.folder)
+    for raw in judged.folder.glob("raw/*/*.zst"):
+        if b"body_height" in store.raw(str(raw.relative_to(judged.folder)), raw.stem):
             raw.unlink()
-    execute(engine_of(whole), "UPDATE charge SET charge_mah = 1.0 WHERE id = 2")
-    (problem,) = [problem for problem in check(whole).problems if "charge" in problem]
+    execute(engine_of(judged), "UPDATE charge SET charge_mah = 1.0 WHERE id = 2")
+    (problem,) = [problem for problem in check(judged).problems if "charge" in problem]
     assert "charge_mah is 1.0 and should be " in problem
 
 
-def test_rows_that_other_versions_made_are_no_alterations(whole: SmallBook) -> None:
+def test_rows_that_other_versions_made_are_no_alterations(judged: SmallBook) -> None:
     """As if an earlier version of a reader had read every log: journal and tables say so alike."""
 
     def earlier(entry: Entry) -> Entry:
         read = entry.action in (Action.INGEST, Action.READ)
         return replace(entry, new={**(entry.new or {}), "reader_version": 1}) if read else entry
 
-    with whole.open() as book:
+    with judged.open() as book:
         entries = renumbered([earlier(entry) for entry in in_file(book)])
-    whole.journal.write_text("".join(entry.line + "\n" for entry in entries), encoding="utf-8")
-    whole.database.unlink()
-    rebuild_database(whole.folder, lambda _step: None)
-    engine = engine_of(whole)
+    judged.journal.write_text("".join(entry.line + "\n" for entry in entries), encoding="utf-8")
+    judged.database.unlink()
+    rebuild_database(judged.folder, lambda _step: None)
+    engine = engine_of(judged)
     with writing(engine) as connection:
         of_journal = sa.text("UPDATE ingest SET reader_version = 1 WHERE status <> 'refused' RETURNING uid")
         written(connection, "ingest", list(connection.execute(of_journal).scalars()))
     engine.dispose()
-    assert check(whole).whole
-    (problem,) = check(whole, deep=True).problems
+    assert check(judged).whole
+    (problem,) = check(judged, deep=True).problems
     assert "come out otherwise with this labbook's readers" in problem
-    rebuild_database(whole.folder, lambda _step: None)
-    assert check(whole, deep=True).whole
+    rebuild_database(judged.folder, lambda _step: None)
+    assert check(judged, deep=True).whole
 
 
-def test_rows_without_hashes_are_named_with_the_remedy(whole: SmallBook) -> None:
-    execute(engine_of(whole), "DELETE FROM row_hash")
-    (problem,) = check(whole).problems
+def test_rows_without_hashes_are_named_with_the_remedy(judged: SmallBook) -> None:
+    execute(engine_of(judged), "DELETE FROM row_hash")
+    (problem,) = check(judged).problems
     assert "have no hashes" in problem
-    assert rebuild_database(whole.folder, lambda _step: None).n_altered == 0
-    assert check(whole, deep=True).whole
+    assert rebuild_database(judged.folder, lambda _step: None).n_altered == 0
+    assert check(judged, deep=True).whole
 
 
-def test_rows_without_hashes_stay_named_after_something_was_written(whole: SmallBook) -> None:
-    execute(engine_of(whole), "DELETE FROM row_hash")
-    with whole.open() as book, book.session(ADA) as session:
+def test_rows_without_hashes_stay_named_after_something_was_written(judged: SmallBook) -> None:
+    execute(engine_of(judged), "DELETE FROM row_hash")
+    with judged.open() as book, book.session(ADA) as session:
         note(session, "written before a rebuild", "r001")
-    (problem,) = check(whole).problems
+    (problem,) = check(judged).problems
     assert "have no hashes" in problem
 
 
 @pytest.mark.parametrize("table", ["decision", "config"])
-def test_an_order_that_was_turned_round_is_found(whole: SmallBook, table: str) -> None:
+def test_an_order_that_was_turned_round_is_found(judged: SmallBook, table: str) -> None:
     """The last verdict on a jump counts, and the last configuration: no value of a row says which one that is."""
     if table == "config":
-        with (whole.folder / "labbook.toml").open("a") as text:
+        with (judged.folder / "labbook.toml").open("a") as text:
             text.write("\n# another day\n")
-        with whole.open() as book, book.session(ADA) as session:
+        with judged.open() as book, book.session(ADA) as session:
             note(session, "takes the change over", "r001")
-    with contextlib.closing(sqlite3.connect(whole.database)) as connection, connection:
+    with contextlib.closing(sqlite3.connect(judged.database)) as connection, connection:
         (first, last) = connection.execute(f"SELECT min(id), max(id) FROM {table}").fetchone()
         assert first < last
         for old, new in ((first, -1), (last, first), (-1, last)):
             connection.execute(f"UPDATE {table} SET id = ? WHERE id = ?", (new, old))
-    problems = check(whole).problems
+    problems = check(judged).problems
     assert any(said.startswith(f"moved in the database: {table} ") for said in problems)
-    rebuild_database(whole.folder, lambda _step: None)
-    assert check(whole, deep=True).whole
+    rebuild_database(judged.folder, lambda _step: None)
+    assert check(judged, deep=True).whole
 
 
 @pytest.mark.parametrize("kind", ["level", "day", "battery"])
@@ -293,27 +299,27 @@ def test_reports_on_runs_of_an_altered_level_day_or_pack_are_named(whole: SmallB
     assert "reports that rest on it: " in problem
 
 
-def test_long_texts_are_shown_where_they_differ(whole: SmallBook) -> None:
+def test_long_texts_are_shown_where_they_differ(judged: SmallBook) -> None:
     execute(
-        engine_of(whole),
+        engine_of(judged),
         "UPDATE config SET text = replace(text, 'name = ', 'nAme = ') WHERE id = (SELECT min(id) FROM config)",
     )
-    (problem,) = check(whole).problems
+    (problem,) = check(judged).problems
     assert "nAme = " in problem
     assert len(problem) < 400
 
 
-def test_a_forged_row_is_named_though_all_hashes_were_removed(whole: SmallBook) -> None:
-    execute(engine_of(whole), "UPDATE charge SET charge_mah = 1.0 WHERE id = 2", "DELETE FROM row_hash")
-    _no_hashes, problem = check(whole, deep=True).problems
+def test_a_forged_row_is_named_though_all_hashes_were_removed(judged: SmallBook) -> None:
+    execute(engine_of(judged), "UPDATE charge SET charge_mah = 1.0 WHERE id = 2", "DELETE FROM row_hash")
+    _no_hashes, problem = check(judged, deep=True).problems
     assert "charge_mah is 1.0 and should be " in problem
-    done = rebuild_database(whole.folder, lambda _step: None)
+    done = rebuild_database(judged.folder, lambda _step: None)
     assert [rows.rows.kind for rows in done.altered] == ["charge"]
 
 
-def test_a_removed_hash_of_rows_as_they_should_be_is_no_added_row(whole: SmallBook) -> None:
-    execute(engine_of(whole), "DELETE FROM row_hash WHERE kind = 'charge' AND uid = (SELECT min(uid) FROM charge)")
-    (problem,) = check(whole).problems
+def test_a_removed_hash_of_rows_as_they_should_be_is_no_added_row(judged: SmallBook) -> None:
+    execute(engine_of(judged), "DELETE FROM row_hash WHERE kind = 'charge' AND uid = (SELECT min(uid) FROM charge)")
+    (problem,) = check(judged).problems
     assert problem.startswith("altered in the database: the hash of charge ")
 
 
@@ -353,46 +359,46 @@ def test_the_trace_of_a_checked_number_is_what_files_and_journal_say(whole: Smal
     assert "charge_mah 1.0" not in str(found.trace)
 
 
-def test_an_altered_name_of_a_copy_is_no_damaged_copy(whole: SmallBook) -> None:
-    execute(engine_of(whole), "UPDATE file SET sha256 = '00' || substr(sha256, 3) WHERE id = 2")
-    assert [problem for problem in check(whole).problems if "the raw copy" in problem] == []
-    execute(engine_of(whole), "UPDATE file SET store_path = 'raw/00/nothing.zst' WHERE id = 3")
-    found = check(whole)
+def test_an_altered_name_of_a_copy_is_no_damaged_copy(judged: SmallBook) -> None:
+    execute(engine_of(judged), "UPDATE file SET sha256 = '00' || substr(sha256, 3) WHERE id = 2")
+    assert [problem for problem in check(judged).problems if "the raw copy" in problem] == []
+    execute(engine_of(judged), "UPDATE file SET store_path = 'raw/00/nothing.zst' WHERE id = 3")
+    found = check(judged)
     assert [problem for problem in found.problems if "the raw copy" in problem] == []
     assert found.orphans == ()
 
 
-def test_triggers_that_are_not_those_of_labbook_are_named(whole: SmallBook) -> None:
+def test_triggers_that_are_not_those_of_labbook_are_named(judged: SmallBook) -> None:
     execute_plainly(
-        engine_of(whole),
+        engine_of(judged),
         "CREATE TRIGGER tt AFTER INSERT ON note BEGIN UPDATE charge SET charge_mah = 1; END",
         "DROP TRIGGER journal_never_changed",
     )
-    problems = check(whole).problems
+    problems = check(judged).problems
     assert ["trigger tt " in problems[0], "trigger journal_never_changed" in problems[1]] == [True, True]
-    rebuild_database(whole.folder, lambda _step: None)
-    assert check(whole).whole
+    rebuild_database(judged.folder, lambda _step: None)
+    assert check(judged).whole
 
 
-def test_a_guard_that_does_nothing_any_more_is_named(whole: SmallBook) -> None:
-    with contextlib.closing(sqlite3.connect(whole.database)) as connection:
+def test_a_guard_that_does_nothing_any_more_is_named(judged: SmallBook) -> None:
+    with contextlib.closing(sqlite3.connect(judged.database)) as connection:
         connection.execute("DROP TRIGGER journal_never_changed")
         connection.execute("CREATE TRIGGER journal_never_changed BEFORE UPDATE ON journal BEGIN SELECT 1; END")
-    (problem,) = check(whole).problems
+    (problem,) = check(judged).problems
     assert problem.startswith("trigger journal_never_changed, which guards the journal, was changed.")
 
 
-def test_a_journal_cut_behind_its_guard_shows_in_the_rows(whole: SmallBook) -> None:
+def test_a_journal_cut_behind_its_guard_shows_in_the_rows(judged: SmallBook) -> None:
     """Who drops the guard can cut table and file alike; the rows of what was cut are still there."""
-    path = whole.folder / "journal.jsonl"
+    path = judged.folder / "journal.jsonl"
     lines = path.read_text().splitlines(keepends=True)
     execute_plainly(
-        engine_of(whole), "DROP TRIGGER journal_never_deleted", f"DELETE FROM journal WHERE seq > {len(lines) - 2}"
+        engine_of(judged), "DROP TRIGGER journal_never_deleted", f"DELETE FROM journal WHERE seq > {len(lines) - 2}"
     )
     path.write_text("".join(lines[:-2]))
-    problems = check(whole).problems
+    problems = check(judged).problems
     assert problems[0].startswith("trigger journal_never_deleted")
-    assert any("in the database: " in problem for problem in problems[1:])
+    assert any("added to the database: decision " in problem for problem in problems[1:])
 
 
 def test_on_postgresql_too_foreign_triggers_are_named(tmp_path: Path, postgres_url: str) -> None:
@@ -409,40 +415,40 @@ def test_on_postgresql_too_foreign_triggers_are_named(tmp_path: Path, postgres_u
     assert check(book).whole
 
 
-def test_an_entry_whose_effect_is_there_already_names_the_remedy(whole: SmallBook) -> None:
+def test_an_entry_whose_effect_is_there_already_names_the_remedy(judged: SmallBook) -> None:
     execute_plainly(
-        engine_of(whole),
+        engine_of(judged),
         "DROP TRIGGER journal_never_deleted",
         "DELETE FROM journal WHERE seq = (SELECT max(seq) FROM journal)",
     )
-    with pytest.raises(BookDamaged, match=r"cannot take effect there .* run `labbook rebuild`"), whole.open() as book:
+    with pytest.raises(BookDamaged, match=r"cannot take effect there .* run `labbook rebuild`"), judged.open() as book:
         state_report(book, None, ADA, lambda _step: None)
 
 
-def test_a_rebuild_names_a_row_that_was_altered_with_its_hash(whole: SmallBook) -> None:
-    engine = engine_of(whole)
+def test_a_rebuild_names_a_row_that_was_altered_with_its_hash(judged: SmallBook) -> None:
+    engine = engine_of(judged)
     with writing(engine) as connection:
         uid = connection.exec_driver_sql("SELECT uid FROM charge WHERE id = 2").scalar_one()
         update_fact(connection, "charge", uid, {"charge_mah": 1.0})
     engine.dispose()
-    (found,) = rebuild_database(whole.folder, lambda _step: None).altered
+    (found,) = rebuild_database(judged.folder, lambda _step: None).altered
     assert (found.rows.uid, [value.column for value in found.values]) == (uid, ["charge_mah"])
 
 
-def test_no_damage_ends_a_check_without_a_sentence(whole: SmallBook) -> None:
-    execute(engine_of(whole), "INSERT INTO row_hash (kind, uid, sha256) VALUES ('foo', 'x', 'y')")
-    (problem,) = check(whole).problems
+def test_no_damage_ends_a_check_without_a_sentence(judged: SmallBook) -> None:
+    execute(engine_of(judged), "INSERT INTO row_hash (kind, uid, sha256) VALUES ('foo', 'x', 'y')")
+    (problem,) = check(judged).problems
     assert "the hash of foo x" in problem
-    engine = engine_of(whole)
+    engine = engine_of(judged)
     with engine.connect().execution_options(labbook_writes=True) as connection, connection.begin():
         connection.exec_driver_sql("DROP TRIGGER journal_never_changed")
         connection.exec_driver_sql("UPDATE journal SET new_json = '{' WHERE seq = 5")
     engine.dispose()
-    assert any("journal entry 5 of the database was changed" in problem for problem in check(whole).problems)
-    lines = whole.journal.read_text(encoding="utf-8").splitlines(keepends=True)
+    assert any("journal entry 5 of the database was changed" in problem for problem in check(judged).problems)
+    lines = judged.journal.read_text(encoding="utf-8").splitlines(keepends=True)
     lines[3] = lines[3].replace('"new":{', '"new":{"x":NaN,', 1)
-    whole.journal.write_text("".join(lines), encoding="utf-8")
-    problems = check(whole).problems
+    judged.journal.write_text("".join(lines), encoding="utf-8")
+    problems = check(judged).problems
     assert any("`labbook restore` a backup" in problem for problem in problems)
 
 
@@ -457,25 +463,25 @@ def test_a_journal_that_cannot_be_replayed_is_named_by_entry(whole: SmallBook) -
         rebuild_database(whole.folder, lambda _step: None)
 
 
-def test_a_damaged_journal_that_holds_more_than_the_database_is_not_written_over(whole: SmallBook) -> None:
-    kept = whole.database.read_bytes()
-    with whole.open() as book, book.session(ADA) as session:
+def test_a_damaged_journal_that_holds_more_than_the_database_is_not_written_over(judged: SmallBook) -> None:
+    kept = judged.database.read_bytes()
+    with judged.open() as book, book.session(ADA) as session:
         note(session, "said later")
-    for piece in whole.folder.glob("labbook.db*"):
+    for piece in judged.folder.glob("labbook.db*"):
         piece.unlink()
-    whole.database.write_bytes(kept)
-    whole.journal.write_text(whole.journal.read_text(encoding="utf-8").replace("Nwosu", "Nwoso", 1), encoding="utf-8")
-    before = whole.journal.read_bytes()
+    judged.database.write_bytes(kept)
+    judged.journal.write_text(judged.journal.read_text(encoding="utf-8").replace("Nwosu", "Nwoso", 1), encoding="utf-8")
+    before = judged.journal.read_bytes()
     with pytest.raises(BookDamaged, match="1 of its entries that can be read are not in the database"):
-        rewrite_journal(whole.folder)
-    assert whole.journal.read_bytes() == before
+        rewrite_journal(judged.folder)
+    assert judged.journal.read_bytes() == before
 
 
-def test_what_cannot_be_compared_is_named_all_the_same(whole: SmallBook) -> None:
-    execute(engine_of(whole), "UPDATE charge SET charge_mah = 1.0 WHERE id = 2")
-    for raw in whole.folder.glob("raw/*/*.zst"):
+def test_what_cannot_be_compared_is_named_all_the_same(judged: SmallBook) -> None:
+    execute(engine_of(judged), "UPDATE charge SET charge_mah = 1.0 WHERE id = 2")
+    for raw in judged.folder.glob("raw/*/*.zst"):
         raw.unlink()
-    problems = check(whole).problems
+    problems = check(judged).problems
     assert any("what should stand in the tables cannot be told" in problem for problem in problems)
     assert any(problem.startswith("altered in the database: charge ") for problem in problems)
 
@@ -497,16 +503,16 @@ def test_any_number_of_any_report_comes_out_again_to_the_last_digit(whole: Small
 
 
 def test_a_command_that_writes_warns_where_the_end_of_the_table_was_edited(
-    whole: SmallBook, caplog: pytest.LogCaptureFixture
+    judged: SmallBook, caplog: pytest.LogCaptureFixture
 ) -> None:
-    state_note(whole, "before")
+    state_note(judged, "before")
     assert caplog.messages == []
     execute_plainly(
-        engine_of(whole),
+        engine_of(judged),
         "DROP TRIGGER journal_never_changed",
         "UPDATE journal SET new_json = replace(new_json, 'before', 'after') WHERE seq = (SELECT max(seq) FROM journal)",
     )
-    state_note(whole, "and another")
+    state_note(judged, "and another")
     (said,) = caplog.messages
     assert "of the database was changed" in said
     assert "`labbook rebuild`" in said
