@@ -11,9 +11,10 @@ import psycopg
 import pytest
 import sqlalchemy as sa
 
+from labbook.actions.report_command import state_report
 from labbook.book.opening import open_book
 from tests.cli.shell import LABBOOK, Answer, environment, good, labbook, refused, unchanged
-from tests.helpers.books import SmallBook, small_book
+from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.databases import all_rows
 from tests.helpers.postgres import Cluster
 
@@ -34,7 +35,8 @@ STATEMENTS = ("note r001 x", "void r001 --reason x", "correct r001 foot=large --
 def guest(tmp_path: Path, postgres_url: str, cluster: Cluster) -> Iterator[SmallBook]:
     """A book on PostgreSQL, with a report, as seen by a role that has SELECT only."""
     book = small_book(tmp_path, database_url=postgres_url)
-    good(labbook("report", at=book.folder))
+    with book.open() as opened_book:
+        state_report(opened_book, None, ADA, lambda _step: None)
     name = sa.make_url(postgres_url).database
     with psycopg.connect(host=str(cluster.socket_folder), user="labbook", dbname=name, autocommit=True) as owner:
         owner.execute("CREATE ROLE guest LOGIN")
@@ -65,14 +67,27 @@ def test_a_role_that_may_only_read_asks_everything_and_states_nothing(guest: Sma
     engine.dispose()
 
 
-def test_who_may_only_read_a_sqlite_book_makes_a_report_elsewhere(whole: SmallBook, tmp_path: Path) -> None:
-    for path in (whole.folder, *whole.folder.rglob("*")):
+def test_who_may_only_read_a_sqlite_book_makes_the_same_report_elsewhere(whole: SmallBook, tmp_path: Path) -> None:
+    mine, stored = tmp_path / "mine", tmp_path / "stored"
+    paths = (whole.folder, *whole.folder.rglob("*"))
+    rights = [path.stat().st_mode for path in paths]
+    for path in paths:
         path.chmod(0o555 if path.is_dir() else 0o444)
     with unchanged(whole.folder):
+        refused(labbook("report", "--unsaved", at=whole.folder), 2, "add --out DIR")
         refused(_bound_by_rights("report", "--out", tmp_path / "x", at=whole.folder), 3, "--unsaved --out DIR")
         refused(_bound_by_rights("report", at=whole.folder), 3, "cannot be written", "--unsaved --out DIR")
-        good(_bound_by_rights("report", "--unsaved", "--out", tmp_path / "mine", at=whole.folder))
-    assert (tmp_path / "mine" / "report.html").stat().st_size > 0
+        said = good(_bound_by_rights("report", "--unsaved", "--out", mine, at=whole.folder)).out
+    for path, mode in zip(paths, rights, strict=True):
+        path.chmod(mode)
+    good(labbook("report", "--out", stored, at=whole.folder))
+    assert "nothing was stored" in said
+    assert "<dd>no: " in (mine / "report.html").read_text()
+    assert "<dd>no: " not in (stored / "report.html").read_text()
+    tables = sorted(path.name for path in (mine / "tables").iterdir())
+    assert tables
+    for name in tables:
+        assert (mine / "tables" / name).read_bytes() == (stored / "tables" / name).read_bytes()
 
 
 def _bound_by_rights(*words: str | Path, at: Path) -> Answer:
@@ -83,21 +98,6 @@ def _bound_by_rights(*words: str | Path, at: Path) -> Answer:
         [*bound, LABBOOK, *words], cwd=at, env=environment(), capture_output=True, text=True, timeout=120, check=False
     )
     return Answer(done.returncode, done.stdout, done.stderr)
-
-
-def test_an_unsaved_report_shows_what_a_stored_one_does_and_changes_nothing(whole: SmallBook, tmp_path: Path) -> None:
-    with unchanged(whole.folder):
-        refused(labbook("report", "--unsaved", at=whole.folder), 2, "add --out DIR")
-        said = good(labbook("report", "--unsaved", "--out", tmp_path / "mine", at=whole.folder)).out
-    assert "nothing was stored" in said
-    good(labbook("report", "--out", tmp_path / "stored", at=whole.folder))
-    mine, stored = tmp_path / "mine", tmp_path / "stored"
-    assert "<dd>no: " in (mine / "report.html").read_text()
-    assert "<dd>no: " not in (stored / "report.html").read_text()
-    tables = sorted(path.name for path in (mine / "tables").iterdir())
-    assert tables
-    for name in tables:
-        assert (mine / "tables" / name).read_bytes() == (stored / "tables" / name).read_bytes()
 
 
 def test_a_report_is_never_written_into_a_store(whole: SmallBook, tmp_path: Path) -> None:

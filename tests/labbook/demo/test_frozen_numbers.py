@@ -11,7 +11,6 @@ import io
 import lzma
 import math
 import os
-import random
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -19,11 +18,8 @@ import pytest
 import sqlalchemy as sa
 
 from data_schema.tables.results import result, result_number
-from labbook.book import write_session as session
 from labbook.book.opening import Book, opened
-from labbook.demo.campaign import make_campaign
-from labbook.demo.records import Campaign
-from labbook.demo.running import run_demo
+from tests.helpers.demos import made_demo
 
 DATA = Path(__file__).parent / "data"
 RELATIVE = 1e-12
@@ -37,10 +33,6 @@ CANCELLING = {
 OF_CANCELLING = 1e-11
 NUMBERS = ("value", "se", "shared_se", "ci_low", "ci_high", "ci_level", "df", "n")
 TEXTS = ("kind", "scope_json", "name", "unit", "undefined_reason")
-CAMPAIGNS = {
-    "two_runs_a_condition": lambda: make_campaign(1, runs_per_condition=2, extra_controls=4, jumps_per_run=3),
-    "demonstration": lambda: make_campaign(1),
-}
 
 
 def numbers(book: Book) -> Iterator[dict[str, str]]:
@@ -68,12 +60,8 @@ def differs(frozen: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
 
 
 @pytest.mark.parametrize("name", ["two_runs_a_condition", pytest.param("demonstration", marks=pytest.mark.soak)])
-def test_every_number_is_what_it_was(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    drawn = random.Random(1)
-    monkeypatch.setattr(session, "new_uid", lambda: drawn.randbytes(6).hex())  # the ids of numbers follow from these
-    campaign: Campaign = CAMPAIGNS[name]()
-    done = run_demo(tmp_path / "demo", campaign, False, lambda _step: None, lambda _line: None)
-    with opened(Path(done.book)) as book:
+def test_every_number_is_what_it_was(name: str) -> None:
+    with opened(Path(made_demo(name).book)) as book:
         now = {row["uid"]: row for row in numbers(book)}
     assert len(now) > 2000
     path = DATA / f"{name}.csv.xz"

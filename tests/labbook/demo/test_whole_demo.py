@@ -22,10 +22,11 @@ from labbook.book.opening import Book, opened
 from labbook.config.model import Bounds
 from labbook.demo.campaign import make_campaign
 from labbook.demo.records import Campaign
-from labbook.demo.running import Stopwatch, make_demo_book, run_demo
+from labbook.demo.running import Stopwatch, make_demo_book
 from labbook.demo.truth import Condition
 from labbook.presenting.report.content import MadeReport, make_report
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
+from tests.helpers.demos import CAMPAIGNS, made_demo
 
 SEEDS = (1, 2, 3, 4, 5)
 JUMPS = 4
@@ -102,16 +103,13 @@ def check_numbers(folder: Path, how_many: int) -> None:
 
 
 @pytest.mark.soak
-def test_numbers_of_the_whole_demonstration_come_out_again(tmp_path: Path) -> None:
-    campaign = make_campaign(1)
-    done = run_demo(tmp_path / "demo", campaign, False, lambda _step: None, lambda _line: None)
-    check_numbers(Path(done.book), how_many=500)
+def test_numbers_of_the_whole_demonstration_come_out_again() -> None:
+    check_numbers(Path(made_demo("demonstration").book), how_many=500)
 
 
-def test_the_demonstration_reports_and_remembers_its_correction(tmp_path: Path) -> None:
-    campaign = make_campaign(1, runs_per_condition=1, extra_controls=4, jumps_per_run=2)
-    correction = campaign.corrections[0]
-    done = run_demo(tmp_path / "demo", campaign, False, lambda _step: None, lambda _line: None)
+def test_the_demonstration_reports_and_remembers_its_correction() -> None:
+    done = made_demo("two_runs_a_condition")
+    correction = CAMPAIGNS["two_runs_a_condition"]().corrections[0]
     journal = [
         json.loads(line) for line in (Path(done.book) / "journal.jsonl").read_text(encoding="utf-8").splitlines()
     ]
