@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,6 +14,7 @@ from simulator.kernel.limits import REPEATS
 from simulator.kernel.rows import COLUMN, COLUMNS
 from simulator.result import JumpResult
 from simulator.scene_file import load_scene
+from tests.helpers.kernels import interpreted
 
 ACCURACIES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 BOOK = ("leg_work_J", "ground_loss_J", "grain_energy_J", "friction_loss_J", "impact_loss_J", "reset_work_J")
@@ -84,28 +86,49 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("accuracy", ACCURACIES)
-@pytest.mark.parametrize("name", [name for name in CASES if not name.startswith("two thousand")])
-def test_it_closes_at_the_first_run(name: str, accuracy: float) -> None:
-    """Not only because the scene is simulated again where it does not."""
-    case = CASES[name]
+def first_run(case: Case, accuracy: float) -> tuple[float, float]:
+    """What the book of the first jump lacks where it is not simulated again, and the energy at play."""
     scene = load_scene(case.base).changed(case.values, case.on, case.off, jumps=1)
     kernel = kernel_for(scene.effects)
     limits, rows, counts = limits_for(accuracy), np.zeros((1, 1, len(COLUMNS))), np.zeros(1, np.int64)
     limits[REPEATS] = 0
     table = parameter_row(kernel, scene)[np.newaxis]
     kernel.batch(table, limits, rows, counts, np.zeros((0, 4)), np.zeros((0, 0)))
-    assert abs(rows[0, 0, COLUMN["energy_residual_J"]]) < accuracy * rows[0, 0, COLUMN["energy_at_play_J"]]
+    return float(rows[0, 0, COLUMN["energy_residual_J"]]), float(rows[0, 0, COLUMN["energy_at_play_J"]])
 
 
 def turned_over_j(jump: JumpResult) -> float:
     return sum(abs(getattr(jump, name)) for name in BOOK)
 
 
+Runs = dict[float, tuple[tuple[float, float], tuple[JumpResult, ...]]]
+
+
+def run(name: str) -> Runs:
+    """The first run and the jumps of a case, at each accuracy."""
+    case = CASES[name]
+    return {accuracy: (first_run(case, accuracy), case.simulate(accuracy)) for accuracy in ACCURACIES}
+
+
+@functools.cache
+def runs(name: str) -> Runs:
+    """A set of effects that no shipped scene has is not worth a kernel: what is not compiled gives the same jumps."""
+    return interpreted(run, name) if CASES[name].on else run(name)
+
+
 @pytest.mark.parametrize("accuracy", ACCURACIES)
-@pytest.mark.parametrize("case", CASES.values(), ids=CASES)
-def test_the_energy_book_closes(case: Case, accuracy: float) -> None:
-    for jump in case.simulate(accuracy):
+@pytest.mark.parametrize("name", [name for name in CASES if not name.startswith("two thousand")])
+def test_it_closes_at_the_first_run(name: str, accuracy: float) -> None:
+    """Not only because the scene is simulated again where it does not."""
+    (residual_j, at_play_j), _ = runs(name)[accuracy]
+    assert abs(residual_j) < accuracy * at_play_j
+
+
+@pytest.mark.parametrize("accuracy", ACCURACIES)
+@pytest.mark.parametrize("name", CASES)
+def test_the_energy_book_closes(name: str, accuracy: float) -> None:
+    _, jumps = runs(name)[accuracy]
+    for jump in jumps:
         assert jump.outcome != "step_limit"
         assert abs(jump.energy_residual_J) < accuracy * turned_over_j(jump)
 

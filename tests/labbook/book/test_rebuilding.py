@@ -31,12 +31,18 @@ from tests.helpers.databases import Rows, all_rows, all_rows_by_name
 from tests.helpers.postgres import Cluster
 from tests.helpers.schemas import schema_lines
 from tests.helpers.statements import note, notes, said_alike
-from tests.helpers.whole_book import copy_of_whole_book, whole_book
+from tests.helpers.whole_book import copy_of_judged_book, copy_of_whole_book, whole_book
 
 
 @pytest.fixture
 def whole(tmp_path: Path) -> SmallBook:
     return copy_of_whole_book(tmp_path)
+
+
+@pytest.fixture
+def judged(tmp_path: Path) -> SmallBook:
+    """A book without reports, for what does not depend on results: it is rebuilt in a quarter of the time."""
+    return copy_of_judged_book(tmp_path)
 
 
 def rows_of(book: SmallBook) -> dict[str, Rows]:
@@ -231,28 +237,28 @@ def test_what_cannot_follow_to_new_tables_is_named_before_anything_is_done(
     engine.dispose()
 
 
-def test_a_database_of_another_program_is_not_rebuilt_into(postgres_url: str, whole: SmallBook) -> None:
+def test_a_database_of_another_program_is_not_rebuilt_into(postgres_url: str, judged: SmallBook) -> None:
     engine = postgres_engine(postgres_url)
     with engine.begin() as connection:
         connection.exec_driver_sql("CREATE TABLE recipes (x TEXT)")
-    moved(whole, "[files]", f'[database]\nurl = "{postgres_url}"\n\n[files]')
+    moved(judged, "[files]", f'[database]\nurl = "{postgres_url}"\n\n[files]')
     with pytest.raises(UsageError, match="holds recipes and no book"):
-        rebuild(whole)
+        rebuild(judged)
     assert schemas(engine) == []
     engine.dispose()
 
 
 def test_another_program_with_migrations_of_its_own_is_not_taken_for_a_book(
-    postgres_url: str, whole: SmallBook
+    postgres_url: str, judged: SmallBook
 ) -> None:
     engine = postgres_engine(postgres_url)
     with engine.begin() as connection:
         connection.exec_driver_sql("CREATE TABLE alembic_version (version_num TEXT)")
         connection.exec_driver_sql("INSERT INTO alembic_version VALUES ('0001')")
         connection.exec_driver_sql("CREATE TABLE run (theirs TEXT)")
-    moved(whole, "[files]", f'[database]\nurl = "{postgres_url}"\n\n[files]')
+    moved(judged, "[files]", f'[database]\nurl = "{postgres_url}"\n\n[files]')
     with pytest.raises(UsageError, match="holds alembic_version, run and no book"):
-        rebuild(whole)
+        rebuild(judged)
     engine.dispose()
 
 
@@ -270,16 +276,16 @@ def test_on_postgresql_one_who_keeps_reading_stops_it(tmp_path: Path, cluster: C
     assert schema_and_rows(url) == before
 
 
-def test_a_role_without_rights_is_told_what_a_rebuild_needs(postgres_url: str, whole: SmallBook) -> None:
+def test_a_role_without_rights_is_told_what_a_rebuild_needs(postgres_url: str, judged: SmallBook) -> None:
     engine = postgres_engine(postgres_url)
     with engine.begin() as connection:
         connection.exec_driver_sql("DROP ROLE IF EXISTS visitor")
         connection.exec_driver_sql("CREATE ROLE visitor LOGIN")
     engine.dispose()
     url = postgres_url.replace("labbook@", "visitor@")
-    moved(whole, "[files]", f'[database]\nurl = "{url}"\n\n[files]')
+    moved(judged, "[files]", f'[database]\nurl = "{url}"\n\n[files]')
     with pytest.raises(UsageError, match=r"refused \(permission denied .*GRANT CREATE ON DATABASE"):
-        rebuild(whole)
+        rebuild(judged)
 
 
 # --- others at the same time
@@ -321,29 +327,29 @@ def test_a_second_rebuild_is_refused_while_one_runs(book: SmallBook) -> None:
     assert len(told) == 1
 
 
-def test_one_who_has_the_book_open_sees_the_new_database_and_goes_on(whole: SmallBook) -> None:
-    with whole.open() as standing:
+def test_one_who_has_the_book_open_sees_the_new_database_and_goes_on(judged: SmallBook) -> None:
+    with judged.open() as standing:
         with standing.reading() as connection:
             before = connection.exec_driver_sql("SELECT count(*) FROM journal").scalar_one()
-            rebuild(whole)
+            rebuild(judged)
             assert connection.exec_driver_sql("SELECT count(*) FROM journal").scalar_one() == before
         with standing.session(ADA) as session:
             note(session, "afterwards")
         said_alike(standing)
-    with whole.open() as fresh:
+    with judged.open() as fresh:
         assert notes(fresh)[-1] == "afterwards"
         assert len(said_alike(fresh)) == before + 1
 
 
-def test_one_who_keeps_writing_stops_it(whole: SmallBook) -> None:
-    before = rows_of(whole)
-    fresh = whole.folder.parent / "fresh.db"
-    shutil.copy(whole.database, fresh)
-    with closing(sqlite3.connect(whole.database, isolation_level=None)) as other:
+def test_one_who_keeps_writing_stops_it(judged: SmallBook) -> None:
+    before = rows_of(judged)
+    fresh = judged.folder.parent / "fresh.db"
+    shutil.copy(judged.database, fresh)
+    with closing(sqlite3.connect(judged.database, isolation_level=None)) as other:
         other.execute("BEGIN IMMEDIATE")
         with pytest.raises(BookBusy, match=r"is writing to .*labbook\.db: close it and run `labbook rebuild` again"):
-            replace_sqlite(whole.folder, fresh, lambda: pytest.fail("not alone"), busy_timeout_s=0.05)
-    assert rows_of(whole) == before
+            replace_sqlite(judged.folder, fresh, lambda: pytest.fail("not alone"), busy_timeout_s=0.05)
+    assert rows_of(judged) == before
 
 
 KILLED_WHILE_ALONE = """
@@ -355,21 +361,21 @@ replace_sqlite(Path(sys.argv[1]), Path(sys.argv[2]), lambda: os.kill(os.getpid()
 """
 
 
-def test_a_rebuild_that_is_killed_while_it_replaces_leaves_the_old_database(whole: SmallBook) -> None:
-    before = rows_of(whole)
-    fresh = whole.folder / ".labbook.db.rebuild.fresh"
+def test_a_rebuild_that_is_killed_while_it_replaces_leaves_the_old_database(judged: SmallBook) -> None:
+    before = rows_of(judged)
+    fresh = judged.folder / ".labbook.db.rebuild.fresh"
     make_sqlite(fresh)
     root = Path(__file__).parents[3]
     done = subprocess.run(
-        [sys.executable, "-c", KILLED_WHILE_ALONE, whole.folder, fresh],
+        [sys.executable, "-c", KILLED_WHILE_ALONE, judged.folder, fresh],
         env={**os.environ, "PYTHONPATH": str(root)},
         check=False,
     )
     assert done.returncode == KILLED
-    assert rows_of(whole) == before
-    rebuild(whole)
-    assert rows_of(whole) == before
-    assert list(whole.folder.glob(".labbook*")) == []
+    assert rows_of(judged) == before
+    rebuild(judged)
+    assert rows_of(judged) == before
+    assert list(judged.folder.glob(".labbook*")) == []
 
 
 KILLED_BEFORE_A_RENAME = """
@@ -524,62 +530,62 @@ def test_on_postgresql_a_rebuild_that_is_killed_leaves_the_old_tables(
 
 
 @pytest.mark.parametrize("how", ["changed", "removed", "cut"])
-def test_a_raw_copy_that_is_not_what_was_kept_stops_it(whole: SmallBook, commands: Commands, how: str) -> None:
-    before, files = rows_of(whole), sorted(whole.folder.rglob("*"))
-    raw = sorted((whole.folder / "raw").rglob("*.zst"))[3]
+def test_a_raw_copy_that_is_not_what_was_kept_stops_it(judged: SmallBook, commands: Commands, how: str) -> None:
+    before, files = rows_of(judged), sorted(judged.folder.rglob("*"))
+    raw = sorted((judged.folder / "raw").rglob("*.zst"))[3]
     content = raw.read_bytes()
     raw.unlink()
     if how != "removed":
         raw.write_bytes(content[:-20] if how == "cut" else pa.Codec("zstd").compress(b"other bytes").to_pybytes())
-    code, said = commands.run("rebuild", "--book", whole.folder)
+    code, said = commands.run("rebuild", "--book", judged.folder)
     assert code == 3
     assert said.startswith(f"labbook: the raw copy raw/{raw.parent.name}/{raw.name} ")
     assert "restore it from a backup" in said
     assert "Traceback" not in said
     raw.unlink(missing_ok=True)
     raw.write_bytes(content)
-    assert rows_of(whole) == before
-    assert sorted(whole.folder.rglob("*")) == files
+    assert rows_of(judged) == before
+    assert sorted(judged.folder.rglob("*")) == files
 
 
-def test_a_journal_that_was_changed_stops_it(whole: SmallBook) -> None:
-    lines = whole.journal.read_bytes().splitlines(keepends=True)
-    before = whole.database.read_bytes()
+def test_a_journal_that_was_changed_stops_it(judged: SmallBook) -> None:
+    lines = judged.journal.read_bytes().splitlines(keepends=True)
+    before = judged.database.read_bytes()
     for damaged in ([*lines[:5], *lines[6:]], [lines[0].replace(b"Ada", b"Eve"), *lines[1:]]):
-        whole.journal.write_bytes(b"".join(damaged))
+        judged.journal.write_bytes(b"".join(damaged))
         with pytest.raises(BookDamaged, match="labbook rebuild --journal"):
-            rebuild(whole)
-    whole.journal.write_bytes(b"")
+            rebuild(judged)
+    judged.journal.write_bytes(b"")
     with pytest.raises(UsageError, match="holds no entry: there is nothing to rebuild from"):
-        rebuild(whole)
-    whole.journal.unlink()
+        rebuild(judged)
+    judged.journal.unlink()
     with pytest.raises(BookDamaged, match="is missing"):
-        rebuild(whole)
-    assert whole.database.read_bytes() == before
+        rebuild(judged)
+    assert judged.database.read_bytes() == before
 
 
-def test_a_database_that_is_no_longer_one_is_set_aside(whole: SmallBook) -> None:
-    before = rows_of(whole)
-    whole.database.write_bytes(b"not a database " * 1000)
-    old = rebuild(whole).old
+def test_a_database_that_is_no_longer_one_is_set_aside(judged: SmallBook) -> None:
+    before = rows_of(judged)
+    judged.database.write_bytes(b"not a database " * 1000)
+    old = rebuild(judged).old
     assert old is not None
-    assert (whole.folder / old).read_bytes() == b"not a database " * 1000
-    assert rows_of(whole) == before
+    assert (judged.folder / old).read_bytes() == b"not a database " * 1000
+    assert rows_of(judged) == before
 
 
-def test_the_log_of_a_lost_database_is_not_read_into_the_new_one(whole: SmallBook) -> None:
+def test_the_log_of_a_lost_database_is_not_read_into_the_new_one(judged: SmallBook) -> None:
     """`rm labbook.db` leaves labbook.db-wal, which SQLite would play back into whatever lies beside it next."""
-    before, log = rows_of(whole), whole.folder / "labbook.db-wal"
-    engine = sqlite_engine(whole.database)
+    before, log = rows_of(judged), judged.folder / "labbook.db-wal"
+    engine = sqlite_engine(judged.database)
     with writing(engine) as connection:
         connection.exec_driver_sql("UPDATE note SET text = 'never said'")
     kept = log.read_bytes()
     engine.dispose()
     assert kept
-    whole.database.unlink()
+    judged.database.unlink()
     log.write_bytes(kept)
-    rebuild(whole)
-    assert rows_of(whole) == before
+    rebuild(judged)
+    assert rows_of(judged) == before
 
 
 @pytest.mark.parametrize("most", [100, 5_000, 60_000, 150_000])
