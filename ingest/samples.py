@@ -14,6 +14,8 @@ from data_schema.errors import BookDamaged
 from ingest.model import ChannelData, SignalPart
 from ingest.spool import let_go, row_blocks, to_arrow, to_numpy
 
+_TIME = "time [s]"
+"""The column that stands first."""
 _PICKED = 1 << 12
 _GROUP_ROWS = 1 << 20
 """Rows of a group of the Parquet file."""
@@ -27,7 +29,7 @@ def signal_sha256(part: SignalPart) -> str:
 
 def write_samples(part: SignalPart, handle: pa.NativeFile) -> None:
     """Write each column in the encoding that suits it; measured in docs/performance.md."""
-    columns = {"time [s]": part.time_s, **{_column_name(channel): channel.values for channel in part.channels}}
+    columns = {_TIME: part.time_s, **{_column_name(channel): channel.values for channel in part.channels}}
     steady = [name for name, values in columns.items() if _rises(values)]
     repeating = [name for name, values in columns.items() if name not in steady and _repeats(values)]
     with pq.ParquetWriter(
@@ -64,12 +66,18 @@ def read_samples(path: Path, channels: Sequence[str]) -> dict[str, np.ndarray]:
 def kept_sha256(path: Path) -> str:
     """Read all samples of a file, page by page with its checksum, and hash them as `signal_sha256` did.
 
-    Raises `OSError` or `pa.ArrowException` when they cannot be read.
+    Raises `OSError`, `ValueError` or `pa.ArrowException` when they cannot be read.
     """
     with pq.ParquetFile(path, page_checksum_verification=True) as source:
-        table = source.read()
-    time, *channels = table.column_names
-    return _sha256(channels, (to_numpy(table.column(name)) for name in (time, *channels)))
+        first, *channels = names = source.schema_arrow.names
+        if first != _TIME:
+            raise ValueError(f"its first column is {first!r} and not {_TIME!r}")
+        blocks = (
+            to_numpy(source.read_row_group(group, columns=[name]).column(name))
+            for name in names
+            for group in range(source.num_row_groups)
+        )
+        return _sha256(channels, blocks)
 
 
 def _sha256(names: Sequence[str], columns: Iterable[np.ndarray]) -> str:

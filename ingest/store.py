@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from data_schema.disk import make_folder, sync_names
+from data_schema.disk import make_folder, sync, sync_names
 from data_schema.errors import BookDamaged
 
 if TYPE_CHECKING:
@@ -118,6 +118,7 @@ class Store:
         if not (self._is_whole(path, sha256) if anew else (self.root / path).exists()):
             self._write(path, lambda handle: write_samples(part, handle))
         else:
+            sync(self.root / path)
             self._sync_names(path)
         return sha256, path
 
@@ -136,7 +137,7 @@ class Store:
         remedy = "run `labbook rebuild` to read them anew from the raw copy."
         try:
             found = kept_sha256(self.root / store_path)
-        except (OSError, pa.ArrowException) as error:
+        except (OSError, ValueError, pa.ArrowException) as error:  # names of columns have no checksum
             raise BookDamaged(f"the samples {store_path} of {of} cannot be read ({error}): {remedy}") from error
         if found != sha256:
             raise BookDamaged(f"the samples {store_path} of {of} are not those that were kept: {remedy}")

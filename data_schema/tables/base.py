@@ -114,8 +114,9 @@ def table(name: str, *parts: sa.schema.SchemaItem) -> sa.Table:
 def columns_of(row: type[Any], source: sa.Table, **others: sa.ColumnElement[Any]) -> list[sa.Label[Any]]:
     """Return what fills the fields of a class of rows, in their order and under their names.
 
-    It is the column of `source` that is called as the field, or what `others` give for it.
+    It is the column of `source` that is called as the field, or what `others` give for it, which are fields all.
     """
+    assert others.keys() <= row.__annotations__.keys(), others  # noqa: S101 - a misspelt field would be read elsewhere
     return [(others[name] if name in others else source.c[name]).label(name) for name in row.__annotations__]
 
 

@@ -9,7 +9,7 @@
     [simulation.levels.surface]
     sand = { kg_scale = 1.2 }
 
-The scene is a shipped one, or a file of one's own, see below.
+The scene is a shipped one, or a file of one's own.
 `factors` names the parameter that a factor's physical value is; `levels` gives parameters level by level, `parameters`
 for all conditions. The robot's masses and lengths are those of the book; `assumed` names what has no source all the
 same, and is varied as the scene's own assumptions are: by a tenth, by `varied_by`, or by what `varied` says. Names of

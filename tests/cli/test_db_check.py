@@ -88,7 +88,22 @@ def rename_a_channel(path: Path) -> None:
     pq.write_table(table.rename_columns([*table.column_names[:-1], "other"]), path, write_page_checksum=True)
 
 
-@pytest.mark.parametrize("damage", [Path.unlink, flip, change_a_value, rename_a_channel])
+def rename_the_time(path: Path) -> None:
+    table = pq.read_table(path)
+    pq.write_table(table.rename_columns(["times [s]", *table.column_names[1:]]), path, write_page_checksum=True)
+
+
+def spoil_a_name(path: Path) -> None:
+    """A flipped bit leaves a name that is no text: names have no checksum."""
+    content = path.read_bytes()
+    assert b"time [s]" in content
+    path.write_bytes(content.replace(b"time [s]", b"tim\xe5 [s]"))
+
+
+DAMAGES = [Path.unlink, flip, change_a_value, rename_a_channel, rename_the_time, spoil_a_name]
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
 def test_damaged_samples_are_named_and_come_back_with_rebuild(whole: SmallBook, damage: Callable[[Path], None]) -> None:
     victim = first(whole, "signals/*/*.parquet")
     damage(victim)

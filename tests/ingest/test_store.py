@@ -71,7 +71,19 @@ def test_a_few_decimals_take_less_space_than_noise(tmp_path: Path) -> None:
     assert sizes[1] < 0.5 * sizes[0]
 
 
-@pytest.mark.parametrize("damage", ["another value", "another name", "cut", "missing"])
+def test_a_rebuild_writes_only_samples_that_are_not_whole(tmp_path: Path) -> None:
+    store, kept = Store(tmp_path), part(np.arange(300.0))
+    sha256, path = store.put_signal(kept)
+    inode = (tmp_path / path).stat().st_ino
+    assert store.put_signal(kept, anew=True) == (sha256, path)
+    assert (tmp_path / path).stat().st_ino == inode
+    (tmp_path / path).chmod(0o644)
+    (tmp_path / path).write_bytes((tmp_path / path).read_bytes()[:-20])
+    assert store.put_signal(kept, anew=True) == (sha256, path)
+    store.check_samples(path, sha256, "r001.csv")
+
+
+@pytest.mark.parametrize("damage", ["another value", "another name", "time renamed", "cut", "missing"])
 def test_samples_that_are_not_those_that_were_kept_are_told(tmp_path: Path, damage: str) -> None:
     store = Store(tmp_path)
     sha256, path = store.put_signal(part(np.arange(300.0)))
@@ -82,6 +94,8 @@ def test_samples_that_are_not_those_that_were_kept_are_told(tmp_path: Path, dama
         file.write_bytes(content[:-20])
     elif damage == "another value":
         pq.write_table(table.set_column(1, "c0 [m]", [np.arange(1, 301.0)]), file)
+    elif damage == "time renamed":
+        pq.write_table(table.rename_columns(["times [s]", "c0 [m]"]), file)
     elif damage == "another name":
         pq.write_table(table.rename_columns(["time [s]", "c1 [m]"]), file)
     with pytest.raises(BookDamaged, match=r"of r001\.csv (cannot be read|are not those that were kept).*rebuild"):

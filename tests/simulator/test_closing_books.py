@@ -116,6 +116,13 @@ def runs(name: str) -> Runs:
     return interpreted(run, name) if CASES[name].on else run(name)
 
 
+@pytest.mark.soak
+@pytest.mark.parametrize("name", [name for name, case in CASES.items() if case.on])
+def test_it_closes_in_a_kernel_of_its_own(name: str) -> None:
+    for accuracy, ((residual_j, at_play_j), _) in run(name).items():
+        assert abs(residual_j) < accuracy * at_play_j
+
+
 @pytest.mark.parametrize("accuracy", ACCURACIES)
 @pytest.mark.parametrize("name", [name for name in CASES if not name.startswith("two thousand")])
 def test_it_closes_at_the_first_run(name: str, accuracy: float) -> None:

@@ -14,7 +14,7 @@ from data_schema.journal import Entry
 from data_schema.queries.charges import charges_by_run
 from data_schema.queries.imported_files import find_files, links_of_file
 from data_schema.queries.readings import readings_of, waiting_files
-from data_schema.vocabulary import Action, IngestStatus
+from data_schema.vocabulary import Action, FileRole, IngestStatus
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.files.kept_files import files_to_reread, list_files, reread_named
@@ -95,9 +95,9 @@ def test_it_is_listed_and_its_numbers_say_why_they_are_undefined(waiting: tuple[
             review(book, connection, "r001")
         evidence = gather(connection, book.configuration, None)
         run = run_named(connection, "r001")
-        assert "r001.csv waits" in (
-            evidence.waits(run.uid, evidence.logs[run_named(connection, "r002").uid][0].role) or ""
-        )
+        why = evidence.waits(run.uid, FileRole.LOG)
+        assert why is not None
+        assert "r001.csv waits" in why.reason
 
 
 def test_a_declaration_mends_it_and_what_was_said_meanwhile_takes_effect(waiting: tuple[SmallBook, Rebuilt]) -> None:
