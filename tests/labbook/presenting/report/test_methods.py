@@ -77,7 +77,7 @@ def test_without_a_control_the_drain_lines_error_counts_in_means(analysis: Study
 def test_runs_without_apexes_are_named(analysis: StudyAnalysis) -> None:
     by_name = {run.name: run.uid for run in analysis.evidence.runs}
     for names, start in ((("r005",), "1 run (r005) has"), (("r002", "r005"), "2 runs (r002, r005) have")):
-        missing = {by_name[name]: "no log with a body height" for name in names}
+        missing = {by_name[name]: Undefined(Reason.NO_HEIGHT_LOG) for name in names}
         results = {**analysis.results, Outcome.APEX: replace(analysis.results[Outcome.APEX], missing=missing)}
         notes = limitations(replace(analysis, results=results))
         assert f"{start} no apex heights: no log with a body height." in notes
