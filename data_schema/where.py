@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import datetime
 import math
-import operator
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -23,7 +22,7 @@ import sqlalchemy as sa
 
 from data_schema.errors import UsageError, unknown_name
 from data_schema.where_parser import And, Comparison, Expression, Membership, Not, Or, parse
-from data_schema.where_tokens import Operator, Word
+from data_schema.where_tokens import COMPARE, Operator, Word
 
 __all__ = ["ColumnKind", "WhereColumn", "compile_where", "parse"]
 
@@ -51,14 +50,6 @@ class WhereColumn:
     choices: tuple[str, ...] = ()
 
 
-_COMPARE: dict[Operator, Callable[[Any, Any], sa.ColumnElement[bool]]] = {
-    Operator.EQUAL: operator.eq,
-    Operator.NOT_EQUAL: operator.ne,
-    Operator.LESS: operator.lt,
-    Operator.LESS_OR_EQUAL: operator.le,
-    Operator.GREATER: operator.gt,
-    Operator.GREATER_OR_EQUAL: operator.ge,
-}
 _EQUALITY = (Operator.EQUAL, Operator.NOT_EQUAL)
 _ORDERED = (ColumnKind.NUMBER, ColumnKind.DATE)
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
@@ -88,7 +79,8 @@ def _compiled(expression: Expression, columns: Mapping[str, WhereColumn]) -> sa.
                     f"{name.text!r} at character {name.position} of --where has no order, "
                     f"so {comparison.value!r} means nothing: compare it with =, != or in."
                 )
-            return _COMPARE[comparison](column.expression, _bound(value, name.text, column))
+            compared: sa.ColumnElement[bool] = COMPARE[comparison](column.expression, _bound(value, name.text, column))
+            return compared
         case Membership(name, values):
             column = _column(name, columns)
             return column.expression.in_([_bound(value, name.text, column) for value in values])

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import operator
 import re
 import unicodedata
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import Any
 
 from data_schema.errors import UsageError
 
@@ -24,6 +27,17 @@ class Operator(StrEnum):
     GREATER_OR_EQUAL = ">="
 
 
+COMPARE: Mapping[Operator, Callable[[Any, Any], Any]] = {
+    Operator.EQUAL: operator.eq,
+    Operator.NOT_EQUAL: operator.ne,
+    Operator.LESS: operator.lt,
+    Operator.LESS_OR_EQUAL: operator.le,
+    Operator.GREATER: operator.gt,
+    Operator.GREATER_OR_EQUAL: operator.ge,
+}
+"""What each makes of two values, and of a column of a database and a value: a condition in SQL."""
+
+
 @dataclass(frozen=True, slots=True)
 class Word:
     """A name or value as written (quotes and escapes removed), and the character it starts at, from 1."""
@@ -32,7 +46,7 @@ class Word:
     position: int = field(default=0, compare=False)
 
 
-OPERATORS = {**{str(operator): operator for operator in Operator}, "==": Operator.EQUAL, "<>": Operator.NOT_EQUAL}
+OPERATORS = {**{str(one): one for one in Operator}, "==": Operator.EQUAL, "<>": Operator.NOT_EQUAL}
 """Every spelling of a comparison."""
 
 _KEYWORDS = frozenset({"and", "or", "not", "in"})

@@ -196,15 +196,10 @@ def best_split(head: list[Line], further: list[Line], delimiter: bytes | None = 
     candidate splits the sample, the one that gives most rows of one width and of nothing but numbers wins.
     `head` are the first lines of the file, `further` lines from deeper inside; `delimiter` is the one declared.
     """
-    if delimiter is not None:
-        declared = _split(head, further, delimiter)
-        return declared if declared is not None and declared.rows else None
-    filled = [line for line in [*head, *further] if line.content.strip() and not _is_debug(line)]
-    frequent = [sign for sign in CANDIDATES if sum(sign in line.content for line in filled) * 2 >= len(filled)]
     possible: list[Split] = []
     best = 0.0
-    for delimiter in (*frequent, ONE_COLUMN):
-        split = _split(head, further, delimiter, _CLOSE * best)
+    for tried in _frequent([*head, *further]) if delimiter is None else [delimiter]:
+        split = _split(head, further, tried, _CLOSE * best)
         if split is not None and split.rows:
             possible.append(split)
             best = max(best, split.quality)
@@ -212,6 +207,15 @@ def best_split(head: list[Line], further: list[Line], delimiter: bytes | None = 
         return None
     close = [split for split in possible if split.quality >= _CLOSE * best]
     return max(close, key=lambda split: (_has_header(split), split.width > 1))
+
+
+def _frequent(lines: list[Line]) -> list[bytes]:
+    """Return the delimiters that half of the lines hold, and that there may be none."""
+    filled = [line for line in lines if line.content.strip() and not _is_debug(line)]
+    return [
+        *(sign for sign in CANDIDATES if sum(sign in line.content for line in filled) * 2 >= len(filled)),
+        ONE_COLUMN,
+    ]
 
 
 def row_of(line: Line, delimiter: bytes) -> Row:

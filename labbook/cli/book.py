@@ -82,7 +82,7 @@ def backup(
 
     Example: labbook backup /media/stick/mybook
     """
-    from labbook.book.backing_up import back_up
+    from labbook.book.copies.backing_up import back_up
     from labbook.book.opening import find_folder
 
     done = back_up(

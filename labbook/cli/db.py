@@ -29,7 +29,7 @@ def copy_command(
 
     Example: labbook db copy mybook postgresql+psycopg://lab@server/mybook
     """
-    from labbook.book.copying_database import copy_database
+    from labbook.book.copies.copying_database import copy_database
 
     with progress("copying", None, shown=not as_json) as step:
         done = copy_database(source, target, step)
@@ -85,7 +85,7 @@ def status_command(book: BookOption = None, as_json: JsonOption = False) -> None
     """
     from data_schema import migrations
     from data_schema.engine import reading
-    from labbook.book.last_backup import backup_line, last_backup
+    from labbook.book.copies.last_backup import backup_line, last_backup
     from labbook.book.opening import engine_of, find_folder, read_configuration, shown, store_of
     from labbook.book.upgrading import count_rows
 

@@ -27,7 +27,7 @@ def today(
     from data_schema import journal
     from labbook.actions.runs.to_do import to_do, to_do_lines
     from labbook.analysis.outcomes.detection import Detections
-    from labbook.book.last_backup import backup_line, last_backup
+    from labbook.book.copies.last_backup import backup_line, last_backup
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:

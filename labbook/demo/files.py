@@ -1,6 +1,6 @@
 """The demonstration campaign as files: what the instruments wrote, the book's configuration, the truth apart.
 
-The course of one recharge as a logging charger sees it: constant current, then less and less, 1 Hz.
+A logging charger sees a recharge at 1 Hz: constant current, then less and less.
 """
 
 from __future__ import annotations

@@ -1,11 +1,8 @@
 """The log of one run: what the string potentiometer and the robot would have recorded (thesis 5.1.3, 5.1.5).
 
 Per jump: rest on the clamp, lowering by hand to just past the 0.42 m mark, drop, stance, flight, a catch after
-the apex and before the second touchdown, lifting back to the clamp. The hop itself is `labbook.demo.hop`.
-
-Heights of the body while a person holds it: lowering with wobble, catching, lifting back to the clamp.
-
-Closed forms on arrays of seconds since each motion began; each starts and ends at rest, save the catch, which
+the apex and before the second touchdown, lifting back to the clamp. The hop itself is `labbook.demo.hop`. Motions of
+the hand are closed forms on arrays of seconds since each began; each starts and ends at rest, save the catch, which
 begins at the speed of the fall.
 """
 

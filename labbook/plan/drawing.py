@@ -12,8 +12,6 @@ treatment. Where a day holds whole replicates, treatments are orthogonal to days
 and no control is spent in excess. A replicate that does not fit is continued on the next day, with a control of its
 own there if the rest has none: at most one in excess for each new day.
 
-Fill the days of a plan with replicates, and order the runs of each day.
-
 RANDOMISED takes the groups in rounds, one replicate of each in random order, so that no group is tied to one part of
 the campaign, and shuffles each day as a whole. BLOCKED finishes one group before the next, in nested random order
 (the factor declared first changes least often: declare the one that is hardest to change first), and shuffles the

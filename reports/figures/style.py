@@ -1,8 +1,7 @@
 """The look of every figure: widths of a paper's columns, type, and colours that the colour-blind can tell apart.
 
-The font of the figures: the simple letters of DejaVu Sans, so that a PDF's share of it is cut out quickly.
-
-Every PDF embeds the glyphs it uses. Cutting them out of DejaVu Sans takes more than half of a PDF's time, most of it
+The font is the simple letters of DejaVu Sans, so that a PDF's share of it is cut out quickly: every PDF embeds the
+glyphs it uses. Cutting them out of DejaVu Sans takes more than half of a PDF's time, most of it
 spent in the tables for ligatures and for scripts that are written together. Kerning stays as it is.
 """
 

@@ -1,6 +1,6 @@
 """Effects of treatments against their control: differences and savings, and the same with days as a random effect.
 
-Where a comparison stands in a table: its block, its first cell, and the word for what was not planned.
+A comparison stands in the block of its family, under its label, with a word for what was not planned.
 """
 
 from __future__ import annotations

@@ -1,9 +1,7 @@
 """The result that errors are measured against: a stored one of more than thirty digits, or one that confirms itself.
 
-The reference result that is stored of a scene, if any: the same effects, with the same numbers.
-
-`references/SCENE.toml` hold results of more than thirty digits by an independent program, which writes them
-(`benchmarks/reference_simulator` of the source tree).
+A stored one is of a scene with the same effects and the same numbers: `references/SCENE.toml` hold results of more
+than thirty digits by an independent program, which writes them (`benchmarks/reference_simulator` of the source tree).
 """
 
 from __future__ import annotations

@@ -1,12 +1,8 @@
 """The published experiments in which jumps follow each other, simulated.
 
-The jump that a robot goes on repeating: the last of the many that a scene makes.
-
-Experiments on the ground emulator (thesis 4.3), simulated: three controllers at five extension gains.
-
-What happens in a steady jump while the extending leg drives the emulated ground down.
-
-Experiments on the force plate (thesis 3.2.2), simulated: compression-extension at four gains on rigid ground.
+A robot goes on repeating the last of the many jumps that a scene makes. On the ground emulator (thesis 4.3) three
+controllers jump at five extension gains, with what happens while the extending leg drives the ground down; on the force
+plate (3.2.2) compression-extension jumps at four gains on rigid ground.
 """
 
 from __future__ import annotations

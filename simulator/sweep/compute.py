@@ -2,9 +2,7 @@
 
 Kernels let the interpreter go while they run, so that threads use all cores. On a cluster the same chunks are sent to
 the workers, and the results come back and are kept here: a chunk is a pure function of what is sent, so those of a
-worker that is lost are computed again by another.
-
-Libraries that only sweeps need, and that may be absent.
+worker that is lost are computed again by another. Libraries that only sweeps need may be absent.
 """
 
 from __future__ import annotations

@@ -5,17 +5,15 @@
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path
-from typing import Any
 
 from data_schema.errors import InputRefused, UsageError, unknown_name
 from data_schema.outcomes import Outcome
 from data_schema.where_parser import And, Comparison, Expression, Membership, Not, Or, parse
-from data_schema.where_tokens import Operator, Word
+from data_schema.where_tokens import COMPARE, Operator, Word
 from ingest.channels.names import parse_header
 from labbook.actions.stats.table import (
     MINUS,
@@ -60,16 +58,6 @@ class WhereColumns(Mapping[str, Column]):
         return len(self._table.columns)
 
 
-_COMPARE: Mapping[Operator, Callable[[Any, Any], bool]] = {
-    Operator.EQUAL: operator.eq,
-    Operator.NOT_EQUAL: operator.ne,
-    Operator.LESS: operator.lt,
-    Operator.LESS_OR_EQUAL: operator.le,
-    Operator.GREATER: operator.gt,
-    Operator.GREATER_OR_EQUAL: operator.ge,
-}
-
-
 def rows_where(text: str, columns: Mapping[str, Column], n_rows: int) -> list[bool]:
     """Tell which rows fulfil the condition; raises `UsageError` for a text that cannot be read, `UnknownName` for a
     column that is not there.
@@ -91,7 +79,7 @@ def _decided(expression: Expression, columns: Mapping[str, Column], n: int) -> l
             cells = _column(name, columns)
             value = _value(word, name, cells)
             _refuse_letters(comparison, value, name, cells)
-            return [None if cell is None else _COMPARE[comparison](cell, value) for cell in cells]
+            return [None if cell is None else COMPARE[comparison](cell, value) for cell in cells]
         case Membership(name, words):
             cells = _column(name, columns)
             values = [_value(word, name, cells) for word in words]

@@ -30,7 +30,7 @@ from data_schema.queries.readings import waiting_files
 from data_schema.row_hashes import altered_rows, has_hashes
 from ingest.store import Store, raw_path
 from labbook.book.altered import MOST_NAMED, compared, differing
-from labbook.book.copying import Counted
+from labbook.book.copies.copying import Counted
 from labbook.book.differing import differences
 from labbook.book.opening import check_revision, engine_of, journal_path, read_configuration, store_of
 from labbook.book.replaying import Replay, replayed

@@ -37,8 +37,8 @@ from labbook.actions.upkeep.merge_rules import (
     how_read,
     meets,
 )
-from labbook.book.backing_up import MARKER as OF_BACKUP
-from labbook.book.copying import refuse_cut_journal
+from labbook.book.copies.backing_up import MARKER as OF_BACKUP
+from labbook.book.copies.copying import refuse_cut_journal
 from labbook.book.opening import CONFIGURATION, Book, open_book
 from labbook.book.write_session import DryRun, Statement, WriteSession, apply, new_uid
 from labbook.statements.apply_context import derived_uid

@@ -23,7 +23,7 @@ from data_schema.queries.results import remove_results, unshown_results
 from data_schema.vocabulary import Action
 from ingest.store import raw_path
 from labbook.actions.upkeep.health import check_book
-from labbook.book.copying import Counted, raw_of
+from labbook.book.copies.copying import Counted, raw_of
 from labbook.book.opening import DATABASE, JOURNAL, Book
 from labbook.book.rebuilding import REBUILDING
 from labbook.book.replacing_postgres import drop_old, old_schemas

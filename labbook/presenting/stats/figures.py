@@ -1,6 +1,6 @@
 """The figures of `labbook stats`: estimation plot, normal quantiles, residuals, from values and the results on them.
 
-Values as an axis can show them: at a large offset or a tiny scale, less a number or in powers of ten, exactly.
+At a large offset or a tiny scale an axis shows values less a number, or in powers of ten, exactly.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ from data_schema.journal_file import JournalFile
 from ingest.store import raw_path
 from labbook.actions.upkeep.health import check_book
 from labbook.actions.upkeep.restoring import MARKER
-from labbook.book.copying import raw_of
+from labbook.book.copies.copying import raw_of
 from labbook.book.opening import opened
 from labbook.book.rebuilding import rebuild_database
 from labbook.cli.common import progress

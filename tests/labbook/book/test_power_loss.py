@@ -19,7 +19,7 @@ from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
 from data_schema.vocabulary import Action
 from ingest.store import Store, raw_path
-from labbook.book.copying import raw_of
+from labbook.book.copies.copying import raw_of
 from labbook.book.opening import opened
 from tests.helpers import power
 from tests.helpers.books import ADA, small_book

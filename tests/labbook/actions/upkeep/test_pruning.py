@@ -16,7 +16,7 @@ from labbook.actions.files import ingesting
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.upkeep.health import Health, check_book
 from labbook.actions.upkeep.pruning import Leftover, leftovers, prune
-from labbook.book.copying_database import copy_database
+from labbook.book.copies.copying_database import copy_database
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database
 from labbook.cli.common import progress

@@ -13,7 +13,7 @@ import pytest
 from data_schema.engine import postgres_engine, sqlite_engine
 from data_schema.errors import BookDamaged, UsageError
 from labbook.actions.upkeep.restoring import MARKER, Place, Restored, restore
-from labbook.book.backing_up import back_up
+from labbook.book.copies.backing_up import back_up
 from labbook.book.opening import opened
 from labbook.cli.common import progress
 from tests.helpers.books import ADA, small_book

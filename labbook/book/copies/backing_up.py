@@ -19,7 +19,7 @@ from data_schema.errors import BookDamaged, LabbookError, UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
 from ingest.store import Store
-from labbook.book.copying import (
+from labbook.book.copies.copying import (
     CopiedRaw,
     Counted,
     claim,
@@ -30,7 +30,7 @@ from labbook.book.copying import (
     readable_entries,
     refuse_cut_journal,
 )
-from labbook.book.last_backup import LAST_BACKUP, LastBackup
+from labbook.book.copies.last_backup import LAST_BACKUP, LastBackup
 from labbook.book.opening import (
     CONFIGURATION,
     JOURNAL,

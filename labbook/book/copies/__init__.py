@@ -1,0 +1,1 @@
+"""Other copies of a book: backups, and its rows in another database."""
