@@ -129,17 +129,27 @@ class FileLink:
 
 
 _KINDS = ("run", "charge", "run_file", "file", "ingest", "decision")
-_ACTIONS = {
-    str(action): action
+_ACTIONS = [
+    str(action)
     for action in (
         *(Action.DECLARE, Action.CORRECT, Action.VOID, Action.ASSIGN),
         *(Action.DECIDE, Action.INGEST, Action.WITHDRAW, Action.RESTORE),
     )
-}
+]
+_BY_WORD = {str(action): action for action in Action}
 
 
 def entries_about_runs(connection: sa.Connection) -> list[EntryRow]:
     """Return the entries that declare, import, assign, correct, judge and void runs, charges and files, in order."""
+    return _entries(connection, sa.and_(journal.c.entity_kind.in_(_KINDS), journal.c.action.in_(_ACTIONS)))
+
+
+def entries_between(connection: sa.Connection, after_seq: int, until_seq: int) -> list[EntryRow]:
+    """Return the entries after one and up to another, in order."""
+    return _entries(connection, sa.and_(journal.c.seq > after_seq, journal.c.seq <= until_seq))
+
+
+def _entries(connection: sa.Connection, wanted: sa.ColumnElement[bool]) -> list[EntryRow]:
     query = (
         sa.select(
             *columns_of(
@@ -152,11 +162,11 @@ def entries_about_runs(connection: sa.Connection) -> list[EntryRow]:
             )
         )
         .join(person, journal.c.person == person.c.id)
-        .where(journal.c.entity_kind.in_(_KINDS), journal.c.action.in_(list(_ACTIONS)))
+        .where(wanted)
         .order_by(journal.c.seq)
     )
     return [
-        EntryRow(seq, command, at_utc, name, _ACTIONS[action], *about)
+        EntryRow(seq, command, at_utc, name, _BY_WORD[action], *about)
         for seq, command, at_utc, name, action, *about in connection.execute(query)
     ]
 

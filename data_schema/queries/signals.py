@@ -101,6 +101,12 @@ def signals_of_files(connection: sa.Connection, role: FileRole) -> dict[tuple[st
     return {(uid, part): _signal_row(row, names) for uid, part, *row in connection.execute(query)}
 
 
+def samples_of_files(connection: sa.Connection) -> list[tuple[str, str]]:
+    """Return the uid of a file and the hash of its samples, for every reading there was."""
+    query = sa.select(file.c.uid, signal.c.sha256).join(file, signal.c.file == file.c.id)
+    return [(uid, sha256) for uid, sha256 in connection.execute(query)]
+
+
 def log_starts(connection: sa.Connection, run_uids: Sequence[str]) -> dict[str, list[str | None]]:
     """Return the instants at which the logs of runs start, by the uid of the run; None where a log tells none."""
     found: dict[str, list[str | None]] = {}

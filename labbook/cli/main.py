@@ -48,6 +48,7 @@ GROUPS = {
     "runs": (RIG, "Runs: list them, import a run sheet, see what has no run yet."),
     "files": (RIG, "Files of the instruments: how they were read, reading them again, taking them out of use."),
     "jumps": (JUDGE, "Jumps of a run: list, reject, accept, clear."),
+    "reports": (REPORT, "Reports that were made: list, show, what moved between two, and by what."),
     "stats": (REPORT, "Statistics on a table or on the book: tests, savings, equivalence."),
     "sim": (SIMULATE, "Simulate jumps: one scene, from robot to ground."),
     "db": (BOOK, "The database: its revision, whether the book is whole, upgrading, copying, clearing up."),

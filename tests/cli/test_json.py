@@ -49,6 +49,9 @@ IN_ORDER = {
 ELSEWHERE = {
     "report": "tests/cli/test_report.py",
     "why": "tests/cli/test_report.py",
+    "reports list": "tests/labbook/actions/upkeep/test_report_differences.py",
+    "reports show": "tests/labbook/actions/upkeep/test_report_differences.py",
+    "reports diff": "tests/labbook/actions/upkeep/test_report_differences.py",
     "files list": "tests/cli/test_files.py",
     "files show": "tests/cli/test_files.py",
     "files reread": "tests/cli/test_files.py",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import textwrap
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import sqlalchemy as sa
@@ -125,14 +126,19 @@ def _found(view: RunView) -> str:
 
 
 def _in_words(connection: sa.Connection, item: HistoryRow) -> str:
-    new, old = _facts(item.new_json), _facts(item.old_json)
+    said = changes_in_words(connection, _facts(item.old_json), _facts(item.new_json))
+    reason = f" ({item.reason})" if item.reason else ""
+    return f"{item.at_utc} {item.person} {_DONE.get(item.action, item.action)}: {said}{reason}"
+
+
+def changes_in_words(connection: sa.Connection, old: Mapping[str, object], new: Mapping[str, object]) -> str:
+    """Say what columns are now, and were where that is known; what they refer to is called by its name."""
     said = []
     for name, value in new.items():
         before = f"{_named(connection, name, old[name])} to " if name in old else ""
         if value is not None or before:
             said.append(f"{name} {before}{_named(connection, name, value)}")
-    reason = f" ({item.reason})" if item.reason else ""
-    return f"{item.at_utc} {item.person} {_DONE.get(item.action, item.action)}: {', '.join(said)}{reason}"
+    return ", ".join(said)
 
 
 def _facts(text: str | None) -> dict[str, object]:

@@ -1,0 +1,130 @@
+"""The reports of a book: when each was made and by whom, what it shows, and what the results behind it rest on."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import sqlalchemy as sa
+
+from data_schema.tables.people import journal, person
+from data_schema.tables.results import report, report_item, result, result_input, result_number
+from data_schema.tables.signals import detection
+from data_schema.vocabulary import Action
+
+
+@dataclass(frozen=True, slots=True)
+class ReportRow:
+    """A report: its place among all from 1, the number of its entry, who made it when, of which runs, and with what.
+
+    `selection` is "" for all runs, `versions` are those of the algorithms, `numbers` how many numbers it shows.
+    """
+
+    number: int
+    uid: str
+    seq: int
+    made_utc: str
+    person: str
+    selection: str
+    versions: Mapping[str, int]
+    numbers: int
+
+
+@dataclass(frozen=True, slots=True)
+class ShownRow:
+    """A number that a report shows, as it printed it; what follows is None where the book has it no longer."""
+
+    number_uid: str
+    value: float | None
+    name: str | None
+    unit: str | None
+    kind: str | None
+    scope_json: str | None
+    result_uid: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class ResultHead:
+    """A result as others see it: what it is, by which version it was computed, and its inputs as (kind, uid, hash).
+
+    `content` is a hash that results with the same kind, scope, numbers and payload share. Of found jumps the uid is the
+    detector's name and the hash its version: where they differ otherwise, so does another input.
+    """
+
+    kind: str
+    scope_json: str
+    version: int
+    content: bytes
+    inputs: frozenset[tuple[str, str, str]]
+
+
+def reports_stated(connection: sa.Connection) -> list[ReportRow]:
+    """List the reports in the order in which they were stated."""
+    counts = sa.select(report_item.c.report, sa.func.count().label("numbers")).group_by(report_item.c.report).subquery()
+    query = (
+        sa.select(
+            report.c.uid,
+            journal.c.seq,
+            report.c.made_utc,
+            person.c.name,
+            report.c.options_json,
+            report.c.versions_json,
+            sa.func.coalesce(counts.c.numbers, 0),
+        )
+        .join(journal, sa.and_(journal.c.entity_uid == report.c.uid, journal.c.action == str(Action.REPORT)))
+        .join(person, journal.c.person == person.c.id)
+        .outerjoin(counts, counts.c.report == report.c.id)
+        .order_by(journal.c.seq)
+    )
+    return [
+        ReportRow(place, *row[:4], json.loads(row[4])["where"] or "", json.loads(row[5]), row[6])
+        for place, row in enumerate(connection.execute(query), start=1)
+    ]
+
+
+def shown_by_report(connection: sa.Connection, report_uid: str) -> list[ShownRow]:
+    """List the numbers that a report shows in the order in which they were computed, those that are gone last."""
+    query = (
+        sa.select(
+            report_item.c.number_uid,
+            report_item.c.value,
+            result_number.c.name,
+            result_number.c.unit,
+            result.c.kind,
+            result.c.scope_json,
+            result.c.uid,
+        )
+        .join(report, report_item.c.report == report.c.id)
+        .outerjoin(result_number, report_item.c.result_number == result_number.c.id)
+        .outerjoin(result, result_number.c.result == result.c.id)
+        .where(report.c.uid == report_uid)
+        .order_by(result_number.c.id.is_(None), result_number.c.id, report_item.c.number_uid)
+    )
+    return [ShownRow(*row) for row in connection.execute(query)]
+
+
+def result_heads(connection: sa.Connection) -> dict[str, ResultHead]:
+    """Return every stored result with its inputs, by its uid."""
+    inputs: dict[int, set[tuple[str, str, str]]] = {}
+    query = sa.select(
+        result_input.c.result,
+        result_input.c.input_kind,
+        sa.func.coalesce(detection.c.algorithm, result_input.c.input_uid),
+        sa.func.coalesce(sa.cast(detection.c.version, sa.Text), result_input.c.input_sha256),
+    ).outerjoin(
+        detection, sa.and_(result_input.c.input_kind == "detection", detection.c.uid == result_input.c.input_uid)
+    )
+    for key, *what in connection.execute(query):
+        inputs.setdefault(key, set()).add(tuple(what))
+    values: dict[int, list[tuple[object, ...]]] = {}
+    columns = [column for column in result_number.c if column.name not in ("id", "uid", "result")]
+    for key, *value in connection.execute(sa.select(result_number.c.result, *columns).order_by(result_number.c.name)):
+        values.setdefault(key, []).append(tuple(value))
+    found = {}
+    for row in connection.execute(sa.select(result).order_by(result.c.id)):
+        said = repr((row.kind, row.scope_json, row.payload_json, values.get(row.id)))
+        about = (row.kind, row.scope_json, row.version, hashlib.sha256(said.encode()).digest())
+        found[row.uid] = ResultHead(*about, frozenset(inputs.get(row.id, ())))
+    return found

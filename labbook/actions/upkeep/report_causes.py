@@ -1,0 +1,203 @@
+"""What was said between two reports that numbers can move by, each in few words, and what of the book it touches.
+
+Results name what they rest on by kind and uid (`data_schema.queries.results.InputRow`); what an entry of the journal
+touches goes by the same names, so that a number moved by what it rests on otherwise now.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+import sqlalchemy as sa
+
+from data_schema.queries import history as queries
+from data_schema.queries.history import EntryRow
+from data_schema.queries.reports import ReportRow
+from data_schema.queries.signals import samples_of_files
+from data_schema.vocabulary import Action, ReasonCode, Verdict
+from labbook.actions.runs.run_view import changes_in_words
+from labbook.analysis.outcomes.run_apexes import UNKNOWN_FLIGHT_S
+from labbook.analysis.preregistration.book_state import Change, read_history
+
+Thing = tuple[str, str]
+"""What a result can rest on: its kind and uid."""
+SETTINGS: Thing = ("settings", "")
+"""Stands for what labbook.toml says, which is no row."""
+OF_RUN, VERSION = "of run", "version"
+"""Kinds of what is no row either: all that belongs to a run, and the version of an algorithm by its name."""
+
+
+class CauseKind(StrEnum):
+    """What numbers can move by."""
+
+    CORRECTION = "correction"
+    VERDICT = "verdict"
+    FILE = "file"
+    CHARGE = "charge"
+    RUN = "run"
+    CONFIGURATION = "configuration"
+    VERSION = "version"
+
+
+@dataclass(frozen=True, slots=True)
+class Cause:
+    """What was said or raised between two reports, in few words, by whom, when and why, and how many numbers it moved.
+
+    A number that several moved counts for each. A version has no person and no time.
+    """
+
+    kind: CauseKind
+    what: str
+    person: str | None = None
+    at_utc: str | None = None
+    reason: str | None = None
+    moved: int = 0
+
+
+def causes_between(
+    connection: sa.Connection, reports: tuple[ReportRow, ReportRow]
+) -> list[tuple[Cause, frozenset[Thing]]]:
+    """List what can have moved a number between two reports, with what it touches, in the order of the journal.
+
+    What one command said of one file is one cause.
+    """
+    earlier, later = sorted(reports, key=lambda report: report.seq)
+    known = _Known(connection)
+    found: dict[tuple[Any, ...], tuple[Cause, frozenset[Thing]]] = {}
+    for entry in queries.entries_between(connection, earlier.seq, later.seq):
+        told = known.told(entry)
+        if told is not None:
+            kind, what = told
+            key = (entry.command, known.file_of(entry)) if kind is CauseKind.FILE else (entry.seq,)
+            first, touched = found.get(
+                key, (Cause(kind, what, entry.person, entry.at_utc, entry.reason), frozenset[Thing]())
+            )
+            found[key] = first, touched | set(known.touched(entry))
+    raised = [
+        (Cause(CauseKind.VERSION, f"{name} {was} to {later.versions[name]}"), frozenset([(VERSION, name)]))
+        for name, was in earlier.versions.items()
+        if later.versions.get(name, was) != was
+    ]
+    return [*found.values(), *raised]
+
+
+class _Known:
+    """What the book knows of the things that entries are about."""
+
+    def __init__(self, connection: sa.Connection) -> None:
+        self.connection = connection
+        self.history = read_history(connection)
+        self.file_read = {uid: file_uid for uid, file_uid, _name in queries.files_read(connection)}
+        self.texts = {item.seq: item.text for item in queries.stated_configurations(connection)}
+        self.moves: dict[int, list[Change]] = {}
+        for entry, change in self.history.changes:
+            if change.column == "run_uid":
+                self.moves.setdefault(entry.seq, []).append(change)
+        self.of_file: dict[str | None, set[Thing]] = {}
+        for file_uid, sha256 in samples_of_files(connection):
+            self.of_file.setdefault(file_uid, set()).add(("signal", sha256))
+        for (file_uid, _part), log in self.history.logs.items():
+            self.of_file[file_uid].add((OF_RUN, log.run_uid))
+        for uid, charge in self.history.charges.items():
+            self.of_file.setdefault(self.history.file_of[uid], set()).update(
+                {("charge", uid), (OF_RUN, charge.run_uid)}
+            )
+
+    def file_of(self, entry: EntryRow) -> str | None:
+        """Return the uid of the file that an entry is about, None for a typed charge."""
+        if entry.kind == "run_file":
+            return next((change.item for change in self.moves.get(entry.seq, ())), None)
+        return (
+            self.history.file_of.get(entry.uid) if entry.kind == "charge" else self.file_read.get(entry.uid, entry.uid)
+        )
+
+    def told(self, entry: EntryRow) -> tuple[CauseKind, str] | None:
+        """Return what kind of cause an entry is, and the words for it; None where no number rests on what it says."""
+        new = entry.new
+        match entry.action, entry.kind:
+            case Action.DECIDE, _:
+                where = f"jump at {new['anchor_s']:.2f} s of {self._run(new['target_uid'])}"
+                because = "" if new["reason_code"] == ReasonCode.OTHER else f", {new['reason_code']}"
+                return CauseKind.VERDICT, f"{where} {_SAID[Verdict(new['verdict'])]}{because}"
+            case Action.DECLARE, "run":
+                return CauseKind.RUN, f"{self._run(entry.uid)} stated"
+            case Action.DECLARE, "charge":
+                return CauseKind.CHARGE, f"{new['charge_mah']:g} mAh typed for {self._run(new.get('run'))}"
+            case Action.DECLARE, "config":
+                return CauseKind.CONFIGURATION, f"labbook.toml: {self._settings(entry.seq)}"
+            case Action.VOID, "run":
+                return CauseKind.CORRECTION, f"{self._run(entry.uid)} declared void"
+            case Action.CORRECT, kind if kind != "run_file" and "run" not in new:
+                charge = self.history.charges.get(entry.uid)
+                called = f"charge of {self._run(charge.run_uid)}" if charge else kind
+                changed = changes_in_words(self.connection, entry.old, new)
+                return CauseKind.CORRECTION, f"{self._run(entry.uid) if kind == 'run' else called}: {changed}"
+        if entry.action not in _DONE:
+            return None
+        name = self.history.file_names.get(self.file_of(entry) or "")
+        called = f"part {new['part']} of {name}" if "part" in new else name or "a typed charge"
+        called = f"charge of {name}" if name and entry.kind == "charge" else called
+        to = f" to {self._run(new['run'])}" if entry.action in (Action.ASSIGN, Action.CORRECT) else ""
+        return CauseKind.FILE, f"{called} {_DONE[entry.action]}{to}"
+
+    def touched(self, entry: EntryRow) -> Iterator[Thing]:
+        """Give what an entry touches of what results rest on."""
+        yield entry.kind, entry.uid
+        if entry.kind == "robot":
+            yield "robot_body", entry.uid
+        elif entry.kind == "config":
+            yield SETTINGS
+        elif entry.action is Action.DECIDE:
+            for _seq, verdict in self.history.verdicts.get(entry.new["signal_sha256"], ()):
+                if abs(verdict.anchor_s - entry.new["anchor_s"]) <= UNKNOWN_FLIGHT_S / 2.0:
+                    yield "decision", verdict.uid  # which it replaced, or took back
+        elif entry.kind in ("file", "run_file", "ingest"):
+            yield from self.of_file.get(self.file_of(entry), ())
+        for change in self.moves.get(entry.seq, ()):
+            yield from ((OF_RUN, run_uid) for run_uid in (change.was, change.now))
+
+    def _run(self, uid: str | None) -> str:
+        return f"run {self.history.runs[uid].name}" if uid else "no run"
+
+    def _settings(self, seq: int) -> str:
+        """Say which settings a configuration has otherwise than the one before."""
+        before = max((other for other in self.texts if other < seq), default=seq)
+        was, now = (dict(_flat(tomllib.loads(self.texts[at]))) for at in (before, seq))
+        changed = [
+            f"{name} {was.get(name, 'none')} to {now.get(name, 'none')}"
+            for name in {**was, **now}
+            if was.get(name) != now.get(name)
+        ]
+        more = [f"{len(changed) - MOST_SETTINGS} more"] if len(changed) > MOST_SETTINGS else []
+        return ", ".join([*changed[:MOST_SETTINGS], *more]) or "no other setting"
+
+
+MOST_SETTINGS = 3
+"""So many settings of a configuration are named."""
+_SAID = {
+    Verdict.ACCEPT: "accepted",
+    Verdict.REJECT: "rejected",
+    Verdict.MOVE: "moved",
+    Verdict.CLEAR: "left to the protocol again",
+}
+_DONE = {
+    Action.INGEST: "ingested",
+    Action.READ: "read anew",
+    Action.WITHDRAW: "withdrawn",
+    Action.RESTORE: "taken into use again",
+    Action.ASSIGN: "assigned",
+    Action.CORRECT: "assigned",
+}
+
+
+def _flat(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
+    """Give the settings of a table of TOML by their full names."""
+    for name, value in table.items():
+        if isinstance(value, dict):
+            yield from _flat(value, f"{above}{name}.")
+        else:
+            yield f"{above}{name}", value

@@ -1,0 +1,191 @@
+"""The reports of a book by the names that people use, what one shows, and which numbers moved between two, and by what.
+
+Numbers of two reports are the same by kind, scope and name of their results; their ids change with their inputs. What
+moved one is what the two results, down to the facts and the bytes, do not both rest on; where that is nothing, it is a
+setting of labbook.toml.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import sqlalchemy as sa
+
+from data_schema.errors import unknown_name
+from data_schema.queries.reports import ReportRow, ResultHead, ShownRow, reports_stated, result_heads, shown_by_report
+from labbook.actions.upkeep.report_causes import OF_RUN, SETTINGS, VERSION, Cause, Thing, causes_between
+from labbook.analysis.results.printed_values import agree
+
+LAST = "last"
+
+
+@dataclass(frozen=True, slots=True)
+class ReportNumber:
+    """A number of a report: its provenance id, what it is and is about, and its value, None where it is undefined.
+
+    Of a number whose result the book has no longer, only id and value are known.
+    """
+
+    uid: str
+    kind: str | None
+    scope: Mapping[str, object]
+    name: str | None
+    unit: str | None
+    value: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class MovedNumber:
+    """A number that two reports have and that is otherwise in the later named one; `causes` are places among all."""
+
+    was: ReportNumber
+    now: ReportNumber
+    causes: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ReportsCompared:
+    """Two reports: how many numbers both have, which of these moved, which only one has, and what was said between.
+
+    `unmatched` counts, for each report, the numbers whose results the book has no longer, so that nobody can tell which
+    of the other one's they are.
+    """
+
+    before: ReportRow
+    after: ReportRow
+    common: int
+    moved: tuple[MovedNumber, ...]
+    only_before: tuple[ReportNumber, ...]
+    only_after: tuple[ReportNumber, ...]
+    unmatched: tuple[int, int]
+    causes: tuple[Cause, ...]
+
+
+def report_named(connection: sa.Connection, name: str) -> ReportRow:
+    """Return a report by its number from 1, as `last` or `last-1`, or by the beginning of its uid.
+
+    Raises `UnknownName` for what names none of them, or several.
+    """
+    reports = reports_stated(connection)
+    back = re.fullmatch(rf"{LAST}(?:-([0-9]+))?", name)
+    place = len(reports) - int(back[1] or 0) if back else int(name) if re.fullmatch("[0-9]{1,9}", name) else 0
+    if 1 <= place <= len(reports):
+        return reports[place - 1]
+    begun = [report for report in reports if name and report.uid.startswith(name)]
+    if len(begun) == 1:
+        return begun[0]
+    names = [*(str(report.number) for report in reports), *(report.uid for report in reports), LAST]
+    raise unknown_name(
+        "report", name, names if reports else [], "`labbook reports list` lists them." if reports else ""
+    )
+
+
+def report_numbers(connection: sa.Connection, report: ReportRow) -> list[ReportNumber]:
+    """List what a report shows."""
+    return [_number(row) for row in shown_by_report(connection, report.uid)]
+
+
+def compare_reports(connection: sa.Connection, before: ReportRow, after: ReportRow) -> ReportsCompared:
+    """Find which numbers moved from one report to another, and by what was said between the two."""
+    shown = [{_what(row): row for row in shown_by_report(connection, report.uid)} for report in (before, after)]
+    old, new = shown
+    pairs = [(old[what], row) for what, row in new.items() if what in old]
+    moved = [(was, now) for was, now in pairs if not agree(was.value, now.value)]
+    causes = causes_between(connection, (before, after))
+    heads = result_heads(connection) if moved else {}
+    results, found = _Results(heads, (row.result_uid or "" for row in old.values())), list[MovedNumber]()
+    for was, now in moved:
+        things = results.otherwise(was.result_uid, now.result_uid)
+        places = [place for place, (_, touched) in enumerate(causes) if things & touched]
+        found.append(MovedNumber(_number(was), _number(now), tuple(places)))
+    alone = [[row for what, row in one.items() if what not in other] for one, other in ((old, new), (new, old))]
+    counts = [sum(place in item.causes for item in found) for place in range(len(causes))]
+    return ReportsCompared(
+        before=before,
+        after=after,
+        common=len(pairs),
+        moved=tuple(found),
+        only_before=tuple(_number(row) for row in alone[0] if row.result_uid is not None),
+        only_after=tuple(_number(row) for row in alone[1] if row.result_uid is not None),
+        unmatched=(_gone(alone[0]), _gone(alone[1])),
+        causes=tuple(replace(cause, moved=count) for (cause, _), count in zip(causes, counts, strict=True)),
+    )
+
+
+def _number(row: ShownRow) -> ReportNumber:
+    scope = json.loads(row.scope_json) if row.scope_json else {}
+    return ReportNumber(row.number_uid, row.kind, scope, row.name, row.unit, row.value)
+
+
+def _what(row: ShownRow) -> tuple[str | None, ...]:
+    """Return what two reports know a number by; one that is gone goes by its id, which never means another."""
+    return (row.number_uid,) if row.result_uid is None else (row.kind, row.scope_json, row.name)
+
+
+def _gone(rows: Sequence[ShownRow]) -> int:
+    return sum(row.result_uid is None for row in rows)
+
+
+_Leaf = tuple[str, str, str]
+"""What a result rests on that is no result: its kind, its uid and its hash, or what stands for these."""
+
+
+class _Results:
+    """Every stored result, and what results rest on at the bottom.
+
+    A result that has the content of one that the report `before` rests on stands for that one: what only the newer of
+    the two rests on moved nothing.
+    """
+
+    def __init__(self, heads: Mapping[str, ResultHead], before: Iterable[str]) -> None:
+        self.heads = heads
+        self.before: dict[bytes, ResultHead] = {}
+        step = [uid for uid in before if uid in heads]
+        while step:
+            fresh = [heads[uid] for uid in step if heads[uid].content not in self.before]
+            self.before |= {head.content: head for head in fresh}
+            step = list({uid for head in fresh for kind, uid, _sha256 in head.inputs if kind == "result"})
+        self.leaves_of_runs: dict[bytes, frozenset[_Leaf]] = {}  # they are asked for again and again
+        self.compared: dict[tuple[str, str], frozenset[Thing]] = {}
+
+    def otherwise(self, old: str | None, new: str | None) -> frozenset[Thing]:
+        """Return what two results do not rest on alike; nothing where they are one, or are gone."""
+        if old is None or new is None or old == new:
+            return frozenset()
+        if (old, new) not in self.compared:
+            leaves = [self._leaves(self.heads[uid]) for uid in (old, new)]
+            self.compared[old, new] = frozenset(_differing(*leaves))
+        return self.compared[old, new]
+
+    def _leaves(self, head: ResultHead) -> frozenset[_Leaf]:
+        if head.content in self.leaves_of_runs:
+            return self.leaves_of_runs[head.content]
+        head = self.before.get(head.content, head)
+        scope = json.loads(head.scope_json)
+        run = scope.pop("run", None)
+        found = {(VERSION, head.kind, str(head.version))}
+        for kind, uid, sha256 in head.inputs:
+            found |= self._leaves(self.heads[uid]) if kind == "result" else {(kind, uid, sha256)}
+        if run is not None:
+            found.add((*SETTINGS, f"{head.kind} {scope}"))
+            self.leaves_of_runs[head.content] = frozenset(found)
+        return frozenset(found)
+
+
+def _differing(old: frozenset[_Leaf], new: frozenset[_Leaf]) -> set[Thing]:
+    """Return in the words of causes which of these only one has."""
+    both = {leaf[:2] for leaf in old} & {leaf[:2] for leaf in new}
+    found: set[Thing] = set()
+    for kind, uid, _sha256 in old ^ new:
+        if kind == "detection" and (kind, uid) in both:
+            found.add((VERSION, uid))
+        elif kind in ("detection", "scene"):
+            found.add(SETTINGS)
+        else:
+            found.add((kind, uid))
+        if kind == "run" and (kind, uid) not in both:
+            found.add((OF_RUN, uid))
+    return found or {SETTINGS}

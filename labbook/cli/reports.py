@@ -1,0 +1,190 @@
+"""`labbook reports`: the reports of the book, what one shows, and what moved between two."""
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from labbook.cli.common import BookOption, JsonOption, columns, emit
+
+if TYPE_CHECKING:
+    from data_schema.queries.reports import ReportRow
+    from labbook.actions.upkeep.report_causes import Cause
+    from labbook.actions.upkeep.report_differences import MovedNumber, ReportNumber, ReportsCompared
+
+app = typer.Typer(no_args_is_help=True)
+
+ReportArgument = Annotated[
+    str,
+    typer.Argument(metavar="REPORT", help="Its number in `reports list`, last, last-1, or the beginning of its id."),
+]
+MOST_MOVED, MOST_CAUSES = 20, 12
+"""So many numbers, and causes of a kind, are told without --full."""
+
+
+@app.command("list")
+def list_command(book: BookOption = None, as_json: JsonOption = False) -> None:
+    """List the reports that were made of the book, the newest last.
+
+    Example: labbook reports list
+    """
+    from data_schema.queries.reports import reports_stated
+    from labbook.book.opening import opened
+
+    with opened(book) as opened_book, opened_book.reading() as connection:
+        found = reports_stated(connection)
+    rows = [(str(one.number), one.uid, one.made_utc, one.person, str(one.numbers), _runs(one)) for one in found]
+    lines = columns(("report", "id", "made", "by", "numbers", "of"), rows) if rows else ["no report was stored yet."]
+    emit(found, lines, as_json)
+
+
+@app.command("show")
+def show_command(report: ReportArgument, book: BookOption = None, as_json: JsonOption = False) -> None:
+    """Show what a report was made with, and its numbers as they were printed.
+
+    Example: labbook reports show last
+    """
+    from labbook.actions.upkeep.report_differences import report_named, report_numbers
+    from labbook.book.opening import opened
+
+    with opened(book) as opened_book, opened_book.reading() as connection:
+        made = report_named(connection, report)
+        numbers = report_numbers(connection, made)
+    known = [one for one in numbers if one.name is not None]
+    gone = len(numbers) - len(known)
+    rows = [(one.uid, f"{one.name}", _value(one), _about(one)) for one in known]
+    lines = [
+        f"report {_called(made)}",
+        f"made with {', '.join(f'{name} {version}' for name, version in made.versions.items())}",
+        *(columns(("id", "number", "value", "of"), rows) if rows else ()),
+        *([f"{gone} more are of results that the book has no longer: `labbook why ID` says why."] if gone else ()),
+    ]
+    emit({"report": made, "numbers": numbers}, lines, as_json)
+
+
+@app.command("diff")
+def diff_command(
+    before: ReportArgument,
+    after: ReportArgument,
+    full: Annotated[
+        bool, typer.Option("--full", help="All numbers that moved, and those that only one of the two has.")
+    ] = False,
+    book: BookOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Say which numbers moved between two reports, and by what: corrections, verdicts, files, settings, versions.
+
+    Numbers are the same where they are called the same and about the same, whatever their ids; whether one moved is
+    told from what was printed. A cause is one of a number where the number rests on what it changed.
+
+    Example: labbook reports diff last-1 last
+    """
+    from labbook.actions.upkeep.report_differences import compare_reports, report_named
+    from labbook.book.opening import opened
+
+    with opened(book) as opened_book, opened_book.reading() as connection:
+        found = compare_reports(connection, report_named(connection, before), report_named(connection, after))
+    emit(found, [] if as_json else _lines(found, full), as_json)
+
+
+def _lines(found: "ReportsCompared", full: bool) -> list[str]:
+    lines = [_answer(found), f"from report {_called(found.before)}", f"to report {_called(found.after)}"]
+    if found.before.selection != found.after.selection:
+        lines.append("the two are of different runs: numbers of a selection as a whole are in one of them alone.")
+    moving = [place for place, cause in enumerate(found.causes) if cause.moved]
+    names = {place: str(number) for number, place in enumerate(moving, start=1)}
+    said = [f"{names[place]} {_said(found.causes[place])}" for place in moving]
+    lines += _shortened(said, MOST_CAUSES, full)
+    beside = [f"  {_said(cause)}" for cause in found.causes if not cause.moved]
+    if beside:
+        lines += [
+            "said between the two, and none of these numbers moved by it:",
+            *_shortened(beside, MOST_CAUSES, full),
+        ]
+    told = found.moved if full else found.moved[:MOST_MOVED]
+    rows = [
+        (str(one.now.name), *_pair(one), ",".join(names[place] for place in one.causes) or "?", _about(one.now))
+        for one in told
+    ]
+    if rows:
+        lines += columns(("number", "was", "is", "by", "of"), rows)
+    if told != found.moved:
+        lines.append(f"and {len(found.moved) - len(told)} more: see --full")
+    reports = (found.before, found.after)
+    for report, alone in zip(reports, (found.only_before, found.only_after), strict=True):
+        if alone:
+            lines.append(
+                f"{_count(len(alone), 'number')} only in report {report.number}{'' if full else ': see --full'}"
+            )
+            lines += [f"  {one.name} of {_about(one)}: {_value(one)}" for one in alone if full]
+    lines += [
+        f"{_count(count, 'number')} of report {report.number} cannot be matched: the book no longer has their results."
+        for report, count in zip(reports, found.unmatched, strict=True)
+        if count
+    ]
+    return lines
+
+
+def _answer(found: "ReportsCompared") -> str:
+    """Say in one sentence how many numbers moved, and by what."""
+    if not found.common:
+        return "The two reports have no number in common."
+    if not found.moved:
+        return f"None of {_count(found.common, 'number')} moved."
+    counts = Counter(str(cause.kind) for cause in found.causes if cause.moved)
+    causes = [_count(count, _NAMED.get(kind, kind)) for kind, count in counts.items()]
+    by = f"by {', '.join(causes[:-1])}{' and ' if causes[1:] else ''}{causes[-1]}" if causes else ""
+    unexplained = sum(not one.causes for one in found.moved)
+    if unexplained:
+        of_them = f"{unexplained} of them" if causes else "them"
+        unsaid = f"nothing said between the reports explains {of_them}: `labbook db check` says what was altered"
+        by = f"{by}, and {unsaid}" if by else f"and {unsaid}"
+    return f"{len(found.moved)} of {_count(found.common, 'number')} moved, {by}."
+
+
+_NAMED = {"configuration": "change of labbook.toml", "version": "algorithm version", "run": "new run"}
+_SEVERAL = {"change of labbook.toml": "changes of labbook.toml"}
+
+
+def _count(count: int, what: str) -> str:
+    return f"{count} {what if count == 1 else _SEVERAL.get(what, f'{what}s')}"
+
+
+def _called(report: "ReportRow") -> str:
+    return f"{report.number} ({report.uid}), made {report.made_utc} by {report.person} of {_runs(report)}"
+
+
+def _runs(report: "ReportRow") -> str:
+    return report.selection or "all runs"
+
+
+def _said(cause: "Cause") -> str:
+    moved = f" ({_count(cause.moved, 'number')})" if cause.moved else ""
+    reason = f', "{cause.reason}"' if cause.reason else ""
+    who = "" if cause.person is None else f" ({cause.person}, {(cause.at_utc or '')[:10]})"
+    return f"{cause.kind}{moved}: {cause.what}{reason}{who}"
+
+
+def _shortened(lines: Sequence[str], most: int, full: bool) -> list[str]:
+    return [*lines] if full or len(lines) <= most else [*lines[:most], f"and {len(lines) - most} more: see --full"]
+
+
+def _about(number: "ReportNumber") -> str:
+    """Say what a number is about: the words of its scope, and the settings in it that are not off."""
+    words = [str(number.kind).replace("_", " ")]
+    for name, value in number.scope.items():
+        if value:
+            words.append(value if isinstance(value, str) else name if value is True else f"{name} {value}")
+    return ", ".join(words)
+
+
+def _value(number: "ReportNumber") -> str:
+    unit = "" if number.unit == "1" else f" {number.unit}"
+    return "undefined" if number.value is None else f"{number.value:.6g}{unit}"
+
+
+def _pair(moved: "MovedNumber") -> tuple[str, str]:
+    """Return both values with as many digits as it takes to tell them apart."""
+    shown = _value(moved.was), _value(moved.now)
+    return shown if shown[0] != shown[1] else (repr(moved.was.value), repr(moved.now.value))

@@ -1,0 +1,234 @@
+"""What moved between two reports is told with what moved it: said by people, read from files, or another version."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from data_schema.engine import writing
+from data_schema.vocabulary import Undefined
+from labbook.actions.files.ingesting import IngestRequest, ingest_file
+from labbook.actions.files.kept_files import withdraw
+from labbook.actions.report_command import state_report
+from labbook.actions.runs.correcting import correct, void
+from labbook.actions.runs.jump_review import decide
+from labbook.actions.upkeep.pruning import prune
+from labbook.actions.upkeep.report_causes import CauseKind
+from labbook.actions.upkeep.report_differences import MovedNumber, ReportsCompared, compare_reports, report_named
+from labbook.analysis import algorithms
+from labbook.analysis.outcomes import run_apexes
+from labbook.book.opening import Book
+from labbook.book.rebuilding import rebuild_database
+from tests.cli.shell import good, labbook, refused
+from tests.helpers.books import ADA, BEN, SmallBook, ingest_all, small_book
+
+LATE = "r012"
+"""The run whose log comes after the first report."""
+CONTROL, TREATED = "foot=small k_gain=400 b_ad_gain=0", "foot=small k_gain=400 b_ad_gain=100"
+"""The condition of r001, r006, r009 and r014, and that of r002, r004, r010 and the late run."""
+
+
+def report(book: Book, where: str | None = None) -> None:
+    state_report(book, where, ADA, lambda _step: None)
+
+
+def compared(book: Book, before: str = "last-1", after: str = "last") -> ReportsCompared:
+    with book.reading() as connection:
+        return compare_reports(connection, report_named(connection, before), report_named(connection, after))
+
+
+def moved_by(found: ReportsCompared, of: Callable[[MovedNumber], bool]) -> list[set[CauseKind]]:
+    """The kinds of causes of each number that moved and is meant."""
+    return [{found.causes[place].kind for place in one.causes} for one in found.moved if of(one)]
+
+
+def mean(quantity: str, condition: str) -> Callable[[MovedNumber], bool]:
+    about = {"quantity": quantity, "condition": condition, "selection": ""}
+    return lambda one: (one.now.kind, one.now.scope, one.now.name) == ("condition_summary", about, "mean")
+
+
+def raise_apexes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let a newer version of the algorithm find every apex 1 mm higher."""
+    found, newer = run_apexes._apexes, replace(run_apexes.ALGORITHM, version=run_apexes.ALGORITHM.version + 1)
+
+    def higher(judgement: run_apexes.Judgement) -> run_apexes.RunApexes:
+        apexes = found(judgement)
+        height = apexes.apex_height
+        assert not isinstance(height.value, Undefined)
+        return replace(apexes, apex_height=replace(height, value=height.value + 1e-3))
+
+    everything = [newer if one is run_apexes.ALGORITHM else one for one in algorithms.ALGORITHMS]
+    monkeypatch.setattr(algorithms, "ALGORITHMS", tuple(everything))
+    monkeypatch.setattr(run_apexes, "ALGORITHM", newer)
+    monkeypatch.setattr(run_apexes, "_apexes", higher)
+
+
+@pytest.fixture
+def before(tmp_path: Path) -> SmallBook:
+    """A book with a report, made before the log of one run was ingested."""
+    made = small_book(tmp_path, ingested=False, two_people=True)
+    late = made.log(LATE).rename(tmp_path / "late.csv")
+    with made.open() as book:
+        ingest_all(book, made.instruments)
+        report(book)
+    late.rename(made.log(LATE))
+    return made
+
+
+def test_a_correction_a_verdict_a_file_and_a_version_are_told_apart(
+    before: SmallBook, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with before.open() as book:
+        with book.session(BEN) as session:
+            correct(book, session, "r004", ["duration_s=780"], "typed wrong")
+            decide(book, session, "r002", [1], "reject", "touched_by_hand", "saw it")
+        ingest_file(book, before.log(LATE), IngestRequest(person=ADA))
+        raise_apexes(monkeypatch)
+        report(book)
+        found = compared(book)
+    assert [(one.kind, one.person) for one in found.causes] == [
+        (CauseKind.CORRECTION, BEN),
+        (CauseKind.VERDICT, BEN),
+        (CauseKind.FILE, ADA),
+        (CauseKind.VERSION, None),
+    ]
+    assert all(one.moved > 0 for one in found.causes)
+    assert all(one.causes for one in found.moved)
+    assert moved_by(found, mean("joules a jump", TREATED)) == [{CauseKind.CORRECTION}]
+    assert moved_by(found, mean("joules a jump", CONTROL)) == []
+    assert moved_by(found, mean("apex height", CONTROL)) == [{CauseKind.VERSION}]
+    assert moved_by(found, mean("apex height", TREATED)) == [set(CauseKind) & {one.kind for one in found.causes}]
+    assert found.unmatched == (0, 0)
+    told = good(labbook("reports", "diff", "1", "2", at=before.folder)).out
+    first, *lines = told.splitlines()
+    counts = f"{len(found.moved)} of {found.common} numbers"
+    assert first == f"{counts} moved, by 1 correction, 1 verdict, 1 file and 1 algorithm version."
+    for said in (
+        'run r004: duration_s 720 to 780, "typed wrong" (Ben Ode, ',
+        "of run r002 rejected, touched_by_hand",
+        f"{LATE}.csv ingested",
+        f"run_apexes {run_apexes.ALGORITHM.version - 1} to {run_apexes.ALGORITHM.version}",
+    ):
+        assert sum(said in line for line in lines) == 1, (said, told)
+
+
+def test_nothing_moves_where_nothing_was_said(book: SmallBook) -> None:
+    with book.open() as standing:
+        report(standing)
+        report(standing)
+        found = compared(standing)
+        with standing.session(ADA) as session:
+            correct(standing, session, "r004", ["duration_s=780"], "typed wrong")
+        report(standing)
+        (cause,) = compared(standing).causes
+    assert (found.moved, found.only_before, found.only_after, found.causes) == ((), (), (), ())
+    assert found.common == found.before.numbers == found.after.numbers > 0
+    assert cause.moved > 0
+    told = good(labbook("reports", "diff", "1", "last-1", at=book.folder)).out
+    assert told.startswith(f"None of {found.common} numbers moved.\n")
+    same = good(labbook("reports", "diff", "last", "last", "--json", at=book.folder)).json
+    assert same["moved"] == []
+
+
+def test_what_nothing_explains_is_said(before: SmallBook) -> None:
+    with before.open() as book:
+        report(book)
+        with writing(book.engine) as connection:
+            connection.exec_driver_sql("UPDATE report_item SET value = value + 1 WHERE report = 2")
+        found = compared(book)
+    assert [one.causes for one in found.moved] == [()] * len(found.moved)
+    told = good(labbook("reports", "diff", "1", "2", at=before.folder)).out
+    counts = f"{len(found.moved)} of {found.common} numbers"
+    assert told.startswith(f"{counts} moved, and nothing said between the reports explains them: `labbook db check` ")
+
+
+def test_what_was_taken_away_or_back_moves_numbers_too(before: SmallBook) -> None:
+    with before.open() as book:
+        with book.session(ADA) as session:
+            decide(book, session, "r002", [1], "reject", "touched_by_hand", None)
+        report(book)
+        with book.session(ADA) as session:
+            decide(book, session, "r002", [1], "clear", "other", None)
+            withdraw(session, "r001.csv", "of another robot")
+            void(session, "r006", "foot came loose")
+            correct(book, session, "r004", ["duration_s=780"], "typed wrong")
+        report(book)
+        found = compared(book)
+    told = [(one.kind, one.what) for one in found.causes]
+    assert told[1:] == [
+        (CauseKind.FILE, "r001.csv withdrawn"),
+        (CauseKind.CORRECTION, "run r006 declared void"),
+        (CauseKind.CORRECTION, "run r004: duration_s 720 to 780"),
+    ]
+    assert told[0][0] is CauseKind.VERDICT
+    assert "left to the protocol again" in told[0][1]
+    assert all(one.moved > 0 for one in found.causes)
+    assert moved_by(found, mean("apex height", TREATED)) == [{CauseKind.VERDICT}], "no apex rests on the duration"
+    assert all(one.causes for one in found.moved)
+    with before.open() as book:
+        found = compared(book, "1", "last")
+    assert [one.moved > 0 for one in found.causes] == [False, False, True, True, True], "a verdict was taken back"
+    assert "  verdict: jump at " in good(labbook("reports", "diff", "1", "last", at=before.folder)).out
+
+
+def test_a_setting_moves_what_is_computed_otherwise_by_it(before: SmallBook) -> None:
+    text = before.toml.read_text(encoding="utf-8")
+    before.toml.write_text(text.replace("exclude_first_jumps = 0", "exclude_first_jumps = 1"), encoding="utf-8")
+    with before.open() as book:
+        report(book)
+        found = compared(book)
+    (cause,) = found.causes
+    assert cause.what == "labbook.toml: protocol.exclude_first_jumps 0 to 1"
+    assert cause.moved == len(found.moved) > 0
+
+
+def test_reports_of_different_runs_share_the_numbers_of_single_runs(before: SmallBook) -> None:
+    with before.open() as book:
+        report(book, "foot=small")
+        found = compared(book)
+    assert found.common > 0
+    assert found.moved == ()
+    assert found.only_before
+    assert found.only_after
+    told = good(labbook("reports", "diff", "1", "2", "--full", at=before.folder)).out
+    assert "the two are of different runs" in told
+    assert told.count("foot=small") > 1
+
+
+def test_results_that_are_gone_cannot_be_matched(before: SmallBook, monkeypatch: pytest.MonkeyPatch) -> None:
+    raise_apexes(monkeypatch)
+    with before.open() as book:
+        report(book)
+        prune(book, (), lambda _total: contextlib.nullcontext(lambda _step: None))
+        assert compared(book).unmatched == (0, 0)
+    rebuild_database(before.folder, lambda _step: None)
+    with before.open() as book:
+        found = compared(book)
+    assert found.unmatched[0] > 0
+    assert found.unmatched[1] == 0
+    told = good(labbook("reports", "diff", "1", "2", at=before.folder)).out
+    assert f"{found.unmatched[0]} numbers of report 1 cannot be matched" in told
+    assert (
+        "more are of results that the book has no longer" in good(labbook("reports", "show", "1", at=before.folder)).out
+    )
+
+
+def test_reports_are_called_by_number_place_and_id(before: SmallBook) -> None:
+    (first,) = good(labbook("reports", "list", "--json", at=before.folder)).json
+    assert (first["number"], first["person"], first["selection"]) == (1, ADA, "")
+    listed = good(labbook("reports", "list", at=before.folder)).out.splitlines()[1]
+    assert first["uid"] in listed
+    assert re.search(rf" {first['numbers']} +all runs$", listed)
+    shown = good(labbook("reports", "show", "1", at=before.folder)).out
+    assert f"run_apexes {run_apexes.ALGORITHM.version}" in shown
+    for name in ("last", first["uid"], first["uid"][:5]):
+        assert good(labbook("reports", "show", name, at=before.folder)).out == shown
+    numbers = good(labbook("reports", "show", "last", "--json", at=before.folder)).json["numbers"]
+    assert len(numbers) == first["numbers"]
+    refused(labbook("reports", "show", "lsat", at=before.folder), 2, "'lsat' is not a known report", "mean 'last'")
+    refused(labbook("reports", "diff", "last-1", "last", at=before.folder), 2, "'last-1'", "`labbook reports list`")
