@@ -99,7 +99,7 @@ def _lines(found: "ReportsCompared", full: bool) -> list[str]:
     beside = [f"  {_said(cause)}" for cause in found.causes if not cause.moved]
     if beside:
         lines += [
-            "said between the two, and none of these numbers moved by it:",
+            "said between the two, and no number that both have moved by it:",
             *_shortened(beside, MOST_CAUSES, full),
         ]
     told = found.moved if full else found.moved[:MOST_MOVED]
@@ -130,8 +130,10 @@ def _answer(found: "ReportsCompared") -> str:
     """Say in one sentence how many numbers moved, and by what."""
     if not found.common:
         return "The two reports have no number in common."
+    alone = len(found.only_before) + len(found.only_after)
+    more = f"; {alone} more {'is' if alone == 1 else 'are'} in one of the two alone" if alone else ""
     if not found.moved:
-        return f"None of {_count(found.common, 'number')} moved."
+        return f"None of {_count(found.common, 'number')} moved{more}."
     counts = Counter(str(cause.kind) for cause in found.causes if cause.moved)
     causes = [_count(count, _NAMED.get(kind, kind)) for kind, count in counts.items()]
     by = f"by {', '.join(causes[:-1])}{' and ' if causes[1:] else ''}{causes[-1]}" if causes else ""
@@ -140,7 +142,7 @@ def _answer(found: "ReportsCompared") -> str:
         of_them = f"{unexplained} of them" if causes else "them"
         unsaid = f"nothing said between the reports explains {of_them}: `labbook db check` says what was altered"
         by = f"{by}, and {unsaid}" if by else f"and {unsaid}"
-    return f"{len(found.moved)} of {_count(found.common, 'number')} moved, {by}."
+    return f"{len(found.moved)} of {_count(found.common, 'number')} moved, {by}{more}."
 
 
 _NAMED = {"configuration": "change of labbook.toml", "version": "algorithm version", "run": "new run"}
@@ -171,10 +173,10 @@ def _shortened(lines: Sequence[str], most: int, full: bool) -> list[str]:
 
 
 def _about(number: "ReportNumber") -> str:
-    """Say what a number is about: the words of its scope, and the settings in it that are not off."""
+    """Say what a number is about: the words of its scope but for the report's selection, and settings that are on."""
     words = [str(number.kind).replace("_", " ")]
     for name, value in number.scope.items():
-        if value:
+        if value and name != "selection":
             words.append(value if isinstance(value, str) else name if value is True else f"{name} {value}")
     return ", ".join(words)
 

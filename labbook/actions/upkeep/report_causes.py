@@ -27,8 +27,11 @@ Thing = tuple[str, str]
 """What a result can rest on: its kind and uid."""
 SETTINGS: Thing = ("settings", "")
 """Stands for what labbook.toml says, which is no row."""
-OF_RUN, VERSION = "of run", "version"
-"""Kinds of what is no row either: all that belongs to a run, and the version of an algorithm by its name."""
+VERSION, OF_RUN, LOST_RUN = "version", "of run", "lost run"
+"""Kinds of what is no row either: the version of an algorithm by its name; that a number rests on a run in one report
+only, and in the earlier one only, by the run's uid. A charge or log too many takes its run's numbers away, and is in
+none of them.
+"""
 
 
 class CauseKind(StrEnum):
@@ -101,10 +104,10 @@ class _Known:
         for file_uid, sha256 in samples_of_files(connection):
             self.of_file.setdefault(file_uid, set()).add(("signal", sha256))
         for (file_uid, _part), log in self.history.logs.items():
-            self.of_file[file_uid].add((OF_RUN, log.run_uid))
+            self.of_file[file_uid].add((LOST_RUN, log.run_uid))
         for uid, charge in self.history.charges.items():
             self.of_file.setdefault(self.history.file_of[uid], set()).update(
-                {("charge", uid), (OF_RUN, charge.run_uid)}
+                {("charge", uid), (LOST_RUN, charge.run_uid)}
             )
 
     def file_of(self, entry: EntryRow) -> str | None:
@@ -132,17 +135,16 @@ class _Known:
             case Action.VOID, "run":
                 return CauseKind.CORRECTION, f"{self._run(entry.uid)} declared void"
             case Action.CORRECT, kind if kind != "run_file" and "run" not in new:
-                charge = self.history.charges.get(entry.uid)
-                called = f"charge of {self._run(charge.run_uid)}" if charge else kind
                 changed = changes_in_words(self.connection, entry.old, new)
-                return CauseKind.CORRECTION, f"{self._run(entry.uid) if kind == 'run' else called}: {changed}"
-        if entry.action not in _DONE:
-            return None
+                return CauseKind.CORRECTION, f"{self._called(kind, entry.uid)}: {changed}"
         name = self.history.file_names.get(self.file_of(entry) or "")
         called = f"part {new['part']} of {name}" if "part" in new else name or "a typed charge"
         called = f"charge of {name}" if name and entry.kind == "charge" else called
-        to = f" to {self._run(new['run'])}" if entry.action in (Action.ASSIGN, Action.CORRECT) else ""
-        return CauseKind.FILE, f"{called} {_DONE[entry.action]}{to}"
+        if entry.action in (Action.ASSIGN, Action.CORRECT):
+            left = dict.fromkeys(self._run(change.was) for change in self.moves.get(entry.seq, ()) if change.was)
+            moved = f" from {' and '.join(left)}" if left else ""
+            return CauseKind.FILE, f"{called} assigned{moved} to {self._run(new['run'])}"
+        return (CauseKind.FILE, f"{called} {_DONE[entry.action]}") if entry.action in _DONE else None
 
     def touched(self, entry: EntryRow) -> Iterator[Thing]:
         """Give what an entry touches of what results rest on."""
@@ -159,6 +161,14 @@ class _Known:
             yield from self.of_file.get(self.file_of(entry), ())
         for change in self.moves.get(entry.seq, ()):
             yield from ((OF_RUN, run_uid) for run_uid in (change.was, change.now))
+
+    def _called(self, kind: str, uid: str) -> str:
+        if kind == "run":
+            return self._run(uid)
+        if kind == "charge":
+            charge = self.history.charges.get(uid)
+            return f"charge of {self._run(charge.run_uid if charge else None)}"
+        return f"{kind} {queries.words_by_uid(self.connection, kind, _NAMED_BY.get(kind, 'name')).get(uid, uid)}"
 
     def _run(self, uid: str | None) -> str:
         return f"run {self.history.runs[uid].name}" if uid else "no run"
@@ -178,6 +188,8 @@ class _Known:
 
 MOST_SETTINGS = 3
 """So many settings of a configuration are named."""
+_NAMED_BY = {"level": "label", "condition": "key", "day": "date_local"}
+"""The column that people know a thing by, where it is not its name."""
 _SAID = {
     Verdict.ACCEPT: "accepted",
     Verdict.REJECT: "rejected",
@@ -189,8 +201,6 @@ _DONE = {
     Action.READ: "read anew",
     Action.WITHDRAW: "withdrawn",
     Action.RESTORE: "taken into use again",
-    Action.ASSIGN: "assigned",
-    Action.CORRECT: "assigned",
 }
 
 

@@ -16,7 +16,7 @@ import sqlalchemy as sa
 
 from data_schema.errors import unknown_name
 from data_schema.queries.reports import ReportRow, ResultHead, ShownRow, reports_stated, result_heads, shown_by_report
-from labbook.actions.upkeep.report_causes import OF_RUN, SETTINGS, VERSION, Cause, Thing, causes_between
+from labbook.actions.upkeep.report_causes import LOST_RUN, OF_RUN, SETTINGS, VERSION, Cause, Thing, causes_between
 from labbook.analysis.results.printed_values import agree
 
 LAST = "last"
@@ -177,7 +177,8 @@ class _Results:
 
 def _differing(old: frozenset[_Leaf], new: frozenset[_Leaf]) -> set[Thing]:
     """Return in the words of causes which of these only one has."""
-    both = {leaf[:2] for leaf in old} & {leaf[:2] for leaf in new}
+    was = {leaf[:2] for leaf in old}
+    both = was & {leaf[:2] for leaf in new}
     found: set[Thing] = set()
     for kind, uid, _sha256 in old ^ new:
         if kind == "detection" and (kind, uid) in both:
@@ -187,5 +188,5 @@ def _differing(old: frozenset[_Leaf], new: frozenset[_Leaf]) -> set[Thing]:
         else:
             found.add((kind, uid))
         if kind == "run" and (kind, uid) not in both:
-            found.add((OF_RUN, uid))
+            found |= {(OF_RUN, uid), (LOST_RUN if (kind, uid) in was else OF_RUN, uid)}
     return found or {SETTINGS}

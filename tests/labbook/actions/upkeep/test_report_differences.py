@@ -107,7 +107,7 @@ def test_a_correction_a_verdict_a_file_and_a_version_are_told_apart(
     told = good(labbook("reports", "diff", "1", "2", at=before.folder)).out
     first, *lines = told.splitlines()
     counts = f"{len(found.moved)} of {found.common} numbers"
-    assert first == f"{counts} moved, by 1 correction, 1 verdict, 1 file and 1 algorithm version."
+    assert first.startswith(f"{counts} moved, by 1 correction, 1 verdict, 1 file and 1 algorithm version")
     for said in (
         'run r004: duration_s 720 to 780, "typed wrong" (Ben Ode, ',
         "of run r002 rejected, touched_by_hand",
@@ -174,6 +174,20 @@ def test_what_was_taken_away_or_back_moves_numbers_too(before: SmallBook) -> Non
         found = compared(book, "1", "last")
     assert [one.moved > 0 for one in found.causes] == [False, False, True, True, True], "a verdict was taken back"
     assert "  verdict: jump at " in good(labbook("reports", "diff", "1", "last", at=before.folder)).out
+
+
+def test_a_log_too_many_takes_a_run_out_of_the_mean(before: SmallBook, tmp_path: Path) -> None:
+    shorter = tmp_path / "again" / "r001.csv"
+    shorter.parent.mkdir()
+    shorter.write_bytes(before.log("r001").read_bytes().rsplit(b"\n", 2)[0] + b"\n")
+    with before.open() as book:
+        ingest_file(book, shorter, IngestRequest(person=ADA))
+        report(book)
+        found = compared(book)
+    (cause,) = found.causes
+    assert (cause.kind, cause.what) == (CauseKind.FILE, "r001.csv ingested")
+    assert moved_by(found, mean("apex height", CONTROL)) == [{CauseKind.FILE}]
+    assert cause.moved == len(found.moved)
 
 
 def test_a_setting_moves_what_is_computed_otherwise_by_it(before: SmallBook) -> None:
