@@ -30,7 +30,7 @@ class Reason(Code):
     """Why a number does not exist."""
 
     AS_SAID = "{said}"
-    """What has words of its own already: which days leave untold, why no n is enough."""
+    """What has words of its own already."""
     TOO_FEW_AROUND_APEX = "too few valid samples around the highest point after this stance, or it is no maximum"
     NEVER_LEFT_PARABOLA = "the body left its parabola nowhere between touchdown and apex"
     RULE_WITHOUT_ERROR = "the published rule has no standard error"
@@ -158,6 +158,13 @@ class Reason(Code):
     TWO_EACH_FOR_VARIANCE = "each group needs at least 2 {unit}s for its variance"
     TWO_EACH = "each group needs at least 2 {unit}s"
     TOO_FEW_FOR_POOLED_VARIANCE = "there are too few {unit}s for a pooled variance"
+    NO_TRUE_DIFFERENCE = "the true difference is 0"
+    DIFFERENCE_ON_OTHER_SIDE = (
+        "the true difference {difference:g} lies below 0 and the one-sided test asks for one above"
+    )
+    TRUE_MEANS_EQUAL = "the true means are equal"
+    NOT_BETWEEN_BOUNDS = "the true difference {difference:g} does not lie between the bounds {low:g} and {high:g}"
+    NOT_BETWEEN_PERCENT = "the true difference of {percent:g} % does not lie between the bounds {low:g} and {high:g} %"
     SEARCH_ENDED = "the search ended at n = {largest}"
     ALPHA_TOO_SMALL = "alpha is too small for the quadrature over estimated variances"
     TOO_FEW_IDLE_RUNS = "the drain line needs at least {needed} idle runs and there are {n}"

@@ -25,7 +25,7 @@ from scipy import special
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.reasons import Reason
 from data_schema.rounding import level_text, number_text, stated_text
-from data_schema.vocabulary import Undefined
+from data_schema.vocabulary import Remark, Undefined
 from stats.checks import as_count, as_level, as_number, as_values
 from stats.compare.equivalence import ROUTES, EquivalenceRoute
 from stats.exact.numbers import moments, to_double
@@ -100,7 +100,7 @@ class Power(Result):
     """Level of the test."""
     power: float | Undefined
     """Chance of rejecting, 0 to 1."""
-    never: str | None = None
+    never: Remark | None = None
     """Why no number of values brings the chance above alpha; None where enough of them find the effect."""
 
     def sentence(self) -> str:
@@ -177,7 +177,7 @@ def power_anova(means: Sequence[float], sd: float, n: int, alpha: float = 0.05) 
     means_text = ", ".join(assumed_text(mean, sd) for mean in truth)
     test = f"one-way ANOVA for means {means_text} at sd {number_text(sd)}"
     sizes = (n,) * k
-    never = "the true means are equal" if truth.min() == truth.max() else None
+    never = Remark(Reason.TRUE_MEANS_EQUAL) if truth.min() == truth.max() else None
     if n < 2:
         return Power(test, sizes, alpha, Undefined(Reason.TWO_EACH), never)
     ncp = to_double(n * moments(truth).exact_sum_squares / Fraction(sd) ** 2)
@@ -228,7 +228,7 @@ def power_equivalence(
     )
     never = None
     if not low < difference < high:
-        never = f"the true difference {difference:g} does not lie between the bounds {low:g} and {high:g}"
+        never = Remark(Reason.NOT_BETWEEN_BOUNDS, difference=difference, low=low, high=high)
     if min(sizes) < (2 if route == "welch" else 1) or sum(sizes) < 3:
         few = _NO_VARIANCE if route == "welch" else Undefined(Reason.TOO_FEW_FOR_POOLED_VARIANCE)
         return Power(test, sizes, alpha, few, never)
@@ -261,11 +261,11 @@ def _difference_text(difference: float, sd: float) -> str:
     return f"a difference of {assumed_text(difference, sd)}"
 
 
-def _no_difference(difference: float, sides: int) -> str | None:
+def _no_difference(difference: float, sides: int) -> Remark | None:
     if difference == 0.0:
-        return "the true difference is 0"
+        return Remark(Reason.NO_TRUE_DIFFERENCE)
     if sides == 1 and difference < 0.0:
-        return f"the true difference {difference:g} lies below 0 and the one-sided test asks for one above"
+        return Remark(Reason.DIFFERENCE_ON_OTHER_SIDE, difference=difference)
     return None
 
 
@@ -336,7 +336,7 @@ def sample_size(plan: Callable[[int], Power], power: float = 0.8, largest: int =
     while not enough(n):
         tried = plan_of(n)
         if tried.never is not None and target > tried.alpha:
-            return SampleSize(target, Undefined(Reason.AS_SAID, said=tried.never))
+            return SampleSize(target, Undefined(tried.never.code, **dict(tried.never.parameters)))
         if n >= largest:
             return SampleSize(target, Undefined(Reason.SEARCH_ENDED, largest=largest))
         n = min(2 * n, largest)

@@ -18,7 +18,7 @@ from scipy import special
 from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
 from data_schema.rounding import number_text, stated_text
-from data_schema.vocabulary import Undefined
+from data_schema.vocabulary import Remark, Undefined
 from stats.checks import as_count, as_level, as_number
 from stats.exact.numbers import to_double
 from stats.exact.tails import df_of_arrays, t_upper_quantile, t_upper_quantiles
@@ -93,7 +93,7 @@ def power_percent_equivalence(
     )
     never = None
     if not low < truth < high:
-        never = f"the true difference of {truth:g} % does not lie between the bounds {low:g} and {high:g} %"
+        never = Remark(Reason.NOT_BETWEEN_PERCENT, percent=truth, low=low, high=high)
     if min(sizes) < 2:
         return Power(test, sizes, alpha, Undefined(Reason.TWO_EACH_FOR_VARIANCE), never)
     if alpha < _LEAST_ALPHA or t_upper_quantile(alpha, min(sizes) - 1) > _LARGEST_CRITICAL:

@@ -94,10 +94,11 @@ def holm_of(found: dict[str, TwoSample], observed: Observations, alpha: float) -
         log10_p={observed.name(label): result.welch_log10_p for label, result in found.items()},
         alpha=alpha,
     )
-    untold = [days_untold(observed, (label, observed.control)) for label in found]
     rejected = (
-        Undefined(Reason.AS_SAID, said=why) if why and not isinstance(each, Undefined) else each
-        for why, each in zip(untold, family.rejected, strict=True)
+        Undefined(Reason.ONE_DAY_EACH, a=observed.name(label), b=control)
+        if days_untold(observed, (label, observed.control)) and not isinstance(each, Undefined)
+        else each
+        for label, each in zip(found, family.rejected, strict=True)
     )
     return replace(family, rejected=tuple(rejected))
 

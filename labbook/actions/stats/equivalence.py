@@ -52,7 +52,7 @@ def equal(question: Question, request: EquivalenceRequest) -> Answer:
             names=(name, control),
         )
         told.append(with_days_said(result.sentence(name, control, observed.unit, untold and FROM_DAYS), untold))
-        found[label] = _left_open(result, untold)
+        found[label] = _left_open(result, name, control) if untold else result
     unit, level = "%" if percent else observed.unit, 1.0 - 2.0 * question.alpha
     notes = [*bounds_notes(observed, question.pooled, question.alpha, bounds), *day_notes(observed)]
     if question.has_shared_errors:
@@ -84,11 +84,11 @@ def equal(question: Question, request: EquivalenceRequest) -> Answer:
     return answer
 
 
-def _left_open(result: Equivalence, untold: str) -> Equivalence:
-    """Return the result without its verdicts where there is something that its p cannot tell."""
-    if not untold or isinstance(result.p, Undefined):
+def _left_open(result: Equivalence, name: str, control: str) -> Equivalence:
+    """Return the result without its verdicts, for groups whose days its p cannot tell from them."""
+    if isinstance(result.p, Undefined):
         return result
-    why = Undefined(Reason.AS_SAID, said=untold)
+    why = Undefined(Reason.ONE_DAY_EACH, a=name, b=control)
     welch, student = (replace(test, equivalent=why) for test in (result.welch, result.student))
     return replace(result, equivalent=why, welch=welch, student=student)
 
