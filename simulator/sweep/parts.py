@@ -1,7 +1,6 @@
-"""The unfinished sweep on disk: a folder beside the file to come, with the rows of the chunks that are done.
+"""The unfinished sweep on disk: a folder beside the file to come, with the jumps of the chunks that are done.
 
-A chunk's rows are synced before the chunk is marked as done, so that a mark stands for whole rows whenever the program
-dies.
+A chunk is synced before it is marked as done, so that a mark stands for whole jumps whenever the program dies.
 """
 
 from __future__ import annotations
@@ -9,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import fcntl
 import json
+import math
 import os
 import shutil
 from collections.abc import Iterator
@@ -19,10 +19,10 @@ from typing import BinaryIO
 import numpy as np
 
 from data_schema.errors import UsageError
-from simulator.sweep.chunks import Block, Chunks
-from simulator.sweep.result_file import Identity, differences, sync
+from simulator.sweep.chunks import Block, Chunks, Row
+from simulator.sweep.identity import Identity, differences
 
-PLAN, LOCK, ROWS, DONE = "sweep.json", "lock", "rows.f64", "done"
+PLAN, LOCK, COLUMNS, DONE = "sweep.json", "lock", "columns.f64", "done"
 _TYPE = np.dtype("<f8")
 
 
@@ -33,7 +33,10 @@ def part_folder(out: Path) -> Path:
 
 @dataclass(frozen=True, slots=True)
 class Parts:
-    """The rows of a sweep on disk, each of shape (jumps, outputs), and a byte a chunk: 1 where it is done."""
+    """The outputs of a sweep on disk, one column after the other, and a byte a chunk: 1 where it is done.
+
+    `row_shape`: how many jumps and outputs a row of the sweep has.
+    """
 
     folder: Path
     chunks: Chunks
@@ -46,32 +49,29 @@ class Parts:
     def keep(self, number: int, block: Block) -> None:
         """Put a chunk on disk, shape (rows, jumps, outputs); several threads may do so at once."""
         first, _ = self.chunks.bounds(number)
-        with (self.folder / ROWS).open("r+b", buffering=0) as rows:
-            rows.seek(first * self._row_bytes)
-            rows.write(np.ascontiguousarray(block, _TYPE).data)
-            os.fsync(rows.fileno())
+        with (self.folder / COLUMNS).open("r+b", buffering=0) as columns:
+            for place, column in enumerate(np.ascontiguousarray(np.moveaxis(block, -1, 0), _TYPE)):
+                columns.seek((place * self.chunks.rows + first) * self.row_shape[0] * _TYPE.itemsize)
+                columns.write(column.data)
+            os.fsync(columns.fileno())
         with (self.folder / DONE).open("r+b", buffering=0) as done:
             done.seek(number)
             done.write(b"\1")  # a mark that a power cut takes back costs one chunk, so no sync
 
-    def read(self, first: int, after: int) -> Block:
-        """Return the jumps from `first` to before `after` over all rows, shape (jumps, outputs)."""
-        outputs = self.row_shape[1]
-        offset = first * outputs * _TYPE.itemsize
-        return np.fromfile(self.folder / ROWS, _TYPE, (after - first) * outputs, offset=offset).reshape(-1, outputs)
+    def column(self, place: int) -> Row:
+        """Return the output at this place among all, shape (rows * jumps,); it is read as it is looked at."""
+        jumps = self.chunks.rows * self.row_shape[0]
+        return np.memmap(self.folder / COLUMNS, _TYPE, "r", place * jumps * _TYPE.itemsize, jumps)
 
     def make_room(self) -> None:
         """Make the files where they are not there; nothing is done then."""
-        sizes = {ROWS: self.chunks.rows * self._row_bytes, DONE: self.chunks.count}
+        numbers = self.chunks.rows * math.prod(self.row_shape)
+        sizes = {COLUMNS: numbers * _TYPE.itemsize, DONE: self.chunks.count}
         if any(not (self.folder / name).exists() for name in sizes):
             for name, size in sizes.items():
                 with (self.folder / name).open("wb") as file:
                     file.truncate(size)
             sync(self.folder)
-
-    @property
-    def _row_bytes(self) -> int:
-        return self.row_shape[0] * self.row_shape[1] * _TYPE.itemsize
 
 
 @contextlib.contextmanager
@@ -119,6 +119,15 @@ def _check_same(folder: Path, identity: Identity) -> None:
     sync(made)
     made.replace(plan)
     sync(folder)
+
+
+def sync(path: Path) -> None:
+    """Make a file's content, or the names in a folder, survive a power cut."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
 
 
 def _remove(entry: Path) -> None:

@@ -8,25 +8,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from data_schema.errors import UsageError
 from simulator.sweep.chunks import Block, recipe_for, with_refused
 from simulator.sweep.compute import Compute
+from simulator.sweep.identity import Identity, differences, identity_of
 from simulator.sweep.outputs import FLAGS, NOT_MADE, NOT_MADE_FLAG, OUTCOME_FLAGS, OUTPUTS, PLACE, REFUSED
-from simulator.sweep.parts import Parts, opened_parts, part_folder, remove_parts
-from simulator.sweep.result_file import (
-    IDENTITY,
-    Identity,
-    Layout,
-    SweepFile,
-    blocks,
-    differences,
-    format_of,
-    identity_of,
-    layout_of,
-    sync,
-)
+from simulator.sweep.parts import Parts, opened_parts, part_folder, remove_parts, sync
+from simulator.sweep.result_file import IDENTITY, Format, content_of, format_of
 from simulator.sweep.sweep import Sweep
 
 _OUTCOMES = "outcome_counts"
@@ -100,7 +88,8 @@ def run_sweep(sweep: Sweep, out: Path, compute: Compute, advance: Callable[[int]
             advance(waiting[number] * sweep.scene.jumps)
         computed = time.perf_counter()
         result = parts.folder / f".result{out.suffix}"
-        summary = assemble(parts, layout_of(sweep, identity), result, format_)
+        summary = _summary(parts)
+        format_.write(content_of(sweep, identity, parts, _counts(summary)), result)
         result.rename(out)
         sync(out.parent)
         remove_parts(parts.folder)
@@ -123,7 +112,7 @@ def _legal_rows(sweep: Sweep, number: int) -> Block:
     return sweep.design.rows(start, stop)[~sweep.refusals.rows(start, stop)]
 
 
-def _finished(out: Path, format_: type[SweepFile], identity: Identity) -> Summary | None:
+def _finished(out: Path, format_: Format, identity: Identity) -> Summary | None:
     """Return what the sweep in the file gave, None where there is no file; raises `UsageError` for another sweep."""
     if not out.exists():
         return None
@@ -139,24 +128,20 @@ def _finished(out: Path, format_: type[SweepFile], identity: Identity) -> Summar
     return Summary(json.loads(attributes[_OUTCOMES]), flagged)
 
 
-def assemble(parts: Parts, layout: Layout, path: Path, format_: type[SweepFile]) -> Summary:
-    """Write the file of a sweep whose chunks are all done, a block at a time: memory does not grow with the sweep."""
-    file = format_(path, layout)
-    names = dict(OUTCOME_FLAGS)
-    counts, flagged = dict.fromkeys(names, 0), dict.fromkeys(FLAGS, 0)
-    for slices, first, after in blocks(tuple(layout.dims.values())):
-        jumps = parts.read(first, after)
-        shape = tuple(part.stop - part.start for part in slices)
-        for output, values in zip(OUTPUTS, jumps.T, strict=True):
-            file.put(output.name, slices, values.astype(output.kind).reshape(shape))
-        found, times = np.unique(jumps[:, PLACE["outcome"]].astype(int), return_counts=True)
-        for outcome, count in zip(found.tolist(), times.tolist(), strict=True):
-            counts[outcome] += count
-        for flag in FLAGS:
-            flagged[flag] += int((jumps[:, PLACE[flag]] == 1).sum())
-    outcomes = {names[outcome]: count for outcome, count in counts.items() if count}
-    file.finish({_OUTCOMES: json.dumps(outcomes), **{_counted(flag): count for flag, count in flagged.items()}})
-    return Summary(outcomes, flagged)
+def _summary(parts: Parts) -> Summary:
+    """Count the jumps of a sweep whose chunks are all done."""
+    ends = parts.column(PLACE["outcome"])
+    counts = {outcome: int((ends == flag).sum()) for flag, outcome in OUTCOME_FLAGS}
+    return Summary(
+        {outcome: count for outcome, count in counts.items() if count},
+        {flag: int((parts.column(PLACE[flag]) == 1).sum()) for flag in FLAGS},
+    )
+
+
+def _counts(summary: Summary) -> dict[str, str | int]:
+    """Return a summary as attributes of a file."""
+    flagged = {_counted(flag): count for flag, count in summary.flagged.items()}
+    return {_OUTCOMES: json.dumps(summary.outcomes), **flagged}
 
 
 def _counted(flag: str) -> str:

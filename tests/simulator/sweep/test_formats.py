@@ -1,4 +1,4 @@
-"""Formats and clusters whose libraries are not there."""
+"""Formats and clusters whose libraries are not there, and the blocks of a Zarr folder."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 from data_schema.errors import UsageError
 from simulator.sweep.compute import Threads, connected, cores
-from simulator.sweep.result_file import FORMATS, format_of
+from simulator.sweep.result_file import BLOCK, FORMATS, block_shape, format_of
 from simulator.sweep.run import run_sweep
 from tests.helpers.scenes import is_sentence
 from tests.helpers.sweeps import grid_sweep
@@ -49,3 +49,9 @@ def test_a_scheduler_that_does_not_answer(address: str, monkeypatch: pytest.Monk
 def test_one_thread_a_core() -> None:
     assert Threads().count == cores() >= 1
     assert Threads(3).count == 3
+
+
+def test_a_long_axis_is_divided() -> None:
+    assert block_shape((10_000_000, 2)) == (BLOCK // 2, 2)
+    assert block_shape((5, 100_000)) == (1, BLOCK)
+    assert block_shape((31, 3)) == (31, 3)

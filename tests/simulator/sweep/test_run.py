@@ -18,7 +18,7 @@ from simulator.scene_file import load_scene, parse_scene
 from simulator.sweep.chunks import Recipe, recipe_for, simulate_rows, simulator_here
 from simulator.sweep.compute import Keep, Threads, ValuesOf
 from simulator.sweep.outputs import FLAGS, OUTPUTS
-from simulator.sweep.parts import DONE, PLAN, ROWS, opened_parts, part_folder
+from simulator.sweep.parts import COLUMNS, DONE, PLAN, opened_parts, part_folder
 from simulator.sweep.run import run_sweep
 from simulator.sweep.sweep import Sweep
 from tests.helpers.scenes import is_sentence
@@ -183,7 +183,7 @@ def test_a_finished_file_is_left_as_it_is(kind: str, tmp_path: Path) -> None:
     before = every_byte(out)
     with opened_parts(out, {}, sweep.chunks, (1, len(OUTPUTS))):
         pass  # as if killed after the file had its name: the folder is still there
-    for name in (ROWS, DONE, PLAN):
+    for name in (COLUMNS, DONE, PLAN):
         (part_folder(out) / name).unlink()
     told: list[int] = []
     again = run_sweep(sweep, out, Threads(), told.append)
