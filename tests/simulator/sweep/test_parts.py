@@ -93,13 +93,14 @@ def test_nobody_else_works_on_it_meanwhile(parts: Parts, tmp_path: Path) -> None
     assert "another program is working on" in refusal(tmp_path / "out.nc", IDENTITY)
 
 
-def test_programs_that_open_what_others_remove_wait_or_begin_anew(tmp_path: Path) -> None:
+@pytest.mark.parametrize("times", [60, pytest.param(600, marks=pytest.mark.soak)])
+def test_programs_that_open_what_others_remove_wait_or_begin_anew(times: int, tmp_path: Path) -> None:
     out = tmp_path / "out.nc"
 
     said: list[str] = []
 
     def many_times(_program: int) -> None:
-        for _ in range(300):
+        for _ in range(times):
             try:
                 with opened_parts(out, IDENTITY, CHUNKS, SHAPE) as parts:
                     assert parts.missing() == [0, 1, 2]
@@ -110,7 +111,7 @@ def test_programs_that_open_what_others_remove_wait_or_begin_anew(tmp_path: Path
 
     with ThreadPoolExecutor(4) as programs:
         list(programs.map(many_times, range(4)))
-    assert len(said) < 4 * 300
+    assert len(said) < 4 * times
     assert all("another program is working on" in sentence for sentence in said)
     with opened_parts(out, IDENTITY, CHUNKS, SHAPE) as parts:
         remove_parts(parts.folder)

@@ -152,7 +152,8 @@ def test_threads_order_and_interruptions_change_no_bit(kind: str, tmp_path: Path
     assert {path.name for path in tmp_path.iterdir()} == {f"{name}.{kind}" for name in NAMES}
 
 
-def test_of_programs_that_want_the_same_sweep_at_once_one_computes_it(tmp_path: Path) -> None:
+@pytest.mark.parametrize("times", [2, pytest.param(20, marks=pytest.mark.soak)])
+def test_of_programs_that_want_the_same_sweep_at_once_one_computes_it(times: int, tmp_path: Path) -> None:
     """Threads stand for them; the library for the other format bears only one."""
     sweep = grid_sweep("b_ad=0,100")
 
@@ -165,7 +166,7 @@ def test_of_programs_that_want_the_same_sweep_at_once_one_computes_it(tmp_path: 
             assert "another program is working on" in told_off
             time.sleep(0.002)
 
-    for number in range(5):
+    for number in range(times):
         out = tmp_path / f"{number}.zarr"
         with ThreadPoolExecutor(3) as programs:
             before = list(programs.map(until_it_is_there, [out] * 3))
