@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import json
+import os
+import shutil
 import statistics
 import tempfile
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
-from benchmarks.large_books import Grown, grow_book, log_of, run_name
+from benchmarks.large_books import AT_ONCE, Grown, grow_book, log_of, run_name
 from benchmarks.processes import LABBOOK, ProcessRun, run_process
 from benchmarks.section import Benchmark, Budget, Section, Table
 from labbook.actions.report_command import state_report
@@ -18,6 +23,8 @@ from labbook.book.opening import opened
 RUNS, MANY_RUNS = 10_000, 100_000
 RUNS_REPORTED, REPORTS = 200, 100
 TURNS = 3
+FOLDER = "LABBOOK_BENCH_FOLDER"
+"""Names a folder that keeps the books and what was measured of them, so that hours of growing can be interrupted."""
 COMMAND_S, REBUILD_S, PEAK_MB = 1.5, 100.0, 1500.0
 FLAT = LINEAR = 1.3
 """A tenth of noise on either side, and a little for trees of indexes that grow deeper."""
@@ -34,14 +41,18 @@ class Taken:
 
 
 def measure(runs: int, say: Callable[[str], None]) -> Section:
-    """Grow a book, and time what grows with it at two sizes; then rebuild a small one with one and many reports."""
-    with tempfile.TemporaryDirectory(prefix="labbook-bench-") as name:
-        folder = Path(name)
+    """Grow a book, and time what grows with it at two sizes; then rebuild a small one with one and many reports.
+
+    Where `LABBOOK_BENCH_FOLDER` names a folder, what was measured there before is not measured again.
+    """
+    with _folder() as folder:
         grown, sizes = [], []
         for first, last in ((0, runs // 5), (runs // 5, runs)):
-            grown += grow_book(folder / "book", first, last, say)
-            say(f"checking and rebuilding {last} runs")
-            sizes.append(Taken(last, _run(folder, "db", "check"), _run(folder, "rebuild")))
+            for start in range(first, last, AT_ONCE):
+                stop = min(last, start + AT_ONCE)
+                grow = partial(grow_book, folder / "book", start, stop, say)
+                grown.append(Grown(**_once(folder, f"grown to {stop}", grow)))
+            sizes.append(Taken(last, *(_at_size(folder, last, command, say) for command in ("db check", "rebuild"))))
         commands = _commands(folder, runs, say)
         reports = _with_reports(folder / "reported", say)
     return Section(
@@ -53,6 +64,33 @@ def measure(runs: int, say: Callable[[str], None]) -> Section:
         _budgets(runs, grown, sizes, commands, reports),
         (_sizes_table(sizes, grown), _commands_table(commands), _reports_table(reports)),
     )
+
+
+@contextmanager
+def _folder() -> Iterator[Path]:
+    if kept := os.environ.get(FOLDER):
+        Path(kept, "measured").mkdir(parents=True, exist_ok=True)
+        yield Path(kept)
+        return
+    with tempfile.TemporaryDirectory(prefix="labbook-bench-") as name:
+        Path(name, "measured").mkdir()
+        yield Path(name)
+
+
+def _once(folder: Path, name: str, measured: Callable[[], Grown | ProcessRun]) -> dict[str, Any]:
+    """Return what was measured under this name before, or measure it and write it down."""
+    file = folder / "measured" / f"{name}.json"
+    if not file.exists():
+        file.write_text(json.dumps(asdict(measured())), encoding="utf-8")
+    found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    return found
+
+
+def _at_size(folder: Path, runs: int, command: str, say: Callable[[str], None]) -> ProcessRun:
+    say(f"{command} of {runs} runs")
+    found = _once(folder, f"{command} of {runs}", partial(_run, folder, *command.split()))
+    say(f"{found['wall_s']:.1f} s")
+    return ProcessRun(**found)
 
 
 def _run(folder: Path, *words: str | Path) -> ProcessRun:
@@ -80,15 +118,22 @@ def _commands(folder: Path, runs: int, say: Callable[[str], None]) -> dict[str, 
         "note RUN": lambda _: ("note", middle, "looked at"),
         "ingest FILE": lambda turn: ("ingest", logs[turn], "--run", middle),
     }
-    return {
-        what: min((_run(folder, *words(turn)) for turn in range(TURNS)), key=lambda run: run.wall_s)
-        for what, words in wanted.items()
-    }
+    found = {}
+    for what, words in wanted.items():
+        shortest = partial(_shortest, folder, words)
+        found[what] = ProcessRun(**_once(folder, f"{what} of {runs}", shortest))
+        say(f"{what}: {found[what].wall_s:.2f} s, {found[what].cpu_s:.2f} s of processor time")
+    return found
+
+
+def _shortest(folder: Path, words: Callable[[int], tuple[str | Path, ...]]) -> ProcessRun:
+    return min((_run(folder, *words(turn)) for turn in range(TURNS)), key=lambda run: run.wall_s)
 
 
 def _with_reports(folder: Path, say: Callable[[str], None]) -> dict[int, ProcessRun]:
     """Rebuild a book with one report, then with many of the same runs."""
     say(f"{REPORTS} reports of {RUNS_REPORTED} runs")
+    shutil.rmtree(folder, ignore_errors=True)
     grow_book(folder / "book", 0, RUNS_REPORTED, say)
     found = {}
     for first, last in ((0, 1), (1, REPORTS)):
