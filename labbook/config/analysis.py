@@ -10,6 +10,11 @@ from data_schema.vocabulary import ReasonCode
 from labbook.config.model import AnalysisSettings, Bounds, Detector, Family, UnitOfAnalysis
 from labbook.config.tables import TableReader, as_number
 
+HOW_TO_DECIDE = (
+    "write [analysis] in labbook.toml (the one that `labbook init` writes has an example) before the first file or "
+    "charge comes in, or the report calls every comparison exploratory."
+)
+
 
 def read_analysis(top: TableReader) -> AnalysisSettings | None:
     """Read `[analysis]`, None where the book has none."""

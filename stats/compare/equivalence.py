@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Literal
 
+import scipy
 from numpy.typing import ArrayLike
-from scipy import optimize
 
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.reasons import Reason
@@ -129,7 +129,7 @@ class Contrast:
         inside, outside = 0.0, 1.0
         for _ in range(_MOST_DOUBLINGS):
             if surplus(outside) >= 0.0:
-                steps = optimize.brentq(surplus, inside, outside, xtol=1e-300, rtol=1e-14, maxiter=_MOST_STEPS)
+                steps = scipy.optimize.brentq(surplus, inside, outside, xtol=1e-300, rtol=1e-14, maxiter=_MOST_STEPS)
                 return estimate + Fraction(float(steps)) * step
             inside, outside = outside, 2.0 * outside
         return None

@@ -25,8 +25,9 @@ from fractions import Fraction
 from functools import lru_cache
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import optimize, special
+from scipy import special
 
 from stats.exact.numbers import Floats, Number
 
@@ -218,7 +219,7 @@ def t_upper_quantile(tail: Number, df: float) -> float:
     ends = math.log(sys.float_info.min), math.log(sys.float_info.max)
     if beyond(ends[1]) < 0.0:
         return math.inf
-    return math.exp(float(optimize.brentq(beyond, *ends, xtol=1e-15, rtol=8.9e-16, maxiter=_MOST_STEPS)))
+    return math.exp(float(scipy.optimize.brentq(beyond, *ends, xtol=1e-15, rtol=8.9e-16, maxiter=_MOST_STEPS)))
 
 
 def t_upper_quantiles(tail: Fraction, df: Floats) -> Floats:

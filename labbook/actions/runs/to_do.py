@@ -24,8 +24,8 @@ from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, rest_le
 from labbook.analysis.outcomes.run_apexes import as_protocol, judge, usable_logs
 from labbook.analysis.outcomes.run_energy import drain_lines
 from labbook.analysis.study_data import StudyData, gather_about
+from labbook.config.analysis import HOW_TO_DECIDE
 from labbook.config.parsing import Configuration
-from labbook.presenting.report.preregistration import HOW_TO_DECIDE
 
 
 @dataclass(frozen=True, slots=True)

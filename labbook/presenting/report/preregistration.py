@@ -14,14 +14,10 @@ from labbook.analysis.preregistration.planned import (
     not_allowed,
 )
 from labbook.analysis.study import StudyAnalysis
+from labbook.config.analysis import HOW_TO_DECIDE
 from labbook.config.model import AnalysisSettings, UnitOfAnalysis
 from reports.content import Comparison
 from reports.wording import sentence_start
-
-HOW_TO_DECIDE = (
-    "write [analysis] in labbook.toml (the one that `labbook init` writes has an example) before the first file or "
-    "charge comes in, or the report calls every comparison exploratory."
-)
 
 NOT_WATCHED = (
     "Not watched: runs never made or never entered, whether a value was corrected to please (that it was is listed), "
