@@ -269,7 +269,8 @@ def verdicts_waiting(connection: sa.Connection, run_uid: str | None = None) -> l
         query = query.where(run.c.uid == run_uid)
     rows = connection.execute(query).all()
     given_on = sorted({row.signal_sha256 for row in rows})
-    holds, names = same_times(connection, given_on=given_on), _names(connection, given_on)
+    holds = same_times(connection, given_on=given_on)
+    names = _names(connection, [sha256 for sha256 in given_on if sha256 not in holds])
     last: dict[tuple[str, str, float], WaitingVerdict] = {}
     for row in rows:
         sha256 = row.signal_sha256

@@ -122,7 +122,7 @@ def list_runs(connection: sa.Connection, where: sa.ColumnElement[bool] | None = 
         for (
             uid, name, kind, state, date, position, condition_id, condition_uid, key, control, robot_name, robot_uid,
             pack, started, duration_s, jumps_made, starts, planned,
-        ) in connection.execute(query)
+        ) in connection.execute(query).all()
     ]  # fmt: skip
 
 

@@ -18,7 +18,7 @@ from typing import Annotated, Any
 import typer
 
 from data_schema.vocabulary import Undefined
-from labbook.presenting.terminal import printable, printable_item, printable_json, say
+from labbook.presenting.terminal import printable, printable_items, printable_json, say
 
 BookOption = Annotated[
     Path | None, typer.Option("--book", metavar="DIR", help="The book; without it, the one that holds this folder.")
@@ -75,7 +75,7 @@ def with_options(parameter: str, options: Mapping[str, tuple[Any, Any]]) -> Call
 
 def emit(data: object, lines: Sequence[str], as_json: bool) -> None:
     """Print `data` as JSON, or the lines for people; a reader who has seen enough (`| head`) is no error."""
-    said = [printable_item(line) for line in lines]
+    said = [] if as_json else printable_items(lines)
     if as_json:
         said = [printable_json(json.dumps(plain(data), ensure_ascii=False, indent=2, allow_nan=False))]
     try:

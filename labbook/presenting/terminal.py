@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 import typer
 
@@ -18,6 +19,14 @@ def printable(text: str) -> str:
 def printable_item(text: str) -> str:
     """Return one line of output; further lines, of a name or a note, are marked, or they could pass for labbook's."""
     return printable(text).replace("\n", "\n    | ")
+
+
+def printable_items(lines: Sequence[str]) -> list[str]:
+    """Return lines of output as `printable_item` does; a long list in which there is nothing to mark, in one look."""
+    text = "\n".join(lines)
+    if text.count("\n") == len(lines) - 1 and not _OBEYED.search(text):
+        return [text]
+    return [printable_item(line) for line in lines]
 
 
 def printable_json(text: str) -> str:
