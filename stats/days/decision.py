@@ -1,0 +1,416 @@
+"""One decision test between a control and a treatment whose runs belong to days, and savings and equivalence by it.
+
+Only days that hold runs of both ("shared days") enter. Which rule applies is fixed by which runs there are, never by
+what they measured:
+
+- four shared days or more: *paired* on day means, the day being the unit; the claim holds for days like these;
+- one to three, with at least two runs of each condition on one of them: a contrast *within* days, the run being the
+  unit; the claim holds for the days measured;
+- otherwise no claim, no interval and no p.
+
+With C and T the means of the control and of the treatment over the shared days, T - r C has the variance
+V(r) = V_TT - 2 r V_CT + r^2 V_CC plus the square of what it takes from errors in common. The test of no difference is
+(T - C) / sqrt V(1). The interval of the savings 100 (1 - T / C) is Fieller's by the same variance and degrees of
+freedom, so that it leaves out 0 just where the test rejects. Equivalence within delta tests T - (1 + delta) C.
+
+Source: paired t with unequal variances is conservative (Bakirov and Szekely 2005; Ibragimov and Mueller 2010); within
+days the smaller degrees of freedom bound Welch's (Mickey and Brown 1966). Coverage, size and power by layout stand in
+docs/statistics.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from data_schema.errors import InputRefused
+from data_schema.reasons import Reason
+from data_schema.vocabulary import Undefined
+from stats.checks import Labels, as_labels, as_level, as_number, as_sample
+from stats.compare.shared_error import ENOUGH_DEGREES, SharedError, shared_of_mean
+from stats.exact.tails import t_quantile, t_two_sided, t_upper
+from stats.results import Result, counted
+
+LEAST_DAYS = 4
+"""Shared days from which the day is the unit."""
+
+
+class Rule(StrEnum):
+    """How a control and a treatment are compared."""
+
+    PAIRED = "paired on day means"
+    WITHIN = "within days"
+    NONE = "no claim"
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate(Result):
+    """An estimate with its interval and the test that it is 0, in the unit of the values or in percent."""
+
+    value: float | Undefined
+    se: float | Undefined
+    """Without errors in common."""
+    shared_se: float | Undefined
+    """What it takes from errors in common with others."""
+    ci: tuple[float, float] | Undefined
+    level: float
+    t: float | Undefined
+    df: float | Undefined
+    p: float | Undefined
+    """Two-sided."""
+    log10_p: float | Undefined
+
+
+@dataclass(frozen=True, slots=True)
+class Bounded(Result):
+    """Two one-sided tests that an estimate lies above `low` and below `high`, and its interval of level 1 - 2 alpha."""
+
+    value: float | Undefined
+    low: float
+    high: float
+    ci: tuple[float, float] | Undefined
+    alpha: float
+    t_low: float | Undefined
+    p_low: float | Undefined
+    t_high: float | Undefined
+    p_high: float | Undefined
+    df: float | Undefined
+    p: float | Undefined
+    """The larger of both."""
+    equivalent: bool | Undefined
+    """Whether p is at most alpha; the interval lies within the bounds just then."""
+
+
+@dataclass(frozen=True, slots=True)
+class Runs:
+    """The runs of one condition on one day: their number and mean, the squares about it, their error in common."""
+
+    n: int
+    mean: float
+    squares: float
+    shared: SharedError
+
+
+@dataclass(frozen=True, slots=True)
+class SharedDay:
+    """A day with runs of both conditions."""
+
+    day: str
+    control: Runs
+    treated: Runs
+
+
+@dataclass(frozen=True, slots=True)
+class Contrast:
+    """Means over the shared days with the variances of their errors, in the unit of the values.
+
+    Under `Rule.NONE` the means are those of all runs, and there are no variances.
+    """
+
+    rule: Rule
+    why: Undefined | None
+    """Why nothing is claimed."""
+    shared_days: tuple[SharedDay, ...]
+    control_mean: float | Undefined
+    treated_mean: float | Undefined
+    control_variance: float
+    covariance: float
+    treated_variance: float
+    df: int
+    control_shared: SharedError
+    treated_shared: SharedError
+    n_control: int
+    """Runs of the control on shared days."""
+    n_treated: int
+    other_control: int
+    """Runs of the control on other days, which enter nothing."""
+    other_treated: int
+
+    @property
+    def days(self) -> tuple[str, ...]:
+        """The shared days."""
+        return tuple(each.day for each in self.shared_days)
+
+    def difference(self, level: float = 0.95) -> Estimate:
+        """Return treatment less control and the test that it is 0."""
+        if self.why is not None:
+            return _none(self.why, level, self._difference_of_means())
+        value, test = self._treated - self._control, self._test(1.0, level)
+        half = t_quantile(level, self.df) * test.error
+        return _estimate(value, test, (value - half, value + half), level, self.df)
+
+    def savings(self, level: float = 0.95) -> Estimate:
+        """Return 100 (1 - T / C) with Fieller's interval; its test is that of no difference, positive for a saving."""
+        if self.why is not None:
+            return _none(self.why, level, self._percent_of_means())
+        control, treated = self._control, self._treated
+        if control <= 0.0:
+            return _none(Undefined(Reason.NOTHING_TO_SAVE), level, Undefined(Reason.NOTHING_TO_SAVE))
+        saved = control - treated
+        at_ratio, test = self._test(treated / control, level), self._test(1.0, level)
+        ci = self._fieller(level)
+        return Estimate(
+            100.0 * saved / control,
+            100.0 * at_ratio.se / control,
+            100.0 * at_ratio.shared_se / control,
+            ci,
+            level,
+            test.of(saved),
+            float(self.df),
+            *test.p_of(saved, self.df),
+        )
+
+    def equivalence(self, low: float, high: float, alpha: float = 0.05, *, percent: bool = True) -> Bounded:
+        """Test that treatment less control lies within bounds, in percent of the control's mean or in its unit."""
+        low, high = as_number("low", low, above=-100.0 if percent else -math.inf), as_number("high", high)
+        if low >= high:
+            raise InputRefused(f"the bounds are {low!r} to {high!r}: give the lower one first.")
+        level = 1.0 - 2.0 * as_level("alpha", alpha)
+        value = self._percent_of_means() if percent else self._difference_of_means()
+        value = value if isinstance(value, Undefined) or not percent else -value
+        why = self.why
+        if why is None and percent and self._control <= 0.0:
+            why = Undefined(Reason.CONTROL_MEAN_NOT_POSITIVE)
+        if why is not None:
+            return Bounded(value, low, high, why, alpha, why, why, why, why, why, why, why)
+        ratios = [1.0 + bound / 100.0 if percent else 1.0 for bound in (low, high)]
+        shifts = [0.0, 0.0] if percent else [low, high]
+        below, above = (
+            self._test(ratio, level).of(self._treated - ratio * self._control - shift)
+            for ratio, shift in zip(ratios, shifts, strict=True)
+        )
+        if isinstance(below, Undefined) or isinstance(above, Undefined):
+            none = Undefined(Reason.NO_SCATTER_AT_BOUND)
+            return Bounded(value, low, high, none, alpha, none, none, none, none, none, none, none)
+        ci = _negative(self._fieller(level)) if percent else self.difference(level).ci
+        return bounded(value, (low, high), ci, alpha, (below, above), float(self.df))
+
+    def variance(self, ratio: float) -> float:
+        """Return the variance of T - ratio C without errors in common."""
+        return self.treated_variance - 2.0 * ratio * self.covariance + ratio * ratio * self.control_variance
+
+    def shared(self, ratio: float) -> SharedError:
+        """Return what T - ratio C takes from errors in common."""
+        return self.treated_shared.minus(self.control_shared.times(ratio))
+
+    @property
+    def ratio(self) -> float:
+        """T / C, where something is claimed and C is positive."""
+        return self._treated / self._control
+
+    @property
+    def _control(self) -> float:
+        assert isinstance(self.control_mean, float)  # noqa: S101 - where something is claimed there are runs
+        return self.control_mean
+
+    @property
+    def _treated(self) -> float:
+        assert isinstance(self.treated_mean, float)  # noqa: S101
+        return self.treated_mean
+
+    def _difference_of_means(self) -> float | Undefined:
+        for mean in (self.control_mean, self.treated_mean):
+            if isinstance(mean, Undefined):
+                return mean
+        return self._treated - self._control
+
+    def _percent_of_means(self) -> float | Undefined:
+        difference = self._difference_of_means()
+        if isinstance(difference, Undefined):
+            return difference
+        if self._control <= 0.0:
+            return Undefined(Reason.NOTHING_TO_SAVE)
+        return -100.0 * difference / self._control
+
+    def _test(self, ratio: float, level: float) -> _Error:
+        shared = self.shared(ratio)
+        variance = max(0.0, self.variance(ratio))
+        more = joined_variance(shared, shared, level, self.df)
+        return _Error(math.sqrt(variance), shared.se, math.sqrt(variance + more))
+
+    def _fieller(self, level: float) -> tuple[float, float] | Undefined:
+        control, treated, squared = self._control, self._treated, t_quantile(level, self.df) ** 2
+        of_control, of_treated = self.control_shared, self.treated_shared
+        v_cc = self.control_variance + joined_variance(of_control, of_control, level, self.df)
+        v_ct = self.covariance + joined_variance(of_control, of_treated, level, self.df)
+        v_tt = self.treated_variance + joined_variance(of_treated, of_treated, level, self.df)
+        a = control * control - squared * v_cc
+        if a <= 0.0:
+            return Undefined(Reason.CONTROL_NEAR_ZERO)
+        # b^2 - a g and a - b, written so that nothing cancels where the errors are small
+        error = self._test(treated / control, level).error
+        root = math.sqrt(max(0.0, squared * (control * error) ** 2 - squared * squared * (v_cc * v_tt - v_ct * v_ct)))
+        middle = control * (control - treated) - squared * (v_cc - v_ct)
+        return 100.0 * (middle - root) / a, 100.0 * (middle + root) / a
+
+
+@dataclass(frozen=True, slots=True)
+class _Error:
+    """The standard error of an estimate: of its own, in common with others, and of both together."""
+
+    se: float
+    shared_se: float
+    error: float
+
+    def of(self, value: float) -> float | Undefined:
+        """Return t."""
+        return value / self.error if self.error > 0.0 else Undefined(Reason.GROUPS_WITHOUT_SCATTER)
+
+    def p_of(self, value: float, df: float) -> tuple[float | Undefined, float | Undefined]:
+        """Return the two-sided p and its decimal logarithm."""
+        t = self.of(value)
+        if isinstance(t, Undefined):
+            return t, t
+        tail = t_two_sided(t, df)
+        return tail.p, tail.log10_p
+
+
+def joined_variance(one: SharedError, other: SharedError, level: float, df: float) -> float:
+    """Return the covariance that two values take from errors in common, as it counts beside a quantile of `df`.
+
+    A fit of fewer than four degrees of freedom keeps the quantile of its own: its part counts by the square of the
+    ratio of the quantiles.
+    """
+    quantile = t_quantile(level, df)
+    total = 0.0
+    for (fit, term), value in one.terms.items():
+        more = (t_quantile(level, one.df[fit]) / quantile) ** 2 if one.df[fit] < ENOUGH_DEGREES else 1.0
+        total += more * value * other.terms.get((fit, term), 0.0)
+    return total
+
+
+def _estimate(value: float, test: _Error, ci: tuple[float, float], level: float, df: float) -> Estimate:
+    return Estimate(value, test.se, test.shared_se, ci, level, test.of(value), float(df), *test.p_of(value, df))
+
+
+def _none(why: Undefined, level: float, value: float | Undefined) -> Estimate:
+    return Estimate(value, why, why, why, level, why, why, why, why)
+
+
+def _negative(ci: tuple[float, float] | Undefined) -> tuple[float, float] | Undefined:
+    return ci if isinstance(ci, Undefined) else (-ci[1], -ci[0])
+
+
+def bounded(
+    value: float | Undefined,
+    bounds: tuple[float, float],
+    ci: tuple[float, float] | Undefined,
+    alpha: float,
+    t: tuple[float, float],
+    df: float,
+) -> Bounded:
+    """Return two one-sided tests from their t at the lower and the upper bound."""
+    p_low, p_high = t_upper(t[0], df).p, t_upper(-t[1], df).p
+    p = max(p_low, p_high)
+    equivalent = p <= alpha and not isinstance(ci, Undefined)
+    return Bounded(value, *bounds, ci, alpha, t[0], p_low, t[1], p_high, df, p, equivalent)
+
+
+def contrast_by_day(
+    treated: ArrayLike,
+    control: ArrayLike,
+    *,
+    days_treated: Labels | None = None,
+    days_control: Labels | None = None,
+    shared_treated: Sequence[SharedError] | None = None,
+    shared_control: Sequence[SharedError] | None = None,
+) -> Contrast:
+    """Return the contrast of treated runs, shape (n_t,), with control runs, shape (n_c,), by the rule that fits them.
+
+    `days_treated` and `days_control` label the day of each value; without them all runs are of one day. The shared
+    errors are each value's own. Raises `InputRefused` for values that are missing or infinite, for labels or errors of
+    another length, and for days of one condition only.
+    """
+    if (days_treated is None) != (days_control is None):
+        raise InputRefused("days are given for one condition only: give them for both or for none.")
+    of_control = _by_day("control", control, days_control, shared_control)
+    of_treated = _by_day("treated", treated, days_treated, shared_treated)
+    both = [day for day in of_control if day in of_treated]
+    shared_days = tuple(SharedDay(day, of_control[day], of_treated[day]) for day in sorted(both))
+    df_control, df_treated = (
+        sum(runs.n - 1 for runs in side)
+        for side in ([day.control for day in shared_days], [day.treated for day in shared_days])
+    )
+    counts = {
+        "n_control": sum(day.control.n for day in shared_days),
+        "n_treated": sum(day.treated.n for day in shared_days),
+        "other_control": sum(runs.n for day, runs in of_control.items() if day not in both),
+        "other_treated": sum(runs.n for day, runs in of_treated.items() if day not in both),
+    }
+    if len(shared_days) >= LEAST_DAYS:
+        return _paired(shared_days, counts)
+    if shared_days and min(df_control, df_treated) >= 1:
+        return _within(shared_days, (df_control, df_treated), counts)
+    if not of_control or not of_treated:
+        why = Undefined(Reason.GROUP_EMPTY, group="the control" if not of_control else "the treatment")
+    elif not shared_days:
+        why = Undefined(Reason.NO_DAY_HOLDS_BOTH, a="the control", b="the treatment")
+    else:
+        of = "the control" if df_control < 1 else "the treatment"
+        why = Undefined(Reason.NO_DAY_WITH_TWO, n=len(shared_days), of=of)
+    means = [_mean_of_runs(side, name) for side, name in ((of_control, "the control"), (of_treated, "the treatment"))]
+    return Contrast(Rule.NONE, why, shared_days, *means, 0.0, 0.0, 0.0, 0, SharedError(), SharedError(), **counts)
+
+
+def _paired(days: tuple[SharedDay, ...], counts: Mapping[str, int]) -> Contrast:
+    k = len(days)
+    means = np.array([(day.control.mean, day.treated.mean) for day in days])
+    control, treated = (math.fsum(column) / k for column in means.T)
+    about = means - (control, treated)
+    (v_cc, v_ct), (_, v_tt) = (about.T @ about / (k - 1) / k).tolist()
+    weights = [1.0 / k] * k
+    shared = [_weighed([getattr(day, side).shared for day in days], weights) for side in ("control", "treated")]
+    return Contrast(Rule.PAIRED, None, days, control, treated, v_cc, v_ct, v_tt, k - 1, *shared, **counts)
+
+
+def _within(days: tuple[SharedDay, ...], dfs: tuple[int, int], counts: Mapping[str, int]) -> Contrast:
+    sizes = [day.control.n * day.treated.n / (day.control.n + day.treated.n) for day in days]
+    weights = [size / math.fsum(sizes) for size in sizes]
+    means, variances, shared = [], [], []
+    for side, df in zip(("control", "treated"), dfs, strict=True):
+        runs: list[Runs] = [getattr(day, side) for day in days]
+        means.append(math.fsum(weight * one.mean for weight, one in zip(weights, runs, strict=True)))
+        of_a_run = math.fsum(one.squares for one in runs) / df
+        variances.append(of_a_run * math.fsum(w * w / one.n for w, one in zip(weights, runs, strict=True)))
+        shared.append(_weighed([one.shared for one in runs], weights))
+    return Contrast(Rule.WITHIN, None, days, *means, variances[0], 0.0, variances[1], min(dfs), *shared, **counts)
+
+
+def _weighed(errors: Sequence[SharedError], weights: Sequence[float]) -> SharedError:
+    """Return the error of a weighted sum; the weights sum to 1."""
+    return shared_of_mean([error.times(weight * len(errors)) for error, weight in zip(errors, weights, strict=True)])
+
+
+def _by_day(
+    name: str, values: ArrayLike, labels: Labels | None, errors: Sequence[SharedError] | None
+) -> dict[str, Runs]:
+    found = as_sample(name, values).values
+    n = int(found.size)
+    days = [""] * n if labels is None else [str(day) for day in as_labels(f"days_{name}", labels, "refuse")]
+    own = [SharedError()] * n if errors is None else list(errors)
+    for what, given in (("label of day", days), ("shared error", own)):
+        if len(given) != n:
+            raise InputRefused(
+                f"{name} has {counted(n, 'value')} and {counted(len(given), what)}: give one for each value."
+            )
+    by_day: dict[str, list[int]] = {}
+    for at, day in enumerate(days):
+        by_day.setdefault(day, []).append(at)
+    return {day: _runs(found[places].tolist(), [own[at] for at in places]) for day, places in by_day.items()}
+
+
+def _runs(values: Sequence[float], errors: Sequence[SharedError]) -> Runs:
+    mean = math.fsum(values) / len(values)
+    return Runs(len(values), mean, math.fsum((value - mean) ** 2 for value in values), shared_of_mean(errors))
+
+
+def _mean_of_runs(by_day: Mapping[str, Runs], name: str) -> float | Undefined:
+    n = sum(runs.n for runs in by_day.values())
+    if not n:
+        return Undefined(Reason.GROUP_EMPTY, group=name)
+    return math.fsum(runs.n * runs.mean for runs in by_day.values()) / n

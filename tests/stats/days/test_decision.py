@@ -1,0 +1,253 @@
+"""The decision test of a treatment against a control on shared days: worked example, its rules, and what must agree."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import optimize
+from scipy import stats as scipy_stats
+
+from data_schema.errors import InputRefused
+from data_schema.reasons import Reason
+from data_schema.vocabulary import Undefined
+from stats.compare.shared_error import SharedError
+from stats.days.decision import Contrast, Rule, contrast_by_day
+from stats.days.overall import overall_equivalence, overall_savings
+from tests.helpers.campaigns import DESIGNS, LAYOUTS, campaign
+
+# Runs of four days, joules (control, treated) and apex heights in mm.
+JOULES = [
+    ([42.1, 40.3], [37.9, 36.2, 38.8]),
+    ([44.0, 41.6, 43.1], [38.4, 39.9]),
+    ([40.2], [36.9, 35.1, 37.7]),
+    ([43.3, 45.2], [39.8, 38.5, 40.6, 39.1]),
+]
+APEXES = [
+    ([345.2, 343.9], [346.1, 344.8, 347.0]),
+    ([344.1, 346.3, 345.0], [347.2, 345.9]),
+    ([343.0], [345.5, 344.2, 346.0]),
+    ([345.9, 344.4], [346.8, 347.7, 345.1, 346.2]),
+]
+DRAIN = SharedError({("drain", "level"): 0.54}, {"drain": 4.0})
+
+
+def contrast(days: list[tuple[list[float], list[float]]], shared: SharedError | None = None) -> Contrast:
+    control, treated = ([(value, at) for at, day in enumerate(days) for value in day[side]] for side in (0, 1))
+    return contrast_by_day(
+        [value for value, _ in treated],
+        [value for value, _ in control],
+        days_treated=[at for _, at in treated],
+        days_control=[at for _, at in control],
+        shared_treated=None if shared is None else [shared] * len(treated),
+        shared_control=None if shared is None else [shared] * len(control),
+    )
+
+
+def ends(ci: tuple[float, float] | Undefined) -> tuple[float, float]:
+    assert not isinstance(ci, Undefined)
+    return ci
+
+
+@pytest.mark.parametrize(
+    ("days", "rule", "savings", "apex"),
+    [
+        (4, Rule.PAIRED,
+         (9.314743400, 7.599037886, 10.907698724, 14.13919346, 7.663569044e-4),
+         (0.4620781420, 0.3136916244, 0.6114650014, 59.34844087, -37.93985737, 2.014042221e-5)),
+        (3, Rule.WITHIN,
+         (8.777752346, 3.478534562, 13.817914717, 5.174805886, 1.400491989e-2),
+         (0.4677979850, 0.07199140365, 0.8654331177, 20.99101897, -14.80236213, 3.344705031e-4)),
+    ],
+)  # fmt: skip
+def test_the_worked_example_is_met_to_nine_digits(
+    days: int, rule: Rule, savings: tuple[float, ...], apex: tuple[float, ...]
+) -> None:
+    """Source: the derivation of the rule, its intervals found there by root-finding."""
+    joules = contrast(JOULES[:days], DRAIN)
+    found = joules.savings()
+    assert joules.rule is rule
+    assert found.df == 3
+    assert (found.value, *ends(found.ci), found.t, found.p) == pytest.approx(savings, rel=1e-9)
+    height = contrast(APEXES[:days]).equivalence(-3.0, 3.0)
+    assert (height.value, *ends(height.ci), height.t_low, height.t_high, height.p) == pytest.approx(apex, rel=1e-9)
+    assert height.equivalent is True
+
+
+def test_which_runs_there_are_decides_the_rule() -> None:
+    pair, single = ([1.0, 2.0], [1.5, 1.2]), ([1.0], [1.5, 1.2])
+    assert contrast([single] * 4).rule is Rule.PAIRED
+    assert contrast([single, single, pair]).rule is Rule.WITHIN
+    assert contrast([single] * 3).rule is Rule.NONE
+    nowhere = contrast([([1.0, 2.0], []), ([], [1.5, 1.2])])
+    assert nowhere.rule is Rule.NONE
+    assert (nowhere.other_control, nowhere.other_treated, nowhere.n_control) == (2, 2, 0)
+    without_days = contrast_by_day([1.5, 1.2, 1.1], [1.0, 2.0])
+    assert (without_days.rule, without_days.df) == (Rule.WITHIN, 1)
+
+
+def test_without_a_claim_there_is_an_estimate_and_no_test() -> None:
+    found = contrast([([50.0, 50.0], []), ([], [44.0, 44.0])])
+    savings, bounded = found.savings(), found.equivalence(-3.0, 3.0)
+    assert savings.value == pytest.approx(12.0)
+    assert found.difference().value == pytest.approx(-6.0)
+    assert bounded.value == pytest.approx(-12.0)
+    for undefined in (savings.p, savings.ci, found.difference().p, bounded.p, bounded.equivalent):
+        assert isinstance(undefined, Undefined)
+        assert undefined.code is Reason.NO_DAY_HOLDS_BOTH
+    single = contrast([([50.0], [44.0, 43.0])] * 2).savings().p
+    assert isinstance(single, Undefined)
+    assert single.code is Reason.NO_DAY_WITH_TWO
+
+
+def test_one_day_is_welchs_t_with_the_smaller_df() -> None:
+    control, treated = [42.1, 40.3, 44.0, 41.6], [37.9, 36.2, 38.8, 38.4, 39.9, 36.9]
+    found = contrast_by_day(treated, control).difference()
+    welch = scipy_stats.ttest_ind(treated, control, equal_var=False)
+    assert found.t == pytest.approx(welch.statistic, rel=1e-13)
+    assert found.p == pytest.approx(2 * scipy_stats.t.sf(abs(welch.statistic), 3), rel=1e-12)
+
+
+def test_four_days_are_a_paired_t_test_of_day_means() -> None:
+    found = contrast(JOULES).difference()
+    means = np.array([[np.mean(side) for side in day] for day in JOULES])
+    paired = scipy_stats.ttest_rel(means[:, 1], means[:, 0])
+    assert (found.t, found.p) == pytest.approx((paired.statistic, paired.pvalue), rel=1e-11)
+    assert ends(found.ci) == pytest.approx(tuple(paired.confidence_interval()), rel=1e-11)
+
+
+def drawn(seed: int) -> Contrast:
+    rng = np.random.default_rng(seed)
+    layout = list(LAYOUTS.values())[seed % 12]
+    drain = SharedError({("drain", "level"): 0.02, ("drain", "slope"): 0.01}, {"drain": float(1 + seed % 7)})
+    made = campaign(layout, DESIGNS[seed % len(DESIGNS)], 1.0 - 0.1 * rng.random(), 0.1, rng)
+    return made.contrast(drain if seed % 2 else None)
+
+
+@given(st.integers(0, 10**6), st.sampled_from([0.5, 0.9, 0.95, 0.999]))
+def test_the_interval_leaves_out_zero_just_where_the_test_rejects(seed: int, level: float) -> None:
+    found = drawn(seed)
+    if found.rule is Rule.NONE:
+        return
+    savings, difference = found.savings(level), found.difference(level)
+    assert savings.p == difference.p
+    assert isinstance(savings.p, float)
+    if isinstance(savings.ci, Undefined):
+        assert savings.ci.code is Reason.CONTROL_NEAR_ZERO
+    else:
+        low, high = savings.ci
+        assert (low > 0.0 or high < 0.0) == (savings.p < 1.0 - level)
+    low, high = ends(difference.ci)
+    assert (low > 0.0 or high < 0.0) == (difference.p < 1.0 - level)
+
+
+@given(st.integers(0, 10**6))
+def test_fiellers_ends_are_where_the_test_reaches_its_quantile(seed: int) -> None:
+    found = drawn(seed)
+    ci = found.savings().ci
+    if isinstance(ci, Undefined):
+        return
+    quantile = scipy_stats.t.ppf(0.975, found.df)
+    own = [scipy_stats.t.ppf(0.975, df) / quantile if df < 4 else 1.0 for df in found.treated_shared.df.values()]
+    more = own[0] ** 2 if own else 1.0
+
+    def surplus(percent: float) -> float:
+        ratio = 1.0 - percent / 100.0
+        assert isinstance(found.control_mean, float)
+        assert isinstance(found.treated_mean, float)
+        variance = found.variance(ratio) + more * found.shared(ratio).se ** 2
+        return (found.treated_mean - ratio * found.control_mean) ** 2 - quantile**2 * variance
+
+    estimate = found.savings().value
+    assert isinstance(estimate, float)
+    for end in ci:
+        width = abs(end - estimate)
+        root = optimize.brentq(surplus, end - 0.5 * width, end + 0.5 * width, xtol=1e-13 * max(1.0, abs(end)))
+        assert end == pytest.approx(root, rel=1e-8, abs=1e-8)
+
+
+@given(st.integers(0, 10**6), st.sampled_from([(-3.0, 3.0), (-1.0, 8.0), (-20.0, 5.0)]), st.booleans())
+def test_equivalence_is_shown_just_where_the_interval_lies_within_the_bounds(
+    seed: int, bounds: tuple[float, float], percent: bool
+) -> None:
+    found = drawn(seed)
+    if found.rule is Rule.NONE:
+        return
+    low, high = bounds if percent else (bounds[0] / 100.0, bounds[1] / 100.0)
+    result = found.equivalence(low, high, percent=percent)
+    if isinstance(result.ci, Undefined):
+        assert result.equivalent is False
+        return
+    assert result.equivalent == (low <= result.ci[0] and result.ci[1] <= high)
+
+
+def test_an_error_in_common_cancels_in_the_difference_and_stays_in_the_ratio() -> None:
+    with_drain, without = contrast(JOULES, DRAIN), contrast(JOULES)
+    assert with_drain.difference().t == without.difference().t
+    wide, narrow = ends(with_drain.savings().ci), ends(without.savings().ci)
+    assert wide[0] < narrow[0]
+    assert narrow[1] < wide[1]
+
+
+def test_constant_runs_have_no_test() -> None:
+    found = contrast([([40.0, 40.0], [36.0, 36.0])] * 5)
+    assert found.savings().value == pytest.approx(10.0)
+    for undefined in (found.savings().p, found.difference().t, found.equivalence(-3.0, 3.0).p):
+        assert isinstance(undefined, Undefined)
+        assert undefined.code in (Reason.GROUPS_WITHOUT_SCATTER, Reason.NO_SCATTER_AT_BOUND)
+
+
+def test_what_cannot_be_compared_is_refused() -> None:
+    with pytest.raises(InputRefused, match="one condition only"):
+        contrast_by_day([1.0], [2.0], days_treated=["monday"])
+    with pytest.raises(InputRefused, match="one for each value"):
+        contrast_by_day([1.0, 2.0], [2.0], days_treated=["monday"], days_control=["monday"])
+    with pytest.raises(InputRefused, match="lower one first"):
+        contrast(JOULES).equivalence(3.0, -3.0)
+
+
+def test_the_overall_effect_of_one_group_is_that_group_by_its_delta_interval() -> None:
+    one = contrast(JOULES, DRAIN)
+    overall = overall_savings({"small": one})
+    savings = one.savings()
+    assert overall.percent == pytest.approx(savings.value, rel=1e-14)
+    assert overall.se_percent == pytest.approx(savings.se, rel=1e-12)
+    assert overall.shared_se_percent == pytest.approx(savings.shared_se, rel=1e-12)
+    assert overall.df == 3
+    assert isinstance(overall.spread_percent, Undefined)
+
+
+def test_the_overall_effect_adds_what_a_day_does_to_all_groups_before_it_is_squared() -> None:
+    """Two groups with the same runs on the same days are one group; on days of their own they are two."""
+    one = contrast(JOULES)
+    same = overall_savings({"a": one, "b": one})
+    assert same.se_percent == pytest.approx(overall_savings({"a": one}).se_percent, rel=1e-12)
+    assert same.df == 3
+    other = contrast([([], [])] * 4 + JOULES)
+    apart = overall_savings({"a": one, "b": other})
+    assert apart.se_percent == pytest.approx(same.se_percent / math.sqrt(2), rel=1e-12)  # type: ignore[operator]
+    assert apart.df == pytest.approx(6.0)
+    assert apart.percent == pytest.approx(same.percent)
+
+
+def test_groups_without_a_claim_are_left_out_of_the_overall_effect() -> None:
+    none = contrast([([50.0, 51.0], []), ([], [44.0, 43.0])])
+    overall = overall_savings({"a": contrast(JOULES[:3]), "b": none})
+    assert (overall.groups, overall.left_out, overall.days_measured_only) == (("a",), ("b",), True)
+    nothing = overall_savings({"b": none})
+    assert isinstance(nothing.percent, Undefined)
+    assert isinstance(overall_equivalence({"b": none}, -3.0, 3.0).p, Undefined)
+
+
+def test_overall_equivalence_is_shown_just_where_its_interval_lies_within_the_bounds() -> None:
+    groups = {"a": contrast(APEXES), "b": contrast(APEXES[:3])}
+    found = overall_equivalence(groups, -3.0, 3.0)
+    assert found.equivalent is True
+    low, high = ends(found.ci)
+    tight = overall_equivalence(groups, -3.0, high - 1e-6)
+    assert tight.equivalent is False
+    assert found.value == pytest.approx(-overall_savings(groups).percent)  # type: ignore[operator]
+    assert -3.0 < low < high < 3.0
