@@ -61,6 +61,53 @@ class Equivalence:
     exploratory: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """The test that decides a comparison, by the days that hold both of its sides.
+
+    `unit` says what it counts: "day" (paired on day means), "run" (within days: it holds for these days), "" where
+    nothing is claimed; `test` then has the reason. `n_control` and `n_treatment` are the runs on these `days`; those on
+    other days enter nothing. `adjusted` is p by Holm's method over the `n` tests of the family.
+    """
+
+    unit: str
+    days: tuple[str, ...]
+    n_control: int
+    n_treatment: int
+    other_control: int
+    other_treatment: int
+    difference: Number
+    savings: Number | None
+    test: SignificanceTest
+    rejected: bool | None
+    adjusted: Number | None = None
+    adjusted_rejected: bool | None = None
+    equivalence: Equivalence | None = None
+    decided_by_days: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class OverallSavings:
+    """The mean of the savings of several groups, each counted once; `left_out` are groups without a claim.
+
+    `spread` is the standard deviation of the groups' savings, `spread_of_errors` what their errors alone make of it.
+    `days_measured_only`: a group was compared within days, so that the claim holds for these days.
+    `exploratory` says why the effect was not planned, "" where it was.
+    """
+
+    quantity: Outcome
+    savings: Number
+    test: SignificanceTest
+    spread: Number
+    spread_of_errors: Number
+    groups: tuple[Mapping[str, str], ...]
+    left_out: tuple[Mapping[str, str], ...]
+    days: tuple[str, ...]
+    days_measured_only: bool
+    rejected: bool | None
+    exploratory: str = ""
+
+
 POOLED = "pooled"
 """The level of a comparison that sets all treated levels together against the control."""
 
@@ -74,7 +121,8 @@ class Comparison:
     chose (Student or Welch), `welch` stands beside it always. `headline` marks the comparison of the first claim.
     `sides` are those of the control and of the treatment. `adjusted` is Welch's p by Holm's method over the `n` tests
     of the family; `exploratory` says why the comparison is not a planned one, "" where it is; `one_day_each` what p and
-    intervals cannot tell where each side had one day, and not the same, "" elsewhere.
+    intervals cannot tell where each side had one day, and not the same, "" elsewhere. `decision` leads where the plan
+    leaves the unit of analysis to the days.
 
     Verdicts: `rejected` says whether Welch's p is at most alpha, `adjusted_rejected` whether `adjusted` is,
     `savings_shown` whether the savings are told from zero; None where there is no such p or interval.
@@ -104,6 +152,27 @@ class Comparison:
     equivalence: Equivalence | None = None
     exploratory: str = ""
     one_day_each: str = ""
+    decision: Decision | None = None
+
+    @property
+    def lead(self) -> Decision:
+        """The test that decides: by shared days, or Welch's where the plan counts runs or days."""
+        return self.decision or Decision(
+            unit="run",
+            days=(),
+            n_control=self.n_control,
+            n_treatment=self.n_treatment,
+            other_control=0,
+            other_treatment=0,
+            difference=self.welch_difference,
+            savings=self.savings,
+            test=self.welch,
+            rejected=self.rejected,
+            adjusted=self.adjusted,
+            adjusted_rejected=self.adjusted_rejected,
+            equivalence=self.equivalence,
+            decided_by_days=False,
+        )
 
     @property
     def opens(self) -> bool:

@@ -20,7 +20,7 @@ from reports.content import ReportContent
 from reports.figures.kind import draw_figure, pdf_bytes, svg_bytes
 from reports.figures.registry import FIGURES, figures_of
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
-from reports.sections import Bullets, FigureHere, Paragraph, Part, Section, TableHere, sections_of
+from reports.sections import Bullets, FigureHere, FiguresBeside, Paragraph, Part, Section, TableHere, sections_of
 from reports.tables.as_csv import csv_bytes
 from reports.tables.as_latex import latex_bytes
 from reports.tables.registry import tables_of
@@ -81,7 +81,8 @@ def write_report(content: ReportContent, out_dir: Path) -> WrittenReport:
             (out_dir / folder).mkdir(parents=True, exist_ok=True)
     figures = figure_files(content)
     tables = {kind.name: kind.make(content) for kind in tables_of(content)}
-    page = render_page(content, {kind.name: figures[f"{kind.name}.svg"] for kind in figures_of(content)}, tables)
+    drawings = {name.removesuffix(".svg"): data for name, data in figures.items() if name.endswith(".svg")}
+    page = render_page(content, drawings, tables)
     table_files = {f"{name}.csv": csv_bytes(table) for name, table in tables.items()}
     table_files |= {f"{name}.tex": latex_bytes(table) for name, table in tables.items()}
     with _writing_to(out_dir):
@@ -114,7 +115,7 @@ def figure_files(content: ReportContent) -> dict[str, bytes]:
 
 
 def render_page(content: ReportContent, drawings: Mapping[str, bytes], tables: Mapping[str, Table]) -> str:
-    """Return the page's HTML; `drawings` has the SVG of each figure by name."""
+    """Return the page's HTML; `drawings` has the SVG of each figure by name, "_one_column" behind it for the narrow."""
     environment = jinja2.Environment(
         loader=jinja2.FunctionLoader(_template),
         autoescape=True,
@@ -128,6 +129,7 @@ def render_page(content: ReportContent, drawings: Mapping[str, bytes], tables: M
     sections = [_shown_section(content, section, drawings, traced, numbering) for section in planned]
     return environment.get_template("report.html.j2").render(
         content=content,
+        summary=_summary(content),
         facts=_facts(content),
         sections=[section for section in sections if section["parts"]],
         known_ids={row.cells[0].text for row in traced["provenance"].rows},
@@ -157,10 +159,18 @@ def _template(name: str) -> str:
     return importlib.resources.files("reports").joinpath("templates", name).read_text(encoding="utf-8")
 
 
+def _summary(content: ReportContent) -> str:
+    """Return the line under the title: what was selected, and when it was measured."""
+    parts = [content.selection or "all runs"]
+    if content.days:
+        first, last = content.days[0].date, content.days[-1].date
+        parts.append(first if first == last else f"{first} to {last}")
+    return f"{'; '.join(parts)}. Report of {content.made_at}."
+
+
 def _facts(content: ReportContent) -> list[tuple[str, str]]:
-    """Return what stands under the title: name and text."""
-    facts = [("Warning", content.warning)] if content.warning else []
-    facts += [("Study", content.study), ("Selection", content.selection or "all runs")]
+    """Return what stands under the answer: name and text."""
+    facts = [("Study", content.study), ("Selection", content.selection or "all runs")]
     if content.days:
         first, last = content.days[0].date, content.days[-1].date
         dates = first if first == last else f"{first} to {last}"
@@ -187,7 +197,12 @@ def _shown_section(
     numbering: dict[str, int],
 ) -> dict[str, Any]:
     parts = (_shown_part(content, part, drawings, tables, numbering) for part in section.parts)
-    return {"anchor": section.anchor, "title": section.title, "parts": [part for part in parts if part is not None]}
+    return {
+        "anchor": section.anchor,
+        "title": section.title,
+        "folded": section.folded,
+        "parts": [part for part in parts if part is not None],
+    }
 
 
 def _shown_part(
@@ -200,18 +215,10 @@ def _shown_part(
     """Turn a part into what the template shows: figures and tables get their number, empty tables are left out."""
     match part:
         case FigureHere(name):
-            kind = FIGURES[name]
-            if (reason := kind.absent(content)) is not None:
-                return {"kind": "Paragraph", "part": Paragraph(reason)}
-            numbering["figure"] += 1
-            drawing = inline_svg(drawings[name], name, kind.title, kind.alternative(content))
-            return {
-                "kind": "FigureHere",
-                "number": numbering["figure"],
-                "name": name,
-                "caption": kind.caption(content),
-                "drawing": drawing,
-            }
+            return _shown_figure(content, name, drawings[name], numbering)
+        case FiguresBeside(names):
+            narrow = [_shown_figure(content, name, drawings[f"{name}_one_column"], numbering) for name in names]
+            return {"kind": "FiguresBeside", "figures": narrow}
         case TableHere(name):
             if not tables[name].rows:
                 return None
@@ -219,6 +226,21 @@ def _shown_part(
             return {"kind": "TableHere", "number": numbering["table"], "table": tables[name]}
         case _:
             return {"kind": type(part).__name__, "part": part}
+
+
+def _shown_figure(content: ReportContent, name: str, drawn: bytes, numbering: dict[str, int]) -> dict[str, Any]:
+    """Show a drawing under the next number, or say why there is none."""
+    kind = FIGURES[name]
+    if (reason := kind.absent(content)) is not None:
+        return {"kind": "Paragraph", "part": Paragraph(reason)}
+    numbering["figure"] += 1
+    return {
+        "kind": "FigureHere",
+        "number": numbering["figure"],
+        "name": name,
+        "caption": kind.caption(content),
+        "drawing": inline_svg(drawn, name, kind.title, kind.alternative(content)),
+    }
 
 
 def _replace(path: Path, data: bytes) -> Path:

@@ -1,4 +1,4 @@
-"""The order and the words of the page: the headline first, then the evidence, then how it was got."""
+"""The order of the page: the answer on one sheet, then results and how they were got; all else folded below."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TypeAlias
 
 from data_schema.outcomes import Outcome
 from reports.content import Anova, Condition, ReportContent
+from reports.decided_sentences import group_claim
 from reports.display import significance_text
 from reports.naming import (
     control_name,
@@ -15,7 +16,9 @@ from reports.naming import (
     swept_words,
     title_of,
 )
-from reports.remarks import NOT_FROM_DAYS, by_day_sentences, gains_text, prediction_sentences
+from reports.remarks import NOT_FROM_DAYS, by_day_sentences, days_claim, gains_text, prediction_sentences, verdict_text
+from reports.tables.headlines import pooled
+from reports.trust import flow_sentence, robustness_sentences, trust_sentences
 from reports.wording import count_text, list_text
 
 
@@ -50,6 +53,13 @@ class FigureHere:
 
 
 @dataclass(frozen=True, slots=True)
+class FiguresBeside:
+    """The place of figures side by side, each as wide as one column of a paper."""
+
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class TableHere:
     """The place of a table of the registry."""
 
@@ -59,52 +69,52 @@ class TableHere:
 _FEW_RUN_VALUES = 60
 """Up to so many values of single runs the page lists them; beyond, figures and files have them."""
 
-Part: TypeAlias = Paragraph | Bullets | Heading | FigureHere | TableHere
+Part: TypeAlias = Paragraph | Bullets | Heading | FigureHere | FiguresBeside | TableHere
 
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A section of the page; `anchor` is what the contents link to."""
+    """A section of the page; `anchor` is what the contents link to. What is `folded` a reader opens where wanted."""
 
     anchor: str
     title: str
     parts: tuple[Part, ...]
+    folded: bool = False
 
 
 def sections_of(content: ReportContent) -> tuple[Section, ...]:
     """Return the sections of the page in reading order; a section without parts is left out."""
     sections = (
-        _in_short(content),
-        *(_measured_outcome(content, outcome) for outcome in content.outcomes),
+        _answer(content),
+        _results(content),
         _predicted(content),
+        Section("robustness", "Robustness", tuple(map(Paragraph, robustness_sentences(content)))),
+        _plan(content),
+        _methods(content),
+        *(_outcome_in_full(outcome) for outcome in content.outcomes),
+        _tests(content),
+        _predictions_in_full(content),
         _certainty(content),
         _measured(content),
-        _methods(content),
-        Section(
-            "tests",
-            "Tests in full",
-            (
-                *(TableHere(f"tests_{outcome.key}") for outcome in content.outcomes),
-                TableHere("tests_jumps"),
-                TableHere("anovas"),
-            ),
-        ),
         _provenance(content),
     )
     return tuple(section for section in sections if section.parts)
 
 
-def _in_short(content: ReportContent) -> Section:
+def _answer(content: ReportContent) -> Section:
+    """The first sheet: the answer, the groups, both outcomes drawn, what came of the runs, how far to trust it."""
     parts: list[Part] = []
     if content.claims:
         first, *others = content.claims
         parts.append(Paragraph(first.text, first.provenance, lead=True))
-        if others:
-            parts.append(Bullets(tuple(Paragraph(claim.text, claim.provenance) for claim in others)))
+        parts += [Paragraph(claim.text, claim.provenance, lead=len(others) == 1) for claim in others]
     else:
         parts.append(Paragraph(f"Nothing is claimed from this selection: {_why_no_claim(content)}.", lead=True))
-    parts += [TableHere("headlines"), FigureHere("savings")]
-    return Section("in-short", "In short", tuple(parts))
+    parts.append(TableHere("headlines"))
+    parts.append(FiguresBeside(tuple(f"{outcome.key}_by_damping" for outcome in (Outcome.JOULES, Outcome.APEX))))
+    parts += [Paragraph(text) for text in (flow_sentence(content),) if text]
+    parts.append(Bullets(tuple(map(Paragraph, trust_sentences(content)))))
+    return Section("answer", "Answer", tuple(parts))
 
 
 def _why_no_claim(content: ReportContent) -> str:
@@ -122,19 +132,54 @@ def _why_no_claim(content: ReportContent) -> str:
     )
 
 
-def _measured_outcome(content: ReportContent, outcome: Outcome) -> Section:
+def _results(content: ReportContent) -> Section:
+    """Each group in a sentence, outcome by outcome; page one has the first two drawn."""
+    parts: list[Part] = []
+    for outcome in content.outcomes:
+        decided = [each for each in pooled(content) if each.quantity is outcome and each.decision is not None]
+        claims = [claim for claim in (group_claim(content, each) for each in decided) if claim not in content.claims]
+        found: list[Part] = []
+        if claims:
+            found.append(Bullets(tuple(Paragraph(claim.text, claim.provenance) for claim in claims)))
+        if outcome not in (Outcome.JOULES, Outcome.APEX):
+            found.append(FigureHere(f"{outcome.key}_by_damping"))
+        if outcome.has_savings:
+            found.append(FigureHere("savings"))
+        if outcome.has_equivalence:
+            found += [Paragraph(text) for text in (content.no_equivalence,) if text]
+        if found:
+            parts += [Heading(outcome.heading), *found]
+    return Section("results", "Results", tuple(parts))
+
+
+def _outcome_in_full(outcome: Outcome) -> Section:
     parts: list[Part] = [
-        FigureHere(f"{outcome.key}_by_damping"),
         TableHere(f"{outcome.key}_by_condition"),
-        *_anova_paragraph(content, outcome),
         FigureHere(f"estimation_{outcome.key}"),
         TableHere(f"comparisons_{outcome.key}"),
-        *map(Paragraph, by_day_sentences(content, outcome)),
-        TableHere(f"by_day_{outcome.key}"),
     ]
-    if outcome.has_equivalence:
-        parts += [*map(Paragraph, filter(None, (content.no_equivalence,))), TableHere("equivalence")]
-    return Section(outcome.key.replace("_", "-"), outcome.heading, tuple(parts))
+    return Section(f"{outcome.key.replace('_', '-')}-in-full", f"{outcome.heading}: conditions", tuple(parts), True)
+
+
+def _tests(content: ReportContent) -> Section:
+    """What the thesis and others would have tested: routes over runs, days as a random effect, single jumps."""
+    parts: list[Part] = [Paragraph(content.tests_beside)] if content.tests_beside else []
+    if (untold := days_claim(content)) is not None and untold not in content.claims:
+        parts.append(Paragraph(untold.text))
+    if content.not_planned:
+        parts.append(Bullets(tuple(map(Paragraph, content.not_planned))))
+    for outcome in content.outcomes:
+        parts += [
+            *_anova_paragraph(content, outcome),
+            TableHere(f"tests_{outcome.key}"),
+            *map(Paragraph, by_day_sentences(content, outcome)),
+            TableHere(f"by_day_{outcome.key}"),
+        ]
+    parts += [TableHere("equivalence"), TableHere("tests_jumps"), TableHere("anovas")]
+    if content.known_errors:
+        introduction, *designs = content.known_errors
+        parts += [Paragraph(introduction), Bullets(tuple(map(Paragraph, designs)))]
+    return Section("tests", "Tests in full", tuple(parts), folded=True)
 
 
 def _anova_paragraph(content: ReportContent, quantity: Outcome) -> tuple[Paragraph, ...]:
@@ -159,10 +204,16 @@ def _anova_words(content: ReportContent, anova: Anova) -> str:
 def _predicted(content: ReportContent) -> Section:
     if not content.predictions.items:
         return Section("predicted", "Predicted and measured", ())
-    tables = ("predicted_joules", "predicted_apex", "predicted_savings", "predicted_inputs")
-    parts: list[Part] = [Paragraph(text) for text in prediction_sentences(content)]
-    parts += [FigureHere("predictions"), *map(TableHere, tables)]
-    return Section("predicted", "Predicted and measured", tuple(parts))
+    parts = (Paragraph(verdict_text(content)), FigureHere("predictions"))
+    return Section("predicted", "Predicted and measured", parts)
+
+
+def _predictions_in_full(content: ReportContent) -> Section:
+    if not content.predictions.items:
+        return Section("predictions", "Predictions", ())
+    tables = ("predicted_joules", "predicted_apex", "predicted_savings", "predicted_inputs", "assumed")
+    parts: list[Part] = [*map(Paragraph, prediction_sentences(content)[1:]), *map(TableHere, tables)]
+    return Section("predictions", "Predictions in full", tuple(parts), folded=True)
 
 
 def _certainty(content: ReportContent) -> Section:
@@ -179,7 +230,7 @@ def _certainty(content: ReportContent) -> Section:
     parts += [Paragraph(sentence) for sentence in content.order.sentences]
     parts += [FigureHere("day_order"), FigureHere("packs"), TableHere("packs")]
     parts += [Heading("The headlines computed another way"), FigureHere("sensitivity")]
-    return Section("certainty", "How sure these numbers are", tuple(parts))
+    return Section("certainty", "Uncertainty, drain, packs, order of the day", tuple(parts), folded=True)
 
 
 def _measured(content: ReportContent) -> Section:
@@ -212,28 +263,27 @@ def _measured(content: ReportContent) -> Section:
     parts += [FigureHere("flow"), TableHere("days")]
     if sum(_run_count(condition) for condition in content.conditions) <= _FEW_RUN_VALUES:
         parts.append(TableHere("run_values"))
-    return Section("measured", "What was measured", tuple(parts))
+    return Section("measured", "Days and runs", tuple(parts), folded=True)
 
 
 def _run_count(condition: Condition) -> int:
     return sum(len(summary.runs) for summary in condition.summaries.values())
 
 
-def _methods(content: ReportContent) -> Section:
-    parts: list[Part] = [Paragraph(text) for text in content.methods]
-    if content.known_errors:
-        introduction, *designs = content.known_errors
-        parts += [Paragraph(introduction), Bullets(tuple(map(Paragraph, designs)))]
-    if gains := gains_text(content):
-        parts.append(Paragraph(gains))
-    if content.decided:
-        parts.append(Heading("What was decided before the first measurement was ingested"))
-        parts += map(Paragraph, content.decided)
+def _plan(content: ReportContent) -> Section:
+    parts: list[Part] = [*map(Paragraph, content.decided)]
     if content.departures:
         parts.append(Bullets(tuple(map(Paragraph, content.departures))))
+    return Section("plan", "Plan and deviations", tuple(parts))
+
+
+def _methods(content: ReportContent) -> Section:
+    parts: list[Part] = [Paragraph(text) for text in content.methods]
+    if gains := gains_text(content):
+        parts.append(Paragraph(gains))
     if content.limitations:
         parts += [Heading("Limitations"), Bullets(tuple(map(Paragraph, content.limitations)))]
-    if content.assumed:
+    if content.assumed and not content.predictions.items:
         parts += [Heading("Assumed parameters"), TableHere("assumed")]
     return Section("methods", "Methods", tuple(parts))
 
@@ -241,4 +291,4 @@ def _methods(content: ReportContent) -> Section:
 def _provenance(content: ReportContent) -> Section:
     if not content.provenance:
         return Section("provenance", "Provenance", ())
-    return Section("provenance", "Provenance", (TableHere("provenance"),))
+    return Section("provenance", "Provenance", (TableHere("provenance"),), folded=True)

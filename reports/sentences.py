@@ -27,7 +27,7 @@ from reports.remarks import NOT_FROM_DAYS
 from reports.wording import count_text, list_text, sentence_start
 
 
-def _where(content: ReportContent, comparison: Comparison) -> str:
+def where_text(content: ReportContent, comparison: Comparison) -> str:
     """Say for which group a claim holds: " with the small foot and k = 1091 N/m"; "" for all runs."""
     names = level_names(content, comparison.group)
     parts = [name if "=" in name else f"the {name}" for name in names]
@@ -51,7 +51,7 @@ def savings_claim(content: ReportContent, comparison: Comparison) -> Claim:
 
     The headline says that it was picked as the largest, and from how many.
     """
-    savings, where = comparison.savings, _where(content, comparison)
+    savings, where = comparison.savings, where_text(content, comparison)
     if savings is None or isinstance(savings.value, Undefined):
         reason = value_text(None if savings is None else savings.value)
         return Claim(f"The savings{where} are {reason}.", _ids(comparison))
@@ -62,7 +62,7 @@ def savings_claim(content: ReportContent, comparison: Comparison) -> Claim:
     evidence = f"{level_text(savings)} {interval}; {counts}; {_tests(comparison)}" if interval else counts
     shown = False if comparison.one_day_each else comparison.savings_shown
     treatment = sentence_start(treatment_name(content, comparison.group))
-    against, between = _sides(content, comparison)
+    against, between = sides_text(content, comparison)
     once = _lost_by_holm(comparison) if shown else ""
     if shown is None and savings.value < 0:
         lead = (
@@ -80,7 +80,7 @@ def savings_claim(content: ReportContent, comparison: Comparison) -> Claim:
         lead = f"{treatment} saved {size} of the energy of a jump{against}{where}"
     else:
         lead = f"{treatment} cost {size} more energy a jump{against}{where}"
-    sentence = f"{lead} ({evidence}){_exploratory(comparison.exploratory)}."
+    sentence = f"{lead} ({evidence}){exploratory_text(comparison.exploratory)}."
     return Claim(sentence + _picked(content, comparison), _ids(comparison))
 
 
@@ -103,7 +103,7 @@ def _tests(comparison: Comparison) -> str:
     return "; ".join(parts)
 
 
-def _exploratory(why: str, what: str = "comparison") -> str:
+def exploratory_text(why: str, what: str = "comparison") -> str:
     """End the sentence on what was not planned."""
     return f", an exploratory {what}" if why else ""
 
@@ -125,14 +125,14 @@ def _equivalence(comparison: Comparison) -> str:
     if isinstance(item.p, Undefined):
         return f" {what} could not be tested: {item.p.reason}."
     evidence = f"{level_text(item.estimate)} {interval_text(item.estimate)}; TOST, {p_text(item.p)}"
-    exploratory = _exploratory(item.exploratory, "test")
+    exploratory = exploratory_text(item.exploratory, "test")
     verdict = f"was {'shown' if item.shown else 'not shown'}"
     if comparison.one_day_each:
         verdict = NOT_FROM_DAYS
     return f" {what} {verdict} ({evidence}){exploratory}."
 
 
-def _sides(content: ReportContent, comparison: Comparison) -> tuple[str, str]:
+def sides_text(content: ReportContent, comparison: Comparison) -> tuple[str, str]:
     """Return " against the control (sand)" and " between" both sides; "" under active damping, whose control is CE."""
     if swept_words(swept_factor(content)).of_active_damping:
         return "", ""
@@ -160,7 +160,7 @@ def _picked(content: ReportContent, comparison: Comparison) -> str:
 def difference_claim(content: ReportContent, comparison: Comparison) -> Claim:
     """Say how a quantity differed between control and treatment, and whether zero lies in the interval."""
     difference = as_shown(comparison.welch_difference)
-    where = _where(content, comparison)
+    where = where_text(content, comparison)
     what = f"The {comparison.quantity.heading[0].lower()}{comparison.quantity.heading[1:]}"
     if isinstance(difference.value, Undefined):
         return Claim(f"{what}{where}: the difference is {value_text(difference.value)}.", (difference.provenance,))
@@ -181,7 +181,7 @@ def difference_claim(content: ReportContent, comparison: Comparison) -> Claim:
     than = "" if swept_words(swept_factor(content)).of_active_damping else f" than under {control_name(content)}"
     treatment = treatment_name(content, comparison.group)
     lead = f"{what} was {size} {comparative} under {treatment}{than}{where}{verdict}"
-    sentence = f"{lead} ({evidence}){_exploratory(comparison.exploratory)}.{_equivalence(comparison)}"
+    sentence = f"{lead} ({evidence}){exploratory_text(comparison.exploratory)}.{_equivalence(comparison)}"
     return Claim(sentence, (*filter(None, (difference.provenance,)), *_ids_beside(comparison)))
 
 
@@ -190,12 +190,12 @@ def family_claim(planned: Sequence[Comparison]) -> Claim:
     told, ids = [], []
     for quantity in Outcome:
         family = [item for item in planned if item.quantity is quantity]
-        shown = sum(item.adjusted_rejected is True and not item.one_day_each for item in family)
+        shown = sum(item.lead.adjusted_rejected is True and not item.one_day_each for item in family)
         if family:
             untold = sum(bool(item.one_day_each) for item in family)
             days = f" ({untold} {NOT_FROM_DAYS})" if untold else ""
             told.append(f"{shown or 'none'} of {count_text(len(family), 'comparison')} of {quantity}{days}")
-            ids += [item.adjusted.provenance for item in family if item.adjusted is not None]
+            ids += [item.lead.adjusted.provenance for item in family if item.lead.adjusted is not None]
     named = "The family of comparisons is" if any(item.exploratory for item in planned) else "Decided on beforehand was"
     text = (
         f"{named} {planned[0].family}. A difference is shown, counted by Holm, in {list_text(told)}. "

@@ -7,6 +7,9 @@ from __future__ import annotations
 
 import csv
 import importlib
+import os
+import subprocess
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import cast
@@ -20,13 +23,15 @@ from benchmarks.stats_evidence.sizes.record import main as simulate
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "statistics.md"
 FOLDER = PAGE.with_suffix("")
 ERROR_RATES = "error_rates"
-TABLES = ("digits", "weaknesses", ERROR_RATES, "speed")
-"""Files of the folder: what `rows()` returns in the module `rows` of a folder here, and the error rates of `sizes`."""
+DECISIONS = "decisions"
+TABLES = ("digits", "weaknesses", ERROR_RATES, DECISIONS, "speed")
+"""Files of the folder: what `rows()` returns in the module `rows` of a folder here, the error rates of `sizes`,
+and what the long test of the decision finds."""
+_YARDSTICK = "tests/stats/days/test_decision_yardstick.py"
 
 Rows = Sequence[Mapping[str, str]]
 
 SHOWN_DIGITS = (
-    ("standard deviation, 9 sets", "standard deviation", "", ("scipy tstd", "statsmodels DescrStatsW", "")),
     (
         "F of an analysis of variance, 11 sets",
         "F",
@@ -39,28 +44,19 @@ SHOWN_DIGITS = (
         "",
         ("scipy.linalg.lstsq", "statsmodels OLS", "pingouin linear_regression"),
     ),
-    *(
-        (f"t, 20 and 20 values {far}", "t", offset, ("scipy ttest_ind", "statsmodels ttest_ind", "pingouin ttest"))
-        for far, offset in (("1000 times their scatter from 0", "offset 1e3"), ("a million times", "offset 1e6"))
-    ),
 )
 """Row of the page, quantity, data (all where empty), and whose least digits are shown beside labbook's."""
 
 SHOWN_WEAKNESSES = {
-    ("W2", "Student's p"): "p of 0.1 three times against 0.1 seven times",
     ("W10", "Dunnett's p of b against a"): "Dunnett's p, a value of the group missing",
     ("W14", "standard deviation of 1000000 values"): "standard deviation of a million float32 voltages",
-    ("W16", "slope, s"): "slope of a battery's voltage over Unix time, V/s",
     ("W20", "damping, v = -5 x"): "damping, where speed is a multiple of position",
-    ("W22", "upper end of the interval of the difference"): "upper end of an interval of jump heights, m",
-    ("W23", "p of two conditions over 3 days"): "p of two conditions over three days",
     ("W24", "F"): "F of three conditions measured three times a day",
 }
 """Case and question, and what the page calls them."""
 
 SHOWN_RATES = (
     ("5 and 20 runs, the few scatter twice as much", Design((5, 20), 2.0), ("Student", "student"), ("Welch", "welch")),
-    ("the same", Design((5, 20), 2.0), ("F-test, then Student or Welch", "f_then_t"), ("Welch", "welch")),
     (
         "15 and 15 runs on three days, each group's own",
         Design((15, 15), 1.0, 3, 1.0, "own"),
@@ -101,10 +97,26 @@ SHOWN_RATES = (
 """Design in words, the design, a method that errs there, and one that hardly does."""
 
 
+SHOWN_LAYOUTS = (
+    "5 days 4+11 3+11 3+11 4+12 2+5",
+    "4 days 3+10",
+    "3 days 12+2 3+20 1+28",
+    "3 days 1+3",
+    "2 days 3+10, 2 of AD",
+    "1 day 8+20",
+    "5 of CE, 5 of AD",
+)
+"""Layouts of days that the page shows; the file has all."""
+
+
 def measure(name: str) -> None:
     """Make one table anew; of the error rates only what is lacking."""
     if name == ERROR_RATES:
         simulate([])
+        return
+    if name == DECISIONS:
+        environment = {**os.environ, "LABBOOK_DECISIONS": str(FOLDER / f"{DECISIONS}.csv")}
+        subprocess.run([sys.executable, "-m", "pytest", "-q", "-m", "soak", _YARDSTICK], env=environment, check=True)
         return
     module = importlib.import_module(f"benchmarks.stats_evidence.{name}.rows")
     write(name, cast(Callable[[], Rows], module.rows)())
@@ -130,6 +142,7 @@ def page(text: str) -> str:
         "digits": digits_table(read("digits")),
         "weaknesses": weaknesses_table(read("weaknesses")),
         ERROR_RATES: error_rates_table(),
+        DECISIONS: decisions_table(read(DECISIONS)),
         "speed": speed_line(read("speed")),
     }
     for name, table in shown.items():
@@ -169,6 +182,19 @@ def error_rates_table() -> str:
         (words, *(f"{name} {rates[method, design]}" for name, method in both)) for words, design, *both in SHOWN_RATES
     ]
     return table_text(Table(("design, no true effect", "errs", "better"), tuple(lines), ""))
+
+
+def decisions_table(rows: Rows) -> str:
+    """Return what the deciding test does on campaigns of each layout of days."""
+    shares = ("coverage", "size", "equivalent_at_bound", "found")
+    lines = [
+        (row["layout"], row["rule"], *(f"{float(row[share]):.3f}"[1:] if row[share] else "" for share in shares))
+        for row in rows
+        if row["layout"] in SHOWN_LAYOUTS
+    ]
+    return table_text(
+        Table(("runs of each day", "rule", "covers", "errs", "TOST errs", "finds 11 %"), tuple(lines), "")
+    )
 
 
 def speed_line(rows: Rows) -> str:

@@ -9,6 +9,7 @@ from data_schema.outcomes import Outcome
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.comparing import AnovaResult, JumpComparison, Pair, analyse_variance, compare_jumps
 from labbook.analysis.comparison.comparisons import Compared, compare_all, unselected_conditions_of
+from labbook.analysis.comparison.deciding import Overall, overall_effects
 from labbook.analysis.comparison.robustness import Variations, vary
 from labbook.analysis.outcomes.budget import JouleBudget, PackDeviation, budget, pack_deviations
 from labbook.analysis.outcomes.conditions import (
@@ -27,6 +28,7 @@ from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.analysis.results.codec import StoredResult
 from labbook.analysis.results.result_cache import ResultCache, RunResults
 from labbook.analysis.study_data import StudyData
+from labbook.config.model import UnitOfAnalysis
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +69,7 @@ class StudyAnalysis:
     anovas: list[VarianceAnalysed]
     variations: Variations
     jump_tests: list[JumpsCompared]
+    overall: Overall
     packs: dict[str, PackDeviation]
     budget: JouleBudget | None
     predicted: dict[tuple[str, str], PredictionResult]
@@ -134,6 +137,7 @@ def analyse(
         anovas=[],
         variations=Variations(),
         jump_tests=[],
+        overall=Overall(),
         packs=packs,
         budget=of_a_joule,
         predicted=predicted,
@@ -159,6 +163,13 @@ def analyse(
         JumpsCompared(pair, result)
         for pair, result in zip(pooled, compare_jumps(cache, pooled, scope, settings.alpha), strict=True)
     ]
+    effects = Overall()
+    if settings.unit_of_analysis is UnitOfAnalysis.SHARED_DAYS:
+        groups = {
+            outcome: {pairing.group_label(pair.group): pair for pair in pairing.pairs_pooled(several, swept)}
+            for outcome, several in conditions.items()
+        }
+        effects = overall_effects(cache, groups, settings.apex_bounds, settings.alpha, scope)
     progress("what the headlines depend on")
     variations = vary(cache, detections, evidence, drains, results, swept, settings)
     of_savings = [(item.pair, item.result) for item in compared if item.quantity is Outcome.JOULES]
@@ -168,5 +179,6 @@ def analyse(
         anovas=anovas,
         variations=variations,
         jump_tests=jump_tests,
+        overall=effects,
         checked=[*checked, *check_savings(cache, of_savings, predicted, of_unit)],
     )

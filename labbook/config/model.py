@@ -184,10 +184,20 @@ class Family(StrEnum):
 
 
 class UnitOfAnalysis(StrEnum):
-    """What counts as one independent observation: a run, or the mean of a day's runs."""
+    """What counts as one independent observation: a run, the mean of a day's runs, or by the days that are shared.
+
+    With shared days, each comparison is tested by the rule that fits its days (`stats.days.decision`): paired on day
+    means from four shared days on, on runs within days where there are fewer.
+    """
 
     RUN = "run"
     DAY = "day"
+    SHARED_DAYS = "shared_days"
+
+    @property
+    def noun(self) -> str:
+        """What summaries and the tests of the appendix count: "run" or "day"."""
+        return "day" if self is UnitOfAnalysis.DAY else "run"
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,7 +222,7 @@ class AnalysisSettings:
     alpha: float = 0.05
     apex_bounds: Bounds | None = None
     exclusions: tuple[ReasonCode, ...] = tuple(ReasonCode)
-    unit_of_analysis: UnitOfAnalysis = UnitOfAnalysis.RUN
+    unit_of_analysis: UnitOfAnalysis = UnitOfAnalysis.SHARED_DAYS
 
 
 @dataclass(frozen=True, slots=True)

@@ -113,7 +113,7 @@ run_pattern = '^(?P<run>r\\d+)'
 #alpha = 0.05
 #apex_bounds_percent = [-3, 3]
 #exclusions = ["touched_by_hand", "misfire", "sensor_fault", "wrong_apex", "dropped_packet"]
-#unit_of_analysis = "run"
+#unit_of_analysis = "shared_days"
 
 # What the simulator predicts each condition with: the report shows it beside what was measured. `factors` says which
 # parameter a factor's physical value is; parameters without a source are varied by this part, for the error. A scene of

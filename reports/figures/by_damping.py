@@ -1,4 +1,4 @@
-"""Each outcome against the swept factor: means with SE, every run behind them (thesis figs. 5.3, 5.4)."""
+"""Each outcome against the swept factor: means with their intervals, every run behind them (thesis figs. 5.3, 5.4)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 
 from data_schema.outcomes import Outcome
 from reports.content import ReportContent
-from reports.display import general_text, shown_unit, stated_text
+from reports.display import as_shown, general_text, level_text, shown_unit, stated_text
 from reports.figures.kind import figures_of_outcomes
 from reports.figures.series import Axis, Series, axis_of, drawn_factor, series_lie_apart, series_of
 from reports.figures.style import GREY, is_narrow, light_grid, new_figure
@@ -41,7 +41,7 @@ def coefficient_of(content: ReportContent) -> str:
 
 
 def points_text(content: ReportContent, quantity: Outcome) -> str:
-    """Say what the marks are: means, SE, single runs and how many there are, and what the bars leave out."""
+    """Say what the marks are: means, intervals, single runs and how many there are."""
     found = [(c, summary) for c in content.conditions if (summary := c.summary(quantity)) is not None]
     counts = [summary.mean.n for _, summary in found if summary.mean.n is not None]
     sentences = []
@@ -52,12 +52,10 @@ def points_text(content: ReportContent, quantity: Outcome) -> str:
         low, high = min(counts), max(counts)
         runs = count_text(low, "run") if low == high else f"{low} to {count_text(high, 'run')}"
         if high == 1:
-            sentences.append("Circles: the only run of a condition, which gives no standard error.")
+            sentences.append("Circles: the only run of a condition, which gives no interval.")
         else:
-            sentences.append(f"Circles: means of {runs} a condition; bars: ± 1 standard error; dots: single runs.")
-    if any(summary.mean.shared_se is not None and (summary.mean.n or 0) > 1 for _, summary in found):
-        shared_by = "the runs of a robot" if len(content.robots) > 1 else "all runs"
-        sentences.append(f"The bars leave out the uncertainty that {shared_by} share.")
+            bars = level_text(found[0][1].mean)
+            sentences.append(f"Circles: means of {runs} a condition; bars: {bars}; dots: single runs.")
     if series_lie_apart(content, quantity):
         sentences.append("Each group has its panel; the vertical axes have one span but not one position.")
     elif len(series_of(content)) > 1:
@@ -103,14 +101,17 @@ _GOLDEN_STEP = (math.sqrt(5.0) - 1.0) / 2.0
 
 @dataclass(frozen=True, slots=True)
 class _Marks:
-    """What is drawn of one series: `(x, mean, se)` in the order of x, and `(x, value)` of every run."""
+    """What is drawn of one series: `(x, mean, below, above)` in the order of x, and `(x, value)` of every run.
+
+    `below` and `above` are the halves of the mean's interval, nan where there is none.
+    """
 
     series: Series
-    means: list[tuple[float, float, float]]
+    means: list[tuple[float, float, float, float]]
     runs: list[tuple[float, float]]
 
     def range(self) -> tuple[float, float]:
-        values = [value for _, value in self.runs] + [mean for _, mean, _ in self.means]
+        values = [value for _, value in self.runs] + [mean for _, mean, _, _ in self.means]
         return min(values), max(values)
 
 
@@ -145,7 +146,7 @@ def draw_by_damping(content: ReportContent, quantity: Outcome, width_in: float) 
 
 def _marks(series: Series, axis: Axis, quantity: Outcome) -> _Marks:
     factor = shown_unit(quantity.unit)[1]
-    means: list[tuple[float, float, float]] = []
+    means: list[tuple[float, float, float, float]] = []
     runs: list[tuple[float, float]] = []
     for condition in series.conditions:
         summary = condition.summary(quantity)
@@ -158,9 +159,10 @@ def _marks(series: Series, axis: Axis, quantity: Outcome) -> _Marks:
             for index, run in enumerate(summary.runs)
         ]
         if isinstance(summary.mean.value, int | float):
-            se = summary.mean.se
-            error = se * factor if isinstance(se, int | float) else math.nan
-            means.append((at, summary.mean.value * factor, error))
+            shown = as_shown(summary.mean)
+            mean = summary.mean.value * factor
+            low, high = (end if isinstance(end, int | float) else math.nan for end in (shown.ci_low, shown.ci_high))
+            means.append((at, mean, mean - low, high - mean))
     return _Marks(series, sorted(means), runs)
 
 
@@ -199,9 +201,9 @@ def _draw_marks(axes: Axes, marks: _Marks, axis: Axis, shift: float, narrow: boo
         zorder=2,
     )
     axes.errorbar(
-        [x + shift for x, _, _ in marks.means],
-        [mean for _, mean, _ in marks.means],
-        yerr=[error for _, _, error in marks.means],
+        [x + shift for x, _, _, _ in marks.means],
+        [mean for _, mean, _, _ in marks.means],
+        yerr=[[below for _, _, below, _ in marks.means], [above for _, _, _, above in marks.means]],
         color=series.colour,
         linestyle=series.line_style if axis.continuous else "none",
         linewidth=0.9,
@@ -249,7 +251,7 @@ def caption(content: ReportContent, quantity: Outcome) -> str:
 def alternative(content: ReportContent, quantity: Outcome) -> str:
     """Describe the plot in words."""
     return (
-        f"Plot of {quantity} against the {coefficient_of(content)}, mean and standard error of each condition. "
+        f"Plot of {quantity} against the {coefficient_of(content)}, mean and interval of each condition. "
         f"{range_text(content, quantity)}"
     )
 

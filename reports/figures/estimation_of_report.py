@@ -93,13 +93,13 @@ def _draw(content: ReportContent, quantity: Outcome, width_in: float) -> Figure:
     for axes in grid.flat:
         axes.set_visible(False)
     all_values = [value for groups in sides for group in groups for value in group.values]
-    below = [end for comparison in chosen for end in ends_of(as_shown(comparison.welch_difference))]
+    below = [end for comparison in chosen for end in ends_of(as_shown(comparison.lead.difference))]
     below += [0.0, *(value for item in tested for value in (*item.bounds, *(item.ends or ())))]
     uppers = []
     for place, (comparison, groups) in enumerate(zip(chosen, sides, strict=True)):
         row, column = divmod(place, across)
         upper, lower = grid[2 * row][column], grid[2 * row + 1][column]
-        difference = as_shown(comparison.welch_difference)
+        difference = as_shown(comparison.lead.difference)
         for axes in (upper, lower):
             axes.set_visible(True)
             axes.set_xlim(-0.6, 1.6)
@@ -156,7 +156,7 @@ def _tested(comparison: Comparison, control_mean: float | None) -> _Tested:
 def _caption(content: ReportContent, quantity: Outcome) -> str:
     chosen = pooled(content, quantity)
     called = swept_words(swept_factor(content))
-    level = level_text(chosen[0].welch_difference) if chosen else "confidence interval"
+    level = level_text(chosen[0].lead.difference) if chosen else "confidence interval"
     tested = next((c.equivalence.estimate for c in chosen if c.equivalence is not None), None)
     dashed = (
         ""
@@ -180,9 +180,9 @@ def _caption(content: ReportContent, quantity: Outcome) -> str:
 def _alternative(content: ReportContent, quantity: Outcome) -> str:
     parts = []
     for comparison in pooled(content, quantity):
-        number = as_shown(comparison.welch_difference)
-        size = with_unit(value_text(number.value, common_places([comparison.welch_difference])), number.unit)
-        interval = interval_text(comparison.welch_difference)
+        number = as_shown(comparison.lead.difference)
+        size = with_unit(value_text(number.value, common_places([comparison.lead.difference])), number.unit)
+        interval = interval_text(comparison.lead.difference)
         name = levels_name(content, comparison.group) or "all runs"
         runs = f"{comparison.n_control} and {comparison.n_treatment} {content.counted}s"
         parts.append(f"{name}: {size}{f' ({interval})' if interval else ''}, {runs}")

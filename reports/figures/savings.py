@@ -49,7 +49,7 @@ def shown_savings(content: ReportContent) -> list[tuple[str, list[tuple[str, Com
 
     A group with one row needs no heading (""); rows pooled across groups stand together at the end.
     """
-    found = [comparison for comparison in content.comparisons if comparison.savings is not None]
+    found = [comparison for comparison in content.comparisons if comparison.lead.savings is not None]
     factors = max((len(comparison.group) for comparison in found), default=0)
     groups: dict[str, list[Comparison]] = {}
     across: list[tuple[str, Comparison]] = []
@@ -78,8 +78,10 @@ def draw(content: ReportContent, width_in: float) -> Figure:
     axes = figure.add_subplot()
     axes.axvline(0.0, color=GREY, linewidth=0.8, zorder=1)
     every = [comparison for _, found in blocks for _, comparison in found]
-    places = common_places([comparison.savings for comparison in every])
-    texts = [_number_text(comparison.savings, places) for comparison in every if comparison.savings is not None]
+    places = common_places([comparison.lead.savings for comparison in every])
+    texts = [
+        _number_text(comparison.lead.savings, places) for comparison in every if comparison.lead.savings is not None
+    ]
     counts_pt = 14 + _LETTER_PT * max(map(len, texts), default=0)
     ticks: list[tuple[str, bool]] = []
     for heading, found in blocks:
@@ -110,14 +112,14 @@ def _number_text(savings: Number, places: int) -> str:
 
 def _draw_row(axes: Axes, comparison: Comparison, row: int, places: int, counts_pt: float | None) -> None:
     """Draw one estimate; the numbers at its right are left out where the runs' column has no place."""
-    savings = comparison.savings
+    savings = comparison.lead.savings
     if savings is None:
         return
     colour, marker = (VERMILLION, "D") if comparison.opens else (BLUE, "o")
     draw_estimate(axes, savings, row, colour=colour, marker=marker)
     if counts_pt is None or isinstance(savings.value, Undefined):
         return
-    counts = f"n{EQUALS}{comparison.n_control}, {comparison.n_treatment}"
+    counts = f"n{EQUALS}{comparison.lead.n_control}, {comparison.lead.n_treatment}"
     for offset_pt, words, ink in ((6, _number_text(savings, places), BLACK), (counts_pt, counts, GREY)):
         axes.annotate(
             words,
@@ -134,7 +136,7 @@ def _draw_row(axes: Axes, comparison: Comparison, row: int, places: int, counts_
 
 def caption(content: ReportContent) -> str:
     """Say what is drawn."""
-    numbers = [c.savings for c in content.comparisons if c.savings is not None]
+    numbers = [c.lead.savings for c in content.comparisons if c.lead.savings is not None]
     level = level_text(numbers[0]) if numbers else "confidence interval"
     called = swept_words(swept_factor(content))
     return (
@@ -148,17 +150,17 @@ def caption(content: ReportContent) -> str:
 def alternative(content: ReportContent) -> str:
     """Describe the plot in words: the pooled savings of each group."""
     parts = [
-        f"{' '.join(filter(None, (heading, label)))}: {_number_text(c.savings, common_places([c.savings]))} %"
+        f"{' '.join(filter(None, (heading, label)))}: {_number_text(c.lead.savings, common_places([c.lead.savings]))} %"
         for heading, found in shown_savings(content)
         for label, c in found
-        if c.opens and c.savings is not None
+        if c.opens and c.lead.savings is not None
     ]
     return f"Forest plot of savings in percent. {'; '.join(parts)}."
 
 
 def absent(content: ReportContent) -> str | None:
     """Give the reason where nothing was compared with a control."""
-    if any(comparison.savings is not None for comparison in content.comparisons):
+    if any(comparison.lead.savings is not None for comparison in content.comparisons):
         return None
     return "This selection has no joules of both a control and a treatment to compare, so there are no savings."
 

@@ -13,7 +13,7 @@ from data_schema.outcomes import Outcome
 from reports.content import Comparison, ReportContent
 from reports.display import DASH, common_places, shown_unit
 from reports.evidence import ByDay
-from reports.naming import control_name, level_of, levels_name, treatment_name
+from reports.naming import level_of, levels_name
 from reports.numbers import Number
 from reports.remarks import FOOTNOTE
 from reports.tables.table import (
@@ -22,7 +22,6 @@ from reports.tables.table import (
     Column,
     Row,
     Table,
-    TableKind,
     count,
     interval_cell,
     interval_title,
@@ -98,27 +97,39 @@ def reasons_note(given: Iterable[str]) -> str:
     return f" Rows called exploratory are so because {reasons[0]}." if reasons else ""
 
 
-_LEGEND = (
+_WELCH = (
     "Difference: treatment less control{rows}, with interval and p by Welch's t-test (the F-test's choice stands under "
     "Tests in full); n: {counted}s of the control, of the treatment."
 )
+_DECIDED = (
+    "Difference: treatment less control{rows}, with interval and p by the days that hold both: paired on day means "
+    "from four days on, within days where there are fewer. n: runs of the control and of the treatment on these days."
+)
+
+
+def legend(content: ReportContent, comparisons: Sequence[Comparison], rows: str = "") -> str:
+    """Say which test the intervals and p of comparisons are of, and what n counts."""
+    decided = any(comparison.decision is not None for comparison in comparisons)
+    return (_DECIDED if decided else _WELCH).format(rows=rows, counted=content.counted)
 
 
 def _effects(content: ReportContent, comparisons: list[Comparison], name: str, caption: str, unit: str) -> Table:
-    differences: list[Number | None] = [comparison.welch_difference for comparison in comparisons]
-    savings: list[Number | None] = [comparison.savings for comparison in comparisons]
+    leads = [comparison.lead for comparison in comparisons]
+    differences: list[Number | None] = [lead.difference for lead in leads]
+    savings: list[Number | None] = [lead.savings for lead in leads]
     with_savings = any(saved is not None for saved in savings)
-    adjusted = next((comparison.adjusted for comparison in comparisons if comparison.adjusted is not None), None)
+    adjusted = next((lead.adjusted for lead in leads if lead.adjusted is not None), None)
     if adjusted is not None:
         caption += f" Holm: p adjusted over the {adjusted.n} tests of the family."
     places, savings_places = common_places(differences), common_places(savings, 1)
     slug, shown = unit_slug(unit), shown_unit(unit)[0]
     columns = (
         COMPARISON,
+        Column("days", ("days",), shown=any(lead.decided_by_days for lead in leads)),
         Column("n", ("n_control", "n_treatment")),
         Column("difference", (f"difference_{slug}",), shown),
         Column(interval_title(differences), (f"ci_low_{slug}", f"ci_high_{slug}", "ci_level"), shown),
-        Column("p", ("welch_p",)),
+        Column("p", ("p",)),
         Column("Holm", ("holm_p", "holm_tests", "holm_provenance"), shown=adjusted is not None),
         Column("savings", ("savings_percent",), "%", shown=with_savings),
         Column(
@@ -131,30 +142,25 @@ def _effects(content: ReportContent, comparisons: list[Comparison], name: str, c
         EXPLORATORY,
         ONE_DAY_EACH,
     )
-    rows = tuple(
-        Row(
-            (
-                first,
-                Cell(
-                    f"{comparison.n_control}, {comparison.n_treatment}",
-                    (comparison.n_control, comparison.n_treatment),
-                ),
-                number_cell(comparison.welch_difference, places),
-                on_one_day_each(interval_cell(comparison.welch_difference, places), comparison.one_day_each),
-                on_one_day_each(p_cell(comparison.welch.p), comparison.one_day_each),
-                on_one_day_each(_adjusted_cell(comparison.adjusted), comparison.one_day_each),
-                number_cell(comparison.savings, savings_places),
-                on_one_day_each(interval_cell(comparison.savings, savings_places), comparison.one_day_each),
-                provenance_cell((comparison.savings or comparison.welch_difference).provenance),
-                words(comparison.exploratory),
-                words(comparison.one_day_each),
-            ),
-            block=block,
-            strong=comparison.headline,
+    rows = []
+    for comparison, first, block in placed(content, comparisons):
+        lead, why = comparison.lead, "" if comparison.decision is not None else comparison.one_day_each
+        cells = (
+            first,
+            count(len(lead.days)) if lead.decided_by_days else words(""),
+            Cell(f"{lead.n_control}, {lead.n_treatment}", (lead.n_control, lead.n_treatment)),
+            number_cell(lead.difference, places),
+            on_one_day_each(interval_cell(lead.difference, places), why),
+            on_one_day_each(p_cell(lead.test.p), why),
+            on_one_day_each(_adjusted_cell(lead.adjusted), why),
+            number_cell(lead.savings, savings_places),
+            on_one_day_each(interval_cell(lead.savings, savings_places), why),
+            provenance_cell((lead.savings or lead.difference).provenance),
+            words(comparison.exploratory),
+            words(comparison.one_day_each),
         )
-        for comparison, first, block in placed(content, comparisons)
-    )
-    return Table(name, caption + exploratory_note(comparisons), columns, rows)
+        rows.append(Row(cells, block=block, strong=comparison.headline))
+    return Table(name, caption + exploratory_note(comparisons), columns, tuple(rows))
 
 
 def _adjusted_cell(adjusted: Number | None) -> Cell:
@@ -163,25 +169,14 @@ def _adjusted_cell(adjusted: Number | None) -> Cell:
     return replace(p_cell(adjusted.value), values=(adjusted.value, adjusted.n, adjusted.provenance))
 
 
-def headlines(content: ReportContent) -> Table:
-    """Make the table that opens the page: energy under all treated levels together against the control."""
-    chosen = [c for c in content.comparisons if c.opens and c.quantity is Outcome.JOULES]
-    treatment = treatment_name(content, {})
-    legend = _LEGEND.format(rows="", counted=content.counted)
-    caption = f"Energy of a jump with {treatment} against {control_name(content)}. {legend}"
-    table = _effects(content, chosen, "headlines", caption, "J")
-    return replace(table, rows=tuple(replace(row, strong=False) for row in table.rows))
-
-
 def _of_outcome(content: ReportContent, quantity: Outcome, name: str) -> Table:
     chosen = [comparison for comparison in content.comparisons if comparison.quantity is quantity]
     others = any(comparison.savings is None for comparison in chosen) and quantity.has_savings
     rows = ", or what the row says" if others else ""
-    caption = f"Every comparison of {quantity}. {_LEGEND.format(rows=rows, counted=content.counted)}"
+    caption = f"Every comparison of {quantity}. {legend(content, chosen, rows)}"
     return _effects(content, chosen, name, caption, quantity.unit)
 
 
-HEADLINES = TableKind("headlines", headlines)
 COMPARISONS = tables_of_outcomes("comparisons_{}", _of_outcome)
 """A table an outcome."""
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from reports.content import ReportContent
-from reports.tables.comparisons import BY_DAY, COMPARISONS, HEADLINES
+from reports.tables.comparisons import BY_DAY, COMPARISONS
 from reports.tables.conditions import BY_CONDITION, RUN_VALUES
+from reports.tables.headlines import HEADLINES
 from reports.tables.measured import (
     ASSUMED,
     DAYS,

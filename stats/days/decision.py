@@ -33,8 +33,9 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.checks import Labels, as_labels, as_level, as_number, as_sample
 from stats.compare.shared_error import ENOUGH_DEGREES, SharedError, shared_of_mean
-from stats.exact.tails import t_quantile, t_two_sided, t_upper
-from stats.results import Result, counted
+from stats.days.decision_result import Bounded, Estimate, bounded
+from stats.exact.tails import t_quantile, t_two_sided
+from stats.results import counted
 
 LEAST_DAYS = 4
 """Shared days from which the day is the unit."""
@@ -46,44 +47,6 @@ class Rule(StrEnum):
     PAIRED = "paired on day means"
     WITHIN = "within days"
     NONE = "no claim"
-
-
-@dataclass(frozen=True, slots=True)
-class Estimate(Result):
-    """An estimate with its interval and the test that it is 0, in the unit of the values or in percent."""
-
-    value: float | Undefined
-    se: float | Undefined
-    """Without errors in common."""
-    shared_se: float | Undefined
-    """What it takes from errors in common with others."""
-    ci: tuple[float, float] | Undefined
-    level: float
-    t: float | Undefined
-    df: float | Undefined
-    p: float | Undefined
-    """Two-sided."""
-    log10_p: float | Undefined
-
-
-@dataclass(frozen=True, slots=True)
-class Bounded(Result):
-    """Two one-sided tests that an estimate lies above `low` and below `high`, and its interval of level 1 - 2 alpha."""
-
-    value: float | Undefined
-    low: float
-    high: float
-    ci: tuple[float, float] | Undefined
-    alpha: float
-    t_low: float | Undefined
-    p_low: float | Undefined
-    t_high: float | Undefined
-    p_high: float | Undefined
-    df: float | Undefined
-    p: float | Undefined
-    """The larger of both."""
-    equivalent: bool | Undefined
-    """Whether p is at most alpha; the interval lies within the bounds just then."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +69,21 @@ class SharedDay:
 
 
 @dataclass(frozen=True, slots=True)
+class Counts:
+    """Runs on shared days, and runs on other days, which enter nothing."""
+
+    control: int
+    treated: int
+    other_control: int
+    other_treated: int
+
+    @property
+    def entering(self) -> int:
+        """All runs that enter."""
+        return self.control + self.treated
+
+
+@dataclass(frozen=True, slots=True)
 class Contrast:
     """Means over the shared days with the variances of their errors, in the unit of the values.
 
@@ -124,12 +102,7 @@ class Contrast:
     df: int
     control_shared: SharedError
     treated_shared: SharedError
-    n_control: int
-    """Runs of the control on shared days."""
-    n_treated: int
-    other_control: int
-    """Runs of the control on other days, which enter nothing."""
-    other_treated: int
+    counts: Counts
 
     @property
     def days(self) -> tuple[str, ...]:
@@ -296,21 +269,6 @@ def _negative(ci: tuple[float, float] | Undefined) -> tuple[float, float] | Unde
     return ci if isinstance(ci, Undefined) else (-ci[1], -ci[0])
 
 
-def bounded(
-    value: float | Undefined,
-    bounds: tuple[float, float],
-    ci: tuple[float, float] | Undefined,
-    alpha: float,
-    t: tuple[float, float],
-    df: float,
-) -> Bounded:
-    """Return two one-sided tests from their t at the lower and the upper bound."""
-    p_low, p_high = t_upper(t[0], df).p, t_upper(-t[1], df).p
-    p = max(p_low, p_high)
-    equivalent = p <= alpha and not isinstance(ci, Undefined)
-    return Bounded(value, *bounds, ci, alpha, t[0], p_low, t[1], p_high, df, p, equivalent)
-
-
 def contrast_by_day(
     treated: ArrayLike,
     control: ArrayLike,
@@ -336,12 +294,12 @@ def contrast_by_day(
         sum(runs.n - 1 for runs in side)
         for side in ([day.control for day in shared_days], [day.treated for day in shared_days])
     )
-    counts = {
-        "n_control": sum(day.control.n for day in shared_days),
-        "n_treated": sum(day.treated.n for day in shared_days),
-        "other_control": sum(runs.n for day, runs in of_control.items() if day not in both),
-        "other_treated": sum(runs.n for day, runs in of_treated.items() if day not in both),
-    }
+    counts = Counts(
+        sum(day.control.n for day in shared_days),
+        sum(day.treated.n for day in shared_days),
+        sum(runs.n for day, runs in of_control.items() if day not in both),
+        sum(runs.n for day, runs in of_treated.items() if day not in both),
+    )
     if len(shared_days) >= LEAST_DAYS:
         return _paired(shared_days, counts)
     if shared_days and min(df_control, df_treated) >= 1:
@@ -353,32 +311,39 @@ def contrast_by_day(
     else:
         of = "the control" if df_control < 1 else "the treatment"
         why = Undefined(Reason.NO_DAY_WITH_TWO, n=len(shared_days), of=of)
-    means = [_mean_of_runs(side, name) for side, name in ((of_control, "the control"), (of_treated, "the treatment"))]
-    return Contrast(Rule.NONE, why, shared_days, *means, 0.0, 0.0, 0.0, 0, SharedError(), SharedError(), **counts)
+    control_mean, treated_mean = _mean_of_runs(of_control, "the control"), _mean_of_runs(of_treated, "the treatment")
+    none = SharedError()
+    return Contrast(Rule.NONE, why, shared_days, control_mean, treated_mean, 0.0, 0.0, 0.0, 0, none, none, counts)
 
 
-def _paired(days: tuple[SharedDay, ...], counts: Mapping[str, int]) -> Contrast:
+def _paired(days: tuple[SharedDay, ...], counts: Counts) -> Contrast:
     k = len(days)
     means = np.array([(day.control.mean, day.treated.mean) for day in days])
     control, treated = (math.fsum(column) / k for column in means.T)
     about = means - (control, treated)
     (v_cc, v_ct), (_, v_tt) = (about.T @ about / (k - 1) / k).tolist()
     weights = [1.0 / k] * k
-    shared = [_weighed([getattr(day, side).shared for day in days], weights) for side in ("control", "treated")]
-    return Contrast(Rule.PAIRED, None, days, control, treated, v_cc, v_ct, v_tt, k - 1, *shared, **counts)
+    of_control = _weighed([day.control.shared for day in days], weights)
+    of_treated = _weighed([day.treated.shared for day in days], weights)
+    return Contrast(Rule.PAIRED, None, days, control, treated, v_cc, v_ct, v_tt, k - 1, of_control, of_treated, counts)
 
 
-def _within(days: tuple[SharedDay, ...], dfs: tuple[int, int], counts: Mapping[str, int]) -> Contrast:
+def _within(days: tuple[SharedDay, ...], dfs: tuple[int, int], counts: Counts) -> Contrast:
     sizes = [day.control.n * day.treated.n / (day.control.n + day.treated.n) for day in days]
     weights = [size / math.fsum(sizes) for size in sizes]
-    means, variances, shared = [], [], []
-    for side, df in zip(("control", "treated"), dfs, strict=True):
-        runs: list[Runs] = [getattr(day, side) for day in days]
-        means.append(math.fsum(weight * one.mean for weight, one in zip(weights, runs, strict=True)))
+
+    def side(runs: list[Runs], df: int) -> tuple[float, float, SharedError]:
+        """Return the weighed mean of a side, the variance of its error, and its error in common with others."""
+        mean = math.fsum(weight * one.mean for weight, one in zip(weights, runs, strict=True))
         of_a_run = math.fsum(one.squares for one in runs) / df
-        variances.append(of_a_run * math.fsum(w * w / one.n for w, one in zip(weights, runs, strict=True)))
-        shared.append(_weighed([one.shared for one in runs], weights))
-    return Contrast(Rule.WITHIN, None, days, *means, variances[0], 0.0, variances[1], min(dfs), *shared, **counts)
+        variance = of_a_run * math.fsum(w * w / one.n for w, one in zip(weights, runs, strict=True))
+        return mean, variance, _weighed([one.shared for one in runs], weights)
+
+    control, v_cc, of_control = side([day.control for day in days], dfs[0])
+    treated, v_tt, of_treated = side([day.treated for day in days], dfs[1])
+    return Contrast(
+        Rule.WITHIN, None, days, control, treated, v_cc, 0.0, v_tt, min(dfs), of_control, of_treated, counts
+    )
 
 
 def _weighed(errors: Sequence[SharedError], weights: Sequence[float]) -> SharedError:

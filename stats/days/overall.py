@@ -20,13 +20,13 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.checks import as_level
 from stats.compare.shared_error import SharedError, shared_of_mean
-from stats.days.decision import Bounded, Contrast, Rule, bounded, joined_variance
+from stats.days.decision import Contrast, Rule, joined_variance
+from stats.days.decision_result import Bounded, bounded
 from stats.exact.tails import t_quantile, t_two_sided
-from stats.results import Result
 
 
 @dataclass(frozen=True, slots=True)
-class OverallSavings(Result):
+class OverallSavings:
     """The mean of the groups' savings in percent of each group's control."""
 
     percent: float | Undefined

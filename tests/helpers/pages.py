@@ -15,11 +15,15 @@ TABLE_NAMES = [kind.name for kind in TABLES.values() if kind.outcome is None or 
 """Of a study without further instruments."""
 
 
+DRAWN = [f"{name}{width}" for name in FIGURES for width in ("", "_one_column")]
+"""What a page places: figures for two columns of a paper, and for one."""
+
+
 def quick_page(content: ReportContent) -> str:
     """Render with one small drawing in every figure's place: the words are what is looked at."""
     drawing = b'<svg viewBox="0 0 72 72"><g id="a"/></svg>'
     tables = {kind.name: kind.make(content) for kind in tables_of(content)}
-    return render_page(content, dict.fromkeys(FIGURES, drawing), tables)
+    return render_page(content, dict.fromkeys(DRAWN, drawing), tables)
 
 
 def with_summary(condition: Condition, outcome: Outcome, summary: Summary | None) -> Condition:

@@ -8,9 +8,9 @@ import subprocess
 import matplotlib.image
 import pytest
 
-from reports.figures.registry import FIGURES
 from reports.page import render_page
 from reports.tables.registry import TABLES
+from tests.helpers.pages import DRAWN
 
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 pytestmark = pytest.mark.skipif(BROWSER is None, reason="Chromium is not installed: the page is not looked at")
@@ -24,7 +24,7 @@ OUTSIDE = """<script>document.title = 'outside:' + [...document.querySelectorAll
 .join(' | ');
 </script></body>"""
 DRAWINGS = dict.fromkeys(
-    FIGURES, b'<svg xmlns="http://www.w3.org/2000/svg" width="9pt" height="9pt" viewBox="0 0 9 9"></svg>'
+    DRAWN, b'<svg xmlns="http://www.w3.org/2000/svg" width="9pt" height="9pt" viewBox="0 0 9 9"></svg>'
 )
 
 

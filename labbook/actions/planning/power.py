@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections import Counter
 from collections.abc import Callable
@@ -14,7 +15,8 @@ from data_schema.outcomes import Outcome
 from data_schema.queries.plans import planned_runs
 from data_schema.reasons import Reason
 from data_schema.vocabulary import PlanMethod, Undefined
-from labbook.actions.planning.power_tests import TESTS, Assumed, Design, PlannedTest
+from labbook.actions.planning.power_by_layout import DrawPlan, tests_by_layout
+from labbook.actions.planning.power_tests import Assumed, Design, PlannedTest, tests_of
 from labbook.actions.runs.runs_importing import plan_factors
 from labbook.analysis.outcomes.conditions import Spread, run_spread
 from labbook.analysis.outcomes.detection import Detections
@@ -24,7 +26,7 @@ from labbook.analysis.study_data import gather
 from labbook.book.opening import Book
 from labbook.config.model import UnitOfAnalysis
 from labbook.config.parsing import Configuration
-from labbook.plan.drawing import LARGEST_PLAN, draw_plan
+from labbook.plan.drawing import LARGEST_PLAN, Plan, draw_plan
 from stats.planning.power import SampleSize, sample_size
 
 
@@ -114,7 +116,10 @@ def study_power(book: Book, request: PowerRequest) -> StudyPower:
         raise UsageError(f"{primary.reason}: give the expected standard deviation with --sd.")
     difference = _difference(request, quantity, primary)
     design = _design(configuration, planned)
-    tests = [test for make in TESTS for test in [make(design, difference, primary, apex)] if test is not None]
+    draw = functools.cache(lambda n: _drawn(configuration, request, n))
+    tests = [test for make in tests_of(settings) for test in [make(design, difference, primary, apex)] if test]
+    if settings.unit_of_analysis is UnitOfAnalysis.SHARED_DAYS:
+        tests = [*tests_by_layout(design, difference, primary, draw), *tests]
     ns = sorted({request.n, *([] if n_of_plan is None else [n_of_plan])})
     return StudyPower(
         outcome=quantity,
@@ -129,7 +134,7 @@ def study_power(book: Book, request: PowerRequest) -> StudyPower:
         design=design,
         n=request.n,
         n_of_plan=n_of_plan,
-        needed=tuple(_needed(test, ns, request, configuration, settings.unit_of_analysis) for test in tests),
+        needed=tuple(_needed(test, ns, request.target, draw, settings.unit_of_analysis) for test in tests),
     )
 
 
@@ -215,9 +220,7 @@ def _n_of_plan(connection: sa.Connection, unit: UnitOfAnalysis) -> int | None:
     return min(counts.values(), default=None)
 
 
-def _needed(
-    test: PlannedTest, ns: list[int], request: PowerRequest, configuration: Configuration, unit: UnitOfAnalysis
-) -> Needed:
+def _needed(test: PlannedTest, ns: list[int], target: float, draw: DrawPlan, unit: UnitOfAnalysis) -> Needed:
     if isinstance(test.assumed, Undefined):
         none = test.assumed
         return Needed(
@@ -232,12 +235,12 @@ def _needed(
             none,
         )
     sd, spread = test.assumed.sd, test.assumed.spread
-    found = _smallest(test, sd, request.target)
+    found = _smallest(test, sd, target)
     over = None
     if spread is not None:
-        low, high = (_smallest(test, end, request.target).n for end in (spread.sd_low, spread.sd_high))
+        low, high = (_smallest(test, end, target).n for end in (spread.sd_low, spread.sd_high))
         over = low, high
-    runs, days = _size(configuration, request, found.n) if unit is UnitOfAnalysis.RUN else (_IN_DAYS, _IN_DAYS)
+    runs, days = _size(draw, found.n) if unit is not UnitOfAnalysis.DAY else (_IN_DAYS, _IN_DAYS)
     powers = {n: test.plan(sd, n).power for n in ns}
     return Needed(test.name, test.note, test.alpha, found.n, found.sentence(), over, powers, runs, days)
 
@@ -250,18 +253,19 @@ def _smallest(test: PlannedTest, sd: float, target: float) -> SampleSize:
     return sample_size(lambda n: test.plan(sd, n), target)
 
 
-def _size(
-    configuration: Configuration, request: PowerRequest, n: int | Undefined
-) -> tuple[int | Undefined, int | Undefined]:
-    """Return runs and days of a plan with this n, drawn as `labbook plan` would draw it."""
-    if isinstance(n, Undefined):
-        return n, n
+def _size(draw: DrawPlan, n: int | Undefined) -> tuple[int | Undefined, int | Undefined]:
+    """Return runs and days of a plan with this n."""
+    drawn = n if isinstance(n, Undefined) else draw(n)
+    return (drawn, drawn) if isinstance(drawn, Undefined) else (len(drawn.runs), len(drawn.days))
+
+
+def _drawn(configuration: Configuration, request: PowerRequest, n: int) -> Plan | Undefined:
+    """Return a plan with this n, as `labbook plan` would draw it."""
     factors = plan_factors(configuration)
     if n * math.prod(len(factor.levels) for factor in factors) > LARGEST_PLAN // 2:
-        many = Undefined(Reason.PLAN_TOO_LARGE)
-        return many, many
+        return Undefined(Reason.PLAN_TOO_LARGE)
     protocol = configuration.protocol
-    drawn = draw_plan(
+    return draw_plan(
         factors,
         n,
         request.per_day,
@@ -270,4 +274,3 @@ def _size(
         idle_minutes=protocol.idle_minutes if request.idle else (),
         run_duration_s=protocol.run_duration_s,
     )
-    return len(drawn.runs), len(drawn.days)

@@ -8,13 +8,16 @@ from labbook.actions.planning.power import Needed, StudyPower
 from labbook.actions.planning.power_tests import Assumed
 from labbook.analysis.outcomes.conditions import LEVEL
 from labbook.analysis.preregistration.planned import FAMILY_OF
+from labbook.config.model import UnitOfAnalysis
 from reports.display import shown_unit
 
 _NOT_KNOWN = (
     "Assumed: independent normal values with one standard deviation everywhere, complete runs, and nothing of the "
-    "drain's own error, which cancels where durations are equal; what differs between days is part of the scatter. An "
-    "effect that is smaller is found less often."
+    "drain's own error, which cancels where durations are equal; {days}. An effect that is smaller is found less often."
 )
+
+_IN_SCATTER = "what differs between days is part of the scatter"
+_OF_DAYS = "what differs between days cancels where a drawn plan gives both sides to a day, and days act on both alike"
 
 
 def power_head(found: StudyPower) -> list[str]:
@@ -60,13 +63,14 @@ def power_foot(found: StudyPower) -> list[str]:
     unknown = [f"{item.test}: {item.sentence}" for item in found.needed if isinstance(item.n, Undefined)]
     notes = [f"{item.test}: {item.note}." for item in found.needed if item.note and not isinstance(item.n, Undefined)]
     pooled = found.design.sizes(1)[1]
+    by_days = found.unit_of_analysis is UnitOfAnalysis.SHARED_DAYS
     treated = f"; a comparison has n controls and {pooled} n treated" if pooled > 1 else ""
     return [
-        f"n counts {found.unit_of_analysis}s of each condition{treated}.{of_plan}",
+        f"n counts {found.unit_of_analysis.noun}s of each condition{treated}.{of_plan}",
         *unknown,
         *notes,
         *(item.sentence for item in found.needed if not isinstance(item.n, Undefined)),
-        _NOT_KNOWN,
+        _NOT_KNOWN.format(days=_OF_DAYS if by_days else _IN_SCATTER),
     ]
 
 
@@ -94,7 +98,7 @@ def _scatter(assumed: Assumed, unit: str, found: StudyPower) -> str:
     if spread is None:
         return f"{sd}, as stated"
     return (
-        f"{sd} between {found.unit_of_analysis}s of a condition "
+        f"{sd} between {found.unit_of_analysis.noun}s of a condition "
         f"({interval_text((factor * spread.sd_low, factor * spread.sd_high), LEVEL, shown)}, "
         f"{spread.df} degrees of freedom, from {spread.n} so far)"
     )

@@ -45,7 +45,7 @@ class Design:
 
         Pooled runs are all of them values; a day's runs of all treated levels make one mean.
         """
-        pooled_runs = self.settings.family is Family.POOLED and self.settings.unit_of_analysis is UnitOfAnalysis.RUN
+        pooled_runs = self.settings.family is Family.POOLED and self.settings.unit_of_analysis is not UnitOfAnalysis.DAY
         return n, n * self.treated if pooled_runs else n
 
 
@@ -116,7 +116,7 @@ def _equivalence(
     bounds, alpha = design.settings.apex_bounds, design.settings.alpha
     if bounds is None:
         return None
-    name, note = "no loss of apex height (TOST)", "by Welch, as the report tests; apexes do not differ at all"
+    name, note = "no loss of apex height (TOST)", "by Welch on all values; apexes do not differ at all"
     low, high = bounds.low, bounds.high
     if not bounds.percent:
         return PlannedTest(
@@ -137,5 +137,8 @@ def _equivalence(
     )
 
 
-TESTS: tuple[MakeTest, ...] = (_student, _welch, _welch_of_family, _anova, _equivalence)
-"""In the order in which they are shown."""
+def tests_of(settings: AnalysisSettings) -> tuple[MakeTest, ...]:
+    """Return the tests on all runs or day means, in the order in which they are shown; shared days have their own."""
+    if settings.unit_of_analysis is UnitOfAnalysis.SHARED_DAYS:
+        return _anova, _equivalence
+    return _student, _welch, _welch_of_family, _anova, _equivalence

@@ -18,11 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.outcomes import Outcome
-from data_schema.queries.results import InputRow
 from data_schema.vocabulary import Remark, Undefined
-from labbook.analysis.comparison.comparing import Pair, fingerprints_of_sides
+from labbook.analysis.comparison.comparing import Pair, fingerprints_of_days, fingerprints_of_sides
 from labbook.analysis.results.codec import Algorithm, StoredResult
-from labbook.analysis.results.result_cache import Request, ResultCache, fingerprint
+from labbook.analysis.results.result_cache import Request, ResultCache
 from reports.numbers import Number
 from stats.compare.shared_error import SharedError, SharedTest, difference_with_shared, shared_of_mean
 from stats.compare.two_sample import TwoSample
@@ -144,19 +143,13 @@ def compare_by_day(
             Request(
                 ALGORITHM,
                 {"quantity": str(quantity), "family": pair.family, "label": pair.label, **scope},
-                (*fingerprints_of_sides(pair), *_days(pair)),
+                (*fingerprints_of_sides(pair), *fingerprints_of_days(pair)),
                 {"alpha": alpha},
                 lambda pair=pair: _compared(pair, quantity, alpha),  # type: ignore[misc]
             )
             for pair in pairs
         ]
     )
-
-
-def _days(pair: Pair) -> list[InputRow]:
-    """Name the day of every run: a run's own number does not change with it."""
-    runs = {item.run.uid: item.run for side in (pair.a, pair.b) for condition in side for item in condition.runs}
-    return [fingerprint("day", "run", run.uid, run.day) for run in runs.values()]
 
 
 def _compared(pair: Pair, quantity: Outcome, alpha: float) -> DayComparison:

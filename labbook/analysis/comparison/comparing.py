@@ -12,7 +12,7 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.conditions import ConditionValues, by_day
 from labbook.analysis.outcomes.run_apexes import RunApexes
 from labbook.analysis.results.codec import Algorithm, StoredResult
-from labbook.analysis.results.result_cache import Request, ResultCache, ends_of, result_fingerprint
+from labbook.analysis.results.result_cache import Request, ResultCache, ends_of, fingerprint, result_fingerprint
 from labbook.config.model import UnitOfAnalysis
 from reports.numbers import Number
 from stats.compare.savings import Savings, percent_savings
@@ -132,6 +132,12 @@ def fingerprints_of_sides(pair: Pair) -> tuple[InputRow, ...]:
     return tuple(result_fingerprint(role, condition.result) for role, side in sides for condition in side)
 
 
+def fingerprints_of_days(pair: Pair) -> list[InputRow]:
+    """Name the day of every run: a run's own number does not change with it."""
+    runs = {item.run.uid: item.run for side in (pair.a, pair.b) for condition in side for item in condition.runs}
+    return [fingerprint("day", "run", run.uid, run.day) for run in runs.values()]
+
+
 def values_of(side: Sequence[ConditionValues]) -> list[float]:
     """Return the numbers of a side's runs."""
     return [value for condition in side for value in condition.values]
@@ -149,7 +155,7 @@ def pairs_in_units(
 
     Where levels are pooled, a day's runs of all of them make one mean: they have the day in common.
     """
-    if unit is UnitOfAnalysis.RUN:
+    if unit is not UnitOfAnalysis.DAY:
         return list(pairs)
     sides = by_day(cache, [side for pair in pairs for side in (pair.a, pair.b)], quantity, scope)
     both = zip(sides[::2], sides[1::2], strict=True)

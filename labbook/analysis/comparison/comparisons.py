@@ -7,155 +7,23 @@ have smaller adjusted p-values than the report on both from the same data.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
-from typing import Annotated, Any
+from dataclasses import dataclass, replace
+from typing import Any
 
 from data_schema.outcomes import Outcome
-from data_schema.reasons import Reason
-from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.by_day import DayComparison, compare_by_day
-from labbook.analysis.comparison.comparing import (
-    ComparisonResult,
-    Pair,
-    compare,
-    fingerprints_of_sides,
-    pairs_in_units,
-    values_of,
-)
+from labbook.analysis.comparison.comparing import ComparisonResult, Pair, compare, pairs_in_units
+from labbook.analysis.comparison.deciding import DecisionResult, decide, decide_equivalence
+from labbook.analysis.comparison.equivalence import EquivalenceResult, within_bounds
+from labbook.analysis.comparison.family import FamilyMember, FamilyResult, adjust
 from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, unit_scope
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.measuring import measure
 from labbook.analysis.preregistration.planned import FAMILY_OF
-from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult
-from labbook.analysis.results.result_cache import Request, ResultCache, ends_of, result_fingerprint
+from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import StudyData
-from labbook.config.model import AnalysisSettings, Bounds
-from reports.numbers import Number
-from stats.compare.equivalence import equivalence
-from stats.exact.tails import t_two_sided
-from stats.groups.multiple import holm
-
-
-@dataclass(frozen=True, slots=True)
-class FamilyResult(StoredResult):
-    """Holm's p of the Welch test of every pair of a family by its label, and whether it is at most alpha.
-
-    `rejected` is None where a pair has no p.
-    """
-
-    adjusted_p: Annotated[Mapping[str, Number], StoredAs("adjusted_p, {}")]
-    rejected: Mapping[str, bool | None]
-
-
-FAMILY = Algorithm("family", 7, FamilyResult)
-
-
-def adjust(
-    cache: ResultCache,
-    tested: Sequence[tuple[Pair, ComparisonResult]],
-    family: str,
-    quantity: Outcome,
-    scope: Mapping[str, Any],
-    alpha: float = 0.05,
-) -> FamilyResult:
-    """Ensure the adjusted p of the Welch tests of a family."""
-    return cache.ensure_one(
-        Request(
-            FAMILY,
-            {"quantity": str(quantity), "family": family, **scope},
-            tuple(result_fingerprint(pair.label, result) for pair, result in tested),
-            {"alpha": alpha},
-            lambda: _adjusted(tested, family, alpha),
-        )
-    )
-
-
-def _adjusted(tested: Sequence[tuple[Pair, ComparisonResult]], family: str, alpha: float) -> FamilyResult:
-    found = {pair.label: result.welch_p.value for pair, result in tested}
-    logs = {pair.label: _log10_p(result) for pair, result in tested if found[pair.label] == 0.0}
-    result = holm(found, family, log10_p=logs, alpha=alpha)
-    return FamilyResult(
-        adjusted_p={
-            label: Number(p, "1", n=len(found)) for label, p in zip(result.names, result.adjusted_p, strict=True)
-        },
-        rejected={
-            label: None if isinstance(verdict, Undefined) else verdict
-            for label, verdict in zip(result.names, result.rejected, strict=True)
-        },
-    )
-
-
-def _log10_p(result: ComparisonResult) -> float | Undefined:
-    """Return the logarithm of a p that is below all doubles, from the statistic that it belongs to."""
-    t = result.welch_t
-    if isinstance(t.value, Undefined):
-        return t.value
-    if not isinstance(t.df, float):
-        return Undefined(Reason.TEST_WITHOUT_DF)
-    return t_two_sided(t.value, t.df).log10_p
-
-
-@dataclass(frozen=True, slots=True)
-class EquivalenceResult(StoredResult):
-    """Two one-sided tests against bounds, in m or in % of the control's mean (`percent`); `estimate` in their unit.
-
-    `equivalent` says whether both are rejected; None where there is no test.
-    """
-
-    estimate: Number
-    t_low: Number
-    p_low: Number
-    t_high: Number
-    p_high: Number
-    p: Number
-    equivalent: bool | None
-    low: float
-    high: float
-    percent: bool
-
-
-EQUIVALENCE = Algorithm("equivalence", 9, EquivalenceResult)
-
-
-def within_bounds(
-    cache: ResultCache, pairs: Sequence[Pair], bounds: Bounds, alpha: float, scope: Mapping[str, Any]
-) -> list[EquivalenceResult]:
-    """Ensure the test of every pair of apex heights, in order; its interval has level 1 - 2 alpha."""
-    return cache.ensure(
-        [
-            Request(
-                EQUIVALENCE,
-                {"quantity": str(Outcome.APEX), "family": pair.family, "label": pair.label, **scope},
-                fingerprints_of_sides(pair),
-                {"alpha": alpha, "bounds": asdict(bounds)},
-                lambda pair=pair: _equivalence(pair, bounds, alpha),  # type: ignore[misc]
-            )
-            for pair in pairs
-        ]
-    )
-
-
-def _equivalence(pair: Pair, bounds: Bounds, alpha: float) -> EquivalenceResult:
-    found = equivalence(
-        values_of(pair.b), values_of(pair.a), low=bounds.low, high=bounds.high,
-        bounds="percent" if bounds.percent else "raw", alpha=alpha,
-    )  # fmt: skip
-    welch, n = found.welch, found.n_a + found.n_b
-    low, high = ends_of(welch.estimate_ci)
-    unit = "%" if bounds.percent else "m"
-    return EquivalenceResult(
-        estimate=Number(found.estimate, unit, ci_low=low, ci_high=high, ci_level=1.0 - 2.0 * alpha, n=n),
-        t_low=Number(welch.t_low, "1", df=welch.df_low, n=n),
-        p_low=Number(welch.p_low, "1", df=welch.df_low, n=n),
-        t_high=Number(welch.t_high, "1", df=welch.df_high, n=n),
-        p_high=Number(welch.p_high, "1", df=welch.df_high, n=n),
-        p=Number(welch.p, "1", n=n),
-        equivalent=None if isinstance(welch.equivalent, Undefined) else welch.equivalent,
-        low=bounds.low,
-        high=bounds.high,
-        percent=bounds.percent,
-    )
+from labbook.config.model import AnalysisSettings, UnitOfAnalysis
 
 
 def unselected_conditions_of(
@@ -186,11 +54,21 @@ def unselected_pairs(
 
 
 @dataclass(frozen=True, slots=True)
+class Decided:
+    """What decides a comparison: the test by shared days, and by the same contrast equivalence and Holm's p."""
+
+    result: DecisionResult
+    equivalent: EquivalenceResult | None = None
+    adjusted: FamilyResult | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Compared:
     """A pair with its runs, the quantity compared, the stored comparison, and the results beside it.
 
     `by_day` and `equivalent` are there for comparisons with the control, the second for heights where bounds were
-    stated; `adjusted` holds the p-values of the whole family that the pair belongs to, shown here or not.
+    stated; `adjusted` holds the p-values of the whole family that the pair belongs to, shown here or not. `decided` is
+    there where the unit of analysis is decided by shared days.
     """
 
     pair: Pair
@@ -199,6 +77,7 @@ class Compared:
     by_day: DayComparison | None = None
     adjusted: FamilyResult | None = None
     equivalent: EquivalenceResult | None = None
+    decided: Decided | None = None
 
     @property
     def conditions(self) -> tuple[str, ...]:
@@ -248,13 +127,41 @@ def _with_control(
     further = [pair for pair in unselected_pairs(pairs, conditions, beside, swept) if pair.family == family]
     tested = compare(cache, pairs_in_units(cache, further, quantity, unit, scope), quantity, of_unit, settings.alpha)
     members = [
-        *((item.pair, item.result) for item in found if item.pair.family == family),
-        *zip(further, tested, strict=True),
+        *(FamilyMember(item.pair.label, item.result) for item in found if item.pair.family == family),
+        *(FamilyMember(pair.label, result) for pair, result in zip(further, tested, strict=True)),
     ]
     adjusted = adjust(cache, members, family, quantity, of_unit, settings.alpha) if len(members) > 1 else None
-    return [
+    found = [
         replace(item, by_day=beside, adjusted=adjusted if item.pair.family == family else None)
         for item, beside in zip(found, by_day, strict=True)
+    ]
+    return _with_decided_family(cache, found, further, quantity, family, settings, scope)
+
+
+def _with_decided_family(
+    cache: ResultCache,
+    found: list[Compared],
+    further: Sequence[Pair],
+    quantity: Outcome,
+    family: str,
+    settings: AnalysisSettings,
+    scope: Mapping[str, Any],
+) -> list[Compared]:
+    """Adjust the p of the deciding tests of a family; those of `further` pairs, which are not shown, count too."""
+    own = {item.pair.label: item.decided for item in found if item.decided and item.pair.family == family}
+    if not own:
+        return found
+    decisions = decide(cache, further, quantity, scope, settings.alpha)
+    members = [
+        *(FamilyMember(label, decided.result) for label, decided in own.items()),
+        *(FamilyMember(pair.label, result) for pair, result in zip(further, decisions, strict=True)),
+    ]
+    if len(members) == 1:
+        return found
+    adjusted = adjust(cache, members, family, quantity, scope, settings.alpha)
+    return [
+        replace(item, decided=replace(decided, adjusted=adjusted)) if (decided := own.get(item.pair.label)) else item
+        for item in found
     ]
 
 
@@ -262,11 +169,22 @@ def _tested(
     cache: ResultCache, pairs: Sequence[Pair], quantity: Outcome, settings: AnalysisSettings, scope: Mapping[str, Any]
 ) -> list[Compared]:
     """Test pairs on units of analysis; heights for equality too, where bounds were stated."""
-    unit = settings.unit_of_analysis
+    unit, alpha, bounds = settings.unit_of_analysis, settings.alpha, settings.apex_bounds
     units, of_unit = pairs_in_units(cache, pairs, quantity, unit, scope), unit_scope(scope, unit)
-    results = compare(cache, units, quantity, of_unit, settings.alpha)
+    results = compare(cache, units, quantity, of_unit, alpha)
     found = [Compared(pair, quantity, result) for pair, result in zip(pairs, results, strict=True)]
-    if not quantity.has_equivalence or settings.apex_bounds is None:
+    if unit is UnitOfAnalysis.SHARED_DAYS:
+        decisions = decide(cache, pairs, quantity, scope, alpha)
+        found = [replace(item, decided=Decided(result)) for item, result in zip(found, decisions, strict=True)]
+    if not quantity.has_equivalence or bounds is None:
         return found
-    tests = within_bounds(cache, units, settings.apex_bounds, settings.alpha, of_unit)
-    return [replace(item, equivalent=test) for item, test in zip(found, tests, strict=True)]
+    tests = within_bounds(cache, units, bounds, alpha, of_unit)
+    found = [replace(item, equivalent=test) for item, test in zip(found, tests, strict=True)]
+    if unit is UnitOfAnalysis.SHARED_DAYS:
+        tests = decide_equivalence(cache, pairs, bounds, alpha, scope)
+        found = [
+            replace(item, decided=replace(item.decided, equivalent=test))
+            for item, test in zip(found, tests, strict=True)
+            if item.decided
+        ]
+    return found

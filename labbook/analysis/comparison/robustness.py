@@ -9,6 +9,7 @@ from data_schema.outcomes import Outcome
 from data_schema.vocabulary import RunKind, Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.comparing import ComparisonResult, compare, pairs_in_units
+from labbook.analysis.comparison.deciding import DecisionResult, decide
 from labbook.analysis.outcomes.conditions import condition_values, unit_scope
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.measuring import measure
@@ -17,7 +18,7 @@ from labbook.analysis.outcomes.run_energy import Drain, RunEnergy, passive_drain
 from labbook.analysis.results.codec import StoredResult
 from labbook.analysis.results.result_cache import ResultCache, RunResults
 from labbook.analysis.study_data import StudyData
-from labbook.config.model import AnalysisSettings
+from labbook.config.model import AnalysisSettings, UnitOfAnalysis
 from stats.apexes.detectors import DETECTORS
 
 WITHOUT_EXCLUSIONS = "without exclusions"
@@ -30,7 +31,7 @@ class Varied:
     headline: str
     variant: str
     quantity: Outcome
-    result: ComparisonResult
+    result: ComparisonResult | DecisionResult
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,6 +130,11 @@ def _compared(
     scope = {"selection": evidence.selection, "variant": label}
     unit = settings.unit_of_analysis
     conditions = condition_values(cache, evidence.runs, results, quantity, scope)
-    pairs = pairs_in_units(cache, pairing.pairs_pooled(conditions, swept), quantity, unit, scope)
-    compared = compare(cache, pairs, quantity, unit_scope(scope, unit), settings.alpha)
-    return [Varied(pair.label, label, quantity, result) for pair, result in zip(pairs, compared, strict=True)]
+    pairs = pairing.pairs_pooled(conditions, swept)
+    compared: list[ComparisonResult | DecisionResult] = []
+    if unit is UnitOfAnalysis.SHARED_DAYS:
+        compared += decide(cache, pairs, quantity, scope, settings.alpha)
+    else:
+        units = pairs_in_units(cache, pairs, quantity, unit, scope)
+        compared += compare(cache, units, quantity, unit_scope(scope, unit), settings.alpha)
+    return [Varied(pair.label, label, quantity, each) for pair, each in zip(pairs, compared, strict=True)]

@@ -151,7 +151,7 @@ def in_units(
     scope: Mapping[str, Any],
 ) -> list[ConditionValues]:
     """Return conditions with one number a unit of analysis."""
-    if unit is UnitOfAnalysis.RUN:
+    if unit is not UnitOfAnalysis.DAY:
         return list(conditions)
     return by_day(cache, [(condition,) for condition in conditions], quantity, scope)
 
@@ -184,7 +184,7 @@ def by_day(
 
 def unit_scope(scope: Mapping[str, Any], unit: UnitOfAnalysis) -> dict[str, Any]:
     """Return the scope of results on units of analysis; runs go without saying."""
-    return dict(scope) if unit is UnitOfAnalysis.RUN else {**scope, "unit": str(unit)}
+    return dict(scope) if unit is not UnitOfAnalysis.DAY else {**scope, "unit": unit.noun}
 
 
 def days_of(items: Iterable[RunNumber]) -> dict[str, list[RunNumber]]:
@@ -244,7 +244,7 @@ def run_spread(
     controls = [value for (_key, is_control), several in values.items() if is_control for value in several]
     df = sum(len(several) - 1 for several in values.values())
     if df < 1:
-        return Undefined(Reason.NO_TWO_OF_A_CONDITION, of=str(unit), quantity=str(quantity), in_unit=quantity.unit)
+        return Undefined(Reason.NO_TWO_OF_A_CONDITION, of=unit.noun, quantity=str(quantity), in_unit=quantity.unit)
     sd = math.sqrt(sum(_squares(several) for several in values.values()) / df)
     if sd == 0.0:
         return Undefined(Reason.ALL_CONDITIONS_CONSTANT, quantity=str(quantity))
@@ -263,7 +263,7 @@ def run_spread(
 
 
 def _values(items: Sequence[RunNumber], unit: UnitOfAnalysis) -> list[float]:
-    if unit is UnitOfAnalysis.RUN:
+    if unit is not UnitOfAnalysis.DAY:
         return [item.value for item in items]
     return [mean_of(of_day) for of_day in days_of(items).values()]
 

@@ -167,7 +167,7 @@ class Planned:
 
     def exploratory_jumps(self) -> str:
         """Say why a test over single jumps is exploratory: no unit of analysis is the jump."""
-        unit = self.settings.unit_of_analysis
+        unit = self.settings.unit_of_analysis.noun
         return f"the unit of analysis decided on is the {unit}, not the jump" if self.stated else NOTHING_DECIDED
 
     def _beside_the_plan(self, quantity: Outcome, family: str, conditions: Collection[str] | None) -> Reason | None:

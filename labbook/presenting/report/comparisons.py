@@ -11,17 +11,20 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.by_day import DayComparison
 from labbook.analysis.comparison.comparing import ComparisonResult, JumpComparison, Pair
-from labbook.analysis.comparison.comparisons import Compared, EquivalenceResult
+from labbook.analysis.comparison.comparisons import Compared, Decided
+from labbook.analysis.comparison.deciding import DecisionResult
+from labbook.analysis.comparison.equivalence import EquivalenceResult
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.numbers import Shown
 from labbook.presenting.report.campaign import factor_title
 from labbook.presenting.report.day_layout import one_day_each
 from reports.content import Anova, Comparison, ReportContent, Sensitivity, Variant
-from reports.evidence import ByDay, Equivalence, Side
+from reports.evidence import ByDay, Decision, Equivalence, OverallSavings, Side
 from reports.naming import levels_name
 from reports.numbers import Number, SignificanceTest
 from stats.days.blocked_result import MIXED_MODEL, exact_method
+from stats.days.decision import Rule
 
 RUN = "run"
 """What a report calls the values of comparisons by day."""
@@ -33,6 +36,34 @@ def comparisons(analysis: StudyAnalysis, shown: Shown) -> tuple[Comparison, ...]
     return tuple(
         _comparison(analysis, item, shown, _family(analysis, item), headline=item is best) for item in analysis.compared
     )
+
+
+def overall(analysis: StudyAnalysis, shown: Shown) -> tuple[OverallSavings, ...]:
+    """Return the savings over all groups."""
+    levels = {pairing.group_label(item.pair.group): item.pair.group for item in analysis.compared}
+    return tuple(
+        OverallSavings(
+            quantity=outcome,
+            savings=shown.number(result.savings),
+            test=shown.test("overall", result.t, result.p),
+            spread=shown.number(result.spread),
+            spread_of_errors=shown.number(result.spread_of_errors),
+            groups=tuple(levels[name] for name in result.groups),
+            left_out=tuple(levels[name] for name in result.left_out),
+            days=result.days,
+            days_measured_only=result.days_measured_only,
+            rejected=result.rejected,
+            exploratory=analysis.planned.exploratory(outcome, pairing.POOLED) or "",
+        )
+        for outcome, result in analysis.overall.savings.items()
+    )
+
+
+def overall_equivalence(analysis: StudyAnalysis, shown: Shown) -> Equivalence | None:
+    """Return the test over all groups that apex heights changed within the bounds."""
+    result = analysis.overall.equivalent
+    why = analysis.planned.exploratory_equivalence(pairing.POOLED) or ""
+    return None if result is None else _equivalence(result, shown, why)
 
 
 def jump_comparisons(analysis: StudyAnalysis, shown: Shown) -> tuple[Comparison, ...]:
@@ -88,7 +119,7 @@ def sensitivity(analysis: StudyAnalysis, shown: Shown, content: ReportContent) -
             Sensitivity(
                 f"{'savings' if item.quantity.has_savings else f'difference of {item.quantity}'}, "
                 f"{levels_name(content, item.pair.group)}",
-                _headline_number(item.pair, item.result, analysis, shown),
+                _headline_number(item.pair, item.decided.result if item.decided else item.result, analysis, shown),
                 tuple(
                     Variant(varied.variant, _headline_number(item.pair, varied.result, analysis, shown))
                     for varied in analysis.variations.varied
@@ -99,14 +130,17 @@ def sensitivity(analysis: StudyAnalysis, shown: Shown, content: ReportContent) -
     return tuple(found)
 
 
-def _headline_number(pair: Pair, result: ComparisonResult, analysis: StudyAnalysis, shown: Shown) -> Number:
-    """Return the number that the claim states, with the test and the interval it states."""
-    return _of(pair, analysis, shown).number(result.savings or result.welch_difference)
+def _headline_number(
+    pair: Pair, result: ComparisonResult | DecisionResult, analysis: StudyAnalysis, shown: Shown
+) -> Number:
+    """Return the number that the claim states, with the interval it states."""
+    difference = result.welch_difference if isinstance(result, ComparisonResult) else result.difference
+    return _of(pair, analysis, shown).number(result.savings or difference)
 
 
 def _of(pair: Pair, analysis: StudyAnalysis, shown: Shown) -> Shown:
     """Call the sides of a comparison, and the values that it compares, what they are."""
-    return shown.of_sides(_sides(pair), str(analysis.planned.settings.unit_of_analysis))
+    return shown.of_sides(_sides(pair), analysis.planned.settings.unit_of_analysis.noun)
 
 
 def _sides(pair: Pair) -> tuple[str, str]:
@@ -120,6 +154,7 @@ def _comparison(analysis: StudyAnalysis, item: Compared, shown: Shown, family: s
     """Show a comparison on run means with everything that stands beside it."""
     result, label, on_units = item.result, item.pair.label, _of(item.pair, analysis, shown)
     df = (1.0, float(result.n_a + result.n_b - 2))
+    beside_plan = analysis.planned.exploratory_equivalence(item.pair.family, item.conditions) or ""
     return replace(
         _tested(item.pair, item.quantity, result, on_units, family),
         savings=None if result.savings is None else on_units.number(result.savings),
@@ -134,7 +169,8 @@ def _comparison(analysis: StudyAnalysis, item: Compared, shown: Shown, family: s
         rejected=result.rejected,
         adjusted_rejected=None if item.adjusted is None else item.adjusted.rejected[label],
         savings_shown=result.savings_shown,
-        equivalence=None if item.equivalent is None else _equivalence(analysis, item, item.equivalent, on_units),
+        equivalence=None if item.equivalent is None else _equivalence(item.equivalent, on_units, beside_plan),
+        decision=None if item.decided is None else _decision(item, item.decided, on_units, beside_plan),
         exploratory=analysis.planned.exploratory(item.quantity, item.pair.family, item.conditions) or "",
     )
 
@@ -191,7 +227,26 @@ def method_by_day(result: DayComparison) -> str:
     return exact_method(RUN if result.counted == VALUE else result.counted, result.held)
 
 
-def _equivalence(analysis: StudyAnalysis, item: Compared, result: EquivalenceResult, shown: Shown) -> Equivalence:
+def _decision(item: Compared, decided: Decided, shown: Shown, beside_plan: str) -> Decision:
+    result, family = decided.result, decided.adjusted
+    return Decision(
+        unit={Rule.PAIRED: "day", Rule.WITHIN: "run", Rule.NONE: ""}[result.rule],
+        days=result.days,
+        n_control=result.n_control,
+        n_treatment=result.n_treated,
+        other_control=result.other_control,
+        other_treatment=result.other_treated,
+        difference=shown.number(result.difference),
+        savings=None if result.savings is None else shown.number(result.savings),
+        test=shown.test("by shared days", result.t, result.p),
+        rejected=result.rejected,
+        adjusted=None if family is None else shown.number(family.adjusted_p[item.pair.label]),
+        adjusted_rejected=None if family is None else family.rejected[item.pair.label],
+        equivalence=None if decided.equivalent is None else _equivalence(decided.equivalent, shown, beside_plan),
+    )
+
+
+def _equivalence(result: EquivalenceResult, shown: Shown, beside_plan: str) -> Equivalence:
     return Equivalence(
         estimate=shown.number(result.estimate),
         low=result.low,
@@ -200,5 +255,5 @@ def _equivalence(analysis: StudyAnalysis, item: Compared, result: EquivalenceRes
         at_high=shown.test("upper bound", result.t_high, result.p_high),
         p=shown.value(result.p),
         shown=result.equivalent,
-        exploratory=analysis.planned.exploratory_equivalence(item.pair.family, item.conditions) or "",
+        exploratory=beside_plan,
     )

@@ -20,8 +20,9 @@ from labbook.analysis.study_data import gather
 from labbook.config.parsing import Configuration
 from labbook.presenting.numbers import Shown, provenance
 from labbook.presenting.report import campaign, comparisons, drain, methods, predicted, preregistration
-from labbook.presenting.report.methods import known_errors
+from labbook.presenting.report.tests_made import known_errors, tests_beside
 from reports.content import Claim, Comparison, ReportContent
+from reports.decided_sentences import group_claim, overall_claims
 from reports.remarks import all_on_one_day_each, days_claim
 from reports.sentences import difference_claim, family_claim, savings_claim
 from stats.apexes.detectors import DETECTORS
@@ -56,11 +57,14 @@ def build_content(
         conditions=campaign.conditions(analysis, shown),
         claims=(),
         comparisons=compared,
+        overall=comparisons.overall(analysis, shown),
+        overall_equivalence=comparisons.overall_equivalence(analysis, shown),
         anovas=comparisons.anovas(analysis, shown),
         jump_comparisons=comparisons.jump_comparisons(analysis, shown),
         drains=drain.drain_fits(analysis, shown),
         order=campaign.order(analysis, shown, told=all_on_one_day_each(compared)),
         methods=methods.methods(analysis),
+        tests_beside=tests_beside(analysis),
         known_errors=known_errors(analysis),
         limitations=methods.limitations(analysis),
         assumed=methods.assumed(analysis),
@@ -68,7 +72,8 @@ def build_content(
         predictions=predicted.predictions(analysis, shown),
         decided=preregistration.decided(analysis),
         departures=preregistration.departures(analysis, compared),
-        counted=str(analysis.planned.settings.unit_of_analysis),
+        not_planned=preregistration.not_planned(analysis, compared),
+        counted=analysis.planned.settings.unit_of_analysis.noun,
         no_equivalence=preregistration.no_equivalence(analysis),
     )
     bare = replace(bare, limitations=(*campaign.robot_limitations(analysis, bare), *bare.limitations))
@@ -91,6 +96,10 @@ def _claims(content: ReportContent, compared: Sequence[Comparison]) -> tuple[Cla
     """
     planned = [item for item in compared if item.family != pairing.POOLED and item.adjusted is not None]
     pooled = [item for item in compared if item.family == pairing.POOLED]
+    if pooled and pooled[0].decision is not None:
+        over_groups = overall_claims(content)
+        opening = [family_claim(planned)] if planned else []
+        return (*opening, *(over_groups or [group_claim(content, item) for item in pooled]))
     saved = [item for item in pooled if item.quantity.has_savings]
     saved.sort(key=lambda item: not item.headline)
     others = [item for item in pooled if not item.quantity.has_savings]

@@ -26,7 +26,11 @@ NOT_WATCHED = (
 )
 """What could depart from the plan and is not looked for."""
 
-_UNITS: Mapping[UnitOfAnalysis, str] = {UnitOfAnalysis.RUN: "the run", UnitOfAnalysis.DAY: "the mean of a day's runs"}
+_UNITS: Mapping[UnitOfAnalysis, str] = {
+    UnitOfAnalysis.RUN: "the run",
+    UnitOfAnalysis.DAY: "the mean of a day's runs",
+    UnitOfAnalysis.SHARED_DAYS: "the day where four or more are shared, else the run within shared days",
+}
 
 
 def planned_sentences(planned: Planned) -> tuple[str, ...]:
@@ -96,7 +100,7 @@ def decided(analysis: StudyAnalysis) -> tuple[str, ...]:
 
 
 def departures(analysis: StudyAnalysis, compared: Sequence[Comparison]) -> tuple[str, ...]:
-    """Return what departs from it, each with what is exploratory for it; then what was not planned at all, and why.
+    """Return what departs from it, each with what is exploratory for it.
 
     `compared` shows the analysis's comparisons in their order.
     """
@@ -105,19 +109,26 @@ def departures(analysis: StudyAnalysis, compared: Sequence[Comparison]) -> tuple
     if not planned.stated:
         return said
     departing: dict[str, dict[str, None]] = {}
-    others: dict[str, dict[str, None]] = {}
     for reason, name in _exploratory(analysis, compared):
         for departure in reason.departures:
             departing.setdefault(departure_sentence(departure), {})[name] = None
-        if not reason.departures:
-            others.setdefault(reason.text, {})[name] = None
     concerning = departing.keys() & {departure_sentence(not_allowed(item)) for item in planned.disallowed_exclusions}
     as_a_whole = (f"{sentence_start(AS_A_WHOLE)}.",) if concerning else ()
     return (
         *(_with_exploratory(sentence, departing.get(sentence, ())) for sentence in said),
         *as_a_whole,
-        *(f"Exploratory, because {reason}: {', '.join(names)}." for reason, names in others.items()),
     )
+
+
+def not_planned(analysis: StudyAnalysis, compared: Sequence[Comparison]) -> tuple[str, ...]:
+    """Return what was not planned at all, and why."""
+    if not analysis.planned.stated:
+        return ()
+    found: dict[str, dict[str, None]] = {}
+    for reason, name in _exploratory(analysis, compared):
+        if not reason.departures:
+            found.setdefault(reason.text, {})[name] = None
+    return tuple(f"Exploratory, because {reason}: {', '.join(names)}." for reason, names in found.items())
 
 
 def _with_exploratory(sentence: str, names: Collection[str]) -> str:

@@ -16,7 +16,8 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import void
-from labbook.analysis.comparison.comparing import ComparisonResult, compare
+from labbook.analysis.comparison.comparing import compare
+from labbook.analysis.comparison.deciding import DecisionResult
 from labbook.analysis.comparison.robustness import WITHOUT_EXCLUSIONS, without_day
 from labbook.analysis.outcomes.budget import budget
 from labbook.analysis.outcomes.conditions import ConditionValues
@@ -133,19 +134,20 @@ def test_without_exclusions_void_runs_are_back(tmp_path: Path) -> None:
         with book.session(ADA) as session:
             void(session, "r002", "rail loose")
         after = state_report(book, None, ADA, lambda _step: None).analysis
-    as_first = {(item.pair.label, item.quantity): item.result for item in before.compared}
+    as_first = {(item.pair.label, item.quantity): item.decided.result for item in before.compared if item.decided}
     without = [item for item in after.variations.varied if item.variant == WITHOUT_EXCLUSIONS]
     assert {item.quantity for item in without} == {Outcome.JOULES, Outcome.APEX}
     for item in without:
         first = as_first[item.headline, item.quantity]
-        assert (item.result.n_a, item.result.n_b) == (first.n_a, first.n_b)
+        assert isinstance(item.result, DecisionResult)
+        assert (item.result.n_control, item.result.n_treated) == (first.n_control, first.n_treated)
         if item.quantity is Outcome.JOULES:
             for number, before in zip(numbers_of(item.result), numbers_of(first), strict=True):
                 assert number.n == before.n
                 assert number.value == pytest.approx(before.value)
 
 
-def numbers_of(result: ComparisonResult) -> list[Number]:
+def numbers_of(result: DecisionResult) -> list[Number]:
     found = [getattr(result, one.name) for one in fields(result)]
     return [number for number in found if isinstance(number, Number)]
 

@@ -11,7 +11,7 @@ import pytest
 
 from data_schema.outcomes import Outcome
 from labbook.config.model import UnitOfAnalysis
-from labbook.presenting.report import methods as paragraph
+from labbook.presenting.report import tests_made as paragraph
 from labbook.presenting.report.day_layout import layout_of
 from labbook.presenting.report.error_rates import Use, known_error_rates, uses
 from reports.content import Comparison
@@ -39,7 +39,7 @@ UNBALANCED = "foot == small and run != r001"
 @pytest.mark.parametrize(("analysis", "where"), [("", None), ("apex_bounds_percent = [-3, 3]", None), ("", UNBALANCED)])
 def test_the_methods_name_what_was_used_and_nothing_else(reports: Reports, analysis: str, where: str | None) -> None:
     made = reports(analysis, where)
-    methods = "".join(made.content.methods).replace("\u00a0", " ")
+    methods = "".join((*made.content.methods, made.content.tests_beside)).replace("\u00a0", " ")
     uses: dict[str, Callable[[Comparison], bool]] = WORDS
     for words, used in uses.items():
         assert (words in methods) == any(used(item) for item in made.content.comparisons), words

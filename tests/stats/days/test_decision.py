@@ -84,7 +84,7 @@ def test_which_runs_there_are_decides_the_rule() -> None:
     assert contrast([single] * 3).rule is Rule.NONE
     nowhere = contrast([([1.0, 2.0], []), ([], [1.5, 1.2])])
     assert nowhere.rule is Rule.NONE
-    assert (nowhere.other_control, nowhere.other_treated, nowhere.n_control) == (2, 2, 0)
+    assert (nowhere.counts.other_control, nowhere.counts.other_treated, nowhere.counts.control) == (2, 2, 0)
     without_days = contrast_by_day([1.5, 1.2, 1.1], [1.0, 2.0])
     assert (without_days.rule, without_days.df) == (Rule.WITHIN, 1)
 

@@ -13,7 +13,8 @@ from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.by_day import CONTROL, TREATED, DayComparison, compare_by_day
 from labbook.analysis.comparison.comparing import ComparisonResult, compare
-from labbook.analysis.comparison.comparisons import Compared, FamilyResult, adjust
+from labbook.analysis.comparison.comparisons import Compared
+from labbook.analysis.comparison.family import FamilyMember, FamilyResult, adjust
 from labbook.analysis.comparison.pairing import EACH, POOLED
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.results.result_cache import ResultCache
@@ -21,7 +22,7 @@ from labbook.analysis.study import VarianceAnalysed
 from labbook.presenting.numbers import Shown
 from labbook.presenting.report.comparisons import comparisons
 from labbook.presenting.report.content import MadeReport
-from labbook.presenting.report.preregistration import departures
+from labbook.presenting.report.preregistration import not_planned
 from reports.numbers import Number
 from reports.sentences import difference_claim
 from stats.compare.equivalence import equivalence
@@ -115,9 +116,9 @@ def test_conditions_of_one_day_each_get_no_p_and_the_page_says_why(reports: Repo
     page = quick_page(made.content).replace("\u00a0", " ")
     assert "measure the conditions on shared days. The tables mark each of them." in page
     assert "Every day holds one run, so that days and runs scatter as one" in page
-    assert ["were measured on one day each" in claim.text for claim in made.content.claims].count(True) == 1
-    assert "No comparison could be made by day." in "".join(made.content.methods)
-    assert "mixed model" not in "".join(made.content.methods)
+    assert all("cannot be told" in claim.text for claim in made.content.claims)
+    assert "No comparison could be made by day." in made.content.tests_beside
+    assert "mixed model" not in made.content.tests_beside
 
 
 def test_a_day_that_was_corrected_is_another_result(reports: Reports, cache: ResultCache) -> None:
@@ -154,25 +155,25 @@ def test_holm_takes_the_logarithm_where_p_is_below_all_doubles(reports: Reports,
     made = reports()
     members = [item for item in compared(made, Outcome.APEX) if item.pair.family == POOLED]
     tiny = [
-        (item.pair, replace(item.result, welch_t=replace(item.result.welch_t, value=-t, df=800.0),
-                            welch_p=replace(item.result.welch_p, value=0.0, df=800.0)))
+        FamilyMember(item.pair.label, replace(item.result, welch_t=replace(item.result.welch_t, value=-t, df=800.0),
+                                        welch_p=replace(item.result.welch_p, value=0.0, df=800.0)))
         for item, t in zip(members, (80.0, 90.0), strict=True)
     ]  # fmt: skip
     row = adjust(cache, tiny, POOLED, Outcome.APEX, {"trial": 2}, alpha=1e-13)
     assert [item.value for item in row.adjusted_p.values()] == [0.0, 0.0]
-    assert all(row.rejected[pair.label] for pair, _result in tiny)
+    assert all(row.rejected[one.label] for one in tiny)
 
 
 def test_a_p_that_is_exactly_alpha_is_shown_in_the_result_and_on_the_page(reports: Reports, cache: ResultCache) -> None:
     """One rule, p <= alpha, for a single test and for Holm's p, in the family of a command and in a report."""
     made = reports()
     members = [item for item in compared(made, Outcome.APEX) if item.pair.family == POOLED]
-    item, tested = members[0], [(one.pair, one.result) for one in members]
-    label, p = item.pair.label, {pair.label: value_of(row.welch_p) for pair, row in tested}
+    item, tested = members[0], [FamilyMember(one.pair.label, one.result) for one in members]
+    label, p = item.pair.label, {one.label: value_of(one.p) for one in tested}
 
     def claimed(result: ComparisonResult, by_holm: FamilyResult | None) -> str:
         """The sentence of a report on these results."""
-        found = [replace(item, result=result, adjusted=by_holm)]
+        found = [replace(item, result=result, adjusted=by_holm, decided=None)]
         (shown,) = comparisons(replace(made.analysis, compared=found), Shown())
         return difference_claim(made.content, shown).text
 
@@ -228,7 +229,7 @@ def test_heights_are_tested_against_the_bounds_that_were_decided(
     for text, verdict in zip(heights, verdicts, strict=True):
         assert f"was {'shown' if verdict else 'not shown'} (90" in text
     assert made.content.no_equivalence == ""
-    told = "".join(made.content.methods).replace("\u00a0", " ")
+    told = "".join((*made.content.methods, made.content.tests_beside)).replace("\u00a0", " ")
     assert "two one-sided Welch tests (TOST) in 4 comparisons. Their p are not adjusted for their number." in told
     assert "Comparisons of each level, and of all pooled within a group, with its control were made again" in told
 
@@ -353,7 +354,7 @@ def test_what_was_not_decided_beforehand_is_called_exploratory_with_the_reason(r
     assert "all levels pooled against the control (exploratory)" in page
     assert "The first run is dated 2021-" in made.content.decided[1]
     assert made.content.decided[1] not in made.content.limitations
-    said = "".join(made.content.departures)
+    said = "".join(made.content.not_planned)
     assert made.content.jump_comparisons
     assert "Exploratory, because the unit of analysis decided on is the run, not the jump: " + POOLED in said
     assert {item.exploratory for item in made.content.jump_comparisons} == {
@@ -361,7 +362,7 @@ def test_what_was_not_decided_beforehand_is_called_exploratory_with_the_reason(r
     }
     row = made.analysis.compared[0].result
     varied = replace(made.analysis, anovas=[VarianceAnalysed("all runs", {}, Outcome.JOULES, row)])
-    assert departures(varied, made.content.comparisons)[-2] == (
+    assert not_planned(varied, made.content.comparisons)[-2] == (
         "Exploratory, because the families that can be decided on have no analysis of variance: one-way analysis of "
         "variance (joules a jump)."
     )
@@ -370,7 +371,7 @@ def test_what_was_not_decided_beforehand_is_called_exploratory_with_the_reason(r
 def test_where_nothing_was_decided_all_is_exploratory_and_the_report_says_so(reports: Reports) -> None:
     made = reports()
     assert all("" not in reasons for reasons in by_name(made).values())
-    assert all(", an exploratory comparison." in claim.text for claim in made.content.claims)
+    assert all(", an exploratory" in claim.text or "cannot be told" in claim.text for claim in made.content.claims)
     assert "Nothing was decided about the analysis before the first measurement" in quick_page(made.content)
 
 

@@ -36,7 +36,8 @@ def with_lines(analysis: StudyAnalysis, *dfs: int | None) -> str:
             else replace(drain.line, df=df, n=df + 2)
         )
         drains[uid] = replace(drain, line=line)
-    return methods(replace(analysis, drains=drains))[0]
+    by_runs = [replace(item, decided=None) for item in analysis.compared]
+    return methods(replace(analysis, drains=drains, compared=by_runs))[0]
 
 
 IN_QUADRATURE = "half widths in quadrature, each with the quantile of its own degrees of freedom"

@@ -1,0 +1,188 @@
+"""What a report says of the tests that it made: the one that decides, and those that stand beside it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+
+from data_schema.outcomes import Outcome
+from data_schema.rounding import level_text
+from data_schema.vocabulary import Undefined
+from labbook.analysis.comparison.comparisons import Compared
+from labbook.analysis.preregistration.planned import FAMILY_OF
+from labbook.analysis.study import StudyAnalysis
+from labbook.config.model import Bounds
+from labbook.presenting.report.comparisons import method_by_day
+from labbook.presenting.report.error_rates import known_error_rates, uses
+from reports.display import stated_text
+from reports.naming import SweptWords
+from reports.numbers import Number
+from reports.wording import count_text, list_text
+from stats.days.blocked_result import MIXED_MODEL
+from stats.days.decision import Rule
+
+_BY_DAY = {MIXED_MODEL: f"{MIXED_MODEL} (REML, degrees of freedom after Satterthwaite)"}
+
+
+def tests_used(analysis: StudyAnalysis, called: SweptWords) -> str:
+    """Return what conditions were compared by, or why nothing was compared."""
+    if not analysis.compared:
+        none = "no factor names a control level" if analysis.swept is None else "no group has a control and a treatment"
+        return f"Nothing is compared: {none}. Intervals are at 95 %."
+    sentences = [
+        _route(analysis),
+        _by_day(analysis.compared),
+        _holm(analysis),
+        _equivalence(analysis),
+        _savings(analysis, called),
+        *_further(analysis),
+        _levels(analysis),
+    ]
+    return " ".join(filter(None, sentences))
+
+
+def _further(analysis: StudyAnalysis) -> list[str]:
+    return [
+        "Levels of the treatment are compared by one-way analysis of variance." if analysis.anovas else "",
+        "The same t-tests over single jumps stand in a table, as the thesis has them." if analysis.jump_tests else "",
+    ]
+
+
+def decided_by(analysis: StudyAnalysis, called: SweptWords) -> str:
+    """Return the test that decides by shared days, and how many comparisons each of its rules fits."""
+    rules = Counter(item.decided.result.rule for item in analysis.compared if item.decided is not None)
+    said = {
+        Rule.PAIRED: "paired t on day means where four days or more hold both sides",
+        Rule.WITHIN: "a contrast of runs within days on one to three such days, which holds for these days",
+        Rule.NONE: "no test where the days cannot tell",
+    }
+    counts = list_text([f"{said[rule]} ({count_text(rules[rule], 'comparison')})" for rule in said if rules[rule]])
+    treated = called.treatment_short
+    sentences = [
+        f"Which test compares a treatment with its control is fixed by the days that hold runs of both: {counts}. Only "
+        "runs of these days enter.",
+        f"Savings are ({called.control} - {treated}) / {called.control} with Fieller's interval by the same contrast, "
+        "which leaves out 0 just where p is below alpha."
+        if saved(analysis)
+        else "",
+        _holm(analysis),
+        _equivalence(analysis),
+        "The overall effect is the mean of the groups' savings; what a day does to several groups is added up before "
+        "it is squared."
+        if analysis.overall.savings
+        else "",
+        _levels(analysis),
+    ]
+    return " ".join(filter(None, sentences))
+
+
+def known_errors(analysis: StudyAnalysis) -> tuple[str, ...]:
+    """Return what is on record against the methods used: an introduction, and a sentence for each design."""
+    return known_error_rates(uses(analysis))
+
+
+def _route(analysis: StudyAnalysis) -> str:
+    """Name the F-test and the t-tests that it chose."""
+    found = [item.result for item in analysis.compared if _exists(item.result.t)]
+    if not found:
+        return "No comparison has enough runs for a test."
+    chosen = Counter(result.test for result in found)
+    tests = list_text([f"{name}'s t-test in {count_text(count, 'comparison')}" for name, count in chosen.items()])
+    beside = " and Brown and Forsythe's" if any(_exists(result.brown_forsythe) for result in found) else ""
+    alpha = f"{analysis.planned.settings.alpha:g}"
+    if by_shared_days(analysis):
+        return (
+            f"Beside the tests that decide stand those of the thesis over all runs: an F-test for equal variances at "
+            f"alpha = {alpha}, which chose {tests} (thesis 5.2.1){', Brown and Forsythe' if beside else ''}, and Welch."
+        )
+    return (
+        f"Each comparison is an F-test for equal variances at alpha = {alpha}, which chose "
+        f"{tests} (thesis 5.2.1). The p of claims and of tables is Welch's, which keeps its level where variances "
+        f"differ; the chosen test{beside} stand{'' if beside else 's'} in the table of all tests."
+    )
+
+
+def _by_day(compared: Sequence[Compared]) -> str:
+    found = [item.by_day for item in compared if item.by_day is not None]
+    tested = [result for result in found if _exists(result.t)]
+    if not tested:
+        return "No comparison could be made by day." if found else ""
+    methods = Counter(method_by_day(result) for result in tested)
+    said = [f"{count_text(count, 'comparison')} by the {_BY_DAY.get(name, name)}" for name, count in methods.items()]
+    untold = [f"{len(found) - len(tested)} could not be tested so"] if len(tested) < len(found) else []
+    exact = " The exact test stands where the design is balanced." if set(methods) != {MIXED_MODEL} else ""
+    rule = f"{exact} Either takes both sides to scatter alike." if tested else ""
+    return (
+        "Comparisons of each level, and of all pooled within a group, with its control were made again with the day as "
+        f"a random effect, y ~ condition + (1 | day): {'; '.join([*said, *untold])}.{rule}"
+    )
+
+
+def _holm(analysis: StudyAnalysis) -> str:
+    counts = []
+    for quantity in Outcome:
+        shown = [item.adjusted for item in analysis.compared if item.quantity is quantity and item.adjusted is not None]
+        if shown:
+            tests = len(shown[0].adjusted_p)
+            not_shown = f" ({tests - len(shown)} not in this selection)" if tests > len(shown) else ""
+            counts.append(f"{tests} of {quantity}{not_shown}")
+    if not counts:
+        return ""
+    family = FAMILY_OF[analysis.planned.settings.family]
+    of = "p" if by_shared_days(analysis) else "Welch's p"
+    return f"{of[0].upper()}{of[1:]} is adjusted by Holm's method over the family, {family}: {list_text(counts)}."
+
+
+def _equivalence(analysis: StudyAnalysis) -> str:
+    bounds = analysis.planned.settings.apex_bounds
+    tested = [item for item in analysis.compared if item.equivalent is not None and _exists(item.equivalent.p)]
+    if bounds is None or not tested:
+        return ""
+    by = "tests by that contrast" if by_shared_days(analysis) else "Welch tests"
+    return (
+        f"Equality of apex heights within {_bounds(bounds)} is tested by two one-sided {by} (TOST) in "
+        f"{count_text(len(tested), 'comparison')}."
+        f"{' Their p are not adjusted for their number.' if len(tested) > 1 else ''}"
+    )
+
+
+def _bounds(bounds: Bounds) -> str:
+    factor, unit = (1.0, "% of the control's mean") if bounds.percent else (1000.0, "mm")
+    return f"{stated_text(factor * bounds.low)} to {stated_text(factor * bounds.high)} {unit}"
+
+
+def _savings(analysis: StudyAnalysis, called: SweptWords) -> str:
+    if not saved(analysis):
+        return ""
+    ratio = f"({called.control} - {called.treatment_short}) / {called.control}"
+    return f"Savings are the ratio of means {ratio} with Fieller's interval."
+
+
+def saved(analysis: StudyAnalysis) -> bool:
+    """Whether the report has savings."""
+    return any(item.result.savings is not None for item in analysis.compared)
+
+
+def _levels(analysis: StudyAnalysis) -> str:
+    alpha = analysis.planned.settings.alpha
+    comparisons = "" if alpha == 0.05 else f", those of comparisons at {level_text(1.0 - alpha)}"
+    equivalence = any(item.equivalent is not None for item in analysis.compared)
+    tost = f", those of tests of equivalence at {level_text(1.0 - 2.0 * alpha)}" if equivalence else ""
+    return f"Intervals are at 95 %{comparisons}{tost}."
+
+
+def _exists(number: Number) -> bool:
+    return not isinstance(number.value, Undefined)
+
+
+def tests_beside(analysis: StudyAnalysis) -> str:
+    """Return what the tests in full are, where others decide; "" where they decide themselves."""
+    if not by_shared_days(analysis):
+        return ""
+    sentences = [_route(analysis), _by_day(analysis.compared), *_further(analysis)]
+    return " ".join(filter(None, sentences))
+
+
+def by_shared_days(analysis: StudyAnalysis) -> bool:
+    """Whether comparisons are decided by the days that their sides share."""
+    return any(item.decided is not None for item in analysis.compared)

@@ -1,0 +1,138 @@
+"""The table that opens the page: what was saved and how apex height changed, a row a group, and all together."""
+
+from __future__ import annotations
+
+from data_schema.outcomes import Outcome
+from reports.content import Comparison, ReportContent
+from reports.display import DASH, common_places, shown_unit
+from reports.evidence import POOLED
+from reports.naming import control_name, levels_name, treatment_name
+from reports.numbers import Number
+from reports.tables.comparisons import ONE_DAY_EACH, on_one_day_each
+from reports.tables.table import (
+    PROVENANCE,
+    Cell,
+    Column,
+    Row,
+    Table,
+    TableKind,
+    count,
+    interval_cell,
+    interval_title,
+    number_cell,
+    p_cell,
+    provenance_cell,
+    words,
+)
+
+
+def headlines(content: ReportContent) -> Table:
+    """Make the table of the groups: all levels of the treatment together against the control."""
+    found = groups(content)
+    saved: list[Number | None] = [None if joules is None else joules.lead.savings for joules, _ in found.values()]
+    heights: list[Number | None] = [None if apex is None else apex.lead.difference for _, apex in found.values()]
+    comparisons = [each for pair in found.values() for each in pair if each is not None]
+    alone = not any(saved)  # the page has what fits a narrow one, the file both outcomes
+    by_days = any(each.lead.decided_by_days for each in comparisons)
+    columns = (
+        Column("group", ("group",), numeric=False),
+        Column("days", ("days",), shown=by_days),
+        Column("n", ("n_control", "n_treatment")),
+        *_columns("savings", interval_title(saved), "savings{}_percent", "%", shown=not alone),
+        *_columns("apex", interval_title(heights), "apex{}_m", shown_unit("m")[0], shown=alone),
+        PROVENANCE,
+        ONE_DAY_EACH,
+    )
+    places = common_places(saved, 1), common_places(heights)
+    rows = [_row(group, pair, places) for group, pair in found.items()]
+    rows += _all_groups(content, places[0])
+    test = "by the days that hold both (Methods)" if by_days else "by Welch's t-test"
+    what = "Apex height" if alone else "Energy"
+    caption = (
+        f"{what} of a jump with {treatment_name(content, {})} against {control_name(content)}, intervals and p {test}. "
+        f"n: {content.counted}s of the control and the treatment."
+    )
+    return Table("headlines", caption, columns, tuple(rows))
+
+
+def _columns(title: str, interval: str, field: str, unit: str, *, shown: bool) -> tuple[Column, Column, Column]:
+    """Make the columns of an effect, its interval and its p; `{}` in the field's name is where an end is named."""
+    ends = (field.format("_ci_low"), field.format("_ci_high"), f"{title}_ci_level")
+    return (
+        Column(title, (field.format("" if unit == "%" else "_difference"),), unit, shown=shown),
+        Column(interval, ends, unit, shown=shown),
+        Column("p", (f"{title}_p",), shown=shown),
+    )
+
+
+def groups(content: ReportContent) -> dict[str, tuple[Comparison | None, Comparison | None]]:
+    """Return the pooled comparisons of joules and of apex height of each group, by the group's name, in one order."""
+    opening = {(tuple(each.group.items()), each.quantity): each for each in pooled(content)}
+    keys = dict.fromkeys(group for group, _ in opening)
+    return {
+        levels_name(content, dict(group)) or "all runs": (
+            opening.get((group, Outcome.JOULES)),
+            opening.get((group, Outcome.APEX)),
+        )
+        for group in keys
+        if (group, Outcome.JOULES) in opening or (group, Outcome.APEX) in opening
+    }
+
+
+def pooled(content: ReportContent) -> list[Comparison]:
+    """Return the comparisons of all levels with the control, group by group; none that pools a further factor."""
+    found = [each for each in content.comparisons if each.level == POOLED]
+    narrowest = max((len(each.group) for each in found), default=0)
+    return [each for each in found if len(each.group) == narrowest]
+
+
+def _row(group: str, pair: tuple[Comparison | None, Comparison | None], places: tuple[int, int]) -> Row:
+    joules, apex = pair
+    lead = next(each.lead for each in pair if each is not None)
+    return Row(
+        (
+            words(group),
+            count(len(lead.days)),
+            Cell(f"{lead.n_control}, {lead.n_treatment}", (lead.n_control, lead.n_treatment)),
+            *_effect(joules, None if joules is None else joules.lead.savings, places[0]),
+            *_effect(apex, None if apex is None else apex.lead.difference, places[1]),
+            provenance_cell((lead.savings or lead.difference).provenance),
+            words(next((each.one_day_each for each in pair if each is not None), "")),
+        )
+    )
+
+
+def _effect(comparison: Comparison | None, number: Number | None, places: int) -> tuple[Cell, Cell, Cell]:
+    """Make the cells of an effect, its interval and its p."""
+    if comparison is None:
+        return Cell(DASH, (None,)), Cell(DASH, (None, None, None)), Cell(DASH, (None,))
+    why = "" if comparison.decision is not None else comparison.one_day_each
+    interval, p = interval_cell(number, places), p_cell(comparison.lead.test.p)
+    return number_cell(number, places), on_one_day_each(interval, why), on_one_day_each(p, why)
+
+
+def _all_groups(content: ReportContent, places: int) -> list[Row]:
+    none = Cell("", (None,))
+    return [
+        Row(
+            (
+                words(f"mean of {len(overall.groups)} groups"),
+                count(len(overall.days)),
+                Cell("", (None, None)),
+                number_cell(overall.savings, places),
+                interval_cell(overall.savings, places),
+                p_cell(overall.test.p),
+                none,
+                Cell("", (None, None, None)),
+                none,
+                provenance_cell(overall.savings.provenance),
+                words(""),
+            ),
+            strong=True,
+        )
+        for overall in content.overall
+        if overall.quantity is Outcome.JOULES
+    ]
+
+
+HEADLINES = TableKind("headlines", headlines)

@@ -1,0 +1,120 @@
+"""What came of the runs, how robust the numbers are, and how far a reader may trust them, each in a sentence."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+from data_schema.outcomes import Outcome
+from reports.content import ReportContent, Sensitivity
+from reports.display import as_shown, common_places, decimal_text, with_unit
+from reports.numbers import Number
+from reports.remarks import verdict_text
+from reports.wording import count_text, sentence_start
+
+_WITHOUT_A_DAY = re.compile(r"without \d{4}-\d{2}-\d{2}")
+
+
+def flow_sentence(content: ReportContent) -> str:
+    """Say how many runs were planned, made, void and analysed, and how many jumps; "" where no run was made."""
+    flow = content.flow
+    if not flow.runs_done:
+        return ""
+    planned = "" if flow.runs_planned is None else f"{count_text(flow.runs_planned, 'run')} planned, "
+    parts = [f"{planned}{count_text(flow.runs_done, 'run')} made"]
+    parts += [f"{flow.runs_void} void"] if flow.runs_void else []
+    parts += [f"{flow.runs_idle} idle, for the passive drain"] if flow.runs_idle else []
+    parts += [f"{count} {why}" for why, count in flow.runs_other.items()]
+    parts += [f"{outcome.plural} from {flow.runs_with[outcome]}" for outcome in content.outcomes]
+    if flow.runs_with[Outcome.APEX]:
+        parts.append(f"{flow.jumps_analysed} of {count_text(flow.jumps_made, 'jump')} analysed")
+    return f"{'; '.join(parts)}."
+
+
+def trust_sentences(content: ReportContent) -> tuple[str, ...]:
+    """Return how far to trust the answer: the plan, one day less, the simulator."""
+    departures = len(content.departures)
+    if not content.decided:
+        plan = "No analysis was decided on before the first measurement: every comparison is exploratory."
+    elif departures:
+        plan = (
+            f"The analysis was decided on beforehand, with {count_text(departures, 'departure')} (Plan and deviations)."
+        )
+    else:
+        plan = "The analysis was decided on beforehand, and nothing departs from it."
+    found = [plan]
+    shifts = [shift for shift in (_largest_shift(each) for each in content.sensitivity) if shift is not None]
+    for unit in dict.fromkeys(number.unit for number in shifts):
+        largest = max((number for number in shifts if number.unit == unit), key=_size)
+        what = "savings" if unit == "%" else f"differences in {unit}"
+        moved = with_unit(decimal_text(_size(largest), 1), "points" if unit == "%" else unit)
+        found.append(f"Leaving out any one day moves the {what} of a group by at most {moved}.")
+        break
+    if content.predictions.items:
+        found.append(verdict_text(content))
+    return tuple(found)
+
+
+def robustness_sentences(content: ReportContent) -> tuple[str, ...]:
+    """Say, unit by unit, how far headlines move without one day at a time, and computed in other ways."""
+    found = []
+    known = [each for each in content.sensitivity if isinstance(each.as_reported.value, float)]
+    for unit in dict.fromkeys(each.as_reported.unit for each in known):
+        of_unit = [each for each in known if each.as_reported.unit == unit]
+        places = common_places([each.as_reported for each in of_unit])
+        ranges = [text for each in of_unit if (text := _range(each, places))]
+        if ranges:
+            found.append(f"Without one day at a time: {'; '.join(ranges)}.")
+        others = dict.fromkeys(
+            variant.label for each in of_unit for variant in each.variants if not _is_day(variant.label)
+        )
+        for label in others:
+            moved = [abs(shift) for each in of_unit if (shift := _shift(each, label)) is not None]
+            if moved:
+                most = decimal_text(max(moved), places)
+                said = f"move by at most {with_unit(most, as_shown(of_unit[0].as_reported).unit)}"
+                found.append(f"{sentence_start(label)} they {said if most.strip('0.') else 'do not move'}.")
+    return tuple(found)
+
+
+def _is_day(label: str) -> bool:
+    return _WITHOUT_A_DAY.fullmatch(label) is not None
+
+
+def _range(item: Sensitivity, places: int) -> str:
+    """Write a headline with its range without one day at a time; "" where there is none."""
+    without = _known(variant.number for variant in item.variants if _is_day(variant.label))
+    reported = as_shown(item.as_reported)
+    if not without or not isinstance(reported.value, float):
+        return ""
+    span = f"{decimal_text(min(without), places)} to {decimal_text(max(without), places)}"
+    return f"{item.headline} {decimal_text(reported.value, places)} ({with_unit(span, reported.unit)})"
+
+
+def _shift(item: Sensitivity, label: str) -> float | None:
+    """Return by how much a headline moves when it is computed another way."""
+    reported = as_shown(item.as_reported).value
+    for variant in item.variants:
+        value = as_shown(variant.number).value
+        if variant.label == label and isinstance(value, float) and isinstance(reported, float):
+            return value - reported
+    return None
+
+
+def _known(numbers: Iterable[Number]) -> list[float]:
+    return [shown.value for number in numbers if isinstance((shown := as_shown(number)).value, float)]
+
+
+def _largest_shift(item: Sensitivity) -> Number | None:
+    """Return the number of the day whose absence moves a headline most, less the headline; None without one."""
+    reported = as_shown(item.as_reported)
+    if not isinstance(reported.value, float):
+        return None
+    without = [each.number for each in item.variants if _is_day(each.label)]
+    shifts = [abs(value - reported.value) for value in _known(without)]
+    return Number(max(shifts), reported.unit) if shifts else None
+
+
+def _size(number: Number) -> float:
+    assert isinstance(number.value, float)  # noqa: S101 - `_largest_shift` makes no other
+    return number.value

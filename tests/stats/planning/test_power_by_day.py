@@ -1,0 +1,45 @@
+"""The power of the test by shared days, against campaigns drawn and tested."""
+
+import numpy as np
+import pytest
+
+from data_schema.errors import InputRefused
+from data_schema.vocabulary import Undefined
+from stats.days.decision import contrast_by_day
+from stats.planning.power_by_day import power_by_day
+
+DRAWS = 1500
+
+
+def found_in(days, difference, sd, seed):
+    """Draw campaigns whose days differ, test each, and return the share in which the difference is found."""
+    rng = np.random.default_rng(seed)
+    labels = [[f"day {day}" for day, counts in enumerate(days) for _ in range(counts[side])] for side in (0, 1)]
+    found = 0
+    for _ in range(DRAWS):
+        shifts = {f"day {day}": shift for day, shift in enumerate(rng.normal(0.0, 2.0 * sd, len(days)))}
+        control, treated = ([rng.normal(shifts[day], sd) for day in side] for side in labels)
+        contrast = contrast_by_day(
+            np.array(treated) + difference + 500.0,
+            np.array(control) + 500.0,
+            days_treated=labels[1],
+            days_control=labels[0],
+        )
+        found += contrast.difference().p < 0.05
+    return found / DRAWS
+
+
+@pytest.mark.parametrize(
+    "days", [[(5, 8)] * 5, [(3, 10)] * 5, [(1, 3), (3, 10), (5, 15), (4, 12), (3, 10)], [(4, 12)] * 3, [(8, 20)]]
+)
+def test_as_many_campaigns_find_a_difference_as_planned(days):
+    power = power_by_day(11.0, 10.0, days).power
+    assert found_in(days, 11.0, 10.0, 7) == pytest.approx(power, abs=0.035)  # three standard errors at .5
+
+
+def test_days_without_both_enter_nothing_and_days_that_claim_nothing_have_no_power():
+    assert power_by_day(1.0, 1.0, [(3, 3)] * 4 + [(9, 0), (0, 9)]).power == power_by_day(1.0, 1.0, [(3, 3)] * 4).power
+    for days in ([], [(5, 0), (0, 5)], [(1, 3)] * 3):
+        assert isinstance(power_by_day(1.0, 1.0, days).power, Undefined)
+    with pytest.raises(InputRefused):
+        power_by_day(1.0, 1.0, [(-1, 2)])
