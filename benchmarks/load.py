@@ -23,6 +23,7 @@ from labbook.book.opening import opened
 RUNS, MANY_RUNS = 10_000, 100_000
 RUNS_REPORTED, REPORTS = 200, 100
 TURNS = 3
+INGEST = "ingest FILE"
 FOLDER = "LABBOOK_BENCH_FOLDER"
 """Names a folder that keeps the books and what was measured of them, so that hours of growing can be interrupted."""
 COMMAND_S, REBUILD_S, PEAK_MB = 1.5, 100.0, 1500.0
@@ -116,7 +117,7 @@ def _commands(folder: Path, runs: int, say: Callable[[str], None]) -> dict[str, 
         "today --day": lambda _: ("today", "--day", day),
         "why ID": lambda _: ("why", number),
         "note RUN": lambda _: ("note", middle, "looked at"),
-        "ingest FILE": lambda turn: ("ingest", logs[turn], "--run", middle),
+        INGEST: lambda turn: ("ingest", logs[turn], "--run", middle),
     }
     found = {}
     for what, words in wanted.items():
@@ -152,7 +153,8 @@ def _budgets(
     reports: Mapping[int, ProcessRun],
 ) -> tuple[Budget, ...]:
     small, large = sizes
-    slowest = max(commands, key=lambda what: commands[what].wall_s)
+    looked_up = [what for what in commands if what != INGEST]  # taking in has a budget of its own, above
+    slowest = max(looked_up, key=lambda what: commands[what].wall_s)
     first, last = _ms_a_log(grown)
     peaks = [
         run.peak_mb for run in (*(run for size in sizes for run in (size.check, size.rebuild)), *commands.values())
@@ -162,7 +164,7 @@ def _budgets(
     return (
         Budget("ingest of a log, the last tenth of the runs over the first (medians)", FLAT, "×", last / first),
         Budget(
-            f"the slowest command in a book of {runs} runs (`{slowest}`, min)", COMMAND_S, "s",
+            f"the slowest list or look-up in a book of {runs} runs (`{slowest}`, min)", COMMAND_S, "s",
             commands[slowest].wall_s,
         ),
         Budget(
