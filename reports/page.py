@@ -215,9 +215,9 @@ def _shown_part(
     """Turn a part into what the template shows: figures and tables get their number, empty tables are left out."""
     match part:
         case FigureHere(name):
-            return _shown_figure(content, name, drawings[name], numbering)
+            return _shown_figure(content, name, drawings, name, numbering)
         case FiguresBeside(names):
-            narrow = [_shown_figure(content, name, drawings[f"{name}_one_column"], numbering) for name in names]
+            narrow = [_shown_figure(content, name, drawings, f"{name}_one_column", numbering) for name in names]
             return {"kind": "FiguresBeside", "figures": narrow}
         case TableHere(name):
             if not tables[name].rows:
@@ -228,7 +228,9 @@ def _shown_part(
             return {"kind": type(part).__name__, "part": part}
 
 
-def _shown_figure(content: ReportContent, name: str, drawn: bytes, numbering: dict[str, int]) -> dict[str, Any]:
+def _shown_figure(
+    content: ReportContent, name: str, drawings: Mapping[str, bytes], drawn: str, numbering: dict[str, int]
+) -> dict[str, Any]:
     """Show a drawing under the next number, or say why there is none."""
     kind = FIGURES[name]
     if (reason := kind.absent(content)) is not None:
@@ -239,7 +241,7 @@ def _shown_figure(content: ReportContent, name: str, drawn: bytes, numbering: di
         "number": numbering["figure"],
         "name": name,
         "caption": kind.caption(content),
-        "drawing": inline_svg(drawn, name, kind.title, kind.alternative(content)),
+        "drawing": inline_svg(drawings[drawn], name, kind.title, kind.alternative(content)),
     }
 
 

@@ -162,7 +162,7 @@ def _marks(series: Series, axis: Axis, quantity: Outcome) -> _Marks:
             shown = as_shown(summary.mean)
             mean = summary.mean.value * factor
             low, high = (end if isinstance(end, int | float) else math.nan for end in (shown.ci_low, shown.ci_high))
-            means.append((at, mean, mean - low, high - mean))
+            means.append((at, mean, max(mean - low, 0.0), max(high - mean, 0.0)))
     return _Marks(series, sorted(means), runs)
 
 

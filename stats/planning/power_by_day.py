@@ -15,7 +15,7 @@ from fractions import Fraction
 from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
 from data_schema.rounding import number_text
-from data_schema.vocabulary import Undefined
+from data_schema.vocabulary import Remark, Undefined
 from stats.checks import as_level, as_number
 from stats.days.decision import LEAST_DAYS
 from stats.exact.tails import t_tails, t_upper_quantile
@@ -38,7 +38,7 @@ def power_by_day(difference: float, sd: float, days: Sequence[tuple[int, int]], 
     shared = [(control, treated) for control, treated in days if control and treated]
     k, sizes = len(shared), (sum(control for control, _ in shared), sum(treated for _, treated in shared))
     test = f"the test by {k} shared days for a difference of {number_text(difference)} at sd {number_text(sd)}"
-    never = "there is no difference to find" if difference == 0.0 else None
+    never = Remark(Reason.NO_TRUE_DIFFERENCE) if difference == 0.0 else None
     if k >= LEAST_DAYS:
         variance = math.fsum(1.0 / control + 1.0 / treated for control, treated in shared) / k**2
         df = critical_df = float(k - 1)

@@ -15,6 +15,9 @@ POWER = ("power", "--saving", "10", "--sd", "4", "--mean", "42")
 
 
 def test_it_says_what_is_needed_and_writes_nothing(fresh: SmallBook) -> None:
+    by_days = good(labbook(*POWER, at=fresh.folder)).out
+    assert [line for line in by_days.splitlines() if line.startswith("by shared days  ")]
+    fresh.toml.write_text(f'{fresh.toml.read_text()}\n[analysis]\nunit_of_analysis = "run"\n')
     with unchanged(fresh.folder):
         shown = good(labbook(*POWER, at=fresh.folder)).out
         data = good(labbook(*POWER, "--json", at=fresh.folder)).json

@@ -83,6 +83,7 @@ NO_SAMPLES = {
     "normal_quantiles",
     "power_anova",
     "power_equivalence",
+    "power_by_day",
     "power_percent_equivalence",
     "power_t",
     "power_welch",

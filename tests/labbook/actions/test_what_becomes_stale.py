@@ -151,7 +151,7 @@ class Fresh:
 def test_a_log_taken_off_names_apexes_and_no_joules(book: Book) -> None:
     stale = stale_after(book, lambda session: assign(session, "r001.csv", "none", "wrong card"))
     assert stale["run_apexes"] == {"r001"}
-    compared = {"comparison", "comparison_by_day", "family", "jump_comparison"}
+    compared = {"comparison", "comparison_by_day", "family", "jump_comparison", "decision", "decision_family"}
     assert stale.keys() == {"run_apexes", "condition_summary", *compared}
 
 

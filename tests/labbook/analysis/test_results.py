@@ -104,7 +104,7 @@ def test_rejecting_one_jump_computes_its_run_again_and_what_rests_on_it(book: Bo
     assert {scope(row)["run"] for row in of_runs} == {"r001"}
     assert len(of_runs) == 2  # by either detector; what heeds no decision stays
     assert {row.uid for row in computed} == {row.uid for row in rests_on_any(computed, of_runs)}
-    compared = {"condition_summary", "comparison", "comparison_by_day", "family"}
+    compared = {"condition_summary", "comparison", "comparison_by_day", "family", "decision", "decision_family"}
     assert {row.kind for row in computed} == {"run_apexes", "jump_comparison", *compared}
     quantities = {scope(row)["quantity"] for row in computed if row.kind in compared}
     assert quantities == {Outcome.APEX}
@@ -194,8 +194,8 @@ def test_a_corrected_charge_touches_the_joules_of_its_run_only(book: Book) -> No
     computed, _reused = report(book)
     assert {scope(row)["run"] for row in computed if row.kind.startswith("run_")} == {"r001"}
     assert {row.kind for row in computed} <= {
-        "run_energy", "condition_summary", "comparison", "comparison_by_day", "family", "pack_deviation",
-        "energy_budget",
+        "run_energy", "condition_summary", "comparison", "comparison_by_day", "family", "decision", "decision_family",
+        "overall_savings", "pack_deviation", "energy_budget",
     }  # fmt: skip
     assert {scope(row).get("quantity", Outcome.JOULES) for row in computed} == {Outcome.JOULES}
 

@@ -180,7 +180,7 @@ def test_runs_and_days_are_those_of_a_plan_that_is_drawn(fresh: SmallBook) -> No
         sheet = fresh.folder / "runs.csv"
         drawn = make_plan(book, PlanRequest(5, needed.n, 8, "randomised", "2021-06-01", True, sheet, False), ADA)
     assert (needed.runs, needed.days) == (drawn.runs, drawn.days)
-    again = power_of(fresh, difference=1.0, sd=1.0, n=4)
+    again = power_of(fresh, difference=1.0, sd=1.0, n=4, per_day=8)
     assert again.n_of_plan == needed.n
     assert sorted(again.needed[0].powers) == [4, needed.n]
     assert 0.8 <= again.needed[0].powers[needed.n] < 0.95
