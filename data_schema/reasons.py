@@ -166,8 +166,8 @@ class Reason(Code):
         "the true difference {difference:g} lies below 0 and the one-sided test asks for one above"
     )
     TRUE_MEANS_EQUAL = "the true means are equal"
-    NOT_BETWEEN_BOUNDS = "the true difference {difference:g} does not lie between the bounds {low:g} and {high:g}"
-    NOT_BETWEEN_PERCENT = "the true difference of {percent:g} % does not lie between the bounds {low:g} and {high:g} %"
+    NOT_BETWEEN_BOUNDS = "the true difference {difference:g} does not lie between the bounds {bounds}"
+    NOT_BETWEEN_PERCENT = "the true difference of {percent} % does not lie between the bounds {bounds} %"
     SEARCH_ENDED = "the search ended at n = {largest}"
     ALPHA_TOO_SMALL = "alpha is too small for the quadrature over estimated variances"
     TOO_FEW_IDLE_RUNS = "the drain line needs at least {needed} idle runs and there are {n}"

@@ -200,14 +200,15 @@ class Assumed:
 class ReportContent:
     """All of one report. `claims[0]` is the headline; `selection` is the --where text as given.
 
-    `drains` has one line a robot; `robots` counts the analysed runs of each. `decided` says what was decided about
-    the analysis before the first measurement, `departures` what departs from it, `not_planned` what was not decided
-    at all; `no_equivalence` why heights were not tested for equality, "" where they were or there are none.
-    `counted` is the unit of analysis that comparisons count: "run", or "day" where they rest on the means of days.
-    `tests_beside` says what the tests in full are where others decide. `known_errors` has what is on record against
-    the methods, an introduction first. `overall` is the effect over all groups, where there are several. `stored`
-    tells whether the book has the report, so that its numbers can be traced. `warning` says what makes all numbers
-    doubtful, "" where nothing does.
+    `drains` has one line a robot; `robots` counts the analysed runs of each. `planned` tells whether the analysis
+    was decided on in time, `decided` says what was decided about the analysis before the first measurement,
+    `departures` what departs from it, `not_planned` what was not decided at all; `no_equivalence` why heights were
+    not tested for equality, "" where they were or there are none. `counted` is the unit of analysis that
+    comparisons count: "run", or "day" where they rest on the means of days. `tests_beside` says what the tests in
+    full are where others decide. `known_errors` has what is on record against the methods, an introduction first.
+    `overall` is the effect over all groups, where there are several. `stored` tells whether the book has the
+    report, so that its numbers can be traced. `warning` says what makes all numbers doubtful, "" where nothing
+    does.
     """
 
     title: str
@@ -241,6 +242,7 @@ class ReportContent:
     provenance: tuple[Provenance, ...] = ()
     robots: Mapping[str, int] = field(default_factory=dict)
     predictions: Predictions = field(default_factory=Predictions)
+    planned: bool = False
     decided: tuple[str, ...] = ()
     departures: tuple[str, ...] = ()
     not_planned: tuple[str, ...] = ()

@@ -165,7 +165,7 @@ def _summary(content: ReportContent) -> str:
     if content.days:
         first, last = content.days[0].date, content.days[-1].date
         parts.append(first if first == last else f"{first} to {last}")
-    return f"{'; '.join(parts)}. Report of {content.made_at}."
+    return f"{'; '.join(parts)}. Report of {content.made_at.partition('T')[0]}."
 
 
 def _facts(content: ReportContent) -> list[tuple[str, str]]:

@@ -34,7 +34,7 @@ def flow_sentence(content: ReportContent) -> str:
 def trust_sentences(content: ReportContent) -> tuple[str, ...]:
     """Return how far to trust the answer: the plan, one day less, the simulator."""
     departures = len(content.departures)
-    if not content.decided:
+    if not content.planned:
         plan = "No analysis was decided on before the first measurement: every comparison is exploratory."
     elif departures:
         plan = (

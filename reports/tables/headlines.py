@@ -50,7 +50,7 @@ def headlines(content: ReportContent) -> Table:
     what = "Apex height" if alone else "Energy"
     caption = (
         f"{what} of a jump with {treatment_name(content, {})} against {control_name(content)}, intervals and p {test}. "
-        f"n: {content.counted}s of the control and the treatment."
+        f"n: {content.counted}s of the control, and of all levels of the treatment together."
     )
     return Table("headlines", caption, columns, tuple(rows))
 
@@ -83,7 +83,14 @@ def pooled(content: ReportContent) -> list[Comparison]:
     """Return the comparisons of all levels with the control, group by group; none that pools a further factor."""
     found = [each for each in content.comparisons if each.level == POOLED]
     narrowest = max((len(each.group) for each in found), default=0)
-    return [each for each in found if len(each.group) == narrowest]
+    return sorted((each for each in found if len(each.group) == narrowest), key=lambda each: _place(content, each))
+
+
+def _place(content: ReportContent, comparison: Comparison) -> int:
+    """Return where the first condition of a comparison's group stands, so that groups have one order everywhere."""
+    levels = ({level.factor: level.label for level in condition.levels} for condition in content.conditions)
+    places = (place for place, found in enumerate(levels) if comparison.group.items() <= found.items())
+    return next(places, len(content.conditions))
 
 
 def _row(group: str, pair: tuple[Comparison | None, Comparison | None], places: tuple[int, int]) -> Row:
@@ -131,7 +138,7 @@ def _all_groups(content: ReportContent, places: int) -> list[Row]:
             strong=True,
         )
         for overall in content.overall
-        if overall.quantity is Outcome.JOULES
+        if overall.quantity is Outcome.JOULES and len(overall.groups) > 1
     ]
 
 

@@ -228,7 +228,7 @@ def power_equivalence(
     )
     never = None
     if not low < difference < high:
-        never = Remark(Reason.NOT_BETWEEN_BOUNDS, difference=difference, low=low, high=high)
+        never = Remark(Reason.NOT_BETWEEN_BOUNDS, difference=difference, bounds=f"{low:g} and {high:g}")
     if min(sizes) < (2 if route == "welch" else 1) or sum(sizes) < 3:
         few = _NO_VARIANCE if route == "welch" else Undefined(Reason.TOO_FEW_FOR_POOLED_VARIANCE)
         return Power(test, sizes, alpha, few, never)

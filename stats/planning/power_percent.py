@@ -93,7 +93,8 @@ def power_percent_equivalence(
     )
     never = None
     if not low < truth < high:
-        never = Remark(Reason.NOT_BETWEEN_PERCENT, percent=truth, low=low, high=high)
+        bounds = f"{low:g} and {high:g}"  # each may be infinite
+        never = Remark(Reason.NOT_BETWEEN_PERCENT, percent=f"{truth:g}", bounds=bounds)
     if min(sizes) < 2:
         return Power(test, sizes, alpha, Undefined(Reason.TWO_EACH_FOR_VARIANCE), never)
     if alpha < _LEAST_ALPHA or t_upper_quantile(alpha, min(sizes) - 1) > _LARGEST_CRITICAL:

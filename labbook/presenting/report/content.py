@@ -70,6 +70,7 @@ def build_content(
         assumed=methods.assumed(analysis),
         robots=campaign.runs_by_robot(analysis),
         predictions=predicted.predictions(analysis, shown),
+        planned=analysis.planned.stated,
         decided=preregistration.decided(analysis),
         departures=preregistration.departures(analysis, compared),
         not_planned=preregistration.not_planned(analysis, compared),
