@@ -76,6 +76,7 @@ class Pair:
     """Two sets of conditions to compare: `a` is the control or the first level, `b` what is compared with it.
 
     Two levels that are compared, neither of them the control (`against_control` is False), have no savings.
+    `pooled_over` names the further factors whose levels are together.
     """
 
     family: str
@@ -85,6 +86,7 @@ class Pair:
     a: tuple[ConditionValues, ...]
     b: tuple[ConditionValues, ...]
     against_control: bool = True
+    pooled_over: tuple[str, ...] = ()
 
 
 def compare(

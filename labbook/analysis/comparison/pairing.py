@@ -89,7 +89,9 @@ def pairs_across(conditions: Sequence[ConditionValues], swept: str) -> list[Pair
             if control and treated and len({item.levels[factor] for item in items}) > 1:
                 family = ACROSS.format(factor=factor)
                 label = f"{group_label(group)}: {family}, pooled against the control"
-                found.append(Pair(family, label, group, "pooled", tuple(control), tuple(treated)))
+                found.append(
+                    Pair(family, label, group, "pooled", tuple(control), tuple(treated), pooled_over=(factor,))
+                )
     return found
 
 
