@@ -16,7 +16,7 @@ from labbook.analysis.comparison.by_day import DayComparison, compare_by_day
 from labbook.analysis.comparison.comparing import ComparisonResult, Pair, compare, pairs_in_units
 from labbook.analysis.comparison.deciding import DecisionResult, decide, decide_equivalence
 from labbook.analysis.comparison.equivalence import EquivalenceResult, within_bounds
-from labbook.analysis.comparison.family import FamilyMember, FamilyResult, adjust
+from labbook.analysis.comparison.family import FamilyResult, adjust, adjust_decisions
 from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, unit_scope
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.measuring import measure
@@ -127,8 +127,8 @@ def _with_control(
     further = [pair for pair in unselected_pairs(pairs, conditions, beside, swept) if pair.family == family]
     tested = compare(cache, pairs_in_units(cache, further, quantity, unit, scope), quantity, of_unit, settings.alpha)
     members = [
-        *(FamilyMember(item.pair.label, item.result) for item in found if item.pair.family == family),
-        *(FamilyMember(pair.label, result) for pair, result in zip(further, tested, strict=True)),
+        *((item.pair, item.result) for item in found if item.pair.family == family),
+        *zip(further, tested, strict=True),
     ]
     adjusted = adjust(cache, members, family, quantity, of_unit, settings.alpha) if len(members) > 1 else None
     found = [
@@ -148,19 +148,18 @@ def _with_decided_family(
     scope: Mapping[str, Any],
 ) -> list[Compared]:
     """Adjust the p of the deciding tests of a family; those of `further` pairs, which are not shown, count too."""
-    own = {item.pair.label: item.decided for item in found if item.decided and item.pair.family == family}
+    own = [(item.pair, item.decided.result) for item in found if item.decided and item.pair.family == family]
     if not own:
         return found
     decisions = decide(cache, further, quantity, scope, settings.alpha)
-    members = [
-        *(FamilyMember(label, decided.result) for label, decided in own.items()),
-        *(FamilyMember(pair.label, result) for pair, result in zip(further, decisions, strict=True)),
-    ]
+    members = [*own, *zip(further, decisions, strict=True)]
     if len(members) == 1:
         return found
-    adjusted = adjust(cache, members, family, quantity, scope, settings.alpha)
+    adjusted = adjust_decisions(cache, members, family, quantity, scope, settings.alpha)
     return [
-        replace(item, decided=replace(decided, adjusted=adjusted)) if (decided := own.get(item.pair.label)) else item
+        replace(item, decided=replace(item.decided, adjusted=adjusted))
+        if item.decided and item.pair.family == family
+        else item
         for item in found
     ]
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from labbook.analysis.comparison.comparing import ComparisonResult
+from labbook.analysis.comparison.comparing import ComparisonResult, Pair
 from labbook.analysis.comparison.deciding import DecisionResult
 from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult
 from labbook.analysis.results.result_cache import Request, ResultCache, result_fingerprint
@@ -35,45 +35,62 @@ DECISION_FAMILY = Algorithm("decision_family", 1, FamilyResult)
 
 
 @dataclass(frozen=True, slots=True)
-class FamilyMember:
-    """A member of a family: the test of a pair, by the pair's label."""
+class _Member:
+    """The result of a pair by its label, with the test in it that counts."""
 
     label: str
-    result: ComparisonResult | DecisionResult
-
-    @property
-    def t(self) -> Number:
-        """The statistic that decides."""
-        return self.result.welch_t if isinstance(self.result, ComparisonResult) else self.result.t
-
-    @property
-    def p(self) -> Number:
-        """Its p."""
-        return self.result.welch_p if isinstance(self.result, ComparisonResult) else self.result.p
+    result: StoredResult
+    t: Number
+    p: Number
 
 
 def adjust(
     cache: ResultCache,
-    tested: Sequence[FamilyMember],
+    tested: Sequence[tuple[Pair, ComparisonResult]],
     family: str,
     quantity: Outcome,
     scope: Mapping[str, Any],
     alpha: float = 0.05,
 ) -> FamilyResult:
-    """Ensure the adjusted p of a family of tests of the same kind."""
-    algorithm = DECISION_FAMILY if isinstance(tested[0].result, DecisionResult) else FAMILY
+    """Ensure the adjusted p of the Welch tests of a family."""
+    members = [_Member(pair.label, result, result.welch_t, result.welch_p) for pair, result in tested]
+    return _ensure(cache, FAMILY, members, family, {"quantity": str(quantity), "family": family, **scope}, alpha)
+
+
+def adjust_decisions(
+    cache: ResultCache,
+    tested: Sequence[tuple[Pair, DecisionResult]],
+    family: str,
+    quantity: Outcome,
+    scope: Mapping[str, Any],
+    alpha: float = 0.05,
+) -> FamilyResult:
+    """Ensure the adjusted p of the deciding tests of a family."""
+    members = [_Member(pair.label, result, result.t, result.p) for pair, result in tested]
+    of = {"quantity": str(quantity), "family": family, **scope}
+    return _ensure(cache, DECISION_FAMILY, members, family, of, alpha)
+
+
+def _ensure(
+    cache: ResultCache,
+    algorithm: Algorithm[FamilyResult],
+    members: Sequence[_Member],
+    family: str,
+    scope: Mapping[str, Any],
+    alpha: float,
+) -> FamilyResult:
     return cache.ensure_one(
         Request(
             algorithm,
-            {"quantity": str(quantity), "family": family, **scope},
-            tuple(result_fingerprint(one.label, one.result) for one in tested),
+            scope,
+            tuple(result_fingerprint(one.label, one.result) for one in members),
             {"alpha": alpha},
-            lambda: _adjusted(tested, family, alpha),
+            lambda: _adjusted(members, family, alpha),
         )
     )
 
 
-def _adjusted(tested: Sequence[FamilyMember], family: str, alpha: float) -> FamilyResult:
+def _adjusted(tested: Sequence[_Member], family: str, alpha: float) -> FamilyResult:
     found = {one.label: one.p.value for one in tested}
     logs = {one.label: _log10_p(one.t) for one in tested if found[one.label] == 0.0}
     result = holm(found, family, log10_p=logs, alpha=alpha)

@@ -14,7 +14,7 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.by_day import CONTROL, TREATED, DayComparison, compare_by_day
 from labbook.analysis.comparison.comparing import ComparisonResult, compare
 from labbook.analysis.comparison.comparisons import Compared
-from labbook.analysis.comparison.family import FamilyMember, FamilyResult, adjust
+from labbook.analysis.comparison.family import FamilyResult, adjust
 from labbook.analysis.comparison.pairing import EACH, POOLED
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.results.result_cache import ResultCache
@@ -155,21 +155,21 @@ def test_holm_takes_the_logarithm_where_p_is_below_all_doubles(reports: Reports,
     made = reports()
     members = [item for item in compared(made, Outcome.APEX) if item.pair.family == POOLED]
     tiny = [
-        FamilyMember(item.pair.label, replace(item.result, welch_t=replace(item.result.welch_t, value=-t, df=800.0),
-                                        welch_p=replace(item.result.welch_p, value=0.0, df=800.0)))
+        (item.pair, replace(item.result, welch_t=replace(item.result.welch_t, value=-t, df=800.0),
+                                 welch_p=replace(item.result.welch_p, value=0.0, df=800.0)))
         for item, t in zip(members, (80.0, 90.0), strict=True)
     ]  # fmt: skip
     row = adjust(cache, tiny, POOLED, Outcome.APEX, {"trial": 2}, alpha=1e-13)
     assert [item.value for item in row.adjusted_p.values()] == [0.0, 0.0]
-    assert all(row.rejected[one.label] for one in tiny)
+    assert all(row.rejected[pair.label] for pair, _result in tiny)
 
 
 def test_a_p_that_is_exactly_alpha_is_shown_in_the_result_and_on_the_page(reports: Reports, cache: ResultCache) -> None:
     """One rule, p <= alpha, for a single test and for Holm's p, in the family of a command and in a report."""
     made = reports()
     members = [item for item in compared(made, Outcome.APEX) if item.pair.family == POOLED]
-    item, tested = members[0], [FamilyMember(one.pair.label, one.result) for one in members]
-    label, p = item.pair.label, {one.label: value_of(one.p) for one in tested}
+    item, tested = members[0], [(one.pair, one.result) for one in members]
+    label, p = item.pair.label, {pair.label: value_of(row.welch_p) for pair, row in tested}
 
     def claimed(result: ComparisonResult, by_holm: FamilyResult | None) -> str:
         """The sentence of a report on these results."""
