@@ -15,9 +15,9 @@ from reports.evidence import (
     BudgetItem,
     Comparison,
     DrainFit,
-    Equivalence,
     IdlePoint,
     Order,
+    OverallEquivalence,
     OverallSavings,
     PackMean,
     RunPoint,
@@ -198,7 +198,7 @@ class Assumed:
 
 @dataclass(frozen=True, slots=True)
 class ReportContent:
-    """All of one report. `claims[0]` is the headline; `selection` is the --where text as given.
+    """All of one report. `claims` open the page; `selection` is the --where text as given.
 
     `drains` has one line a robot; `robots` counts the analysed runs of each. `planned` tells whether the analysis
     was decided on in time, `decided` says what was decided about the analysis before the first measurement,
@@ -233,7 +233,7 @@ class ReportContent:
     order: Order = field(default_factory=Order)
     sensitivity: tuple[Sensitivity, ...] = ()
     overall: tuple[OverallSavings, ...] = ()
-    overall_equivalence: Equivalence | None = None
+    overall_equivalence: OverallEquivalence | None = None
     methods: tuple[str, ...] = ()
     tests_beside: str = ""
     known_errors: tuple[str, ...] = ()
@@ -255,3 +255,21 @@ class ReportContent:
     def outcomes(self) -> tuple[Outcome, ...]:
         """The outcomes that every run is expected to have, and those that were measured."""
         return tuple(outcome for outcome in Outcome if outcome.of_every_run or self.flow.runs_with.get(outcome))
+
+    @property
+    def by_group(self) -> list[Comparison]:
+        """The comparisons in the order of their groups' first conditions, so that groups have one order everywhere."""
+        levels = [{level.factor: level.label for level in condition.levels} for condition in self.conditions]
+
+        def place(comparison: Comparison) -> int:
+            of_group = (at for at, found in enumerate(levels) if comparison.group.items() <= found.items())
+            return next(of_group, len(levels))
+
+        return sorted(self.comparisons, key=place)
+
+    @property
+    def pooled(self) -> list[Comparison]:
+        """The comparisons of all levels with the control, group by group; none that pools a further factor."""
+        found = [each for each in self.by_group if each.opens]
+        narrowest = max((len(each.group) for each in found), default=0)
+        return [each for each in found if len(each.group) == narrowest]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from reports.content import Claim, Comparison, ReportContent
 from reports.display import (
@@ -15,147 +16,171 @@ from reports.display import (
     value_text,
     with_unit,
 )
-from reports.evidence import Decision, Equivalence, OverallSavings
+from reports.evidence import Decision, Equivalence, OverallEquivalence, OverallSavings, OverGroups
 from reports.naming import levels_name, swept_factor, swept_words, treatment_name
 from reports.numbers import Number
-from reports.sentences import bounds_text, exploratory_text, sides_text, where_text
+from reports.sentences import bounds_text, exploratory_text, lost_by_holm, sides_text, where_text
 from reports.wording import count_text, list_text, sentence_start
 
-_ELSEWHERE = " That it holds on other days is not shown."
+_ELSEWHERE = "That it holds on other days is not shown."
 
 
 def group_claim(content: ReportContent, comparison: Comparison) -> Claim:
-    """Say what the treatment did to one outcome in one group."""
-    found = _saved(content, comparison) if comparison.lead.savings is not None else _differed(content, comparison)
-    return Claim(found, _ids(comparison.lead))
+    """Say what the treatment did to one outcome in one group, and no more than the days tell."""
+    lead = comparison.lead
+    number = as_shown(lead.savings or lead.difference)
+    asked, unshown = _asked(content, comparison)
+    if isinstance(number.value, Undefined):
+        return Claim(f"Whether {asked} cannot be told: {number.value.reason}.", _id(number))
+    size, signed = _sizes(number.value, lead.savings or lead.difference)
+    if isinstance(lead.test.p, Undefined):
+        left = f" ({_other_days(lead)})" if lead.other else ""
+        text = f"Whether {asked} cannot be told: {lead.test.p.reason}{left}; the means differ by {signed}."
+        return Claim(text, _id(number))
+    once = lost_by_holm(lead) if lead.rejected else ""
+    if not lead.rejected or once:
+        said = f"{unshown} is not shown{once}: {signed}"
+    elif isinstance(number.ci_low, Undefined):
+        said = f"{unshown} is shown and cannot be bounded: {signed}"
+    else:
+        said = _effect(content, comparison, number.value, size)
+    days = len(lead.days)
+    measured = "" if lead.unit == "day" else f"on the {days} days measured" if days > 1 else "on the one day measured"
+    sentence = f"{_opened(said, measured)} ({'; '.join(_evidence(lead))}){exploratory_text(comparison.exploratory)}."
+    within = _within(lead.equivalence)
+    return Claim(" ".join(filter(None, (sentence, within, _ELSEWHERE if measured else ""))), _id(number))
 
 
-def overall_claims(content: ReportContent) -> list[Claim]:
-    """Say what was saved over all groups, and whether apex height was lost; nothing where one alone claims a saving."""
-    found = [_overall(content, overall) for overall in content.overall if len(overall.groups) != 1]
-    if content.overall_equivalence is not None and (found or not content.overall):
-        found.append(_no_loss(content.overall_equivalence))
+def overall_claims(content: ReportContent) -> list[tuple[Outcome, Claim]]:
+    """Say what was saved over all groups, and whether apex height was lost, each where not one group alone claims."""
+    found = [(each.quantity, _saved(content, each)) for each in content.overall if len(each.scope.groups) != 1]
+    heights = content.overall_equivalence
+    if heights is not None and len(heights.scope.groups) != 1:
+        found.append((Outcome.APEX, _kept_height(content, heights)))
     return found
 
 
-def _saved(content: ReportContent, comparison: Comparison) -> str:
-    lead, where = comparison.lead, where_text(content, comparison)
-    savings, treatment = lead.savings, treatment_name(content, comparison.group)
+def _asked(content: ReportContent, comparison: Comparison) -> tuple[str, str]:
+    """Return the question that a comparison answers, and what is not shown where it shows nothing."""
+    where, treatment = where_text(content, comparison), treatment_name(content, comparison.group)
+    if comparison.lead.savings is not None:
+        against, _between = sides_text(content, comparison)
+        return f"{treatment} saves energy{where}", f"a saving{against}{where}"
+    what = _outcome(comparison.quantity)
+    return f"{what}{where} changed", f"a change of {what}{where}"
+
+
+def _effect(content: ReportContent, comparison: Comparison, value: float, size: str) -> str:
+    where, treatment = where_text(content, comparison), treatment_name(content, comparison.group)
+    if comparison.lead.savings is None:
+        comparative = comparison.quantity.comparative[0 if value >= 0 else 1]
+        return f"{_outcome(comparison.quantity)} was {size} {comparative} under {treatment}{where}"
     against, _between = sides_text(content, comparison)
-    if savings is None or isinstance(savings.value, Undefined):
-        return f"The savings{where} are {value_text(None if savings is None else savings.value)}."
-    size = with_unit(value_text(abs(savings.value), places_of(savings)), savings.unit)
-    if isinstance(lead.test.p, Undefined):
-        return (
-            f"Whether {treatment} saves energy{where} cannot be told: {lead.test.p.reason}; the means differ by "
-            f"{_signed(savings.value, size)}."
-        )
-    once = _lost_by_holm(lead)
-    if not lead.rejected or once:
-        said = f"a saving{against}{where} is not shown{once}: {_signed(savings.value, size)}"
-    elif savings.value > 0:
-        said = f"{treatment} saved {size} of the energy of a jump{against}{where}"
-    else:
-        said = f"{treatment} cost {size} more energy a jump{against}{where}"
-    return _decided(said, lead, savings, comparison.exploratory)
+    return _saving(treatment, value, size, f"{against}{where}")
 
 
-def _differed(content: ReportContent, comparison: Comparison) -> str:
-    lead, where, quantity = comparison.lead, where_text(content, comparison), comparison.quantity
-    difference = as_shown(lead.difference)
-    what = f"the {quantity.heading[0].lower()}{quantity.heading[1:]}"
-    if isinstance(difference.value, Undefined):
-        return f"{sentence_start(what)}{where}: the difference is {value_text(difference.value)}."
-    size = with_unit(value_text(abs(difference.value), places_of(lead.difference)), difference.unit)
-    if isinstance(lead.test.p, Undefined):
-        return (
-            f"Whether {what}{where} changed cannot be told: {lead.test.p.reason}; the means differ by "
-            f"{_signed(difference.value, size)}."
-        )
-    once = _lost_by_holm(lead)
-    if not lead.rejected or once:
-        said = f"a change of {what}{where} is not shown{once}: {_signed(difference.value, size)}"
-    else:
-        comparative = quantity.comparative[0 if difference.value >= 0 else 1]
-        said = f"{what} was {size} {comparative} under {treatment_name(content, comparison.group)}{where}"
-    return _decided(said, lead, lead.difference, comparison.exploratory) + _within(lead.equivalence)
+def _saving(treatment: str, value: float, size: str, where: str) -> str:
+    if value > 0:
+        return f"{treatment} saved {size} of the energy of a jump{where}"
+    return f"{treatment} cost {size} more energy a jump{where}"
 
 
-def _decided(said: str, lead: Decision, number: Number, exploratory: str) -> str:
-    """Put days before the sentence where it holds for them alone, and the evidence behind it."""
-    evidence = [f"{level_text(number)} {interval_text(number)}", significance_text(lead.test, name=False)]
+def _outcome(quantity: Outcome) -> str:
+    return f"the {quantity.heading[0].lower()}{quantity.heading[1:]}"
+
+
+def _sizes(value: float, number: Number) -> tuple[str, str]:
+    """Write a number with its unit, without its sign and with it."""
+    size = with_unit(value_text(abs(value), places_of(number)), as_shown(number).unit)
+    return size, f"{MINUS}{size}" if value < 0 else size
+
+
+def _evidence(lead: Decision) -> list[str]:
+    evidence = [*_interval(lead.savings or lead.difference), significance_text(lead.test, name=False)]
     if lead.adjusted is not None:
         evidence.append(f"{p_text(lead.adjusted.value)} by Holm over {count_text(lead.adjusted.n or 0, 'test')}")
     runs = f"{lead.n_control} runs against {lead.n_treatment}"
-    days = len(lead.days)
-    evidence.append(f"{count_text(days, 'day')} with both, {runs}" if lead.decided_by_days else runs)
-    measured = "On the one day measured" if days == 1 else f"On the {days} days measured"
-    opening, closing = (f"{measured}, ", _ELSEWHERE) if lead.decided_by_days and lead.unit == "run" else ("", "")
-    sentence = f"{opening}{said} ({'; '.join(evidence)}){exploratory_text(exploratory)}."
-    return f"{sentence_start(sentence)}{closing}"
+    evidence.append(f"{count_text(len(lead.days), 'day')} with both, {runs}")
+    return [*evidence, _other_days(lead)] if lead.other else evidence
 
 
-def _lost_by_holm(lead: Decision) -> str:
-    if lead.adjusted is None or not lead.rejected or lead.adjusted_rejected is not False:
-        return ""
-    return f" once the {lead.adjusted.n} tests of the family are counted by Holm"
+def _other_days(lead: Decision) -> str:
+    return f"{count_text(lead.other, 'run')} of other days left out"
 
 
-def _signed(value: float, size: str) -> str:
-    return f"{MINUS}{size}" if value < 0 else size
+def _interval(number: Number) -> list[str]:
+    return [] if isinstance(number.ci_low, Undefined) else [f"{level_text(number)} {interval_text(number)}"]
 
 
-def _overall(content: ReportContent, overall: OverallSavings) -> Claim:
-    savings = overall.savings
-    treatment = treatment_name(content, {}) if swept_words(swept_factor(content)).of_active_damping else "the treatment"
-    if isinstance(savings.value, Undefined):
-        text = f"Whether {treatment} saves energy cannot be told from these days: {savings.value.reason}."
-        return Claim(text, (savings.provenance,))
-    size = with_unit(value_text(abs(savings.value), places_of(savings)), savings.unit)
-    over = f" over {count_text(len(overall.groups), 'group')}"
-    if not overall.rejected:
-        said = f"a saving is not shown{over}: {_signed(savings.value, size)}"
-    elif savings.value > 0:
-        said = f"{treatment} saved {size} of the energy of a jump{over}"
-    else:
-        said = f"{treatment} cost {size} more energy a jump{over}"
-    evidence = (
-        f"{level_text(savings)} {interval_text(savings)}; {significance_text(overall.test, name=False)}; "
-        f"{count_text(len(overall.days), 'day')}"
-    )
-    opening, closing = ("on the days measured, ", _ELSEWHERE) if overall.days_measured_only else ("", "")
-    if overall.left_out:
-        names = list_text([levels_name(content, group) or "all runs" for group in overall.left_out])
-        closing += f" Left out, because their days claim nothing: {names}."
-    sentence = f"{sentence_start(f'{opening}{said}')} ({evidence}){exploratory_text(overall.exploratory, 'effect')}."
-    return Claim(f"{sentence}{closing}", (savings.provenance,))
-
-
-def _no_loss(item: Equivalence) -> Claim:
-    """Say whether apex height changed within the bounds over all groups."""
-    if isinstance(item.p, Undefined) or isinstance(item.estimate.value, Undefined):
-        reason = next(each.reason for each in (item.p, item.estimate.value) if isinstance(each, Undefined))
-        return Claim(f"Whether apex height was lost cannot be told: {reason}.", (item.estimate.provenance,))
-    change = value_text(item.estimate.value, places_of(item.estimate))
-    sign = "+" if item.estimate.value > 0 else ""
-    lead = "No apex height was lost" if item.shown else "That no apex height was lost is not shown"
-    text = (
-        f"{lead}: it changed by {sign}{with_unit(change, '%')} ({level_text(item.estimate)} "
-        f"{interval_text(item.estimate)}; TOST within {bounds_text(item)}, {p_text(item.p)})"
-    )
-    return Claim(f"{text}{exploratory_text(item.exploratory, 'test')}.", (item.estimate.provenance,))
+def _opened(said: str, measured: str) -> str:
+    return sentence_start(f"{measured}, {said}" if measured else said)
 
 
 def _within(item: Equivalence | None) -> str:
-    """Say whether a difference lies within the bounds; "" where none were stated."""
-    if item is None:
-        return ""
-    if isinstance(item.p, Undefined):
+    """Say whether a difference lies within the bounds; "" where that is not tested."""
+    if item is None or isinstance(item.p, Undefined):
         return ""
     verdict = "" if item.shown else "not shown to be "
-    return f" It is {verdict}within {bounds_text(item)} (TOST, {p_text(item.p)})."
+    of_mean = " of the control's mean" if item.estimate.unit == "%" else ""
+    evidence = "; ".join([*_interval(item.estimate), f"TOST, {p_text(item.p)}"])
+    exploratory = exploratory_text(item.exploratory, "test")
+    return f"It is {verdict}within {bounds_text(item)}{of_mean} ({evidence}){exploratory}."
 
 
-def _ids(lead: Decision) -> tuple[str, ...]:
-    number = lead.savings or lead.difference
+def _saved(content: ReportContent, overall: OverallSavings) -> Claim:
+    savings, scope = overall.savings, overall.scope
+    treatment = treatment_name(content, {}) if swept_words(swept_factor(content)).of_active_damping else "the treatment"
+    if isinstance(savings.value, Undefined):
+        text = f"Whether {treatment} saves energy cannot be told from these days: {savings.value.reason}."
+        return Claim(text, _id(savings))
+    size, signed = _sizes(savings.value, savings)
+    over = _over(scope)
+    said = f"a saving is not shown{over}: {signed}"
+    if overall.rejected:
+        said = _saving(treatment, savings.value, size, over)
+    spread, errors = (
+        value_text(number.value, places_of(savings)) for number in (overall.spread, overall.spread_of_errors)
+    )
+    apart = f"groups' SD {with_unit(spread, '%')}, {with_unit(errors, '%')} by their errors alone"
+    test = significance_text(overall.test, name=False)
+    evidence = "; ".join([*_interval(savings), test, count_text(len(scope.days), "day"), apart])
+    exploratory = exploratory_text(overall.exploratory, "effect")
+    return _over_groups(content, scope, f"{said} ({evidence}){exploratory}", savings)
+
+
+def _kept_height(content: ReportContent, heights: OverallEquivalence) -> Claim:
+    """Say whether apex height stayed within the bounds over all groups."""
+    item, scope = heights.tested, heights.scope
+    change = item.estimate
+    for undefined in (change.value, item.p):
+        if isinstance(undefined, Undefined):
+            return Claim(f"Whether apex height was lost cannot be told: {undefined.reason}.", _id(change))
+    assert isinstance(change.value, float)  # noqa: S101 - it is defined
+    _size, signed = _sizes(change.value, change)
+    if not item.shown:
+        said = "that apex height stayed within the bounds is not shown"
+    else:
+        said = "no apex height was lost" if change.value >= 0.0 else "apex height stayed within the bounds"
+    tost = f"TOST within {bounds_text(item)}, {p_text(item.p)}"
+    evidence = "; ".join([*_interval(change), tost, count_text(len(scope.days), "day")])
+    sign = "+" if change.value > 0.0 else ""
+    exploratory = exploratory_text(item.exploratory, "test")
+    return _over_groups(content, scope, f"{said}{_over(scope)}: {sign}{signed} ({evidence}){exploratory}", change)
+
+
+def _over(scope: OverGroups) -> str:
+    return f" over {count_text(len(scope.groups), 'group')}"
+
+
+def _over_groups(content: ReportContent, scope: OverGroups, said: str, number: Number) -> Claim:
+    """Close a sentence over groups with what it does not hold for, and with the groups that it leaves out."""
+    sentences = [f"{_opened(said, 'on the days measured' if scope.days_measured_only else '')}."]
+    sentences += [_ELSEWHERE] if scope.days_measured_only else []
+    if scope.left_out:
+        names = list_text([levels_name(content, group) or "all runs" for group in scope.left_out])
+        sentences.append(f"Left out, without a claim of their own: {names}.")
+    return Claim(" ".join(sentences), _id(number))
+
+
+def _id(number: Number) -> tuple[str, ...]:
     return tuple(filter(None, (number.provenance,)))

@@ -45,7 +45,7 @@ class ByDay:
 
 @dataclass(frozen=True, slots=True)
 class Equivalence:
-    """Two one-sided Welch tests of apex heights against bounds in m, or in % of the control's mean.
+    """Two one-sided tests of apex heights against bounds in m, or in % of the control's mean.
 
     `estimate` is treatment less control in the unit of the bounds, with an interval of level 1 - 2 alpha; `shown` is
     None where there is no test. `exploratory` says why the test was not planned, "" where it was.
@@ -66,16 +66,16 @@ class Decision:
     """The test that decides a comparison, by the days that hold both of its sides.
 
     `unit` says what it counts: "day" (paired on day means), "run" (within days: it holds for these days), "" where
-    nothing is claimed; `test` then has the reason. `n_control` and `n_treatment` are the runs on these `days`; those on
-    other days enter nothing. `adjusted` is p by Holm's method over the `n` tests of the family.
+    nothing is claimed; `test` then has the reason. `n_control` and `n_treatment` are the runs that the means are of;
+    `other` runs, on days without the other side, enter nothing. `adjusted` is p by Holm's method over the `n` tests of
+    the family.
     """
 
     unit: str
     days: tuple[str, ...]
     n_control: int
     n_treatment: int
-    other_control: int
-    other_treatment: int
+    other: int
     difference: Number
     savings: Number | None
     test: SignificanceTest
@@ -83,15 +83,26 @@ class Decision:
     adjusted: Number | None = None
     adjusted_rejected: bool | None = None
     equivalence: Equivalence | None = None
-    decided_by_days: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class OverGroups:
+    """What an effect over groups is of; `left_out` are groups without a claim.
+
+    `days_measured_only`: a group was compared within days, so that the claim holds for these days.
+    """
+
+    groups: tuple[Mapping[str, str], ...]
+    left_out: tuple[Mapping[str, str], ...]
+    days: tuple[str, ...]
+    days_measured_only: bool
 
 
 @dataclass(frozen=True, slots=True)
 class OverallSavings:
-    """The mean of the savings of several groups, each counted once; `left_out` are groups without a claim.
+    """The mean of the savings of several groups, each counted once.
 
     `spread` is the standard deviation of the groups' savings, `spread_of_errors` what their errors alone make of it.
-    `days_measured_only`: a group was compared within days, so that the claim holds for these days.
     `exploratory` says why the effect was not planned, "" where it was.
     """
 
@@ -100,12 +111,17 @@ class OverallSavings:
     test: SignificanceTest
     spread: Number
     spread_of_errors: Number
-    groups: tuple[Mapping[str, str], ...]
-    left_out: tuple[Mapping[str, str], ...]
-    days: tuple[str, ...]
-    days_measured_only: bool
     rejected: bool | None
+    scope: OverGroups
     exploratory: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class OverallEquivalence:
+    """Whether the mean change of apex height of several groups lies within the bounds."""
+
+    tested: Equivalence
+    scope: OverGroups
 
 
 POOLED = "pooled"
@@ -118,7 +134,7 @@ class Comparison:
 
     `family` heads a block of the table ("each AD coefficient", "pooled over AD"); `group` holds the levels in
     common (foot, k_gain); `level` is the AD level as text or "pooled" (`POOLED`). `test` is what the F-test
-    chose (Student or Welch), `welch` stands beside it always. `headline` marks the comparison of the first claim.
+    chose (Student or Welch), `welch` stands beside it always.
     `sides` are those of the control and of the treatment. `adjusted` is Welch's p by Holm's method over the `n` tests
     of the family; `exploratory` says why the comparison is not a planned one, "" where it is; `one_day_each` what p and
     intervals cannot tell where each side had one day, and not the same, "" elsewhere. `decision` leads where the plan
@@ -142,7 +158,6 @@ class Comparison:
     savings: Number | None = None
     brown_forsythe: SignificanceTest | None = None
     family: str = ""
-    headline: bool = False
     sides: tuple[Side, Side] | None = None
     by_day: ByDay | None = None
     adjusted: Number | None = None
@@ -162,8 +177,7 @@ class Comparison:
             days=(),
             n_control=self.n_control,
             n_treatment=self.n_treatment,
-            other_control=0,
-            other_treatment=0,
+            other=0,
             difference=self.welch_difference,
             savings=self.savings,
             test=self.welch,
@@ -171,13 +185,12 @@ class Comparison:
             adjusted=self.adjusted,
             adjusted_rejected=self.adjusted_rejected,
             equivalence=self.equivalence,
-            decided_by_days=False,
         )
 
     @property
     def opens(self) -> bool:
-        """Whether the page opens with this comparison: a pooled one, or the headline."""
-        return self.level == POOLED or self.headline
+        """Whether all levels are pooled: what the page opens with."""
+        return self.level == POOLED
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,6 @@ from reports.naming import (
     title_of,
 )
 from reports.remarks import NOT_FROM_DAYS, by_day_sentences, days_claim, gains_text, prediction_sentences, verdict_text
-from reports.tables.headlines import pooled
 from reports.trust import flow_sentence, robustness_sentences, trust_sentences
 from reports.wording import count_text, list_text
 
@@ -136,7 +135,7 @@ def _results(content: ReportContent) -> Section:
     """Each group in a sentence, outcome by outcome; page one has the first two drawn."""
     parts: list[Part] = []
     for outcome in content.outcomes:
-        decided = [each for each in pooled(content) if each.quantity is outcome and each.decision is not None]
+        decided = [each for each in content.pooled if each.quantity is outcome and each.decision is not None]
         claims = [claim for claim in (group_claim(content, each) for each in decided) if claim not in content.claims]
         found: list[Part] = []
         if claims:

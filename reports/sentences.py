@@ -21,7 +21,7 @@ from reports.display import (
     value_text,
     with_unit,
 )
-from reports.evidence import Equivalence
+from reports.evidence import Decision, Equivalence
 from reports.naming import control_name, level_names, swept_factor, swept_words, treatment_name
 from reports.remarks import NOT_FROM_DAYS
 from reports.wording import count_text, list_text, sentence_start
@@ -34,23 +34,19 @@ def where_text(content: ReportContent, comparison: Comparison) -> str:
     return f" with {list_text(parts)}" if parts else ""
 
 
-def _lost_by_holm(comparison: Comparison) -> str:
+def lost_by_holm(lead: Decision) -> str:
     """Say that the family's tests leave nothing shown, " once the 4 tests ..."; "" where they do not, or are one.
 
     An interval of level 1 - alpha is not adjusted: what it shows alone, Holm's p may not.
     """
-    adjusted = comparison.adjusted
-    if adjusted is None or isinstance(adjusted.value, Undefined):
+    adjusted = lead.adjusted
+    if adjusted is None or isinstance(adjusted.value, Undefined) or lead.adjusted_rejected:
         return ""
-    counted = f" once the {adjusted.n} tests of the family are counted by Holm"
-    return "" if comparison.adjusted_rejected else counted
+    return f" once the {adjusted.n} tests of the family are counted by Holm"
 
 
 def savings_claim(content: ReportContent, comparison: Comparison) -> Claim:
-    """Say what the treatment saved: value, interval, group, n and the Welch test; no more than they show.
-
-    The headline says that it was picked as the largest, and from how many.
-    """
+    """Say what the treatment saved: value, interval, group, n and the Welch test; no more than they show."""
     savings, where = comparison.savings, where_text(content, comparison)
     if savings is None or isinstance(savings.value, Undefined):
         reason = value_text(None if savings is None else savings.value)
@@ -63,7 +59,7 @@ def savings_claim(content: ReportContent, comparison: Comparison) -> Claim:
     shown = False if comparison.one_day_each else comparison.savings_shown
     treatment = sentence_start(treatment_name(content, comparison.group))
     against, between = sides_text(content, comparison)
-    once = _lost_by_holm(comparison) if shown else ""
+    once = lost_by_holm(comparison.lead) if shown else ""
     if shown is None and savings.value < 0:
         lead = (
             f"{treatment} cost {size} more energy a jump{against}{where} by the best estimate, which cannot be bounded"
@@ -80,8 +76,7 @@ def savings_claim(content: ReportContent, comparison: Comparison) -> Claim:
         lead = f"{treatment} saved {size} of the energy of a jump{against}{where}"
     else:
         lead = f"{treatment} cost {size} more energy a jump{against}{where}"
-    sentence = f"{lead} ({evidence}){exploratory_text(comparison.exploratory)}."
-    return Claim(sentence + _picked(content, comparison), _ids(comparison))
+    return Claim(f"{lead} ({evidence}){exploratory_text(comparison.exploratory)}.", _ids(comparison))
 
 
 def _counts(content: ReportContent, comparison: Comparison) -> str:
@@ -140,23 +135,6 @@ def sides_text(content: ReportContent, comparison: Comparison) -> tuple[str, str
     return f" against {control}", f" between {treatment_name(content, comparison.group)} and {control}"
 
 
-def _picked(content: ReportContent, comparison: Comparison) -> str:
-    """Say from how many savings the headline was picked as the largest; "" for any other, and where it is the only."""
-    savings = [
-        other.savings.value
-        for other in content.comparisons
-        if (other.family, other.quantity) == (comparison.family, comparison.quantity) and other.savings is not None
-    ]
-    known = [value for value in savings if not isinstance(value, Undefined)]
-    own = None if comparison.savings is None else comparison.savings.value
-    if not comparison.headline or len(known) < 2 or own != max(known):
-        return ""
-    return (
-        f" It stands first as the largest of {len(known)} savings, one a group; its interval makes no allowance for "
-        "having been picked."
-    )
-
-
 def difference_claim(content: ReportContent, comparison: Comparison) -> Claim:
     """Say how a quantity differed between control and treatment, and whether zero lies in the interval."""
     difference = as_shown(comparison.welch_difference)
@@ -173,7 +151,7 @@ def difference_claim(content: ReportContent, comparison: Comparison) -> Claim:
         else f"{count_text(comparison.n_control, f'control {content.counted}')} and "
         f"{count_text(comparison.n_treatment, f'treatment {content.counted}')} are too few for an interval"
     )
-    once = _lost_by_holm(comparison)
+    once = lost_by_holm(comparison.lead)
     lost = f", which is not shown{once}" if once else ""
     verdict = {True: lost, False: ", which the interval does not tell from zero", None: ""}[comparison.rejected]
     if comparison.one_day_each:
@@ -192,10 +170,12 @@ def family_claim(planned: Sequence[Comparison]) -> Claim:
         family = [item for item in planned if item.quantity is quantity]
         shown = sum(item.lead.adjusted_rejected is True and not item.one_day_each for item in family)
         if family:
-            untold = sum(bool(item.one_day_each) for item in family)
+            untold = sum(
+                item.decision.rejected is None if item.decision else bool(item.one_day_each) for item in family
+            )
             days = f" ({untold} {NOT_FROM_DAYS})" if untold else ""
             told.append(f"{shown or 'none'} of {count_text(len(family), 'comparison')} of {quantity}{days}")
-            ids += [item.lead.adjusted.provenance for item in family if item.lead.adjusted is not None]
+            ids += [item.lead.adjusted.provenance for item in family if item.lead.adjusted is not None][:1]
     named = "The family of comparisons is" if any(item.exploratory for item in planned) else "Decided on beforehand was"
     text = (
         f"{named} {planned[0].family}. A difference is shown, counted by Holm, in {list_text(told)}. "

@@ -43,16 +43,24 @@ def trust_sentences(content: ReportContent) -> tuple[str, ...]:
     else:
         plan = "The analysis was decided on beforehand, and nothing departs from it."
     found = [plan]
-    shifts = [shift for shift in (_largest_shift(each) for each in content.sensitivity) if shift is not None]
-    for unit in dict.fromkeys(number.unit for number in shifts):
-        largest = max((number for number in shifts if number.unit == unit), key=_size)
-        what = "savings" if unit == "%" else f"differences in {unit}"
-        moved = with_unit(decimal_text(_size(largest), 1), "points" if unit == "%" else unit)
-        found.append(f"Leaving out any one day moves the {what} of a group by at most {moved}.")
-        break
+    if less := _one_day_less(content):
+        found.append(less)
     if content.predictions.items:
         found.append(verdict_text(content))
     return tuple(found)
+
+
+def _one_day_less(content: ReportContent) -> str:
+    """Say how far leaving out one day moves a group's headline, by the first unit that there is; "" without one."""
+    known = [each for each in content.sensitivity if isinstance(each.as_reported.value, float)]
+    of_unit = [each for each in known if each.as_reported.unit == known[0].as_reported.unit]
+    shifts = [abs(shift) for each in of_unit for label in _days(each) if (shift := _shift(each, label)) is not None]
+    if not shifts:
+        return ""
+    unclaimed = {label for each in of_unit for label in _days(each) if _loses_its_interval(each, label)}
+    lost = f"; without one of {count_text(len(unclaimed), 'day')} a group has no claim" if unclaimed else ""
+    moved = _moved(max(shifts), of_unit[0], 1)
+    return f"Leaving out any one day moves the {_what(of_unit[0])} of a group by at most {moved}{lost}."
 
 
 def robustness_sentences(content: ReportContent) -> tuple[str, ...]:
@@ -62,19 +70,36 @@ def robustness_sentences(content: ReportContent) -> tuple[str, ...]:
     for unit in dict.fromkeys(each.as_reported.unit for each in known):
         of_unit = [each for each in known if each.as_reported.unit == unit]
         places = common_places([each.as_reported for each in of_unit])
-        ranges = [text for each in of_unit if (text := _range(each, places))]
-        if ranges:
+        if ranges := [text for each in of_unit if (text := _range(each, places))]:
             found.append(f"Without one day at a time: {'; '.join(ranges)}.")
-        others = dict.fromkeys(
-            variant.label for each in of_unit for variant in each.variants if not _is_day(variant.label)
-        )
-        for label in others:
+        labels = dict.fromkeys(variant.label for each in of_unit for variant in each.variants)
+        for label in labels:
             moved = [abs(shift) for each in of_unit if (shift := _shift(each, label)) is not None]
-            if moved:
-                most = decimal_text(max(moved), places)
-                said = f"move by at most {with_unit(most, as_shown(of_unit[0].as_reported).unit)}"
-                found.append(f"{sentence_start(label)} they {said if most.strip('0.') else 'do not move'}.")
+            if moved and not _is_day(label):
+                still = decimal_text(max(moved), places).strip("0.") == ""
+                by = "do not move" if still else f"move by at most {_moved(max(moved), of_unit[0], places)}"
+                found.append(f"{sentence_start(label)}, {_what(of_unit[0])} {by}.")
     return tuple(found)
+
+
+def _what(item: Sensitivity) -> str:
+    unit = as_shown(item.as_reported).unit
+    return "savings" if unit == "%" else f"differences in {unit}"
+
+
+def _moved(shift: float, item: Sensitivity, places: int) -> str:
+    unit = as_shown(item.as_reported).unit
+    return with_unit(decimal_text(shift, places), "points" if unit == "%" else unit)
+
+
+def _days(item: Sensitivity) -> list[str]:
+    return [variant.label for variant in item.variants if _is_day(variant.label)]
+
+
+def _loses_its_interval(item: Sensitivity, label: str) -> bool:
+    """Whether a headline with an interval has none where it is computed another way."""
+    ends = [variant.number.ci_low for variant in item.variants if variant.label == label]
+    return isinstance(item.as_reported.ci_low, float) and any(not isinstance(end, float) for end in ends)
 
 
 def _is_day(label: str) -> bool:
@@ -103,18 +128,3 @@ def _shift(item: Sensitivity, label: str) -> float | None:
 
 def _known(numbers: Iterable[Number]) -> list[float]:
     return [shown.value for number in numbers if isinstance((shown := as_shown(number)).value, float)]
-
-
-def _largest_shift(item: Sensitivity) -> Number | None:
-    """Return the number of the day whose absence moves a headline most, less the headline; None without one."""
-    reported = as_shown(item.as_reported)
-    if not isinstance(reported.value, float):
-        return None
-    without = [each.number for each in item.variants if _is_day(each.label)]
-    shifts = [abs(value - reported.value) for value in _known(without)]
-    return Number(max(shifts), reported.unit) if shifts else None
-
-
-def _size(number: Number) -> float:
-    assert isinstance(number.value, float)  # noqa: S101 - `_largest_shift` makes no other
-    return number.value

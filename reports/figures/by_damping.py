@@ -168,7 +168,7 @@ def _marks(series: Series, axis: Axis, quantity: Outcome) -> _Marks:
 
 def _draw_panels(drawn: list[_Marks], axis: Axis, y_label: str, width_in: float) -> Figure:
     narrow = is_narrow(width_in)
-    across = 1 if narrow else 2
+    across = 2 if len(drawn) > 2 or not narrow else 1
     down = -(-len(drawn) // across)
     figure = new_figure(width_in, 0.9 + down * (1.25 if narrow else 1.6))
     panels = figure.subplots(down, across, squeeze=False, sharex=True)
@@ -177,11 +177,11 @@ def _draw_panels(drawn: list[_Marks], axis: Axis, y_label: str, width_in: float)
         low, high = marks.range()
         _draw_marks(panel, marks, axis, 0.0, narrow)
         panel.set_ylim((low + high) / 2 - half, (low + high) / 2 + half)
-        panel.set_title(marks.series.label, fontsize=7, loc="left")
+        title = marks.series.label.replace(", ", ",\n") if narrow and across > 1 else marks.series.label
+        panel.set_title(title, fontsize=6 if narrow else 7, loc="left")
     for panel in panels.flatten()[len(drawn) :]:
         panel.set_visible(False)
-    for panel in panels[-1]:
-        panel.set_xlabel(axis.title)
+    figure.supxlabel(axis.title, fontsize=8)
     for panel in panels[0]:
         _label_above(panel, axis)
     figure.supylabel(y_label, fontsize=8)

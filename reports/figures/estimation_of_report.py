@@ -35,14 +35,8 @@ _THIN, _THICK = 1.0, 5.0
 """Widths in points of the interval of a difference and of the one that is held against bounds."""
 
 
-def pooled(content: ReportContent, quantity: Outcome) -> list[Comparison]:
-    """Return the comparisons that are drawn: all treated levels of a group against its control."""
-    factors = max((len(comparison.group) for comparison in content.comparisons), default=0)
-    return [
-        comparison
-        for comparison in content.comparisons
-        if comparison.quantity is quantity and comparison.opens and len(comparison.group) == factors
-    ]
+def _drawn(content: ReportContent, quantity: Outcome) -> list[Comparison]:
+    return [comparison for comparison in content.pooled if comparison.quantity is quantity]
 
 
 def _sides(content: ReportContent, comparison: Comparison) -> tuple[DrawnGroup, DrawnGroup]:
@@ -82,7 +76,7 @@ def _draw(content: ReportContent, quantity: Outcome, width_in: float) -> Figure:
 
     Differences share their axis, and so do joules. Heights do not: groups lie further apart than their runs scatter.
     """
-    chosen = pooled(content, quantity)
+    chosen = _drawn(content, quantity)
     across = min(len(chosen), 2 if is_narrow(width_in) else 4)
     rows = -(-len(chosen) // across)
     sides = [_sides(content, comparison) for comparison in chosen]
@@ -144,7 +138,7 @@ def _draw_difference(axes: Axes, number: Number, tested: tuple[float, float] | N
 
 def _tested(comparison: Comparison, control_mean: float | None) -> _Tested:
     """Return what a height was held against; bounds and interval in percent are of the control's mean."""
-    item = comparison.equivalence
+    item = comparison.lead.equivalence
     if item is None or (item.estimate.unit == "%" and control_mean is None):
         return _Tested()
     factor = 0.01 * (control_mean or 0.0) if item.estimate.unit == "%" else shown_unit(item.estimate.unit)[1]
@@ -154,10 +148,10 @@ def _tested(comparison: Comparison, control_mean: float | None) -> _Tested:
 
 
 def _caption(content: ReportContent, quantity: Outcome) -> str:
-    chosen = pooled(content, quantity)
+    chosen = _drawn(content, quantity)
     called = swept_words(swept_factor(content))
     level = level_text(chosen[0].lead.difference) if chosen else "confidence interval"
-    tested = next((c.equivalence.estimate for c in chosen if c.equivalence is not None), None)
+    tested = next((item.estimate for c in chosen if (item := c.lead.equivalence) is not None), None)
     dashed = (
         ""
         if tested is None
@@ -169,28 +163,29 @@ def _caption(content: ReportContent, quantity: Outcome) -> str:
         if quantity.has_savings
         else "the lower panels share their vertical axis, each upper one has its own"
     )
+    by = "by the days that hold both" if any(c.decision is not None for c in chosen) else "by Welch"
     of_days = " Means, standard deviations and differences are those of day means." if content.counted == "day" else ""
     return (
         f"{quantity.heading}, every run of {called.control_long} and of {called.treatment} (all levels of the "
         f"{called.coefficient} together), group by group. Beside the points: mean (gap) and standard deviation (line). "
-        f"Below: treatment less control (stroke) with its {level} by Welch (line); {axes}.{dashed}{of_days}"
+        f"Below: treatment less control (stroke) with its {level} {by} (line); {axes}.{dashed}{of_days}"
     )
 
 
 def _alternative(content: ReportContent, quantity: Outcome) -> str:
     parts = []
-    for comparison in pooled(content, quantity):
+    for comparison in _drawn(content, quantity):
         number = as_shown(comparison.lead.difference)
         size = with_unit(value_text(number.value, common_places([comparison.lead.difference])), number.unit)
         interval = interval_text(comparison.lead.difference)
         name = levels_name(content, comparison.group) or "all runs"
-        runs = f"{comparison.n_control} and {comparison.n_treatment} {content.counted}s"
+        runs = f"{comparison.lead.n_control} and {comparison.lead.n_treatment} {content.counted}s"
         parts.append(f"{name}: {size}{f' ({interval})' if interval else ''}, {runs}")
     return f"Single runs and the difference of {quantity}, treatment less control. {'; '.join(parts)}."
 
 
 def _absent(content: ReportContent, quantity: Outcome) -> str | None:
-    if pooled(content, quantity):
+    if _drawn(content, quantity):
         return None
     return absence_text(content, f"is no group with {quantity} of both a control and a treatment")
 

@@ -49,7 +49,7 @@ def shown_savings(content: ReportContent) -> list[tuple[str, list[tuple[str, Com
 
     A group with one row needs no heading (""); rows pooled across groups stand together at the end.
     """
-    found = [comparison for comparison in content.comparisons if comparison.lead.savings is not None]
+    found = [comparison for comparison in content.by_group if comparison.lead.savings is not None]
     factors = max((len(comparison.group) for comparison in found), default=0)
     groups: dict[str, list[Comparison]] = {}
     across: list[tuple[str, Comparison]] = []

@@ -14,7 +14,7 @@ from reports.content import Comparison, ReportContent
 from reports.display import DASH, common_places, shown_unit
 from reports.evidence import ByDay
 from reports.naming import level_of, levels_name
-from reports.numbers import Number
+from reports.numbers import Number, SignificanceTest
 from reports.remarks import FOOTNOTE
 from reports.tables.table import (
     PROVENANCE,
@@ -83,6 +83,12 @@ def on_one_day_each(cell: Cell, why: str) -> Cell:
     return replace(cell, note=FOOTNOTE) if why and cell.text != DASH else cell
 
 
+def over_runs(test: SignificanceTest, one_day_each: str, degrees: int = 1) -> tuple[Cell, Cell]:
+    """Make the cells of a test that knows no days: its p is marked where each group had one day."""
+    statistic, p = statistic_cells(test, degrees)
+    return statistic, on_one_day_each(p, one_day_each)
+
+
 def dash_of_one_day_each(cell: Cell, why: str) -> Cell:
     """Give a dash where groups had one day each (`why`) the same footnote; the file has its own reason."""
     return replace(cell, note=FOOTNOTE) if why and cell.text == DASH else cell
@@ -117,6 +123,7 @@ def _effects(content: ReportContent, comparisons: list[Comparison], name: str, c
     leads = [comparison.lead for comparison in comparisons]
     differences: list[Number | None] = [lead.difference for lead in leads]
     savings: list[Number | None] = [lead.savings for lead in leads]
+    decided = any(comparison.decision is not None for comparison in comparisons)
     with_savings = any(saved is not None for saved in savings)
     adjusted = next((lead.adjusted for lead in leads if lead.adjusted is not None), None)
     if adjusted is not None:
@@ -125,11 +132,11 @@ def _effects(content: ReportContent, comparisons: list[Comparison], name: str, c
     slug, shown = unit_slug(unit), shown_unit(unit)[0]
     columns = (
         COMPARISON,
-        Column("days", ("days",), shown=any(lead.decided_by_days for lead in leads)),
+        Column("days", ("days",), shown=decided),
         Column("n", ("n_control", "n_treatment")),
         Column("difference", (f"difference_{slug}",), shown),
         Column(interval_title(differences), (f"ci_low_{slug}", f"ci_high_{slug}", "ci_level"), shown),
-        Column("p", ("p",)),
+        *statistic_columns("t", "t"),
         Column("Holm", ("holm_p", "holm_tests", "holm_provenance"), shown=adjusted is not None),
         Column("savings", ("savings_percent",), "%", shown=with_savings),
         Column(
@@ -138,6 +145,7 @@ def _effects(content: ReportContent, comparisons: list[Comparison], name: str, c
             "%",
             shown=with_savings,
         ),
+        Column("unit", ("unit",), numeric=False, shown=False),
         PROVENANCE,
         EXPLORATORY,
         ONE_DAY_EACH,
@@ -147,19 +155,20 @@ def _effects(content: ReportContent, comparisons: list[Comparison], name: str, c
         lead, why = comparison.lead, "" if comparison.decision is not None else comparison.one_day_each
         cells = (
             first,
-            count(len(lead.days)) if lead.decided_by_days else words(""),
+            words("") if comparison.decision is None else count(len(lead.days)),
             Cell(f"{lead.n_control}, {lead.n_treatment}", (lead.n_control, lead.n_treatment)),
             number_cell(lead.difference, places),
             on_one_day_each(interval_cell(lead.difference, places), why),
-            on_one_day_each(p_cell(lead.test.p), why),
+            *over_runs(lead.test, why),
             on_one_day_each(_adjusted_cell(lead.adjusted), why),
             number_cell(lead.savings, savings_places),
             on_one_day_each(interval_cell(lead.savings, savings_places), why),
+            words(lead.unit),
             provenance_cell((lead.savings or lead.difference).provenance),
             words(comparison.exploratory),
             words(comparison.one_day_each),
         )
-        rows.append(Row(cells, block=block, strong=comparison.headline))
+        rows.append(Row(cells, block=block))
     return Table(name, caption + exploratory_note(comparisons), columns, tuple(rows))
 
 
@@ -226,7 +235,6 @@ def _by_day(content: ReportContent, quantity: Outcome, name: str) -> Table:
                 words(by_day.confounding),
             ),
             block=block,
-            strong=comparison.headline,
         )
         for comparison, first, block in placed(content, [comparison for comparison, _ in found])
         for by_day in [of[id(comparison)]]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from data_schema.outcomes import Outcome
 from reports.content import Comparison, ReportContent
 from reports.display import DASH, common_places, shown_unit
-from reports.evidence import POOLED
 from reports.naming import control_name, levels_name, treatment_name
 from reports.numbers import Number
 from reports.tables.comparisons import ONE_DAY_EACH, on_one_day_each
@@ -33,7 +32,7 @@ def headlines(content: ReportContent) -> Table:
     heights: list[Number | None] = [None if apex is None else apex.lead.difference for _, apex in found.values()]
     comparisons = [each for pair in found.values() for each in pair if each is not None]
     alone = not any(saved)  # the page has what fits a narrow one, the file both outcomes
-    by_days = any(each.lead.decided_by_days for each in comparisons)
+    by_days = any(each.decision is not None for each in comparisons)
     columns = (
         Column("group", ("group",), numeric=False),
         Column("days", ("days",), shown=by_days),
@@ -50,7 +49,7 @@ def headlines(content: ReportContent) -> Table:
     what = "Apex height" if alone else "Energy"
     caption = (
         f"{what} of a jump with {treatment_name(content, {})} against {control_name(content)}, intervals and p {test}. "
-        f"n: {content.counted}s of the control, and of all levels of the treatment together."
+        f"n: {content.counted}s of the control and of the treatment, all levels{', on these days' if by_days else ''}."
     )
     return Table("headlines", caption, columns, tuple(rows))
 
@@ -67,7 +66,7 @@ def _columns(title: str, interval: str, field: str, unit: str, *, shown: bool) -
 
 def groups(content: ReportContent) -> dict[str, tuple[Comparison | None, Comparison | None]]:
     """Return the pooled comparisons of joules and of apex height of each group, by the group's name, in one order."""
-    opening = {(tuple(each.group.items()), each.quantity): each for each in pooled(content)}
+    opening = {(tuple(each.group.items()), each.quantity): each for each in content.pooled}
     keys = dict.fromkeys(group for group, _ in opening)
     return {
         levels_name(content, dict(group)) or "all runs": (
@@ -77,20 +76,6 @@ def groups(content: ReportContent) -> dict[str, tuple[Comparison | None, Compari
         for group in keys
         if (group, Outcome.JOULES) in opening or (group, Outcome.APEX) in opening
     }
-
-
-def pooled(content: ReportContent) -> list[Comparison]:
-    """Return the comparisons of all levels with the control, group by group; none that pools a further factor."""
-    found = [each for each in content.comparisons if each.level == POOLED]
-    narrowest = max((len(each.group) for each in found), default=0)
-    return sorted((each for each in found if len(each.group) == narrowest), key=lambda each: _place(content, each))
-
-
-def _place(content: ReportContent, comparison: Comparison) -> int:
-    """Return where the first condition of a comparison's group stands, so that groups have one order everywhere."""
-    levels = ({level.factor: level.label for level in condition.levels} for condition in content.conditions)
-    places = (place for place, found in enumerate(levels) if comparison.group.items() <= found.items())
-    return next(places, len(content.conditions))
 
 
 def _row(group: str, pair: tuple[Comparison | None, Comparison | None], places: tuple[int, int]) -> Row:
@@ -123,8 +108,8 @@ def _all_groups(content: ReportContent, places: int) -> list[Row]:
     return [
         Row(
             (
-                words(f"mean of {len(overall.groups)} groups"),
-                count(len(overall.days)),
+                words(f"mean of {len(overall.scope.groups)} groups"),
+                count(len(overall.scope.days)),
                 Cell("", (None, None)),
                 number_cell(overall.savings, places),
                 interval_cell(overall.savings, places),
@@ -138,7 +123,7 @@ def _all_groups(content: ReportContent, places: int) -> list[Row]:
             strong=True,
         )
         for overall in content.overall
-        if overall.quantity is Outcome.JOULES and len(overall.groups) > 1
+        if overall.quantity is Outcome.JOULES and len(overall.scope.groups) > 1
     ]
 
 

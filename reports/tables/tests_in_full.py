@@ -10,7 +10,6 @@ from reports.content import Comparison, ReportContent
 from reports.display import DASH, common_places, level_text, shown_unit
 from reports.evidence import Equivalence
 from reports.naming import levels_name, swept_factor, swept_words
-from reports.numbers import SignificanceTest
 from reports.remarks import FOOTNOTE
 from reports.sentences import bounds_text
 from reports.tables.comparisons import (
@@ -19,6 +18,7 @@ from reports.tables.comparisons import (
     ONE_DAY_EACH,
     exploratory_note,
     on_one_day_each,
+    over_runs,
     placed,
     reasons_note,
 )
@@ -66,13 +66,12 @@ def _tests(content: ReportContent, quantity: Outcome, name: str) -> Table:
                 *statistic_cells(comparison.variance_test, 2),
                 *statistic_cells(comparison.brown_forsythe, 2),
                 words(comparison.test.name),
-                *_over_runs(comparison.test, comparison.one_day_each),
-                *_over_runs(comparison.welch, comparison.one_day_each),
+                *over_runs(comparison.test, comparison.one_day_each),
+                *over_runs(comparison.welch, comparison.one_day_each),
                 interval_cell(comparison.welch_difference),
                 words(comparison.one_day_each),
             ),
             block=block,
-            strong=comparison.headline,
         )
         for comparison, first, block in placed(content, comparisons)
     )
@@ -82,12 +81,6 @@ def _tests(content: ReportContent, quantity: Outcome, name: str) -> Table:
         f"Student's or Welch's t; Welch's stands beside it always{beside}."
     )
     return Table(name, caption, columns, rows)
-
-
-def _over_runs(test: SignificanceTest, one_day_each: str, degrees: int = 1) -> tuple[Cell, Cell]:
-    """Make the cells of a test that knows no days: its p is marked where each group had one day."""
-    statistic, p = statistic_cells(test, degrees)
-    return statistic, on_one_day_each(p, one_day_each)
 
 
 def _jump_tests(content: ReportContent) -> Table:
@@ -109,8 +102,8 @@ def _jump_tests(content: ReportContent) -> Table:
                      (comparison.n_control, comparison.n_treatment)),
                 *statistic_cells(comparison.variance_test, 2),
                 words(comparison.test.name),
-                *_over_runs(comparison.test, comparison.one_day_each),
-                *_over_runs(comparison.welch, comparison.one_day_each),
+                *over_runs(comparison.test, comparison.one_day_each),
+                *over_runs(comparison.welch, comparison.one_day_each),
                 words(comparison.exploratory),
                 words(comparison.one_day_each),
             ),
@@ -140,7 +133,7 @@ def _anovas(content: ReportContent) -> Table:
             (
                 words(levels_name(content, anova.group) or anova.label),
                 count(anova.n),
-                *_over_runs(anova.test, anova.one_day_each, 2),
+                *over_runs(anova.test, anova.one_day_each, 2),
                 provenance_cell(anova.provenance),
                 words(anova.exploratory),
                 words(anova.one_day_each),
@@ -165,12 +158,12 @@ _VERDICTS = {True: "shown", False: "not shown", None: DASH}
 
 
 def _why_exploratory(comparison: Comparison) -> str:
-    return "" if comparison.equivalence is None else comparison.equivalence.exploratory
+    return "" if comparison.lead.equivalence is None else comparison.lead.equivalence.exploratory
 
 
 def _equivalence(content: ReportContent) -> Table:
-    tested = [comparison for comparison in content.comparisons if comparison.equivalence is not None]
-    found = [comparison.equivalence for comparison in tested if comparison.equivalence is not None]
+    tested = [comparison for comparison in content.comparisons if comparison.lead.equivalence is not None]
+    found = [comparison.lead.equivalence for comparison in tested if comparison.lead.equivalence is not None]
     if not found:
         return Table("equivalence", "Apex heights are not tested for equivalence.", (COMPARISON,), ())
     estimates = [item.estimate for item in found]
@@ -195,14 +188,13 @@ def _equivalence(content: ReportContent) -> Table:
         Row(
             (
                 first,
-                Cell(f"{comparison.n_control}, {comparison.n_treatment}",
-                     (comparison.n_control, comparison.n_treatment)),
+                Cell(f"{lead.n_control}, {lead.n_treatment}", (lead.n_control, lead.n_treatment)),
                 number_cell(item.estimate, places),
-                on_one_day_each(interval_cell(item.estimate, places), comparison.one_day_each),
+                on_one_day_each(interval_cell(item.estimate, places), why),
                 *statistic_cells(item.at_low),
                 *statistic_cells(item.at_high),
-                on_one_day_each(p_cell(item.p), comparison.one_day_each),
-                _verdict(item, comparison.one_day_each),
+                on_one_day_each(p_cell(item.p), why),
+                _verdict(item, why),
                 Cell(bounds_text(item), (item.low, item.high)),
                 provenance_cell(item.estimate.provenance),
                 words(item.exploratory),
@@ -211,12 +203,14 @@ def _equivalence(content: ReportContent) -> Table:
             block=block,
         )
         for comparison, first, block in placed(content, tested, _why_exploratory)
-        for item in [comparison.equivalence]
+        for lead, why in [(comparison.lead, "" if comparison.decision is not None else comparison.one_day_each)]
+        for item in [lead.equivalence]
         if item is not None
     )  # fmt: skip
+    by = "by the days that hold both" if any(each.decision is not None for each in tested) else "by Welch"
     of_mean = " of the control's mean" if unit == "%" else ""
     caption = (
-        f"Apex heights against the bounds {bounds_text(found[0])}{of_mean}: two one-sided tests by Welch (TOST), p "
+        f"Apex heights against the bounds {bounds_text(found[0])}{of_mean}: two one-sided tests {by} (TOST), p "
         f"the larger of both. Equivalence is shown where both reject, that is where the {level_text(estimates[0])} "
         f"lies within the bounds.{exploratory_note(tested, _why_exploratory)}"
     )

@@ -21,6 +21,7 @@ docs/statistics.md.
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -33,12 +34,15 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.checks import Labels, as_labels, as_level, as_number, as_sample
 from stats.compare.shared_error import ENOUGH_DEGREES, SharedError, shared_of_mean
-from stats.days.decision_result import Bounded, Estimate, bounded
+from stats.days.decision_result import Bounded, Estimate, bounded, no_estimate, not_bounded
 from stats.exact.tails import t_quantile, t_two_sided
 from stats.results import counted
 
 LEAST_DAYS = 4
 """Shared days from which the day is the unit."""
+CONTROL, TREATED = "group control", "group treated"
+"""What reasons call both sides."""
+_ROUNDING = 8.0 * sys.float_info.epsilon
 
 
 class Rule(StrEnum):
@@ -77,11 +81,6 @@ class Counts:
     other_control: int
     other_treated: int
 
-    @property
-    def entering(self) -> int:
-        """All runs that enter."""
-        return self.control + self.treated
-
 
 @dataclass(frozen=True, slots=True)
 class Contrast:
@@ -112,30 +111,29 @@ class Contrast:
     def difference(self, level: float = 0.95) -> Estimate:
         """Return treatment less control and the test that it is 0."""
         if self.why is not None:
-            return _none(self.why, level, self._difference_of_means())
+            return no_estimate(self.why, level, self._difference_of_means())
         value, test = self._treated - self._control, self._test(1.0, level)
         half = t_quantile(level, self.df) * test.error
-        return _estimate(value, test, (value - half, value + half), level, self.df)
+        ci = (value - half, value + half) if test.error > 0.0 else self._no_scatter
+        return Estimate(value, test.se, test.shared_se, ci, level, *self._tested(value, test))
 
     def savings(self, level: float = 0.95) -> Estimate:
         """Return 100 (1 - T / C) with Fieller's interval; its test is that of no difference, positive for a saving."""
         if self.why is not None:
-            return _none(self.why, level, self._percent_of_means())
+            return no_estimate(self.why, level, self._percent_of_means())
         control, treated = self._control, self._treated
         if control <= 0.0:
-            return _none(Undefined(Reason.NOTHING_TO_SAVE), level, Undefined(Reason.NOTHING_TO_SAVE))
+            return no_estimate(Undefined(Reason.NOTHING_TO_SAVE), level, Undefined(Reason.NOTHING_TO_SAVE))
         saved = control - treated
         at_ratio, test = self._test(treated / control, level), self._test(1.0, level)
-        ci = self._fieller(level)
+        ci = self._fieller(level) if test.error > 0.0 else self._no_scatter
         return Estimate(
             100.0 * saved / control,
             100.0 * at_ratio.se / control,
             100.0 * at_ratio.shared_se / control,
             ci,
             level,
-            test.of(saved),
-            float(self.df),
-            *test.p_of(saved, self.df),
+            *self._tested(saved, test),
         )
 
     def equivalence(self, low: float, high: float, alpha: float = 0.05, *, percent: bool = True) -> Bounded:
@@ -150,22 +148,32 @@ class Contrast:
         if why is None and percent and self._control <= 0.0:
             why = Undefined(Reason.CONTROL_MEAN_NOT_POSITIVE)
         if why is not None:
-            return Bounded(value, low, high, why, alpha, why, why, why, why, why, why, why)
+            return not_bounded(why, (low, high), alpha, value)
         ratios = [1.0 + bound / 100.0 if percent else 1.0 for bound in (low, high)]
         shifts = [0.0, 0.0] if percent else [low, high]
+        errors = [self._test(ratio, level).error for ratio in ratios]
+        if min(errors) == 0.0:
+            return not_bounded(Undefined(Reason.NO_SCATTER_AT_BOUND), (low, high), alpha, value)
         below, above = (
-            self._test(ratio, level).of(self._treated - ratio * self._control - shift)
-            for ratio, shift in zip(ratios, shifts, strict=True)
+            (self._treated - ratio * self._control - shift) / error
+            for ratio, shift, error in zip(ratios, shifts, errors, strict=True)
         )
-        if isinstance(below, Undefined) or isinstance(above, Undefined):
-            none = Undefined(Reason.NO_SCATTER_AT_BOUND)
-            return Bounded(value, low, high, none, alpha, none, none, none, none, none, none, none)
         ci = _negative(self._fieller(level)) if percent else self.difference(level).ci
         return bounded(value, (low, high), ci, alpha, (below, above), float(self.df))
 
     def variance(self, ratio: float) -> float:
         """Return the variance of T - ratio C without errors in common."""
+        if self.rule is Rule.PAIRED:  # what days do to both sides is taken out first, or its digits would be lost
+            return self._paired_variance(ratio)
         return self.treated_variance - 2.0 * ratio * self.covariance + ratio * ratio * self.control_variance
+
+    def _paired_variance(self, ratio: float) -> float:
+        pairs = [(day.control.mean, day.treated.mean) for day in self.shared_days]
+        left = [(treated - self._treated) - ratio * (control - self._control) for control, treated in pairs]
+        rounding = _ROUNDING * max(abs(mean) for pair in pairs for mean in pair)
+        if max(map(abs, left)) <= rounding * (1.0 + abs(ratio)):
+            return 0.0
+        return math.fsum(each * each for each in left) / (len(left) - 1) / len(left)
 
     def shared(self, ratio: float) -> SharedError:
         """Return what T - ratio C takes from errors in common."""
@@ -200,6 +208,29 @@ class Contrast:
             return Undefined(Reason.NOTHING_TO_SAVE)
         return -100.0 * difference / self._control
 
+    @property
+    def n(self) -> tuple[int, int]:
+        """Runs of the control and of the treatment that the means are of: all of them where nothing is claimed."""
+        counts = self.counts
+        if self.rule is Rule.NONE:
+            return counts.control + counts.other_control, counts.treated + counts.other_treated
+        return counts.control, counts.treated
+
+    @property
+    def _no_scatter(self) -> Undefined:
+        if self.rule is Rule.PAIRED:
+            return Undefined(Reason.SAME_ON_EVERY_DAY, a=TREATED, b=CONTROL)
+        return Undefined(Reason.GROUPS_WITHOUT_SCATTER)
+
+    def _tested(
+        self, value: float, test: _Error
+    ) -> tuple[float | Undefined, float, float | Undefined, float | Undefined]:
+        """Return t, its degrees of freedom, the two-sided p and its decimal logarithm."""
+        if test.error == 0.0:
+            return self._no_scatter, float(self.df), self._no_scatter, self._no_scatter
+        tail = t_two_sided(value / test.error, self.df)
+        return value / test.error, float(self.df), tail.p, tail.log10_p
+
     def _test(self, ratio: float, level: float) -> _Error:
         shared = self.shared(ratio)
         variance = max(0.0, self.variance(ratio))
@@ -230,18 +261,6 @@ class _Error:
     shared_se: float
     error: float
 
-    def of(self, value: float) -> float | Undefined:
-        """Return t."""
-        return value / self.error if self.error > 0.0 else Undefined(Reason.GROUPS_WITHOUT_SCATTER)
-
-    def p_of(self, value: float, df: float) -> tuple[float | Undefined, float | Undefined]:
-        """Return the two-sided p and its decimal logarithm."""
-        t = self.of(value)
-        if isinstance(t, Undefined):
-            return t, t
-        tail = t_two_sided(t, df)
-        return tail.p, tail.log10_p
-
 
 def joined_variance(one: SharedError, other: SharedError, level: float, df: float) -> float:
     """Return the covariance that two values take from errors in common, as it counts beside a quantile of `df`.
@@ -255,14 +274,6 @@ def joined_variance(one: SharedError, other: SharedError, level: float, df: floa
         more = (t_quantile(level, one.df[fit]) / quantile) ** 2 if one.df[fit] < ENOUGH_DEGREES else 1.0
         total += more * value * other.terms.get((fit, term), 0.0)
     return total
-
-
-def _estimate(value: float, test: _Error, ci: tuple[float, float], level: float, df: float) -> Estimate:
-    return Estimate(value, test.se, test.shared_se, ci, level, test.of(value), float(df), *test.p_of(value, df))
-
-
-def _none(why: Undefined, level: float, value: float | Undefined) -> Estimate:
-    return Estimate(value, why, why, why, level, why, why, why, why)
 
 
 def _negative(ci: tuple[float, float] | Undefined) -> tuple[float, float] | Undefined:
@@ -305,13 +316,13 @@ def contrast_by_day(
     if shared_days and min(df_control, df_treated) >= 1:
         return _within(shared_days, (df_control, df_treated), counts)
     if not of_control or not of_treated:
-        why = Undefined(Reason.GROUP_EMPTY, group="the control" if not of_control else "the treatment")
+        why = Undefined(Reason.GROUP_EMPTY, group=CONTROL if not of_control else TREATED)
     elif not shared_days:
-        why = Undefined(Reason.NO_DAY_HOLDS_BOTH, a="the control", b="the treatment")
+        why = Undefined(Reason.NO_DAY_HOLDS_BOTH, a=CONTROL, b=TREATED)
     else:
-        of = "the control" if df_control < 1 else "the treatment"
+        of = CONTROL if df_control < 1 else TREATED
         why = Undefined(Reason.NO_DAY_WITH_TWO, n=len(shared_days), of=of)
-    control_mean, treated_mean = _mean_of_runs(of_control, "the control"), _mean_of_runs(of_treated, "the treatment")
+    control_mean, treated_mean = _mean_of_runs(of_control, CONTROL), _mean_of_runs(of_treated, TREATED)
     none = SharedError()
     return Contrast(Rule.NONE, why, shared_days, control_mean, treated_mean, 0.0, 0.0, 0.0, 0, none, none, counts)
 

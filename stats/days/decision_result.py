@@ -59,3 +59,13 @@ def bounded(
     p = max(p_low, p_high)
     equivalent = p <= alpha and not isinstance(ci, Undefined)
     return Bounded(value, *bounds, ci, alpha, t[0], p_low, t[1], p_high, df, p, equivalent)
+
+
+def no_estimate(why: Undefined, level: float, value: float | Undefined) -> Estimate:
+    """Return an estimate without interval and test."""
+    return Estimate(value, why, why, why, level, why, why, why, why)
+
+
+def not_bounded(why: Undefined, bounds: tuple[float, float], alpha: float, value: float | Undefined) -> Bounded:
+    """Return what there is where nothing is tested against bounds."""
+    return Bounded(value, *bounds, why, alpha, why, why, why, why, why, why, why)

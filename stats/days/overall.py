@@ -13,6 +13,7 @@ and simulated for this purpose; coverage and size stand in docs/statistics.md.
 from __future__ import annotations
 
 import math
+import statistics
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -21,36 +22,44 @@ from data_schema.vocabulary import Undefined
 from stats.checks import as_level
 from stats.compare.shared_error import SharedError, shared_of_mean
 from stats.days.decision import Contrast, Rule, joined_variance
-from stats.days.decision_result import Bounded, bounded
+from stats.days.decision_result import Bounded, Estimate, bounded, no_estimate, not_bounded
 from stats.exact.tails import t_quantile, t_two_sided
+
+
+@dataclass(frozen=True, slots=True)
+class Scope:
+    """What an effect over groups is of."""
+
+    groups: tuple[str, ...]
+    """Groups that enter."""
+    left_out: tuple[str, ...]
+    """Groups whose days claim nothing, or whose runs do not scatter."""
+    days: tuple[str, ...]
+    """Days on which the groups were compared."""
+    days_measured_only: bool
+    """Whether a group is compared within days, so that the claim holds for the days measured."""
+    n: int
+    """Runs that enter."""
 
 
 @dataclass(frozen=True, slots=True)
 class OverallSavings:
     """The mean of the groups' savings in percent of each group's control."""
 
-    percent: float | Undefined
-    se_percent: float | Undefined
-    """Without errors in common."""
-    shared_se_percent: float | Undefined
-    ci: tuple[float, float] | Undefined
-    level: float
-    t: float | Undefined
-    df: float | Undefined
-    p: float | Undefined
-    log10_p: float | Undefined
-    groups: tuple[str, ...]
-    """Groups with a claim."""
-    left_out: tuple[str, ...]
-    """Groups without a claim."""
-    days: tuple[str, ...]
-    """Days on which these groups were compared."""
-    days_measured_only: bool
-    """Whether a group is compared within days, so that the claim holds for the days measured."""
+    estimate: Estimate
+    scope: Scope
     spread_percent: float | Undefined
     """Standard deviation of the groups' savings."""
     spread_of_errors_percent: float | Undefined
     """What the groups' errors alone make of it."""
+
+
+@dataclass(frozen=True, slots=True)
+class OverallEquivalence:
+    """Two one-sided tests that the mean change of the groups, in percent of each control, lies within bounds."""
+
+    bounded: Bounded
+    scope: Scope
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,51 +78,57 @@ def overall_savings(groups: Mapping[str, Contrast], level: float = 0.95) -> Over
     """Return the mean of the savings of groups by name; those without a claim, or without a scatter, are left out."""
     level = as_level("level", level)
     claimed = _claimed(groups)
-    left_out = tuple(name for name in groups if name not in claimed)
-    if not claimed:
-        why = Undefined(Reason.NO_GROUP_WITH_CLAIM)
-        return OverallSavings(why, why, why, why, level, why, why, why, why, (), left_out, (), False, why, why)
-    found = _overall(claimed)
+    scope, found = _scope(groups, claimed), _overall(claimed)
+    if isinstance(found, Undefined):
+        return OverallSavings(no_estimate(found, level, found), scope, found, found)
     error, percent = found.error(level), 100.0 * found.saved
     half = 100.0 * t_quantile(level, found.df) * error
     tail = t_two_sided(found.saved / error, found.df)
-    savings = [100.0 * (1.0 - one.ratio) for one in claimed.values()]
-    mean = math.fsum(savings) / len(savings)
-    alone = Undefined(Reason.ONE_GROUP)
-    return OverallSavings(
-        percent=percent,
-        se_percent=100.0 * math.sqrt(found.variance),
-        shared_se_percent=100.0 * found.shared.se,
+    estimate = Estimate(
+        value=percent,
+        se=100.0 * math.sqrt(found.variance),
+        shared_se=100.0 * found.shared.se,
         ci=(percent - half, percent + half),
         level=level,
         t=found.saved / error,
         df=found.df,
         p=tail.p,
         log10_p=tail.log10_p,
-        groups=tuple(claimed),
-        left_out=left_out,
-        days=tuple(sorted({day for one in claimed.values() for day in one.days})),
-        days_measured_only=any(one.rule is Rule.WITHIN for one in claimed.values()),
-        spread_percent=math.sqrt(math.fsum((one - mean) ** 2 for one in savings) / (len(savings) - 1))
-        if len(savings) > 1
-        else alone,
-        spread_of_errors_percent=100.0
-        * math.sqrt(math.fsum(_squared_se(one) for one in claimed.values()) / len(savings)),
     )
+    squares = math.fsum(_squared_se(one) for one in claimed.values())
+    return OverallSavings(estimate, scope, _spread(claimed), 100.0 * math.sqrt(squares / len(claimed)))
 
 
-def overall_equivalence(groups: Mapping[str, Contrast], low: float, high: float, alpha: float = 0.05) -> Bounded:
+def overall_equivalence(
+    groups: Mapping[str, Contrast], low: float, high: float, alpha: float = 0.05
+) -> OverallEquivalence:
     """Test that the mean change of the groups, in percent of each control, lies within bounds."""
-    claimed = _claimed(groups)
-    alpha = as_level("alpha", alpha)
-    if not claimed:
-        why = Undefined(Reason.NO_GROUP_WITH_CLAIM)
-        return Bounded(why, low, high, why, alpha, why, why, why, why, why, why, why)
-    level, found = 1.0 - 2.0 * alpha, _overall(claimed)
+    claimed, alpha = _claimed(groups), as_level("alpha", alpha)
+    scope, found = _scope(groups, claimed), _overall(claimed)
+    if isinstance(found, Undefined):
+        return OverallEquivalence(not_bounded(found, (low, high), alpha, found), scope)
+    level = 1.0 - 2.0 * alpha
     error, change = 100.0 * found.error(level), -100.0 * found.saved
     half = t_quantile(level, found.df) * error
     tests = ((change - low) / error, (change - high) / error)
-    return bounded(change, (low, high), (change - half, change + half), alpha, tests, found.df)
+    return OverallEquivalence(
+        bounded(change, (low, high), (change - half, change + half), alpha, tests, found.df), scope
+    )
+
+
+def _scope(groups: Mapping[str, Contrast], claimed: Mapping[str, Contrast]) -> Scope:
+    return Scope(
+        groups=tuple(claimed),
+        left_out=tuple(name for name in groups if name not in claimed),
+        days=tuple(sorted({day for one in claimed.values() for day in one.days})),
+        days_measured_only=any(one.rule is Rule.WITHIN for one in claimed.values()),
+        n=sum(sum(one.n) for one in claimed.values()),
+    )
+
+
+def _spread(groups: Mapping[str, Contrast]) -> float | Undefined:
+    savings = [100.0 * (1.0 - one.ratio) for one in groups.values()]
+    return statistics.stdev(savings) if len(savings) > 1 else Undefined(Reason.ONE_GROUP)
 
 
 def _claimed(groups: Mapping[str, Contrast]) -> dict[str, Contrast]:
@@ -133,7 +148,9 @@ def _squared_se(one: Contrast) -> float:
     return one.variance(one.ratio) / one.control_mean**2
 
 
-def _overall(groups: Mapping[str, Contrast]) -> _Overall:
+def _overall(groups: Mapping[str, Contrast]) -> _Overall | Undefined:
+    if not groups:
+        return Undefined(Reason.NO_GROUP_WITH_CLAIM)
     count = len(groups)
     by_day: dict[str, float] = {}
     within = 0.0
@@ -151,9 +168,12 @@ def _overall(groups: Mapping[str, Contrast]) -> _Overall:
         each**2 / one.df for each, one in zip(squares, groups.values(), strict=True)
     )
     shared = shared_of_mean([one.shared(one.ratio).times(1.0 / _positive(one.control_mean)) for one in groups.values()])
+    variance = math.fsum(each**2 for each in by_day.values()) + within
+    if variance == 0.0 and shared.se == 0.0:  # what days do to groups cancels
+        return Undefined(Reason.GROUPS_WITHOUT_SCATTER)
     return _Overall(
         saved=math.fsum(1.0 - one.ratio for one in groups.values()) / count,
-        variance=math.fsum(each**2 for each in by_day.values()) + within,
+        variance=variance,
         shared=shared,
         df=min(df, len(by_day) - 1) if by_day else df,
     )

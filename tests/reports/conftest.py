@@ -157,7 +157,7 @@ def _comparison(maker, quantity, group, level, control, treated, family, headlin
         variance_test=SignificanceTest("F", float(f), (sums[0] - 1.0, sums[1] - 1.0), float(f_p)),
         test=tests[chosen], difference=differences[chosen], welch=tests[1], welch_difference=differences[1],
         savings=savings, brown_forsythe=SignificanceTest("Brown-Forsythe F", 1.1, (1.0, sum(sums) - 2.0), 0.3),
-        family=family, headline=headline, rejected=rejected, savings_shown=rejected if savings else None, **beside,
+        family=family, rejected=rejected, savings_shown=rejected if savings else None, **beside,
     )  # fmt: skip
 
 
@@ -279,7 +279,7 @@ def _days(points):
 def _sensitivity(comparisons, days):
     sets = []
     for comparison in comparisons:
-        if not comparison.headline or comparison.savings is None:
+        if not comparison.opens or comparison.savings is None:
             continue
         base = comparison.savings
         labels = ["without exclusions", "with the published detector", *(f"without {day.date}" for day in days)]
@@ -362,9 +362,9 @@ def make_content(seed=5):
         assumed=(Assumed("uncertainty of the reference voltage", "0.1 V", "no source", "0 to 0.3 V"),),
         provenance=tuple(maker.provenance), predictions=predictions,
     )  # fmt: skip
-    heads = sorted((c for c in comparisons if c.headline and c.savings), key=lambda c: -c.savings.value)
+    heads = sorted((c for c in comparisons if c.opens and c.savings), key=lambda c: -c.savings.value)
     claims = [savings_claim(content, c) for c in heads]
-    claims += [difference_claim(content, c) for c in comparisons if c.headline and not c.savings]
+    claims += [difference_claim(content, c) for c in comparisons if c.opens and not c.savings]
     return dataclasses.replace(content, claims=tuple(claims))
 
 

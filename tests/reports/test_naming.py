@@ -21,7 +21,7 @@ def plain(text):
 
 @pytest.fixture
 def headline(content):
-    return next(c for c in content.comparisons if c.headline and c.group == {"foot": "small", "k_gain": "400"})
+    return next(c for c in content.comparisons if c.opens and c.group == {"foot": "small", "k_gain": "400"})
 
 
 def test_formulas_between_gains_and_physical_values(content):

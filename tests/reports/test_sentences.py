@@ -16,7 +16,7 @@ def plain(text):
 
 @pytest.fixture
 def headline(content):
-    return next(c for c in content.comparisons if c.headline and c.group == {"foot": "small", "k_gain": "400"})
+    return next(c for c in content.comparisons if c.opens and c.group == {"foot": "small", "k_gain": "400"})
 
 
 def with_savings(comparison, *, shown=True, **changes):
@@ -51,21 +51,12 @@ def test_a_saving_that_is_shown(content, headline):
     assert claim.provenance == (headline.savings.provenance, headline.difference.provenance, *beside)
 
 
-def test_the_headline_says_from_how_many_it_was_picked(content):
-    pooled = [c for c in content.comparisons if c.headline and c.savings is not None]
-    largest = max(pooled, key=lambda comparison: comparison.savings.value)
-    picked = " It stands first as the largest of 4 savings, one a group; its interval makes no allowance for "
-    assert savings_claim(content, largest).text.endswith(f"{picked}having been picked.")
-    for other in pooled:
-        if other is not largest:
-            assert "picked" not in savings_claim(content, other).text
-    assert "picked" not in savings_claim(content, dataclasses.replace(largest, headline=False)).text
-    alone = dataclasses.replace(content, comparisons=(largest,))
-    assert "picked" not in savings_claim(alone, largest).text
+def test_no_saving_is_picked(content):
+    assert not any("picked" in claim.text or "largest" in claim.text for claim in content.claims)
 
 
 def test_too_few_runs_for_a_difference_are_counted(content):
-    apex = next(c for c in content.comparisons if c.headline and c.quantity is Outcome.APEX)
+    apex = next(c for c in content.comparisons if c.opens and c.quantity is Outcome.APEX)
     no_ends = dataclasses.replace(apex.welch_difference, ci_low=None, ci_high=None)
     claim = difference_claim(content, dataclasses.replace(apex, welch_difference=no_ends, n_control=1, n_treatment=2))
     assert "(1 control run and 2 treatment runs are too few for an interval)" in plain(claim.text)
@@ -107,7 +98,7 @@ def test_no_more_is_claimed_than_is_shown(content, headline, changes, shown, sta
 
 
 def test_a_difference_in_height(content):
-    apex = next(c for c in content.comparisons if c.headline and c.quantity is Outcome.APEX)
+    apex = next(c for c in content.comparisons if c.opens and c.quantity is Outcome.APEX)
     shown = dataclasses.replace(apex.welch_difference, value=0.0022, se=0.0004, ci_low=0.0014, ci_high=0.003)
     claim = difference_claim(content, dataclasses.replace(apex, welch_difference=shown, rejected=True))
     assert plain(claim.text).startswith("The apex height was 2.20 mm higher under active damping with the small foot")
@@ -141,7 +132,7 @@ def test_with_one_day_each_nothing_is_claimed_and_the_claim_says_so_in_few_words
     cost = with_savings(headline, value=-9.0, se=3.4, ci_low=-14.0, ci_high=-4.0)
     text = plain(savings_claim(content, dataclasses.replace(cost, one_day_each=DAYS_TELL_NOTHING)).text)
     assert text.startswith(f"{start}−9.0 %")
-    apex = next(c for c in content.comparisons if c.headline and c.quantity is Outcome.APEX)
+    apex = next(c for c in content.comparisons if c.opens and c.quantity is Outcome.APEX)
     equal = dataclasses.replace(apex.equivalence, shown=True)
     confounded = dataclasses.replace(apex, equivalence=equal, one_day_each=DAYS_TELL_NOTHING)
     text = plain(difference_claim(content, confounded).text)
@@ -154,17 +145,12 @@ def test_with_one_day_each_nothing_is_claimed_and_the_claim_says_so_in_few_words
 def test_a_claim_that_was_not_planned_says_so(content, headline):
     assert "exploratory" not in savings_claim(content, headline).text
     unplanned = dataclasses.replace(headline, exploratory="nothing was decided")
-    first = savings_claim(content, unplanned).text.removesuffix(_picked_of(content, unplanned))
+    first = savings_claim(content, unplanned).text
     assert first.endswith("), an exploratory comparison.")
-    apex = next(c for c in content.comparisons if c.headline and c.quantity is Outcome.APEX)
+    apex = next(c for c in content.comparisons if c.opens and c.quantity is Outcome.APEX)
     height = difference_claim(content, dataclasses.replace(apex, exploratory="nothing was decided")).text
     assert height.count("exploratory") == 1
     assert height.index("), an exploratory comparison. Equivalence within") > 0
-
-
-def _picked_of(content, comparison):
-    found = savings_claim(content, comparison).text.partition(" It stands first")
-    return "".join(found[1:])
 
 
 def holm_of(comparison, p, *, rejected):
@@ -179,7 +165,7 @@ def test_what_the_interval_shows_and_holm_does_not_is_not_stated_as_shown(conten
     text = plain(savings_claim(content, holm_of(saved, 0.064, rejected=False)).text)
     assert text.startswith("No difference in energy was shown with the small foot and k = 1091 N/m " + once)
     assert ": the estimated saving is 15.2 % (95 % CI 8.1 to 21.9 %; n" in text
-    apex = next(c for c in content.comparisons if c.headline and c.quantity is Outcome.APEX)
+    apex = next(c for c in content.comparisons if c.opens and c.quantity is Outcome.APEX)
     shown = dataclasses.replace(apex.welch_difference, value=0.00123, se=0.0005, ci_low=0.00012, ci_high=0.00234)
     higher = dataclasses.replace(apex, welch_difference=shown)
     text = plain(difference_claim(content, holm_of(higher, 0.064, rejected=False)).text)
@@ -192,7 +178,7 @@ def test_what_the_interval_shows_and_holm_does_not_is_not_stated_as_shown(conten
 
 
 def test_a_claim_on_heights_counts_runs_as_one_on_joules_does(content):
-    apex = next(c for c in content.comparisons if c.headline and c.quantity is Outcome.APEX)
+    apex = next(c for c in content.comparisons if c.opens and c.quantity is Outcome.APEX)
     text = plain(difference_claim(content, apex).text)
     assert f"; n = {apex.n_control} control and {apex.n_treatment} treatment runs; Welch t(" in text
 
@@ -210,7 +196,7 @@ def test_a_claim_on_heights_counts_runs_as_one_on_joules_does(content):
     ],
 )
 def test_a_claim_on_heights_says_whether_they_are_equal_within_the_bounds(content, changes, said):
-    apex = next(c for c in content.comparisons if c.headline and c.quantity is Outcome.APEX)
+    apex = next(c for c in content.comparisons if c.opens and c.quantity is Outcome.APEX)
     changed = dataclasses.replace(apex, equivalence=dataclasses.replace(apex.equivalence, **changes))
     claim = difference_claim(content, changed)
     assert said in plain(claim.text)
@@ -220,7 +206,7 @@ def test_a_claim_on_heights_says_whether_they_are_equal_within_the_bounds(conten
 
 
 def test_bounds_in_percent_are_of_the_controls_mean(content):
-    apex = next(c for c in content.comparisons if c.headline and c.quantity is Outcome.APEX)
+    apex = next(c for c in content.comparisons if c.opens and c.quantity is Outcome.APEX)
     estimate = dataclasses.replace(apex.equivalence.estimate, unit="%", value=0.4, ci_low=0.1, ci_high=0.7)
     percent = dataclasses.replace(apex.equivalence, estimate=estimate, low=-3.0, high=3.0, shown=True)
     claim = difference_claim(content, dataclasses.replace(apex, equivalence=percent))

@@ -1,4 +1,4 @@
-"""Every comparison of a study: by the thesis's route, and what stands beside it (by day, Holm, equivalence).
+"""Every comparison of a study: the test that decides, the thesis's route and what stands beside (Holm, equivalence).
 
 Holm's p counts comparisons of the planned family that a report does not show: without them a report on one foot would
 have smaller adjusted p-values than the report on both from the same data.

@@ -7,10 +7,16 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from data_schema.outcomes import Outcome
+from data_schema.queries.results import InputRow
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.comparing import Pair, fingerprints_of_days, fingerprints_of_sides
-from labbook.analysis.comparison.equivalence import EquivalenceResult
-from labbook.analysis.outcomes.conditions import ConditionValues
+from labbook.analysis.comparison.equivalence import (
+    EquivalenceResult,
+    ensure_equivalence,
+    estimate_within,
+    one_sided,
+)
+from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
 from labbook.analysis.results.codec import Algorithm, StoredResult
 from labbook.analysis.results.result_cache import Request, ResultCache, ends_of
 from labbook.config.model import Bounds
@@ -25,8 +31,8 @@ class DecisionResult(StoredResult):
     """A treatment against its control by `stats.days.decision`; `difference` is treatment less control.
 
     `t` and `p` are those of no difference, t positive for a saving where there are savings. `n_control` and `n_treated`
-    count the runs on the shared `days`, which alone enter; the others are counted beside. `rejected` is None where
-    nothing is tested.
+    count the runs that the means are of: those on the shared `days`, all where nothing is claimed. `other` counts the
+    runs that enter nothing. `rejected` is None where nothing is tested.
     """
 
     rule: Rule
@@ -36,8 +42,7 @@ class DecisionResult(StoredResult):
     p: Number
     n_control: int
     n_treated: int
-    other_control: int
-    other_treated: int
+    other: int
     rejected: bool | None
     savings: Number | None = None
 
@@ -61,23 +66,42 @@ class OverallResult(StoredResult):
     rejected: bool | None
 
 
-DECISION = Algorithm("decision", 1, DecisionResult)
-DECISION_EQUIVALENCE = Algorithm("decision_equivalence", 1, EquivalenceResult)
-OVERALL = Algorithm("overall_savings", 1, OverallResult)
-OVERALL_EQUIVALENCE = Algorithm("overall_equivalence", 1, EquivalenceResult)
+@dataclass(frozen=True, slots=True)
+class OverallEquivalenceResult(EquivalenceResult):
+    """The same of the mean change of the groups, in percent of each group's control."""
+
+    groups: tuple[str, ...]
+    left_out: tuple[str, ...]
+    days: tuple[str, ...]
+    days_measured_only: bool
+
+
+DECISION = Algorithm("decision", 2, DecisionResult)
+DECISION_EQUIVALENCE = Algorithm("decision_equivalence", 2, EquivalenceResult)
+OVERALL = Algorithm("overall_savings", 2, OverallResult)
+OVERALL_EQUIVALENCE = Algorithm("overall_equivalence", 2, OverallEquivalenceResult)
 
 
 def contrast_of(pair: Pair) -> Contrast:
     """Return the contrast of a pair's runs by the rule that fits their days."""
     control, treated = _runs(pair.a), _runs(pair.b)
     return contrast_by_day(
-        [item.value for item in treated],
-        [item.value for item in control],
-        days_treated=[item.run.day for item in treated],
-        days_control=[item.run.day for item in control],
-        shared_treated=[item.shared for item in treated],
-        shared_control=[item.shared for item in control],
+        [item.value for _, item in treated],
+        [item.value for _, item in control],
+        days_treated=[_day(pair, levels, item) for levels, item in treated],
+        days_control=[_day(pair, levels, item) for levels, item in control],
+        shared_treated=[item.shared for _, item in treated],
+        shared_control=[item.shared for _, item in control],
     )
+
+
+def _runs(side: Sequence[ConditionValues]) -> list[tuple[Mapping[str, str], RunNumber]]:
+    return [(condition.levels, item) for condition in side for item in condition.runs]
+
+
+def _day(pair: Pair, levels: Mapping[str, str], item: RunNumber) -> str:
+    """Name the day of a run; where a pair pools a factor, a day is shared by runs of the same level of it."""
+    return ", ".join([item.run.day, *(levels[factor] for factor in pair.pooled_over)])
 
 
 def decide(
@@ -89,7 +113,7 @@ def decide(
             Request(
                 DECISION,
                 {"quantity": str(quantity), "family": pair.family, "label": pair.label, **scope},
-                (*fingerprints_of_sides(pair), *fingerprints_of_days(pair)),
+                _inputs(pair),
                 {"with_savings": _has_savings(pair, quantity), "alpha": alpha},
                 lambda pair=pair: _decided(pair, quantity, alpha),  # type: ignore[misc]
             )
@@ -102,18 +126,7 @@ def decide_equivalence(
     cache: ResultCache, pairs: Sequence[Pair], bounds: Bounds, alpha: float, scope: Mapping[str, Any]
 ) -> list[EquivalenceResult]:
     """Ensure the two one-sided tests of apex heights of every pair, in order, by the same contrast."""
-    return cache.ensure(
-        [
-            Request(
-                DECISION_EQUIVALENCE,
-                {"quantity": str(Outcome.APEX), "family": pair.family, "label": pair.label, **scope},
-                (*fingerprints_of_sides(pair), *fingerprints_of_days(pair)),
-                {"alpha": alpha, "bounds": asdict(bounds)},
-                lambda pair=pair: _equivalent(pair, bounds, alpha),  # type: ignore[misc]
-            )
-            for pair in pairs
-        ]
-    )
+    return ensure_equivalence(cache, DECISION_EQUIVALENCE, pairs, bounds, alpha, scope, _inputs, _equivalent)
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +134,7 @@ class Overall:
     """The effect over all groups: savings by outcome, and whether apex heights changed within the bounds."""
 
     savings: Mapping[Outcome, OverallResult] = field(default_factory=dict)
-    equivalent: EquivalenceResult | None = None
+    equivalent: OverallEquivalenceResult | None = None
 
 
 def overall_effects(
@@ -134,15 +147,15 @@ def overall_effects(
     """Ensure the effects over all groups; `pairs` has those of each outcome by group. One group has none."""
     several = {outcome: of_group for outcome, of_group in pairs.items() if len(of_group) > 1}
     heights = several.get(Outcome.APEX)
-    within = heights is not None and bounds is not None and bounds.percent
-    return Overall(
-        {
-            outcome: _overall_savings(cache, of_group, outcome, scope, alpha)
-            for outcome, of_group in several.items()
-            if outcome.has_savings
-        },
-        _overall_within(cache, heights, bounds, alpha, scope) if within and heights and bounds else None,
-    )
+    equivalent = None
+    if heights is not None and bounds is not None and bounds.percent:
+        equivalent = _overall_within(cache, heights, bounds, alpha, scope)
+    savings = {
+        outcome: _overall_savings(cache, of_group, outcome, scope, alpha)
+        for outcome, of_group in several.items()
+        if outcome.has_savings
+    }
+    return Overall(savings, equivalent)
 
 
 def _overall_savings(
@@ -154,29 +167,23 @@ def _overall_savings(
             {"quantity": str(quantity), **scope},
             _fingerprints(pairs),
             {"alpha": alpha, "groups": list(pairs)},
-            lambda: _overall(overall_savings(_contrasts(pairs), 1.0 - alpha), alpha, _n(pairs)),
+            lambda: _overall(overall_savings(_contrasts(pairs), 1.0 - alpha), alpha),
         )
     )
 
 
 def _overall_within(
     cache: ResultCache, pairs: Mapping[str, Pair], bounds: Bounds, alpha: float, scope: Mapping[str, Any]
-) -> EquivalenceResult:
+) -> OverallEquivalenceResult:
     return cache.ensure_one(
         Request(
             OVERALL_EQUIVALENCE,
             {"quantity": str(Outcome.APEX), **scope},
             _fingerprints(pairs),
             {"alpha": alpha, "bounds": asdict(bounds), "groups": list(pairs)},
-            lambda: _bounded(
-                overall_equivalence(_contrasts(pairs), bounds.low, bounds.high, alpha), bounds, _n(pairs), alpha
-            ),
+            lambda: _overall_equivalent(_contrasts(pairs), bounds, alpha),
         )
     )
-
-
-def _runs(side: Sequence[ConditionValues]) -> list[Any]:
-    return [item for condition in side for item in condition.runs]
 
 
 def _has_savings(pair: Pair, quantity: Outcome) -> bool:
@@ -187,17 +194,17 @@ def _contrasts(pairs: Mapping[str, Pair]) -> dict[str, Contrast]:
     return {name: contrast_of(pair) for name, pair in pairs.items()}
 
 
-def _fingerprints(pairs: Mapping[str, Pair]) -> tuple[Any, ...]:
-    return tuple(one for pair in pairs.values() for one in (*fingerprints_of_sides(pair), *fingerprints_of_days(pair)))
+def _inputs(pair: Pair) -> tuple[InputRow, ...]:
+    return (*fingerprints_of_sides(pair), *fingerprints_of_days(pair))
 
 
-def _n(pairs: Mapping[str, Pair]) -> int:
-    return sum(len(_runs(side)) for pair in pairs.values() for side in (pair.a, pair.b))
+def _fingerprints(pairs: Mapping[str, Pair]) -> tuple[InputRow, ...]:
+    return tuple(one for pair in pairs.values() for one in _inputs(pair))
 
 
 def _decided(pair: Pair, quantity: Outcome, alpha: float) -> DecisionResult:
     found, level = contrast_of(pair), 1.0 - alpha
-    n = found.counts.entering
+    n = sum(found.n)
     difference = found.difference(level)
     savings = found.savings(level) if _has_savings(pair, quantity) else None
     tested = difference if savings is None else savings
@@ -207,10 +214,9 @@ def _decided(pair: Pair, quantity: Outcome, alpha: float) -> DecisionResult:
         difference=_number(difference, quantity.unit, n, shares_error=quantity.shares_error),
         t=Number(tested.t, "1", df=tested.df, n=n),
         p=Number(tested.p, "1", df=tested.df, n=n),
-        n_control=found.counts.control,
-        n_treated=found.counts.treated,
-        other_control=found.counts.other_control,
-        other_treated=found.counts.other_treated,
+        n_control=found.n[0],
+        n_treated=found.n[1],
+        other=found.counts.control + found.counts.treated + found.counts.other_control + found.counts.other_treated - n,
         rejected=_rejected(tested.p, alpha),
         savings=None if savings is None else _number(savings, "%", n, shares_error=quantity.shares_error),
     )
@@ -229,43 +235,48 @@ def _rejected(p: float | Undefined, alpha: float) -> bool | None:
 def _equivalent(pair: Pair, bounds: Bounds, alpha: float) -> EquivalenceResult:
     contrast = contrast_of(pair)
     found = contrast.equivalence(bounds.low, bounds.high, alpha, percent=bounds.percent)
-    return _bounded(found, bounds, contrast.counts.entering, alpha)
+    return EquivalenceResult(**_within(found, bounds, alpha, sum(contrast.n)))
 
 
-def _bounded(found: Bounded, bounds: Bounds, n: int, alpha: float) -> EquivalenceResult:
-    low, high = ends_of(found.ci)
-    unit = "%" if bounds.percent else "m"
-
-    def tested(value: float | Undefined) -> Number:
-        return Number(value, "1", df=found.df, n=n)
-
-    return EquivalenceResult(
-        estimate=Number(found.value, unit, ci_low=low, ci_high=high, ci_level=1.0 - 2.0 * alpha, n=n),
-        t_low=tested(found.t_low),
-        p_low=tested(found.p_low),
-        t_high=tested(found.t_high),
-        p_high=tested(found.p_high),
-        p=Number(found.p, "1", n=n),
-        equivalent=None if isinstance(found.equivalent, Undefined) else found.equivalent,
-        low=bounds.low,
-        high=bounds.high,
-        percent=bounds.percent,
+def _overall_equivalent(groups: Mapping[str, Contrast], bounds: Bounds, alpha: float) -> OverallEquivalenceResult:
+    found = overall_equivalence(groups, bounds.low, bounds.high, alpha)
+    scope = found.scope
+    return OverallEquivalenceResult(
+        **_within(found.bounded, bounds, alpha, scope.n),
+        groups=scope.groups,
+        left_out=scope.left_out,
+        days=scope.days,
+        days_measured_only=scope.days_measured_only,
     )
 
 
-def _overall(found: OverallSavings, alpha: float, n: int) -> OverallResult:
-    low, high = ends_of(found.ci)
+def _within(found: Bounded, bounds: Bounds, alpha: float, n: int) -> dict[str, Any]:
+    """Return the fields of `EquivalenceResult`."""
+    t_low, p_low = one_sided(found.t_low, found.p_low, found.df, n)
+    t_high, p_high = one_sided(found.t_high, found.p_high, found.df, n)
+    return {
+        "estimate": estimate_within(found.value, found.ci, bounds, alpha, n),
+        "t_low": t_low,
+        "p_low": p_low,
+        "t_high": t_high,
+        "p_high": p_high,
+        "p": Number(found.p, "1", n=n),
+        "equivalent": None if isinstance(found.equivalent, Undefined) else found.equivalent,
+        **asdict(bounds),
+    }
+
+
+def _overall(found: OverallSavings, alpha: float) -> OverallResult:
+    estimate, scope = found.estimate, found.scope
     return OverallResult(
-        savings=Number(
-            found.percent, "%", found.se_percent, found.shared_se_percent, low, high, found.level, df=found.df, n=n
-        ),
-        t=Number(found.t, "1", df=found.df, n=n),
-        p=Number(found.p, "1", df=found.df, n=n),
-        spread=Number(found.spread_percent, "%", n=len(found.groups)),
-        spread_of_errors=Number(found.spread_of_errors_percent, "%", n=len(found.groups)),
-        groups=found.groups,
-        left_out=found.left_out,
-        days=found.days,
-        days_measured_only=found.days_measured_only,
-        rejected=_rejected(found.p, alpha),
+        savings=_number(estimate, "%", scope.n, shares_error=True),
+        t=Number(estimate.t, "1", df=estimate.df, n=scope.n),
+        p=Number(estimate.p, "1", df=estimate.df, n=scope.n),
+        spread=Number(found.spread_percent, "%", n=len(scope.groups)),
+        spread_of_errors=Number(found.spread_of_errors_percent, "%", n=len(scope.groups)),
+        groups=scope.groups,
+        left_out=scope.left_out,
+        days=scope.days,
+        days_measured_only=scope.days_measured_only,
+        rejected=_rejected(estimate.p, alpha),
     )

@@ -31,7 +31,7 @@ class FamilyResult(StoredResult):
 
 FAMILY = Algorithm("family", 7, FamilyResult)
 """Of Welch's tests."""
-DECISION_FAMILY = Algorithm("decision_family", 1, FamilyResult)
+DECISION_FAMILY = Algorithm("decision_family", 2, FamilyResult)
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.by_day import DayComparison
 from labbook.analysis.comparison.comparing import ComparisonResult, JumpComparison, Pair
 from labbook.analysis.comparison.comparisons import Compared, Decided
-from labbook.analysis.comparison.deciding import DecisionResult
+from labbook.analysis.comparison.deciding import DecisionResult, OverallEquivalenceResult, OverallResult
 from labbook.analysis.comparison.equivalence import EquivalenceResult
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.study import StudyAnalysis
@@ -20,7 +20,7 @@ from labbook.presenting.numbers import Shown
 from labbook.presenting.report.campaign import factor_title
 from labbook.presenting.report.day_layout import one_day_each
 from reports.content import Anova, Comparison, ReportContent, Sensitivity, Variant
-from reports.evidence import ByDay, Decision, Equivalence, OverallSavings, Side
+from reports.evidence import ByDay, Decision, Equivalence, OverallEquivalence, OverallSavings, OverGroups, Side
 from reports.naming import levels_name
 from reports.numbers import Number, SignificanceTest
 from stats.days.blocked_result import MIXED_MODEL, exact_method
@@ -31,16 +31,12 @@ RUN = "run"
 
 
 def comparisons(analysis: StudyAnalysis, shown: Shown) -> tuple[Comparison, ...]:
-    """Return all comparisons; the pooled one with the largest savings is the headline."""
-    best = headline(analysis)
-    return tuple(
-        _comparison(analysis, item, shown, _family(analysis, item), headline=item is best) for item in analysis.compared
-    )
+    """Return all comparisons."""
+    return tuple(_comparison(analysis, item, shown, _family(analysis, item)) for item in analysis.compared)
 
 
 def overall(analysis: StudyAnalysis, shown: Shown) -> tuple[OverallSavings, ...]:
     """Return the savings over all groups."""
-    levels = {pairing.group_label(item.pair.group): item.pair.group for item in analysis.compared}
     return tuple(
         OverallSavings(
             quantity=outcome,
@@ -48,22 +44,27 @@ def overall(analysis: StudyAnalysis, shown: Shown) -> tuple[OverallSavings, ...]
             test=shown.test("overall", result.t, result.p),
             spread=shown.number(result.spread),
             spread_of_errors=shown.number(result.spread_of_errors),
-            groups=tuple(levels[name] for name in result.groups),
-            left_out=tuple(levels[name] for name in result.left_out),
-            days=result.days,
-            days_measured_only=result.days_measured_only,
             rejected=result.rejected,
+            scope=_over_groups(analysis, result),
             exploratory=analysis.planned.exploratory(outcome, pairing.POOLED) or "",
         )
         for outcome, result in analysis.overall.savings.items()
     )
 
 
-def overall_equivalence(analysis: StudyAnalysis, shown: Shown) -> Equivalence | None:
+def overall_equivalence(analysis: StudyAnalysis, shown: Shown) -> OverallEquivalence | None:
     """Return the test over all groups that apex heights changed within the bounds."""
     result = analysis.overall.equivalent
     why = analysis.planned.exploratory_equivalence(pairing.POOLED) or ""
-    return None if result is None else _equivalence(result, shown, why)
+    return (
+        None if result is None else OverallEquivalence(_equivalence(result, shown, why), _over_groups(analysis, result))
+    )
+
+
+def _over_groups(analysis: StudyAnalysis, result: OverallResult | OverallEquivalenceResult) -> OverGroups:
+    levels = {pairing.group_label(item.pair.group): item.pair.group for item in analysis.compared}
+    groups, left_out = (tuple(levels[name] for name in names) for names in (result.groups, result.left_out))
+    return OverGroups(groups, left_out, result.days, result.days_measured_only)
 
 
 def jump_comparisons(analysis: StudyAnalysis, shown: Shown) -> tuple[Comparison, ...]:
@@ -82,17 +83,6 @@ def _family(analysis: StudyAnalysis, item: Compared) -> str:
             if item.pair.family == pattern.format(factor=name):
                 return pattern.format(factor=factor_title(analysis, name).lower())
     return item.pair.family
-
-
-def headline(analysis: StudyAnalysis) -> Compared | None:
-    """Return the pooled comparison of joules with the largest savings, as the thesis reports it (5.2.1)."""
-    saved = [
-        (savings.value, item)
-        for item in analysis.compared
-        for savings in [item.result.savings]
-        if item.pair.family == pairing.POOLED and savings is not None and isinstance(savings.value, float)
-    ]
-    return max(saved, key=lambda found: found[0], default=(0.0, None))[1]
 
 
 def anovas(analysis: StudyAnalysis, shown: Shown) -> tuple[Anova, ...]:
@@ -150,7 +140,7 @@ def _sides(pair: Pair) -> tuple[str, str]:
     return "the level", "the level it is compared with"
 
 
-def _comparison(analysis: StudyAnalysis, item: Compared, shown: Shown, family: str, *, headline: bool) -> Comparison:
+def _comparison(analysis: StudyAnalysis, item: Compared, shown: Shown, family: str) -> Comparison:
     """Show a comparison on run means with everything that stands beside it."""
     result, label, on_units = item.result, item.pair.label, _of(item.pair, analysis, shown)
     df = (1.0, float(result.n_a + result.n_b - 2))
@@ -159,7 +149,6 @@ def _comparison(analysis: StudyAnalysis, item: Compared, shown: Shown, family: s
         _tested(item.pair, item.quantity, result, on_units, family),
         savings=None if result.savings is None else on_units.number(result.savings),
         brown_forsythe=on_units.test("Brown-Forsythe", result.brown_forsythe, result.brown_forsythe_p, df),
-        headline=headline,
         sides=(
             Side(on_units.value(result.mean_a), on_units.value(result.sd_a)),
             Side(on_units.value(result.mean_b), on_units.value(result.sd_b)),
@@ -234,8 +223,7 @@ def _decision(item: Compared, decided: Decided, shown: Shown, beside_plan: str) 
         days=result.days,
         n_control=result.n_control,
         n_treatment=result.n_treated,
-        other_control=result.other_control,
-        other_treatment=result.other_treated,
+        other=result.other,
         difference=shown.number(result.difference),
         savings=None if result.savings is None else shown.number(result.savings),
         test=shown.test("by shared days", result.t, result.p),

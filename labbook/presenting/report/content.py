@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import sqlalchemy as sa
 
+from data_schema.outcomes import Outcome
 from data_schema.queries.plans import PlannedRow, planned_runs
 from data_schema.queries.results import ResultRow
 from data_schema.queries.study import CheckRow, checks_by_day, people
@@ -90,7 +91,7 @@ def build_content(
 
 
 def _claims(content: ReportContent, compared: Sequence[Comparison]) -> tuple[Claim, ...]:
-    """One sentence a pooled comparison, the largest savings first; then the other outcomes.
+    """One sentence over all groups, or one a pooled comparison: savings, then the other outcomes.
 
     Where another family was decided on, what that shows comes before all of them. What days leave untold is said in
     full after the first claim that it is true of.
@@ -99,10 +100,12 @@ def _claims(content: ReportContent, compared: Sequence[Comparison]) -> tuple[Cla
     pooled = [item for item in compared if item.family == pairing.POOLED]
     if pooled and pooled[0].decision is not None:
         over_groups = overall_claims(content)
+        said = {outcome for outcome, _claim in over_groups}
+        wanted = {Outcome.APEX} - said if over_groups else set(Outcome)
+        narrow = [item for item in pooled if item.quantity in wanted]
         opening = [family_claim(planned)] if planned else []
-        return (*opening, *(over_groups or [group_claim(content, item) for item in pooled]))
+        return (*opening, *(claim for _, claim in over_groups), *(group_claim(content, item) for item in narrow))
     saved = [item for item in pooled if item.quantity.has_savings]
-    saved.sort(key=lambda item: not item.headline)
     others = [item for item in pooled if not item.quantity.has_savings]
     found = [
         *([(family_claim(planned), planned)] if planned else []),

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from data_schema.outcomes import Outcome
 from data_schema.rounding import level_text
 from data_schema.vocabulary import Undefined
-from labbook.analysis.comparison.comparisons import Compared
+from labbook.analysis.comparison.comparisons import Compared, Decided
 from labbook.analysis.preregistration.planned import FAMILY_OF
 from labbook.analysis.study import StudyAnalysis
 from labbook.config.model import Bounds
@@ -121,7 +121,8 @@ def _by_day(compared: Sequence[Compared]) -> str:
 def _holm(analysis: StudyAnalysis) -> str:
     counts = []
     for quantity in Outcome:
-        shown = [item.adjusted for item in analysis.compared if item.quantity is quantity and item.adjusted is not None]
+        of_quantity = [_deciding(item).adjusted for item in analysis.compared if item.quantity is quantity]
+        shown = [adjusted for adjusted in of_quantity if adjusted is not None]
         if shown:
             tests = len(shown[0].adjusted_p)
             not_shown = f" ({tests - len(shown)} not in this selection)" if tests > len(shown) else ""
@@ -135,7 +136,8 @@ def _holm(analysis: StudyAnalysis) -> str:
 
 def _equivalence(analysis: StudyAnalysis) -> str:
     bounds = analysis.planned.settings.apex_bounds
-    tested = [item for item in analysis.compared if item.equivalent is not None and _exists(item.equivalent.p)]
+    every = [_deciding(item).equivalent for item in analysis.compared]
+    tested = [test for test in every if test is not None and _exists(test.p)]
     if bounds is None or not tested:
         return ""
     by = "tests by that contrast" if by_shared_days(analysis) else "Welch tests"
@@ -144,6 +146,11 @@ def _equivalence(analysis: StudyAnalysis) -> str:
         f"{count_text(len(tested), 'comparison')}."
         f"{' Their p are not adjusted for their number.' if len(tested) > 1 else ''}"
     )
+
+
+def _deciding(item: Compared) -> Compared | Decided:
+    """Return where a comparison has the results that decide: by shared days, or Welch's."""
+    return item.decided or item
 
 
 def _bounds(bounds: Bounds) -> str:

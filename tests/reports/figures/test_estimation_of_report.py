@@ -47,7 +47,7 @@ def test_every_run_of_control_and_treatment_is_drawn(content, name, quantity, fa
         ]
         assert len(values) == 64
         assert points(axes) == pytest.approx(sorted(values))
-    pooled = [c for c in content.comparisons if c.headline and c.quantity is quantity]
+    pooled = [c for c in content.comparisons if c.opens and c.quantity is quantity]
     for axes, comparison in zip(lowers, pooled, strict=True):
         difference = comparison.welch_difference
         assert points(axes, "_") == pytest.approx([factor * difference.value])
@@ -78,7 +78,7 @@ def test_bounds_are_drawn_in_the_unit_of_the_difference(content):
         for c in content.comparisons
     )
     changed = dataclasses.replace(content, comparisons=percent)
-    means_m = [c.sides[0].mean for c in percent if c.headline and c.quantity is Outcome.APEX]
+    means_m = [c.sides[0].mean for c in percent if c.opens and c.quantity is Outcome.APEX]
     for found, mean_m in zip(dashed(panels("estimation_apex", changed)[1]), means_m, strict=True):
         assert found == pytest.approx([-30.0 * mean_m, 30.0 * mean_m])
     caption = FIGURES["estimation_apex"].caption(content).replace("\u00a0", " ")
@@ -88,7 +88,7 @@ def test_bounds_are_drawn_in_the_unit_of_the_difference(content):
 
 
 def test_the_interval_of_the_test_lies_thick_behind_that_of_the_difference(content):
-    pooled = [c for c in content.comparisons if c.headline and c.quantity is Outcome.APEX]
+    pooled = [c for c in content.comparisons if c.opens and c.quantity is Outcome.APEX]
     for axes, comparison in zip(panels("estimation_apex", content)[1], pooled, strict=True):
         estimate = comparison.equivalence.estimate
         thin, thick = intervals(axes)

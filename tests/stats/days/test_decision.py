@@ -195,9 +195,26 @@ def test_an_error_in_common_cancels_in_the_difference_and_stays_in_the_ratio() -
 def test_constant_runs_have_no_test() -> None:
     found = contrast([([40.0, 40.0], [36.0, 36.0])] * 5)
     assert found.savings().value == pytest.approx(10.0)
-    for undefined in (found.savings().p, found.difference().t, found.equivalence(-3.0, 3.0).p):
+    for undefined in (found.savings().p, found.savings().ci, found.difference().t, found.difference().ci):
         assert isinstance(undefined, Undefined)
-        assert undefined.code in (Reason.GROUPS_WITHOUT_SCATTER, Reason.NO_SCATTER_AT_BOUND)
+        assert undefined.code is Reason.SAME_ON_EVERY_DAY
+    bounded = found.equivalence(-3.0, 3.0).p
+    assert isinstance(bounded, Undefined)
+    assert bounded.code is Reason.NO_SCATTER_AT_BOUND
+    within = contrast([([40.0, 40.0], [36.0, 36.0])] * 2).difference().p
+    assert isinstance(within, Undefined)
+    assert within.code is Reason.GROUPS_WITHOUT_SCATTER
+
+
+def test_what_days_do_to_both_sides_costs_no_digits() -> None:
+    """Days differ a million times as much as their pairs do: the same test as without them."""
+    days = [0.0, 3e6, -7e6, 1e6]
+    pairs = [(40.0, 36.5), (41.0, 36.0), (39.0, 36.25), (40.5, 37.0)]
+    far = contrast([([day + control], [day + treated]) for day, (control, treated) in zip(days, pairs, strict=True)])
+    near = contrast([([control], [treated]) for control, treated in pairs])
+    assert far.difference().p == pytest.approx(near.difference().p, rel=1e-9)
+    equal = contrast([([40.1 + day], [36.3 + day]) for day in (0.3, 1.7, 2.9, 7.1)])
+    assert isinstance(equal.difference().p, Undefined)
 
 
 def test_what_cannot_be_compared_is_refused() -> None:
@@ -213,10 +230,10 @@ def test_the_overall_effect_of_one_group_is_that_group_by_its_delta_interval() -
     one = contrast(JOULES, DRAIN)
     overall = overall_savings({"small": one})
     savings = one.savings()
-    assert overall.percent == pytest.approx(savings.value, rel=1e-14)
-    assert overall.se_percent == pytest.approx(savings.se, rel=1e-12)
-    assert overall.shared_se_percent == pytest.approx(savings.shared_se, rel=1e-12)
-    assert overall.df == 3
+    assert overall.estimate.value == pytest.approx(savings.value, rel=1e-14)
+    assert overall.estimate.se == pytest.approx(savings.se, rel=1e-12)
+    assert overall.estimate.shared_se == pytest.approx(savings.shared_se, rel=1e-12)
+    assert overall.estimate.df == 3
     assert isinstance(overall.spread_percent, Undefined)
 
 
@@ -224,30 +241,37 @@ def test_the_overall_effect_adds_what_a_day_does_to_all_groups_before_it_is_squa
     """Two groups with the same runs on the same days are one group; on days of their own they are two."""
     one = contrast(JOULES)
     same = overall_savings({"a": one, "b": one})
-    assert same.se_percent == pytest.approx(overall_savings({"a": one}).se_percent, rel=1e-12)
-    assert same.df == 3
+    assert same.estimate.se == pytest.approx(overall_savings({"a": one}).estimate.se, rel=1e-12)
+    assert same.estimate.df == 3
     other = contrast([([], [])] * 4 + JOULES)
     apart = overall_savings({"a": one, "b": other})
-    assert apart.se_percent == pytest.approx(same.se_percent / math.sqrt(2), rel=1e-12)  # type: ignore[operator]
-    assert apart.df == pytest.approx(6.0)
-    assert apart.percent == pytest.approx(same.percent)
+    assert apart.estimate.se == pytest.approx(same.estimate.se / math.sqrt(2), rel=1e-12)  # type: ignore[operator]
+    assert apart.estimate.df == pytest.approx(6.0)
+    assert apart.estimate.value == pytest.approx(same.estimate.value)
 
 
 def test_groups_without_a_claim_are_left_out_of_the_overall_effect() -> None:
     none = contrast([([50.0, 51.0], []), ([], [44.0, 43.0])])
     overall = overall_savings({"a": contrast(JOULES[:3]), "b": none})
-    assert (overall.groups, overall.left_out, overall.days_measured_only) == (("a",), ("b",), True)
+    assert (overall.scope.groups, overall.scope.left_out, overall.scope.days_measured_only) == (("a",), ("b",), True)
     nothing = overall_savings({"b": none})
-    assert isinstance(nothing.percent, Undefined)
-    assert isinstance(overall_equivalence({"b": none}, -3.0, 3.0).p, Undefined)
+    assert isinstance(nothing.estimate.value, Undefined)
+    assert isinstance(overall_equivalence({"b": none}, -3.0, 3.0).bounded.p, Undefined)
 
 
 def test_overall_equivalence_is_shown_just_where_its_interval_lies_within_the_bounds() -> None:
     groups = {"a": contrast(APEXES), "b": contrast(APEXES[:3])}
-    found = overall_equivalence(groups, -3.0, 3.0)
+    found = overall_equivalence(groups, -3.0, 3.0).bounded
     assert found.equivalent is True
     low, high = ends(found.ci)
-    tight = overall_equivalence(groups, -3.0, high - 1e-6)
+    tight = overall_equivalence(groups, -3.0, high - 1e-6).bounded
     assert tight.equivalent is False
-    assert found.value == pytest.approx(-overall_savings(groups).percent)  # type: ignore[operator]
+    assert found.value == pytest.approx(-overall_savings(groups).estimate.value)  # type: ignore[operator]
     assert -3.0 < low < high < 3.0
+
+
+def test_groups_whose_days_cancel_have_no_overall_test() -> None:
+    up = [([100.0], [90.0 + push]) for push in (1.0, -1.0, 1.0, -1.0)]
+    down = [([100.0], [90.0 - push]) for push in (1.0, -1.0, 1.0, -1.0)]
+    found = overall_savings({"a": contrast(up), "b": contrast(down)})
+    assert isinstance(found.estimate.p, Undefined)

@@ -1,0 +1,111 @@
+"""What is said of comparisons that the days decide: no more than they tell, and for which days."""
+
+import dataclasses
+
+import pytest
+
+from data_schema.outcomes import Outcome
+from data_schema.reasons import Reason
+from data_schema.vocabulary import Undefined
+from reports.decided_sentences import group_claim, overall_claims
+from reports.evidence import Decision, Equivalence, OverallEquivalence, OverallSavings, OverGroups
+from reports.numbers import Number, SignificanceTest
+
+ELSEWHERE = "That it holds on other days is not shown."
+DAYS = ("2021-06-01", "2021-06-02", "2021-06-03", "2021-06-04", "2021-06-07")
+
+
+def decided(content, outcome, **changes):
+    """A pooled comparison of the small foot, decided by five days."""
+    comparison = next(c for c in content.pooled if c.quantity is outcome and c.group["foot"] == "small")
+    savings = Number(12.1, "%", 2.0, None, 6.8, 17.2, provenance="abc") if outcome is Outcome.JOULES else None
+    decision = Decision(
+        unit="day", days=DAYS, n_control=16, n_treatment=50, other=0, savings=savings, rejected=True,
+        difference=Number(0.0013, "m", 0.0003, None, 0.0003, 0.0023, provenance="abd"),
+        test=SignificanceTest("by shared days", 6.32, (4.0,), 0.003),
+    )  # fmt: skip
+    return dataclasses.replace(comparison, exploratory="", decision=dataclasses.replace(decision, **changes))
+
+
+def said(content, comparison):
+    return group_claim(content, comparison).text.replace("\u00a0", " ")
+
+
+def test_a_saving_by_day_means_names_its_test_its_days_and_runs(content):
+    text = said(content, decided(content, Outcome.JOULES))
+    assert text.startswith("Active damping saved 12.1 % of the energy of a jump with the small foot and k = ")
+    assert text.endswith("(95 % CI 6.8 to 17.2 %; t(4) = 6.32, p = .003; 5 days with both, 16 runs against 50).")
+    assert group_claim(content, decided(content, Outcome.JOULES)).provenance == ("abc",)
+
+
+def test_runs_of_other_days_are_counted(content):
+    assert "; 7 runs of other days left out)." in said(content, decided(content, Outcome.JOULES, other=7))
+
+
+def test_within_days_the_claim_and_its_test_of_equivalence_hold_for_these_days(content):
+    estimate = Number(0.4, "%", ci_low=0.1, ci_high=0.7, ci_level=0.9)
+    test = SignificanceTest("lower bound", 9.0, (3.0,), 0.001)
+    within = Equivalence(estimate, -3.0, 3.0, test, test, 0.001, True)
+    text = said(content, decided(content, Outcome.APEX, unit="run", days=DAYS[:3], equivalence=within))
+    assert text.startswith("On the 3 days measured, the apex height was 1.30 mm higher under active damping")
+    assert " It is within −3 to 3 % of the control's mean (90 % CI 0.10 to 0.70 %; TOST, p = .001). " in text
+    assert text.endswith(ELSEWHERE)
+
+
+def test_where_days_tell_nothing_there_is_no_p_and_no_interval(content):
+    why = Undefined(Reason.NO_DAY_HOLDS_BOTH, a="the control", b="the treatment")
+    saved = Number(12.1, "%", ci_low=why, ci_high=why)
+    nothing = SignificanceTest("by shared days", why, (why,), why)
+    comparison = decided(content, Outcome.JOULES, unit="", days=(), savings=saved, test=nothing, rejected=None)
+    text = said(content, comparison)
+    assert "cannot be told: no day holds both the control and the treatment; the means differ by 12.1 %." in text
+    assert "CI" not in text
+    assert "p =" not in text
+
+
+def test_holm_is_named_only_where_it_takes_something_away(content):
+    adjusted = Number(0.06, "1", n=4)
+    lost = {"adjusted": adjusted, "adjusted_rejected": False}
+    once = "is not shown once the 4 tests of the family are counted by Holm: 12.1 %"
+    assert once in said(content, decided(content, Outcome.JOULES, **lost))
+    never = said(content, decided(content, Outcome.JOULES, rejected=False, **lost))
+    assert "once" not in never
+    assert never.startswith("A saving with the small foot")
+
+
+def test_a_saving_that_cannot_be_bounded_is_not_sized(content):
+    why = Undefined(Reason.CONTROL_NEAR_ZERO)
+    unbounded = Number(12.1, "%", ci_low=why, ci_high=why)
+    text = said(content, decided(content, Outcome.JOULES, savings=unbounded))
+    assert "is shown and cannot be bounded: 12.1 % (t(4) = 6.32" in text
+
+
+@pytest.mark.parametrize("measured_only", [True, False])
+def test_an_effect_over_groups_says_what_it_is_of(content, measured_only):
+    groups = [c.group for c in content.pooled if c.quantity is Outcome.JOULES]
+    scope = OverGroups(tuple(groups[:3]), tuple(groups[3:]), DAYS, measured_only)
+    test = SignificanceTest("overall", 7.7, (13.9,), 1e-5)
+    savings = OverallSavings(
+        Outcome.JOULES, Number(11.2, "%", 1.5, None, 8.1, 14.3), test, Number(4.0, "%"), Number(2.6, "%"), True, scope
+    )
+    change = Number(-0.4, "%", ci_low=-0.7, ci_high=-0.1, ci_level=0.9)
+    heights = OverallEquivalence(Equivalence(change, -3.0, 3.0, test, test, 1e-4, True), scope)
+    whole = dataclasses.replace(content, overall=(savings,), overall_equivalence=heights)
+    (of_joules, saved), (of_apex, kept) = overall_claims(whole)
+    assert (of_joules, of_apex) == (Outcome.JOULES, Outcome.APEX)
+    for text in (saved.text, kept.text):
+        assert text.startswith("On the days measured, ") is measured_only
+        assert (ELSEWHERE in text) is measured_only
+        assert "over 3\u00a0groups" in text
+        assert "Left out, without a claim of their own: " in text
+    assert "lost" not in kept.text  # it fell, within the bounds
+    assert "groups' SD 4.0\u00a0%, 2.6\u00a0% by their errors alone" in saved.text
+
+
+def test_one_group_speaks_for_itself(content):
+    scope = OverGroups((content.pooled[0].group,), (), DAYS, False)
+    alone = OverallSavings(
+        Outcome.JOULES, Number(11.2, "%"), SignificanceTest("overall", 7.7, (4.0,), 0.01), Number(4.0, "%"),
+        Number(2.6, "%"), True, scope,
+    )  # fmt: skip
+    assert overall_claims(dataclasses.replace(content, overall=(alone,))) == []
