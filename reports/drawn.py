@@ -13,14 +13,16 @@ class LogJump:
     """One detected jump; times in s from the log's start, None where an event was not found.
 
     `excluded` is the reason why the jump is not used, "" where it is: a rule of the protocol or a person's verdict.
+    `at_s` is where a jump without an apex stands, such as a misfire, and `apex_height_m` is None then.
     """
 
     number: int
-    apex_s: float
-    apex_height_m: float
+    at_s: float
+    apex_height_m: float | None
     touchdown_s: float | None = None
     lift_off_s: float | None = None
     excluded: str = ""
+    misfire: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +38,8 @@ class LogGap:
 class RunLog:
     """A run's log: `time_s` and `body_height_m` are arrays of shape (n_samples,), the jumps in order of time.
 
-    `panel_jump` is the number of the jump shown enlarged; None takes the first that is used.
+    `leg_length_m` has the same shape, NaN where it was not recorded; None where it nowhere was. `panel_jump` is the
+    number of the jump shown enlarged; None takes the first that is used.
     """
 
     run: str
@@ -46,6 +49,7 @@ class RunLog:
     jumps: tuple[LogJump, ...] = ()
     gaps: tuple[LogGap, ...] = ()
     panel_jump: int | None = None
+    leg_length_m: NDArray[np.float64] | None = None
 
 
 FloatArray = NDArray[np.float64]

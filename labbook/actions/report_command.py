@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -44,8 +44,23 @@ class WrittenReport:
     warning: str
 
 
-def selection(configuration: Configuration, where: str | None, extra: Sequence[str]) -> str | None:
-    """Join `--where` with factor options (`--foot small`, `--foot=small`) to one expression."""
+def selection(
+    configuration: Configuration, where: str | None, extra: Sequence[str], options: Mapping[str, object]
+) -> str | None:
+    """Join `--where` with factor options (`--foot small`, `--foot=small`) to one expression.
+
+    `options` are the command's own by name, with the value of each that was given, None where it was not. Raises
+    `UsageError` where one could as well mean the factor of its name.
+    """
+    for name, given in options.items():
+        same = configuration.factors.get(name.replace("-", "_"))
+        levels = [] if same is None else [level.label for level in same.levels]
+        if (given is True and levels) or str(given) in levels:
+            level = levels[0] if given is True else given
+            raise UsageError(
+                f"--{name} is an option of this command and the name of a factor too: select by the factor with "
+                f'--where "{name.replace("-", "_")}={level}".'
+            )
     parts = [f"({where})"] if where and extra else [where] if where else []
     words = [word for item in extra for word in (item.split("=", 1) if item.startswith("--") else [item])]
     if len(words) % 2 or any(not words[index].startswith("--") for index in range(0, len(words), 2)):
@@ -53,8 +68,7 @@ def selection(configuration: Configuration, where: str | None, extra: Sequence[s
     for name, level in zip(words[::2], words[1::2], strict=True):
         factor = name.removeprefix("--").replace("-", "_")
         if factor not in configuration.factors:
-            options = [*configuration.factors, "where", "out", "unsaved", "book", "as", "json"]
-            raise unknown_name("option", name, [f"--{option}" for option in options])
+            raise unknown_name("option", name, [f"--{option}" for option in (*configuration.factors, *options)])
         quoted = (
             level if re.fullmatch(r"[\w.]+", level) else "'" + level.replace("\\", "\\\\").replace("'", "\\'") + "'"
         )

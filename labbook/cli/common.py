@@ -73,6 +73,17 @@ def with_options(parameter: str, options: Mapping[str, tuple[Any, Any]]) -> Call
     return decorated
 
 
+def options_given(context: typer.Context) -> dict[str, object]:
+    """Return a command's options by name, each with the value that the command line gave it, else None."""
+    values: dict[str, object] = {}
+    for parameter in context.command.params:
+        name = str(parameter.name)
+        source = context.get_parameter_source(name)
+        given = context.params.get(name) if source is not None and source.name == "COMMANDLINE" else None
+        values |= {word.removeprefix("--"): given for word in parameter.opts if word.startswith("--")}
+    return values
+
+
 def emit(data: object, lines: Sequence[str], as_json: bool) -> None:
     """Print `data` as JSON, or the lines for people; a reader who has seen enough (`| head`) is no error."""
     said = [] if as_json else printable_items(lines)

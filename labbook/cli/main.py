@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import gc
 import importlib
+import importlib.metadata
 import json
 import os
 import sys
@@ -72,7 +73,7 @@ def application(words: Collection[str]) -> typer.Typer:
         pretty_exceptions_enable=False,
         rich_markup_mode="markdown",
         context_settings={"help_option_names": ["-h", "--help"]},
-        epilog="Every command takes --debug, which shows where an error arose.",
+        epilog="Every command takes --debug, which shows where an error arose. `labbook --version` tells the version.",
     )
     for heading, commands in COMMANDS.items():
         for command in commands:
@@ -91,6 +92,9 @@ def run(words: Sequence[str] | None = None) -> NoReturn:
     debug = "--debug" in given
     arguments = [argument for argument in given if argument != "--debug"]
     try:
+        if arguments in (["--version"], ["--version", "--json"]):
+            _tell_version(as_json="--json" in arguments)
+            sys.exit(0)
         _refuse_moved(arguments)
         code = application([*arguments, *_words_to_complete()])(arguments, prog_name="labbook", standalone_mode=False)
     except (LabbookError, OSError, typer.TyperException, typer.Abort) as error:
@@ -104,6 +108,12 @@ def run(words: Sequence[str] | None = None) -> NoReturn:
     if code == INTERRUPTED:
         tell()
     sys.exit(code or 0)
+
+
+def _tell_version(*, as_json: bool) -> None:
+    """Print the version, which is that of the installed package."""
+    version = importlib.metadata.version("robot-labbook")
+    typer.echo(json.dumps({"version": version}) if as_json else f"labbook {version}")
 
 
 def _refuse_moved(arguments: Sequence[str]) -> None:

@@ -9,7 +9,7 @@ import typer
 if TYPE_CHECKING:
     from data_schema.queries.imported_files import InboxItem
 
-from labbook.cli.common import AsOption, BookOption, JsonOption, WhereOption, emit, progress
+from labbook.cli.common import AsOption, BookOption, JsonOption, WhereOption, emit, options_given, progress
 
 
 def report(
@@ -34,7 +34,7 @@ def report(
     from labbook.book.opening import opened
 
     with opened(book) as opened_book:
-        text = selection(opened_book.configuration, where, context.args)
+        text = selection(opened_book.configuration, where, context.args, options_given(context))
         with progress("report", None, shown=not as_json) as step:
             written = write(opened_book, text, out, person, step, unsaved=unsaved)
         with opened_book.reading() as connection:

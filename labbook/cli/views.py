@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from data_schema.errors import BookDamaged
-from labbook.cli.common import BookOption, JsonOption, WhereOption, columns, emit, plain, progress
+from labbook.cli.common import BookOption, JsonOption, WhereOption, columns, emit, options_given, plain, progress
 
 
 def today(
@@ -60,7 +60,9 @@ def plot(
     book: BookOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Plot the body height of a run with its jumps, gaps and verdicts, and one jump enlarged.
+    """Plot the body height of a run with its jumps, misfires, gaps and verdicts, and one jump enlarged.
+
+    The enlarged jump has the leg length below it where the log has it.
 
     Example: labbook plot r017 --jump 4 --out r017.png
     """
@@ -68,8 +70,9 @@ def plot(
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:
-        path = plot_run(opened_book, connection, run, jump, out or Path(f"{run}.png"))
-    emit({"run": run, "figure": str(path)}, [str(path)], as_json)
+        plotted = plot_run(opened_book, connection, run, jump, out or Path(f"{run}.png"))
+    said = [str(plotted.path), *([plotted.remark] if plotted.remark else [])]
+    emit({"run": run, "figure": str(plotted.path)}, said, as_json)
 
 
 def channels(as_json: JsonOption = False) -> None:
@@ -177,7 +180,7 @@ def compare(
     from labbook.book.opening import opened
 
     with opened(book) as opened_book:
-        text = selection(opened_book.configuration, where, context.args)
+        text = selection(opened_book.configuration, where, context.args, options_given(context))
         with progress("compare", None, shown=not as_json) as step:
             compared = compare_predictions(opened_book, text, step)
     emit(as_data(compared), [] if as_json else as_lines(compared), as_json)

@@ -10,8 +10,10 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, MultipleLocator
 from numpy.typing import NDArray
 
+from reports.display import MINUS
 from reports.drawn import LogJump, RunLog
 from reports.figures.style import (
     BLACK,
@@ -54,19 +56,24 @@ def draw_log(log: RunLog, width_in: float = TWO_COLUMNS_IN) -> Figure:
     chosen = _panel_jump(log)
     with publication_style():
         looks = _looks(log)
-        figure = new_figure(width_in, (4.6 if chosen is not None else 2.6) + _REASON_IN * sum(map(bool, looks)))
-        panels = figure.subplots(2 if chosen is not None else 1, 1, squeeze=False)[:, 0]
+        ratios = [2.0] if chosen is None else [2.0, 2.0] if log.leg_length_m is None else [2.0, 2.0, 1.0]
+        height_in = 0.6 + sum(ratios) + _REASON_IN * sum(map(bool, looks))
+        figure = new_figure(width_in, height_in)
+        panels = figure.subplots(len(ratios), 1, squeeze=False, height_ratios=ratios)[:, 0]
         overview = panels[0]
         overview.set_title(f"Run {log.run}" + (f": {log.title}" if log.title else ""), loc="left")
-        _draw_height(overview, log, np.ones(log.time_s.size, dtype=bool))
-        _draw_jumps(overview, log.jumps, looks, events=False, size=3.0 if narrow else 3.8)
+        _draw_trace(overview, log, log.body_height_m, np.ones(log.time_s.size, dtype=bool))
+        _draw_jumps(overview, log, log.jumps, looks, events=False, size=3.0 if narrow else 3.8)
         if chosen is not None:
             overview.axvspan(*_window(chosen), color=BLUE, alpha=0.12, linewidth=0)
             _draw_panel(panels[1], log, chosen, looks, int(12 * width_in))
+        if len(panels) == 3 and chosen is not None and log.leg_length_m is not None:
+            _draw_leg(panels[2], panels[1], log, log.leg_length_m, chosen)
         for axes in panels:
-            axes.set_ylabel("Body height (m)")
+            axes.set_ylabel("Leg length (m)" if axes in panels[2:] else "Body height (m)")
             light_grid(axes)
-        panels[-1].set_xlabel("Time from the start of the log (s)")
+            show_clock(axes)
+        panels[-1].set_xlabel("Time from the start of the log (min:s)")
         handles: dict[str, Artist] = {}
         for axes in panels:
             handles.update({str(name): handle for handle, name in zip(*axes.get_legend_handles_labels(), strict=True)})
@@ -83,22 +90,65 @@ def _panel_jump(log: RunLog) -> LogJump | None:
 
 
 def _window(jump: LogJump) -> tuple[float, float]:
-    first = jump.touchdown_s if jump.touchdown_s is not None else jump.apex_s - 0.5
-    return first - 0.3, jump.apex_s + 0.5
+    if jump.apex_height_m is None:  # the stance, and where a flight would have been
+        return jump.at_s - 0.3, jump.at_s + 1.2
+    first = jump.touchdown_s if jump.touchdown_s is not None else jump.at_s - 0.5
+    return first - 0.3, jump.at_s + 0.5
+
+
+_STEPS_S = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 1800.0, 3600.0)
+_MOST_TICKS = 9
+
+
+def show_clock(axes: Axes) -> None:
+    """Write the times of the x axis, in s, as a clock shows them: 1:30 for 90 s."""
+    first, last = axes.get_xlim()
+    step_s = next((step for step in _STEPS_S if (last - first) / step <= _MOST_TICKS), _STEPS_S[-1])
+    places = 0 if step_s >= 1.0 else 1 if step_s >= 0.1 else 2
+    axes.xaxis.set_major_locator(MultipleLocator(step_s))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda time_s, _place: clock_text(time_s, places)))
+    axes.set_xlim(first, last)
+
+
+def clock_text(time_s: float, places: int = 0) -> str:
+    """Write a time in s as minutes and seconds: 1:30, 0:12.4."""
+    scale = 10**places
+    total = round(abs(time_s) * scale)
+    minutes, rest = divmod(total, 60 * scale)
+    width = 2 if places == 0 else 3 + places
+    return f"{MINUS if time_s < 0 and total else ''}{minutes}:{rest / scale:0{width}.{places}f}"
 
 
 def _draw_panel(axes: Axes, log: RunLog, jump: LogJump, looks: dict[str, _Look], letters: int) -> None:
     start, end = _window(jump)
     inside = (log.time_s >= start) & (log.time_s <= end)
-    _draw_height(axes, log, inside, samples=True)
-    _draw_jumps(axes, tuple(j for j in log.jumps if start <= j.apex_s <= end), looks, events=True, size=5.0)
+    _draw_trace(axes, log, log.body_height_m, inside, samples=True)
+    _draw_jumps(axes, log, tuple(j for j in log.jumps if start <= j.at_s <= end), looks, events=True, size=5.0)
     axes.set_xlim(start, end)
-    verdict = f", excluded: {jump.excluded}" if jump.excluded else ""
-    axes.set_title(textwrap.fill(f"Jump {jump.number}{verdict}", letters), loc="left")
+    verdict = f", {_why(jump)}" if jump.excluded else ""
+    title = f"Jump {jump.number} at {clock_text(jump.at_s, 1)}{verdict}"
+    axes.set_title(textwrap.fill(title, letters), loc="left")
 
 
-def _draw_height(axes: Axes, log: RunLog, inside: NDArray[np.bool_], *, samples: bool = False) -> None:
-    time_s, height_m = log.time_s[inside], log.body_height_m[inside]
+def _why(jump: LogJump) -> str:
+    """Say in what way a jump is not used."""
+    if jump.misfire:
+        return "misfire"
+    return f"{'no apex' if jump.apex_height_m is None else 'excluded'}: {jump.excluded}" if jump.excluded else ""
+
+
+def _draw_leg(axes: Axes, above: Axes, log: RunLog, length_m: NDArray[np.float64], jump: LogJump) -> None:
+    """Draw the leg length of the jump under its height, on the same times."""
+    start, end = _window(jump)
+    axes.sharex(above)
+    _draw_trace(axes, log, length_m, (log.time_s >= start) & (log.time_s <= end), samples=True)
+    axes.set_xlim(start, end)
+
+
+def _draw_trace(
+    axes: Axes, log: RunLog, values_m: NDArray[np.float64], inside: NDArray[np.bool_], *, samples: bool = False
+) -> None:
+    time_s, height_m = log.time_s[inside], values_m[inside]
     for gap in log.gaps:
         kind = f"gap ({gap.kind})"
         known = axes.get_legend_handles_labels()[1]
@@ -127,22 +177,24 @@ def envelope(
 
 def _looks(log: RunLog) -> dict[str, _Look]:
     """Return how the jumps are marked by why they are left out, "" where they are used: a marker a reason."""
-    reasons = sorted({jump.excluded for jump in log.jumps if jump.excluded})
+    reasons = sorted({_why(jump) for jump in log.jumps if jump.excluded})
     markers = zip(reasons, itertools.cycle(_EXCLUDED_MARKERS), strict=False)
     return {"": _Look("o", BLUE, 1.0), **{reason: _Look(marker, VERMILLION, 1.6) for reason, marker in markers}}
 
 
-def _draw_jumps(axes: Axes, jumps: tuple[LogJump, ...], looks: dict[str, _Look], *, events: bool, size: float) -> None:
+def _draw_jumps(
+    axes: Axes, log: RunLog, jumps: tuple[LogJump, ...], looks: dict[str, _Look], *, events: bool, size: float
+) -> None:
     for reason, look in looks.items():
-        chosen = [jump for jump in jumps if jump.excluded == reason]
+        chosen = [jump for jump in jumps if _why(jump) == reason]
         if chosen:
             axes.plot(
-                [jump.apex_s for jump in chosen],
-                [jump.apex_height_m for jump in chosen],
+                [jump.at_s for jump in chosen],
+                [_height_m(log, jump) for jump in chosen],
                 look.marker,
                 color=look.colour,
                 markersize=look.scale * size,
-                label=textwrap.fill(f"excluded: {reason}", _LEGEND_LETTERS) if reason else "apex",
+                label=textwrap.fill(reason, _LEGEND_LETTERS) if reason else "apex",
                 zorder=4,
                 markeredgewidth=0,
             )
@@ -160,3 +212,10 @@ def _draw_jumps(axes: Axes, jumps: tuple[LogJump, ...], looks: dict[str, _Look],
             # In the overview a jump is a few pixels wide: short strokes along the foot of the plot.
             strokes = axes.get_xaxis_transform()
             axes.vlines(found, 0.0, 0.05, color=colour, linewidth=0.8, transform=strokes, zorder=3)
+
+
+def _height_m(log: RunLog, jump: LogJump) -> float:
+    """Return where a jump is marked: at its apex, or on the trace where it has none."""
+    if jump.apex_height_m is not None:
+        return jump.apex_height_m
+    return float(np.interp(jump.at_s, log.time_s, log.body_height_m)) if log.time_s.size else 0.0

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import importlib.metadata
 import os
 import re
 import subprocess
@@ -92,3 +93,9 @@ def test_a_shell_can_complete_the_commands_of_a_group(asked: str) -> None:
     asking = {"_LABBOOK_COMPLETE": f"complete_{shell}", asked: "labbook sim ", "COMP_CWORD": "2"}
     done = subprocess.run([LABBOOK], env={**os.environ, **asking}, capture_output=True, text=True, check=False)
     assert "sweep" in done.stdout
+
+
+def test_the_version_is_that_of_the_package(tmp_path: Path) -> None:
+    version = importlib.metadata.version("robot-labbook")
+    assert good(labbook("--version", at=tmp_path)).out.strip() == f"labbook {version}"
+    assert good(labbook("--version", "--json", at=tmp_path)).json == {"version": version}

@@ -18,7 +18,7 @@ from reports.page import render_page
 from reports.tables.as_csv import csv_bytes
 from reports.tables.as_latex import latex_bytes
 from reports.tables.registry import TABLES
-from tests.cli.shell import good, labbook, rows
+from tests.cli.shell import good, labbook, refused, rows
 from tests.helpers.books import SmallBook, small_book
 
 ONE_A_CONDITION = "run in (r001, r002, r003, r005)"
@@ -114,3 +114,14 @@ def test_report_of_an_empty_book_is_written_by_the_command(fresh: SmallBook) -> 
     assert "Nothing is claimed" in page
     assert (fresh.folder / "paper" / "figures" / "joules_by_damping.pdf").read_bytes().startswith(b"%PDF")
     assert rows(fresh.folder, "SELECT count(*) FROM report") == [(1,)]
+
+
+def test_an_option_that_could_mean_a_factor_is_refused(fresh: SmallBook) -> None:
+    """A study whose factor is called as an option of report: the level went into the name of a folder, unseen."""
+    text = fresh.toml.read_text(encoding="utf-8")
+    factors = "".join(f'[factors.{name}]\nkind = "label"\nlevels = ["far", "near"]\n' for name in ("out", "unsaved"))
+    fresh.toml.write_text(f"{text}\n{factors}", encoding="utf-8")
+    refused(labbook("report", "--out", "near", at=fresh.folder), 2, '--where "out=near"')
+    refused(labbook("report", "--unsaved", "near", at=fresh.folder), 2, '--where "unsaved=far"')
+    assert not (fresh.folder / "near").exists()
+    good(labbook("report", "--out", "../near", at=fresh.folder))

@@ -11,7 +11,9 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
+from data_schema.queries.detections import JumpRow
 from data_schema.queries.signals import SignalRow, gaps_of
+from data_schema.reasons import Reason
 from labbook.actions.runs.jump_review import review
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_apexes import JudgedJump, anchor_of
@@ -19,40 +21,65 @@ from labbook.book.opening import Book
 from reports.drawn import LogGap, LogJump, RunLog
 from reports.figures.log import draw_log
 
+_NO_FLIGHT = tuple(reason.value.partition("{")[0] for reason in (Reason.NO_FALL, Reason.NO_FREE_FLIGHT))
+"""How the reasons begin for which a stance without an apex is a misfire."""
+
 KINDS = (".png", ".svg", ".pdf")
 
 _UNKNOWN_PAUSE_S = 5.0
 """Drawn between two logs of which a clock does not say how long the pause was."""
 
 
-def plot_run(book: Book, connection: sa.Connection, name: str, jump: int | None, out: Path) -> Path:
+@dataclass(frozen=True, slots=True)
+class PlottedRun:
+    """Where a run's picture is, and that the jump asked for has no apex, "" where it has one."""
+
+    path: Path
+    remark: str
+
+
+def plot_run(book: Book, connection: sa.Connection, name: str, jump: int | None, out: Path) -> PlottedRun:
     """Draw a run's logs to a file, whose ending says in which form; `jump` is the one that is shown enlarged."""
     if out.suffix not in KINDS:
         raise UsageError(f"--out {out} does not say which form: end it in {', '.join(KINDS)}.")
     found = review(book, connection, name)
     numbers = {item.jump.number for item in found.jumps}
     if jump is not None and jump not in numbers:
-        raise UsageError(f"run {name} has no jump {jump}: it has {len(numbers)}.")
+        raise UsageError(
+            f"run {name} has no jump {jump}: it has {len(numbers)}, `labbook jumps list {name}` shows them."
+        )
     detections = Detections(connection, book.store)
     pieces: list[_Piece] = []
     for before, signal in zip((None, *found.signals), found.signals, strict=False):
         log = detections.log(signal)
         offset_s = 0.0 if before is None else _start_s(before, signal, pieces[-1])
-        pieces.append(_Piece(signal, log.time_s + offset_s, log.body_height_m, offset_s))
+        pieces.append(_Piece(signal, log.time_s + offset_s, log.body_height_m, log.leg_length_m, offset_s))
     offsets = {piece.signal.sha256: piece.offset_s for piece in pieces}
     picture = RunLog(
         run=name,
-        title=found.run.condition_key or str(found.run.kind),
+        title=f"{found.run.condition_key or found.run.kind}, {found.run.day}",
         time_s=np.concatenate([piece.time_s for piece in pieces]),
         body_height_m=np.concatenate([piece.body_height_m for piece in pieces]),
-        jumps=tuple(
-            _jump(item, offsets[item.signal_sha256]) for item in found.jumps if item.jump.apex_height_m is not None
-        ),
+        jumps=tuple(_jump(item, offsets[item.signal_sha256]) for item in found.jumps),
         gaps=tuple(gap for index, piece in enumerate(pieces) for gap in _gaps(connection, piece, pieces[:index])),
         panel_jump=jump,
+        leg_length_m=_leg_length(pieces),
     )
     draw_log(picture).savefig(out)
-    return out
+    asked = next((item.jump for item in found.jumps if item.jump.number == jump), None)
+    return PlottedRun(out, "" if asked is None else _no_apex(name, asked))
+
+
+def _no_apex(name: str, jump: JumpRow) -> str:
+    if jump.undefined_reason is None:
+        return ""
+    kind = "was a misfire" if _is_misfire(jump) else "has no apex"
+    return f"jump {jump.number} of run {name} {kind}: {jump.undefined_reason}."
+
+
+def _is_misfire(jump: JumpRow) -> bool:
+    """Tell whether a stance was followed by no flight; where samples are missing, nobody can tell."""
+    return jump.undefined_reason is not None and jump.undefined_reason.startswith(_NO_FLIGHT) and not jump.gap_touched
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,7 +89,18 @@ class _Piece:
     signal: SignalRow
     time_s: NDArray[np.float64]
     body_height_m: NDArray[np.float64]
+    leg_length_m: NDArray[np.float64] | None
     offset_s: float
+
+
+def _leg_length(pieces: list[_Piece]) -> NDArray[np.float64] | None:
+    """Join the logs' leg lengths, NaN where one has none; None where none has any."""
+    if all(piece.leg_length_m is None for piece in pieces):
+        return None
+    lengths = (
+        np.full(piece.time_s.size, np.nan) if piece.leg_length_m is None else piece.leg_length_m for piece in pieces
+    )
+    return np.concatenate(list(lengths))
 
 
 def _start_s(before: SignalRow, signal: SignalRow, last: _Piece) -> float:
@@ -87,9 +125,10 @@ def _jump(item: JudgedJump, offset_s: float) -> LogJump:
     jump = item.jump
     return LogJump(
         number=jump.number,
-        apex_s=anchor_of(jump) + offset_s,
-        apex_height_m=jump.apex_height_m or 0.0,
+        at_s=anchor_of(jump) + offset_s,
+        apex_height_m=jump.apex_height_m,
         touchdown_s=None if jump.touchdown_s is None else jump.touchdown_s + offset_s,
         lift_off_s=None if jump.liftoff_s is None else jump.liftoff_s + offset_s,
         excluded=item.excluded or "",
+        misfire=_is_misfire(jump),
     )

@@ -4,8 +4,9 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 import pytest
 
+from reports.drawn import LogJump
 from reports.figures.kind import svg_bytes
-from reports.figures.log import draw_log, envelope
+from reports.figures.log import clock_text, draw_log, envelope
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 
 
@@ -14,7 +15,8 @@ def test_a_log_has_an_overview_and_a_jump(run_log, width_in):
     figure = draw_log(run_log, width_in)
     overview, panel = figure.axes
     assert overview.get_title("left") == "Run r0042: small foot, CE"
-    assert panel.get_title("left") == "Jump 1"
+    assert panel.get_title("left") == "Jump 1 at 0:06.6"
+    assert [tick.get_text() for tick in overview.get_xticklabels()][1:4] == ["0:00", "0:15", "0:30"]
     names = {text.get_text() for text in figure.legends[0].get_texts()}
     assert names == {"apex", "excluded: touched by hand", "touchdown", "lift-off", "gap (dropped)", "gap (pause)"}
     ElementTree.fromstring(svg_bytes(figure))
@@ -30,7 +32,7 @@ def test_no_line_crosses_a_gap(run_log):
 
 def test_a_chosen_jump_and_why_it_is_excluded(run_log):
     figure = draw_log(dataclasses.replace(run_log, panel_jump=5))
-    assert figure.axes[1].get_title("left") == "Jump 5, excluded: touched by hand"
+    assert figure.axes[1].get_title("left") == "Jump 5 at 1:02.6, excluded: touched by hand"
 
 
 def test_a_log_without_jumps_or_without_samples(run_log):
@@ -51,3 +53,27 @@ def test_thinning_keeps_every_extreme():
     assert thin_time.size <= 4000
     assert np.all(np.diff(thin_time) > 0)
     assert (thin_height.max(), thin_height.min()) == (height.max(), height.min())
+
+
+def test_a_misfire_is_marked_on_the_trace_and_shown_as_one(run_log):
+    misfire = LogJump(9, 50.0, None, touchdown_s=50.0, excluded="no flight", misfire=True)
+    figure = draw_log(dataclasses.replace(run_log, jumps=(*run_log.jumps, misfire), panel_jump=9))
+    overview, panel = figure.axes
+    assert panel.get_title("left") == "Jump 9 at 0:50.0, misfire"
+    (mark,) = [line for line in overview.lines if line.get_label() == "misfire"]
+    assert mark.get_xdata() == [50.0]
+    assert mark.get_ydata() == [np.interp(50.0, run_log.time_s, run_log.body_height_m)]
+
+
+def test_leg_length_is_drawn_below_the_jump_where_it_was_recorded(run_log):
+    lengths = np.where(run_log.time_s < 60.0, 0.27, np.nan)
+    figure = draw_log(dataclasses.replace(run_log, leg_length_m=lengths))
+    assert [axes.get_ylabel() for axes in figure.axes] == ["Body height (m)", "Body height (m)", "Leg length (m)"]
+    assert figure.axes[1].get_xlim() == figure.axes[2].get_xlim()
+
+
+@pytest.mark.parametrize(
+    ("time_s", "places", "text"), [(0.0, 0, "0:00"), (90.0, 0, "1:30"), (59.96, 1, "1:00.0"), (-0.5, 1, "\u22120:00.5")]
+)
+def test_times_are_read_as_on_a_clock(time_s, places, text):
+    assert clock_text(time_s, places) == text

@@ -15,6 +15,7 @@ from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct
 from labbook.actions.runs.jump_review import review, without_apex
 from labbook.actions.runs.rig_line import rig_lines_of
+from labbook.actions.runs.run_plot import plot_run
 from labbook.actions.runs.run_view import run_view, view_lines
 from labbook.analysis.outcomes.detection import Detections
 from labbook.book.opening import Book
@@ -72,6 +73,17 @@ def test_what_a_new_reading_found_is_counted_as_what_was_made(book: Book, tmp_pa
         found = review(book, connection, RUN)
     (last,) = without_apex(found, [1, 11])
     assert last.startswith("11 of run r001 has no apex (")
+
+
+def test_a_plot_says_that_the_jump_asked_for_has_no_apex(book: Book, tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_bytes(hopping_log(10))
+    ingest_file(book, path, IngestRequest(run=RUN, person=ADA))
+    with book.reading() as connection:
+        made = [plot_run(book, connection, RUN, jump, tmp_path / "jump.svg") for jump in (4, 11)]
+    assert made[0].remark == ""
+    assert made[1].remark.startswith("jump 11 of run r001 ")
+    assert "no apex" in made[1].remark or "misfire" in made[1].remark
 
 
 def test_a_jump_whose_apex_is_lost_is_missing(book: Book, tmp_path: Path) -> None:
