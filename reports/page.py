@@ -61,15 +61,18 @@ _WIDTHS = {"": TWO_COLUMNS_IN, "_one_column": ONE_COLUMN_IN}
 
 @dataclass(frozen=True, slots=True)
 class WrittenReport:
-    """Where a report lies."""
+    """Where a report lies; `summary` is None where its first page was not asked for alone."""
 
     page: Path
     figures: tuple[Path, ...]
     tables: tuple[Path, ...]
+    summary: Path | None = None
 
 
-def write_report(content: ReportContent, out_dir: Path) -> WrittenReport:
+def write_report(content: ReportContent, out_dir: Path, *, summary: bool = False) -> WrittenReport:
     """Write the report into a folder: `report.html`, `figures/*.svg|pdf`, `tables/*.csv|tex`.
+
+    With `summary` its first page stands alone in `summary.html`, too.
 
     Everything is made before anything is written, and each file replaces its predecessor in one step, the page last: a
     report that fails half-way leaves the earlier one as it was. Folders that are missing are made.
@@ -82,13 +85,16 @@ def write_report(content: ReportContent, out_dir: Path) -> WrittenReport:
     figures = figure_files(content)
     tables = {kind.name: kind.make(content) for kind in tables_of(content)}
     drawings = {name.removesuffix(".svg"): data for name, data in figures.items() if name.endswith(".svg")}
-    page = render_page(content, drawings, tables)
+    pages = {"report.html": render_page(content, drawings, tables)}
+    if summary:
+        pages = {"summary.html": render_page(content, drawings, tables, first_only=True), **pages}
     table_files = {f"{name}.csv": csv_bytes(table) for name, table in tables.items()}
     table_files |= {f"{name}.tex": latex_bytes(table) for name, table in tables.items()}
     with _writing_to(out_dir):
         written_figures = tuple(_replace(out_dir / "figures" / name, data) for name, data in figures.items())
         written_tables = tuple(_replace(out_dir / "tables" / name, data) for name, data in table_files.items())
-        return WrittenReport(_replace(out_dir / "report.html", page.encode("utf-8")), written_figures, written_tables)
+        written = {name: _replace(out_dir / name, page.encode("utf-8")) for name, page in pages.items()}
+        return WrittenReport(written["report.html"], written_figures, written_tables, written.get("summary.html"))
 
 
 @contextlib.contextmanager
@@ -114,8 +120,13 @@ def figure_files(content: ReportContent) -> dict[str, bytes]:
     return files
 
 
-def render_page(content: ReportContent, drawings: Mapping[str, bytes], tables: Mapping[str, Table]) -> str:
-    """Return the page's HTML; `drawings` has the SVG of each figure by name, "_one_column" behind it for the narrow."""
+def render_page(
+    content: ReportContent, drawings: Mapping[str, bytes], tables: Mapping[str, Table], *, first_only: bool = False
+) -> str:
+    """Return the page's HTML; `drawings` has the SVG of each figure by name, "_one_column" behind it for the narrow.
+
+    With `first_only` it is the first section alone, whose numbers keep their ids without a table to link to.
+    """
     environment = jinja2.Environment(
         loader=jinja2.FunctionLoader(_template),
         autoescape=True,
@@ -124,7 +135,7 @@ def render_page(content: ReportContent, drawings: Mapping[str, bytes], tables: M
         lstrip_blocks=True,
     )
     numbering = {"figure": 0, "table": 0}
-    planned = sections_of(content)
+    planned = sections_of(content)[:1] if first_only else sections_of(content)
     traced = {**tables, "provenance": _of_this_page(tables["provenance"], _ids_of(planned, tables))}
     sections = [_shown_section(content, section, drawings, traced, numbering) for section in planned]
     return environment.get_template("report.html.j2").render(
@@ -132,7 +143,8 @@ def render_page(content: ReportContent, drawings: Mapping[str, bytes], tables: M
         summary=_summary(content),
         facts=_facts(content),
         sections=[section for section in sections if section["parts"]],
-        known_ids={row.cells[0].text for row in traced["provenance"].rows},
+        first_only=first_only,
+        known_ids=set() if first_only else {row.cells[0].text for row in traced["provenance"].rows},
     )
 
 

@@ -21,6 +21,7 @@ from labbook.config.parsing import Configuration
 from labbook.presenting.report.content import MadeReport, make_report
 from labbook.statements.reporting import shown_by
 from reports.page import write_report
+from reports.printing import print_pdf
 
 ATTEMPTS = 5
 NO_HASHES = (
@@ -33,7 +34,8 @@ NO_HASHES = (
 class WrittenReport:
     """Where a report was written, its claims, and how much had to be computed for it.
 
-    `warning` says that rows were altered outside labbook, "" where none were.
+    `warning` says that rows were altered outside labbook, "" where none were. `page` is the first one alone where that
+    was asked for; `pdf` is "" where none was made, and `no_pdf` says why.
     """
 
     page: str
@@ -42,6 +44,8 @@ class WrittenReport:
     results_computed: int
     results_reused: int
     warning: str
+    pdf: str = ""
+    no_pdf: str = ""
 
 
 def selection(
@@ -84,10 +88,13 @@ def write(
     step: Callable[[str], None],
     *,
     unsaved: bool = False,
+    summary: bool = False,
+    pdf: bool = False,
 ) -> WrittenReport:
     """Analyse, state that the report was made, keep what was computed, write the page.
 
     With `unsaved` the page is written to `out` and the book stays as it is, as it has to for who may only read it.
+    With `summary` the first page is written alone, too; with `pdf` it, or the whole, is printed where a browser is.
     """
     if unsaved and out is None:
         raise UsageError("--unsaved writes nothing into the book: add --out DIR, a folder of your own for the report.")
@@ -100,15 +107,22 @@ def write(
     folder = out or book.folder / "reports" / made.content.made_at.replace(":", "").replace("-", "").split(".")[0]
     step("writing the page")
     make_folder(folder)
-    paths = write_report(replace(made.content, warning=warning), folder)
+    paths = write_report(replace(made.content, warning=warning), folder, summary=summary)
+    page = paths.summary or paths.page
+    printed = page.with_suffix(".pdf")
+    if pdf:
+        step("printing the page")
+    no_pdf = print_pdf(page, printed, one_sheet=summary) if pdf else ""
     sync_all(folder)
     return WrittenReport(
-        page=str(paths.page),
+        page=str(page),
         folder=str(folder),
         claims=tuple(claim.text for claim in made.content.claims),
         results_computed=len(made.cache.computed),
         results_reused=len(made.cache.reused),
         warning=warning,
+        pdf=str(printed) if pdf and not no_pdf else "",
+        no_pdf=no_pdf,
     )
 
 

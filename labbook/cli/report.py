@@ -19,6 +19,10 @@ def report(
     unsaved: Annotated[
         bool, typer.Option("--unsaved", help="Store nothing in the book, for who may only read it; needs --out.")
     ] = False,
+    summary: Annotated[bool, typer.Option("--summary", help="Write page one alone, too: one sheet to send.")] = False,
+    pdf: Annotated[
+        bool, typer.Option("--pdf", help="Print it to a PDF on A4 as well, by Chromium where it is installed.")
+    ] = False,
     book: BookOption = None,
     person: AsOption = None,
     as_json: JsonOption = False,
@@ -27,7 +31,8 @@ def report(
 
     Every factor of the study is an option: --foot small is short for --where "foot=small".
 
-    Example: labbook report --foot small; labbook report --where "k_gain=400 and day>=2021-06-01" --out paper
+    Example: labbook report --foot small; labbook report --where "k_gain=400 and day>=2021-06-01" --out paper;
+    labbook report --summary --pdf
     """
     from data_schema.queries.imported_files import inbox
     from labbook.actions.report_command import selection, write
@@ -36,7 +41,7 @@ def report(
     with opened(book) as opened_book:
         text = selection(opened_book.configuration, where, context.args, options_given(context))
         with progress("report", None, shown=not as_json) as step:
-            written = write(opened_book, text, out, person, step, unsaved=unsaved)
+            written = write(opened_book, text, out, person, step, unsaved=unsaved, summary=summary, pdf=pdf)
         with opened_book.reading() as connection:
             waiting = inbox(connection)
     not_stored = ["nothing was stored: `labbook why` knows those of its numbers that a stored report has too."]
@@ -47,6 +52,8 @@ def report(
             f"{written.results_computed} results computed, {written.results_reused} reused.",
             *(not_stored if unsaved else ()),
             f"{written.page}",
+            *([written.pdf] if written.pdf else []),
+            *([f"look again: {written.no_pdf}"] if written.no_pdf else []),
             *([f"look again: {_waiting(waiting)}"] if waiting else []),
             *([f"look again: {written.warning}"] if written.warning else []),
         ],

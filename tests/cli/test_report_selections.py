@@ -125,3 +125,13 @@ def test_an_option_that_could_mean_a_factor_is_refused(fresh: SmallBook) -> None
     refused(labbook("report", "--unsaved", "near", at=fresh.folder), 2, '--where "unsaved=far"')
     assert not (fresh.folder / "near").exists()
     good(labbook("report", "--out", "../near", at=fresh.folder))
+
+
+def test_a_report_is_written_where_it_cannot_be_printed(fresh: SmallBook, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", str(fresh.folder))
+    done = good(labbook("report", "--summary", "--pdf", "--out", "paper", at=fresh.folder))
+    assert "look again: no PDF was made" in done.out
+    assert {path.name for path in (fresh.folder / "paper").iterdir() if path.is_file()} >= {
+        "report.html",
+        "summary.html",
+    }

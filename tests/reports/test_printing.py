@@ -1,0 +1,56 @@
+"""Page one alone, and both pages as PDF: one sheet of A4, and a sentence where no browser is."""
+
+import re
+
+import pytest
+
+from reports import printing
+from reports.page import write_report
+from reports.printing import NO_BROWSER, browser, print_pdf
+from tests.helpers.pages import quick_page
+
+needs_browser = pytest.mark.skipif(browser() is None, reason="Chromium is not installed: nothing is printed")
+
+
+@pytest.fixture(scope="module")
+def summarised(content, tmp_path_factory):
+    return write_report(content, tmp_path_factory.mktemp("summarised"), summary=True)
+
+
+def test_page_one_alone_has_the_answer_and_links_to_nothing_else(content, summarised):
+    html = summarised.summary.read_text(encoding="utf-8")
+    assert re.findall(r'<section id="([^"]*)"', html) == ["answer"]
+    assert html.count("<figure") == 2
+    assert html.count("<table") == 1
+    assert "href=" not in re.sub(r"<svg.*?</svg>", "", html, flags=re.DOTALL)
+    assert content.claims[0].provenance[0] in html
+    assert summarised.page.exists()
+
+
+def test_page_one_is_written_only_where_it_is_asked_for(written):
+    assert written.summary is None
+    assert not (written.page.parent / "summary.html").exists()
+
+
+@needs_browser
+def test_page_one_is_one_sheet_of_a4(summarised, tmp_path):
+    assert print_pdf(summarised.summary, tmp_path / "page.pdf", one_sheet=True) == ""
+    assert [path.name for path in tmp_path.iterdir()] == ["page.pdf"]
+    data = (tmp_path / "page.pdf").read_bytes()
+    assert len(re.findall(rb"/Type\s*/Page\b", data)) == 1
+    assert [round(float(width)) for width in re.findall(rb"/MediaBox \[0 0 ([\d.]+)", data)] == [595]
+
+
+def test_where_no_browser_is_one_sentence_says_so(content, tmp_path, monkeypatch):
+    monkeypatch.setattr(printing, "browser", lambda: None)
+    page = tmp_path / "page.html"
+    page.write_text(quick_page(content), encoding="utf-8")
+    assert print_pdf(page, tmp_path / "page.pdf") == NO_BROWSER
+    assert not (tmp_path / "page.pdf").exists()
+
+
+def test_a_browser_that_prints_nothing_is_told_of(content, tmp_path, monkeypatch):
+    monkeypatch.setattr(printing, "browser", lambda: "/bin/false")
+    page = tmp_path / "page.html"
+    page.write_text(quick_page(content), encoding="utf-8")
+    assert "/bin/false did not print the page (it ended with 1)" in print_pdf(page, tmp_path / "page.pdf")
