@@ -17,8 +17,8 @@ NO_BROWSER = (
 )
 
 _PAPER = "@page { size: A4; @bottom-right { content: counter(page); font: 7pt sans-serif; color: #595959; }"
-_SMALLER = "@media print {{ body {{ zoom: {}; }} .beside svg {{ max-height: 78mm; }} }} "
-_ZOOMS = ("", *map(_SMALLER.format, (0.9, 0.8, 0.75)))
+_SMALLER = "@media print {{ body {{ zoom: {}; }} .beside svg {{ max-height: 78mm; }} footer {{ margin: 0; }} }} "
+_ZOOMS = ("", *map(_SMALLER.format, (0.9, 0.8, 0.7)))
 _SHEET = re.compile(rb"/Type\s*/Page\b")
 _SECONDS = 120.0
 _QUIET = ("--headless", "--disable-gpu", "--disable-background-networking", "--disable-sync", "--no-first-run")
@@ -32,7 +32,7 @@ def browser() -> str | None:
 def print_pdf(page: Path, pdf: Path, *, one_sheet: bool = False) -> str:
     """Print a page of a report to a PDF on A4; what it was before is replaced in one step.
 
-    With `one_sheet` it is set smaller, down to three quarters, where it needs more than one sheet otherwise.
+    With `one_sheet` it is set smaller, down to seven tenths, where it needs more than one sheet otherwise.
 
     Returns "" where that was done, else the sentence that says why it was not.
     """
