@@ -23,6 +23,7 @@ from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from reports.sections import Bullets, FigureHere, FiguresBeside, Paragraph, Part, Section, TableHere, sections_of
 from reports.tables.as_csv import csv_bytes
 from reports.tables.as_latex import latex_bytes
+from reports.tables.as_macros import macros_bytes
 from reports.tables.registry import tables_of
 from reports.tables.table import Table
 from reports.wording import count_text, list_text
@@ -70,7 +71,7 @@ class WrittenReport:
 
 
 def write_report(content: ReportContent, out_dir: Path, *, summary: bool = False) -> WrittenReport:
-    """Write the report into a folder: `report.html`, `figures/*.svg|pdf`, `tables/*.csv|tex`.
+    """Write the report into a folder: `report.html`, `figures/*.svg|pdf`, `tables/*.csv|tex`, `numbers.tex`.
 
     With `summary` its first page stands alone in `summary.html`, too.
 
@@ -93,6 +94,7 @@ def write_report(content: ReportContent, out_dir: Path, *, summary: bool = False
     with _writing_to(out_dir):
         written_figures = tuple(_replace(out_dir / "figures" / name, data) for name, data in figures.items())
         written_tables = tuple(_replace(out_dir / "tables" / name, data) for name, data in table_files.items())
+        _replace(out_dir / "numbers.tex", macros_bytes(content))
         written = {name: _replace(out_dir / name, page.encode("utf-8")) for name, page in pages.items()}
         return WrittenReport(written["report.html"], written_figures, written_tables, written.get("summary.html"))
 

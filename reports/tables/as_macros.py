@@ -1,0 +1,162 @@
+r"""The numbers of page one and of the results as LaTeX macros, for `\input{numbers}`: `\labbookOverallSaving{}`.
+
+A name says what the number is and of which group; levels are spelt out, for a macro's name has letters alone. It stays
+the same from report to report, so that a paper takes over new numbers when it is typeset again.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+
+from data_schema.outcomes import Outcome
+from data_schema.vocabulary import Undefined
+from reports.content import Comparison, ReportContent
+from reports.display import as_shown, interval_text, p_text, places_of, value_text, with_unit
+from reports.evidence import Decision, Equivalence, OverGroups
+from reports.numbers import Number, Value
+from reports.tables.as_latex import latex_text
+
+_HEAD = (
+    "% Numbers of a report by labbook {}: \\input this file, and write \\labbookRunsDone{{}} in a sentence.\n"
+    "% After each macro stands the provenance id of its number: labbook why ID.\n"
+)
+_SIGNS = {
+    "0": "Zero",
+    "1": "One",
+    "2": "Two",
+    "3": "Three",
+    "4": "Four",
+    "5": "Five",
+    "6": "Six",
+    "7": "Seven",
+    "8": "Eight",
+    "9": "Nine",
+    ".": "Point",
+    "-": "Minus",
+    "\u2212": "Minus",
+    "+": "Plus",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Macro:
+    """A macro: its name without the backslash, the text as the report prints it, the id that it comes from."""
+
+    name: str
+    text: str
+    provenance: str = ""
+
+
+def macros_of(content: ReportContent) -> tuple[Macro, ...]:
+    """Return a macro a number of page one and of the results, each name once."""
+    found: dict[str, Macro] = {}
+    for macro in (*_counts(content), *_over_groups(content), *_by_group(content)):
+        name = macro.name
+        while name in found:  # levels that differ in signs alone, such as "a b" and "ab"
+            name += "Again"
+        found[name] = Macro(name, macro.text, macro.provenance)
+    return tuple(found.values())
+
+
+def macros_bytes(content: ReportContent) -> bytes:
+    """Write the macros as a file for LaTeX, UTF-8."""
+    lines = [
+        rf"\newcommand{{\{macro.name}}}{{{latex_text(macro.text)}}}"
+        + (f" % {macro.provenance}" * bool(macro.provenance))
+        for macro in macros_of(content)
+    ]
+    return (_HEAD.format(content.software_version) + "\n".join(lines) + "\n").encode("utf-8")
+
+
+def macro_name(*words: str) -> str:
+    """Join words to a name for LaTeX: letters stay, each word begins with a capital, digits are spelt out."""
+    spelt = (re.sub(r"[0-9.+\u2212-]", lambda sign: f" {_SIGNS[sign[0]]} ", word) for word in words)
+    parts = re.findall(r"[A-Za-z]+", " ".join(spelt).replace("_", " "))
+    return "labbook" + "".join(part[0].upper() + part[1:] for part in parts)
+
+
+def _counts(content: ReportContent) -> Iterator[Macro]:
+    flow = content.flow
+    if flow.runs_planned is not None:
+        yield Macro(macro_name("runs planned"), str(flow.runs_planned))
+    counts = {"done": flow.runs_done, "void": flow.runs_void, "idle": flow.runs_idle}
+    for name, count in counts.items():
+        yield Macro(macro_name("runs", name), str(count))
+    for outcome in content.outcomes:
+        yield Macro(macro_name("runs with", outcome.key), str(flow.runs_with[outcome]))
+    yield Macro(macro_name("jumps made"), str(flow.jumps_made))
+    yield Macro(macro_name("jumps analysed"), str(flow.jumps_analysed))
+    yield Macro(macro_name("days measured"), str(len(content.days)))
+
+
+def _over_groups(content: ReportContent) -> Iterator[Macro]:
+    for overall in content.overall:
+        name = ("overall saving", "" if overall.quantity is Outcome.JOULES else overall.quantity.key)
+        yield from _number(name, overall.savings, overall.test.p)
+        yield from _scope(name, overall.scope, overall.savings)
+        yield from _value((*name, "spread"), overall.spread, overall.savings)
+    if content.overall_equivalence is not None:
+        tested = content.overall_equivalence.tested
+        name = ("overall", "apex change")
+        yield from _number(name, tested.estimate, tested.p)
+        yield from _scope(name, content.overall_equivalence.scope, tested.estimate)
+
+
+def _scope(name: Iterable[str], scope: OverGroups, number: Number) -> Iterator[Macro]:
+    yield Macro(macro_name(*name, "groups"), str(len(scope.groups)), number.provenance)
+    yield Macro(macro_name(*name, "days"), str(len(scope.days)), number.provenance)
+
+
+def _by_group(content: ReportContent) -> Iterator[Macro]:
+    for comparison in content.pooled:
+        name = (comparison.quantity.key, *_group(comparison.group))
+        lead = comparison.lead
+        if lead.savings is not None:
+            yield from _number((*name, "saving"), lead.savings, lead.test.p)
+        yield from _number((*name, "difference"), lead.difference, lead.test.p)
+        yield from _runs(name, comparison, lead)
+        if lead.equivalence is not None:
+            yield from _equivalence((*name, "equivalence"), lead.equivalence)
+
+
+def _runs(name: tuple[str, ...], comparison: Comparison, lead: Decision) -> Iterator[Macro]:
+    identity = lead.difference.provenance
+    yield Macro(macro_name(*name, "runs control"), str(lead.n_control), identity)
+    yield Macro(macro_name(*name, "runs treatment"), str(lead.n_treatment), identity)
+    if comparison.decision is not None:
+        yield Macro(macro_name(*name, "days"), str(len(lead.days)), identity)
+    if lead.adjusted is not None:
+        yield Macro(macro_name(*name, "p Holm"), p_text(lead.adjusted.value), lead.adjusted.provenance)
+
+
+def _equivalence(name: tuple[str, ...], tested: Equivalence) -> Iterator[Macro]:
+    yield from _number(name, tested.estimate, tested.p)
+
+
+def _group(group: Mapping[str, str]) -> list[str]:
+    return [f"{factor} {level}" for factor, level in group.items()]
+
+
+def _number(name: Iterable[str], number: Number, p: Value) -> Iterator[Macro]:
+    """Give a number, the ends of its interval, the interval in one, and p."""
+    shown, places = as_shown(number), places_of(number)
+    yield from _value(name, number, number)
+    for end, value in (("low", shown.ci_low), ("high", shown.ci_high)):
+        if value is not None:
+            yield Macro(macro_name(*name, end), _with_unit(value, places, shown.unit), number.provenance)
+    if interval := interval_text(number):
+        yield Macro(macro_name(*name, "interval"), interval, number.provenance)
+    yield Macro(macro_name(*name, "p"), p_text(p), number.provenance)
+
+
+def _value(name: Iterable[str], number: Number, digits_of: Number) -> Iterator[Macro]:
+    shown = as_shown(number)
+    text = _with_unit(shown.value, places_of(digits_of), shown.unit)
+    yield Macro(macro_name(*name), text, number.provenance)
+
+
+def _with_unit(value: Value, places: int | None, unit: str) -> str:
+    text = value_text(value, places)
+    return text if isinstance(value, Undefined) else with_unit(text, unit)

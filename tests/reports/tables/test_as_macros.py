@@ -1,0 +1,89 @@
+"""The numbers of page one for a paper: each is the report's own, rounded as the report rounds it."""
+
+import dataclasses
+import re
+import shutil
+import subprocess
+
+import pytest
+
+from data_schema.outcomes import Outcome
+from reports.content import Number, SignificanceTest
+from reports.evidence import OverallSavings, OverGroups
+from reports.tables.as_macros import macro_name, macros_bytes, macros_of
+
+PDFLATEX = shutil.which("pdflatex")
+LINE = re.compile(r"\\newcommand\{\\(\w+)\}\{(.*)\}(?: % (\w+))?")
+
+
+@pytest.fixture(scope="module")
+def with_overall(content):
+    scope = OverGroups(tuple(each.group for each in content.pooled[:4]), (), ("2021-05-03", "2021-05-04"), False)
+    test = SignificanceTest("t", 7.0, (13.9,), 2e-6)
+    saved = Number(11.234, "%", se=1.41, ci_low=8.12, ci_high=14.31, provenance="0abc123")
+    spread = Number(4.02, "%", provenance="0abc124")
+    overall = OverallSavings(Outcome.JOULES, saved, test, spread, spread, True, scope)
+    return dataclasses.replace(content, overall=(overall,))
+
+
+def parsed(data):
+    """Name -> text as LaTeX prints it, and the id behind it."""
+    lines = [line for line in data.decode("utf-8").splitlines() if not line.startswith("%")]
+    found = {}
+    for line in lines:
+        name, text, identity = LINE.fullmatch(line).groups()
+        text = text.replace("~", " ").replace(r"\%", "%").replace(r"\ensuremath{-}", "-")
+        found[name] = (text.replace(r"\textless{}", "<"), identity or "")
+    assert len(found) == len(lines), "each name once"
+    return found
+
+
+def test_every_macro_is_the_number_of_the_report(with_overall):
+    found = parsed(macros_bytes(with_overall))
+    assert all(re.fullmatch(r"labbook[A-Za-z]+", name) for name in found)
+    for comparison in with_overall.pooled:
+        lead = comparison.lead
+        group = " ".join(f"{factor} {level}" for factor, level in comparison.group.items())
+        number = lead.savings or lead.difference
+        what = "saving" if lead.savings else "difference"
+        factor = 1.0 if lead.savings else 1000.0
+        name = macro_name(comparison.quantity.key, group, what)
+        for end, value in (("", number.value), ("Low", number.ci_low), ("High", number.ci_high)):
+            text, identity = found[name + end]
+            digits = text.split()[0]
+            half_a_digit = 0.51 * 10.0 ** -len(digits.partition(".")[2])
+            assert float(digits) == pytest.approx(value * factor, abs=half_a_digit)
+            assert identity == number.provenance
+        assert found[macro_name(comparison.quantity.key, group, "runs control")][0] == str(lead.n_control)
+
+
+def test_the_overall_saving_comes_with_interval_p_and_days(with_overall):
+    found = parsed(macros_bytes(with_overall))
+    assert found["labbookOverallSaving"] == ("11.2 %", "0abc123")
+    assert found["labbookOverallSavingInterval"] == ("8.1 to 14.3 %", "0abc123")
+    assert found["labbookOverallSavingP"][0] == "p < .001"
+    assert found["labbookOverallSavingDays"][0] == "2"
+    assert found["labbookRunsDone"][0] == str(with_overall.flow.runs_done)
+
+
+def test_names_are_letters_and_each_stands_for_one_number(with_overall):
+    assert macro_name("joules", "k_gain 300", "mass -1.5") == "labbookJoulesKGainThreeZeroZeroMassMinusOnePointFive"
+    pooled = [each for each in with_overall.comparisons if each.opens][:1]
+    twice = [dataclasses.replace(pooled[0], group={"foot": level}) for level in ("a b", "a_b")]
+    names = [macro.name for macro in macros_of(dataclasses.replace(with_overall, comparisons=tuple(twice)))]
+    assert len(names) == len(set(names))
+
+
+def test_macros_lie_beside_the_page(written, content):
+    assert (written.page.parent / "numbers.tex").read_bytes() == macros_bytes(content)
+
+
+@pytest.mark.skipif(PDFLATEX is None, reason="pdflatex is not installed: the macros are not compiled")
+def test_latex_knows_every_macro(with_overall, tmp_path):
+    (tmp_path / "numbers.tex").write_bytes(macros_bytes(with_overall))
+    uses = "\n\n".join(rf"\{macro.name}{{}}" for macro in macros_of(with_overall))
+    source = rf"\documentclass{{article}}\input{{numbers}}\begin{{document}}{uses}\end{{document}}"
+    (tmp_path / "paper.tex").write_text(source, encoding="utf-8")
+    command = [PDFLATEX, "-interaction=nonstopmode", "-halt-on-error", "-no-shell-escape", "paper.tex"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stdout[-2000:]
