@@ -273,3 +273,21 @@ class ReportContent:
         found = [each for each in self.by_group if each.opens]
         narrowest = max((len(each.group) for each in found), default=0)
         return [each for each in found if len(each.group) == narrowest]
+
+
+EMPTY = ReportContent(
+    title="",
+    study="",
+    selection="",
+    made_at="",
+    software_version="",
+    configuration_hash="",
+    detector="",
+    people=(),
+    days=(),
+    flow=Flow(None, 0, 0, 0, {}, {}, {}, 0, 0, {}, 0),
+    factors=(),
+    conditions=(),
+    claims=(),
+)
+"""The content of a report of nothing."""

@@ -1,4 +1,4 @@
-"""A report on disk: one self-contained HTML page, every figure as SVG and PDF, every table as CSV and LaTeX."""
+"""A report on disk: one self-contained HTML page, its figures as SVG, every table as CSV and LaTeX."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ import jinja2
 
 from data_schema.errors import UsageError
 from reports.content import ReportContent
-from reports.figures.kind import draw_figure, pdf_bytes, svg_bytes
+from reports.figures.kept import Wanted, drawn, forget_unused
 from reports.figures.registry import FIGURES, figures_of
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from reports.sections import Bullets, FigureHere, FiguresBeside, Paragraph, Part, Section, TableHere, sections_of
@@ -70,8 +70,13 @@ class WrittenReport:
     summary: Path | None = None
 
 
-def write_report(content: ReportContent, out_dir: Path, *, summary: bool = False) -> WrittenReport:
-    """Write the report into a folder: `report.html`, `figures/*.svg|pdf`, `tables/*.csv|tex`, `numbers.tex`.
+def write_report(
+    content: ReportContent, out_dir: Path, *, summary: bool = False, every_figure: bool = False
+) -> WrittenReport:
+    """Write the report into a folder: `report.html`, `figures/*.svg`, `tables/*.csv|tex`, `numbers.tex`.
+
+    The figures are those of the page, at the width that they have there; with `every_figure` each as SVG and PDF, at
+    both widths. What an earlier report left of the other ones is removed: it would show other numbers than the page.
 
     With `summary` its first page stands alone in `summary.html`, too.
 
@@ -83,7 +88,7 @@ def write_report(content: ReportContent, out_dir: Path, *, summary: bool = False
     with _writing_to(out_dir):
         for folder in ("figures", "tables"):
             (out_dir / folder).mkdir(parents=True, exist_ok=True)
-    figures = figure_files(content)
+    figures = figure_files(content, None if every_figure else _drawn_on(sections_of(content)))
     tables = {kind.name: kind.make(content) for kind in tables_of(content)}
     drawings = {name.removesuffix(".svg"): data for name, data in figures.items() if name.endswith(".svg")}
     pages = {"report.html": render_page(content, drawings, tables)}
@@ -96,7 +101,10 @@ def write_report(content: ReportContent, out_dir: Path, *, summary: bool = False
         written_tables = tuple(_replace(out_dir / "tables" / name, data) for name, data in table_files.items())
         _replace(out_dir / "numbers.tex", macros_bytes(content))
         written = {name: _replace(out_dir / name, page.encode("utf-8")) for name, page in pages.items()}
-        return WrittenReport(written["report.html"], written_figures, written_tables, written.get("summary.html"))
+        for left in (f"{name}{ending}.{suffix}" for name in FIGURES for ending in _WIDTHS for suffix in _FORMATS):
+            if left not in figures:
+                (out_dir / "figures" / left).unlink(missing_ok=True)
+    return WrittenReport(written["report.html"], written_figures, written_tables, written.get("summary.html"))
 
 
 @contextlib.contextmanager
@@ -111,15 +119,31 @@ def _writing_to(out_dir: Path) -> Iterator[None]:
         ) from error
 
 
-def figure_files(content: ReportContent) -> dict[str, bytes]:
-    """Draw every figure at both widths; file name -> bytes."""
-    files = {}
+_FORMATS = ("svg", "pdf")
+
+
+def figure_files(content: ReportContent, of_page: set[str] | None) -> dict[str, bytes]:
+    """Draw figures; file name -> bytes.
+
+    `of_page` names those of the page, "_one_column" behind the narrow ones, which are wanted as SVG; None for every
+    figure at both widths as SVG and PDF.
+    """
+    files: dict[str, bytes] = {}
     for kind in figures_of(content):
         for ending, width_in in _WIDTHS.items():
-            figure = draw_figure(kind, content, width_in)
-            files[f"{kind.name}{ending}.svg"] = svg_bytes(figure)
-            files[f"{kind.name}{ending}.pdf"] = pdf_bytes(figure)
+            name = f"{kind.name}{ending}"
+            if of_page is None or name in of_page:
+                found = drawn(content, Wanted(kind, width_in, _FORMATS if of_page is None else ("svg",)))
+                files |= {f"{name}.{suffix}": data for suffix, data in found.items()}
+    forget_unused()
     return files
+
+
+def _drawn_on(sections: Sequence[Section]) -> set[str]:
+    """Return the names of the drawings on a page."""
+    parts = [part for section in sections for part in section.parts]
+    wide = {part.name for part in parts if isinstance(part, FigureHere)}
+    return wide | {f"{name}_one_column" for part in parts if isinstance(part, FiguresBeside) for name in part.names}
 
 
 def render_page(

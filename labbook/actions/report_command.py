@@ -90,11 +90,13 @@ def write(
     unsaved: bool = False,
     summary: bool = False,
     pdf: bool = False,
+    every_figure: bool = False,
 ) -> WrittenReport:
     """Analyse, state that the report was made, keep what was computed, write the page.
 
     With `unsaved` the page is written to `out` and the book stays as it is, as it has to for who may only read it.
     With `summary` the first page is written alone, too; with `pdf` it, or the whole, is printed where a browser is.
+    With `every_figure` each is written as SVG and PDF at both widths.
     """
     if unsaved and out is None:
         raise UsageError("--unsaved writes nothing into the book: add --out DIR, a folder of your own for the report.")
@@ -107,7 +109,7 @@ def write(
     folder = out or book.folder / "reports" / made.content.made_at.replace(":", "").replace("-", "").split(".")[0]
     step("writing the page")
     make_folder(folder)
-    paths = write_report(replace(made.content, warning=warning), folder, summary=summary)
+    paths = write_report(replace(made.content, warning=warning), folder, summary=summary, every_figure=every_figure)
     page = paths.summary or paths.page
     printed = page.with_suffix(".pdf")
     if pdf:

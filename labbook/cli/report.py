@@ -16,6 +16,10 @@ def report(
     context: typer.Context,
     where: WhereOption = None,
     out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Where to write it.")] = None,
+    figures: Annotated[
+        bool,
+        typer.Option("--figures", help="Also write each figure as PDF, and for both widths of a paper."),
+    ] = False,
     unsaved: Annotated[
         bool, typer.Option("--unsaved", help="Store nothing in the book, for who may only read it; needs --out.")
     ] = False,
@@ -27,7 +31,7 @@ def report(
     person: AsOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Write the report: one self-contained page, every figure as SVG and PDF, every table as CSV and LaTeX.
+    """Write the report: one self-contained page, its figures as SVG, every table as CSV and LaTeX.
 
     Every factor of the study is an option: --foot small is short for --where "foot=small".
 
@@ -41,7 +45,9 @@ def report(
     with opened(book) as opened_book:
         text = selection(opened_book.configuration, where, context.args, options_given(context))
         with progress("report", None, shown=not as_json) as step:
-            written = write(opened_book, text, out, person, step, unsaved=unsaved, summary=summary, pdf=pdf)
+            written = write(
+                opened_book, text, out, person, step, unsaved=unsaved, summary=summary, pdf=pdf, every_figure=figures
+            )
         with opened_book.reading() as connection:
             waiting = inbox(connection)
     not_stored = ["nothing was stored: `labbook why` knows those of its numbers that a stored report has too."]

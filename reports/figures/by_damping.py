@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
+from typing import TYPE_CHECKING
 
 from data_schema.outcomes import Outcome
 from reports.content import ReportContent
 from reports.display import as_shown, general_text, level_text, shown_unit, stated_text
-from reports.figures.kind import figures_of_outcomes
+from reports.figures.kind import figures_of_outcomes, levels_alone
 from reports.figures.series import Axis, Series, axis_of, drawn_factor, series_lie_apart, series_of
 from reports.figures.style import GREY, is_narrow, light_grid, new_figure
 from reports.naming import swept_factor, swept_words
 from reports.sentences import absence_text
 from reports.wording import count_text
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
 
 
 def has_quantity(content: ReportContent, quantity: Outcome) -> bool:
@@ -231,6 +233,8 @@ def _label_above(axes: Axes, axis: Axis) -> None:
 
 
 def _handle(series: Series) -> Line2D:
+    from matplotlib.lines import Line2D
+
     return Line2D(
         [],
         [],
@@ -256,5 +260,10 @@ def alternative(content: ReportContent, quantity: Outcome) -> str:
     )
 
 
-BY_DAMPING = figures_of_outcomes("{}_by_damping", "{}", draw_by_damping, caption, alternative, absent_quantity)
+def shows(content: ReportContent, quantity: Outcome) -> dict[str, object]:
+    """Return what is drawn of a report."""
+    return {"factors": content.factors, "conditions": levels_alone(content, quantity)}
+
+
+BY_DAMPING = figures_of_outcomes("{}_by_damping", "{}", draw_by_damping, caption, alternative, absent_quantity, shows)
 """A figure an outcome."""

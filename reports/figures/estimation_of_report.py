@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from dataclasses import dataclass
-
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING
 
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
@@ -22,11 +20,15 @@ from reports.figures.estimation_parts import (
     set_limits,
     set_names,
 )
-from reports.figures.kind import figures_of_outcomes
+from reports.figures.kind import figures_of_outcomes, levels_alone
 from reports.figures.style import BLACK, BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure
 from reports.naming import levels_name, swept_factor, swept_words
 from reports.numbers import Number
 from reports.sentences import absence_text
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _ROW_IN = 3.0
 _LABEL_LETTERS = 22
@@ -190,7 +192,16 @@ def _absent(content: ReportContent, quantity: Outcome) -> str | None:
     return absence_text(content, f"is no group with {quantity} of both a control and a treatment")
 
 
+def _shows(content: ReportContent, quantity: Outcome) -> dict[str, object]:
+    return {
+        "factors": content.factors,
+        "conditions": levels_alone(content, quantity),
+        "comparisons": tuple(_drawn(content, quantity)),
+        "counted": content.counted,
+    }
+
+
 ESTIMATIONS = figures_of_outcomes(
-    "estimation_{}", "{}: every run, and the difference", _draw, _caption, _alternative, _absent
+    "estimation_{}", "{}: every run, and the difference", _draw, _caption, _alternative, _absent, _shows
 )
 """A figure an outcome."""

@@ -9,14 +9,15 @@ import math
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
+from typing import TYPE_CHECKING
 
 from reports.display import EQUALS
 from reports.figures.style import BLACK, GREY, plain_ticks
 from reports.numbers import Number
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 WIDEST = 0.3
 """How far from the middle of its group a point may lie; groups are 1 apart."""
@@ -147,6 +148,8 @@ def draw_groups(figure: Figure, axes: Axes, groups: Sequence[DrawnGroup]) -> Non
 
     This comes last: which points touch follows from the layout of all the rest.
     """
+    from matplotlib.lines import Line2D
+
     marks = _marks(groups)
     if marks:
         handles = [Line2D([], [], linestyle="none", marker=mark, color=GREY, markersize=4) for mark in marks.values()]

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import textwrap
-
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.patches import FancyBboxPatch
+from typing import TYPE_CHECKING
 
 from reports.content import ReportContent
 from reports.figures.kind import FigureKind
 from reports.figures.style import BLACK, BLUE, GREY, is_narrow
 from reports.flow_steps import Step, flow_lines
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _BOX_IN, _SIDE_IN, _BETWEEN_IN = 1.2, 1.75, 0.32
 _LINE_IN, _PAD_IN, _GAP_IN = 0.135, 0.1, 0.16
@@ -25,6 +26,8 @@ def draw(content: ReportContent, width_in: float) -> Figure:
     narrow = is_narrow(width_in)
     height = sum(heights) + 0.35 if narrow else max(heights)
     # Coordinates are inches from the lower left corner, so that text and boxes fit at any width.
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(width_in, height))
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set_axis_off()
@@ -99,6 +102,8 @@ _ARROW = {
 
 
 def _draw_box(axes: Axes, corner: tuple[float, float], size: tuple[float, float], edge: str) -> None:
+    from matplotlib.patches import FancyBboxPatch
+
     style = "round,pad=0,rounding_size=0.04"
     axes.add_patch(FancyBboxPatch(corner, *size, boxstyle=style, facecolor="white", edgecolor=edge, linewidth=0.8))
 
@@ -130,4 +135,9 @@ def absent(content: ReportContent) -> str | None:
     return None if content.flow.runs_done else "No run matches this selection."
 
 
-FLOW = FigureKind("flow", "Runs and jumps", draw, caption, alternative, absent)
+def shows(content: ReportContent) -> dict[str, object]:
+    """Return what is drawn of a report."""
+    return {"flow": content.flow}
+
+
+FLOW = FigureKind("flow", "Runs and jumps", draw, caption, alternative, absent, shows)

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import io
 import textwrap
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from matplotlib.figure import Figure
-
-from reports.content import Outcome, ReportContent
+from reports.content import EMPTY, Condition, Outcome, ReportContent
 from reports.figures.style import BLACK, GREY, new_figure, publication_style
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _PNG_DOTS_PER_IN = 300
 _HEIGHT_IN = 0.9
@@ -32,7 +34,9 @@ def draw_words(words: str, width_in: float) -> Figure:
 class FigureKind:
     """One figure: `draw(content, width_in)`; `absent` gives the reason when there is nothing to draw.
 
-    `outcome` is the only one that the figure shows, None where it shows several or none.
+    `shows` returns the fields of the content that are drawn, by name, cut down to what is drawn of them: nothing else
+    reaches `draw`, and where they are what they were, so is the drawing. `outcome` is the only one that the figure
+    shows, None where it shows several or none.
     """
 
     name: str
@@ -41,7 +45,20 @@ class FigureKind:
     caption: Callable[[ReportContent], str]
     alternative: Callable[[ReportContent], str]
     absent: Callable[[ReportContent], str | None]
+    shows: Callable[[ReportContent], Mapping[str, Any]]
     outcome: Outcome | None = None
+
+    def drawn(self, content: ReportContent) -> ReportContent:
+        """Return the content with nothing in it but what the figure draws."""
+        return replace(EMPTY, **self.shows(content))
+
+
+def levels_alone(content: ReportContent, *outcomes: Outcome) -> tuple[Condition, ...]:
+    """Return the conditions with what was measured of these outcomes only."""
+    return tuple(
+        replace(one, summaries={outcome: one.summaries[outcome] for outcome in outcomes if outcome in one.summaries})
+        for one in content.conditions
+    )
 
 
 def figures_of_outcomes(
@@ -51,6 +68,7 @@ def figures_of_outcomes(
     caption: Callable[[ReportContent, Outcome], str],
     alternative: Callable[[ReportContent, Outcome], str],
     absent: Callable[[ReportContent, Outcome], str | None],
+    shows: Callable[[ReportContent, Outcome], Mapping[str, Any]],
 ) -> tuple[FigureKind, ...]:
     """Make a figure an outcome; `{}` in its name is the outcome's key, in its title the outcome's heading."""
 
@@ -62,6 +80,7 @@ def figures_of_outcomes(
             lambda content: caption(content, outcome),
             lambda content: alternative(content, outcome),
             lambda content: absent(content, outcome),
+            lambda content: shows(content, outcome),
             outcome,
         )
 
@@ -76,7 +95,7 @@ def draw_figure(kind: FigureKind, content: ReportContent, width_in: float) -> Fi
     with publication_style():
         reason = kind.absent(content)
         if reason is None:
-            return kind.draw(content, width_in)
+            return kind.draw(kind.drawn(content), width_in)
         figure = new_figure(width_in, 0.6)
         figure.text(0.5, 0.5, reason, ha="center", va="center", color=GREY, wrap=True)
         return figure

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import math
-
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from typing import TYPE_CHECKING
 
 from reports.content import ReportContent, RunPoint
 from reports.display import number_text
@@ -14,6 +11,10 @@ from reports.figures.kind import FigureKind
 from reports.figures.style import BLACK, BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure
 from reports.naming import SweptWords, swept_factor, swept_words
 from reports.wording import count_text, list_text
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 
 def draw_days(content: ReportContent, width_in: float) -> Figure:
@@ -45,6 +46,8 @@ def draw_days(content: ReportContent, width_in: float) -> Figure:
 def _scatter(
     axes: Axes, called: SweptWords, points: tuple[RunPoint, ...] | list[RunPoint], values: list[float]
 ) -> None:
+    from matplotlib.ticker import MaxNLocator
+
     days = {day: index for index, day in enumerate(sorted({point.day for point in points}))}
     for control, name, colour, marker, shift in (
         (False, called.treatment, BLUE, "o", 0.1),
@@ -93,7 +96,12 @@ def days_absent(content: ReportContent) -> str | None:
     return None if content.order.points else "No run with both a position in its day and joules a jump."
 
 
-DAY_ORDER = FigureKind("day_order", "Order in the day", draw_days, days_caption, days_alternative, days_absent)
+def shows(content: ReportContent) -> dict[str, object]:
+    """Return what is drawn of a report."""
+    return {"factors": content.factors, "order": content.order}
+
+
+DAY_ORDER = FigureKind("day_order", "Order in the day", draw_days, days_caption, days_alternative, days_absent, shows)
 
 
 _GOLDEN_STEP = (math.sqrt(5.0) - 1.0) / 2.0
@@ -159,4 +167,4 @@ def packs_absent(content: ReportContent) -> str | None:
     return None if content.order.points else "No run with both a battery pack and joules a jump."
 
 
-PACKS = FigureKind("packs", "Battery packs", draw_packs, packs_caption, packs_alternative, packs_absent)
+PACKS = FigureKind("packs", "Battery packs", draw_packs, packs_caption, packs_alternative, packs_absent, shows)

@@ -5,10 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
-
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
+from typing import TYPE_CHECKING
 
 from data_schema.rounding import level_text as level_in_percent
 from data_schema.vocabulary import Undefined
@@ -30,6 +27,11 @@ from reports.figures.style import (
 )
 from reports.sentences import absence_text
 from reports.wording import count_text, list_text
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
 
 _INSET_MIN = 1.5
 """Minutes that the inset shows on each side of the run's duration."""
@@ -130,6 +132,8 @@ def _draw_estimate(axes: Axes, fit: DrainFit, look: _Look) -> None:
 
 
 def _robot_handles(fits: list[tuple[DrainFit, _Look]]) -> list[Line2D]:
+    from matplotlib.lines import Line2D
+
     return [
         Line2D([], [], color=look.line, marker=look.marker, markersize=4, linewidth=1.3, label=fit.robot)
         for fit, look in fits
@@ -208,4 +212,9 @@ def absent(content: ReportContent) -> str | None:
     return None if _drawn(content) else absence_text(content, "is no passive-drain fit")
 
 
-PASSIVE_DRAIN = FigureKind("passive_drain", "Passive drain", draw, caption, alternative, absent)
+def shows(content: ReportContent) -> dict[str, object]:
+    """Return what is drawn of a report."""
+    return {"drains": _drawn(content)}
+
+
+PASSIVE_DRAIN = FigureKind("passive_drain", "Passive drain", draw, caption, alternative, absent, shows)

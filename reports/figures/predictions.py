@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
+from typing import TYPE_CHECKING
 
 from reports.content import ReportContent
 from reports.display import general_text, level_text, shown_unit, stated_text
 from reports.evidence import POOLED
-from reports.figures.kind import FigureKind
+from reports.figures.kind import FigureKind, levels_alone
 from reports.figures.savings import draw_estimate, tidy_rows
 from reports.figures.style import BLACK, VERMILLION, is_narrow, light_grid, new_figure
 from reports.naming import levels_name, swept_factor, swept_words
@@ -20,6 +16,11 @@ from reports.numbers import Number
 from reports.predicted import COVERAGE_FACTOR, PredictedQuantity, Prediction
 from reports.tables.predictions import block_of, level_text_of
 from reports.wording import count_text
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
 
 _ROW_IN = 0.175
 _APART = 0.17
@@ -79,6 +80,8 @@ def draw(content: ReportContent, width_in: float) -> Figure:
 def _draw_panel(
     axes: Axes, content: ReportContent, quantity: PredictedQuantity, places: dict[_RowKey, int], narrow: bool
 ) -> None:
+    from matplotlib.ticker import MaxNLocator
+
     scale = 0.7 if narrow else 1.0
     for item in content.predictions.of(quantity):
         place = places[_key(content, item)]
@@ -100,6 +103,8 @@ def _expanded(number: Number) -> Number:
 
 
 def _handle(label: str, colour: str, marker: str, narrow: bool) -> Line2D:
+    from matplotlib.lines import Line2D
+
     return Line2D([], [], color=colour, marker=marker, markersize=3.0 if narrow else 4.0, linewidth=1.1, label=label)
 
 
@@ -149,4 +154,9 @@ def absent(content: ReportContent) -> str | None:
     return "Nothing is predicted: labbook.toml names no scene under [simulation], or nothing was measured."
 
 
-PREDICTIONS = FigureKind("predictions", "Predicted and measured", draw, caption, alternative, absent)
+def shows(content: ReportContent) -> dict[str, object]:
+    """Return what is drawn of a report."""
+    return {"factors": content.factors, "conditions": levels_alone(content), "predictions": content.predictions}
+
+
+PREDICTIONS = FigureKind("predictions", "Predicted and measured", draw, caption, alternative, absent, shows)

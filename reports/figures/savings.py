@@ -6,17 +6,19 @@ Estimates with intervals, one a row: the parts that forest plots share.
 from __future__ import annotations
 
 import math
-
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING
 
 from data_schema.vocabulary import Undefined
 from reports.content import Comparison, ReportContent
 from reports.display import EQUALS, as_shown, common_places, interval_text, level_text, value_text
-from reports.figures.kind import FigureKind
+from reports.figures.kind import FigureKind, levels_alone
 from reports.figures.style import BLACK, BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure, plain_ticks
 from reports.naming import level_of, levels_name, swept_factor, swept_words
 from reports.numbers import Number
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 
 def draw_estimate(
@@ -165,4 +167,10 @@ def absent(content: ReportContent) -> str | None:
     return "This selection has no joules of both a control and a treatment to compare, so there are no savings."
 
 
-SAVINGS = FigureKind("savings", "Savings", draw, caption, alternative, absent)
+def shows(content: ReportContent) -> dict[str, object]:
+    """Return what is drawn of a report."""
+    with_savings = tuple(each for each in content.comparisons if each.lead.savings is not None)
+    return {"factors": content.factors, "conditions": levels_alone(content), "comparisons": with_savings}
+
+
+SAVINGS = FigureKind("savings", "Savings", draw, caption, alternative, absent, shows)

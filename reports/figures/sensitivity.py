@@ -6,10 +6,7 @@ import re
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
-
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from typing import TYPE_CHECKING
 
 from data_schema.vocabulary import Undefined
 from reports.content import ReportContent, Sensitivity, Variant
@@ -19,6 +16,10 @@ from reports.figures.savings import draw_estimate, tidy_rows
 from reports.figures.style import BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure
 from reports.numbers import Number, Value
 from reports.wording import count_text, list_text
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _ROW_IN, _LABELS_IN, _LETTER_IN, _FRAME_IN, _TITLE_LINE_IN = 0.135, 1.25, 0.07, 0.42, 0.11
 _COUNT_IN = 0.5
@@ -54,6 +55,8 @@ def draw(content: ReportContent, width_in: float) -> Figure:
     Panels with the same rows share their names; where the rows differ, each panel has its own. The runs that a number
     rests on stand at its right.
     """
+    from matplotlib.ticker import MaxNLocator
+
     narrow = is_narrow(width_in)
     sets = content.sensitivity
     grid = _grid(sets, width_in, folded=narrow)
@@ -185,4 +188,9 @@ def absent(content: ReportContent) -> str | None:
     return None if content.sensitivity else "No headline number was recomputed for this selection."
 
 
-SENSITIVITY = FigureKind("sensitivity", "Sensitivity", draw, caption, alternative, absent)
+def shows(content: ReportContent) -> dict[str, object]:
+    """Return what is drawn of a report."""
+    return {"sensitivity": content.sensitivity}
+
+
+SENSITIVITY = FigureKind("sensitivity", "Sensitivity", draw, caption, alternative, absent, shows)

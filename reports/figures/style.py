@@ -14,14 +14,12 @@ import tempfile
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-import matplotlib
-from fontTools import subset
-from matplotlib import font_manager
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.ticker import MaxNLocator
 
 FAMILY = "Labbook Sans"
 """What the font is called: a changed font may not go by its old name."""
@@ -41,6 +39,9 @@ def figure_font() -> str:
 
     Letters that it lacks are drawn as boxes, as DejaVu Sans draws those of most scripts; the page has them in full.
     """
+    import matplotlib
+    from matplotlib import font_manager
+
     for name in _FILES:
         made = Path(matplotlib.get_cachedir()) / f"labbook-{matplotlib.__version__}-{name}"
         if not made.exists():
@@ -50,6 +51,8 @@ def figure_font() -> str:
 
 
 def _make(source: Path, target: Path) -> None:
+    from fontTools import subset
+
     options = subset.Options(glyph_names=True, notdef_outline=True, name_IDs=["*"], layout_features=["kern"])
     options.drop_tables += _LEFT_OUT
     handle, part = tempfile.mkstemp(dir=target.parent, suffix=".part")
@@ -116,6 +119,8 @@ _SETTINGS: dict[str, Any] = {
 @contextlib.contextmanager
 def publication_style() -> Iterator[None]:
     """Draw and save with our settings only; what a user's matplotlibrc says does not reach a report."""
+    import matplotlib
+
     defaults = {key: value for key, value in matplotlib.rcParamsDefault.items() if "backend" not in key}
     settings: dict[Any, Any] = {**defaults, **_SETTINGS, "font.family": figure_font()}
     with matplotlib.rc_context(settings), warnings.catch_warnings():
@@ -131,6 +136,8 @@ def is_narrow(width_in: float) -> bool:
 
 def new_figure(width_in: float, height_in: float) -> Figure:
     """Make an empty figure of this size; margins are laid out so that no label is clipped."""
+    from matplotlib.figure import Figure
+
     return Figure(figsize=(width_in, height_in), layout="constrained")
 
 
@@ -141,4 +148,6 @@ def light_grid(axes: Axes, axis: Literal["both", "x", "y"] = "y") -> None:
 
 def plain_ticks(most: int = 6) -> MaxNLocator:
     """Return what places at most so many intervals between ticks at 1, 2, 2.5 or 5 times a power of ten: none at 8."""
+    from matplotlib.ticker import MaxNLocator
+
     return MaxNLocator(most, steps=[1, 2, 2.5, 5, 10])

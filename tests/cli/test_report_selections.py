@@ -107,7 +107,7 @@ def test_void_runs_are_counted_and_left_out(whole: SmallBook, tmp_path: Path) ->
 
 
 def test_report_of_an_empty_book_is_written_by_the_command(fresh: SmallBook) -> None:
-    said = good(labbook("report", "--out", "paper", "--json", at=fresh.folder)).json
+    said = good(labbook("report", "--out", "paper", "--figures", "--json", at=fresh.folder)).json
     page = (fresh.folder / "paper" / "report.html").read_text(encoding="utf-8")
     assert page.rstrip().endswith("</html>")
     assert (said["claims"], said["results_reused"]) == ([], 0)

@@ -419,4 +419,4 @@ def run_log():
 @pytest.fixture(scope="session")
 def written(content):
     """The campaign's report, written once for all tests that look at it."""
-    return made_once("report", lambda folder: write_report(content, folder / "out"))
+    return made_once("report", lambda folder: write_report(content, folder / "out", every_figure=True))

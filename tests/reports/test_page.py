@@ -223,6 +223,17 @@ def test_all_files_are_there_and_no_part_is_left_over(written):
     assert {path.relative_to(folder).as_posix() for path in (*written.figures, *written.tables)} == figures | tables
 
 
+def test_without_all_figures_only_those_of_the_page_are_there_and_none_of_before(content, tmp_path):
+    (tmp_path / "figures").mkdir()
+    for name in ("savings.pdf", "savings_one_column.svg", "mine.pdf"):
+        (tmp_path / "figures" / name).write_text("of another day")
+    written = write_report(content, tmp_path)
+    ends = {name: "_one_column" if name in ("joules_by_damping", "apex_by_damping") else "" for name in FIGURE_NAMES}
+    found = {path.name for path in (tmp_path / "figures").iterdir()}
+    assert found == {f"{name}{end}.svg" for name, end in ends.items()} | {"mine.pdf"}
+    assert "--figures" in written.page.read_text(encoding="utf-8")
+
+
 def test_the_inlined_drawing_is_the_file_s(content, written, html):
     for name in FIGURE_NAMES:
         kind = FIGURES[name]

@@ -1,0 +1,155 @@
+"""Figures that were drawn before, kept in the user's cache folder: only what changed is drawn.
+
+A file's name is a hash of all that the drawing is made of: what the figure shows of the report, and its width. The
+folder's is a hash of what draws: sources, and versions of matplotlib and of what it lays out and writes with. Each
+file begins with the hash of the rest; one that was cut off is drawn anew, and so is everything where somebody else
+may write, who could put anything onto the page.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import re
+import shutil
+import stat
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+
+from reports.content import ReportContent
+from reports.figures.kind import FigureKind, draw_figure, pdf_bytes, svg_bytes
+
+CACHE_VARIABLE = "LABBOOK_CACHE"
+"""Environment variable with the folder for what is computed once; otherwise the user's cache folder is taken."""
+KEPT_VERSIONS = 2
+MOST_BYTES = 64 * 2**20
+"""Of one version; beyond, the files go that were used longest ago."""
+_DRAW_WITH = ("matplotlib", "numpy", "fonttools", "kiwisolver", "contourpy")
+_OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
+_VERSION = re.compile("[0-9a-f]{20}")
+_HASH_BYTES = 32
+
+
+def cache_folder() -> Path:
+    """Folder for the figures of all versions."""
+    if given := os.environ.get(CACHE_VARIABLE):
+        return Path(given) / "labbook-figures"
+    home = os.environ.get("XDG_CACHE_HOME")
+    return (Path(home) if home else Path.home() / ".cache") / "labbook" / "figures"
+
+
+@cache
+def drawing_version() -> str:
+    """Hash of what draws: every source of `reports` and of the words that it uses, Python, and the libraries."""
+    versions = [f"{name} {metadata.version(name)}" for name in _DRAW_WITH]
+    digest = hashlib.sha256("\n".join([sys.version, *versions]).encode())
+    reports = Path(__file__).parents[1]
+    for path in sorted([*reports.rglob("*.py"), *(reports.parent / "data_schema").glob("*.py")]):
+        digest.update(str(path.relative_to(reports.parent)).encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()[:20]
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """A figure at a width in inches, and the formats that are wanted of it: "svg", "pdf"."""
+
+    kind: FigureKind
+    width_in: float
+    formats: Sequence[str]
+
+
+def drawn(content: ReportContent, wanted: Wanted) -> dict[str, bytes]:
+    """Return a figure of the report by format: as it was drawn before of the same, else drawn now, once."""
+    folder = _folder()
+    shown = wanted.kind.absent(content) or wanted.kind.drawn(content)
+    key = hashlib.sha256(f"{wanted.kind.name} {wanted.width_in!r} {shown!r}".encode()).hexdigest()
+    paths = {name: folder / f"{key}.{name}" for name in wanted.formats} if folder else {}
+    known = {name: data for name, path in paths.items() if (data := _read(path)) is not None}
+    if len(known) == len(wanted.formats):
+        return known
+    figure = draw_figure(wanted.kind, content, wanted.width_in)
+    found = {"svg": svg_bytes(figure)}  # always first: the other format has its positions
+    if "pdf" in wanted.formats:
+        found["pdf"] = pdf_bytes(figure)
+    for name, path in paths.items():
+        _keep(path, found[name])
+    return {name: found[name] for name in wanted.formats}
+
+
+def forget_unused(most_bytes: int = MOST_BYTES) -> None:
+    """Remove the figures of old versions, and those used longest ago beyond `most_bytes`."""
+    if (current := _folder()) is None:
+        return
+    with contextlib.suppress(OSError):
+        others = [path for path in current.parent.iterdir() if _VERSION.fullmatch(path.name) and path != current]
+        others.sort(key=lambda path: path.stat().st_mtime, reverse=True)
+        for path in others[KEPT_VERSIONS - 1 :]:
+            shutil.rmtree(path, ignore_errors=True)
+        files = sorted(((path.stat(), path) for path in current.iterdir()), key=lambda file: -file[0].st_mtime)
+        total = 0
+        for about, path in files:
+            total += about.st_size
+            if total > most_bytes:
+                path.unlink()
+
+
+def _folder() -> Path | None:
+    """Return the folder of this version, made where it is missing; None where it cannot be, or is not one's own."""
+    folder = cache_folder() / drawing_version()
+    try:
+        with _for_nobody_else():
+            folder.mkdir(parents=True, exist_ok=True)
+        given = os.environ.get(CACHE_VARIABLE)
+        places = [folder, folder.parent, *([Path(given)] if given else [])]
+        return folder if all(map(_is_ones_own, places)) else None
+    except OSError:
+        return None
+
+
+def _is_ones_own(place: Path) -> bool:
+    """Tell whether nobody else can write to a file, or replace what others made in a folder."""
+    found = place.stat()
+    kept_apart = stat.S_ISDIR(found.st_mode) and found.st_mode & stat.S_ISVTX
+    return found.st_uid in (os.geteuid(), 0) and bool(kept_apart or not found.st_mode & _OTHERS_WRITE)
+
+
+@contextlib.contextmanager
+def _for_nobody_else() -> Iterator[None]:
+    """Make files and folders that nobody else can write to, whatever this user's usual rights are."""
+    before = os.umask(0o077)
+    os.umask(before | _OTHERS_WRITE)
+    try:
+        yield
+    finally:
+        os.umask(before)
+
+
+def _read(path: Path) -> bytes | None:
+    try:
+        if not _is_ones_own(path):
+            return None
+        kept = path.read_bytes()
+        data = kept[_HASH_BYTES:]
+        if hashlib.sha256(data).digest() != kept[:_HASH_BYTES]:
+            return None
+        os.utime(path)  # used now
+    except OSError:
+        return None
+    return data
+
+
+def _keep(path: Path, data: bytes) -> None:
+    with contextlib.suppress(OSError):  # a full disk: it is drawn again the next time
+        handle, part = tempfile.mkstemp(dir=path.parent, suffix=".part")
+        try:
+            with os.fdopen(handle, "wb") as stream:
+                stream.write(hashlib.sha256(data).digest() + data)
+            Path(part).replace(path)
+        finally:
+            Path(part).unlink(missing_ok=True)

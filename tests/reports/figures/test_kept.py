@@ -1,0 +1,123 @@
+import dataclasses
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from data_schema.outcomes import Outcome
+from reports.figures import kept
+from reports.figures.kept import CACHE_VARIABLE, Wanted, cache_folder, drawing_version, drawn, forget_unused
+from reports.figures.kind import draw_figure, pdf_bytes, publication_style, svg_bytes
+from reports.figures.registry import FIGURES
+from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
+from tests.helpers.pages import FIGURE_NAMES
+
+PROJECT = Path(__file__).parents[3]
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    """An empty cache of this test's own, and the names of the figures that were drawn since."""
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path / "cache"))
+    names = []
+
+    def draw(kind, content, width_in):
+        names.append(kind.name)
+        return draw_figure(kind, content, width_in)
+
+    monkeypatch.setattr(kept, "draw_figure", draw)
+    return names
+
+
+def all_drawn(content, formats=("svg",)):
+    return {name: drawn(content, Wanted(FIGURES[name], ONE_COLUMN_IN, formats)) for name in FIGURE_NAMES}
+
+
+@pytest.mark.parametrize("name", FIGURE_NAMES)
+def test_a_kept_figure_is_byte_for_byte_what_is_drawn_anew(content, cache, name):
+    wanted = Wanted(FIGURES[name], TWO_COLUMNS_IN, ("svg", "pdf"))
+    first, again = drawn(content, wanted), drawn(content, wanted)
+    assert cache == [name]
+    with publication_style():
+        figure = FIGURES[name].draw(content, TWO_COLUMNS_IN)  # from all of the content
+    assert first == again == {"svg": svg_bytes(figure), "pdf": pdf_bytes(figure)}
+
+
+def test_one_changed_number_draws_the_figures_anew_that_show_it(content, cache):
+    all_drawn(content)
+    cache.clear()
+    all_drawn(dataclasses.replace(content, made_at="2030-01-01T00:00:00Z", warning="Rows were altered.", claims=()))
+    assert cache == []
+    first = content.conditions[0]
+    summary = first.summaries[Outcome.APEX]
+    runs = (dataclasses.replace(summary.runs[0], value=summary.runs[0].value + 1e-12), *summary.runs[1:])
+    moved = dataclasses.replace(
+        first, summaries={**first.summaries, Outcome.APEX: dataclasses.replace(summary, runs=runs)}
+    )
+    changed = dataclasses.replace(content, conditions=(moved, *content.conditions[1:]))
+    all_drawn(changed)
+    assert cache == ["apex_by_damping", "estimation_apex"]
+    cache.clear()
+    fit = dataclasses.replace(content.drains[0], robot="another")
+    all_drawn(dataclasses.replace(content, drains=(fit, *content.drains[1:])))
+    assert cache == ["passive_drain"]
+
+
+def test_a_format_asked_for_later_has_the_same_bytes(content, cache):
+    svg = drawn(content, Wanted(FIGURES["flow"], ONE_COLUMN_IN, ("svg",)))
+    both = drawn(content, Wanted(FIGURES["flow"], ONE_COLUMN_IN, ("svg", "pdf")))
+    assert both["svg"] == svg["svg"]
+    assert both["pdf"].startswith(b"%PDF")
+    assert cache == ["flow", "flow"]
+
+
+@pytest.mark.parametrize("damage", [lambda data: data[:-1], lambda data: data + b" ", lambda data: b""])
+def test_a_damaged_file_is_drawn_anew(content, cache, damage):
+    wanted = Wanted(FIGURES["flow"], ONE_COLUMN_IN, ("svg",))
+    before = drawn(content, wanted)
+    (path,) = cache_folder().glob("*/*.svg")
+    path.write_bytes(damage(path.read_bytes()))
+    assert drawn(content, wanted) == before
+    assert drawn(content, wanted) == before
+    assert cache == ["flow", "flow"]
+
+
+@pytest.mark.parametrize("place", ["", "labbook-figures", "labbook-figures/{}", "labbook-figures/{}/{}"])
+def test_nothing_is_taken_from_where_others_may_write(content, cache, tmp_path, place):
+    wanted = Wanted(FIGURES["flow"], ONE_COLUMN_IN, ("svg",))
+    before = drawn(content, wanted)
+    (path,) = cache_folder().glob("*/*.svg")
+    shared = tmp_path / "cache" / place.format(drawing_version(), path.name)
+    shared.chmod(shared.stat().st_mode | 0o002)
+    assert drawn(content, wanted) == before
+    assert cache == ["flow", "flow"]
+
+
+def test_without_a_folder_everything_is_drawn(content, cache, tmp_path):
+    (tmp_path / "cache").write_text("a file is here")
+    wanted = Wanted(FIGURES["flow"], ONE_COLUMN_IN, ("svg",))
+    assert drawn(content, wanted) == drawn(content, wanted)
+    assert cache == ["flow", "flow"]
+
+
+def test_the_oldest_go_beyond_the_bound_and_old_versions_too(content, cache):
+    all_drawn(content)
+    sizes = sorted(path.stat().st_size for path in cache_folder().glob("*/*.svg"))
+    olds = [cache_folder() / f"{number:020x}" for number in range(3)]
+    for old in olds:
+        old.mkdir()
+    forget_unused(sum(sizes[:2]))
+    left = [path.stat().st_size for path in cache_folder().glob("*/*.svg")]
+    assert 0 < sum(left) <= sum(sizes[:2]) or len(left) == 0
+    assert len([old for old in olds if old.exists()]) == kept.KEPT_VERSIONS - 1
+    assert not list(cache_folder().rglob("*.part"))
+
+
+def test_the_version_is_of_all_that_figures_are_drawn_with():
+    """Whatever of labbook the drawing loads lies under the sources that the version is a hash of."""
+    code = "import sys, reports.figures.registry\nprint(*sorted(sys.modules))"
+    loaded = subprocess.run([sys.executable, "-c", code], cwd=PROJECT, capture_output=True, text=True, check=True)
+    of_labbook = {name for name in loaded.stdout.split() if name.partition(".")[0] in ("stats", "simulator", "labbook")}
+    assert of_labbook == set()
+    assert "matplotlib" not in loaded.stdout.split(), "a report whose figures are all kept loads no matplotlib"
