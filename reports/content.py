@@ -206,7 +206,8 @@ class ReportContent:
     not tested for equality, "" where they were or there are none. `counted` is the unit of analysis that
     comparisons count: "run", or "day" where they rest on the means of days. `tests_beside` says what the tests in
     full are where others decide. `known_errors` has what is on record against the methods, an introduction first.
-    `overall` is the effect over all groups, where there are several. `stored` tells whether the book has the
+    `overall` is the effect over all groups, where there are several. `software`
+    names the libraries that computed it, with versions. `stored` tells whether the book has the
     report, so that its numbers can be traced. `warning` says what makes all numbers doubtful, "" where nothing
     does.
     """
@@ -248,6 +249,7 @@ class ReportContent:
     not_planned: tuple[str, ...] = ()
     no_equivalence: str = ""
     counted: str = "run"
+    software: tuple[tuple[str, str], ...] = ()
     stored: bool = True
     warning: str = ""
 

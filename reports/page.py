@@ -20,6 +20,7 @@ from reports.content import ReportContent
 from reports.figures.kept import Wanted, drawn, forget_unused
 from reports.figures.registry import FIGURES, figures_of
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
+from reports.references import references_bib
 from reports.sections import Bullets, FigureHere, FiguresBeside, Paragraph, Part, Section, TableHere, sections_of
 from reports.tables.as_csv import csv_bytes
 from reports.tables.as_latex import latex_bytes
@@ -73,7 +74,8 @@ class WrittenReport:
 def write_report(
     content: ReportContent, out_dir: Path, *, summary: bool = False, every_figure: bool = False
 ) -> WrittenReport:
-    """Write the report into a folder: `report.html`, `figures/*.svg`, `tables/*.csv|tex`, `numbers.tex`.
+    """Write the report into a folder: `report.html`, `figures/*.svg`, `tables/*.csv|tex`, `numbers.tex`,
+    `references.bib`.
 
     The figures are those of the page, at the width that they have there; with `every_figure` each as SVG and PDF, at
     both widths. What an earlier report left of the other ones is removed: it would show other numbers than the page.
@@ -100,6 +102,7 @@ def write_report(
         written_figures = tuple(_replace(out_dir / "figures" / name, data) for name, data in figures.items())
         written_tables = tuple(_replace(out_dir / "tables" / name, data) for name, data in table_files.items())
         _replace(out_dir / "numbers.tex", macros_bytes(content))
+        _replace(out_dir / "references.bib", references_bib(content))
         written = {name: _replace(out_dir / name, page.encode("utf-8")) for name, page in pages.items()}
         for left in (f"{name}{ending}.{suffix}" for name in FIGURES for ending in _WIDTHS for suffix in _FORMATS):
             if left not in figures:

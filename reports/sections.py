@@ -16,6 +16,7 @@ from reports.naming import (
     swept_words,
     title_of,
 )
+from reports.references import software_sentence
 from reports.remarks import NOT_FROM_DAYS, by_day_sentences, days_claim, gains_text, prediction_sentences, verdict_text
 from reports.trust import flow_sentence, robustness_sentences, trust_sentences
 from reports.wording import count_text, list_text
@@ -280,6 +281,7 @@ def _methods(content: ReportContent) -> Section:
     parts: list[Part] = [Paragraph(text) for text in content.methods]
     if gains := gains_text(content):
         parts.append(Paragraph(gains))
+    parts.append(Paragraph(software_sentence(content)))
     if content.limitations:
         parts += [Heading("Limitations"), Bullets(tuple(map(Paragraph, content.limitations)))]
     if content.assumed and not content.predictions.items:

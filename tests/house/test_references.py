@@ -25,3 +25,13 @@ def test_every_source_with_a_year_is_listed() -> None:
         if not any(author in entry and f"({year})" in entry for entry in entries)
     }
     assert missing == set()
+
+
+def test_the_citation_is_of_this_version() -> None:
+    citation = (PROJECT / "CITATION.cff").read_text(encoding="utf-8")
+    project = (PROJECT / "pyproject.toml").read_text(encoding="utf-8")
+    version = re.search(r'^version = "(.*)"$', project, re.MULTILINE)
+    assert version is not None
+    assert f"\nversion: {version[1]}\n" in citation
+    for key in ("cff-version: 1.2.0", "message: ", "title: ", "authors:"):
+        assert f"\n{key}" in f"\n{citation}"

@@ -219,7 +219,7 @@ def test_all_files_are_there_and_no_part_is_left_over(written):
     ends = [f"{width}.{kind}" for width in ("", "_one_column") for kind in ("svg", "pdf")]
     figures = {f"figures/{name}{end}" for name in FIGURE_NAMES for end in ends}
     tables = {f"tables/{name}.{kind}" for name in TABLE_NAMES for kind in ("csv", "tex")}
-    assert found == figures | tables | {"report.html", "numbers.tex"}
+    assert found == figures | tables | {"report.html", "numbers.tex", "references.bib"}
     assert {path.relative_to(folder).as_posix() for path in (*written.figures, *written.tables)} == figures | tables
 
 

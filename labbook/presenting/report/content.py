@@ -78,6 +78,8 @@ def build_content(
         counted=analysis.planned.settings.unit_of_analysis.noun,
         no_equivalence=preregistration.no_equivalence(analysis),
     )
+    used = ("numpy", "scipy", "matplotlib", *(("numba",) if bare.predictions.items else ()))
+    bare = replace(bare, software=tuple((name, importlib.metadata.version(name)) for name in used))
     bare = replace(bare, limitations=(*campaign.robot_limitations(analysis, bare), *bare.limitations))
     budget, budget_note = drain.budget(analysis, shown, bare)
     return replace(

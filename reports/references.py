@@ -1,0 +1,68 @@
+"""What a report used and names: software with versions, methods with their sources, as a sentence and as BibTeX."""
+
+from __future__ import annotations
+
+import importlib.resources
+import re
+
+from reports.content import ReportContent
+from reports.tables.as_latex import latex_text
+from reports.wording import list_text
+
+_SOURCES = {
+    "thesis": "roberts2021",
+    "Brown and Forsythe": "brown1974",
+    "Fieller": "fieller1954",
+    "Holm": "holm1979",
+    "paired t on day means": "ibragimov2010",
+    "mixed model": "kuznetsova2017",
+    "Satterthwaite": "satterthwaite1946",
+    "TOST": "schuirmann1987",
+    "Welch": "welch1938",
+}
+"""What the methods paragraphs call a method -> the key of its source in `templates/references.bib`."""
+
+
+def sources_named(content: ReportContent) -> tuple[str, ...]:
+    """Return the keys of the sources of all methods that the report's paragraphs on methods name, in their order."""
+    text = " ".join((*content.methods, content.tests_beside))
+    return tuple(dict.fromkeys(key for name, key in _SOURCES.items() if name in text))
+
+
+def software_sentence(content: ReportContent) -> str:
+    """Name software with versions, and the sources of methods, for the paragraph on methods."""
+    used = list_text([f"{name} {version}" for name, version in _software(content).items()])
+    entries = _entries()
+    sources = [_short(entries[key]) for key in sources_named(content)]
+    return f"Software: {used}.{f' Sources: {list_text(sources)}.' if sources else ''}"
+
+
+def references_bib(content: ReportContent) -> bytes:
+    """Write software and sources as BibTeX, UTF-8: what `software_sentence` names, no more and no less."""
+    entries = _entries()
+    year = content.made_at[:4]
+    software = [
+        entries[name].replace("VERSION", latex_text(version)).replace("{YEAR}", f"{{{year}}}")
+        for name, version in _software(content).items()
+        if name in entries
+    ]
+    return ("\n\n".join([*software, *(entries[key] for key in sources_named(content))]) + "\n").encode("utf-8")
+
+
+def _software(content: ReportContent) -> dict[str, str]:
+    return {"labbook": content.software_version, **dict(content.software)}
+
+
+def _entries() -> dict[str, str]:
+    """Return the entries of the file of references by their keys."""
+    text = importlib.resources.files("reports").joinpath("templates", "references.bib").read_text(encoding="utf-8")
+    return {entry.partition("{")[2].partition(",")[0]: entry for entry in text.strip().split("\n\n")}
+
+
+def _short(entry: str) -> str:
+    """Write who and when, as a sentence cites it."""
+    authors, year = (re.search(rf"{field} = {{(.*)}},", entry) for field in ("author", "year"))
+    assert authors is not None  # noqa: S101 - every entry has both, as the tests see to
+    assert year is not None  # noqa: S101
+    names = [name.partition(",")[0].replace(r"{\"u}", "ü") for name in authors[1].split(" and ")]
+    return f"{list_text(names) if len(names) < 3 else names[0] + ' et al.'} {year[1]}"
