@@ -92,10 +92,11 @@ class Level:
 
 @dataclass(frozen=True, slots=True)
 class RunValue:
-    """What one run contributes to a condition: the run's own value or the mean of its jumps."""
+    """What one run contributes to a condition: the run's own value, or the mean of its jumps `jumps_m`, m."""
 
     run: str
     value: float
+    jumps_m: tuple[float, ...] = field(default=(), repr=False)
 
 
 @dataclass(frozen=True, slots=True)

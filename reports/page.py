@@ -21,6 +21,7 @@ from reports.figures.kept import Wanted, drawn, forget_unused
 from reports.figures.registry import FIGURES, figures_of
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from reports.references import references_bib
+from reports.run_points import name_points, run_anchors
 from reports.sections import Bullets, FigureHere, FiguresBeside, Paragraph, Part, Section, TableHere, sections_of
 from reports.tables.as_csv import csv_bytes
 from reports.tables.as_latex import latex_bytes
@@ -164,9 +165,10 @@ def render_page(
         lstrip_blocks=True,
     )
     numbering = {"figure": 0, "table": 0}
+    anchors = {} if first_only else run_anchors(content)
     planned = sections_of(content)[:1] if first_only else sections_of(content)
     traced = {**tables, "provenance": _of_this_page(tables["provenance"], _ids_of(planned, tables))}
-    sections = [_shown_section(content, section, drawings, traced, numbering) for section in planned]
+    sections = [_shown_section(content, section, drawings, traced, numbering, anchors) for section in planned]
     return environment.get_template("report.html.j2").render(
         content=content,
         summary=_summary(content),
@@ -236,8 +238,9 @@ def _shown_section(
     drawings: Mapping[str, bytes],
     tables: Mapping[str, Table],
     numbering: dict[str, int],
+    anchors: Mapping[str, str],
 ) -> dict[str, Any]:
-    parts = (_shown_part(content, part, drawings, tables, numbering) for part in section.parts)
+    parts = (_shown_part(content, part, drawings, tables, numbering, anchors) for part in section.parts)
     return {
         "anchor": section.anchor,
         "title": section.title,
@@ -252,13 +255,15 @@ def _shown_part(
     drawings: Mapping[str, bytes],
     tables: Mapping[str, Table],
     numbering: dict[str, int],
+    anchors: Mapping[str, str],
 ) -> dict[str, Any] | None:
     """Turn a part into what the template shows: figures and tables get their number, empty tables are left out."""
     match part:
         case FigureHere(name):
-            return _shown_figure(content, name, drawings, name, numbering)
+            return _shown_figure(content, name, drawings, name, numbering, anchors)
         case FiguresBeside(names):
-            narrow = [_shown_figure(content, name, drawings, f"{name}_one_column", numbering) for name in names]
+            drawn = {name: f"{name}_one_column" for name in names}
+            narrow = [_shown_figure(content, name, drawings, drawn[name], numbering, anchors) for name in names]
             return {"kind": "FiguresBeside", "figures": narrow}
         case TableHere(name):
             if not tables[name].rows:
@@ -270,19 +275,25 @@ def _shown_part(
 
 
 def _shown_figure(
-    content: ReportContent, name: str, drawings: Mapping[str, bytes], drawn: str, numbering: dict[str, int]
+    content: ReportContent,
+    name: str,
+    drawings: Mapping[str, bytes],
+    drawn: str,
+    numbering: dict[str, int],
+    anchors: Mapping[str, str],
 ) -> dict[str, Any]:
     """Show a drawing under the next number, or say why there is none."""
     kind = FIGURES[name]
     if (reason := kind.absent(content)) is not None:
         return {"kind": "Paragraph", "part": Paragraph(reason)}
     numbering["figure"] += 1
+    drawing = inline_svg(drawings[drawn], name, kind.title, kind.alternative(content))
     return {
         "kind": "FigureHere",
         "number": numbering["figure"],
         "name": name,
         "caption": kind.caption(content),
-        "drawing": inline_svg(drawings[drawn], name, kind.title, kind.alternative(content)),
+        "drawing": name_points(drawing, name, content, anchors),
     }
 
 

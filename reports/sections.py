@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from data_schema.outcomes import Outcome
-from reports.content import Anova, Condition, ReportContent
+from reports.content import Anova, ReportContent
 from reports.decided_sentences import group_claim
 from reports.display import significance_text
 from reports.naming import (
@@ -18,6 +18,7 @@ from reports.naming import (
 )
 from reports.references import software_sentence
 from reports.remarks import NOT_FROM_DAYS, by_day_sentences, days_claim, gains_text, prediction_sentences, verdict_text
+from reports.run_points import run_anchors
 from reports.trust import flow_sentence, robustness_sentences, trust_sentences
 from reports.wording import count_text, list_text
 
@@ -65,9 +66,6 @@ class TableHere:
 
     name: str
 
-
-_FEW_RUN_VALUES = 60
-"""Up to so many values of single runs the page lists them; beyond, figures and files have them."""
 
 Part: TypeAlias = Paragraph | Bullets | Heading | FigureHere | FiguresBeside | TableHere
 
@@ -261,13 +259,9 @@ def _measured(content: ReportContent) -> Section:
             )
         )
     parts += [FigureHere("flow"), TableHere("days")]
-    if sum(_run_count(condition) for condition in content.conditions) <= _FEW_RUN_VALUES:
-        parts.append(TableHere("run_values"))
+    if run_anchors(content):
+        parts.append(TableHere("each_run"))
     return Section("measured", "Days and runs", tuple(parts), folded=True)
-
-
-def _run_count(condition: Condition) -> int:
-    return sum(len(summary.runs) for summary in condition.summaries.values())
 
 
 def _plan(content: ReportContent) -> Section:

@@ -134,7 +134,7 @@ def draw_by_damping(content: ReportContent, quantity: Outcome, width_in: float) 
         axes = figure.add_subplot()
         for index, marks in enumerate(drawn):
             place = index - (len(drawn) - 1) / 2
-            _draw_marks(axes, marks, axis, place * min(0.16, 0.64 / len(drawn)) * axis.step, narrow)
+            _draw_marks(axes, marks, axis, index, place * min(0.16, 0.64 / len(drawn)) * axis.step, narrow)
         axes.set_ylabel(y_label)
         axes.margins(y=0.06)
         axes.set_xlabel(axis.title)
@@ -175,9 +175,9 @@ def _draw_panels(drawn: list[_Marks], axis: Axis, y_label: str, width_in: float)
     figure = new_figure(width_in, 0.9 + down * (1.25 if narrow else 1.6))
     panels = figure.subplots(down, across, squeeze=False, sharex=True)
     half = 0.55 * max(high - low for low, high in (marks.range() for marks in drawn))
-    for panel, marks in zip(panels.flatten(), drawn, strict=False):
+    for index, (panel, marks) in enumerate(zip(panels.flatten(), drawn, strict=False)):
         low, high = marks.range()
-        _draw_marks(panel, marks, axis, 0.0, narrow)
+        _draw_marks(panel, marks, axis, index, 0.0, narrow)
         panel.set_ylim((low + high) / 2 - half, (low + high) / 2 + half)
         title = marks.series.label.replace(", ", ",\n") if narrow and across > 1 else marks.series.label
         panel.set_title(title, fontsize=6 if narrow else 7, loc="left")
@@ -190,7 +190,7 @@ def _draw_panels(drawn: list[_Marks], axis: Axis, y_label: str, width_in: float)
     return figure
 
 
-def _draw_marks(axes: Axes, marks: _Marks, axis: Axis, shift: float, narrow: bool) -> None:
+def _draw_marks(axes: Axes, marks: _Marks, axis: Axis, index: int, shift: float, narrow: bool) -> None:
     series = marks.series
     axes.plot(
         [x + shift for x, _ in marks.runs],
@@ -201,6 +201,7 @@ def _draw_marks(axes: Axes, marks: _Marks, axis: Axis, shift: float, narrow: boo
         markersize=2.0 if narrow else 2.6,
         markeredgewidth=0,
         zorder=2,
+        gid=f"runs-{index}",  # where `reports.run_points` finds them
     )
     axes.errorbar(
         [x + shift for x, _, _, _ in marks.means],

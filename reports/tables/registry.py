@@ -5,6 +5,7 @@ from __future__ import annotations
 from reports.content import ReportContent
 from reports.tables.comparisons import BY_DAY, COMPARISONS
 from reports.tables.conditions import BY_CONDITION, RUN_VALUES
+from reports.tables.each_run import EACH_RUN
 from reports.tables.headlines import HEADLINES
 from reports.tables.measured import (
     ASSUMED,
@@ -42,6 +43,7 @@ TABLES: dict[str, TableKind] = {
         ASSUMED,
         PROVENANCE_IDS,
         RUN_VALUES,
+        EACH_RUN,
         IDLE_RUNS,
         RUNS,
         FLOW,

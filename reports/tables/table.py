@@ -38,21 +38,29 @@ class Column:
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """A cell: its text, its CSV values in the order of the column's fields, the footnote it needs."""
+    """A cell: its text, its CSV values in the order of the column's fields, the footnote it needs.
+
+    The page draws `marks` beside the text, each a share of the way from left to right.
+    """
 
     text: str
     values: tuple[Raw, ...]
     note: str = ""
     provenance: bool = False
+    marks: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A row; rows of one `block` stand together under its name. `strong` marks the rows to look at first."""
+    """A row; rows of one `block` stand together under its name. `strong` marks the rows to look at first.
+
+    `anchor` is what the page links to it by, "" for none.
+    """
 
     cells: tuple[Cell, ...]
     block: str = ""
     strong: bool = False
+    anchor: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -57,7 +57,7 @@ def test_the_page_prints_on_the_paper_that_is_there(written, tmp_path, paper, wi
     browse(tmp_path, "--no-pdf-header-footer", f"--print-to-pdf={printed}", page.as_uri())
     data = printed.read_bytes()
     assert data.startswith(b"%PDF")
-    assert 8 <= len(re.findall(rb"/Type\s*/Page\b", data)) <= 25
+    assert 8 <= len(re.findall(rb"/Type\s*/Page\b", data)) <= 28
     boxes = {round(float(width)) for width in re.findall(rb"/MediaBox \[0 0 ([\d.]+)", data)}
     assert boxes == {width_pt}
 
@@ -81,3 +81,21 @@ def test_long_names_are_wrapped_and_nothing_of_a_table_is_cut(content, tmp_path)
     page.write_text(render_page(changed, DRAWINGS, tables).replace("</body>", CUT), encoding="utf-8")
     found = browse(tmp_path, "--window-size=1000,800", "--dump-dom", page.as_uri())
     assert re.search(r"<title>(.*)</title>", found).group(1) == "cut:"
+
+
+ACT = """<script>addEventListener("load", () => {
+document.querySelector("#figure-joules_by_damping a").dispatchEvent(new MouseEvent("click", {bubbles: true}));
+document.querySelector("#figure-joules_by_damping button").click();
+const copy = document.querySelector("dialog svg");
+const before = copy.viewBox.baseVal.width;
+document.querySelector("dialog button").click();
+const open = document.querySelector("#measured details").open;
+document.title = `open ${open} zoomed ${copy.viewBox.baseVal.width < before}`;
+});</script></body>"""
+
+
+def test_a_point_opens_the_rows_of_runs_and_a_figure_zooms(written, tmp_path):
+    page = tmp_path / "page.html"
+    page.write_text(written.page.read_text(encoding="utf-8").replace("</body>", ACT), encoding="utf-8")
+    found = browse(tmp_path, "--virtual-time-budget=3000", "--dump-dom", page.as_uri())
+    assert "<title>open true zoomed true</title>" in found

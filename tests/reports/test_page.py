@@ -12,6 +12,7 @@ from data_schema.vocabulary import Undefined
 from reports.content import Claim, Provenance
 from reports.figures.registry import FIGURES, figures_of
 from reports.page import inline_svg, write_report
+from reports.run_points import name_points, run_anchors
 from reports.sections import FigureHere, FiguresBeside, sections_of
 from reports.tables.registry import TABLES
 from tests.helpers.pages import FIGURE_NAMES, TABLE_NAMES, quick_page
@@ -202,7 +203,7 @@ def test_a_selection_with_little_in_it_says_why(minimal):
     assert "Nothing is claimed from one condition." in text
     for name in ("savings", "passive_drain", "day_order", "packs", "sensitivity"):
         assert FIGURES[name].absent(minimal) in text
-    assert "What each run contributed to its condition." in text
+    assert "Each run and its analysed jumps" in text
     silent = text_of(quick_page(dataclasses.replace(minimal, claims=())))
     assert "Nothing is claimed from this selection: no group of its conditions has runs of both the control" in silent
     no_control = tuple(dataclasses.replace(factor, swept=False) for factor in minimal.factors)
@@ -239,7 +240,8 @@ def test_the_inlined_drawing_is_the_file_s(content, written, html):
         kind = FIGURES[name]
         width = "_one_column" if name in ("joules_by_damping", "apex_by_damping") else ""
         svg = (written.page.parent / "figures" / f"{name}{width}.svg").read_bytes()
-        assert inline_svg(svg, name, kind.title, kind.alternative(content)) in html
+        drawn = inline_svg(svg, name, kind.title, kind.alternative(content))
+        assert name_points(drawn, name, content, run_anchors(content)) in html
 
 
 def test_a_folder_that_cannot_be_written_is_one_sentence(minimal, tmp_path):

@@ -119,7 +119,10 @@ def _summary(values: ConditionValues, shown: Shown) -> Summary:
     return Summary(
         mean=shown.number(values.summary.mean),
         sd=shown.value(values.summary.sd),
-        runs=tuple(RunValue(item.run.name, item.value) for item in values.runs),
+        runs=tuple(
+            RunValue(item.run.name, item.value, item.result.heights_m if isinstance(item.result, RunApexes) else ())
+            for item in values.runs
+        ),
         jumps=sum(jumps) or None,
         robots=dict(Counter(item.run.robot for item in values.runs)),
     )

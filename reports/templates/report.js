@@ -1,0 +1,56 @@
+// A link into a fold opens it, and what is printed has all folds open.
+const closed = () => [...document.querySelectorAll("details:not([open])")];
+const reveal = (name) => {
+  const target = document.getElementById(name);
+  const fold = target && (target.closest("details") || target.querySelector("details"));
+  if (fold) { fold.open = true; target.scrollIntoView(); }
+};
+addEventListener("load", () => reveal(location.hash.slice(1)));
+document.addEventListener("click", (event) => {
+  const link = event.target.closest("a[href^='#']");
+  if (link) reveal(link.getAttribute("href").slice(1));
+});
+let opened = [];
+addEventListener("beforeprint", () => { opened = closed(); opened.forEach((fold) => { fold.open = true; }); });
+addEventListener("afterprint", () => opened.forEach((fold) => { fold.open = false; }));
+
+// A figure fills the window on request; there the wheel and two buttons zoom, and dragging moves it.
+const button = (text, act) => {
+  const made = document.createElement("button");
+  made.type = "button";
+  made.textContent = text;
+  made.addEventListener("click", act);
+  return made;
+};
+const enlarge = (drawing) => {
+  const dialog = document.createElement("dialog");
+  const copy = drawing.cloneNode(true);
+  copy.removeAttribute("style");
+  const box = copy.viewBox.baseVal;
+  const zoom = (by, x, y) => {
+    box.x = x - (x - box.x) * by;
+    box.y = y - (y - box.y) * by;
+    box.width *= by;
+    box.height *= by;
+  };
+  const inMiddle = (by) => () => zoom(by, box.x + box.width / 2, box.y + box.height / 2);
+  dialog.append(button("+", inMiddle(0.7)), button("\u2212", inMiddle(1 / 0.7)), button("close", () => dialog.close()), copy);
+  copy.addEventListener("wheel", (event) => {
+    event.preventDefault();
+    const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(copy.getScreenCTM().inverse());
+    zoom(event.deltaY > 0 ? 1.25 : 0.8, at.x, at.y);
+  }, { passive: false });
+  copy.addEventListener("pointermove", (event) => {
+    if (!event.buttons) return;
+    box.x -= event.movementX / copy.getScreenCTM().a;
+    box.y -= event.movementY / copy.getScreenCTM().d;
+  });
+  copy.addEventListener("click", (event) => { if (event.target.closest("a")) dialog.close(); });
+  dialog.addEventListener("close", () => dialog.remove());
+  document.body.append(dialog);
+  dialog.showModal();
+};
+document.querySelectorAll("figure").forEach((figure) => {
+  const drawing = figure.querySelector("svg");
+  figure.querySelector("figcaption").append(" ", button("enlarge", () => enlarge(drawing)));
+});

@@ -1,0 +1,101 @@
+"""From a point to its run: named on hover, linked to the run's row, and only text whatever a run is called."""
+
+import dataclasses
+import re
+
+import pytest
+
+from data_schema.outcomes import Outcome
+from reports import run_points
+from reports.content import Day, RunValue
+from reports.display import general_text
+from reports.figures.kind import draw_figure, svg_bytes
+from reports.figures.registry import FIGURES
+from reports.figures.style import ONE_COLUMN_IN
+from reports.page import inline_svg, render_page
+from reports.run_points import name_points, points_drawn, run_anchors, run_days
+from reports.tables.each_run import each_run
+from reports.tables.registry import tables_of
+from tests.helpers.pages import DRAWN
+
+POINT = re.compile(r'<a href="#(run-\d+)" tabindex="-1"><title>([^<]*)</title><use [^>]*/></a>')
+EMPTY = dict.fromkeys(DRAWN, b'<svg viewBox="0 0 9 9"></svg>')
+NASTY = "<script>x</script>&\"'"
+
+
+def figure_of(content, outcome):
+    name = f"{outcome.key}_by_damping"
+    svg = svg_bytes(draw_figure(FIGURES[name], content, ONE_COLUMN_IN))
+    return name_points(inline_svg(svg, name, "t", "d"), name, content, run_anchors(content))
+
+
+@pytest.fixture(scope="module")
+def html(content):
+    return render_page(content, EMPTY, {kind.name: kind.make(content) for kind in tables_of(content)})
+
+
+@pytest.mark.parametrize("outcome", [Outcome.JOULES, Outcome.APEX])
+def test_every_point_names_its_run_day_and_value_and_leads_to_its_row(content, html, outcome):
+    points = POINT.findall(figure_of(content, outcome))
+    runs = [run for series in points_drawn(content, outcome) for run in series]
+    assert len(points) == len(runs) > 100
+    days, anchors = run_days(content), run_anchors(content)
+    factor, unit = (1.0, "J") if outcome is Outcome.JOULES else (1000.0, "mm")
+    for (target, title), run in zip(points, runs, strict=True):
+        day = f", {days[run.run]}" if run.run in days else ""
+        assert title == f"{run.run}{day}: {general_text(run.value * factor)} {unit}"
+        assert target == anchors[run.run]
+    assert {target for target, _ in points} <= set(re.findall(r'<tr id="([^"]*)"', html))
+
+
+def test_a_point_stands_at_the_value_that_it_names(content):
+    """The order of the points in the drawing is that of the runs: heights on the page fall as values rise."""
+    heights = [
+        (float(y), float(title.rpartition(": ")[2].split()[0]))
+        for title, y in re.findall(
+            r'<title>([^<]*)</title><use [^>]*\by="([\d.]+)"', figure_of(content, Outcome.JOULES)
+        )
+    ]
+    assert len(heights) > 100
+    (y_0, value_0), (y_1, value_1) = min(heights), max(heights)
+    for y, value in heights:
+        assert value == pytest.approx(value_0 + (y - y_0) * (value_1 - value_0) / (y_1 - y_0), abs=0.11)
+
+
+def renamed(content, name):
+    """The content with the first run of the first condition called something else, with its jumps."""
+    first, *others = content.conditions
+    of_joules = first.summaries[Outcome.JOULES]
+    run = of_joules.runs[0]
+    summary = dataclasses.replace(of_joules, runs=(RunValue(name, run.value, (0.31, 0.33)), *of_joules.runs[1:]))
+    changed = dataclasses.replace(first, summaries={**first.summaries, Outcome.JOULES: summary})
+    day = Day("2021-05-03", (name,), ())
+    return dataclasses.replace(content, conditions=(changed, *others), days=(day, *content.days))
+
+
+def test_a_run_of_any_name_stays_text(content):
+    changed = renamed(content, NASTY)
+    drawn = figure_of(changed, Outcome.JOULES)
+    assert "<script" not in drawn
+    assert "&lt;script&gt;x&lt;/script&gt;&amp;&quot;&#x27;, 2021-05-03: " in drawn
+    page = render_page(changed, EMPTY, {kind.name: kind.make(changed) for kind in tables_of(changed)})
+    assert "<script>x" not in page
+    assert "&lt;script&gt;x" in page
+
+
+def test_a_run_s_row_has_its_jumps(content):
+    table = each_run(renamed(content, "first"))
+    (row,) = [row for row in table.rows if row.cells[0].text == "first"]
+    assert row.cells[1].text == "2021-05-03"
+    assert row.cells[-1].values == (2, 0.31, 0.33)
+    assert row.cells[-1].text == "2, 310 to 330 mm"
+    assert row.cells[-1].marks == (0.0, 1.0)
+
+
+def test_points_of_too_many_runs_are_named_and_lead_nowhere(content, monkeypatch):
+    monkeypatch.setattr(run_points, "MOST_RUNS", 100)
+    drawn = figure_of(content, Outcome.JOULES)
+    assert "<a " not in drawn
+    assert len(re.findall(r"<g><title>[^<]*</title><use", drawn)) > 100
+    page = render_page(content, EMPTY, {kind.name: kind.make(content) for kind in tables_of(content)})
+    assert 'id="run-1"' not in page
