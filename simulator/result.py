@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING
 
+from data_schema.notebook import fields_html
 from simulator.scene import Scene
 
 if TYPE_CHECKING:
@@ -83,6 +84,12 @@ class JumpResult:
     open_book: bool = False
     other_branch: JumpResult | None = None
 
+    def _repr_html_(self) -> str:
+        """Return the jump in a sentence, and its numbers below in a fold, as notebooks show it."""
+        height = "no apex" if self.apex_height_m is None else f"apex at {self.apex_height_m:.4g} m"
+        data = {field.name: getattr(self, field.name) for field in fields(self)}
+        return fields_html(data, sentence=f"{self.outcome}: {height}, {self.cost_J:.4g} J.")
+
 
 @dataclass(frozen=True, slots=True)
 class SceneResult:
@@ -99,3 +106,7 @@ class SceneResult:
     def jump(self) -> JumpResult:
         """The last jump: the only one of most scenes, the steady one of the others."""
         return self.jumps[-1]
+
+    def _repr_html_(self) -> str:
+        """Return the last jump as notebooks show it."""
+        return self.jump._repr_html_()

@@ -14,11 +14,13 @@ from dataclasses import fields, is_dataclass
 from enum import Enum
 from fractions import Fraction
 from functools import cache
+from html import escape
 from types import UnionType
 from typing import TYPE_CHECKING, Any, get_args, get_type_hints
 
 import numpy as np
 
+from data_schema.notebook import fields_html, table_html, value_text
 from data_schema.rounding import decimals_for, fixed_text, interval_text, number_text
 from data_schema.vocabulary import Remark, Undefined
 
@@ -40,6 +42,17 @@ class Result:
     def to_json(self) -> str:
         """Return `to_dict` as text."""
         return json.dumps(self.to_dict(), ensure_ascii=False, allow_nan=False)
+
+    def _repr_html_(self) -> str:
+        """Return the sentence, and the numbers below it in a fold, as notebooks show a result."""
+        rows, said = self.rows(), getattr(self, "sentence", None)
+        sentence = "" if said is None else said()
+        if len(rows) <= 1:
+            return fields_html(self.to_dict(), sentence=sentence)
+        parts = [row.to_dict() for row in rows]
+        shown = [name for name in parts[0] if not name.endswith("_reason") and value_text(parts[0][name]) is not None]
+        texts = [[value_text(part[name]) or "" for name in shown] for part in parts]
+        return f"<p>{escape(sentence)}</p>{table_html(shown, texts)}"
 
     def rows(self) -> Sequence[Result]:
         """Return what `to_frame` has a row of: the parts, of a result that is a list of such, or else the result."""

@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
+from data_schema.notebook import table_html
 from data_schema.vocabulary import Undefined
 from reports.content import Outcome, ReportContent
 from reports.display import DASH, as_shown, decimal_text, degrees_text, interval_text, level_text, p_text, value_text
@@ -71,6 +72,11 @@ class Table:
     caption: str
     columns: tuple[Column, ...]
     rows: tuple[Row, ...]
+
+    def _repr_html_(self) -> str:
+        """Return the shown columns as notebooks show them: caption, heads, rows."""
+        texts = [[cell.text for cell in self.cells(row)] for row in self.rows]
+        return table_html([column.head for column in self.heads], texts, caption=self.caption)
 
     @property
     def heads(self) -> tuple[Column, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import html
 import importlib
 import inspect
 import json
@@ -312,3 +313,19 @@ def test_every_p_has_its_logarithm(kind):
     for name in names:
         if P_FIELDS.fullmatch(name) and "log10" not in name:
             assert re.sub(r"(^|_)p(?=$|_)", r"\1log10_p", name) in names, name
+
+
+@ALL
+def test_a_notebook_shows_the_sentence_and_the_numbers(name, make, undefined):
+    result = make()
+    shown = result._repr_html_()
+    assert html.escape(result.sentence()) in shown
+    assert "nan" not in re.sub(r"<p>.*?</p>", "", shown)
+    assert shown.count("<table>") == shown.count("</table>") == 1
+    assert len(shown) < 20_000
+
+
+def test_names_are_only_text_in_a_notebook():
+    shown = compare_two(A, B, names=("<script>x</script>", "b & c"))._repr_html_()
+    assert "<script" not in shown
+    assert "&lt;script&gt;x&lt;/script&gt;" in shown

@@ -23,3 +23,12 @@ def test_caption_heads_with_units_and_rows() -> None:
         "| a\\|b | 1.0 |",
         "| c | **2.0** |",
     ]
+
+
+def test_a_notebook_shows_the_columns_of_a_table_that_are_shown() -> None:
+    shown = TABLE._repr_html_()
+    assert "<caption>A caption.</caption>" in shown
+    assert "<th>name</th><th>mean (J)</th></tr>" in shown
+    assert shown.count("<tr>") == 3
+    assert "<td>a|b</td><td>1.0</td>" in shown
+    assert "hidden" not in shown
