@@ -157,26 +157,39 @@ def render_page(
 
     With `first_only` it is the first section alone, whose numbers keep their ids without a table to link to.
     """
-    environment = jinja2.Environment(
+    numbering = {"figure": 0, "table": 0}
+    anchors = {} if first_only else run_anchors(content)
+    planned = sections_of(content)[:1] if first_only else sections_of(content)
+    traced = {**tables, "provenance": _of_this_page(tables["provenance"], _ids_of(planned, tables))}
+    sections = [_shown_section(content, section, drawings, traced, numbering, anchors) for section in planned]
+    return (
+        _environment()
+        .get_template("report.html.j2")
+        .render(
+            content=content,
+            summary=_summary(content),
+            facts=_facts(content),
+            sections=[section for section in sections if section["parts"]],
+            first_only=first_only,
+            known_ids=set() if first_only else {row.cells[0].text for row in traced["provenance"].rows},
+        )
+    )
+
+
+def _environment() -> jinja2.Environment:
+    return jinja2.Environment(
         loader=jinja2.FunctionLoader(_template),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    numbering = {"figure": 0, "table": 0}
-    anchors = {} if first_only else run_anchors(content)
-    planned = sections_of(content)[:1] if first_only else sections_of(content)
-    traced = {**tables, "provenance": _of_this_page(tables["provenance"], _ids_of(planned, tables))}
-    sections = [_shown_section(content, section, drawings, traced, numbering, anchors) for section in planned]
-    return environment.get_template("report.html.j2").render(
-        content=content,
-        summary=_summary(content),
-        facts=_facts(content),
-        sections=[section for section in sections if section["parts"]],
-        first_only=first_only,
-        known_ids=set() if first_only else {row.cells[0].text for row in traced["provenance"].rows},
-    )
+
+
+def figure_page(svg: bytes, title: str, alternative: str) -> str:
+    """Return a page of one drawing that fills the window and zooms on request; it asks nothing of the network."""
+    drawing = inline_svg(svg, "figure", title, alternative)
+    return _environment().get_template("figure.html.j2").render(title=title, drawing=drawing, alternative=alternative)
 
 
 def _ids_of(sections: Sequence[Section], tables: Mapping[str, Table]) -> set[str]:

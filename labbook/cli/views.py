@@ -56,7 +56,9 @@ def show(
 def plot(
     run: Annotated[str, typer.Argument(help="The run.")],
     jump: Annotated[int | None, typer.Option("--jump", help="The jump to show enlarged.")] = None,
-    out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="A .png, .svg or .pdf file.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE", help="A .png, .svg, .pdf or .html file; the page zooms.")
+    ] = None,
     book: BookOption = None,
     as_json: JsonOption = False,
 ) -> None:

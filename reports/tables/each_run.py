@@ -44,7 +44,7 @@ def each_run(content: ReportContent) -> Table:
         ]
     caption = (
         "Each run and its analysed jumps, lowest to highest apex of all runs from left to right. "
-        "labbook plot RUN draws its trace."
+        "labbook plot RUN --out RUN.html draws its trace."
     )
     return Table("each_run", caption, columns, tuple(rows))
 

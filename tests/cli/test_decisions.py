@@ -129,7 +129,9 @@ def test_show_tells_all_that_belongs_to_a_run(whole: SmallBook) -> None:
     assert [item["name"] for item in found["files"]] == ["2021-06-14.csv", "r001.csv"]
 
 
-@pytest.mark.parametrize(("ending", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
+@pytest.mark.parametrize(
+    ("ending", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF"), ("html", b"<!DOCTYPE html>")]
+)
 def test_plot_makes_a_picture_in_the_form_asked_for(
     ending: str, start: bytes, whole: SmallBook, tmp_path: Path
 ) -> None:

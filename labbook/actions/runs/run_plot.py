@@ -19,12 +19,15 @@ from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_apexes import JudgedJump, anchor_of
 from labbook.book.opening import Book
 from reports.drawn import LogGap, LogJump, RunLog
+from reports.figures.kind import svg_bytes
 from reports.figures.log import draw_log
+from reports.page import figure_page
+from reports.wording import count_text
 
 _NO_FLIGHT = tuple(reason.value.partition("{")[0] for reason in (Reason.NO_FALL, Reason.NO_FREE_FLIGHT))
 """How the reasons begin for which a stance without an apex is a misfire."""
 
-KINDS = (".png", ".svg", ".pdf")
+KINDS = (".png", ".svg", ".pdf", ".html")
 
 _UNKNOWN_PAUSE_S = 5.0
 """Drawn between two logs of which a clock does not say how long the pause was."""
@@ -65,9 +68,21 @@ def plot_run(book: Book, connection: sa.Connection, name: str, jump: int | None,
         panel_jump=jump,
         leg_length_m=_leg_length(pieces),
     )
-    draw_log(picture).savefig(out)
+    figure = draw_log(picture)
+    if out.suffix == ".html":
+        title = f"Run {name}: {picture.title}"
+        page = figure_page(svg_bytes(figure), title, f"{title}. Body height over time, with {_found(picture)}.")
+        out.write_text(page, encoding="utf-8")
+    else:
+        figure.savefig(out)
     asked = next((item.jump for item in found.jumps if item.jump.number == jump), None)
     return PlottedRun(out, "" if asked is None else _no_apex(name, asked))
+
+
+def _found(log: RunLog) -> str:
+    """Count the jumps of a log, and those that are not used."""
+    left = sum(1 for jump in log.jumps if jump.excluded)
+    return f"{count_text(len(log.jumps), 'jump')}, {left} of them left out"
 
 
 def _no_apex(name: str, jump: JumpRow) -> str:
