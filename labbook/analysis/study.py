@@ -171,7 +171,7 @@ def analyse(
         }
         effects = overall_effects(cache, groups, settings.apex_bounds, settings.alpha, scope)
     progress("what the headlines depend on")
-    variations = vary(cache, detections, evidence, drains, results, swept, settings)
+    variations = vary(cache, detections, evidence, drains, results, conditions, swept, settings)
     of_savings = [(item.pair, item.result) for item in compared if item.quantity is Outcome.JOULES]
     return replace(
         analysis,

@@ -67,7 +67,7 @@ class AnovaResult(StoredResult):
     n: int
 
 
-COMPARISON = Algorithm("comparison", 16, ComparisonResult)
+COMPARISON = Algorithm("comparison", 17, ComparisonResult)
 ANOVA = Algorithm("anova", 16, AnovaResult)
 
 
@@ -100,7 +100,7 @@ def compare(
                 {"quantity": str(quantity), "family": pair.family, "label": pair.label, **scope},
                 fingerprints_of_sides(pair),
                 {"with_savings": pair.against_control and quantity.has_savings, "alpha": alpha},
-                lambda pair=pair: _compared(pair, quantity, alpha),  # type: ignore[misc]
+                lambda pair=pair: compared(pair, quantity, alpha),  # type: ignore[misc]
             )
             for pair in pairs
         ]
@@ -164,7 +164,8 @@ def pairs_in_units(
     return [replace(pair, a=(a,), b=(b,)) for pair, (a, b) in zip(pairs, both, strict=True)]
 
 
-def _compared(pair: Pair, quantity: Outcome, alpha: float) -> ComparisonResult:
+def compared(pair: Pair, quantity: Outcome, alpha: float) -> ComparisonResult:
+    """Compare the values of a pair, whose intervals have level 1 - alpha."""
     a, b, level = values_of(pair.a), values_of(pair.b), 1.0 - alpha
     test, spreads = compare_two(b, a, "f_then_t", alpha), brown_forsythe({"a": b, "b": a})
     shared = shared_by(pair.b).minus(shared_by(pair.a))

@@ -76,7 +76,7 @@ class OverallEquivalenceResult(EquivalenceResult):
     days_measured_only: bool
 
 
-DECISION = Algorithm("decision", 2, DecisionResult)
+DECISION = Algorithm("decision", 3, DecisionResult)
 DECISION_EQUIVALENCE = Algorithm("decision_equivalence", 2, EquivalenceResult)
 OVERALL = Algorithm("overall_savings", 2, OverallResult)
 OVERALL_EQUIVALENCE = Algorithm("overall_equivalence", 2, OverallEquivalenceResult)
@@ -115,7 +115,7 @@ def decide(
                 {"quantity": str(quantity), "family": pair.family, "label": pair.label, **scope},
                 _inputs(pair),
                 {"with_savings": _has_savings(pair, quantity), "alpha": alpha},
-                lambda pair=pair: _decided(pair, quantity, alpha),  # type: ignore[misc]
+                lambda pair=pair: decided(pair, quantity, alpha),  # type: ignore[misc]
             )
             for pair in pairs
         ]
@@ -202,7 +202,8 @@ def _fingerprints(pairs: Mapping[str, Pair]) -> tuple[InputRow, ...]:
     return tuple(one for pair in pairs.values() for one in _inputs(pair))
 
 
-def _decided(pair: Pair, quantity: Outcome, alpha: float) -> DecisionResult:
+def decided(pair: Pair, quantity: Outcome, alpha: float) -> DecisionResult:
+    """Decide about a pair by the rule that fits its days; intervals have level 1 - alpha."""
     found, level = contrast_of(pair), 1.0 - alpha
     n = sum(found.n)
     difference = found.difference(level)

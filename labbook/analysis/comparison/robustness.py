@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from data_schema.outcomes import Outcome
-from data_schema.vocabulary import RunKind, Undefined
+from data_schema.vocabulary import RunKind
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.comparing import ComparisonResult, compare, pairs_in_units
 from labbook.analysis.comparison.deciding import DecisionResult, decide
-from labbook.analysis.outcomes.conditions import condition_values, unit_scope
+from labbook.analysis.comparison.left_out_days import days_to_leave_out, estimates_without
+from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, unit_scope
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.measuring import measure
 from labbook.analysis.outcomes.run_apexes import as_protocol, run_apexes, without_exclusions
@@ -48,13 +49,14 @@ def vary(
     evidence: StudyData,
     drains: Mapping[str, Drain],
     results: Mapping[Outcome, RunResults[StoredResult]],
+    conditions: Mapping[Outcome, Sequence[ConditionValues]],
     swept: str,
     settings: AnalysisSettings,
 ) -> Variations:
     """Recompute the pooled comparisons; a day is left out with its jump runs and its idle runs."""
     found: list[Varied] = []
     everything = with_void(evidence)
-    _drains, joules = _joules_of(cache, everything, evidence, drains, WITHOUT_EXCLUSIONS)
+    joules = _joules_of(cache, everything, evidence, drains, WITHOUT_EXCLUSIONS)
     found += _compared(cache, WITHOUT_EXCLUSIONS, everything, Outcome.JOULES, joules, swept, settings)
     protocol = as_protocol(evidence)
     variants = [(WITHOUT_EXCLUSIONS, everything, without_exclusions(evidence))]
@@ -71,26 +73,28 @@ def vary(
     for outcome in further:
         with_all = measure(outcome, cache, detections, everything).results
         found += _compared(cache, WITHOUT_EXCLUSIONS, everything, outcome, with_all, swept, settings)
-    fits_lost: dict[str, tuple[str, ...]] = {}
-    for day in sorted({run.day for run in (*evidence.runs, *evidence.idle)}):
-        label, rest = f"without {day}", without_day(evidence, day)
-        left, joules = _joules_of(cache, rest, evidence, drains, label)
-        found += _compared(cache, label, rest, Outcome.JOULES, joules, swept, settings)
-        for outcome in (Outcome.APEX, *further) if len(rest.runs) < len(evidence.runs) else ():
-            found += _compared(cache, label, rest, outcome, results[outcome].results, swept, settings)
-        lost = _fitted(drains) - _fitted(left)
-        if lost:
-            fits_lost[day] = tuple(sorted(lost))
-    return Variations(tuple(found), fits_lost)
-
-
-def without_day(evidence: StudyData, day: str) -> StudyData:
-    """Return the evidence without the jump runs and the idle runs of one day."""
-    return replace(
-        evidence,
-        runs=tuple(run for run in evidence.runs if run.day != day),
-        idle=tuple(run for run in evidence.idle if run.day != day),
-    )
+    days = days_to_leave_out(evidence, drains)
+    with_runs = [day for day in days if day.has_runs]
+    without = {
+        outcome: estimates_without(
+            cache,
+            days if outcome is Outcome.JOULES else with_runs,
+            conditions[outcome],
+            outcome,
+            swept,
+            settings,
+            evidence.selection,
+        )
+        for outcome in (Outcome.JOULES, Outcome.APEX, *further)
+    }
+    found += [
+        Varied(pair.label, f"without {day.day}", outcome, result)
+        for day in days
+        for outcome, of_day in without.items()
+        for pair, result in of_day.get(day.day, ())
+    ]
+    lost = {day.day: tuple(sorted(drains[uid].robot for uid in day.lost)) for day in days if day.lost}
+    return Variations(tuple(found), lost)
 
 
 def with_void(evidence: StudyData) -> StudyData:
@@ -105,16 +109,12 @@ def with_void(evidence: StudyData) -> StudyData:
 
 def _joules_of(
     cache: ResultCache, varied: StudyData, evidence: StudyData, drains: Mapping[str, Drain], label: str
-) -> tuple[Mapping[str, Drain], Mapping[str, RunEnergy]]:
-    """Return drain lines and joules of other runs; where the idle runs are the same, so are the lines."""
+) -> Mapping[str, RunEnergy]:
+    """Return joules of other runs; where the idle runs are the same, so are the drain lines."""
     if varied.idle == evidence.idle and all(run.robot_uid in drains for run in varied.runs):
-        return drains, run_energies(cache, varied, drains).results
+        return run_energies(cache, varied, drains).results
     refitted = passive_drains(cache, varied, label)
-    return refitted, run_energies(cache, varied, refitted, label).results
-
-
-def _fitted(drains: Mapping[str, Drain]) -> set[str]:
-    return {drain.robot for drain in drains.values() if not isinstance(drain.line, Undefined)}
+    return run_energies(cache, varied, refitted, label).results
 
 
 def _compared(

@@ -7,14 +7,15 @@ robot in the study.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from data_schema.queries.charges import ChargeOfRun
+from data_schema.queries.results import InputRow
 from data_schema.queries.runs import RunRow
 from data_schema.reasons import Reason
 from data_schema.vocabulary import ChargeMode, Undefined
 from labbook.analysis.outcomes.energy import joules_per_jump, joules_per_mah
-from labbook.analysis.results.codec import Algorithm, StoredResult
+from labbook.analysis.results.codec import Algorithm, Origin, StoredResult
 from labbook.analysis.results.result_cache import (
     Request,
     ResultCache,
@@ -216,6 +217,17 @@ def run_energies(
         else:
             requests[run.uid] = _request(evidence, run, charge, drain.line, drain.result, variant)
     return RunResults(dict(zip(requests, cache.ensure(list(requests.values())), strict=True)), missing)
+
+
+def energies_by(evidence: StudyData, lines: Mapping[str, PassiveDrain | Undefined]) -> dict[str, RunEnergy]:
+    """Return the energy of every run that has what it takes, with other lines by the robot's uid; nothing is stored."""
+    found = {}
+    for run in evidence.runs:
+        charge, line = usable_charge(run, evidence.charges.get(run.uid, [])), lines[run.robot_uid]
+        if not isinstance(charge, Undefined) and not isinstance(line, Undefined):
+            energy = _energy(run, charge, line, evidence.study.reference_voltage_v)
+            found[run.uid] = replace(energy, origin=Origin("", {}, (InputRow("drain", "result", run.robot_uid, ""),)))
+    return found
 
 
 def _request(

@@ -18,7 +18,8 @@ from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import void
 from labbook.analysis.comparison.comparing import compare
 from labbook.analysis.comparison.deciding import DecisionResult
-from labbook.analysis.comparison.robustness import WITHOUT_EXCLUSIONS, without_day
+from labbook.analysis.comparison.left_out_days import without_day
+from labbook.analysis.comparison.robustness import WITHOUT_EXCLUSIONS
 from labbook.analysis.outcomes.budget import budget
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.outcomes.run_energy import drain_lines, passive_drains, run_energies, unused_idle
@@ -191,11 +192,17 @@ def test_leaving_a_day_out_leaves_its_idle_runs_out_of_the_drain_line(analysis: 
     assert refitted.slope_mah_s != whole.slope_mah_s
 
 
-def test_a_recomputed_drain_line_does_not_take_the_place_of_the_reported_one(made: MadeReport) -> None:
-    rows = [row for row in (*made.cache.computed.values(), *made.cache.reused.values()) if row.kind == "passive_drain"]
-    variants = [json.loads(row.scope_json).get("variant") for row in rows]
-    assert variants.count(None) == 1
-    assert len(variants) == len(set(variants)) == 3
+def test_a_day_that_is_left_out_stores_one_result_an_estimate(made: MadeReport) -> None:
+    """Neither the lines nor the joules by them, which would be every run again for every day."""
+    rows = {row.uid: row for row in (*made.cache.computed.values(), *made.cache.reused.values())}
+    scopes = {uid: json.loads(row.scope_json) for uid, row in rows.items()}
+    without = [uid for uid, scope in scopes.items() if scope.get("variant", "").startswith("without 2")]
+    assert without
+    assert {rows[uid].kind for uid in without} <= {"decision", "comparison"}
+    for uid in without:
+        (whole,) = [one for one in rows[uid].inputs if one.role == "all days"]
+        assert {**scopes[whole.input_uid], "variant": scopes[uid]["variant"]} == scopes[uid]
+        assert {one.role for one in rows[uid].inputs} == {"all days", "left out"}
 
 
 def doubled(evidence: StudyData, *names: str) -> StudyData:
