@@ -19,6 +19,8 @@ from stats.compare.shared_error import ENOUGH_DEGREES
 
 LISTED = 8
 """Runs that a sentence names before it goes on with an ellipsis."""
+FEW = 3
+"""As many where the runs' numbers stand, and each run's jumps are in the table of each run."""
 
 
 def methods(analysis: StudyAnalysis) -> tuple[str, ...]:
@@ -44,9 +46,7 @@ def _shared_error(analysis: StudyAnalysis) -> str:
     joined = _joined(analysis)
     if not saved(analysis):
         return f"is stated apart{' and counts in the interval of a mean' if joined else ''}{joined}."
-    apart = (
-        "is stated apart, cancels in differences at equal durations and jumps and enters savings through the control."
-    )
+    apart = "cancels in differences at equal durations and jumps and enters savings through the control."
     if by_shared_days(analysis):
         return f"{apart} What is left of it counts in intervals and p."
     return f"{apart} What is left of it in a mean or a difference counts in the interval{joined}." if joined else apart
@@ -120,7 +120,7 @@ def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:
     if differing := [f"{run.name}: {found} of {run.jumps_made}" for run, found in mismatched if run.jumps_made]:
         notes.append(
             f"In {_count(len(differing), 'run', 'runs')} the jumps found are not the jumps made "
-            f"({_listed(differing)}); joules are divided by the jumps made."
+            f"({_listed(differing, FEW)}); joules are divided by the jumps made."
         )
     if unmade := [(run, found) for run, found in mismatched if not run.jumps_made]:
         counts = [f"{run.name}: {found} found" for run, found in unmade]
@@ -218,8 +218,8 @@ def _names(runs: Iterable[RunRow]) -> str:
     return _listed([run.name for run in runs])
 
 
-def _listed(items: list[str]) -> str:
-    return f"{', '.join(items[:LISTED])}{', ...' if len(items) > LISTED else ''}"
+def _listed(items: list[str], most: int = LISTED) -> str:
+    return f"{', '.join(items[:most])}{', ...' if len(items) > most else ''}"
 
 
 def _rules(analysis: StudyAnalysis) -> str:
