@@ -11,7 +11,7 @@ from reports.tables.table import Cell, Column, Row, Table, TableKind, words
 
 
 def each_run(content: ReportContent) -> Table:
-    """Make the table of each run, in the order of conditions; none of its rows is on a page of too many runs."""
+    """Make the table of each run, in the order of conditions; without rows where there are too many for the page."""
     outcomes = content.outcomes
     columns = (
         Column("run", ("run",), numeric=False),
@@ -24,7 +24,7 @@ def each_run(content: ReportContent) -> Table:
     span = (min(heights), max(heights)) if heights else (0.0, 0.0)
     days, anchors = run_days(content), run_anchors(content)
     rows = []
-    for block, condition in by_group(content):
+    for block, condition in by_group(content) if anchors else ():
         found: dict[str, dict[Outcome, RunValue]] = {}
         for outcome, run in _runs(condition):
             found.setdefault(run.run, {})[outcome] = run
