@@ -11,6 +11,7 @@ from benchmarks import (
     ingest_stages,
     large_files,
     load,
+    report_costs,
     runs_list,
     small_files,
     stance,
@@ -33,5 +34,6 @@ BENCHMARKS: dict[str, Benchmark] = {
         sweep_million.BENCHMARK,
         apexes.BENCHMARK,
         *campaign.BENCHMARKS,
+        *report_costs.BENCHMARKS,
     )
 }

@@ -200,8 +200,9 @@ def order(analysis: StudyAnalysis, shown: Shown, *, told: bool) -> Order:
     `told`: the claims say already that levels of the swept factor cannot be told from their days.
     """
     points = [
-        _point(item, item.value - sum(condition.values) / len(condition.values))
+        _point(item, item.value - mean)
         for condition in analysis.conditions[Outcome.JOULES]
+        for mean in [sum(condition.values) / len(condition.values)]
         for item in condition.runs
     ]
     packs = tuple(PackMean(pack, shown.number(found.deviation)) for pack, found in analysis.packs.items())

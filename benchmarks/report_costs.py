@@ -1,0 +1,166 @@
+"""What a report costs: again, of one foot, anew, and of books of many runs on many days."""
+
+from __future__ import annotations
+
+import datetime as dt
+import shutil
+import sqlite3
+import tempfile
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.campaign import RESULTS
+from benchmarks.inputs import new_book
+from benchmarks.processes import LABBOOK, ProcessRun, run_process
+from benchmarks.section import Benchmark, Budget, Section, Table
+from data_schema.vocabulary import RunKind
+from labbook.actions.files.ingesting import IngestRequest, ingest_file
+from labbook.actions.runs.runs_importing import import_runs
+from labbook.book.opening import DATABASE, opened
+from labbook.demo.book_toml import FACTORS, ROBOT
+from labbook.demo.campaign import BATTERIES
+from labbook.demo.truth import CHAPTER_5
+from labbook.demo.writers import RunRow, SheetRow, charger_sheet, run_sheet
+from reports.figures.kept import cache_folder
+
+RUNS_A_DAY, JUMPS, AT_ONCE = 20, 25, 5000
+IDLE_RUNS = 17
+"""In a book of any size, on days spread over all of it."""
+
+
+def book_of_charges(folder: Path, runs: int, levels: Sequence[dict[str, str]]) -> None:
+    """Make a book of runs with a charge and no log, `RUNS_A_DAY` a day, the conditions of `levels` by turns."""
+    new_book(folder)
+    rng = np.random.default_rng([2, runs])
+    idle = {int(number) for number in np.linspace(0, runs - 1, IDLE_RUNS)}
+    with opened(folder) as book:
+        for first in range(0, runs, AT_ONCE):
+            numbers = range(first, min(first + AT_ONCE, runs))
+            rows = [_row(number, None if number in idle else levels[number % len(levels)]) for number in numbers]
+            charges = [_charge(row, rng.normal()) for row in rows]
+            with book.session(None) as session:
+                import_runs(book, session, run_sheet(FACTORS, rows).decode(), f"runs-{first}.csv")
+            sheet = folder.parent / f"charges-{first}.csv"
+            sheet.write_bytes(charger_sheet(charges))
+            ingest_file(book, sheet, IngestRequest())
+            sheet.unlink()
+
+
+def _row(number: int, levels: dict[str, str] | None) -> RunRow:
+    """Return a run, an idle one without `levels`."""
+    day, position = divmod(number, RUNS_A_DAY)
+    return RunRow(
+        run=f"r{number:06d}",
+        started=dt.datetime(1990, 1, 1, 7) + dt.timedelta(days=day, minutes=40 * position),  # noqa: DTZ001 - local time
+        position=position + 1,
+        kind=RunKind.JUMPS if levels else RunKind.IDLE,
+        levels=levels or {},
+        battery=BATTERIES[number % len(BATTERIES)],
+        robot=ROBOT,
+        duration_s=720 if levels else 60 * (6 + number % 7 * 2),
+        jumps_made=JUMPS if levels else 0,
+        starts=1,
+        note="",
+    )
+
+
+def _charge(row: RunRow, scatter: float) -> SheetRow:
+    mah = 800 + 20 * scatter if row.kind is RunKind.JUMPS else 5 + 0.13 * row.duration_s + scatter
+    return SheetRow(row.run, round(mah), 25, 16.8, row.battery, row.started + dt.timedelta(minutes=39))
+
+
+@dataclass(frozen=True, slots=True)
+class Reported:
+    """What was reported, how long it took, and how many results the book has then."""
+
+    what: str
+    run: ProcessRun
+    results: int
+
+
+def measure_demonstration(say: Callable[[str], None]) -> Section:
+    """Report the demonstration with nothing stored and drawn, again, and of one foot, each a process of its own."""
+    with tempfile.TemporaryDirectory(prefix="labbook-bench-") as name:
+        folder = Path(name)
+        say("labbook demo")
+        run_process([LABBOOK, "demo", folder / "demo"])
+        book = folder / "demo" / "book"
+        _forget(book)
+        first = _report(book, "no result stored, no figure kept", say)
+        again = _report(book, "again: nothing computed, every figure kept", say)
+        foot = _report(book, "`--foot small`, the first time", say, "--foot", "small")
+        foot_again = _report(book, "`--foot small`, again", say, "--foot", "small")
+    return Section(
+        "Reports of the demonstration",
+        "`labbook report`, a whole process, on the demonstration's book with every detection stored.",
+        (
+            Budget("the first report", 8.0, "s", first.run.wall_s),
+            Budget("a second report", 2.0, "s", again.run.wall_s),
+            Budget("a report of one foot", 3.0, "s", foot.run.wall_s),
+        ),
+        (_table((first, again, foot, foot_again)),),
+    )
+
+
+def measure_days(say: Callable[[str], None], runs: int, limits: tuple[float, float]) -> Section:
+    """Report a book of runs of one condition for the first time; `limits` are of its time in s and its peak in MB."""
+    with tempfile.TemporaryDirectory(prefix="labbook-bench-") as name:
+        folder = Path(name)
+        say(f"a book of {runs} runs")
+        book = folder / "book"
+        group = CHAPTER_5.groups[0]
+        level = {"foot": group.foot, "k_gain": str(group.k_gain), "b_ad_gain": str(CHAPTER_5.ad_gains[0])}
+        book_of_charges(book, runs, [level])
+        first = _report(book, "the first time", say)
+        again = _report(book, "again", say)
+        size_mb = (book / DATABASE).stat().st_size / 1e6
+    title = f"Reports of {runs} runs on {runs // RUNS_A_DAY} days"
+    most_s, most_mb = limits
+    budgets = [Budget("its first report", most_s, "s", first.run.wall_s)]
+    if runs <= 10_000:
+        budgets.append(Budget("what is stored then", 5000, "results", first.results))
+    budgets.append(Budget("its peak of resident memory", most_mb, "MB", first.run.peak_mb, why="not told here"))
+    return Section(
+        title,
+        f"`labbook report`, a whole process, on a book of runs of one condition, {RUNS_A_DAY} a day, with charges and "
+        f"no logs, {IDLE_RUNS} of them idle runs. The database has {size_mb:.0f} MB then.",
+        tuple(budgets),
+        (_table((first, again)),),
+    )
+
+
+def _table(reported: Sequence[Reported]) -> Table:
+    return Table(
+        ("`labbook report`", "wall, s", "processor, s", "peak, MB", "results stored"),
+        tuple(
+            (one.what, f"{one.run.wall_s:.1f}", f"{one.run.cpu_s:.1f}", f"{one.run.peak_mb or 0:.0f}", str(one.results))
+            for one in reported
+        ),
+        "Each run is stored once with what it gives; a day that is left out adds one result an estimate.",
+    )
+
+
+def _report(book: Path, what: str, say: Callable[[str], None], *options: str) -> Reported:
+    say(what)
+    run = run_process([LABBOOK, "report", "--book", book, *options])
+    with closing(sqlite3.connect(book / DATABASE)) as connection:
+        return Reported(what, run, int(connection.execute("SELECT count(*) FROM result").fetchone()[0]))
+
+
+def _forget(book: Path) -> None:
+    """Remove every result of a book, and every kept figure."""
+    with closing(sqlite3.connect(book / DATABASE)) as connection, connection:
+        for table in RESULTS:
+            connection.execute(f"DELETE FROM {table}")
+    shutil.rmtree(cache_folder(), ignore_errors=True)
+
+
+BENCHMARKS = (
+    Benchmark("reports", measure_demonstration),
+    Benchmark("reports-10000", lambda say: measure_days(say, 10_000, (5.0, 1500.0))),
+    Benchmark("reports-100000", lambda say: measure_days(say, 100_000, (60.0, 1500.0)), long=True),
+)
