@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import cache
 from itertools import combinations
 
 from reports.wording import list_text
@@ -108,6 +109,7 @@ def _excess(between: float, *groups: tuple[int, float]) -> float:
     return (sum(1.0 / n for n, _within in groups) + between) / sum((1.0 + within) / n for n, within in groups)
 
 
+@cache
 def _excess_on_record(row: Recorded) -> float:
     """Return the same of the two groups of a recorded design that exceed it most; its days hold as many runs each."""
     days = row.days or 1
@@ -115,9 +117,14 @@ def _excess_on_record(row: Recorded) -> float:
     return max(_excess(_APART[row.layout](days), *pair) for pair in pairs)
 
 
-def _unlike(n: Sequence[int], sizes: Sequence[int]) -> float:
+def _unlike(n: tuple[int, ...], sizes: tuple[int, ...]) -> float:
     """Return how far apart designs are by the logarithm of the largest group over the smallest."""
-    return abs(math.log(max(n) / min(n)) - math.log(max(sizes) / min(sizes)))
+    return abs(_inequality(n) - _inequality(sizes))
+
+
+@cache
+def _inequality(n: tuple[int, ...]) -> float:
+    return math.log(max(n) / min(n))
 
 
 def _days_counted(days: Sequence[set[str]], layout: str) -> int:
