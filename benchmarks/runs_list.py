@@ -15,13 +15,12 @@ from benchmarks.inputs import new_book
 from benchmarks.processes import run_process
 from benchmarks.section import Benchmark, Budget, Section, times_table
 from benchmarks.timing import Work, in_turns
-from data_schema.queries.runs import list_runs
+from data_schema.queries.runs import shown_runs
 from data_schema.vocabulary import RunKind
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.opening import DATABASE, Book, opened
-from labbook.cli.common import columns
 from labbook.cli.main import GARBAGE_AFTER
-from labbook.cli.runs import run_cells
+from labbook.cli.runs import run_lines
 from labbook.demo.book_toml import FACTORS, ROBOT
 from labbook.demo.campaign import BATTERIES
 from labbook.demo.truth import CHAPTER_5
@@ -40,16 +39,15 @@ LEFT JOIN condition ON run.condition = condition.id ORDER BY day.date_local, run
 _FIRST = """
 import gc, sys, time
 from pathlib import Path
-from data_schema.queries.runs import list_runs
+from data_schema.queries.runs import shown_runs
 from labbook.book.opening import opened
-from labbook.cli.common import columns
-from labbook.cli.runs import run_cells
+from labbook.cli.runs import run_lines
 gc.set_threshold({garbage_after})
 with opened(Path(sys.argv[1])) as book:
     start = time.perf_counter()
     with book.reading() as connection:
-        rows = list_runs(connection)
-    columns(*run_cells(rows))
+        rows = shown_runs(connection)
+    run_lines(rows)
     print(time.perf_counter() - start)
 """
 
@@ -95,8 +93,8 @@ def measure(say: Callable[[str], None]) -> Section:
 
 def _listed(book: Book) -> list[str]:
     with book.reading() as connection:
-        rows = list_runs(connection)
-    return columns(*run_cells(rows))
+        rows = shown_runs(connection)
+    return run_lines(rows)
 
 
 def _rows() -> Iterator[RunRow]:

@@ -26,18 +26,25 @@ def runs_of_file(connection: sa.Connection, sha256: str) -> tuple[str, ...]:
     return tuple(sorted(connection.execute(both).scalars()))
 
 
-def runs_by_file(connection: sa.Connection) -> dict[str, tuple[str, ...]]:
-    """Return the same for every file of which there are runs, by the SHA-256 of the file."""
-    assigned = sa.select(file.c.sha256, run.c.name).join(run_file, run_file.c.file == file.c.id)
-    charged = sa.select(file.c.sha256, run.c.name).join(charge, charge.c.file == file.c.id)
-    found: dict[str, set[str]] = {}
+def file_keys(connection: sa.Connection) -> dict[str, int]:
+    """Return the key of every file by its SHA-256."""
+    return {sha256: key for key, sha256 in connection.execute(sa.select(file.c.id, file.c.sha256))}
+
+
+def runs_by_file(connection: sa.Connection) -> dict[int, tuple[str, ...]]:
+    """Return the same for every file of which there are runs, by the file's key."""
+    counted = sa.and_(charge.c.run == run.c.id, charge.c.state == str(ChargeState.COUNTED))
+    found: dict[int, list[str]] = {}
     for query in (
-        assigned.join(run, run_file.c.run == run.c.id),
-        charged.join(run, charge.c.run == run.c.id).where(charge.c.state == str(ChargeState.COUNTED)),
+        sa.select(run_file.c.file, run.c.name).join(run, run_file.c.run == run.c.id),
+        sa.select(charge.c.file, run.c.name).join(run, counted),
     ):
-        for sha256, name in connection.execute(query).all():
-            found.setdefault(sha256, set()).add(name)
-    return {sha256: tuple(sorted(names)) for sha256, names in found.items()}
+        for key, name in connection.execute(query).all():
+            if key in found:
+                found[key].append(name)
+            else:
+                found[key] = [name]
+    return {key: tuple(names if len(names) == 1 else sorted({*names})) for key, names in found.items()}
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import sqlalchemy as sa
 
@@ -47,18 +47,6 @@ class ReadingRow:
     rows_kept: int
     rows_rejected: int
     why: str | None
-
-
-class ListedReading(NamedTuple):  # of which a list makes a hundred thousand
-    """What a list for people says of the last reading of a file."""
-
-    uid: str
-    file_uid: str
-    sha256: str
-    name: str
-    status: IngestStatus
-    reader: str
-    rows_kept: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,17 +99,15 @@ def last_readings(connection: sa.Connection) -> list[ReadingRow]:
     return _readings(connection, LAST_READING, file.c.id)
 
 
-def listed_readings(connection: sa.Connection) -> list[ListedReading]:
-    """Return the last reading of every file that was imported, in the order of the files' import."""
-    query = (
-        sa.select(*columns_of(ListedReading, ingest, file_uid=file.c.uid, name=ingest.c.original_name))
-        .join(file, sa.and_(ingest.c.file == file.c.id, LAST_READING))
-        .order_by(file.c.id)
-    )
-    return [
-        ListedReading(uid, file_uid, sha256, name, _STATUS[status], reader, kept)
-        for uid, file_uid, sha256, name, status, reader, kept in connection.execute(query).all()
-    ]
+def shown_readings(connection: sa.Connection) -> Sequence[Sequence[Any]]:
+    """List what a line of `labbook files list` says of the last reading of each file, in the order of their import.
+
+    Returns:
+        name, reader, rows kept, key and uid of the file, status, uid of the reading.
+    """
+    read = (ingest.c.original_name, ingest.c.reader, ingest.c.rows_kept, ingest.c.file)
+    query = sa.select(*read, file.c.uid, ingest.c.status, ingest.c.uid).join(file, ingest.c.file == file.c.id)
+    return connection.execute(query.where(LAST_READING).order_by(ingest.c.file)).all()
 
 
 def last_reading(connection: sa.Connection, sha256: str) -> ReadingRow | None:

@@ -4,12 +4,9 @@ import contextlib
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated, Any
 
 import typer
-
-if TYPE_CHECKING:
-    from data_schema.queries.runs import RunRow
 
 from labbook.cli.common import AsOption, BookOption, FoldOption, JsonOption, WhereOption, columns, emit, plain
 
@@ -31,34 +28,27 @@ def list_command(where: WhereOption = None, book: BookOption = None, as_json: Js
 
     Example: labbook runs list --where "foot=small and not state=void"
     """
-    from data_schema.queries.runs import list_runs, where_columns
+    from data_schema.queries.runs import list_runs, shown_runs, where_columns
     from data_schema.where import compile_where
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:
         expression = compile_where(where, where_columns(connection)) if where else None
-        rows = list_runs(connection, expression)
-    emit(rows, columns(*run_cells(rows)) if rows and not as_json else ["no runs."], as_json)
+        found, shown = (list_runs(connection, expression), ()) if as_json else ([], shown_runs(connection, expression))
+    emit(found, run_lines(shown) if shown else ["no runs."], as_json)
 
 
-def run_cells(rows: "Sequence[RunRow]") -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return the head and the cells of a list of runs."""
+def run_lines(rows: "Sequence[Sequence[Any]]") -> list[str]:
+    """Return the table of what `shown_runs` lists."""
     head = ("run", "day", "position", "kind", "condition", "battery", "duration", "jumps", "starts", "state")
-    return head, [
-        (
-            run.name,
-            run.day,
-            str(run.position_in_day),
-            str(run.kind),
-            run.condition_key,
-            run.battery,
-            "" if run.duration_s is None else f"{run.duration_s:g} s",
-            str(run.jumps_made),
-            str(run.starts),
-            str(run.state),
-        )
-        for run in rows
-    ]
+    durations = {duration_s: "" if duration_s is None else f"{duration_s:g} s" for *_, duration_s, _, _, _ in rows}
+    return columns(
+        head,
+        [
+            (name, date, str(position), kind, key or "", pack, durations[duration_s], str(jumps), str(starts), state)
+            for name, date, position, kind, key, pack, duration_s, jumps, starts, state in rows
+        ],
+    )
 
 
 @app.command("import")

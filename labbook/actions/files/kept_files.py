@@ -11,18 +11,17 @@ import sqlalchemy as sa
 
 from data_schema.errors import UsageError
 from data_schema.queries.charges import repeating
-from data_schema.queries.imported_files import charges_of_file, links_of_file, runs_by_file, runs_of_file
+from data_schema.queries.imported_files import charges_of_file, file_keys, links_of_file, runs_by_file, runs_of_file
 from data_schema.queries.imports import FindingRow, findings_of
 from data_schema.queries.readings import (
-    ListedReading,
     PartRow,
     ReadingRow,
     last_readings,
-    listed_readings,
     parts_of_reading,
     readings_of,
     said_about,
     said_last,
+    shown_readings,
 )
 from data_schema.vocabulary import Action, ChargeState, IngestStatus
 from labbook.actions.files.assigning import charge_of
@@ -68,8 +67,11 @@ class ShownFile:
 
 def list_files(connection: sa.Connection) -> list[ListedFile]:
     """List the files of the book in the order in which they came."""
-    runs = runs_by_file(connection)
-    return [ListedFile(row, runs.get(row.sha256, ()), _remark(connection, row)) for row in last_readings(connection)]
+    runs, keys = runs_by_file(connection), file_keys(connection)
+    return [
+        ListedFile(row, runs.get(keys[row.sha256], ()), _remark(connection, row.status, row.file_uid or "", row.uid))
+        for row in last_readings(connection)
+    ]
 
 
 def show_file(connection: sa.Connection, name: str) -> ShownFile:
@@ -87,7 +89,12 @@ def show_file(connection: sa.Connection, name: str) -> ShownFile:
     )
     last = next(row for row in reversed(readings) if row.status in _LAST)
     return ShownFile(
-        file.name, file.uid, file.sha256, runs_of_file(connection, file.sha256), shown, _remark(connection, last)
+        file.name,
+        file.uid,
+        file.sha256,
+        runs_of_file(connection, file.sha256),
+        shown,
+        _remark(connection, last.status, file.uid, last.uid),
     )
 
 
@@ -96,15 +103,8 @@ def list_cells(connection: sa.Connection) -> tuple[tuple[str, ...], list[tuple[s
     head = ("file", "read as", "rows", "runs", "uid", "remark")
     runs = runs_by_file(connection)
     rows: list[tuple[str, ...]] = [
-        (
-            row.name,
-            row.reader,
-            str(row.rows_kept),
-            _few(runs.get(row.sha256, ())),
-            row.file_uid,
-            _remark(connection, row),
-        )
-        for row in listed_readings(connection)
+        (name, reader, str(rows_kept), _few(runs.get(key, ())), uid, _remark(connection, status, uid, reading))
+        for name, reader, rows_kept, key, uid, status, reading in shown_readings(connection)
     ]
     return head, rows
 
@@ -235,12 +235,12 @@ def _runs_left(connection: sa.Connection, file_uid: str) -> dict[str, Any]:
     return old
 
 
-def _remark(connection: sa.Connection, row: ReadingRow | ListedReading) -> str:
-    if row.status is IngestStatus.WITHDRAWN:
-        said = said_last(connection, row.file_uid or "", [Action.WITHDRAW])
+def _remark(connection: sa.Connection, status: str, file_uid: str, reading_uid: str) -> str:
+    if status == IngestStatus.WITHDRAWN:
+        said = said_last(connection, file_uid, [Action.WITHDRAW])
         return "withdrawn" if said is None else f"withdrawn by {said.person} on {said.at_utc}: {said.reason}"
-    if row.status is IngestStatus.WAITING:
-        refused = [item.message for item in findings_of(connection, row.uid) if item.severity == "file"]
+    if status == IngestStatus.WAITING:
+        refused = [item.message for item in findings_of(connection, reading_uid) if item.severity == "file"]
         return f"waits for a declaration: {refused[0] if refused else ''}"
     return ""
 
