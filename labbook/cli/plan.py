@@ -68,11 +68,26 @@ def plan(
         done,
         [
             f"{done.runs} runs on {done.days} days, {done.controls} of them controls, {done.idle} idle.",
+            *_tested(done.shared_days),
             f"{done.sheet} to fill in, {done.printed} to print; then `labbook runs import {done.sheet}`.",
             *(f"look again: {remark}" for remark in done.remarks),
         ],
         as_json,
     )
+
+
+def _tested(shared_days: int | None) -> list[str]:
+    """Say by which test the report will decide, as the days of the plan allow."""
+    from stats.days.decision import LEAST_DAYS
+
+    if shared_days is None:
+        return []
+    if shared_days == 0:
+        return ["No day has both sides of some comparison: the report will claim nothing of it."]
+    shared = f"Compared conditions share at least {shared_days} day{'s' * (shared_days > 1)}"
+    if shared_days >= LEAST_DAYS:
+        return [f"{shared}: the test is on day means."]
+    return [f"{shared}: with fewer than {LEAST_DAYS} the test is within days, and its claim holds for these days."]
 
 
 def _refuse_drawing(ctx: typer.Context) -> None:

@@ -55,6 +55,20 @@ def test_every_condition_reaches_its_n_and_every_day_has_its_controls(method: st
         assert groups == {(row["foot"], row["k_gain"]) for row in of_day if row["b_ad_gain"] == "0"}
 
 
+@pytest.mark.parametrize(("n", "test"), [(2, "within days"), (12, "on day means")])
+def test_plan_says_which_test_its_days_allow(n: int, test: str, fresh: SmallBook) -> None:
+    drawn = ("plan", "--seed", "7", "--n", str(n), "--per-day", "8", "--dry-run")
+    done = good(labbook(*drawn, "--json", at=fresh.folder)).json
+    both: dict[tuple[str, str], dict[str, set[bool]]] = {}
+    for row in table(fresh.folder / "runs.csv"):
+        if row["kind"] == "jumps":
+            of_day = both.setdefault((row["foot"], row["k_gain"]), {}).setdefault(row["date"], set())
+            of_day.add(row["b_ad_gain"] == "0")
+    shared_days = min(sum(len(sides) == 2 for sides in days.values()) for days in both.values())
+    assert done["shared_days"] == shared_days
+    assert test in good(labbook(*drawn, "--out", "again.csv", at=fresh.folder)).out
+
+
 def test_dry_run_writes_the_sheet_and_states_nothing(fresh: SmallBook) -> None:
     before = rows(fresh.folder, "SELECT count(*) FROM journal")
     good(labbook(*PLAN, "--dry-run", at=fresh.folder))

@@ -51,20 +51,22 @@ def _plan(
 
 
 def _layouts(design: Design, plan: Plan | Undefined) -> list[Layout] | Undefined:
+    return plan if isinstance(plan, Undefined) else layouts_of(plan, design.swept, design.settings.family)
+
+
+def layouts_of(plan: Plan, swept: str, family: Family) -> list[Layout]:
     """Return the layout of each comparison of the family."""
-    if isinstance(plan, Undefined):
-        return plan
-    control = next(factor.control for factor in plan.factors if factor.name == design.swept)
+    control = next(factor.control for factor in plan.factors if factor.name == swept)
     runs: dict[tuple[tuple[str, str], ...], Counter[tuple[int, str]]] = {}
     for run in plan.runs:
         if run.condition is not None:
             levels = dict(run.condition)
-            level = levels.pop(design.swept)
+            level = levels.pop(swept)
             runs.setdefault(tuple(levels.items()), Counter())[run.day, level] += 1
     found = []
     for counts in runs.values():
         treated = dict.fromkeys(level for _day, level in counts if level != control)
-        compared = [tuple(treated)] if design.settings.family is Family.POOLED else [(level,) for level in treated]
+        compared = [tuple(treated)] if family is Family.POOLED else [(level,) for level in treated]
         days = dict.fromkeys(day for day, _level in counts)
         found += [
             [(counts[day, str(control)], sum(counts[day, level] for level in levels)) for day in days]

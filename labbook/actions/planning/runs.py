@@ -14,10 +14,13 @@ from data_schema.errors import UsageError, unknown_name
 from data_schema.queries.plans import OpenPlan, open_plans, planned_runs, withdrawn_names
 from data_schema.queries.runs import run_names
 from data_schema.vocabulary import Action, PlanMethod, RunKind
+from labbook.actions.planning.power_by_layout import layouts_of
 from labbook.actions.runs.runs_importing import plan_factors
+from labbook.analysis.preregistration.planned import planned_analysis
 from labbook.book.naming import condition_key, ensure_condition, refuse_empty, study_of
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, WriteSession, now_utc
+from labbook.config.model import AnalysisSettings, UnitOfAnalysis
 from labbook.config.parsing import Configuration
 from labbook.plan.drawing import Plan, PlannedRun, draw_plan
 from labbook.plan.sheet import run_names as names_of
@@ -41,12 +44,16 @@ class PlanRequest:
 
 @dataclass(frozen=True, slots=True)
 class PlanMade:
-    """What was drawn and written."""
+    """What was drawn and written.
+
+    `shared_days` is the least number of days that hold both sides of a comparison, None where they decide no test.
+    """
 
     runs: int
     days: int
     controls: int
     idle: int
+    shared_days: int | None
     sheet: str
     printed: str
     remarks: tuple[str, ...]
@@ -75,6 +82,7 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
         _refuse_seed_in_use(open_plans(connection), request.seed)
         planned = {row.name for row in planned_runs(connection)}
         taken = {*run_names(connection), *planned, *withdrawn_names(connection)}
+        shared_days = _shared_days(drawn, planned_analysis(connection, configuration).settings)
     names = names_of(drawn, first=_first_free(taken))
     first_day = _start(request.start, configuration.study.time_zone)
     dates = [first_day + datetime.timedelta(days=day) for day in range(len(drawn.days))]
@@ -97,10 +105,20 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
         days=len(drawn.days),
         controls=sum(_is_control(drawn, run) for run in drawn.runs),
         idle=sum(run.kind is RunKind.IDLE for run in drawn.runs),
+        shared_days=shared_days,
         sheet=str(request.out),
         printed=str(page),
         remarks=tuple(_remarks(configuration, sum(run.kind is RunKind.IDLE for run in drawn.runs))),
     )
+
+
+def _shared_days(drawn: Plan, settings: AnalysisSettings) -> int | None:
+    """Return the fewest days that hold both sides of a comparison; None where they do not decide how it is tested."""
+    swept = next((factor.name for factor in drawn.factors if factor.control is not None), None)
+    if swept is None or settings.unit_of_analysis is not UnitOfAnalysis.SHARED_DAYS:
+        return None
+    layouts = layouts_of(drawn, swept, settings.family)
+    return min((sum(1 for of_day in layout if all(of_day)) for layout in layouts), default=None)
 
 
 def _refuse_seed_in_use(plans: Sequence[OpenPlan], seed: int) -> None:
