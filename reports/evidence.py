@@ -301,8 +301,12 @@ class Variant:
 
 @dataclass(frozen=True, slots=True)
 class Sensitivity:
-    """One headline: the number as reported and its recomputations."""
+    """One headline: the number as reported and its recomputations.
+
+    `rule_of_all_runs` is the rule that would decide about it without exclusions, "" where that is the same.
+    """
 
     headline: str
     as_reported: Number
     variants: tuple[Variant, ...]
+    rule_of_all_runs: str = ""

@@ -28,6 +28,11 @@ def flow_sentence(content: ReportContent) -> str:
     parts += [f"{outcome.plural} from {flow.runs_with[outcome]}" for outcome in content.outcomes]
     if flow.runs_with[Outcome.APEX]:
         parts.append(f"{flow.jumps_analysed} of {count_text(flow.jumps_made, 'jump')} analysed")
+    parts += [
+        f"exclusions changed the test of {each.headline} (with all runs: {each.rule_of_all_runs})"
+        for each in content.sensitivity
+        if each.rule_of_all_runs
+    ]
     return f"{'; '.join(parts)}."
 
 

@@ -18,6 +18,7 @@ from reports.page import render_page
 from reports.tables.as_csv import csv_bytes
 from reports.tables.as_latex import latex_bytes
 from reports.tables.registry import TABLES
+from reports.trust import flow_sentence
 from tests.cli.shell import good, labbook, refused, rows
 from tests.helpers.books import SmallBook, small_book
 
@@ -104,6 +105,19 @@ def test_void_runs_are_counted_and_left_out(whole: SmallBook, tmp_path: Path) ->
     content = content_of(book, None)
     assert set(content.flow.runs_with.values()) == {0}
     assert "12" in page_of(content, TWO_COLUMNS_IN)
+
+
+def test_flow_says_where_an_exclusion_changed_the_test(tmp_path: Path) -> None:
+    """Controls of one day and treated runs of the other are void: no day has both sides of the small foot any more."""
+    book = small_book(tmp_path)
+    assert {each.rule_of_all_runs for each in content_of(book, None).sensitivity} == {""}
+    for name in ("r001", "r006", "r010", "r012"):
+        good(labbook("void", name, "--reason", "the rail was bent", at=book.folder))
+    content = content_of(book, None)
+    changed = {each.headline: each.rule_of_all_runs for each in content.sensitivity}
+    assert {rule for headline, rule in changed.items() if "small foot" in headline} == {"within days"}
+    assert {rule for headline, rule in changed.items() if "large foot" in headline} == {""}
+    assert flow_sentence(content).count("within days") == 2
 
 
 def test_report_of_an_empty_book_is_written_by_the_command(fresh: SmallBook) -> None:

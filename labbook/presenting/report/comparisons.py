@@ -14,6 +14,7 @@ from labbook.analysis.comparison.comparing import ComparisonResult, JumpComparis
 from labbook.analysis.comparison.comparisons import Compared, Decided
 from labbook.analysis.comparison.deciding import DecisionResult, OverallEquivalenceResult, OverallResult
 from labbook.analysis.comparison.equivalence import EquivalenceResult
+from labbook.analysis.comparison.robustness import WITHOUT_EXCLUSIONS, Varied
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.numbers import Shown
@@ -105,6 +106,11 @@ def sensitivity(analysis: StudyAnalysis, shown: Shown, content: ReportContent) -
     for item in analysis.compared:
         if item.pair.family != pairing.POOLED:
             continue
+        recomputed = [
+            varied
+            for varied in analysis.variations.varied
+            if varied.headline == item.pair.label and varied.quantity is item.quantity
+        ]
         found.append(
             Sensitivity(
                 f"{'savings' if item.quantity.has_savings else f'difference of {item.quantity}'}, "
@@ -112,12 +118,20 @@ def sensitivity(analysis: StudyAnalysis, shown: Shown, content: ReportContent) -
                 _headline_number(item.pair, item.decided.result if item.decided else item.result, analysis, shown),
                 tuple(
                     Variant(varied.variant, _headline_number(item.pair, varied.result, analysis, shown))
-                    for varied in analysis.variations.varied
-                    if varied.headline == item.pair.label and varied.quantity is item.quantity
+                    for varied in recomputed
                 ),
+                _rule_of_all_runs(item, recomputed),
             )
         )
     return tuple(found)
+
+
+def _rule_of_all_runs(item: Compared, recomputed: Sequence[Varied]) -> str:
+    """Return the rule by which the days of all runs would decide, where exclusions changed it; else ""."""
+    for varied in recomputed:
+        if varied.variant == WITHOUT_EXCLUSIONS and isinstance(varied.result, DecisionResult) and item.decided:
+            return "" if varied.result.rule is item.decided.result.rule else str(varied.result.rule)
+    return ""
 
 
 def _headline_number(
