@@ -25,7 +25,7 @@ from labbook.demo.book_toml import FACTORS, ROBOT
 from labbook.demo.campaign import BATTERIES
 from labbook.demo.truth import CHAPTER_5
 from labbook.demo.writers import RunRow, SheetRow, charger_sheet, run_sheet
-from reports.figures.kept import cache_folder
+from reports.figures.figure_cache import cache_folder
 
 RUNS_A_DAY, JUMPS, AT_ONCE = 20, 25, 5000
 IDLE_RUNS = 17

@@ -17,7 +17,7 @@ import jinja2
 
 from data_schema.errors import UsageError
 from reports.content import ReportContent
-from reports.figures.kept import Wanted, drawn, forget_unused
+from reports.figures.figure_cache import Wanted, drawn, forget_unused
 from reports.figures.registry import FIGURES, figures_of
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from reports.references import references_bib

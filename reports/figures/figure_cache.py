@@ -46,12 +46,13 @@ def cache_folder() -> Path:
 
 @cache
 def drawing_version() -> str:
-    """Hash of what draws: every source of `reports` and of the words that it uses, Python, and the libraries."""
+    """Hash of what draws: every source of `reports` and of the words and summaries it uses, Python, the libraries."""
     versions = [f"{name} {metadata.version(name)}" for name in _DRAW_WITH]
     digest = hashlib.sha256("\n".join([sys.version, *versions]).encode())
     reports = Path(__file__).parents[1]
-    for path in sorted([*reports.rglob("*.py"), *(reports.parent / "data_schema").glob("*.py")]):
-        digest.update(str(path.relative_to(reports.parent)).encode() + b"\0" + path.read_bytes() + b"\0")
+    root = reports.parent
+    for path in sorted([*reports.rglob("*.py"), *(root / "data_schema").glob("*.py"), *(root / "stats").rglob("*.py")]):
+        digest.update(str(path.relative_to(root)).encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()[:20]
 
 

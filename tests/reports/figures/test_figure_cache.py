@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from data_schema.outcomes import Outcome
-from reports.figures import kept
-from reports.figures.kept import CACHE_VARIABLE, Wanted, cache_folder, drawing_version, drawn, forget_unused
+from reports.figures import figure_cache
+from reports.figures.figure_cache import CACHE_VARIABLE, Wanted, cache_folder, drawing_version, drawn, forget_unused
 from reports.figures.kind import draw_figure, pdf_bytes, publication_style, svg_bytes
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
@@ -26,7 +26,7 @@ def cache(tmp_path, monkeypatch):
         names.append(kind.name)
         return draw_figure(kind, content, width_in)
 
-    monkeypatch.setattr(kept, "draw_figure", draw)
+    monkeypatch.setattr(figure_cache, "draw_figure", draw)
     return names
 
 
@@ -110,7 +110,7 @@ def test_the_oldest_go_beyond_the_bound_and_old_versions_too(content, cache):
     forget_unused(sum(sizes[:2]))
     left = [path.stat().st_size for path in cache_folder().glob("*/*.svg")]
     assert 0 < sum(left) <= sum(sizes[:2]) or len(left) == 0
-    assert len([old for old in olds if old.exists()]) == kept.KEPT_VERSIONS - 1
+    assert len([old for old in olds if old.exists()]) == figure_cache.KEPT_VERSIONS - 1
     assert not list(cache_folder().rglob("*.part"))
 
 
