@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 from reports.numbers import Number, Value
+
+if TYPE_CHECKING:
+    from stats.compare.bias import GroupBias, JointBias
 
 COVERAGE_FACTOR = 2.0
 """Standard uncertainties of a prediction that count as its expanded uncertainty, about 95 % (JCGM 100, 6.3)."""
@@ -43,6 +47,29 @@ class Prediction:
 
 
 @dataclass(frozen=True, slots=True)
+class JudgedGroup:
+    """The predictions of one group: `items` are all of its levels, `found` is over those with both errors."""
+
+    items: tuple[Prediction, ...]
+    found: GroupBias
+
+    @property
+    def bias(self) -> Number:
+        """Predicted less measured, with the interval of both errors."""
+        low, high = self.found.interval
+        return Number(self.found.bias, self.items[0].measured.unit, se=self.found.se, ci_low=low, ci_high=high)
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """One quantity: its groups, and what they say together."""
+
+    quantity: PredictedQuantity
+    groups: tuple[JudgedGroup, ...]
+    joint: JointBias
+
+
+@dataclass(frozen=True, slots=True)
 class AssumedInput:
     """A parameter of the scene without a source: its value, why it was taken, and the most that varying it changed.
 
@@ -65,16 +92,19 @@ class Predictions:
     """All predictions of a report, and what they rest on; `scene` is "" where nothing was predicted.
 
     `accuracy` is the relative error asked of the simulator, `unmapped` names factors whose levels change nothing in the
-    scene. The last five count conditions: whose simulated jump hangs on a knife's edge and was simulated either way
-    (`branched`), or only one way (`on_edge`), in which rounding grows beyond the accuracy (`grown`), in which the body
-    gets under the grains (`under_surface`), and whose energy book does not close within the accuracy (`open_book`).
+    scene, `units` has the scene's unit of factors that are one of its parameters, by name. The last five count
+    conditions: whose simulated jump hangs on a knife's edge and was simulated either way (`branched`), or only one way
+    (`on_edge`), in which rounding grows beyond the accuracy (`grown`), in which the body gets under the grains
+    (`under_surface`), and whose energy book does not close within the accuracy (`open_book`).
     """
 
     scene: str = ""
     accuracy: float = 0.0
     effects: tuple[str, ...] = ()
     unmapped: tuple[str, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
     items: tuple[Prediction, ...] = ()
+    judged: tuple[Judged, ...] = ()
     assumed: tuple[AssumedInput, ...] = ()
     branched: int = 0
     on_edge: int = 0

@@ -9,7 +9,6 @@ from data_schema.vocabulary import Undefined
 from reports.content import Claim, Comparison, Level, ReportContent
 from reports.display import stated_text, with_unit
 from reports.naming import formula_text, is_number, level_of, level_value, levels_name, physical_text, title_of
-from reports.predicted import PredictedQuantity, Prediction
 from reports.wording import count_text, list_text, sentence_start
 
 NOT_FROM_DAYS = "cannot be told from a difference between days"
@@ -97,24 +96,10 @@ def _size_text(level: Level) -> str:
 
 
 def prediction_sentences(content: ReportContent) -> tuple[str, ...]:
-    """Return the paragraphs above the figure; nothing where nothing was predicted."""
+    """Say what predictions rest on and what their errors are; nothing where nothing was predicted."""
     if not content.predictions.items:
         return ()
-    return verdict_text(content), _simulated(content), _errors(content)
-
-
-def verdict_text(content: ReportContent) -> str:
-    """Say how many predictions are met, by quantity."""
-    found = ((quantity, content.predictions.of(quantity)) for quantity in PredictedQuantity)
-    parts = [f"{quantity}: {_agreeing(items)}" for quantity, items in found if items]
-    return f"Of what was predicted, this agrees with what was measured: {'; '.join(parts)}."
-
-
-def _agreeing(items: tuple[Prediction, ...]) -> str:
-    told = [item for item in items if item.agrees is not None]
-    untold = len(items) - len(told)
-    more = f" ({count_text(untold, 'further one')} cannot be told)" if untold else ""
-    return f"{sum(bool(item.agrees) for item in told)} of {len(told)}{more}"
+    return _simulated(content), _errors(content)
 
 
 def _simulated(content: ReportContent) -> str:
@@ -163,6 +148,7 @@ def _errors(content: ReportContent) -> str:
     accuracy = stated_text(about.accuracy)
     return (
         f"The error of a prediction is that of the simulator, {accuracy} of the value, and that of {rests}. Its parts "
-        "are added in quadrature and count as one standard uncertainty. What the scene leaves out, such as what is "
-        "lost between the charger and the motors, is no part of it."
+        "are added in quadrature and count as one standard uncertainty; in the mean of a group errors are added before "
+        "squaring. What the scene leaves out, such as what is lost between the charger and the motors, is no part of "
+        "it."
     )

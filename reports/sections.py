@@ -9,6 +9,7 @@ from data_schema.outcomes import Outcome
 from reports.content import Anova, ReportContent
 from reports.decided_sentences import group_claim
 from reports.display import significance_text
+from reports.judged import verdict_text
 from reports.naming import (
     control_name,
     levels_name,
@@ -17,7 +18,7 @@ from reports.naming import (
     title_of,
 )
 from reports.references import software_sentence
-from reports.remarks import NOT_FROM_DAYS, by_day_sentences, days_claim, gains_text, prediction_sentences, verdict_text
+from reports.remarks import NOT_FROM_DAYS, by_day_sentences, days_claim, gains_text, prediction_sentences
 from reports.run_points import run_anchors
 from reports.trust import flow_sentence, robustness_sentences, trust_sentences
 from reports.wording import count_text, list_text
@@ -202,7 +203,8 @@ def _anova_words(content: ReportContent, anova: Anova) -> str:
 def _predicted(content: ReportContent) -> Section:
     if not content.predictions.items:
         return Section("predicted", "Predicted and measured", ())
-    parts = (Paragraph(verdict_text(content)), FigureHere("predictions"))
+    verdict = [Paragraph(text) for text in (verdict_text(content),) if text]
+    parts: tuple[Part, ...] = (*verdict, TableHere("prediction_bias"), FigureHere("predictions"))
     return Section("predicted", "Predicted and measured", parts)
 
 
@@ -210,7 +212,7 @@ def _predictions_in_full(content: ReportContent) -> Section:
     if not content.predictions.items:
         return Section("predictions", "Predictions", ())
     tables = ("predicted_joules", "predicted_apex", "predicted_savings", "predicted_inputs", "assumed")
-    parts: list[Part] = [*map(Paragraph, prediction_sentences(content)[1:]), *map(TableHere, tables)]
+    parts: list[Part] = [*map(Paragraph, prediction_sentences(content)), *map(TableHere, tables)]
     return Section("predictions", "Predictions in full", tuple(parts), folded=True)
 
 

@@ -9,7 +9,6 @@ from data_schema.outcomes import Outcome
 from reports.content import ReportContent, Sensitivity
 from reports.display import as_shown, common_places, decimal_text, with_unit
 from reports.numbers import Number
-from reports.remarks import verdict_text
 from reports.wording import count_text, sentence_start
 
 _WITHOUT_A_DAY = re.compile(r"without \d{4}-\d{2}-\d{2}")
@@ -37,7 +36,7 @@ def flow_sentence(content: ReportContent) -> str:
 
 
 def trust_sentences(content: ReportContent) -> tuple[str, ...]:
-    """Return how far to trust the answer: the plan, one day less, the simulator."""
+    """Return how far to trust the answer: the plan, one day less."""
     departures = len(content.departures)
     if not content.planned:
         plan = "No analysis was decided on before the first measurement: every comparison is exploratory."
@@ -50,8 +49,6 @@ def trust_sentences(content: ReportContent) -> tuple[str, ...]:
     found = [plan]
     if less := _one_day_less(content):
         found.append(less)
-    if content.predictions.items:
-        found.append(verdict_text(content))
     return tuple(found)
 
 

@@ -19,6 +19,7 @@ from reports.tables.measured import (
     SENSITIVITY,
     UNCERTAINTY_BUDGET,
 )
+from reports.tables.prediction_bias import PREDICTION_BIAS
 from reports.tables.predictions import PREDICTED_APEX, PREDICTED_INPUTS, PREDICTED_JOULES, PREDICTED_SAVINGS
 from reports.tables.table import TableKind
 from reports.tables.tests_in_full import ANOVAS, EQUIVALENCE, TESTS, TESTS_JUMPS
@@ -32,6 +33,7 @@ TABLES: dict[str, TableKind] = {
         EQUIVALENCE,
         TESTS_JUMPS,
         ANOVAS,
+        PREDICTION_BIAS,
         PREDICTED_JOULES,
         PREDICTED_APEX,
         PREDICTED_SAVINGS,

@@ -12,9 +12,9 @@ from labbook.book.opening import Book
 from labbook.book.write_session import now_utc
 from labbook.presenting.report.content import make_report
 from reports.content import ReportContent
+from reports.judged import verdict_text
 from reports.numbers import Number, Value
 from reports.predicted import PredictedQuantity
-from reports.remarks import verdict_text
 from reports.tables.predictions import LEGEND, level_text_of, title_text
 from reports.tables.registry import TABLES
 from reports.tables.table import Table

@@ -11,6 +11,7 @@ from labbook.analysis.prediction.predicting import PredictionResult
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.numbers import Shown
 from labbook.presenting.report.campaign import factor_title
+from labbook.presenting.report.judging import judged
 from reports.numbers import Value
 from reports.predicted import AssumedInput, PredictedQuantity, Prediction, Predictions
 
@@ -21,6 +22,9 @@ def predictions(analysis: StudyAnalysis, shown: Shown) -> Predictions:
     found = list(analysis.predicted.values())
     if settings is None or not found:
         return Predictions()
+    from simulator.declared import all_parameters
+
+    items = tuple(_prediction(item, shown) for item in _in_order(analysis))
     measured = {name for several in analysis.conditions.values() for item in several for name in item.levels}
     mapped = {*settings.factors, *settings.levels}
     return Predictions(
@@ -32,7 +36,9 @@ def predictions(analysis: StudyAnalysis, shown: Shown) -> Predictions:
             for row in analysis.evidence.factors
             if row.name in measured and row.name not in mapped
         ),
-        items=tuple(_prediction(item, shown) for item in _in_order(analysis)),
+        units={factor: all_parameters()[name].unit for factor, name in settings.factors.items()},
+        items=items,
+        judged=judged(items),
         assumed=_assumed(analysis),
         branched=_conditions(analysis, lambda one: one.branched),
         on_edge=_conditions(analysis, lambda one: one.close_decision and not one.branched),

@@ -252,7 +252,7 @@ def test_compare_prints_the_tables_and_says_whether_all_is_met(reported: Reporte
         "CE",
         "pooled",
         "kg_scale",
-        "agrees with",
+        "joint p",
     ):
         assert words in told
     assert "large foot" not in told

@@ -1,0 +1,88 @@
+"""Predictions judged by their signed bias, in words: of each group, and of all jointly."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from data_schema.vocabulary import Undefined
+from reports.content import ReportContent
+from reports.display import EQUALS, as_shown, common_places, decimal_text, p_text, with_unit
+from reports.naming import level_names, levels_name
+from reports.predicted import Judged, JudgedGroup
+from reports.wording import count_text, list_text, sentence_start
+
+if TYPE_CHECKING:
+    from stats.compare.bias import JointBias
+
+_NAMED = 2
+"""Groups that a sentence names before it only counts them."""
+
+
+def places_of_biases(one: Judged) -> int:
+    """Return the decimals of a quantity's biases, in the unit that they are shown in."""
+    return common_places([group.bias for group in one.groups])
+
+
+def group_verdict(group: JudgedGroup, places: int) -> str:
+    """Say what a group's bias amounts to: "predictions 5.1 J high", "no significant bias"."""
+    if group.found.differs:
+        return f"predictions {_size([group], places)}"
+    if group.found.agrees_only_by_assumed:
+        return f"{_size([group], places)}, within the assumed inputs' uncertainty only"
+    return "no significant bias"
+
+
+def _size(groups: Sequence[JudgedGroup], places: int) -> str:
+    """Write how far predictions of groups lie to one side: "4.6 to 5.6 J high"."""
+    shown = [as_shown(group.bias) for group in groups]
+    values = sorted(abs(each.value) for each in shown if not isinstance(each.value, Undefined))
+    ends = dict.fromkeys(decimal_text(value, places) for value in (values[0], values[-1]))
+    side = "high" if groups[0].found.bias > 0.0 else "low"
+    return f"{with_unit(' to '.join(ends), shown[0].unit)} {side}"
+
+
+def joint_text(joint: JointBias) -> str:
+    """Write the joint test and Kendall's tau of the order of groups: "joint p < .001, \u03c4 = 0.33"."""
+    tau = "" if joint.tau is None else f", \u03c4{EQUALS}{decimal_text(joint.tau, 2)}"
+    return f"joint {p_text(joint.p)}{tau}"
+
+
+def verdict_text(content: ReportContent) -> str:
+    """Say of each quantity whether its predictions are biased, where and by how much; "" where none can be judged."""
+    found = content.predictions.judged
+    sentences = [
+        f"{sentence_start(str(each.quantity))} ({joint_text(each.joint)}): {_where_biased(content, each)}."
+        for each in found
+    ]
+    if any(group.found.differs for each in found for group in each.groups):
+        sentences.append("There the scene lacks an effect or errs.")
+    return " ".join(sentences)
+
+
+def _where_biased(content: ReportContent, one: Judged) -> str:
+    parts = []
+    for side in (1.0, -1.0):
+        biased = [each for each in one.groups if each.found.differs and side * each.found.bias > 0.0]
+        if biased:
+            parts.append(f"{_size(biased, places_of_biases(one))}{_where(content, one.groups, biased)}")
+    bought = [each for each in one.groups if each.found.agrees_only_by_assumed]
+    if bought and not parts:
+        return f"agree{_where(content, one.groups, bought)} only within the assumed inputs' uncertainty"
+    return list_text(parts) or ("no group significantly biased" if len(one.groups) > 1 else "no significant bias")
+
+
+def _where(content: ReportContent, groups: Sequence[JudgedGroup], chosen: Sequence[JudgedGroup]) -> str:
+    """Name the level that singles out the chosen groups, or these; "" where a study has one group."""
+    if len(groups) == 1:
+        return ""
+    if len(chosen) == len(groups):
+        return " in all groups"
+    group_of = [each.items[0].group for each in groups]
+    wanted = [each.items[0].group for each in chosen]
+    for name, label in wanted[0].items():
+        if [group for group in group_of if group.get(name) == label] == wanted:
+            return f" at {level_names(content, {name: label})[0]}"
+    if len(chosen) <= _NAMED:
+        return f" at {list_text([levels_name(content, group) for group in wanted])}"
+    return f" in {len(chosen)} of {count_text(len(groups), 'group')}"

@@ -1,0 +1,66 @@
+"""The table that judges predictions: signed bias of each group with its interval, and all groups together."""
+
+from __future__ import annotations
+
+from reports.content import ReportContent
+from reports.display import as_shown, interval_text, value_text, with_unit
+from reports.judged import group_verdict, places_of_biases
+from reports.naming import levels_name
+from reports.predicted import Judged, JudgedGroup
+from reports.tables.table import Cell, Column, Row, Table, TableKind, count, words
+from reports.wording import sentence_start
+
+_COLUMNS = (
+    Column("quantity", ("quantity",), numeric=False),
+    Column("group", ("group",), numeric=False),
+    Column("levels", ("n_levels",), shown=False),
+    Column("measured", ("measured",), shown=False),
+    Column("predicted", ("predicted",), shown=False),
+    Column("bias", ("bias", "unit")),
+    Column("95\u00a0% CI", ("ci_low", "ci_high")),
+    Column("by measurement alone", ("ci_low_measured", "ci_high_measured"), shown=False),
+    Column("verdict", ("verdict",), numeric=False, prose=True),
+    Column("joint test", ("joint_chi_squared", "joint_df", "joint_p", "kendall_tau"), shown=False),
+    Column("made of", ("made_of",), shown=False),
+)
+
+
+def _make(content: ReportContent) -> Table:
+    rows = [_row(content, one, group) for one in content.predictions.judged for group in one.groups]
+    caption = (
+        "Predicted less measured over the levels of each group; intervals hold both errors. Joint p: Wald's; "
+        f"\u03c4: Kendall's, of groups.{_other_units(content)}"
+    )
+    return Table("prediction_bias", caption, _COLUMNS, tuple(rows))
+
+
+def _other_units(content: ReportContent) -> str:
+    """Say which factors the scene takes in another unit than the study states; "" for none."""
+    return "".join(
+        f" {sentence_start(factor.title)}: {factor.unit} in the study, as many {unit} in the scene."
+        for factor in content.factors
+        if factor.slope is not None and (unit := content.predictions.units.get(factor.name, factor.unit)) != factor.unit
+    )
+
+
+def _row(content: ReportContent, one: Judged, group: JudgedGroup) -> Row:
+    found, bias, joint, places = group.found, group.bias, one.joint, places_of_biases(one)
+    shown = as_shown(bias)
+    return Row(
+        (
+            words(str(one.quantity)),
+            words(levels_name(content, group.items[0].group) or "all runs"),
+            count(found.levels),
+            Cell("", (found.measured,)),
+            Cell("", (found.predicted,)),
+            Cell(with_unit(value_text(shown.value, places), shown.unit), (bias.value, bias.unit)),
+            Cell(interval_text(bias, places), found.interval),
+            Cell("", found.interval_of_measured),
+            words(group_verdict(group, places)),
+            Cell("", (joint.chi_squared, joint.df, joint.p, joint.tau)),
+            words(" ".join(item.predicted.provenance for item in group.items)),
+        ),
+    )
+
+
+PREDICTION_BIAS = TableKind("prediction_bias", _make)

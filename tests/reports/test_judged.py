@@ -1,0 +1,112 @@
+"""Predictions judged on the page: bias of each group, all together, and the sentence; no row counted twice."""
+
+import dataclasses
+import math
+
+import pytest
+
+from data_schema.reasons import Reason
+from data_schema.vocabulary import Undefined
+from labbook.presenting.report.judging import judged
+from reports.evidence import POOLED
+from reports.judged import verdict_text
+from reports.numbers import Number
+from reports.predicted import PredictedQuantity, Predictions
+from reports.sections import Paragraph, TableHere, sections_of
+from reports.tables.registry import TABLES
+from reports.trust import trust_sentences
+
+GROUPS = [("large", "300"), ("large", "400"), ("small", "300"), ("small", "400")]
+
+
+def shifted(content, shift_j, se=0.1, groups=GROUPS):
+    """Predict joules that are off by so much a group, each with this error; one group a pair of foot and stiffness."""
+    items = []
+    for item in content.predictions.of(PredictedQuantity.JOULES):
+        key = item.group["foot"], item.group["k_gain"]
+        if key in groups:
+            value = item.measured.value + shift_j.get(key, 0.0)
+            items.append(dataclasses.replace(item, predicted=dataclasses.replace(item.predicted, value=value, se=se)))
+    return judging(content, items)
+
+
+def judging(content, items):
+    about = dataclasses.replace(content.predictions, items=tuple(items), judged=judged(items))
+    return dataclasses.replace(content, predictions=about)
+
+
+def said(content):
+    return verdict_text(content).replace("\u00a0", " ")
+
+
+def test_a_group_has_the_mean_of_its_levels(content):
+    joules, apex = content.predictions.judged
+    assert [joules.quantity, apex.quantity] == [PredictedQuantity.JOULES, PredictedQuantity.APEX]
+    for group in (*joules.groups, *apex.groups):
+        assert len(group.items) == group.found.levels == 6
+        differences = [item.predicted.value - item.measured.value for item in group.items]
+        assert group.found.bias == pytest.approx(math.fsum(differences) / 6, rel=1e-9)
+    assert joules.joint.df == 4
+
+
+def test_what_pools_levels_does_not_count(content):
+    pooled = tuple(dataclasses.replace(item, level=POOLED) for item in content.predictions.items)
+    assert judged([*content.predictions.items, *pooled]) == content.predictions.judged
+    assert judged(pooled) == ()
+
+
+def test_one_level_of_a_factor_that_singles_out_the_biased_is_named(content):
+    off = {("large", "400"): 5.0, ("small", "400"): 6.0}
+    assert "): 5.00 to 6.00 J high at k = 1091 N/m. There the scene lacks an effect" in said(shifted(content, off))
+    assert "): 5.00 J low at large foot, k = 1091 N/m." in said(shifted(content, {("large", "400"): -5.0}))
+    assert "5.00 J high in all groups." in said(shifted(content, dict.fromkeys(GROUPS, 5.0)))
+    three = said(shifted(content, dict.fromkeys(GROUPS[:3], 5.0)))
+    assert "5.00 J high in 3 of 4 groups" in three
+    both = said(shifted(content, {("large", "400"): 5.0, ("small", "400"): -6.0}))
+    assert "5.00 J high at large foot, k = 1091 N/m and 6.00 J low at small foot, k = 1091 N/m" in both
+
+
+def test_without_bias_nothing_is_missing(content):
+    text = said(shifted(content, {}))
+    assert text.endswith("(joint p > .999, τ = 1.00): no group significantly biased.")
+    one = said(shifted(content, {("large", "400"): 5.0}, groups=[("large", "400")]))
+    assert "τ" not in one
+    assert "5.00 J high." in one
+
+
+def test_an_agreement_that_assumed_inputs_buy_is_said(content):
+    changed = shifted(content, dict.fromkeys(GROUPS, 5.0), se=9.0)
+    assert said(changed).endswith("agree in all groups only within the assumed inputs' uncertainty.")
+    verdict = TABLES["prediction_bias"].make(changed).rows[0].cells[-3].text
+    assert verdict.endswith("high, within the assumed inputs' uncertainty only")
+
+
+def test_the_table_has_the_groups_and_says_the_unit(content):
+    table = TABLES["prediction_bias"].make(content)
+    assert [row.cells[0].text for row in table.rows] == ["joules a jump"] * 4 + ["apex height"] * 4
+    assert "Active-damping coefficient: kg/s in the study, as many kg/m in the scene." in table.caption
+    ids = {item.predicted.provenance for item in content.predictions.items}
+    assert set(table.rows[0].cells[-1].text.split()) <= ids
+    same = dataclasses.replace(content, predictions=dataclasses.replace(content.predictions, units={}))
+    assert "as many" not in TABLES["prediction_bias"].make(same).caption
+
+
+def test_the_verdict_stands_once_on_the_page(content):
+    paragraphs = [
+        part.text for section in sections_of(content) for part in section.parts if isinstance(part, Paragraph)
+    ]
+    assert paragraphs.count(verdict_text(content)) == 1
+    assert not any("joint p" in sentence for sentence in trust_sentences(content))
+    (predicted,) = (section for section in sections_of(content) if section.anchor == "predicted")
+    assert TableHere("prediction_bias") in predicted.parts
+
+
+def test_without_errors_or_predictions_nothing_is_judged(content):
+    none = Undefined(Reason.AS_SAID, said="it folds")
+    items = tuple(
+        dataclasses.replace(item, predicted=Number(none, item.predicted.unit)) for item in content.predictions.items
+    )
+    for changed in (judging(content, items), dataclasses.replace(content, predictions=Predictions())):
+        assert changed.predictions.judged == ()
+        assert all(part != Paragraph("") for section in sections_of(changed) for part in section.parts)
+        assert TABLES["prediction_bias"].make(changed).rows == ()
