@@ -8,6 +8,7 @@ from reports.content import Claim, Comparison, ReportContent
 from reports.display import (
     MINUS,
     as_shown,
+    common_places,
     interval_text,
     level_text,
     p_text,
@@ -37,9 +38,9 @@ def group_claim(content: ReportContent, comparison: Comparison) -> Claim:
         left = f" ({_other_days(lead)})" if lead.other else ""
         text = f"Whether {asked} cannot be told: {lead.test.p.reason}{left}; the means differ by {signed}."
         return Claim(text, _id(number))
-    once = lost_by_holm(lead) if lead.rejected else ""
+    once = "significant after Holm" if lead.rejected and lost_by_holm(lead) else ""
     if not lead.rejected or once:
-        said = f"{unshown} is not shown{once}: {signed}"
+        said = f"{unshown} is not {once or 'significant'}: {signed}"
     elif isinstance(number.ci_low, Undefined):
         said = f"{unshown} is shown and cannot be bounded: {signed}"
     else:
@@ -49,6 +50,36 @@ def group_claim(content: ReportContent, comparison: Comparison) -> Claim:
     sentence = f"{_opened(said, measured)} ({'; '.join(_evidence(lead))}){exploratory_text(comparison.exploratory)}."
     within = _within(lead.equivalence)
     return Claim(" ".join(filter(None, (sentence, within, _ELSEWHERE if measured else ""))), _id(number))
+
+
+def told_together(content: ReportContent, outcome: Outcome) -> str:
+    """Say in a sentence what the groups' exploratory tests found beside a test of equivalence over groups.
+
+    "" where a group must speak for itself: planned, within days only, without a test, or not shown to be equivalent.
+    """
+    leads = [
+        (each.lead, each.lead.equivalence)
+        for each in content.pooled
+        if each.quantity is outcome and each.decision is not None and each.exploratory
+    ]
+    heights = content.overall_equivalence
+    if any(lead.adjusted is None for lead, _ in leads):
+        return ""
+    if heights is None or len(leads) < len(heights.scope.groups) or len(leads) < 2 or heights.scope.left_out:
+        return ""
+    numbers = [as_shown(lead.difference) for lead, _ in leads]
+    values = [number.value for number in numbers if isinstance(number.value, float)]
+    equivalent = all(item is not None and item.shown for _, item in leads)
+    if not equivalent or len(values) < len(leads) or any(lead.unit != "day" for lead, _ in leads):
+        return ""
+    shown = sum(bool(lead.rejected) and not lost_by_holm(lead) for lead, _ in leads)
+    places = common_places(lead.difference for lead, _ in leads)
+    span = with_unit(f"{value_text(min(values), places)} to {value_text(max(values), places)}", numbers[0].unit)
+    bounds = next(bounds_text(item) for _, item in leads if item is not None)
+    return (
+        f"Group by group, exploratory: differences of {span}, {shown} of {len(leads)} significant after Holm; "
+        f"all within {bounds} (TOST). Each stands under {outcome.heading}: conditions."
+    )
 
 
 def overall_claims(content: ReportContent) -> list[tuple[Outcome, Claim]]:
@@ -98,9 +129,7 @@ def _sizes(value: float, number: Number) -> tuple[str, str]:
 def _evidence(lead: Decision) -> list[str]:
     evidence = [*_interval(lead.savings or lead.difference), significance_text(lead.test, name=False)]
     if lead.adjusted is not None:
-        evidence.append(f"{p_text(lead.adjusted.value)} by Holm over {count_text(lead.adjusted.n or 0, 'test')}")
-    runs = f"{lead.n_control} runs against {lead.n_treatment}"
-    evidence.append(f"{count_text(len(lead.days), 'day')} with both, {runs}")
+        evidence[-1] += f", Holm {p_text(lead.adjusted.value)}"
     return [*evidence, _other_days(lead)] if lead.other else evidence
 
 

@@ -226,13 +226,11 @@ def _summary(content: ReportContent) -> str:
 
 def _facts(content: ReportContent) -> list[tuple[str, str]]:
     """Return what stands under the answer: name and text."""
-    facts = [("Study", content.study), ("Selection", content.selection or "all runs")]
+    facts = [("Study", content.study)]
     if content.days:
         first, last = content.days[0].date, content.days[-1].date
         dates = first if first == last else f"{first} to {last}"
         facts.append(("Measured", f"{dates}, {count_text(len(content.days), 'day')}"))
-    used = [f"{outcome.plural} from {content.flow.runs_with[outcome]}" for outcome in content.outcomes]
-    facts.append(("Runs", f"{content.flow.runs_done}, {', '.join(used)}"))
     if content.people:
         facts.append(("People", list_text(content.people)))
     facts += [

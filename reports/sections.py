@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from data_schema.outcomes import Outcome
 from reports.content import Anova, ReportContent
-from reports.decided_sentences import group_claim
+from reports.decided_sentences import group_claim, told_together
 from reports.display import significance_text
 from reports.judged import verdict_text
 from reports.naming import (
@@ -90,7 +90,7 @@ def sections_of(content: ReportContent) -> tuple[Section, ...]:
         Section("robustness", "Robustness", tuple(map(Paragraph, robustness_sentences(content)))),
         _plan(content),
         _methods(content),
-        *(_outcome_in_full(outcome) for outcome in content.outcomes),
+        *(_outcome_in_full(content, outcome) for outcome in content.outcomes),
         _tests(content),
         _predictions_in_full(content),
         _certainty(content),
@@ -135,11 +135,8 @@ def _results(content: ReportContent) -> Section:
     """Each group in a sentence, outcome by outcome; page one has the first two drawn."""
     parts: list[Part] = []
     for outcome in content.outcomes:
-        decided = [each for each in content.pooled if each.quantity is outcome and each.decision is not None]
-        claims = [claim for claim in (group_claim(content, each) for each in decided) if claim not in content.claims]
-        found: list[Part] = []
-        if claims:
-            found.append(Bullets(tuple(Paragraph(claim.text, claim.provenance) for claim in claims)))
+        together = told_together(content, outcome)
+        found: list[Part] = [Paragraph(together)] if together else _each_group(content, outcome)
         if outcome not in (Outcome.JOULES, Outcome.APEX):
             found.append(FigureHere(f"{outcome.key}_by_damping"))
         if outcome.has_savings:
@@ -151,8 +148,16 @@ def _results(content: ReportContent) -> Section:
     return Section("results", "Results", tuple(parts))
 
 
-def _outcome_in_full(outcome: Outcome) -> Section:
+def _each_group(content: ReportContent, outcome: Outcome) -> list[Part]:
+    """Return the claims of the groups that page one does not open with."""
+    decided = [each for each in content.pooled if each.quantity is outcome and each.decision is not None]
+    claims = [claim for claim in (group_claim(content, each) for each in decided) if claim not in content.claims]
+    return [Bullets(tuple(Paragraph(claim.text, claim.provenance) for claim in claims))] if claims else []
+
+
+def _outcome_in_full(content: ReportContent, outcome: Outcome) -> Section:
     parts: list[Part] = [
+        *(_each_group(content, outcome) if told_together(content, outcome) else ()),
         TableHere(f"{outcome.key}_by_condition"),
         FigureHere(f"estimation_{outcome.key}"),
         TableHere(f"comparisons_{outcome.key}"),

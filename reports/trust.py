@@ -9,7 +9,7 @@ from data_schema.outcomes import Outcome
 from reports.content import ReportContent, Sensitivity
 from reports.display import as_shown, common_places, decimal_text, with_unit
 from reports.numbers import Number
-from reports.wording import count_text, sentence_start
+from reports.wording import count_text, list_text, sentence_start
 
 _WITHOUT_A_DAY = re.compile(r"without \d{4}-\d{2}-\d{2}")
 
@@ -66,21 +66,36 @@ def _one_day_less(content: ReportContent) -> str:
 
 
 def robustness_sentences(content: ReportContent) -> tuple[str, ...]:
-    """Say, unit by unit, how far headlines move without one day at a time, and computed in other ways."""
+    """Say, unit by unit, how far headlines move without one day at a time, and computed in other ways.
+
+    Headlines of the first unit stand with their ranges, of the others how far any of them moves.
+    """
     found = []
     known = [each for each in content.sensitivity if isinstance(each.as_reported.value, float)]
-    for unit in dict.fromkeys(each.as_reported.unit for each in known):
+    for rank, unit in enumerate(dict.fromkeys(each.as_reported.unit for each in known)):
         of_unit = [each for each in known if each.as_reported.unit == unit]
         places = common_places([each.as_reported for each in of_unit])
-        if ranges := [text for each in of_unit if (text := _range(each, places))]:
+        moves: list[str] = []
+        unmoved: list[str] = []
+        ranges = [text for each in of_unit if (text := _range(each, places))]
+        if ranges and rank == 0:
             found.append(f"Without one day at a time: {'; '.join(ranges)}.")
+        elif ranges:
+            days = [abs(shift) for each in of_unit for label in _days(each) if (shift := _shift(each, label))]
+            moves.append(f"{_moved(max(days, default=0.0), of_unit[0], places)} without one day at a time")
         labels = dict.fromkeys(variant.label for each in of_unit for variant in each.variants)
         for label in labels:
             moved = [abs(shift) for each in of_unit if (shift := _shift(each, label)) is not None]
             if moved and not _is_day(label):
                 still = decimal_text(max(moved), places).strip("0.") == ""
-                by = "do not move" if still else f"move by at most {_moved(max(moved), of_unit[0], places)}"
-                found.append(f"{sentence_start(label)}, {_what(of_unit[0])} {by}.")
+                if still:
+                    unmoved.append(label)
+                else:
+                    moves.append(f"{_moved(max(moved), of_unit[0], places)} {label}")
+        if unmoved:
+            found.append(f"{sentence_start(_what(of_unit[0]))} do not move {list_text(unmoved)}.")
+        if moves:
+            found.append(f"{sentence_start(_what(of_unit[0]))} move by at most {', '.join(moves)}.")
     return tuple(found)
 
 

@@ -49,7 +49,7 @@ def points_text(content: ReportContent, quantity: Outcome) -> str:
     sentences = []
     if any(condition.control for condition, _ in found):
         sentences.append(_control_text(content))
-    sentences.append("The vertical axis does not start at zero.")
+    sentences.append("Vertical axis not from zero.")
     if counts:
         low, high = min(counts), max(counts)
         runs = count_text(low, "run") if low == high else f"{low} to {count_text(high, 'run')}"
@@ -57,11 +57,11 @@ def points_text(content: ReportContent, quantity: Outcome) -> str:
             sentences.append("Circles: the only run of a condition, which gives no interval.")
         else:
             bars = level_text(found[0][1].mean)
-            sentences.append(f"Circles: means of {runs} a condition; bars: {bars}; dots: single runs.")
+            sentences.append(f"Circles: means ({runs}); bars: {bars}; dots: runs.")
     if series_lie_apart(content, quantity):
-        sentences.append("Each group has its panel; the vertical axes have one span but not one position.")
+        sentences.append("Each group has its panel; the vertical axes have one span.")
     elif len(series_of(content)) > 1:
-        sentences.append("Conditions at one level are drawn side by side.")
+        sentences.append("Levels are drawn side by side.")
     return " ".join(sentences)
 
 

@@ -142,10 +142,9 @@ def caption(content: ReportContent) -> str:
     level = level_text(numbers[0]) if numbers else "confidence interval"
     called = swept_words(swept_factor(content))
     return (
-        f"Share of the energy of a jump that {called.treatment} saves, ({called.control} − "
-        f"{called.treatment_short}) / {called.control}, with its {level} by Fieller's method. Diamonds: all levels of "
-        f"the {called.coefficient} pooled; circles: each level against the control of its group. Numbers at the "
-        f"right, in the wide form: percent (interval), {content.counted}s of the control and of the treatment."
+        f"Savings, ({called.control} − {called.treatment_short}) / {called.control}, with {level} by Fieller's method: "
+        f"diamonds, all levels of the {called.coefficient} pooled; circles, each level; at the right, percent "
+        f"(interval) and {content.counted}s."
     )
 
 

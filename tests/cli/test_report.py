@@ -91,7 +91,7 @@ def test_page_shows_the_claims_the_numbers_and_where_they_come_from(reported: Re
         assert f"{float(row['mean_j']):.0f}" in text
         assert row["provenance"] in text
     assert "foot=small" in text
-    assert "8, joules from 8, apex heights from 8" in text
+    assert "joules from 8; apex heights from 8" in text.replace("\u00a0", " ")
     assert "k = 1091 N/m" in text
     assert "k = 2.56 g + 67.36 N/m" in text
     assert "Ada Nwosu" in text

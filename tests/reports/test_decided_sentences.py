@@ -7,7 +7,7 @@ import pytest
 from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from reports.decided_sentences import group_claim, overall_claims
+from reports.decided_sentences import group_claim, overall_claims, told_together
 from reports.evidence import Decision, Equivalence, OverallEquivalence, OverallSavings, OverGroups
 from reports.numbers import Number, SignificanceTest
 
@@ -31,10 +31,10 @@ def said(content, comparison):
     return group_claim(content, comparison).text.replace("\u00a0", " ")
 
 
-def test_a_saving_by_day_means_names_its_test_its_days_and_runs(content):
+def test_a_saving_by_day_means_names_its_test(content):
     text = said(content, decided(content, Outcome.JOULES))
     assert text.startswith("Active damping saved 12.1 % of the energy of a jump with the small foot and k = ")
-    assert text.endswith("(95 % CI 6.8 to 17.2 %; t(4) = 6.32, p = .003; 5 days with both, 16 runs against 50).")
+    assert text.endswith("(95 % CI 6.8 to 17.2 %; t(4) = 6.32, p = .003).")
     assert group_claim(content, decided(content, Outcome.JOULES)).provenance == ("abc",)
 
 
@@ -66,10 +66,10 @@ def test_where_days_tell_nothing_there_is_no_p_and_no_interval(content):
 def test_holm_is_named_only_where_it_takes_something_away(content):
     adjusted = Number(0.06, "1", n=4)
     lost = {"adjusted": adjusted, "adjusted_rejected": False}
-    once = "is not shown once the 4 tests of the family are counted by Holm: 12.1 %"
+    once = "is not significant after Holm: 12.1 %"
     assert once in said(content, decided(content, Outcome.JOULES, **lost))
     never = said(content, decided(content, Outcome.JOULES, rejected=False, **lost))
-    assert "once" not in never
+    assert "after Holm" not in never
     assert never.startswith("A saving with the small foot")
 
 
@@ -109,3 +109,20 @@ def test_one_group_speaks_for_itself(content):
         Number(2.6, "%"), True, scope,
     )  # fmt: skip
     assert overall_claims(dataclasses.replace(content, overall=(alone,))) == []
+
+
+@pytest.mark.parametrize(("unit", "shown", "told"), [("day", True, True), ("run", True, False), ("day", False, False)])
+def test_exploratory_groups_are_told_together_where_all_are_equivalent_by_day(content, unit, shown, told):
+    estimate = Number(0.4, "%", ci_low=0.1, ci_high=0.7, ci_level=0.9)
+    test = SignificanceTest("lower bound", 9.0, (3.0,), 0.001)
+    within = Equivalence(estimate, -3.0, 3.0, test, test, 0.001, shown)
+    changes = {"unit": unit, "equivalence": within, "adjusted": Number(0.01, "1", n=2), "adjusted_rejected": True}
+    one = dataclasses.replace(decided(content, Outcome.APEX, **changes), exploratory="not the primary outcome")
+    heights = OverallEquivalence(within, OverGroups((one.group, one.group), (), DAYS, False))
+    text = told_together(
+        dataclasses.replace(content, comparisons=(one, one), overall_equivalence=heights), Outcome.APEX
+    )
+    assert ("exploratory" in text and "2 of 2 significant after Holm" in text) is told
+    planned = dataclasses.replace(one, exploratory="")
+    both = dataclasses.replace(content, comparisons=(planned, planned), overall_equivalence=heights)
+    assert told_together(both, Outcome.APEX) == ""

@@ -19,7 +19,7 @@ from stats.compare.shared_error import ENOUGH_DEGREES
 
 LISTED = 8
 """Runs that a sentence names before it goes on with an ellipsis."""
-FEW = 3
+FEW = 1
 """As many where the runs' numbers stand, and each run's jumps are in the table of each run."""
 
 
@@ -30,11 +30,10 @@ def methods(analysis: StudyAnalysis) -> tuple[str, ...]:
     called = swept_words(next((factor for factor in campaign.factors(analysis) if factor.swept), None))
     paragraphs = [
         f"Joules a jump are 3.6 C/mAh times {evidence.study.reference_voltage_v:g} V times (charge minus passive "
-        "charge) divided by the jumps made. The passive charge is read at each run's own duration, power on to power "
-        "off, from the straight line fitted to all idle runs of its robot; the line's error is common to the robot's "
-        f"runs, {_shared_error(analysis)}",
+        "charge) divided by the jumps made. The passive charge is read at each run's duration from the straight line "
+        f"fitted to its robot's idle runs; the line's error, common to these runs, {_shared_error(analysis)}",
         f"Apexes come from the {protocol.detector} detector, version {DETECTORS[protocol.detector].version}, applied "
-        f"to the body height; {_rules(analysis)} A person's verdict on a jump comes before these rules.",
+        f"to the body height; {_rules(analysis)} A person's verdict comes first.",
         _unit(analysis),
         tests_used(analysis, called) if not by_shared_days(analysis) else decided_by(analysis, called),
     ]
@@ -46,9 +45,9 @@ def _shared_error(analysis: StudyAnalysis) -> str:
     joined = _joined(analysis)
     if not saved(analysis):
         return f"is stated apart{' and counts in the interval of a mean' if joined else ''}{joined}."
-    apart = "cancels in differences at equal durations and jumps and enters savings through the control."
     if by_shared_days(analysis):
-        return f"{apart} What is left of it counts in intervals and p."
+        return "counts in intervals and p."
+    apart = "cancels in differences at equal durations and jumps and enters savings through the control."
     return f"{apart} What is left of it in a mean or a difference counts in the interval{joined}." if joined else apart
 
 
@@ -79,7 +78,7 @@ def _unit(analysis: StudyAnalysis) -> str:
     of_runs = "a run's joules, and the mean of a run's apex heights"
     unit = analysis.planned.settings.unit_of_analysis
     if unit is UnitOfAnalysis.SHARED_DAYS:
-        return f"A value is one run, never a jump: {of_runs}."
+        return "A value is one run, never a jump."
     if unit is UnitOfAnalysis.RUN:
         return f"Runs are the unit of analysis: {of_runs}."
     return f"Days are the unit of analysis: comparisons rest on the mean of each day's runs ({of_runs})."
@@ -136,8 +135,8 @@ def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:
             f"{'waits' if waiting == 1 else 'wait'} for review (`labbook jumps list RUN`)."
         )
     notes.append(
-        "The charger states what it put in; charge efficiency and the pack's voltage under load are not measured, so "
-        "joules are on the scale of the reference voltage."
+        "Charge efficiency and the pack's voltage under load are not measured, so joules are on the scale of the "
+        "reference voltage."
     )
     return tuple(notes)
 

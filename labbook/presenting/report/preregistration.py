@@ -81,8 +81,8 @@ def _settings(settings: AnalysisSettings) -> str:
         else f"differences of apex height from {bounds.low:g} to {bounds.high:g} {unit} count as none"
     )
     return (
-        f"the primary outcome is {settings.primary_outcome}, the family of comparisons "
-        f"{FAMILY_OF[settings.family]}, alpha {settings.alpha:g}, the unit of analysis "
+        f"the primary outcome is {settings.primary_outcome}, the family "
+        f"{FAMILY_OF[settings.family]}, alpha {settings.alpha:g}, the unit "
         f"{_UNITS[settings.unit_of_analysis]}; {within}; {_exclusions(settings)}."
     )
 

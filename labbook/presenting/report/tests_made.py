@@ -52,23 +52,20 @@ def decided_by(analysis: StudyAnalysis, called: SweptWords) -> str:
     """Return the test that decides by shared days, and how many comparisons each of its rules fits."""
     rules = Counter(item.decided.result.rule for item in analysis.compared if item.decided is not None)
     said = {
-        Rule.PAIRED: "paired t on day means where four days or more hold both sides",
-        Rule.WITHIN: "a contrast of runs within days on one to three such days, which holds for these days",
-        Rule.NONE: "no test where the days cannot tell",
+        Rule.PAIRED: "paired t on day means from four such days on",
+        Rule.WITHIN: "a contrast within days on one to three, which holds for these days",
+        Rule.NONE: "no test on none",
     }
     counts = list_text([f"{said[rule]} ({count_text(rules[rule], 'comparison')})" for rule in said if rules[rule]])
     treated = called.treatment_short
     sentences = [
-        f"Which test compares a treatment with its control is fixed by the days that hold runs of both: {counts}. Only "
-        "runs of these days enter.",
-        f"Savings are ({called.control} - {treated}) / {called.control} with Fieller's interval by the same contrast, "
-        "which leaves out 0 just where p is below alpha."
+        f"Treatment and control are compared on the days that hold runs of both: {counts}.",
+        f"Savings are ({called.control} - {treated}) / {called.control} with Fieller's interval by the same contrast."
         if saved(analysis)
         else "",
         _holm(analysis),
         _equivalence(analysis),
-        "The overall effect is the mean of the groups' savings; what a day does to several groups is added up before "
-        "it is squared."
+        "The overall effect is the mean of the groups' savings, errors of shared days added before squaring."
         if analysis.overall.savings
         else "",
         _levels(analysis),
@@ -143,8 +140,8 @@ def _equivalence(analysis: StudyAnalysis) -> str:
     by = "tests by that contrast" if by_shared_days(analysis) else "Welch tests"
     return (
         f"Equality of apex heights within {_bounds(bounds)} is tested by two one-sided {by} (TOST) in "
-        f"{count_text(len(tested), 'comparison')}."
-        f"{' Their p are not adjusted for their number.' if len(tested) > 1 else ''}"
+        f"{count_text(len(tested), 'comparison')}"
+        f"{', unadjusted' if len(tested) > 1 else ''}."
     )
 
 
