@@ -30,8 +30,9 @@ def methods(analysis: StudyAnalysis) -> tuple[str, ...]:
     called = swept_words(next((factor for factor in campaign.factors(analysis) if factor.swept), None))
     paragraphs = [
         f"Joules a jump are 3.6 C/mAh times {evidence.study.reference_voltage_v:g} V times (charge minus passive "
-        "charge) divided by the jumps made. The passive charge is read at each run's duration from the straight line "
-        f"fitted to its robot's idle runs; the line's error, common to these runs, {_shared_error(analysis)}",
+        "charge) divided by the jumps made. The passive charge is read at each run's duration, power on to power off, "
+        "from the straight line fitted to its robot's idle runs; the line's error, common to these runs, "
+        f"{_shared_error(analysis)}",
         f"Apexes come from the {protocol.detector} detector, version {DETECTORS[protocol.detector].version}, applied "
         f"to the body height; {_rules(analysis)} A person's verdict comes first.",
         _unit(analysis),

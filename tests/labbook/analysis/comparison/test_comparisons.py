@@ -230,7 +230,7 @@ def test_heights_are_tested_against_the_bounds_that_were_decided(
         assert f"was {'shown' if verdict else 'not shown'} (90" in text
     assert made.content.no_equivalence == ""
     told = "".join((*made.content.methods, made.content.tests_beside)).replace("\u00a0", " ")
-    assert "two one-sided Welch tests (TOST) in 4 comparisons. Their p are not adjusted for their number." in told
+    assert "two one-sided Welch tests (TOST) in 4 comparisons, unadjusted." in told
     assert "Comparisons of each level, and of all pooled within a group, with its control were made again" in told
 
 
