@@ -17,6 +17,7 @@ from benchmarks.campaign import RESULTS
 from benchmarks.inputs import new_book
 from benchmarks.processes import LABBOOK, ProcessRun, run_process
 from benchmarks.section import Benchmark, Budget, Section, Table
+from data_schema.cache_folder import cache_folder
 from data_schema.vocabulary import RunKind
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.runs.runs_importing import import_runs
@@ -25,7 +26,7 @@ from labbook.demo.book_toml import FACTORS, ROBOT
 from labbook.demo.campaign import BATTERIES
 from labbook.demo.truth import CHAPTER_5
 from labbook.demo.writers import RunRow, SheetRow, charger_sheet, run_sheet
-from reports.figures.figure_cache import cache_folder
+from reports.figures.figure_cache import KIND
 
 RUNS_A_DAY, JUMPS, AT_ONCE = 20, 25, 5000
 IDLE_RUNS = 17
@@ -156,7 +157,7 @@ def _forget(book: Path) -> None:
     with closing(sqlite3.connect(book / DATABASE)) as connection, connection:
         for table in RESULTS:
             connection.execute(f"DELETE FROM {table}")
-    shutil.rmtree(cache_folder(), ignore_errors=True)
+    shutil.rmtree(cache_folder(KIND), ignore_errors=True)
 
 
 BENCHMARKS = (

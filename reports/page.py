@@ -99,11 +99,12 @@ def write_report(
         pages = {"summary.html": render_page(content, drawings, tables, first_only=True), **pages}
     table_files = {f"{name}.csv": csv_bytes(table) for name, table in tables.items()}
     table_files |= {f"{name}.tex": latex_bytes(table) for name, table in tables.items()}
+    beside = {"numbers.tex": macros_bytes(content), "references.bib": references_bib(content)}
     with _writing_to(out_dir):
         written_figures = tuple(_replace(out_dir / "figures" / name, data) for name, data in figures.items())
         written_tables = tuple(_replace(out_dir / "tables" / name, data) for name, data in table_files.items())
-        _replace(out_dir / "numbers.tex", macros_bytes(content))
-        _replace(out_dir / "references.bib", references_bib(content))
+        for name, data in beside.items():
+            _replace(out_dir / name, data)
         written = {name: _replace(out_dir / name, page.encode("utf-8")) for name, page in pages.items()}
         for left in (f"{name}{ending}.{suffix}" for name in FIGURES for ending in _WIDTHS for suffix in _FORMATS):
             if left not in figures:

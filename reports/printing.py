@@ -9,6 +9,8 @@ import subprocess
 import tempfile
 from pathlib import Path
 
+from data_schema.disk import write_whole
+
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "microsoft-edge")
 """Names under which Chromium and its kin are looked for."""
 
@@ -47,9 +49,7 @@ def print_pdf(page: Path, pdf: Path, *, one_sheet: bool = False) -> str:
                 return f"no PDF was made, for {path} did not print the page ({ended}): print it from a browser."
             if len(_SHEET.findall(data)) == 1:
                 break
-    beside = pdf.with_name(f".{pdf.name}.part")
-    beside.write_bytes(data)
-    beside.replace(pdf)
+    write_whole(pdf, data)
     return ""
 
 

@@ -35,7 +35,8 @@ class WrittenReport:
     """Where a report was written, its claims, and how much had to be computed for it.
 
     `warning` says that rows were altered outside labbook, "" where none were. `page` is the first one alone where that
-    was asked for; `pdf` is "" where none was made, and `no_pdf` says why.
+    was asked for; `pdf` is "" where none was made, and `no_pdf` says why. `outdated` are pages of an earlier report in
+    the folder.
     """
 
     page: str
@@ -46,6 +47,7 @@ class WrittenReport:
     warning: str
     pdf: str = ""
     no_pdf: str = ""
+    outdated: tuple[str, ...] = ()
 
 
 def selection(
@@ -116,6 +118,8 @@ def write(
         step("printing the page")
     no_pdf = print_pdf(page, printed, one_sheet=summary) if pdf else ""
     sync_all(folder)
+    written = {paths.page, paths.summary, printed if pdf and not no_pdf else None}
+    beside = (folder / f"{name}{suffix}" for name in ("report", "summary") for suffix in (".html", ".pdf"))
     return WrittenReport(
         page=str(page),
         folder=str(folder),
@@ -125,6 +129,7 @@ def write(
         warning=warning,
         pdf=str(printed) if pdf and not no_pdf else "",
         no_pdf=no_pdf,
+        outdated=tuple(str(path) for path in beside if path not in written and path.exists()),
     )
 
 

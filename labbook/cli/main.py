@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import gc
 import importlib
-import importlib.metadata
 import json
 import os
 import sys
@@ -92,7 +91,7 @@ def run(words: Sequence[str] | None = None) -> NoReturn:
     debug = "--debug" in given
     arguments = [argument for argument in given if argument != "--debug"]
     try:
-        if arguments in (["--version"], ["--version", "--json"]):
+        if "--version" in arguments and {*arguments} <= {"--version", "--json"}:
             _tell_version(as_json="--json" in arguments)
             sys.exit(0)
         _refuse_moved(arguments)
@@ -112,7 +111,9 @@ def run(words: Sequence[str] | None = None) -> NoReturn:
 
 def _tell_version(*, as_json: bool) -> None:
     """Print the version, which is that of the installed package."""
-    version = importlib.metadata.version("robot-labbook")
+    from importlib.metadata import version as version_of
+
+    version = version_of("robot-labbook")
     typer.echo(json.dumps({"version": version}) if as_json else f"labbook {version}")
 
 

@@ -60,6 +60,7 @@ def report(
             f"{written.page}",
             *([written.pdf] if written.pdf else []),
             *([f"look again: {written.no_pdf}"] if written.no_pdf else []),
+            *(f"look again: {path} is of an earlier report." for path in written.outdated),
             *([f"look again: {_waiting(waiting)}"] if waiting else []),
             *([f"look again: {written.warning}"] if written.warning else []),
         ],

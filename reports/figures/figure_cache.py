@@ -11,47 +11,34 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
-import re
-import shutil
-import stat
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
 from pathlib import Path
 
+from data_schema.cache_folder import forget_old_versions, make_version_folder, places_above, why_not_trusted
 from reports.content import ReportContent
 from reports.figures.kind import FigureKind, draw_figure, pdf_bytes, svg_bytes
 
-CACHE_VARIABLE = "LABBOOK_CACHE"
-"""Environment variable with the folder for what is computed once; otherwise the user's cache folder is taken."""
+KIND = "figures"
 KEPT_VERSIONS = 2
 MOST_BYTES = 64 * 2**20
 """Of one version; beyond, the files go that were used longest ago."""
 _DRAW_WITH = ("matplotlib", "numpy", "fonttools", "kiwisolver", "contourpy")
-_OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
-_VERSION = re.compile("[0-9a-f]{20}")
 _HASH_BYTES = 32
-
-
-def cache_folder() -> Path:
-    """Folder for the figures of all versions."""
-    if given := os.environ.get(CACHE_VARIABLE):
-        return Path(given) / "labbook-figures"
-    home = os.environ.get("XDG_CACHE_HOME")
-    return (Path(home) if home else Path.home() / ".cache") / "labbook" / "figures"
 
 
 @cache
 def drawing_version() -> str:
-    """Hash of what draws: every source of `reports` and of the words and summaries it uses, Python, the libraries."""
+    """Hash of what draws: every source of `reports` and of the words that it uses, Python, and the libraries."""
     versions = [f"{name} {metadata.version(name)}" for name in _DRAW_WITH]
     digest = hashlib.sha256("\n".join([sys.version, *versions]).encode())
     reports = Path(__file__).parents[1]
     root = reports.parent
-    for path in sorted([*reports.rglob("*.py"), *(root / "data_schema").glob("*.py"), *(root / "stats").rglob("*.py")]):
+    for path in sorted([*reports.rglob("*.py"), *(root / "data_schema").glob("*.py")]):
         digest.update(str(path.relative_to(root)).encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()[:20]
 
@@ -88,10 +75,7 @@ def forget_unused(most_bytes: int = MOST_BYTES) -> None:
     if (current := _folder()) is None:
         return
     with contextlib.suppress(OSError):
-        others = [path for path in current.parent.iterdir() if _VERSION.fullmatch(path.name) and path != current]
-        others.sort(key=lambda path: path.stat().st_mtime, reverse=True)
-        for path in others[KEPT_VERSIONS - 1 :]:
-            shutil.rmtree(path, ignore_errors=True)
+        forget_old_versions(current, KEPT_VERSIONS)
         files = sorted(((path.stat(), path) for path in current.iterdir()), key=lambda file: -file[0].st_mtime)
         total = 0
         for about, path in files:
@@ -102,38 +86,16 @@ def forget_unused(most_bytes: int = MOST_BYTES) -> None:
 
 def _folder() -> Path | None:
     """Return the folder of this version, made where it is missing; None where it cannot be, or is not one's own."""
-    folder = cache_folder() / drawing_version()
     try:
-        with _for_nobody_else():
-            folder.mkdir(parents=True, exist_ok=True)
-        given = os.environ.get(CACHE_VARIABLE)
-        places = [folder, folder.parent, *([Path(given)] if given else [])]
-        return folder if all(map(_is_ones_own, places)) else None
+        folder = make_version_folder(KIND, drawing_version())
+        return None if any(map(why_not_trusted, places_above(folder))) else folder
     except OSError:
         return None
 
 
-def _is_ones_own(place: Path) -> bool:
-    """Tell whether nobody else can write to a file, or replace what others made in a folder."""
-    found = place.stat()
-    kept_apart = stat.S_ISDIR(found.st_mode) and found.st_mode & stat.S_ISVTX
-    return found.st_uid in (os.geteuid(), 0) and bool(kept_apart or not found.st_mode & _OTHERS_WRITE)
-
-
-@contextlib.contextmanager
-def _for_nobody_else() -> Iterator[None]:
-    """Make files and folders that nobody else can write to, whatever this user's usual rights are."""
-    before = os.umask(0o077)
-    os.umask(before | _OTHERS_WRITE)
-    try:
-        yield
-    finally:
-        os.umask(before)
-
-
 def _read(path: Path) -> bytes | None:
     try:
-        if not _is_ones_own(path):
+        if why_not_trusted(path):
             return None
         kept = path.read_bytes()
         data = kept[_HASH_BYTES:]

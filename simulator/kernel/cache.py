@@ -9,10 +9,6 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import itertools
-import os
-import re
-import shutil
-import stat
 import sys
 from collections.abc import Iterator
 from importlib import metadata
@@ -22,25 +18,21 @@ from typing import Any
 from numba.core.bytecode import FunctionIdentity
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 
+from data_schema.cache_folder import (
+    CACHE_VARIABLE,
+    for_nobody_else,
+    forget_old_versions,
+    make_version_folder,
+    places_above,
+    why_not_trusted,
+)
 from data_schema.errors import UsageError
 from simulator.effects.effect import Function
 
-CACHE_VARIABLE = "LABBOOK_CACHE"
-"""Environment variable with the folder for compiled kernels; otherwise the user's cache folder is taken."""
+KIND = "kernels"
 KEPT_VERSIONS = 3
-_OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 USES_OF_KERNELS = ("ablation", "accuracy", "steady", "sweep", "thesis")
 """Parts of the simulator that use kernels and are no part of them."""
-_VERSION = re.compile("[0-9a-f]{20}")
-
-
-def cache_folder() -> Path:
-    """Folder for compiled kernels of all versions."""
-    given = os.environ.get(CACHE_VARIABLE)
-    if given:
-        return Path(given) / "labbook-kernels"
-    home = os.environ.get("XDG_CACHE_HOME")
-    return (Path(home) if home else Path.home() / ".cache") / "labbook" / "kernels"
 
 
 def fingerprint(sources: Path | None = None) -> str:
@@ -81,9 +73,7 @@ def compiling_alone(effects: tuple[str, ...]) -> Iterator[None]:
     try:
         import fcntl
 
-        folder = cache_folder() / _FINGERPRINT
-        with _for_nobody_else():
-            folder.mkdir(parents=True, exist_ok=True)
+        folder = make_version_folder(KIND, _FINGERPRINT)
         file = (folder / f"{_name(effects)}.lock").open("w")
     except (ImportError, OSError):  # no such locks here, or no folder: each compiles for itself
         yield
@@ -98,48 +88,22 @@ def keep_on_disk(kernel: Any, effects: tuple[str, ...]) -> None:
 
     Raises `UsageError` where others could have put theirs there: it would run with the rights of who loads it.
     """
-    folder = cache_folder() / _FINGERPRINT
     try:
-        with _for_nobody_else():
-            folder.mkdir(parents=True, exist_ok=True)
+        folder = make_version_folder(KIND, _FINGERPRINT)
     except OSError:
         return  # a read-only home: every process compiles for itself
     _refuse_shared(folder)
-    _forget_old_versions(folder)
+    forget_old_versions(folder, KEPT_VERSIONS)
     kernel._cache = _kernel_cache(kernel.py_func, folder, _name(effects))
 
 
-@contextlib.contextmanager
-def _for_nobody_else() -> Iterator[None]:
-    """Make files and folders that nobody else can write to, whatever this user's usual rights are."""
-    before = os.umask(0o077)
-    os.umask(before | _OTHERS_WRITE)
-    try:
-        yield
-    finally:
-        os.umask(before)
-
-
 def _refuse_shared(folder: Path) -> None:
-    given = os.environ.get(CACHE_VARIABLE)
-    places = [folder, folder.parent, *([Path(given)] if given else []), *folder.glob("*.nb?")]
-    for place in places:
-        found = place.stat()
-        kept_apart = place.is_dir() and found.st_mode & stat.S_ISVTX  # there nobody replaces what another has made
-        if found.st_uid in (os.geteuid(), 0) and (kept_apart or not found.st_mode & _OTHERS_WRITE):
-            continue
-        whose = "others may write to it" if found.st_mode & _OTHERS_WRITE else "it belongs to somebody else"
-        raise UsageError(
-            f"compiled kernels are not loaded from {str(place)!r}, for {whose} and could have put any program there: "
-            f"remove it, or name a folder of your own in {CACHE_VARIABLE}."
-        )
-
-
-def _forget_old_versions(current: Path) -> None:
-    others = [path for path in current.parent.iterdir() if _VERSION.fullmatch(path.name) and path != current]
-    others.sort(key=lambda path: path.stat().st_mtime, reverse=True)
-    for path in others[KEPT_VERSIONS - 1 :]:
-        shutil.rmtree(path, ignore_errors=True)
+    for place in (*places_above(folder), *folder.glob("*.nb?")):
+        if whose := why_not_trusted(place):
+            raise UsageError(
+                f"compiled kernels are not loaded from {str(place)!r}, for {whose} and could have put any program "
+                f"there: remove it, or name a folder of your own in {CACHE_VARIABLE}."
+            )
 
 
 def _kernel_cache(function: Function, folder: Path, name: str) -> FunctionCache:
@@ -182,7 +146,7 @@ def _kernel_cache(function: Function, folder: Path, name: str) -> FunctionCache:
             base: Any = super()
             with (
                 contextlib.suppress(OSError),
-                _for_nobody_else(),
+                for_nobody_else(),
             ):  # a folder that takes no files: every process compiles for itself
                 base.save_overload(sig, data)
 

@@ -149,3 +149,14 @@ def test_a_report_is_written_where_it_cannot_be_printed(fresh: SmallBook, monkey
         "report.html",
         "summary.html",
     }
+
+
+def test_what_an_earlier_report_left_in_the_folder_is_told_of(fresh: SmallBook) -> None:
+    paper = fresh.folder / "paper"
+    good(labbook("report", "--summary", "--out", "paper", at=fresh.folder))
+    (paper / "report.pdf").write_bytes(b"%PDF of an earlier report")
+    left = good(labbook("report", "--out", "paper", "--json", at=fresh.folder)).json["outdated"]
+    assert left == ["paper/report.pdf", "paper/summary.html"]
+    assert (
+        good(labbook("report", "--summary", "--out", "paper", "--json", at=fresh.folder)).json["outdated"] == left[:1]
+    )

@@ -20,7 +20,7 @@ from stats.compare.shared_error import ENOUGH_DEGREES
 LISTED = 8
 """Runs that a sentence names before it goes on with an ellipsis."""
 FEW = 1
-"""As many where the runs' numbers stand, and each run's jumps are in the table of each run."""
+"""Runs that a sentence names where the table of each run has them all."""
 
 
 def methods(analysis: StudyAnalysis) -> tuple[str, ...]:
@@ -31,7 +31,7 @@ def methods(analysis: StudyAnalysis) -> tuple[str, ...]:
     paragraphs = [
         f"Joules a jump are 3.6 C/mAh times {evidence.study.reference_voltage_v:g} V times (charge minus passive "
         "charge) divided by the jumps made. The passive charge is read at each run's duration, power on to power off, "
-        "from the straight line fitted to its robot's idle runs; the line's error, common to these runs, "
+        "from the straight line fitted to its robot's idle runs; the line's error, common to the robot's runs, "
         f"{_shared_error(analysis)}",
         f"Apexes come from the {protocol.detector} detector, version {DETECTORS[protocol.detector].version}, applied "
         f"to the body height; {_rules(analysis)} A person's verdict comes first.",

@@ -5,9 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from data_schema.cache_folder import CACHE_VARIABLE, cache_folder
 from data_schema.outcomes import Outcome
 from reports.figures import figure_cache
-from reports.figures.figure_cache import CACHE_VARIABLE, Wanted, cache_folder, drawing_version, drawn, forget_unused
+from reports.figures.figure_cache import KIND, Wanted, drawing_version, drawn, forget_unused
 from reports.figures.kind import draw_figure, pdf_bytes, publication_style, svg_bytes
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
@@ -76,7 +77,7 @@ def test_a_format_asked_for_later_has_the_same_bytes(content, cache):
 def test_a_damaged_file_is_drawn_anew(content, cache, damage):
     wanted = Wanted(FIGURES["flow"], ONE_COLUMN_IN, ("svg",))
     before = drawn(content, wanted)
-    (path,) = cache_folder().glob("*/*.svg")
+    (path,) = cache_folder(KIND).glob("*/*.svg")
     path.write_bytes(damage(path.read_bytes()))
     assert drawn(content, wanted) == before
     assert drawn(content, wanted) == before
@@ -87,7 +88,7 @@ def test_a_damaged_file_is_drawn_anew(content, cache, damage):
 def test_nothing_is_taken_from_where_others_may_write(content, cache, tmp_path, place):
     wanted = Wanted(FIGURES["flow"], ONE_COLUMN_IN, ("svg",))
     before = drawn(content, wanted)
-    (path,) = cache_folder().glob("*/*.svg")
+    (path,) = cache_folder(KIND).glob("*/*.svg")
     shared = tmp_path / "cache" / place.format(drawing_version(), path.name)
     shared.chmod(shared.stat().st_mode | 0o002)
     assert drawn(content, wanted) == before
@@ -103,15 +104,15 @@ def test_without_a_folder_everything_is_drawn(content, cache, tmp_path):
 
 def test_the_oldest_go_beyond_the_bound_and_old_versions_too(content, cache):
     all_drawn(content)
-    sizes = sorted(path.stat().st_size for path in cache_folder().glob("*/*.svg"))
-    olds = [cache_folder() / f"{number:020x}" for number in range(3)]
+    sizes = sorted(path.stat().st_size for path in cache_folder(KIND).glob("*/*.svg"))
+    olds = [cache_folder(KIND) / f"{number:020x}" for number in range(3)]
     for old in olds:
         old.mkdir()
     forget_unused(sum(sizes[:2]))
-    left = [path.stat().st_size for path in cache_folder().glob("*/*.svg")]
+    left = [path.stat().st_size for path in cache_folder(KIND).glob("*/*.svg")]
     assert 0 < sum(left) <= sum(sizes[:2]) or len(left) == 0
     assert len([old for old in olds if old.exists()]) == figure_cache.KEPT_VERSIONS - 1
-    assert not list(cache_folder().rglob("*.part"))
+    assert not list(cache_folder(KIND).rglob("*.part"))
 
 
 def test_the_version_is_of_all_that_figures_are_drawn_with():

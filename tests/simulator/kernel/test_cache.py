@@ -12,10 +12,11 @@ from pathlib import Path
 
 import pytest
 
+from data_schema.cache_folder import CACHE_VARIABLE, cache_folder
 from data_schema.errors import UsageError
 from simulator.compiled import compiled
 from simulator.jump import simulate
-from simulator.kernel.cache import CACHE_VARIABLE, KEPT_VERSIONS, cache_folder, fingerprint, keep_on_disk
+from simulator.kernel.cache import KEPT_VERSIONS, KIND, fingerprint, keep_on_disk
 from simulator.result import JumpResult
 from simulator.scene_file import load_scene, shipped_scenes
 from tests.helpers.kernels import ROOT, python
@@ -166,7 +167,7 @@ def test_every_source_counts(tmp_path: Path) -> None:
 
 def test_old_versions_go_and_what_is_not_a_version_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
-    cache = cache_folder()
+    cache = cache_folder(KIND)
     olds = [cache / f"{number:020x}" for number in range(5)]
     others = [tmp_path / "thesis", cache / "photographs"]
     for age, folder in enumerate(reversed(olds + others)):
@@ -187,7 +188,7 @@ def test_a_cache_that_cannot_be_written_costs_time_only(tmp_path: Path) -> None:
         pytest.skip("there is no folder that refuses files whoever asks")
     with pytest.MonkeyPatch.context() as context:
         context.setenv(CACHE_VARIABLE, str(tmp_path / "refusing"))
-        version = cache_folder() / fingerprint()
+        version = cache_folder(KIND) / fingerprint()
     version.parent.mkdir(parents=True)
     version.symlink_to(no_files)
     with ThreadPoolExecutor(2) as pool:
@@ -223,7 +224,7 @@ def test_a_cache_that_others_may_write_to_is_refused(
         keep_on_disk(compiled(lambda number: number), ("any",))
     finally:
         os.umask(before)
-    (cache_folder() / fingerprint() / "kernel.nbi").touch(0o644)
+    (cache_folder(KIND) / fingerprint() / "kernel.nbi").touch(0o644)
     keep_on_disk(compiled(lambda number: number), ("any",))
     shared = cache / place.format(fingerprint())
     shared_with(shared)
@@ -236,7 +237,7 @@ def test_a_cache_in_a_folder_for_all_is_ones_own(tmp_path: Path, monkeypatch: py
     tmp_path.chmod(0o1777)
     monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
     keep_on_disk(compiled(lambda number: number), ("any",))
-    assert (cache_folder() / fingerprint()).is_dir()
+    assert (cache_folder(KIND) / fingerprint()).is_dir()
 
 
 @pytest.mark.parametrize("suffix", [".nbc", ".nbi"])
