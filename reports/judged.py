@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from data_schema.vocabulary import Undefined
 from reports.content import ReportContent
@@ -12,11 +11,10 @@ from reports.naming import level_names, levels_name
 from reports.predicted import Judged, JudgedGroup
 from reports.wording import count_text, list_text, sentence_start
 
-if TYPE_CHECKING:
-    from stats.compare.bias import JointBias
-
 _NAMED = 2
 """Groups that a sentence names before it only counts them."""
+_ORDERED = 3
+"""So many groups have an order worth a tau: of two it is 1 or -1."""
 
 
 def places_of_biases(one: Judged) -> int:
@@ -26,9 +24,9 @@ def places_of_biases(one: Judged) -> int:
 
 def group_verdict(group: JudgedGroup, places: int) -> str:
     """Say what a group's bias amounts to: "predictions 5.1 J high", "no significant bias"."""
-    if group.found.differs:
+    if group.differs:
         return f"predictions {_size([group], places)}"
-    if group.found.agrees_only_by_assumed:
+    if group.agrees_only_by_assumed:
         return f"{_size([group], places)}, within the assumed inputs' uncertainty only"
     return "no significant bias"
 
@@ -38,35 +36,39 @@ def _size(groups: Sequence[JudgedGroup], places: int) -> str:
     shown = [as_shown(group.bias) for group in groups]
     values = sorted(abs(each.value) for each in shown if not isinstance(each.value, Undefined))
     ends = dict.fromkeys(decimal_text(value, places) for value in (values[0], values[-1]))
-    side = "high" if groups[0].found.bias > 0.0 else "low"
+    side = "high" if _is_high(groups[0]) else "low"
     return f"{with_unit(' to '.join(ends), shown[0].unit)} {side}"
 
 
-def joint_text(joint: JointBias) -> str:
+def _is_high(group: JudgedGroup) -> bool:
+    return isinstance(group.bias.value, float) and group.bias.value > 0.0
+
+
+def joint_text(one: Judged) -> str:
     """Write the joint test and Kendall's tau of the order of groups: "joint p < .001, \u03c4 = 0.33"."""
-    tau = "" if joint.tau is None else f", \u03c4{EQUALS}{decimal_text(joint.tau, 2)}"
-    return f"joint {p_text(joint.p)}{tau}"
+    value = None if one.tau is None or len(one.groups) < _ORDERED else one.tau.value
+    tau = f", \u03c4{EQUALS}{decimal_text(value, 2)}" if isinstance(value, float) else ""
+    return f"joint {p_text(one.joint_p.value)}{tau}"
 
 
 def verdict_text(content: ReportContent) -> str:
     """Say of each quantity whether its predictions are biased, where and by how much; "" where none can be judged."""
     found = content.predictions.judged
     sentences = [
-        f"{sentence_start(str(each.quantity))} ({joint_text(each.joint)}): {_where_biased(content, each)}."
-        for each in found
+        f"{sentence_start(str(each.quantity))} ({joint_text(each)}): {_where_biased(content, each)}." for each in found
     ]
-    if any(group.found.differs for each in found for group in each.groups):
-        sentences.append("There the scene lacks an effect or errs.")
+    if any(group.differs for each in found for group in each.groups):
+        sentences.append("What is missing there is not known: an effect of the scene, or a wrong input.")
     return " ".join(sentences)
 
 
 def _where_biased(content: ReportContent, one: Judged) -> str:
     parts = []
-    for side in (1.0, -1.0):
-        biased = [each for each in one.groups if each.found.differs and side * each.found.bias > 0.0]
+    for side in ("high", "low"):
+        biased = [each for each in one.groups if each.differs and _is_high(each) is (side == "high")]
         if biased:
             parts.append(f"{_size(biased, places_of_biases(one))}{_where(content, one.groups, biased)}")
-    bought = [each for each in one.groups if each.found.agrees_only_by_assumed]
+    bought = [each for each in one.groups if each.agrees_only_by_assumed]
     if bought and not parts:
         return f"agree{_where(content, one.groups, bought)} only within the assumed inputs' uncertainty"
     return list_text(parts) or ("no group significantly biased" if len(one.groups) > 1 else "no significant bias")
@@ -78,8 +80,8 @@ def _where(content: ReportContent, groups: Sequence[JudgedGroup], chosen: Sequen
         return ""
     if len(chosen) == len(groups):
         return " in all groups"
-    group_of = [each.items[0].group for each in groups]
-    wanted = [each.items[0].group for each in chosen]
+    group_of = [each.group for each in groups]
+    wanted = [each.group for each in chosen]
     for name, label in wanted[0].items():
         if [group for group in group_of if group.get(name) == label] == wanted:
             return f" at {level_names(content, {name: label})[0]}"

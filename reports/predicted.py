@@ -5,12 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING
 
 from reports.numbers import Number, Value
-
-if TYPE_CHECKING:
-    from stats.compare.bias import GroupBias, JointBias
 
 COVERAGE_FACTOR = 2.0
 """Standard uncertainties of a prediction that count as its expanded uncertainty, about 95 % (JCGM 100, 6.3)."""
@@ -48,25 +44,40 @@ class Prediction:
 
 @dataclass(frozen=True, slots=True)
 class JudgedGroup:
-    """The predictions of one group: `items` are all of its levels, `found` is over those with both errors."""
+    """The predictions of one group: `bias` is predicted less measured, `of_measured` the same as if they were exact."""
 
-    items: tuple[Prediction, ...]
-    found: GroupBias
+    group: Mapping[str, str]
+    bias: Number
+    of_measured: Number
+    p: Number
+    measured: Number
+    predicted: Number
+    days: int
 
     @property
-    def bias(self) -> Number:
-        """Predicted less measured, with the interval of both errors."""
-        low, high = self.found.interval
-        return Number(self.found.bias, self.items[0].measured.unit, se=self.found.se, ci_low=low, ci_high=high)
+    def differs(self) -> bool:
+        """Whether 0 lies outside the interval with the errors of what was measured and of what was assumed."""
+        return _excludes_zero(self.bias)
+
+    @property
+    def agrees_only_by_assumed(self) -> bool:
+        """Whether 0 lies inside it, but outside that with the errors of what was measured alone."""
+        return not self.differs and _excludes_zero(self.of_measured)
+
+
+def _excludes_zero(number: Number) -> bool:
+    low, high = number.ci_low, number.ci_high
+    return isinstance(low, float) and isinstance(high, float) and (low > 0.0 or high < 0.0)
 
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """One quantity: its groups, and what they say together."""
+    """One quantity: its groups, the p of no bias in any of them, and Kendall's tau of their order, of several."""
 
     quantity: PredictedQuantity
     groups: tuple[JudgedGroup, ...]
-    joint: JointBias
+    joint_p: Number
+    tau: Number | None
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,6 +22,7 @@ from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.measuring import measure
 from labbook.analysis.outcomes.run_apexes import Judgement, RunApexes, as_protocol, run_apexes
 from labbook.analysis.outcomes.run_energy import Drain, passive_drains, run_energies
+from labbook.analysis.prediction.bias import Biases, judge
 from labbook.analysis.prediction.checking import Checked, check_conditions, check_savings
 from labbook.analysis.prediction.predicting import SIMULATED, PredictionResult, predictions
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
@@ -74,6 +75,7 @@ class StudyAnalysis:
     budget: JouleBudget | None
     predicted: dict[tuple[str, str], PredictionResult]
     checked: list[Checked]
+    biases: list[Biases]
 
     def levels_of(self, item: VarianceAnalysed) -> list[ConditionValues]:
         """Return the treated conditions of an analysis of variance with their runs."""
@@ -119,11 +121,12 @@ def analyse(
     of_a_joule = budget(cache, evidence, conditions[Outcome.JOULES], scope)
     measured = list(dict.fromkeys(item.key for several in conditions.values() for item in several))
     predicted = predictions(cache, evidence, measured, progress)
-    checked = [
-        one
+    checks = {
+        outcome: check_conditions(cache, conditions[outcome], predicted, outcome, swept, scope)
         for outcome in SIMULATED
-        for one in check_conditions(cache, conditions[outcome], predicted, outcome, swept, scope)
-    ]
+        if predicted
+    }
+    checked = [one for several in checks.values() for one in several]
     analysis = StudyAnalysis(
         evidence=evidence,
         planned=planned,
@@ -142,6 +145,9 @@ def analyse(
         budget=of_a_joule,
         predicted=predicted,
         checked=checked,
+        biases=[
+            one for outcome, found in checks.items() for one in judge(cache, conditions[outcome], found, outcome, scope)
+        ],
     )
     if swept is None:
         return analysis

@@ -13,7 +13,7 @@ from reports.figures.savings import draw_estimate, tidy_rows
 from reports.figures.style import BLACK, VERMILLION, is_narrow, light_grid, new_figure
 from reports.naming import levels_name, swept_factor, swept_words
 from reports.numbers import Number
-from reports.predicted import COVERAGE_FACTOR, PredictedQuantity, Prediction
+from reports.predicted import COVERAGE_FACTOR, PredictedQuantity, Prediction, Predictions
 from reports.tables.predictions import block_of, level_text_of
 from reports.wording import count_text
 
@@ -130,11 +130,10 @@ def _has_savings(content: ReportContent) -> bool:
 
 
 def alternative(content: ReportContent) -> str:
-    """Describe the plot in words: how many agree, and the range of the differences."""
+    """Describe the plot in words: how many predictions, and the range of the differences."""
     sentences = []
     for quantity in _shown(content):
         items = content.predictions.of(quantity)
-        agreeing = sum(item.agrees is True for item in items)
         _title, unit, stored = _AXES[quantity]
         factor = shown_unit(stored)[1]
         found = [item.difference.value * factor for item in items if isinstance(item.difference.value, int | float)]
@@ -143,7 +142,7 @@ def alternative(content: ReportContent) -> str:
             if found
             else ""
         )
-        sentences.append(f"{quantity}: {agreeing} of {count_text(len(items), 'prediction')} agree{span}.")
+        sentences.append(f"{quantity}: {count_text(len(items), 'prediction')}{span}.")
     return f"Measured and predicted values of each condition. {' '.join(sentences)}"
 
 
@@ -156,7 +155,8 @@ def absent(content: ReportContent) -> str | None:
 
 def shows(content: ReportContent) -> dict[str, object]:
     """Return what is drawn of a report."""
-    return {"factors": content.factors, "conditions": levels_alone(content), "predictions": content.predictions}
+    found = content.predictions.items
+    return {"factors": content.factors, "conditions": levels_alone(content), "predictions": Predictions(items=found)}
 
 
 PREDICTIONS = FigureKind("predictions", "Predicted and measured", draw, caption, alternative, absent, shows)

@@ -7,28 +7,30 @@ from reports.display import as_shown, interval_text, value_text, with_unit
 from reports.judged import group_verdict, places_of_biases
 from reports.naming import levels_name
 from reports.predicted import Judged, JudgedGroup
-from reports.tables.table import Cell, Column, Row, Table, TableKind, count, words
+from reports.tables.table import PROVENANCE, Cell, Column, Row, Table, TableKind, count, p_cell, provenance_cell, words
 from reports.wording import sentence_start
 
 _COLUMNS = (
     Column("quantity", ("quantity",), numeric=False),
     Column("group", ("group",), numeric=False),
-    Column("levels", ("n_levels",), shown=False),
+    Column("days", ("days",)),
+    Column("runs", ("n",), shown=False),
     Column("measured", ("measured",), shown=False),
     Column("predicted", ("predicted",), shown=False),
     Column("bias", ("bias", "unit")),
     Column("95\u00a0% CI", ("ci_low", "ci_high")),
     Column("by measurement alone", ("ci_low_measured", "ci_high_measured"), shown=False),
+    Column("p", ("p",)),
     Column("verdict", ("verdict",), numeric=False, prose=True),
-    Column("joint test", ("joint_chi_squared", "joint_df", "joint_p", "kendall_tau"), shown=False),
-    Column("made of", ("made_of",), shown=False),
+    Column("joint test", ("joint_p", "kendall_tau", "joint_id", "kendall_tau_id"), shown=False),
+    PROVENANCE,
 )
 
 
 def _make(content: ReportContent) -> Table:
     rows = [_row(content, one, group) for one in content.predictions.judged for group in one.groups]
     caption = (
-        "Predicted less measured over the levels of each group; intervals hold both errors. Joint p: Wald's; "
+        "Predicted less measured by day; intervals hold both errors. Joint p: Bonferroni's; "
         f"\u03c4: Kendall's, of groups.{_other_units(content)}"
     )
     return Table("prediction_bias", caption, _COLUMNS, tuple(rows))
@@ -44,21 +46,24 @@ def _other_units(content: ReportContent) -> str:
 
 
 def _row(content: ReportContent, one: Judged, group: JudgedGroup) -> Row:
-    found, bias, joint, places = group.found, group.bias, one.joint, places_of_biases(one)
+    bias, places = group.bias, places_of_biases(one)
     shown = as_shown(bias)
+    tau, tau_id = (None, None) if one.tau is None else (one.tau.value, one.tau.provenance)
     return Row(
         (
             words(str(one.quantity)),
-            words(levels_name(content, group.items[0].group) or "all runs"),
-            count(found.levels),
-            Cell("", (found.measured,)),
-            Cell("", (found.predicted,)),
+            words(levels_name(content, group.group) or "all runs"),
+            count(group.days),
+            count(bias.n),
+            Cell("", (group.measured.value,)),
+            Cell("", (group.predicted.value,)),
             Cell(with_unit(value_text(shown.value, places), shown.unit), (bias.value, bias.unit)),
-            Cell(interval_text(bias, places), found.interval),
-            Cell("", found.interval_of_measured),
+            Cell(interval_text(bias, places), (bias.ci_low, bias.ci_high)),
+            Cell("", (group.of_measured.ci_low, group.of_measured.ci_high)),
+            p_cell(group.p.value),
             words(group_verdict(group, places)),
-            Cell("", (joint.chi_squared, joint.df, joint.p, joint.tau)),
-            words(" ".join(item.predicted.provenance for item in group.items)),
+            Cell("", (one.joint_p.value, tau, one.joint_p.provenance, tau_id)),
+            provenance_cell(bias.provenance),
         ),
     )
 

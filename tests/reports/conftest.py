@@ -11,7 +11,6 @@ from scipy import stats as scipy_stats
 from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from labbook.presenting.report.judging import judged
 from reports.content import (
     Anova,
     Assumed,
@@ -44,6 +43,7 @@ from reports.predicted import AssumedInput, PredictedQuantity, Prediction, Predi
 from reports.sentences import difference_claim, savings_claim
 from stats.compare.equivalence import equivalence
 from stats.days.blocked import blocked_by_day
+from tests.helpers.judged import judged
 from tests.helpers.once import made_once
 
 FACTORS = (
@@ -321,7 +321,8 @@ def _predictions(maker, conditions, comparisons):
         if c.savings is not None
     ]  # fmt: skip
     return Predictions(
-        "bed", 1e-6, ("active_damping", "motor_heat"), ("surface",), {"b_ad_gain": "kg/m"}, tuple(items), judged(items),
+        "bed", 1e-6, ("active_damping", "motor_heat"), ("surface",), {"b_ad_gain": "kg/m"}, tuple(items),
+        judged(items, lambda what: maker.id(what, 60)),
         (AssumedInput("kg_scale", 1.4, "1", "fitted", 0.1, 1.25, 0.0042, 0.61),
          AssumedInput("foot_mass", 0.2, "kg", "a tenth of the robot", 0.05, 0.3,
                       Undefined(Reason.AS_SAID, said="it folds"), None)),

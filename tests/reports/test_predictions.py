@@ -9,7 +9,6 @@ import pytest
 
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from labbook.presenting.report.judging import judged
 from reports.figures.kind import draw_figure, svg_bytes
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
@@ -19,6 +18,7 @@ from reports.remarks import prediction_sentences
 from reports.sections import sections_of
 from reports.tables.as_csv import csv_bytes
 from reports.tables.registry import TABLES
+from tests.helpers.judged import judged
 
 NAMES = {
     PredictedQuantity.JOULES: ("predicted_joules", "j"),
@@ -109,7 +109,8 @@ def test_what_does_not_exist_is_told_and_drawn_as_such(content):
     )
     table = TABLES["predicted_joules"].make(changed)
     assert nothing.reason in table.footnotes
-    assert rows_of(changed, "prediction_bias")[0]["n_levels"] == "5"
+    biases = [rows_of(one, "prediction_bias") for one in (content, changed)]
+    assert [row["bias"] == other["bias"] for row, other in zip(*biases, strict=True)] == [False, *[True] * 7]
     svg = svg_bytes(draw_figure(FIGURES["predictions"], changed, TWO_COLUMNS_IN))
     ElementTree.fromstring(svg)
     assert "nan" not in FIGURES["predictions"].alternative(changed)

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from data_schema.vocabulary import Undefined
+from labbook.analysis.prediction.bias import BiasOfGroup
 from labbook.analysis.prediction.checking import Checked
 from labbook.analysis.prediction.predicting import PredictionResult
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.numbers import Shown
 from labbook.presenting.report.campaign import factor_title
-from labbook.presenting.report.judging import judged
 from reports.numbers import Value
-from reports.predicted import AssumedInput, PredictedQuantity, Prediction, Predictions
+from reports.predicted import AssumedInput, Judged, JudgedGroup, PredictedQuantity, Prediction, Predictions
 
 
 def predictions(analysis: StudyAnalysis, shown: Shown) -> Predictions:
@@ -38,7 +38,7 @@ def predictions(analysis: StudyAnalysis, shown: Shown) -> Predictions:
         ),
         units={factor: all_parameters()[name].unit for factor, name in settings.factors.items()},
         items=items,
-        judged=judged(items),
+        judged=_judged(analysis, shown),
         assumed=_assumed(analysis),
         branched=_conditions(analysis, lambda one: one.branched),
         on_edge=_conditions(analysis, lambda one: one.close_decision and not one.branched),
@@ -55,16 +55,25 @@ def _conditions(analysis: StudyAnalysis, holds: Callable[[PredictionResult], boo
 
 def _in_order(analysis: StudyAnalysis) -> list[Checked]:
     """Sort as conditions are shown: by the factors' levels, the swept one last, what is pooled after its levels."""
-    rows = [row for row in analysis.evidence.factors if row.name != analysis.swept]
     swept = [level.label for row in analysis.evidence.factors if row.name == analysis.swept for level in row.levels]
-    labels = {row.name: [level.label for level in row.levels] for row in rows}
 
     def place(item: Checked) -> tuple[int, list[int], int]:
-        group = [labels[row.name].index(item.group[row.name]) if row.name in item.group else -1 for row in rows]
         level = swept.index(item.level) if item.level in swept else len(swept)
-        return list(PredictedQuantity).index(item.quantity), group, level
+        return list(PredictedQuantity).index(item.quantity), _place(analysis, item.group), level
 
     return sorted(analysis.checked, key=place)
+
+
+def _by_level(analysis: StudyAnalysis, groups: Sequence[BiasOfGroup]) -> list[BiasOfGroup]:
+    return sorted(groups, key=lambda each: _place(analysis, each.group))
+
+
+def _place(analysis: StudyAnalysis, group: Mapping[str, str]) -> list[int]:
+    """Return where a group stands among all, by the levels of each factor that is not swept."""
+    labels = {row.name: [level.label for level in row.levels] for row in analysis.evidence.factors}
+    return [
+        known.index(group[name]) if name in group else -1 for name, known in labels.items() if name != analysis.swept
+    ]
 
 
 def _prediction(item: Checked, shown: Shown) -> Prediction:
@@ -79,6 +88,31 @@ def _prediction(item: Checked, shown: Shown) -> Prediction:
         difference=shown.number(item.result.difference),
         error_ratio=shown.value(item.result.error_ratio),
         agrees=item.result.agrees,
+    )
+
+
+def _judged(analysis: StudyAnalysis, shown: Shown) -> tuple[Judged, ...]:
+    return tuple(
+        Judged(
+            one.quantity,
+            tuple(_judged_group(each, shown) for each in _by_level(analysis, one.groups)),
+            shown.number(one.joint.p),
+            None if one.joint.tau is None else shown.number(one.joint.tau),
+        )
+        for one in analysis.biases
+    )
+
+
+def _judged_group(each: BiasOfGroup, shown: Shown) -> JudgedGroup:
+    result = each.result
+    return JudgedGroup(
+        each.group,
+        bias=shown.number(result.bias),
+        of_measured=shown.number(result.of_measured),
+        p=shown.number(result.p),
+        measured=shown.number(result.measured),
+        predicted=shown.number(result.predicted),
+        days=result.days,
     )
 
 

@@ -290,7 +290,8 @@ def test_a_corrected_robot_makes_its_predictions_stale_and_is_simulated_anew(
         state_report(standing, "foot=small", ADA, lambda _step: None)
         with standing.session(ADA) as session:
             correct(standing, session, "robot:hopper", ["foot_mass_kg=0.21"], "weighed again")
-        assert {kind for kind, _scope in session.stale} == {"prediction", "prediction_check"}
+        stale = {kind for kind, _scope in session.stale}
+        assert stale == {"prediction", "prediction_check", "prediction_bias", "joint_bias"}
         made = state_report(standing, "foot=small", ADA, lambda _step: None)
     (one,) = [
         item

@@ -1,0 +1,164 @@
+"""Predictions judged by their signed bias: of each group of conditions by day, and of all groups jointly."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from data_schema.outcomes import Outcome
+from data_schema.queries.results import InputRow
+from data_schema.vocabulary import Undefined
+from labbook.analysis.comparison.pairing import group_label
+from labbook.analysis.outcomes.conditions import ConditionValues
+from labbook.analysis.prediction.checking import Checked
+from labbook.analysis.results.codec import Algorithm, StoredResult
+from labbook.analysis.results.result_cache import Request, ResultCache, fingerprint, result_fingerprint
+from reports.numbers import Number
+from reports.predicted import PredictedQuantity
+from stats.days.bias import Bias, Interval, PredictedRun, bias_by_day, joint_p
+
+
+@dataclass(frozen=True, slots=True)
+class BiasResult(StoredResult):
+    """Predicted less measured over the runs of a group; `of_measured` has the interval as if predictions were exact."""
+
+    bias: Number
+    of_measured: Number
+    p: Number
+    measured: Number
+    predicted: Number
+    days: int
+
+
+@dataclass(frozen=True, slots=True)
+class JointBiasResult(StoredResult):
+    """Whether no group is biased; `tau` is Kendall's, of the measured and the predicted order of groups."""
+
+    p: Number
+    tau: Number | None = None
+
+
+BIAS = Algorithm("prediction_bias", 1, BiasResult)
+JOINT_BIAS = Algorithm("joint_bias", 1, JointBiasResult)
+
+
+@dataclass(frozen=True, slots=True)
+class BiasOfGroup:
+    """A group's levels of the factors that are not swept, and the bias of its predictions."""
+
+    group: Mapping[str, str]
+    result: BiasResult
+
+
+@dataclass(frozen=True, slots=True)
+class Biases:
+    """What a quantity's predictions amount to."""
+
+    quantity: PredictedQuantity
+    groups: tuple[BiasOfGroup, ...]
+    joint: JointBiasResult
+
+
+def judge(
+    cache: ResultCache,
+    conditions: Sequence[ConditionValues],
+    checked: Sequence[Checked],
+    outcome: Outcome,
+    scope: Mapping[str, Any],
+) -> list[Biases]:
+    """Ensure the bias of every group, and the joint test; `checked` has the check of each condition.
+
+    Conditions without a prediction are left out; without one that has one, nothing is judged.
+    """
+    groups: dict[str, list[tuple[ConditionValues, Checked]]] = {}
+    for condition, check in zip(conditions, checked, strict=True):
+        if _predicted(check) is not None:
+            groups.setdefault(group_label(check.group), []).append((condition, check))
+    if not groups:
+        return []
+    about = {"quantity": str(outcome), **scope}
+    results = cache.ensure(
+        [
+            Request(
+                BIAS,
+                {"group": label, **about},
+                tuple(_inputs(items)),
+                {},
+                lambda items=items: _bias(items, outcome),  # type: ignore[misc]
+            )
+            for label, items in groups.items()
+        ]
+    )
+    found = dict(zip(groups, results, strict=True))
+    joint = cache.ensure_one(
+        Request(
+            JOINT_BIAS,
+            about,
+            tuple(result_fingerprint(label, result) for label, result in found.items()),
+            {},
+            lambda: _joint(results),
+        )
+    )
+    judged = tuple(BiasOfGroup(groups[label][0][1].group, result) for label, result in found.items())
+    return [Biases(checked[0].quantity, judged, joint)]
+
+
+def _inputs(items: Sequence[tuple[ConditionValues, Checked]]) -> list[InputRow]:
+    runs = [item for condition, _check in items for item in condition.runs]
+    return [
+        *(result_fingerprint("predicted", check.result) for _condition, check in items),
+        *(result_fingerprint(item.run.name, item.result) for item in runs),
+        *(fingerprint("day", "run", item.run.uid, item.run.day) for item in runs),
+    ]
+
+
+def _predicted(check: Checked) -> tuple[float, float] | None:
+    """Return a prediction with its standard uncertainty, None where there is none."""
+    value, se = check.result.predicted.value, check.result.predicted.se
+    return (value, se) if isinstance(value, float) and isinstance(se, float) else None
+
+
+def _bias(items: Sequence[tuple[ConditionValues, Checked]], outcome: Outcome) -> BiasResult:
+    found = bias_by_day(
+        [
+            PredictedRun(item.run.day, item.value, item.shared, *predicted)
+            for condition, check in items
+            if (predicted := _predicted(check)) is not None
+            for item in condition.runs
+        ]
+    )
+    p = found.in_all if isinstance(found.in_all, Undefined) else found.in_all.p
+    return BiasResult(
+        bias=_number(found, found.in_all, outcome.unit),
+        of_measured=_number(found, found.of_measured, outcome.unit),
+        p=Number(p, "1", n=found.n),
+        measured=Number(found.measured, outcome.unit, n=found.n),
+        predicted=Number(found.predicted, outcome.unit, n=found.n),
+        days=found.days,
+    )
+
+
+def _number(found: Bias, about: Interval | Undefined, unit: str) -> Number:
+    if isinstance(about, Undefined):
+        return Number(found.bias, unit, n=found.n)
+    df = about.df if math.isfinite(about.df) else None
+    return Number(found.bias, unit, about.se, None, *about.ci, df=df, n=found.n)
+
+
+def _joint(results: Sequence[BiasResult]) -> JointBiasResult:
+    p = joint_p([result.p.value for result in results])
+    n = sum(result.bias.n or 0 for result in results)
+    pairs = list(itertools.combinations(results, 2))
+    if not pairs:
+        return JointBiasResult(Number(p, "1", n=n))
+    agreeing = sum(_order(a.measured, b.measured) * _order(a.predicted, b.predicted) for a, b in pairs)
+    return JointBiasResult(Number(p, "1", n=n), Number(agreeing / len(pairs), "1", n=len(results)))
+
+
+def _order(a: Number, b: Number) -> int:
+    """Return 1 where the second is higher, -1 where it is lower, else 0."""
+    one, other = a.value, b.value
+    return 0 if isinstance(one, Undefined) or isinstance(other, Undefined) else (other > one) - (other < one)

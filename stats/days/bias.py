@@ -1,0 +1,115 @@
+"""Signed bias of predictions against what was measured, with the day as the unit.
+
+With e the prediction for a run's condition less what was measured of the run, the bias is the mean over days of each
+day's mean e. Runs of a day are not independent, whatever their levels, so the scatter between days is its error. What
+all runs take from one calibration (`SharedError`), and what all predictions take from the inputs that they assume, no
+number of days averages out. The parts are added in quadrature, with Welch and Satterthwaite's effective degrees of
+freedom (JCGM 100:2008, G.4); assumed inputs count as known.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from data_schema.errors import InputRefused
+from data_schema.reasons import Reason
+from data_schema.vocabulary import Undefined
+from stats.checks import as_level
+from stats.compare.shared_error import SharedError, shared_of_mean
+from stats.exact.tails import df_of_doubles, t_quantile, t_two_sided
+
+
+@dataclass(frozen=True, slots=True)
+class PredictedRun:
+    """One run beside the prediction for its condition, in one unit."""
+
+    day: str
+    measured: float
+    shared: SharedError
+    """What its error has in common with other runs."""
+    predicted: float
+    predicted_se: float
+    """Standard uncertainty of the prediction, from inputs that all predictions assume alike."""
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """A standard error with its degrees of freedom, and the interval of the bias that they give."""
+
+    se: float
+    df: float
+    ci: tuple[float, float]
+    p: float
+    """Two-sided p of no bias."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bias:
+    """Predicted less measured, in the unit of the runs."""
+
+    bias: float
+    measured: float
+    """Mean over days of what was measured."""
+    predicted: float
+    """The same of the predictions."""
+    days: int
+    n: int
+    """Runs."""
+    in_all: Interval | Undefined
+    """With the errors of what was measured and of what was assumed."""
+    of_measured: Interval | Undefined
+    """As if predictions had no error."""
+
+
+def bias_by_day(runs: Sequence[PredictedRun], level: float = 0.95) -> Bias:
+    """Return the bias of the predictions of some runs; without a second day it has no interval.
+
+    Raises `InputRefused` where there is no run, or a number is not finite or an error negative.
+    """
+    level = as_level("level", level)
+    if not runs:
+        raise InputRefused("without runs predictions have no bias: give each run's value and its prediction.")
+    for run in runs:
+        numbers = (run.measured, run.predicted, run.predicted_se)
+        if not all(map(math.isfinite, numbers)) or run.predicted_se < 0.0:
+            raise InputRefused(f"{run} cannot be compared: give finite numbers, and an error of at least 0.")
+    by_day: dict[str, list[PredictedRun]] = {}
+    for run in runs:
+        by_day.setdefault(run.day, []).append(run)
+    measured = [statistics.fmean(run.measured for run in of_day) for of_day in by_day.values()]
+    predicted = [statistics.fmean(run.predicted for run in of_day) for of_day in by_day.values()]
+    biases = [one - other for one, other in zip(predicted, measured, strict=True)]
+    bias, days = statistics.fmean(biases), len(by_day)
+    in_all: Interval | Undefined = Undefined(Reason.ONE_DAY)
+    of_measured = in_all
+    if days > 1:
+        shared = shared_of_mean([run.shared for run in runs])
+        own = (statistics.variance(biases) / days, days - 1.0)
+        common = (shared.se**2, shared.degrees_of_freedom)
+        assumed = (statistics.fmean(run.predicted_se for run in runs) ** 2, math.inf)
+        in_all = _interval(bias, [own, common, assumed], level)
+        of_measured = _interval(bias, [own, common], level)
+    return Bias(bias, statistics.fmean(measured), statistics.fmean(predicted), days, len(runs), in_all, of_measured)
+
+
+def _interval(bias: float, parts: Sequence[tuple[float, float]], level: float) -> Interval | Undefined:
+    """Return the interval from variances with their degrees of freedom; undefined where nothing scatters."""
+    se = math.sqrt(math.fsum(variance for variance, _df in parts))
+    if se == 0.0:
+        return Undefined(Reason.BOTH_EXACT)
+    df = df_of_doubles(parts)
+    half_width = t_quantile(level, df) * se
+    return Interval(se, df, (bias - half_width, bias + half_width), t_two_sided(bias / se, df).p)
+
+
+def joint_p(ps: Sequence[float | Undefined]) -> float | Undefined:
+    """Return the p of no bias in any group that has a p: Bonferroni's, which holds however groups depend.
+
+    Groups share days, a calibration and assumed inputs, whose correlations few days cannot estimate. Undefined where no
+    group has a p.
+    """
+    known = [p for p in ps if not isinstance(p, Undefined)]
+    return min(1.0, len(known) * min(known)) if known else next(iter(ps), Undefined(Reason.MEASURED_WITHOUT_INTERVAL))

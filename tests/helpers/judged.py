@@ -1,0 +1,54 @@
+"""Predictions of made-up content judged without a book: the biases of its levels by group, and all jointly."""
+
+import itertools
+import math
+import statistics
+
+from reports.evidence import POOLED
+from reports.numbers import Number
+from reports.predicted import Judged, JudgedGroup, PredictedQuantity
+from stats.exact.tails import normal_two_sided
+
+QUANTITIES = (PredictedQuantity.JOULES, PredictedQuantity.APEX)
+DAYS = 5
+
+
+def judged(items, identity=lambda what: ""):
+    """Judge the levels that have a prediction, as a normal approximation does; `identity` gives each number's id."""
+    found = []
+    for quantity in QUANTITIES:
+        levels = {}
+        for item in items:
+            if item.quantity is quantity and item.level != POOLED and isinstance(item.predicted.value, float):
+                levels.setdefault(tuple(item.group.items()), []).append(item)
+        groups = tuple(_group(dict(group), each, quantity, identity) for group, each in levels.items())
+        if groups:
+            found.append(_together(quantity, groups, identity))
+    return tuple(found)
+
+
+def _group(group, items, quantity, identity):
+    measured = statistics.fmean(item.measured.value for item in items)
+    predicted = statistics.fmean(item.predicted.value for item in items)
+    of_measured = math.hypot(*(item.measured.se for item in items)) / len(items)
+    se = math.hypot(of_measured, statistics.fmean(item.predicted.se for item in items))
+    bias, unit = predicted - measured, items[0].measured.unit
+    identity = identity(f"bias of {quantity}, {' '.join(group.values())}")
+
+    def number(error):
+        low, high = bias - 1.96 * error, bias + 1.96 * error
+        return Number(bias, unit, se=error, ci_low=low, ci_high=high, n=60, provenance=identity)
+
+    p = Number(normal_two_sided(bias / se).p, "1", provenance=identity)
+    return JudgedGroup(group, number(se), number(of_measured), p, Number(measured, unit), Number(predicted, unit), DAYS)
+
+
+def _together(quantity, groups, identity):
+    signs = [
+        math.copysign(1, (b.measured.value - a.measured.value) * (b.predicted.value - a.predicted.value))
+        for a, b in itertools.combinations(groups, 2)
+    ]
+    p = min(1.0, len(groups) * min(group.p.value for group in groups))
+    key = identity(f"joint bias of {quantity}")
+    tau = Number(statistics.fmean(signs), "1", provenance=key) if signs else None
+    return Judged(quantity, groups, Number(p, "1", provenance=key), tau)
