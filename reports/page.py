@@ -26,7 +26,7 @@ from reports.sections import Bullets, FigureHere, FiguresBeside, Paragraph, Part
 from reports.tables.as_csv import csv_bytes
 from reports.tables.as_latex import latex_bytes
 from reports.tables.as_macros import macros_bytes
-from reports.tables.registry import tables_of
+from reports.tables.registry import TABLES, tables_of
 from reports.tables.table import Table
 from reports.wording import count_text, list_text
 
@@ -79,7 +79,7 @@ def write_report(
     `references.bib`.
 
     The figures are those of the page, at the width that they have there; with `every_figure` each as SVG and PDF, at
-    both widths. What an earlier report left of the other ones is removed: it would show other numbers than the page.
+    both widths. What an earlier report left of its files is removed: it would show other numbers than the page.
 
     With `summary` its first page stands alone in `summary.html`, too.
 
@@ -88,9 +88,11 @@ def write_report(
 
     Returns the paths of page, figures and tables. Raises `UsageError` where the folder cannot be written to.
     """
+    refuse_foreign(out_dir)
     with _writing_to(out_dir):
         for folder in ("figures", "tables"):
             (out_dir / folder).mkdir(parents=True, exist_ok=True)
+        (out_dir / _MARK).touch()
     figures = figure_files(content, None if every_figure else _drawn_on(sections_of(content)))
     tables = {kind.name: kind.make(content) for kind in tables_of(content)}
     drawings = {name.removesuffix(".svg"): data for name, data in figures.items() if name.endswith(".svg")}
@@ -106,10 +108,34 @@ def write_report(
         for name, data in beside.items():
             _replace(out_dir / name, data)
         written = {name: _replace(out_dir / name, page.encode("utf-8")) for name, page in pages.items()}
-        for left in (f"{name}{ending}.{suffix}" for name in FIGURES for ending in _WIDTHS for suffix in _FORMATS):
-            if left not in figures:
-                (out_dir / "figures" / left).unlink(missing_ok=True)
+        for path in _of_a_report(out_dir) - {*written_figures, *written_tables, *written.values()}:
+            path.unlink(missing_ok=True)
     return WrittenReport(written["report.html"], written_figures, written_tables, written.get("summary.html"))
+
+
+def refuse_foreign(out_dir: Path) -> None:
+    """Raise `UsageError` for a folder with files that a report would replace, but of no report: a paper's own."""
+    found = [name for name in _NAMES if (out_dir / name).exists()]
+    if not found or (out_dir / _MARK).exists():
+        return
+    page = out_dir / "report.html"
+    if page.is_file() and _GENERATOR in page.read_bytes()[:1000]:  # of a version that left no mark
+        return
+    raise UsageError(
+        f"{str(out_dir)!r} has {list_text(found)}, which no report of labbook wrote and this one would replace: name "
+        f"another folder, such as {str(out_dir / 'report')!r}."
+    )
+
+
+def _of_a_report(out_dir: Path) -> set[Path]:
+    """Return every path that a report may write but for those that all write."""
+    figures = {f"{name}{ending}.{suffix}" for name in FIGURES for ending in _WIDTHS for suffix in _FORMATS}
+    tables = {f"{name}.{suffix}" for name in TABLES for suffix in ("csv", "tex")}
+    return {
+        *(out_dir / "figures" / name for name in figures),
+        *(out_dir / "tables" / name for name in tables),
+        *(out_dir / name for name in _PAGES),
+    }
 
 
 @contextlib.contextmanager
@@ -125,6 +151,12 @@ def _writing_to(out_dir: Path) -> Iterator[None]:
 
 
 _FORMATS = ("svg", "pdf")
+_MARK = ".labbook-report"
+"""An empty file in the folder of a report: what has the names of a report's files there is labbook's."""
+_GENERATOR = b'<meta name="generator" content="labbook'
+_PAGES = ("report.html", "summary.html", "report.pdf", "summary.pdf")
+_NAMES = (*_PAGES, "numbers.tex", "references.bib", "figures", "tables")
+"""What a report puts into its folder."""
 
 
 def figure_files(content: ReportContent, of_page: set[str] | None) -> dict[str, bytes]:

@@ -63,6 +63,8 @@ def _printed(path: str, folder: Path, text: str) -> tuple[bytes, str]:
         done = subprocess.run(
             [*command, f"--print-to-pdf={printed}", page.as_uri()], capture_output=True, timeout=_SECONDS, check=False
         )
-    except (OSError, subprocess.TimeoutExpired) as error:
+    except subprocess.TimeoutExpired:
+        return b"", f"it did not end within {_SECONDS:g} s"
+    except OSError as error:
         return b"", str(error)
     return printed.read_bytes() if printed.is_file() else b"", f"it ended with {done.returncode}"

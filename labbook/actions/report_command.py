@@ -20,7 +20,7 @@ from labbook.book.write_session import Statement, new_uid, now_utc
 from labbook.config.parsing import Configuration
 from labbook.presenting.report.content import MadeReport, make_report
 from labbook.statements.reporting import shown_by
-from reports.page import write_report
+from reports.page import refuse_foreign, write_report
 from reports.printing import print_pdf
 
 ATTEMPTS = 5
@@ -35,8 +35,7 @@ class WrittenReport:
     """Where a report was written, its claims, and how much had to be computed for it.
 
     `warning` says that rows were altered outside labbook, "" where none were. `page` is the first one alone where that
-    was asked for; `pdf` is "" where none was made, and `no_pdf` says why. `outdated` are pages of an earlier report in
-    the folder.
+    was asked for; `pdf` is "" where none was made, and `no_pdf` says why.
     """
 
     page: str
@@ -47,7 +46,6 @@ class WrittenReport:
     warning: str
     pdf: str = ""
     no_pdf: str = ""
-    outdated: tuple[str, ...] = ()
 
 
 def selection(
@@ -104,6 +102,7 @@ def write(
         raise UsageError("--unsaved writes nothing into the book: add --out DIR, a folder of your own for the report.")
     if out is not None:
         _refuse_store(out)
+        refuse_foreign(out)
         _check_writable(out)
     made = _unsaved_report(book, where, step) if unsaved else _saved_report(book, where, out, person, step)
     with book.reading() as connection:
@@ -118,8 +117,6 @@ def write(
         step("printing the page")
     no_pdf = print_pdf(page, printed, one_sheet=summary) if pdf else ""
     sync_all(folder)
-    written = {paths.page, paths.summary, printed if pdf and not no_pdf else None}
-    beside = (folder / f"{name}{suffix}" for name in ("report", "summary") for suffix in (".html", ".pdf"))
     return WrittenReport(
         page=str(page),
         folder=str(folder),
@@ -129,7 +126,6 @@ def write(
         warning=warning,
         pdf=str(printed) if pdf and not no_pdf else "",
         no_pdf=no_pdf,
-        outdated=tuple(str(path) for path in beside if path not in written and path.exists()),
     )
 
 

@@ -54,13 +54,12 @@ def report(
     emit(
         written,
         [
-            *written.claims[:1],
+            *(written.claims[:1] or ["nothing is claimed from this selection."]),
             f"{written.results_computed} results computed, {written.results_reused} reused.",
             *(not_stored if unsaved else ()),
             f"{written.page}",
             *([written.pdf] if written.pdf else []),
             *([f"look again: {written.no_pdf}"] if written.no_pdf else []),
-            *(f"look again: {path} is of an earlier report." for path in written.outdated),
             *([f"look again: {_waiting(waiting)}"] if waiting else []),
             *([f"look again: {written.warning}"] if written.warning else []),
         ],

@@ -1,12 +1,14 @@
 r"""The numbers of page one and of the results as LaTeX macros, for `\input{numbers}`: `\labbookOverallSaving{}`.
 
 A name says what the number is and of which group; levels are spelt out, for a macro's name has letters alone. It stays
-the same from report to report, so that a paper takes over new numbers when it is typeset again.
+the same from report to report, so that a paper takes over new numbers when it is typeset again. Numbers of groups whose
+names would be the same ("a b" and "ab") have none: a paper must not get another group's number unseen.
 """
 
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
@@ -50,14 +52,10 @@ class Macro:
 
 
 def macros_of(content: ReportContent) -> tuple[Macro, ...]:
-    """Return a macro a number of page one and of the results, each name once."""
-    found: dict[str, Macro] = {}
-    for macro in (*_counts(content), *_over_groups(content), *_by_group(content)):
-        name = macro.name
-        while name in found:  # levels that differ in signs alone, such as "a b" and "ab"
-            name += "Again"
-        found[name] = Macro(name, macro.text, macro.provenance)
-    return tuple(found.values())
+    """Return a macro a number of page one and of the results, but for those whose names would be the same."""
+    found = (*_counts(content), *_over_groups(content), *_by_group(content))
+    times = Counter(macro.name for macro in found)
+    return tuple(macro for macro in found if times[macro.name] == 1)
 
 
 def macros_bytes(content: ReportContent) -> bytes:
@@ -71,8 +69,12 @@ def macros_bytes(content: ReportContent) -> bytes:
 
 
 def macro_name(*words: str) -> str:
-    """Join words to a name for LaTeX: letters stay, each word begins with a capital, digits are spelt out."""
-    spelt = (re.sub(r"[0-9.+\u2212-]", lambda sign: f" {_SIGNS[sign[0]]} ", word) for word in words)
+    """Join words to a name for LaTeX: letters stay, each word begins with a capital, digits and signs are spelt out.
+
+    A sign without a word of its own, such as a letter with an accent, has its code point.
+    """
+    coded = (re.sub(r"[^A-Za-z0-9_ .+\u2212-]", lambda sign: f" code {ord(sign[0])} ", word) for word in words)
+    spelt = (re.sub(r"[0-9.+\u2212-]", lambda sign: f" {_SIGNS[sign[0]]} ", word) for word in coded)
     parts = re.findall(r"[A-Za-z]+", " ".join(spelt).replace("_", " "))
     return "labbook" + "".join(part[0].upper() + part[1:] for part in parts)
 
@@ -86,8 +88,9 @@ def _counts(content: ReportContent) -> Iterator[Macro]:
         yield Macro(macro_name("runs", name), str(count))
     for outcome in content.outcomes:
         yield Macro(macro_name("runs with", outcome.key), str(flow.runs_with[outcome]))
-    yield Macro(macro_name("jumps made"), str(flow.jumps_made))
-    yield Macro(macro_name("jumps analysed"), str(flow.jumps_analysed))
+    if flow.runs_with.get(Outcome.APEX):  # jumps are counted of the runs that have apex heights
+        yield Macro(macro_name("jumps made"), str(flow.jumps_made))
+        yield Macro(macro_name("jumps analysed"), str(flow.jumps_analysed))
     yield Macro(macro_name("days measured"), str(len(content.days)))
 
 

@@ -151,12 +151,24 @@ def test_a_report_is_written_where_it_cannot_be_printed(fresh: SmallBook, monkey
     }
 
 
-def test_what_an_earlier_report_left_in_the_folder_is_told_of(fresh: SmallBook) -> None:
+def test_nothing_of_an_earlier_report_stays_beside_the_page(fresh: SmallBook) -> None:
     paper = fresh.folder / "paper"
-    good(labbook("report", "--summary", "--out", "paper", at=fresh.folder))
-    (paper / "report.pdf").write_bytes(b"%PDF of an earlier report")
-    left = good(labbook("report", "--out", "paper", "--json", at=fresh.folder)).json["outdated"]
-    assert left == ["paper/report.pdf", "paper/summary.html"]
-    assert (
-        good(labbook("report", "--summary", "--out", "paper", "--json", at=fresh.folder)).json["outdated"] == left[:1]
-    )
+    good(labbook("report", "--summary", "--figures", "--out", "paper", at=fresh.folder))
+    (paper / "summary.pdf").write_bytes(b"%PDF of the earlier report")
+    (paper / "notes.txt").write_text("mine", encoding="utf-8")
+    (paper / "report.html").unlink()  # as where the report was killed before its page
+    good(labbook("report", "--out", "paper", at=fresh.folder))
+    left = {path.name for path in paper.iterdir() if path.is_file()}
+    assert left == {".labbook-report", "report.html", "numbers.tex", "references.bib", "notes.txt"}
+    assert not list((paper / "figures").glob("*.pdf"))
+
+
+@pytest.mark.parametrize("name", ["references.bib", "figures/savings.pdf", "report.html"])
+def test_files_of_a_paper_are_not_replaced(fresh: SmallBook, name: str) -> None:
+    own = fresh.folder / "paper" / name
+    own.parent.mkdir(parents=True)
+    own.write_text("mine", encoding="utf-8")
+    refused(labbook("report", "--out", "paper", at=fresh.folder), 2, name.partition("/")[0], "paper/report")
+    assert own.read_text(encoding="utf-8") == "mine"
+    assert [path.name for path in own.parent.iterdir()] == [own.name]
+    good(labbook("report", "--out", "paper/report", at=fresh.folder))

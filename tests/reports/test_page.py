@@ -220,12 +220,12 @@ def test_all_files_are_there_and_no_part_is_left_over(written):
     ends = [f"{width}.{kind}" for width in ("", "_one_column") for kind in ("svg", "pdf")]
     figures = {f"figures/{name}{end}" for name in FIGURE_NAMES for end in ends}
     tables = {f"tables/{name}.{kind}" for name in TABLE_NAMES for kind in ("csv", "tex")}
-    assert found == figures | tables | {"report.html", "numbers.tex", "references.bib"}
+    assert found == figures | tables | {".labbook-report", "report.html", "numbers.tex", "references.bib"}
     assert {path.relative_to(folder).as_posix() for path in (*written.figures, *written.tables)} == figures | tables
 
 
 def test_without_all_figures_only_those_of_the_page_are_there_and_none_of_before(content, tmp_path):
-    (tmp_path / "figures").mkdir()
+    write_report(content, tmp_path)
     for name in ("savings.pdf", "savings_one_column.svg", "mine.pdf"):
         (tmp_path / "figures" / name).write_text("of another day")
     written = write_report(content, tmp_path)
