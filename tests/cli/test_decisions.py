@@ -138,7 +138,7 @@ def test_plot_makes_a_picture_in_the_form_asked_for(
     out = tmp_path / f"picture.{ending}"
     with unchanged(whole.folder):
         done = good(labbook("plot", "r001", "--jump", "2", "--out", out, "--json", at=whole.folder)).json
-    assert done == {"run": "r001", "figure": str(out)}
+    assert done == {"run": "r001", "figure": str(out), "remark": ""}
     assert out.read_bytes().startswith(start)
     assert out.stat().st_size > 5000
 
