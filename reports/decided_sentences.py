@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from reports.content import Claim, Comparison, ReportContent
@@ -23,33 +26,51 @@ from reports.numbers import Number
 from reports.sentences import bounds_text, exploratory_text, lost_by_holm, sides_text, where_text
 from reports.wording import count_text, list_text, sentence_start
 
-_ELSEWHERE = "That it holds on other days is not shown."
+ELSEWHERE = "That it holds on other days is not shown."
+"""What follows a claim that holds for the days measured."""
 
 
 def group_claim(content: ReportContent, comparison: Comparison) -> Claim:
     """Say what the treatment did to one outcome in one group, and no more than the days tell."""
     lead = comparison.lead
-    number = as_shown(lead.savings or lead.difference)
-    asked, unshown = _asked(content, comparison)
+    said = [decided_text(lead, _words(content, comparison), exploratory_text(comparison.exploratory))]
+    if isinstance(lead.test.p, float):
+        said += [_within(lead.equivalence), "" if lead.unit == "day" else ELSEWHERE]
+    return Claim(" ".join(filter(None, said)), _id(as_shown(_number(lead))))
+
+
+@dataclass(frozen=True, slots=True)
+class Words:
+    """A comparison's words: `asked` after "whether", `unshown` what is not shown, `effect` of a value and its size."""
+
+    asked: str
+    unshown: str
+    effect: Callable[[float, str], str]
+
+
+def decided_text(lead: Decision, words: Words, exploratory: str = "") -> str:
+    """Say what the deciding test found, on which days, with interval, test and what is left out."""
+    number = as_shown(_number(lead))
     if isinstance(number.value, Undefined):
-        return Claim(f"Whether {asked} cannot be told: {number.value.reason}.", _id(number))
-    size, signed = _sizes(number.value, lead.savings or lead.difference)
+        return f"Whether {words.asked} cannot be told: {number.value.reason}."
+    size, signed = _sizes(number.value, _number(lead))
     if isinstance(lead.test.p, Undefined):
         left = f" ({_other_days(lead)})" if lead.other else ""
-        text = f"Whether {asked} cannot be told: {lead.test.p.reason}{left}; the means differ by {signed}."
-        return Claim(text, _id(number))
+        return f"Whether {words.asked} cannot be told: {lead.test.p.reason}{left}; the means differ by {signed}."
     once = "significant after Holm" if lead.rejected and lost_by_holm(lead) else ""
     if not lead.rejected or once:
-        said = f"{unshown} is not {once or 'significant'}: {signed}"
+        said = f"{words.unshown} is not {once or 'significant'}: {signed}"
     elif isinstance(number.ci_low, Undefined):
-        said = f"{unshown} is shown and cannot be bounded: {signed}"
+        said = f"{words.unshown} is shown and cannot be bounded: {signed}"
     else:
-        said = _effect(content, comparison, number.value, size)
+        said = words.effect(number.value, size)
     days = len(lead.days)
     measured = "" if lead.unit == "day" else f"on the {days} days measured" if days > 1 else "on the one day measured"
-    sentence = f"{_opened(said, measured)} ({'; '.join(_evidence(lead))}){exploratory_text(comparison.exploratory)}."
-    within = _within(lead.equivalence)
-    return Claim(" ".join(filter(None, (sentence, within, _ELSEWHERE if measured else ""))), _id(number))
+    return f"{_opened(said, measured)} ({'; '.join(_evidence(lead))}){exploratory}."
+
+
+def _number(lead: Decision) -> Number:
+    return lead.savings or lead.difference
 
 
 def told_together(content: ReportContent, outcome: Outcome) -> str:
@@ -91,6 +112,11 @@ def overall_claims(content: ReportContent) -> list[tuple[Outcome, Claim]]:
     return found
 
 
+def _words(content: ReportContent, comparison: Comparison) -> Words:
+    asked, unshown = _asked(content, comparison)
+    return Words(asked, unshown, lambda value, size: _effect(content, comparison, value, size))
+
+
 def _asked(content: ReportContent, comparison: Comparison) -> tuple[str, str]:
     """Return the question that a comparison answers, and what is not shown where it shows nothing."""
     where, treatment = where_text(content, comparison), treatment_name(content, comparison.group)
@@ -107,10 +133,11 @@ def _effect(content: ReportContent, comparison: Comparison, value: float, size: 
         comparative = comparison.quantity.comparative[0 if value >= 0 else 1]
         return f"{_outcome(comparison.quantity)} was {size} {comparative} under {treatment}{where}"
     against, _between = sides_text(content, comparison)
-    return _saving(treatment, value, size, f"{against}{where}")
+    return saving_text(treatment, value, size, f"{against}{where}")
 
 
-def _saving(treatment: str, value: float, size: str, where: str) -> str:
+def saving_text(treatment: str, value: float, size: str, where: str) -> str:
+    """Say what a treatment saved or cost."""
     if value > 0:
         return f"{treatment} saved {size} of the energy of a jump{where}"
     return f"{treatment} cost {size} more energy a jump{where}"
@@ -166,7 +193,7 @@ def _saved(content: ReportContent, overall: OverallSavings) -> Claim:
     over = _over(scope)
     said = f"a saving is not shown{over}: {signed}"
     if overall.rejected:
-        said = _saving(treatment, savings.value, size, over)
+        said = saving_text(treatment, savings.value, size, over)
     spread, errors = (
         value_text(number.value, places_of(savings)) for number in (overall.spread, overall.spread_of_errors)
     )
@@ -204,7 +231,7 @@ def _over(scope: OverGroups) -> str:
 def _over_groups(content: ReportContent, scope: OverGroups, said: str, number: Number) -> Claim:
     """Close a sentence over groups with what it does not hold for, and with the groups that it leaves out."""
     sentences = [f"{_opened(said, 'on the days measured' if scope.days_measured_only else '')}."]
-    sentences += [_ELSEWHERE] if scope.days_measured_only else []
+    sentences += [ELSEWHERE] if scope.days_measured_only else []
     if scope.left_out:
         names = list_text([levels_name(content, group) or "all runs" for group in scope.left_out])
         sentences.append(f"Left out, without a claim of their own: {names}.")

@@ -11,8 +11,9 @@ def count_text(count: int, noun: str, plural: str = "") -> str:
 
 
 def sentence_start(text: str) -> str:
-    """Write the first letter as a capital and leave the others as they are."""
-    return text[:1].upper() + text[1:]
+    """Write the first letter as a capital and leave the others as they are, and a symbol ("d = 186 kg/s") too."""
+    symbol = text[1:].lstrip(f" {NO_BREAK}").startswith("=")
+    return text if symbol else text[:1].upper() + text[1:]
 
 
 def list_text(words: tuple[str, ...] | list[str]) -> str:

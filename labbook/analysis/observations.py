@@ -91,7 +91,10 @@ OF_A_RUN: Mapping[str, Callable[[RunRow], str]] = {
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """One value; None where it is missing and is to be left out. `shared` is its error in common with others."""
+    """One value; None where it is missing and is to be left out. `shared` is its error in common with others.
+
+    `pooled` are its levels of other factors that its group pools: values share a day where they have these in common.
+    """
 
     value: float | Decimal | None
     label: str
@@ -99,6 +102,7 @@ class Observation:
     day: str = ""
     run: str = ""
     shared: SharedError = field(default_factory=SharedError)
+    pooled: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -232,8 +236,10 @@ def observations_of_book(
             f"{Outcome.APEX.key}."
         )
     numbers, missing = _numbers(connection, store, evidence, asked.quantity, step)
+    swept = pairing.swept_factor(configuration)
+    several = [name for name in _several_levels(numbers, by, configuration) if name != swept]
     rows = tuple(
-        Observation(value, _label(item.run, by), item.run.day, item.run.name, item.shared)
+        Observation(value, _label(item.run, by), item.run.day, item.run.name, item.shared, _levels(item.run, several))
         for item in numbers
         for value in (_heights(item) if asked.jumps else [item.value])
     )
@@ -267,6 +273,10 @@ def _numbers(
 
 def _label(run: RunRow, by: str) -> str:
     return OF_A_RUN[by](run) if by in OF_A_RUN else run.levels.get(by, "none")
+
+
+def _levels(run: RunRow, factors: Sequence[str]) -> tuple[str, ...]:
+    return tuple(run.levels.get(name, "none") for name in factors)
 
 
 def _heights(item: RunNumber) -> list[float]:

@@ -142,8 +142,10 @@ def _print(told: "CommandOutput", full: bool, as_json: bool) -> None:
 def compare(
     shared: Shared, route: RouteOption = "welch", level: LevelOption = None, pooled: PooledOption = False
 ) -> "CommandOutput":
-    """Compare groups with a control: Welch's t or another by --route, the difference with its interval, Hedges's g;
-    several groups also by Holm's method. --full adds an F-test and Brown and Forsythe's of the variances.
+    """Compare groups with a control. Where days are known, by --day or in the book, the report's test by shared days
+    leads: paired on day means from four on, within days below; a plan that counts runs or days keeps its test. Then
+    Welch's t or another by --route, the difference with its interval, Hedges's g; several groups also by Holm's method.
+    --full adds an F-test and Brown and Forsythe's of the variances.
 
     On the book the values are one a run, those of the report, and so are the numbers: joules carry the error of the
     passive drain that the groups share. Nothing is written but figures.

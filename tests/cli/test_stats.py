@@ -375,3 +375,44 @@ def test_reasons_name_the_groups_of_the_table(tmp_path: Path) -> None:
     for command, more in (("compare", ()), ("equivalence", ("--low=-1", "--high=1")), ("savings", ())):
         said = good(labbook("stats", command, path, "--value=x", "--by=g", *more, at=tmp_path)).out
         assert re.search("group b has (1|a single) (value|run)", said), command
+
+
+WORKED = {
+    "CE": {1: "42.1 40.3", 2: "44.0 41.6 43.1", 3: "40.2", 4: "43.3 45.2"},
+    "AD": {1: "37.9 36.2 38.8", 2: "38.4 39.9", 3: "36.9 35.1 37.7", 4: "39.8 38.5 40.6 39.1"},
+}
+
+
+@pytest.mark.parametrize(
+    ("where", "rule", "p", "said"),
+    [
+        ("date>0", "paired on day means", 7.663569044e-4, ": Energy was 3.93 J lower under AD than under CE (95 % CI "),
+        ("date<4", "within days", 1.400491989e-2, ": On the 3 days measured, energy was "),
+        ("date<2 and controller=AD or date=2", "within days", None, ": On the one day measured, a difference of "),
+        (
+            "date=1 and controller=AD or date=2 and controller=CE",
+            "no claim",
+            None,
+            "cannot be told: no day holds both ",
+        ),
+    ],
+)
+def test_compare_leads_with_the_test_by_shared_days(
+    where: str, rule: str, p: float | None, said: str, tmp_path: Path
+) -> None:
+    rows = [
+        f"{name},{value},{day}"
+        for name, days in WORKED.items()
+        for day, values in days.items()
+        for value in values.split()
+    ]
+    path = written(tmp_path, ["controller,energy_J,date", *rows])
+    words = ("compare", *BY, "--day", "date", "--where", where)
+    (decided,) = run(path, *words)["decisions"]
+    assert decided["rule"] == rule
+    if p is not None:
+        assert decided["p"] == pytest.approx(p, rel=1e-9)
+    first, second, *_notes = good(labbook("stats", words[0], path, *words[1:], at=tmp_path)).out.splitlines()
+    assert first.startswith(f"By shared days ({rule}")
+    assert said in first
+    assert second.startswith("Days left out: AD (mean ")

@@ -84,6 +84,29 @@ def test_compare_gives_the_numbers_of_the_report(
         assert theirs.difference.shared_se > 0.0, "the drain's error must not cancel here"
 
 
+@pytest.mark.parametrize(("name", "quantity"), [("joules", Outcome.JOULES), ("apex", Outcome.APEX)])
+def test_compare_leads_with_the_deciding_test_of_the_report(reported: Reported, name: str, quantity: Outcome) -> None:
+    (mine,) = reported.stats("compare", "--quantity", name, "--pooled")["decisions"]
+    theirs = reported.comparison(quantity, pairing.POOLED).decision
+    assert theirs is not None
+    assert (mine["rule"], mine["n_a"], mine["n_b"]) == ("within days", theirs.n_treatment, theirs.n_control)
+    assert mine["days"] == [*theirs.days]
+    assert [mine["t"], mine["df"], mine["p"]] == [theirs.test.statistic, *theirs.test.df, theirs.test.p]
+    assert mine["difference"] == theirs.difference.value
+    assert mine["difference_ci"] == ends(theirs.difference)
+    if quantity is Outcome.JOULES:
+        assert mine["savings_percent_ci"] == ends(theirs.savings)
+    words = ("stats", "compare", "--quantity", name, "--pooled", *SMALL)
+    first, second, *_rest = good(labbook(*words, at=reported.book.folder)).out.splitlines()
+    assert first.startswith("By shared days (within days, 2 days): On the 2 days measured, ")
+    assert first.endswith(" That it holds on other days is not shown.")
+    evidence = re.search(r"95 % CI .*; t\(.*?\) = .*?, p [=<] [.\d]+", first)
+    assert evidence is not None
+    claims = [claim.text.replace("\u00a0", " ").replace("\u2212", "-") for claim in reported.content.claims]
+    assert [claim for claim in claims if evidence[0] in claim]
+    assert second.startswith("Days left out: ")
+
+
 def test_savings_are_those_of_the_report(reported: Reported) -> None:
     (mine,) = reported.stats("savings", "--pooled")["savings"]
     theirs = reported.comparison(Outcome.JOULES, pairing.POOLED).savings
@@ -320,3 +343,8 @@ def test_people_read_the_reports_names_and_programs_the_books(decided: SmallBook
     assert pooled.startswith("active damping (mean ")
     by_foot = good(labbook("stats", "compare", "--by", "foot", at=decided.folder)).out
     assert by_foot.startswith("small foot (mean ")
+
+
+def test_a_plan_that_counts_runs_keeps_its_test(decided: SmallBook) -> None:
+    found = good(labbook("stats", "compare", *SMALL, "--json", at=decided.folder)).json
+    assert "decisions" not in found

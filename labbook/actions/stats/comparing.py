@@ -14,7 +14,8 @@ from labbook.actions.stats.answering import Answer, Question
 from labbook.analysis.comparison.by_day import add_shared_error
 from labbook.analysis.observations import Observations
 from labbook.presenting.report.day_layout import FROM_DAYS
-from labbook.presenting.stats.days import day_left_out, day_notes, days_untold, with_days_said
+from labbook.presenting.stats.days import HERE, LEFT_OUT, day_left_out, day_notes, days_untold, with_days_said
+from labbook.presenting.stats.decided import decided_groups
 from labbook.presenting.stats.figures import estimation_of, number_of
 from labbook.presenting.stats.plan import plan_notes
 from stats.checks import Missing
@@ -30,18 +31,24 @@ NOT_CORRECTED = (
 
 
 def compare(question: Question, route: str) -> Answer:
-    """Compare every group with the control; several comparisons are a family, adjusted by Holm's method."""
+    """Compare every group with the control; several comparisons are a family, adjusted by Holm's method.
+
+    Where days are known, and the plan leaves the unit of analysis to them, the test by shared days leads.
+    """
     observed, control = question.observed, question.control
-    found = compared(question, route)
+    found, by_days = compared(question, route), decided_groups(observed, question.alpha)
     names = {label: observed.name(label) for label in found}
+    sentences = []
+    for label, result in found.items():
+        own = result.sentence(names[label], control, observed.unit)
+        own = with_days_said(own, days_untold(observed, (label, observed.control)))
+        sentences += [own] if by_days is None else [by_days.sentence(label), f"Days left out: {own}"]
     told = Answer(
-        [
-            with_days_said(
-                result.sentence(names[label], control, observed.unit), days_untold(observed, (label, observed.control))
-            )
-            for label, result in found.items()
-        ],
-        {"comparisons": [{"a": names[label], "b": control, **as_dict(result)} for label, result in found.items()]},
+        sentences,
+        {
+            **({} if by_days is None else {"decisions": by_days.data()}),
+            "comparisons": [{"a": names[label], "b": control, **as_dict(result)} for label, result in found.items()],
+        },
         lambda: estimation_of(
             observed,
             {
@@ -52,7 +59,7 @@ def compare(question: Question, route: str) -> Answer:
         ),
         [
             *plan_notes(observed, question.pooled, question.alpha),
-            *day_notes(observed),
+            *day_notes(observed, where=LEFT_OUT if by_days else HERE),
             *day_left_out(observed, question.source.day),
         ],
         quantile_level=question.level,

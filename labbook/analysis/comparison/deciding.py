@@ -204,22 +204,26 @@ def _fingerprints(pairs: Mapping[str, Pair]) -> tuple[InputRow, ...]:
 
 def decided(pair: Pair, quantity: Outcome, alpha: float) -> DecisionResult:
     """Decide about a pair by the rule that fits its days; intervals have level 1 - alpha."""
-    found, level = contrast_of(pair), 1.0 - alpha
-    n = sum(found.n)
+    return decided_by(contrast_of(pair), quantity.unit, alpha, _has_savings(pair, quantity), quantity.shares_error)
+
+
+def decided_by(found: Contrast, unit: str, alpha: float, with_savings: bool, shares_error: bool) -> DecisionResult:
+    """Decide by a contrast of values in `unit`; intervals have level 1 - alpha."""
+    n, level = sum(found.n), 1.0 - alpha
     difference = found.difference(level)
-    savings = found.savings(level) if _has_savings(pair, quantity) else None
+    savings = found.savings(level) if with_savings else None
     tested = difference if savings is None else savings
     return DecisionResult(
         rule=found.rule,
         days=found.days,
-        difference=_number(difference, quantity.unit, n, shares_error=quantity.shares_error),
+        difference=_number(difference, unit, n, shares_error=shares_error),
         t=Number(tested.t, "1", df=tested.df, n=n),
         p=Number(tested.p, "1", df=tested.df, n=n),
         n_control=found.n[0],
         n_treated=found.n[1],
         other=found.counts.control + found.counts.treated + found.counts.other_control + found.counts.other_treated - n,
         rejected=_rejected(tested.p, alpha),
-        savings=None if savings is None else _number(savings, "%", n, shares_error=quantity.shares_error),
+        savings=None if savings is None else _number(savings, "%", n, shares_error=shares_error),
     )
 
 

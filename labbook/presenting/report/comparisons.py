@@ -231,7 +231,17 @@ def method_by_day(result: DayComparison) -> str:
 
 
 def _decision(item: Compared, decided: Decided, shown: Shown, beside_plan: str) -> Decision:
-    result, family = decided.result, decided.adjusted
+    family = decided.adjusted
+    return replace(
+        decision(decided.result, shown),
+        adjusted=None if family is None else shown.number(family.adjusted_p[item.pair.label]),
+        adjusted_rejected=None if family is None else family.rejected[item.pair.label],
+        equivalence=None if decided.equivalent is None else _equivalence(decided.equivalent, shown, beside_plan),
+    )
+
+
+def decision(result: DecisionResult, shown: Shown) -> Decision:
+    """Return the test that decides as a report carries it."""
     return Decision(
         unit={Rule.PAIRED: "day", Rule.WITHIN: "run", Rule.NONE: ""}[result.rule],
         days=result.days,
@@ -242,9 +252,6 @@ def _decision(item: Compared, decided: Decided, shown: Shown, beside_plan: str) 
         savings=None if result.savings is None else shown.number(result.savings),
         test=shown.test("by shared days", result.t, result.p),
         rejected=result.rejected,
-        adjusted=None if family is None else shown.number(family.adjusted_p[item.pair.label]),
-        adjusted_rejected=None if family is None else family.rejected[item.pair.label],
-        equivalence=None if decided.equivalent is None else _equivalence(decided.equivalent, shown, beside_plan),
     )
 
 

@@ -15,13 +15,14 @@ from labbook.presenting.report.day_layout import SHARED, WHOSE, joined_by_others
 from labbook.presenting.report.error_rates import spreads_text
 from stats.planning.recorded import Recorded, weak_point
 
+HERE, LEFT_OUT = "here", "where days are left out"
 _MOST_NAMED = 3
 _LITTLE_KNOWN = "only days that are shared tell the groups from their days, so that little is known here."
 _KNOWN_BY_OTHERS = (
     "days of other groups join theirs, so that their difference rests on the values of those groups as well."
 )
 _DAY_LEFT_OUT = (
-    "Tests here take values for independent, whatever their days; `labbook stats blocked` has the day in its model."
+    "Tests that leave days out take values for independent; `labbook stats blocked` has the day in its model."
 )
 
 _Runs = Mapping[str, Counter[str]]
@@ -40,8 +41,10 @@ def with_days_said(sentence: str, untold: str) -> str:
     return f"{sentence} {untold}." if untold else sentence
 
 
-def day_notes(observed: Observations, *, by_day: bool = False) -> list[str]:
+def day_notes(observed: Observations, *, by_day: bool = False, where: str = HERE) -> list[str]:
     """Name the groups that share fewer than half of the days of whichever has fewer, with the control.
+
+    `where` says in which test what differs from day to day passes for a difference.
 
     `by_day` where the analysis has the day in it; otherwise those are named, too, that share more days and for which
     Welch's test errs by the record; how often is said, and what helps. With `by_day` a single day is told, too.
@@ -69,7 +72,8 @@ def day_notes(observed: Observations, *, by_day: bool = False) -> list[str]:
             if (labels := [label for label in few if joined[label] == others])
         ]
     return [
-        f"{_shared(observed, runs, [*few])}: what differs from day to day passes for a difference of the groups here."
+        f"{_shared(observed, runs, [*few])}: what differs from day to day passes for a difference of the groups "
+        f"{where}."
         f"{_simulated(few, observed)} {_what_helps(runs)}"
     ]
 
@@ -95,6 +99,11 @@ def _shared(observed: Observations, runs: _Runs, labels: Sequence[str]) -> str:
     ]
     more = f"; so few are shared by {len(labels) - _MOST_NAMED} more groups" if len(labels) > _MOST_NAMED else ""
     return f"{'; '.join(shared)}{more}"
+
+
+def has_days(observed: Observations) -> bool:
+    """Tell whether every value has a day, and days are not themselves the groups."""
+    return bool(_runs(observed))
 
 
 def _runs(observed: Observations) -> _Runs:
