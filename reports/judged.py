@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 from data_schema.vocabulary import Undefined
 from reports.content import ReportContent
-from reports.display import EQUALS, as_shown, common_places, decimal_text, p_text, with_unit
+from reports.display import EQUALS, as_shown, common_places, decimal_text, general_text, p_text, with_unit
 from reports.naming import level_names, levels_name
-from reports.predicted import Judged, JudgedGroup
+from reports.predicted import AssumedInput, Judged, JudgedGroup, PredictedQuantity
 from reports.wording import count_text, list_text, sentence_start
 
 _NAMED = 2
@@ -58,8 +58,39 @@ def verdict_text(content: ReportContent) -> str:
         f"{sentence_start(str(each.quantity))} ({joint_text(each)}): {_where_biased(content, each)}." for each in found
     ]
     if any(group.differs for each in found for group in each.groups):
-        sentences.append("What is missing there is not known: an effect of the scene, or a wrong input.")
+        sentences.append(_missing(content))
     return " ".join(sentences)
+
+
+def _missing(content: ReportContent) -> str:
+    """Say how far off an assumed input must be to explain the largest bias of a quantity alone, and what else may be.
+
+    Of the inputs that which moves the quantity most is named; what it moves is taken to be linear.
+    """
+    told: list[str] = []
+    for each in content.predictions.judged:
+        biased = [group.bias.value for group in each.groups if group.differs]
+        biases = [abs(value) for value in biased if isinstance(value, float)]
+        moved = [(part, one) for one in content.predictions.assumed if (part := _moves(one, each.quantity))]
+        if biases and moved:
+            part, one = max(moved, key=lambda of: of[0])
+            off = max(biases) / part * one.varied_by
+            shares = [with_unit(general_text(100.0 * share, 2), "%") for share in (off, one.varied_by)]
+            must = "" if told else "must be off "
+            told.append(f"{one.name} {must}by {', not '.join(shares)} ({each.quantity})")
+    if not told:
+        return "No assumed input explains it: an effect is missing in the scene, or an input is wrong."
+    return f"To explain that, {'; '.join(told)}; or an effect is missing."
+
+
+def _moves(one: AssumedInput, quantity: PredictedQuantity) -> float:
+    """Return by how much varying an input changed a quantity; 0 where that is not known."""
+    part = {
+        PredictedQuantity.JOULES: one.joules,
+        PredictedQuantity.APEX: one.apex,
+        PredictedQuantity.SAVINGS: one.savings,
+    }[quantity]
+    return part if isinstance(part, float) else 0.0
 
 
 def _where_biased(content: ReportContent, one: Judged) -> str:

@@ -37,7 +37,12 @@ def said(content):
 
 def test_one_level_of_a_factor_that_singles_out_the_biased_is_named(content):
     off = {("large", "400"): 5.0, ("small", "400"): 6.0}
-    assert "): 5.00 to 6.00 J high at k = 1091 N/m. What is missing there is not known" in said(shifted(content, off))
+    missing = "To explain that, kg_scale must be off by 48 %, not 10 % (joules a jump); or an effect is missing."
+    assert f"): 5.00 to 6.00 J high at k = 1091 N/m. {missing}" in said(shifted(content, off))
+    stated = dataclasses.replace(content, predictions=dataclasses.replace(content.predictions, assumed=()))
+    assert said(shifted(stated, off)).endswith(
+        "No assumed input explains it: an effect is missing in the scene, or an input is wrong."
+    )
     assert "): 5.00 J low at large foot, k = 1091 N/m." in said(shifted(content, {("large", "400"): -5.0}))
     assert "5.00 J high in all groups." in said(shifted(content, dict.fromkeys(GROUPS, 5.0)))
     three = said(shifted(content, dict.fromkeys(GROUPS[:3], 5.0)))
