@@ -99,7 +99,7 @@ def told_together(content: ReportContent, outcome: Outcome) -> str:
     bounds = next(bounds_text(item) for _, item in leads if item is not None)
     return (
         f"Group by group, exploratory: differences of {span}, {shown} of {len(leads)} significant after Holm; "
-        f"all within {bounds} (TOST). Each stands under {outcome.heading}: conditions."
+        f"all within {bounds} (TOST)."
     )
 
 

@@ -303,10 +303,12 @@ class Variant:
 class Sensitivity:
     """One headline: the number as reported and its recomputations.
 
-    `rule_of_all_runs` is the rule that would decide about it without exclusions, "" where that is the same.
+    `rule_of_all_runs` is the rule that would decide about it without exclusions, "" where that is the same; `group`
+    names the group that it is of, "" where a study has one.
     """
 
     headline: str
     as_reported: Number
     variants: tuple[Variant, ...]
     rule_of_all_runs: str = ""
+    group: str = ""

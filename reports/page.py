@@ -253,21 +253,17 @@ def _summary(content: ReportContent) -> str:
     parts = [content.selection or "all runs"]
     if content.days:
         first, last = content.days[0].date, content.days[-1].date
-        parts.append(first if first == last else f"{first} to {last}")
-    return f"{'; '.join(parts)}. Report of {content.made_at.partition('T')[0]}."
+        dates = first if first == last else f"{first} to {last}"
+        parts.append(f"{dates}, {count_text(len(content.days), 'day')}")
+    return f"{'; '.join(parts)}. Report of {content.made_at}."
 
 
 def _facts(content: ReportContent) -> list[tuple[str, str]]:
     """Return what stands under the answer: name and text."""
-    facts = [("Study", content.study)]
-    if content.days:
-        first, last = content.days[0].date, content.days[-1].date
-        dates = first if first == last else f"{first} to {last}"
-        facts.append(("Measured", f"{dates}, {count_text(len(content.days), 'day')}"))
+    facts = [] if content.study in content.title else [("Study", content.study)]
     if content.people:
         facts.append(("People", list_text(content.people)))
     facts += [
-        ("Made", content.made_at),
         ("Software", f"labbook {content.software_version}, labbook.toml {content.configuration_hash}"),
         ("Detector", content.detector),
     ]

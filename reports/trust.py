@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable
 
 from data_schema.outcomes import Outcome
-from reports.content import ReportContent, Sensitivity
-from reports.display import as_shown, common_places, decimal_text, with_unit
+from data_schema.rounding import decimals_for
+from reports.content import Comparison, ReportContent, Sensitivity
+from reports.display import as_shown, common_places, decimal_text, shown_unit, with_unit
 from reports.numbers import Number
 from reports.wording import count_text, list_text, sentence_start
 
@@ -20,7 +22,7 @@ def flow_sentence(content: ReportContent) -> str:
     if not flow.runs_done:
         return ""
     planned = "" if flow.runs_planned is None else f"{count_text(flow.runs_planned, 'run')} planned, "
-    parts = [f"{planned}{count_text(flow.runs_done, 'run')} made"]
+    parts = [f"{planned}{flow.runs_done if planned else count_text(flow.runs_done, 'run')} made"]
     parts += [f"{flow.runs_void} void"] if flow.runs_void else []
     parts += [f"{flow.runs_idle} idle, for the passive drain"] if flow.runs_idle else []
     parts += [f"{count} {why}" for why, count in flow.runs_other.items()]
@@ -36,7 +38,7 @@ def flow_sentence(content: ReportContent) -> str:
 
 
 def trust_sentences(content: ReportContent) -> tuple[str, ...]:
-    """Return how far to trust the answer: the plan, one day less."""
+    """Return how far to trust the answer: the plan, one day less, what its uncertainty comes from."""
     departures = len(content.departures)
     if not content.planned:
         plan = "No analysis was decided on before the first measurement: every comparison is exploratory."
@@ -47,9 +49,58 @@ def trust_sentences(content: ReportContent) -> tuple[str, ...]:
     else:
         plan = "The analysis was decided on beforehand, and nothing departs from it."
     found = [plan]
-    if less := _one_day_less(content):
-        found.append(less)
-    return tuple(found)
+    return tuple(filter(None, (*found, _one_day_less(content), _uncertainty(content))))
+
+
+def _uncertainty(content: ReportContent) -> str:
+    """Say what most of the answer's standard error comes from, and so what narrows it; "" where it has none.
+
+    Scatter of runs alone gives sigma^2 (1 / n_t + rho^2 / n_c), sigma being that within days; what is more comes from
+    days that act on both sides differently.
+    """
+    overall = next(iter(content.overall), None)
+    if overall is None:
+        several = content.pooled[:1]
+        number = several[0].lead.savings or several[0].lead.difference if several else None
+    else:
+        several = [each for each in content.pooled if each.quantity is overall.quantity]
+        several = [each for each in several if each.group in overall.scope.groups]
+        number = overall.savings
+    squares = [square for each in several if (square := _of_runs(each)) is not None]
+    if (
+        number is None
+        or not isinstance(number.se, float)
+        or not number.se
+        or not squares
+        or len(squares) < len(several)
+    ):
+        return ""
+    of_runs = math.sqrt(math.fsum(squares)) / len(squares)
+    shown, factor = shown_unit(number.unit)
+    places = decimals_for(min(number.se, of_runs) * factor)
+    total, runs, drain = (
+        with_unit(decimal_text(each * factor, places), shown)
+        for each in (number.se, of_runs, number.shared_se if isinstance(number.shared_se, float) else 0.0)
+    )
+    mostly, helps = ("runs' scatter", "runs") if 2.0 * of_runs**2 >= number.se**2 else ("days acting unlike", "days")
+    common = f"; the drain's is {drain}" if isinstance(number.shared_se, float) else ""
+    error = f"The answer's standard error, {total}, is mostly {mostly} (runs alone: {runs})"
+    return f"{error}: more {helps} narrow it{common}."
+
+
+def _of_runs(comparison: Comparison) -> float | None:
+    """Return the variance that runs' scatter within days gives a headline number; None where it is not known."""
+    lead, by_day = comparison.lead, comparison.by_day
+    sd = None if by_day is None else by_day.run_sd.value
+    mean = None if comparison.sides is None else comparison.sides[0].mean
+    if not isinstance(sd, float) or not lead.n_control or not lead.n_treatment:
+        return None
+    if lead.savings is None:
+        return sd**2 * (1.0 / lead.n_treatment + 1.0 / lead.n_control)
+    if not isinstance(lead.savings.value, float) or not isinstance(mean, float):
+        return None
+    ratio = 1.0 - lead.savings.value / 100.0
+    return (100.0 * sd / mean) ** 2 * (1.0 / lead.n_treatment + ratio**2 / lead.n_control)
 
 
 def _one_day_less(content: ReportContent) -> str:
@@ -79,7 +130,7 @@ def robustness_sentences(content: ReportContent) -> tuple[str, ...]:
         unmoved: list[str] = []
         ranges = [text for each in of_unit if (text := _range(each, places))]
         if ranges and rank == 0:
-            found.append(f"Without one day at a time: {'; '.join(ranges)}.")
+            found.append(f"{sentence_start(_what(of_unit[0]))} without one day at a time: {'; '.join(ranges)}.")
         elif ranges:
             days = [abs(shift) for each in of_unit for label in _days(each) if (shift := _shift(each, label))]
             moves.append(f"{_moved(max(days, default=0.0), of_unit[0], places)} without one day at a time")
@@ -130,7 +181,7 @@ def _range(item: Sensitivity, places: int) -> str:
     if not without or not isinstance(reported.value, float):
         return ""
     span = f"{decimal_text(min(without), places)} to {decimal_text(max(without), places)}"
-    return f"{item.headline} {decimal_text(reported.value, places)} ({with_unit(span, reported.unit)})"
+    return f"{item.group or 'all runs'} {decimal_text(reported.value, places)} ({with_unit(span, reported.unit)})"
 
 
 def _shift(item: Sensitivity, label: str) -> float | None:

@@ -11,7 +11,7 @@ from reports.evidence import POOLED
 from reports.figures.kind import FigureKind, levels_alone
 from reports.figures.savings import draw_estimate, tidy_rows
 from reports.figures.style import BLACK, VERMILLION, is_narrow, light_grid, new_figure
-from reports.naming import levels_name, swept_factor, swept_words
+from reports.naming import levels_name
 from reports.numbers import Number
 from reports.predicted import COVERAGE_FACTOR, PredictedQuantity, Prediction, Predictions
 from reports.tables.predictions import block_of, level_text_of
@@ -112,21 +112,11 @@ def caption(content: ReportContent) -> str:
     """Say what is drawn."""
     about = content.predictions
     level = level_text(about.items[0].measured) if about.items else "confidence interval"
-    called = swept_words(swept_factor(content))
-    savings = (
-        f" Savings are ({called.control} − {called.treatment_short}) / {called.control}."
-        if _has_savings(content)
-        else ""
-    )
     return (
         f"Measured means (circles) with their {level}, and what the scene {about.scene} predicts for each condition as "
-        f"it was run (diamonds), with {stated_text(COVERAGE_FACTOR)} standard uncertainties: the simulator's accuracy "
-        f"and every assumed input varied.{savings}"
+        f"it was run (diamonds), ± {stated_text(COVERAGE_FACTOR)} standard uncertainties (simulator, assumed "
+        "inputs)."
     )
-
-
-def _has_savings(content: ReportContent) -> bool:
-    return bool(content.predictions.of(PredictedQuantity.SAVINGS))
 
 
 def alternative(content: ReportContent) -> str:

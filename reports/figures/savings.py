@@ -142,9 +142,9 @@ def caption(content: ReportContent) -> str:
     level = level_text(numbers[0]) if numbers else "confidence interval"
     called = swept_words(swept_factor(content))
     return (
-        f"Savings, ({called.control} − {called.treatment_short}) / {called.control}, with {level} by Fieller's method: "
-        f"diamonds, all levels of the {called.coefficient} pooled; circles, each level; at the right, percent "
-        f"(interval) and {content.counted}s."
+        f"Savings, ({called.control} − {called.treatment_short}) / {called.control}, with {level} (Fieller): "
+        f"diamonds, all levels of the {called.coefficient} pooled; circles, each; right, percent (interval) and "
+        f"{content.counted}s."
     )
 
 

@@ -289,8 +289,8 @@ def _sensitivity(comparisons, days):
                     math.sin(i), ci_high=base.ci_high + 0.4 * math.sin(i), n=base.n))
             for i, label in enumerate(labels)
         )  # fmt: skip
-        sets.append(Sensitivity(f"savings, {comparison.group['foot']} foot, k gain {comparison.group['k_gain']}",
-                                base, variants))  # fmt: skip
+        group = f"{comparison.group['foot']} foot, k gain {comparison.group['k_gain']}"
+        sets.append(Sensitivity(f"savings, {group}", base, variants, group=group))
     return tuple(sets)
 
 

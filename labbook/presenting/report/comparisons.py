@@ -103,24 +103,24 @@ def anovas(analysis: StudyAnalysis, shown: Shown) -> tuple[Anova, ...]:
 def sensitivity(analysis: StudyAnalysis, shown: Shown, content: ReportContent) -> tuple[Sensitivity, ...]:
     """Return every pooled headline with its recomputations; `content` knows what groups are called."""
     found = []
-    for item in analysis.compared:
-        if item.pair.family != pairing.POOLED:
-            continue
+    pooled = [item for item in analysis.compared if item.pair.family == pairing.POOLED]
+    for item in sorted(pooled, key=lambda item: content.place_of(item.pair.group)):
         recomputed = [
             varied
             for varied in analysis.variations.varied
             if varied.headline == item.pair.label and varied.quantity is item.quantity
         ]
+        group = levels_name(content, item.pair.group)
         found.append(
             Sensitivity(
-                f"{'savings' if item.quantity.has_savings else f'difference of {item.quantity}'}, "
-                f"{levels_name(content, item.pair.group)}",
+                f"{'savings' if item.quantity.has_savings else f'difference of {item.quantity}'}, {group}",
                 _headline_number(item.pair, item.decided.result if item.decided else item.result, analysis, shown),
                 tuple(
                     Variant(varied.variant, _headline_number(item.pair, varied.result, analysis, shown))
                     for varied in recomputed
                 ),
                 _rule_of_all_runs(item, recomputed),
+                group,
             )
         )
     return tuple(found)

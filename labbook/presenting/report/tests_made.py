@@ -56,7 +56,9 @@ def decided_by(analysis: StudyAnalysis, called: SweptWords) -> str:
         Rule.WITHIN: "a contrast within days on one to three, which holds for these days",
         Rule.NONE: "no test on none",
     }
-    counts = list_text([f"{said[rule]} ({count_text(rules[rule], 'comparison')})" for rule in said if rules[rule]])
+    made = [rule for rule in said if rules[rule]]
+    numbers = [count_text(rules[rule], "comparison") if rule is made[0] else str(rules[rule]) for rule in made]
+    counts = list_text([f"{said[rule]} ({number})" for rule, number in zip(made, numbers, strict=True)])
     treated = called.treatment_short
     sentences = [
         f"Treatment and control are compared on the days that hold runs of both: {counts}.",

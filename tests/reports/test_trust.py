@@ -1,0 +1,57 @@
+"""How far to trust the answer, in three lines: the plan, one day less, and what the uncertainty comes from."""
+
+import dataclasses
+import math
+
+import pytest
+
+from reports.numbers import Number
+from reports.trust import robustness_sentences, trust_sentences
+
+
+def plain(sentences):
+    return [sentence.replace("\u00a0", " ") for sentence in sentences]
+
+
+def of_one_group(content, se, shared_se=0.1):
+    """Keep the first group, whose savings have this error, and whose runs scatter by 3 J within days."""
+    first = content.pooled[0]
+    savings = dataclasses.replace(first.savings, se=se, shared_se=shared_se)
+    by_day = dataclasses.replace(first.by_day, run_sd=Number(3.0, "J"))
+    return dataclasses.replace(
+        content, comparisons=(dataclasses.replace(first, savings=savings, by_day=by_day),), overall=()
+    )
+
+
+def by_runs(comparison):
+    """The standard error that independent runs with a standard deviation of 3 J give savings."""
+    ratio, mean = 1.0 - comparison.savings.value / 100.0, comparison.sides[0].mean
+    return 300.0 / mean * math.sqrt(1.0 / comparison.n_treatment + ratio**2 / comparison.n_control)
+
+
+@pytest.mark.parametrize(
+    ("times", "said"),
+    [(1.1, "is mostly runs' scatter (runs alone: "), (3.0, "is mostly days acting unlike (runs alone: ")],
+)
+def test_the_third_line_says_what_the_uncertainty_comes_from_and_what_narrows_it(content, times, said):
+    se = times * by_runs(content.pooled[0])
+    third = plain(trust_sentences(of_one_group(content, se)))[-1]
+    assert third.startswith(f"The answer's standard error, {se:.1f} %, {said}{se / times:.1f} %): more ")
+    assert third.endswith(f"{'runs' if times < 2 else 'days'} narrow it; the drain's is 0.1 %.")
+
+
+def test_without_an_error_or_scatter_within_days_there_are_two_lines(content):
+    changed = of_one_group(content, 2.0)
+    assert len(trust_sentences(changed)) == 3
+    (only,) = changed.comparisons
+    for other in (
+        dataclasses.replace(only, by_day=None),
+        dataclasses.replace(only, savings=dataclasses.replace(only.savings, se=None)),
+    ):
+        assert len(trust_sentences(dataclasses.replace(changed, comparisons=(other,)))) == 2
+
+
+def test_ranges_without_a_day_name_the_groups_alone(content):
+    first = plain(robustness_sentences(content))[0]
+    assert first.startswith("Savings without one day at a time: ")
+    assert first.count("avings") == 1
