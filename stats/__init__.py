@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from stats.lines.stiffness import fit_gain_line, fit_stiffness, force_points
     from stats.packing import fraction_from_height, fraction_from_mass, fraction_from_water, unbounded_fraction
     from stats.planning.power import power_anova, power_equivalence, power_t, power_welch, sample_size
-    from stats.planning.power_by_day import power_by_day
+    from stats.planning.power_by_day import power_by_day, power_equivalence_by_day
     from stats.planning.power_percent import power_percent_equivalence
 
 __all__ = [
@@ -69,6 +69,7 @@ __all__ = [
     "power_anova",
     "power_by_day",
     "power_equivalence",
+    "power_equivalence_by_day",
     "power_percent_equivalence",
     "power_t",
     "power_welch",
@@ -121,6 +122,7 @@ _MODULE_OF = {
     "power_t": "planning.power",
     "power_welch": "planning.power",
     "power_by_day": "planning.power_by_day",
+    "power_equivalence_by_day": "planning.power_by_day",
     "power_percent_equivalence": "planning.power_percent",
     "sample_size": "planning.power",
 }

@@ -1,11 +1,14 @@
 """`labbook plan`: the order of the experiments."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from labbook.cli.common import AsOption, BookOption, JsonOption, emit
+
+if TYPE_CHECKING:
+    from labbook.actions.planning.runs import PlanMade
 
 _OF_DRAWING = {
     "n": "--n",
@@ -43,7 +46,8 @@ def plan(
     With --withdraw, runs that are planned and not made are no longer planned; those that were made stay. The seed is
     how a plan is called: while runs of it are to be made, no other plan is drawn with that seed.
 
-    `labbook power` says how many runs a study needs.
+    Where shared days decide the test, its power for a difference of one standard deviation of runs is said, and where
+    fewer runs would find more. `labbook power` says how many runs a study needs.
 
     Example: labbook plan --seed 7 --n 10 --per-day 16 --start 2021-06-01; labbook plan --withdraw --why "new foot"
     """
@@ -68,7 +72,7 @@ def plan(
         done,
         [
             f"{done.runs} runs on {done.days} days, {done.controls} of them controls, {done.idle} idle.",
-            *_tested(done.shared_days),
+            *_tested(done),
             f"{done.sheet} to fill in, {done.printed} to print; then `labbook runs import {done.sheet}`.",
             *(f"look again: {remark}" for remark in done.remarks),
         ],
@@ -76,18 +80,23 @@ def plan(
     )
 
 
-def _tested(shared_days: int | None) -> list[str]:
-    """Say by which test the report will decide, as the days of the plan allow."""
+def _tested(done: "PlanMade") -> list[str]:
+    """Say by which test the report will decide, as the days of the plan allow, and what that finds."""
     from stats.days.decision import LEAST_DAYS
 
-    if shared_days is None:
+    days = done.shared_days
+    if days is None:
         return []
-    if shared_days == 0:
+    if days == 0:
         return ["No day has both sides of some comparison: the report will claim nothing of it."]
-    shared = f"Compared conditions share at least {shared_days} day{'s' * (shared_days > 1)}"
-    if shared_days >= LEAST_DAYS:
-        return [f"{shared}: the test is on day means."]
-    return [f"{shared}: with fewer than {LEAST_DAYS} the test is within days, and its claim holds for these days."]
+    test = "on day means"
+    if days < LEAST_DAYS:
+        test = f"within days (fewer than {LEAST_DAYS}), and its claim holds for these days"
+    found = ""
+    if isinstance(done.power, float):
+        found = f" It finds a difference of one standard deviation of runs with a power of {100.0 * done.power:.1f} %."
+    lines = [f"Compared conditions share at least {days} day{'s' * (days > 1)}: the test is {test}.{found}"]
+    return [*lines, *([] if done.crossing is None else [done.crossing.sentence])]
 
 
 def _refuse_drawing(ctx: typer.Context) -> None:

@@ -72,7 +72,8 @@ def power(
 ) -> None:
     """Show how many runs of each condition the book's study needs, and on how many days, to find a saving or a
     difference by the tests that [analysis] decides on, and what --n runs and the plans that stand can find. The scatter
-    is what is expected (--sd), or that of the runs so far. Nothing is drawn, stated or stored.
+    is what is expected (--sd), or that of the runs so far. Nothing is drawn, stated or stored. A fourth shared day
+    turns a test within days into a paired one: where that lowers the power, both powers are said.
 
     With --test no book is needed: how likely that test finds a true difference with n values a group, or the smallest n
     that finds it with the power wanted. Values are taken to be independent.

@@ -34,6 +34,28 @@ def test_it_says_what_is_needed_and_writes_nothing(fresh: SmallBook) -> None:
     assert data["difference"] == pytest.approx(4.2)
 
 
+def test_where_more_runs_find_less_both_powers_are_said_and_the_plan_says_the_same(fresh: SmallBook) -> None:
+    words = ("power", "--difference", "1", "--sd", "1")
+    said = good(labbook(*words, "--n", "12", at=fresh.folder)).out
+    crossing = (
+        "From n = 11 on, where 4 days are shared, the test is paired on day means: power 29.8 %, and 46.9 % at n = 10, "
+        "within days, for these days alone."
+    )
+    assert crossing in said.splitlines()
+    (row,) = [line.split() for line in said.splitlines() if line.startswith("by shared days  ")]
+    plan = ("plan", "--seed", "1", "--dry-run", "--out", "plan.csv", "--n")
+    planned = good(labbook(*plan, "12", at=fresh.folder)).out
+    assert f"one standard deviation of runs with a power of {row[-2]} %." in planned
+    assert crossing in planned.splitlines()
+    (fresh.folder / "plan.csv").unlink()
+    (fresh.folder / "plan.html").unlink()
+    assert "From n = " not in good(labbook(*plan, "10", at=fresh.folder)).out
+    needed = good(labbook(*words, "--power", "0.45", "--json", at=fresh.folder)).json["needed"][0]
+    assert needed["n"] == 10
+    few = good(labbook(*words, "--n", "4", "--power", "0.05", at=fresh.folder)).out
+    assert "From n = " not in few
+
+
 def test_json_holds_a_mean_or_why_there_is_none(fresh: SmallBook) -> None:
     words = ("power", "--difference", "4", "--sd", "4", "--json")
     without = good(labbook(*words, at=fresh.folder)).json["primary"]

@@ -40,7 +40,7 @@ from stats.lines.regression import fit_linear, fit_polynomial
 from stats.lines.stiffness import fit_gain_line, fit_stiffness, force_points
 from stats.packing import fraction_from_height, fraction_from_mass, fraction_from_water, unbounded_fraction
 from stats.planning.power import power_anova, power_equivalence, power_t, power_welch, sample_size
-from stats.planning.power_by_day import power_by_day
+from stats.planning.power_by_day import power_by_day, power_equivalence_by_day
 from stats.planning.power_percent import power_percent_equivalence
 from stats.results import Result
 
@@ -75,6 +75,7 @@ DEFINED: dict[str, Callable[[], Any]] = {
     "power_t": lambda: power_t(1.0, 1.0, 10, 10),
     "power_welch": lambda: power_welch(1.0, 1.0, 2.0, 10, 10),
     "power_by_day": lambda: power_by_day(1.0, 1.0, [(5, 8)] * 5),
+    "power_equivalence_by_day": lambda: power_equivalence_by_day(1.0, -1.0, 1.0, [(5, 8)] * 5),
     "power_anova": lambda: power_anova([0.0, 0.5, 1.0], 1.0, 10),
     "power_equivalence": lambda: power_equivalence(0.0, 1.0, -1.0, 1.0, 20, 20),
     "power_percent_equivalence": lambda: power_percent_equivalence(0.0, 40.0, 1.0, -3.0, 3.0, 20, 20),
@@ -124,6 +125,7 @@ UNDEFINED: dict[str, Callable[[], Any]] = {
     "power_t": lambda: power_t(1.0, 1.0, 1, 1),
     "power_welch": lambda: power_welch(1.0, 1.0, 2.0, 1, 1),
     "power_by_day": lambda: power_by_day(1.0, 1.0, []),
+    "power_equivalence_by_day": lambda: power_equivalence_by_day(1.0, -1.0, 1.0, []),
     "power_anova": lambda: power_anova([0.0, 0.5, 1.0], 1.0, 1),
     "power_equivalence": lambda: power_equivalence(0.0, 1.0, -1.0, 1.0, 1, 1),
     "power_percent_equivalence": lambda: power_percent_equivalence(0.0, 40.0, 1.0, -3.0, 3.0, 1, 1),

@@ -84,6 +84,7 @@ NO_SAMPLES = {
     "power_anova",
     "power_equivalence",
     "power_by_day",
+    "power_equivalence_by_day",
     "power_percent_equivalence",
     "power_t",
     "power_welch",

@@ -15,7 +15,15 @@ from data_schema.outcomes import Outcome
 from data_schema.queries.plans import planned_runs
 from data_schema.reasons import Reason
 from data_schema.vocabulary import PlanMethod, Undefined
-from labbook.actions.planning.power_by_layout import DrawPlan, tests_by_layout
+from labbook.actions.planning.power_by_layout import (
+    Crossing,
+    DrawPlan,
+    crossing_of,
+    drawn_layouts,
+    equivalence_by_layout,
+    last_within,
+    tests_by_layout,
+)
 from labbook.actions.planning.power_tests import Assumed, Design, PlannedTest, tests_of
 from labbook.actions.runs.runs_importing import plan_factors
 from labbook.analysis.outcomes.conditions import Spread, run_spread
@@ -71,7 +79,8 @@ class Needed:
 class StudyPower:
     """What was assumed, and what each test needs; `n_of_plan` is the least n of a condition in the plans that stand.
 
-    `difference` is in `unit`, as are the numbers of `primary`; those of `apex` are in m.
+    `difference` is in `unit`, as are the numbers of `primary`; those of `apex` are in m. `crossing` is where more runs
+    find less by shared days, None where nothing that is shown goes that far or they do not.
     """
 
     outcome: Outcome
@@ -87,6 +96,7 @@ class StudyPower:
     n: int
     n_of_plan: int | None
     needed: tuple[Needed, ...]
+    crossing: Crossing | None
 
 
 def study_power(book: Book, request: PowerRequest) -> StudyPower:
@@ -118,13 +128,21 @@ def study_power(book: Book, request: PowerRequest) -> StudyPower:
     design = _design(configuration, planned)
     draw = functools.cache(lambda n: _drawn(configuration, request, n))
     tests = [test for make in tests_of(settings) for test in [make(design, difference, primary, apex)] if test]
-    if settings.unit_of_analysis is UnitOfAnalysis.SHARED_DAYS:
-        tests = [*tests_by_layout(design, difference, primary, draw), *tests]
     ns = sorted({request.n, *([] if n_of_plan is None else [n_of_plan])})
+    unit, layouts = settings.unit_of_analysis, drawn_layouts(design.swept, settings.family, draw)
+    if unit is UnitOfAnalysis.SHARED_DAYS:
+        equal = equivalence_by_layout(design, apex, layouts)
+        tests = [*tests_by_layout(design, difference, primary, layouts), *tests, *([equal] if equal else [])]
+    within = last_within(layouts) if unit is UnitOfAnalysis.SHARED_DAYS else 1
+    needed = tuple(_needed(test, ns, request.target, draw, unit, within) for test in tests)
+    crossing = None
+    if unit is UnitOfAnalysis.SHARED_DAYS:
+        largest = max(*ns, needed[0].n if isinstance(needed[0].n, int) else 2)
+        crossing = crossing_of(lambda n: tests[0].plan(primary.sd, n), layouts, largest)
     return StudyPower(
         outcome=quantity,
         unit=quantity.unit,
-        unit_of_analysis=settings.unit_of_analysis,
+        unit_of_analysis=unit,
         target=request.target,
         difference=difference,
         saving_percent=request.saving_percent,
@@ -134,7 +152,8 @@ def study_power(book: Book, request: PowerRequest) -> StudyPower:
         design=design,
         n=request.n,
         n_of_plan=n_of_plan,
-        needed=tuple(_needed(test, ns, request.target, draw, settings.unit_of_analysis) for test in tests),
+        needed=needed,
+        crossing=crossing,
     )
 
 
@@ -220,7 +239,9 @@ def _n_of_plan(connection: sa.Connection, unit: UnitOfAnalysis) -> int | None:
     return min(counts.values(), default=None)
 
 
-def _needed(test: PlannedTest, ns: list[int], target: float, draw: DrawPlan, unit: UnitOfAnalysis) -> Needed:
+def _needed(
+    test: PlannedTest, ns: list[int], target: float, draw: DrawPlan, unit: UnitOfAnalysis, within: int
+) -> Needed:
     if isinstance(test.assumed, Undefined):
         none = test.assumed
         return Needed(
@@ -235,10 +256,10 @@ def _needed(test: PlannedTest, ns: list[int], target: float, draw: DrawPlan, uni
             none,
         )
     sd, spread = test.assumed.sd, test.assumed.spread
-    found = _smallest(test, sd, target)
+    found = _smallest(test, sd, target, within)
     over = None
     if spread is not None:
-        low, high = (_smallest(test, end, target).n for end in (spread.sd_low, spread.sd_high))
+        low, high = (_smallest(test, end, target, within).n for end in (spread.sd_low, spread.sd_high))
         over = low, high
     runs, days = _size(draw, found.n) if unit is not UnitOfAnalysis.DAY else (_IN_DAYS, _IN_DAYS)
     powers = {n: test.plan(sd, n).power for n in ns}
@@ -248,8 +269,12 @@ def _needed(test: PlannedTest, ns: list[int], target: float, draw: DrawPlan, uni
 _IN_DAYS = Undefined(Reason.DAYS_COUNT)
 
 
-def _smallest(test: PlannedTest, sd: float, target: float) -> SampleSize:
-    """Return the smallest plan that reaches the target."""
+def _smallest(test: PlannedTest, sd: float, target: float, within: int) -> SampleSize:
+    """Return the smallest plan that reaches the target: up to `within` first, beyond which the power may fall once."""
+    if within >= 2:
+        found = sample_size(lambda n: test.plan(sd, n), target, within)
+        if not isinstance(found.plan, Undefined):
+            return found
     return sample_size(lambda n: test.plan(sd, n), target)
 
 

@@ -69,6 +69,7 @@ def power_foot(found: StudyPower) -> list[str]:
         f"n counts {found.unit_of_analysis.noun}s of each condition{treated}.{of_plan}",
         *unknown,
         *notes,
+        *([] if found.crossing is None else [found.crossing.sentence]),
         *(item.sentence for item in found.needed if not isinstance(item.n, Undefined)),
         _NOT_KNOWN.format(days=_OF_DAYS if by_days else _IN_SCATTER),
     ]

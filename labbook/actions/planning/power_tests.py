@@ -122,10 +122,10 @@ def _equivalence(
         return PlannedTest(
             name, alpha, apex, lambda sd, n: power_equivalence(0.0, sd, low, high, *design.sizes(n), alpha), note
         )
+    apex = percent_of_mean(apex)
     mean = apex if isinstance(apex, Undefined) else apex.mean
     if isinstance(mean, Undefined):
-        unknown = apex if isinstance(apex, Undefined) else Undefined(Reason.BOUNDS_IN_PERCENT, reason=mean.reason)
-        return PlannedTest(name, alpha, unknown, lambda sd, n: power_equivalence(0.0, sd, low, high, n, n), note)
+        return PlannedTest(name, alpha, apex, lambda sd, n: power_equivalence(0.0, sd, low, high, n, n), note)
 
     def plan(sd: float, n: int) -> Power:
         control, treated = design.sizes(n)
@@ -137,8 +137,15 @@ def _equivalence(
     )
 
 
+def percent_of_mean(apex: Assumed | Undefined) -> Assumed | Undefined:
+    """Return what is assumed of apex heights where bounds are in percent; undefined without a control's mean."""
+    if isinstance(apex, Undefined) or not isinstance(apex.mean, Undefined):
+        return apex
+    return Undefined(Reason.BOUNDS_IN_PERCENT, reason=apex.mean.reason)
+
+
 def tests_of(settings: AnalysisSettings) -> tuple[MakeTest, ...]:
     """Return the tests on all runs or day means, in the order in which they are shown; shared days have their own."""
     if settings.unit_of_analysis is UnitOfAnalysis.SHARED_DAYS:
-        return _anova, _equivalence
+        return (_anova,)
     return _student, _welch, _welch_of_family, _anova, _equivalence

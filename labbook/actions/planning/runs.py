@@ -13,8 +13,16 @@ from zoneinfo import ZoneInfo
 from data_schema.errors import UsageError, unknown_name
 from data_schema.queries.plans import OpenPlan, open_plans, planned_runs, withdrawn_names
 from data_schema.queries.runs import run_names
-from data_schema.vocabulary import Action, PlanMethod, RunKind
-from labbook.actions.planning.power_by_layout import layouts_of
+from data_schema.vocabulary import Action, PlanMethod, RunKind, Undefined
+from labbook.actions.planning.power_by_layout import (
+    Crossing,
+    DrawPlan,
+    crossing_of,
+    drawn_layouts,
+    layouts_of,
+    least_of,
+    shared_days,
+)
 from labbook.actions.runs.runs_importing import plan_factors
 from labbook.analysis.preregistration.planned import planned_analysis
 from labbook.book.naming import condition_key, ensure_condition, refuse_empty, study_of
@@ -26,6 +34,8 @@ from labbook.plan.drawing import Plan, PlannedRun, draw_plan
 from labbook.plan.sheet import run_names as names_of
 from labbook.plan.sheet import write_run_sheet
 from labbook.plan.sheet_print import format_run_sheet_for_print
+from stats.planning.power import Power
+from stats.planning.power_by_day import power_by_day
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +56,9 @@ class PlanRequest:
 class PlanMade:
     """What was drawn and written.
 
-    `shared_days` is the least number of days that hold both sides of a comparison, None where they decide no test.
+    `shared_days` is the least number of days that hold both sides of a comparison, None where they decide no test;
+    `power` is the least with which a comparison then finds a difference of one standard deviation of runs, and
+    `crossing` where fewer runs would find more of it.
     """
 
     runs: int
@@ -54,6 +66,8 @@ class PlanMade:
     controls: int
     idle: int
     shared_days: int | None
+    power: float | Undefined | None
+    crossing: Crossing | None
     sheet: str
     printed: str
     remarks: tuple[str, ...]
@@ -69,20 +83,25 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
     factors = plan_factors(configuration)
     if not factors:
         raise UsageError("the study has no factors: declare them under [factors] in labbook.toml.")
-    drawn = draw_plan(
-        factors,
-        request.runs_per_condition,
-        request.runs_per_day,
-        PlanMethod(request.method),
-        request.seed,
-        idle_minutes=configuration.protocol.idle_minutes if request.idle else (),
-        run_duration_s=configuration.protocol.run_duration_s,
-    )
+
+    def draw(n: int) -> Plan:
+        return draw_plan(
+            factors,
+            n,
+            request.runs_per_day,
+            PlanMethod(request.method),
+            request.seed,
+            idle_minutes=configuration.protocol.idle_minutes if request.idle else (),
+            run_duration_s=configuration.protocol.run_duration_s,
+        )
+
+    drawn = draw(request.runs_per_condition)
     with book.reading() as connection:
         _refuse_seed_in_use(open_plans(connection), request.seed)
         planned = {row.name for row in planned_runs(connection)}
         taken = {*run_names(connection), *planned, *withdrawn_names(connection)}
-        shared_days = _shared_days(drawn, planned_analysis(connection, configuration).settings)
+        settings = planned_analysis(connection, configuration).settings
+    days, power, crossing = _tested(drawn, draw, request.runs_per_condition, settings)
     names = names_of(drawn, first=_first_free(taken))
     first_day = _start(request.start, configuration.study.time_zone)
     dates = [first_day + datetime.timedelta(days=day) for day in range(len(drawn.days))]
@@ -105,20 +124,36 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
         days=len(drawn.days),
         controls=sum(_is_control(drawn, run) for run in drawn.runs),
         idle=sum(run.kind is RunKind.IDLE for run in drawn.runs),
-        shared_days=shared_days,
+        shared_days=days,
+        power=power,
+        crossing=crossing,
         sheet=str(request.out),
         printed=str(page),
         remarks=tuple(_remarks(configuration, sum(run.kind is RunKind.IDLE for run in drawn.runs))),
     )
 
 
-def _shared_days(drawn: Plan, settings: AnalysisSettings) -> int | None:
-    """Return the fewest days that hold both sides of a comparison; None where they do not decide how it is tested."""
+def _tested(
+    drawn: Plan, draw: DrawPlan, n: int, settings: AnalysisSettings
+) -> tuple[int | None, float | Undefined | None, Crossing | None]:
+    """Return the fewest days that comparisons share, and what they find; None where they do not decide the test."""
     swept = next((factor.name for factor in drawn.factors if factor.control is not None), None)
     if swept is None or settings.unit_of_analysis is not UnitOfAnalysis.SHARED_DAYS:
-        return None
-    layouts = layouts_of(drawn, swept, settings.family)
-    return min((sum(1 for of_day in layout if all(of_day)) for layout in layouts), default=None)
+        return None, None, None
+    found = layouts_of(drawn, swept, settings.family)
+    if not found:
+        return None, None, None
+    layouts = drawn_layouts(swept, settings.family, draw)
+
+    def plan(n: int) -> Power:
+        of_n = layouts(n)
+        assert not isinstance(of_n, Undefined)  # noqa: S101 - a plan with fewer runs is drawn as well
+        return least_of([power_by_day(1.0, 1.0, layout, settings.alpha) for layout in of_n])
+
+    power = least_of([power_by_day(1.0, 1.0, layout, settings.alpha) for layout in found]).power
+    crossing = crossing_of(plan, layouts, n) if n > 1 and isinstance(power, float) else None
+    still = crossing is not None and isinstance(power, float) and power < crossing.power_within
+    return shared_days(found), power, crossing if still else None
 
 
 def _refuse_seed_in_use(plans: Sequence[OpenPlan], seed: int) -> None:

@@ -21,6 +21,7 @@ from labbook.actions.planning.runs import PlanRequest, make_plan
 from labbook.demo.truth import Condition
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
 from stats.planning.power import power_equivalence
+from stats.planning.power_by_day import power_equivalence_by_day
 from tests.helpers.books import ADA, TRUTH, SmallBook, small_book, small_runs
 from tests.helpers.statements import said_alike
 
@@ -124,6 +125,18 @@ def test_equal_apexes_are_planned_for_the_test_that_the_report_makes(fresh: Smal
     assert equal.powers[3] == power_equivalence(0.0, 0.004, -0.01, 0.01, 3, 3, route="welch").power
     assert equal.powers[3] == pytest.approx(0.5465, abs=0.001)
     assert "Welch's equivalence test (TOST)" in equal.sentence
+
+
+def test_equal_apexes_are_planned_by_the_shared_days_where_these_decide(fresh: SmallBook) -> None:
+    """Four days hold 12 controls and 12 treated runs a group: paired on day means, by what each day holds."""
+    bounds = '\n[analysis]\nunit_of_analysis = "shared_days"\napex_bounds_percent = [-3, 3]\n'
+    found = power_of(fresh, bounds, n=12, difference=1.0, sd=1.0, apex_sd_m=0.008, apex_mean_m=0.3)
+    equal = row(found, "no loss")
+    layouts = [(4, 4), (3, 3), (4, 4), (1, 1)], [(4, 4), (2, 2), (4, 4), (2, 2)]
+    powers = [power_equivalence_by_day(0.008, -3.0, 3.0, layout, control_mean=0.3).power for layout in layouts]
+    assert equal.powers[12] == min(powers)
+    assert "the equivalence test (TOST) by " in equal.sentence
+    assert "shared days between -3 and 3 % of the control's mean, itself estimated" in equal.sentence
 
 
 def test_anova_over_the_treated_levels_needs_what_r_says(fresh: SmallBook) -> None:
