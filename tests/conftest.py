@@ -16,6 +16,7 @@ import sqlalchemy as sa
 
 from data_schema.engine import postgres_engine, sqlite_engine
 from labbook.book.making import make_tables
+from tests.helpers import wording
 from tests.helpers.books import SmallBook, small_book
 from tests.helpers.commands import Commands, running_commands
 from tests.helpers.databases import ENGINES, make_empty_sqlite, migrate
@@ -50,6 +51,22 @@ def pytest_configure(config: pytest.Config) -> None:
         shared = tempfile.TemporaryDirectory(prefix="labbook-tests-")
         config.add_cleanup(shared.cleanup)
         os.environ[SHARED] = shared.name
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Find sentences on record that no test says any more, where whole files are run."""
+    if not any("::" in name for name in config.args):
+        wording.forget(item.nodeid for item in items)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Iterator[None]:
+    """Compare what a test says with the record."""
+    wording.begin(pyfuncitem.nodeid)
+    result = yield
+    wording.finish(pyfuncitem.nodeid)
+    return result
 
 
 @pytest.fixture(scope="session")

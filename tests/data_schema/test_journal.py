@@ -25,6 +25,7 @@ from data_schema.tables.people import journal as table
 from data_schema.vocabulary import Action
 from tests.helpers.journals import chain, entry, renumbered, write_all
 from tests.helpers.old_book import unpack
+from tests.helpers.wording import refuses
 
 TEXT = st.text(st.characters(exclude_categories=["Cs"]))
 PLAIN = st.recursive(
@@ -174,7 +175,10 @@ def test_a_row_changed_in_the_database_is_seen_though_it_is_the_last(engine: sa.
     with writing(engine) as connection:
         # what a foreign program would leave: other words under the hash of the first
         connection.execute(table.insert().values({**row, "id": 3, "seq": 3, "hash": entries[1].hash}))
-    with reading(engine) as connection, pytest.raises(BookDamaged, match=r"entry 3 of the database was changed"):
+    with (
+        reading(engine) as connection,
+        refuses(BookDamaged, "3", "database was changed"),
+    ):
         list(journal.stored(connection))
 
 
@@ -308,7 +312,7 @@ def test_a_long_command_that_was_cut_off_is_found_from_the_end(mirror: JournalFi
 def test_a_command_that_lost_an_entry_in_the_middle_of_the_journal_is_seen() -> None:
     """Numbers and hashes can be forged to fit; how many follow tells it still."""
     first, second = in_commands([[{}, {}, {}, {}], [{}]])
-    with pytest.raises(BookDamaged, match="entry 3 does not follow entry 2"):
+    with refuses(BookDamaged, "3 does", "2"):
         list(chained(renumbered([*first[:2], *second])))
 
 
@@ -356,7 +360,7 @@ def test_a_missing_file_is_damage_with_the_way_out(tmp_path: Path) -> None:
 def test_bytes_that_are_no_text_are_damage(mirror: JournalFile) -> None:
     content = written(mirror, chain([{}, {}]))
     mirror.path.write_bytes(content.replace(b"remark", b"re\xffark", 1))
-    with pytest.raises(BookDamaged, match="is not the text that was written"):
+    with refuses(BookDamaged, "not the text"):
         list(mirror.entries())
 
 

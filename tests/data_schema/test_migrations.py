@@ -129,4 +129,4 @@ ON_RECORD = {"m0001_first_tables.py": "287dd20a6cd5cba2a0bdc48169c610a2266fff366
 @pytest.mark.parametrize("name", sorted(ON_RECORD))
 def test_migrations_are_only_added_to(name: str) -> None:
     content = (migrations.VERSIONS / name).read_bytes()
-    assert hashlib.sha256(content).hexdigest() == ON_RECORD[name], "migrations are only added to: write another one"
+    assert hashlib.sha256(content).hexdigest() == ON_RECORD[name]  # migrations are only added to: write another one

@@ -119,7 +119,7 @@ def test_what_is_no_number_is_never_stored_as_one(engine: sa.Engine) -> None:
             connection.execute(battery.insert().values(uid="b", name="A", cells=4, capacity_mah=value))
 
     for value in (math.nan, math.inf, -math.inf):
-        with pytest.raises(StatementError, match="store NULL and a reason instead"):
+        with pytest.raises(StatementError, match="store NULL and"):
             insert(value)
 
 
@@ -236,7 +236,7 @@ def test_nothing_changes_a_journal_entry(engine: sa.Engine) -> None:
             connection.exec_driver_sql(CHANGES[change](engine.dialect.name))
 
     for change in CHANGES:
-        with pytest.raises(DBAPIError, match="only ever added to"):
+        with pytest.raises(DBAPIError, match="only ever added"):
             try_it(change)
         with reading(engine) as connection:
             assert list(journal.stored(connection)) == entries, change
@@ -253,6 +253,9 @@ def test_a_writer_without_our_settings_gets_past_the_triggers_but_not_past_the_h
         write_all(connection, chain([{}, {}, {}]))
     with closing(sqlite3.connect(path)) as foreign, foreign:
         foreign.execute(replace_on("sqlite"))
-    with reading(engine) as connection, pytest.raises(BookDamaged, match=r"was changed|does not follow"):
+    with (
+        reading(engine) as connection,
+        pytest.raises(BookDamaged, match=r"was changed|not follow"),
+    ):
         list(journal.chained(journal.stored(connection)))
     engine.dispose()

@@ -7,6 +7,7 @@ import pytest
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.groups.variances import f_test
+from tests.helpers.wording import refuses
 
 
 def test_what_is_undefined_is_neither_true_nor_false() -> None:
@@ -15,5 +16,5 @@ def test_what_is_undefined_is_neither_true_nor_false() -> None:
 
 
 def test_a_test_that_could_not_be_made_shows_nothing() -> None:
-    with pytest.raises(TypeError, match="neither true nor false"):
+    with refuses(TypeError, "neither true nor"):
         bool(f_test([1.0], [2.0, 3.0]).p)

@@ -72,7 +72,7 @@ def test_a_shared_book(tmp_path: Path, book: SmallBook, postgres_url: str) -> No
     assert other.code != 0
     assert "[store] path" in other.err
     answer = labbook(copy[0], copy[1], str(book.folder), postgres_url, at=tmp_path)
-    assert answer.code != 0, "it is not empty"
+    assert answer.code != 0  # it is not empty
     assert "empty" in answer.err
 
 

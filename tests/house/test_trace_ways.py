@@ -23,7 +23,7 @@ def test_listing_runs_enters_what_it_needs_and_calls_nothing_upward() -> None:
     calls = ways.calls_of(ways.WAYS["runs"])
     files = {entered for _origin, entered in calls}
     assert {"labbook/cli/runs.py", "data_schema/queries/runs.py"} <= files
-    assert "labbook/cli/statements.py" not in files, "it is only put into the list of commands"
+    assert "labbook/cli/statements.py" not in files  # it is only put into the list of commands
     assert ways.upward(calls) == []
 
 

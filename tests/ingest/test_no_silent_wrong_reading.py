@@ -10,6 +10,7 @@ import pytest
 from data_schema.errors import UsageError
 from ingest.model import ChannelData, ColumnDeclaration, Declarations, Finding, Profile, ReadFile, RobotFacts
 from ingest.read import read_file
+from tests.helpers.wording import says
 from tests.ingest import synthetic_plates as plates
 from tests.ingest.synthetic import LOG_HEADER, robot_rows, text
 
@@ -491,7 +492,7 @@ def test_kilonewtons_labelled_newtons_were_stored() -> None:
 def test_forward_and_vertical_force_exchanged_were_stored() -> None:
     """The forward force of a hop was the vertical one, a tenth of the weight."""
     message = finding(with_robot(hopping_plate(order="zyx")), "force_axes_swapped").message
-    assert '--column "Fx [N]=force_z:N" --column "Fz [N]=force_x:N"' in message
+    says(message, "--column", "force_z", "force_x")
     said = {"Fx [N]": ColumnDeclaration("force_z", "N"), "Fz [N]": ColumnDeclaration("force_x", "N")}
     moments = {"Mx": ColumnDeclaration("m1", "N*m"), "My": ColumnDeclaration("m2", "N*m")}
     assert not with_robot(hopping_plate(order="zyx"), columns={**said, **moments}).refused
@@ -534,7 +535,7 @@ def test_heights_of_another_unit_name_the_one_that_fits(unit: str, scale: float,
 
 def test_heights_that_cannot_be_of_the_robot_say_what_was_read() -> None:
     turned = finding(with_robot(height_log("m", -1.0)), "height_doubtful").message
-    assert "-0.501 to -0.304 m" in turned
+    says(turned, "-0.501", "-0.304 m")
     assert "sign = -1" in turned
     volts = [f"{3 * k},{15.5 + 0.01 * np.sin(k / 40):.4f}" for k in range(1200)]
     message = finding(with_robot(text("time [ms],height [m]", volts)), "height_doubtful").message

@@ -98,5 +98,5 @@ def test_samples_that_are_not_those_that_were_kept_are_told(tmp_path: Path, dama
         pq.write_table(table.rename_columns(["times [s]", "c0 [m]"]), file)
     elif damage == "another name":
         pq.write_table(table.rename_columns(["time [s]", "c1 [m]"]), file)
-    with pytest.raises(BookDamaged, match=r"of r001\.csv (cannot be read|are not those that were kept).*rebuild"):
+    with pytest.raises(BookDamaged, match=r"r001\.csv.*rebuild"):
         store.check_samples(path, sha256, "r001.csv")

@@ -8,6 +8,7 @@ from reports import printing
 from reports.page import write_report
 from reports.printing import NO_BROWSER, browser, print_pdf
 from tests.helpers.pages import quick_page
+from tests.helpers.wording import says
 
 needs_browser = pytest.mark.skipif(browser() is None, reason="Chromium is not installed: nothing is printed")
 
@@ -53,4 +54,4 @@ def test_a_browser_that_prints_nothing_is_told_of(content, tmp_path, monkeypatch
     monkeypatch.setattr(printing, "browser", lambda: "/bin/false")
     page = tmp_path / "page.html"
     page.write_text(quick_page(content), encoding="utf-8")
-    assert "/bin/false did not print the page (it ended with 1)" in print_pdf(page, tmp_path / "page.pdf")
+    says(print_pdf(page, tmp_path / "page.pdf"), "did not print", "1")

@@ -9,6 +9,7 @@ from simulator.changes import WORDS, changed_by_words, without_auto
 from simulator.declared import all_parameters, parameters_read
 from simulator.scene_file import load_scene, shipped_scenes
 from tests.helpers.scenes import is_sentence, scene_or_sentence
+from tests.helpers.wording import says
 
 SIM2, EMULATOR, BED, PLATE = (load_scene(name) for name in ("sim2", "emulator", "bed", "force_plate"))
 
@@ -54,9 +55,9 @@ def test_drop_height_is_the_body_s_with_the_leg_at_its_rest_length() -> None:
 
 def test_the_title_tells_what_was_changed() -> None:
     changed = changed_by_words(BED, ["gain=300", " b_ad=517.67"], "+drag, -added_mass")
-    assert changed.title == f"{BED.title}, but with gain=300, b_ad=517.67, +drag, -added_mass"
+    says(changed.title, BED.title, "gain=300", "b_ad=517.67", "added_mass")
     assert changed_by_words(changed, ["mu=1"]).title == f"{changed.title}, mu=1"
-    assert changed_by_words(EMULATOR, ["jumps=3"]).title == f"{EMULATOR.title}, but with jumps=3"
+    says(changed_by_words(EMULATOR, ["jumps=3"]).title, EMULATOR.title, "jumps=3")
     assert changed_by_words(SIM2, [], "+motor_heat").title == SIM2.title
 
 

@@ -21,5 +21,5 @@ def test_strong_sampled_damping_lets_errors_grow_and_hangs_on_no_decision() -> N
     jump = simulate(load_scene("sim1"), 1e-6).jump
     assert not close_decision(jump)
     assert 1e-5 < grown_rounding(jump, 1e-6) < 1e-3
-    assert grown_rounding(jump, 1e-2) == 0.0, "there is room for it"
+    assert grown_rounding(jump, 1e-2) == 0.0  # there is room for it
     assert grown_rounding(replace(jump, error_growth=1e300), 1e-6) == 1.0

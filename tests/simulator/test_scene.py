@@ -13,6 +13,7 @@ from simulator.effects.registry import EFFECTS
 from simulator.scene import Scene, Value
 from simulator.scene_file import load_scene, parse_scene, shipped_scenes, write_scene
 from tests.helpers.scenes import is_sentence, scene_or_sentence
+from tests.helpers.wording import refuses
 
 SHIPPED = {name: load_scene(name) for name in shipped_scenes()}
 SIM2 = SHIPPED["sim2"]
@@ -47,11 +48,11 @@ def test_every_legal_end_of_a_box_is_in_it_and_what_lies_beyond_is_not(name: str
     for parameter in parameters_read(scene.effects).values():
         for end, beyond in ((parameter.low, -math.inf), (parameter.high, math.inf)):
             outside = math.nextafter(end, beyond)
-            with pytest.raises(UsageError, match=f"^{parameter.name} = .* outside what can be simulated: give "):
+            with refuses(UsageError, parameter.name, "outside what can"):
                 scene.changed({parameter.name: outside})
             at_the_end = scene_or_sentence(scene.changed, {parameter.name: end})
             if isinstance(at_the_end, str):  # a rule between parameters, never the box
-                assert "outside what can be simulated" not in at_the_end
+                assert "outside what can" not in at_the_end
             else:
                 assert at_the_end[parameter.name] == end
 
@@ -119,16 +120,16 @@ def test_an_effect_that_is_on_already_may_be_switched_on_again_and_off_twice() -
 def test_a_parameter_that_an_effect_reads_has_to_have_a_value() -> None:
     values = {name: value for name, value in SIM2.values.items() if name != "velocity_constant"}
     bare = replace(SIM2, values=values)
-    with pytest.raises(UsageError, match=r"^velocity_constant has no value, and drag reads it: give velocity_constant"):
+    with refuses(UsageError, "velocity_constant"):
         bare.changed(effects_on=("drag",))
-    with pytest.raises(UsageError, match=r"^body_mass has no value, and every scene reads it"):
+    with refuses(UsageError, "body_mass"):
         replace(SIM2, values={name: value for name, value in SIM2.values.items() if name != "body_mass"})
-    with pytest.raises(UnknownName, match="parameter of this scene"):
+    with refuses(UnknownName, "parameter of this"):
         bare["velocity_constant"]
 
 
 def test_values_of_effects_that_are_off_are_checked_too() -> None:
-    with pytest.raises(UsageError, match=r"^platform_travel = -1 m is outside"):
+    with refuses(UsageError, "-1 m", "is outside"):
         replace(SIM2, values={**SIM2.values, "platform_travel": Value(-1.0, "x")})
 
 
@@ -150,12 +151,12 @@ def test_assumed_are_the_parameters_without_source_that_are_read(name: str) -> N
 
 @pytest.mark.parametrize("jumps", [0, -1, 2_000_000])
 def test_refused_numbers_of_jumps(jumps: int) -> None:
-    with pytest.raises(UsageError, match=r"is not a number of jumps: give a whole number from 1 to"):
+    with refuses(UsageError, "not a number", "1"):
         SHIPPED["force_plate"].changed(jumps=jumps)
 
 
 def test_a_granular_bed_is_levelled_between_jumps() -> None:
-    with pytest.raises(UsageError, match=r"levelled after every jump: give jumps = 1, or another ground"):
+    with refuses(UsageError, "levelled after every", "1"):
         SIM2.changed(jumps=2)
     assert SHIPPED["emulator"].changed(jumps=4).jumps == 4
 

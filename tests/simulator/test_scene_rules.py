@@ -11,6 +11,7 @@ from data_schema.errors import UsageError
 from simulator.basics import GRAVITY_M_S2
 from simulator.scene_file import load_scene
 from simulator.scene_rules import DEEPEST_M, least_bearing_ratio
+from tests.helpers.wording import refuses
 
 SIM2 = load_scene("sim2")
 EMULATOR = load_scene("emulator")
@@ -54,7 +55,7 @@ def test_a_ground_that_cannot_carry_its_grains_is_refused_and_the_sentence_gives
     limit = 1.0 / least_bearing_ratio(NOMINAL)
     assert limit == pytest.approx(0.0182, abs=1e-4)  # "below about 0.018"
     SIM2.changed({"kg_scale": 1.0001 * limit})
-    with pytest.raises(UsageError, match="K < m_a g") as refusal:
+    with refuses(UsageError, "m_a") as refusal:
         SIM2.changed({"kg_scale": 0.5 * limit})
     scale = float(str(refusal.value).split("kg_scale = ")[2].split(",")[0])
     SIM2.changed({"kg_scale": scale})
@@ -64,17 +65,17 @@ def test_a_ground_that_cannot_carry_its_grains_is_refused_and_the_sentence_gives
 def test_a_soft_surface_over_firm_depth_is_judged_by_its_surface() -> None:
     p = NOMINAL | {"k_sh": 0.0, "kg_scale": 0.05}
     assert least_bearing_ratio(p) == pytest.approx(ratios(p).min(), rel=1e-6)
-    with pytest.raises(UsageError, match="K < m_a g"):
+    with refuses(UsageError, "m_a"):
         SIM2.changed({"k_sh": 0.0, "kg_scale": 0.05})
 
 
 def test_the_platform_is_released_before_the_leg_turns_soft() -> None:
-    with pytest.raises(UsageError, match="never released: give at least rest_tolerance"):
+    with refuses(UsageError, "rest_tolerance"):
         EMULATOR.changed({"release_tolerance": 0.004})
     equal = EMULATOR.changed({"release_tolerance": EMULATOR["rest_tolerance"]})  # the release goes first
     assert equal["release_tolerance"] == equal["rest_tolerance"]
 
 
 def test_a_latched_leg_does_not_turn_stiff_and_soft_at_once() -> None:
-    with pytest.raises(UsageError, match="stiff and soft without end: give a smaller rest_tolerance"):
+    with refuses(UsageError, "rest_tolerance"):
         EMULATOR.changed({"switch_compression": 0.004})

@@ -18,6 +18,7 @@ from stats.exact.numbers import exact_root, moments
 from stats.exact.tails import t_quantile
 from stats.groups.tukey import range_tail
 from tests.helpers.extremes import LEAST, MOST
+from tests.helpers.wording import says
 
 TINY, LARGE = [1e-310, 2e-310, 4e-310], [1e200, 3e200, 5e200]
 GROUPS = {"tiny": TINY, "small": [3e-200, 5e-200, 9e-200], "large": LARGE, "larger": [1.0e300, 1.1e300, 1.3e300]}
@@ -65,11 +66,11 @@ def test_all_pairs_of_such_groups(variances):
 def test_a_difference_beyond_the_doubles_is_one_field_of_many():
     top, bottom = [MOST, MOST, 1.6e308], [-MOST, -1.7e308, -1.6e308]
     (pair,) = stats.compare_all_pairs({"a": top, "b": bottom}).pairs
-    assert "too large for a double" in pair.difference.reason
+    says(pair.difference.reason, "too large for")
     near = stats.compare_all_pairs({"a": np.ldexp(top, -9), "b": np.ldexp(bottom, -9)}).pairs[0]
     assert (pair.q, pair.p, pair.df) == (near.q, near.p, near.df)
     (against,) = stats.dunnett(bottom, {"a": top}).comparisons
-    assert "too large for a double" in against.difference.reason
+    says(against.difference.reason, "too large for")
     assert against.p == pytest.approx(near.p, rel=1e-12)
     assert "undefined" in stats.dunnett(bottom, {"a": top}).sentence()
     both = stats.equivalence(top, bottom, low=-1.0, high=1.0)
@@ -101,13 +102,13 @@ def test_analysis_of_variance_at_the_top_of_the_range():
     assert found.residual_sd == math.ldexp(near.residual_sd, 900)
     assert isinstance(found.ss_within, Undefined)
     wide = stats.one_way_anova({"a": [MOST, -MOST], "b": [MOST, -MOST]})
-    assert "too large for a double" in wide.residual_sd.reason
+    says(wide.residual_sd.reason, "too large for")
 
 
 def test_savings_beyond_the_doubles_and_just_within():
     control, treated = [1e-310, 2e-310, 2e-310], [1e200, 2e200, 3e200]
     beyond = stats.percent_savings(control, treated)
-    assert "too large for a double" in beyond.percent.reason
+    says(beyond.percent.reason, "too large for")
     assert isinstance(beyond.percent_ci, Undefined)
     of_control = (mean(treated) / mean(control)) ** 2 * error(control)
     df = (of_control + error(treated)) ** 2 / (of_control**2 / 2 + error(treated) ** 2 / 2)

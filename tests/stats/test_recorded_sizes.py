@@ -17,6 +17,7 @@ from benchmarks.stats_evidence.sizes.design import draw
 from benchmarks.stats_evidence.sizes.method import said_of, seed_of, simulated, standard_error, studies
 from benchmarks.stats_evidence.sizes.record import EVERY_RATE, LOOKED_UP, design_of, every_rate, main
 from benchmarks.stats_evidence.sizes.registry import METHODS
+from tests.helpers.wording import refuses
 
 OVER_ARRAYS = [method for method in METHODS if method.many is not None]
 ROWS = [(method, design) for method in METHODS for design in method.designs]
@@ -123,5 +124,5 @@ def test_a_record_with_shares_missing_is_completed_as_it_was(tmp_path):
     main(["fit_linear_ci"], every, short)
     assert every.read_bytes() == whole
     assert short.read_bytes() == LOOKED_UP.read_bytes()
-    with pytest.raises(SystemExit, match="there is no method 'fit'"):
+    with refuses(SystemExit, "is no method", "'fit'"):
         main(["fit"], every, short)

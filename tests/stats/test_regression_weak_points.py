@@ -9,6 +9,7 @@ import pytest
 from data_schema.errors import InputRefused
 from stats.lines.regression import fit_linear
 from tests.helpers.exact_fit import assert_exact, exact_fit, relative_error, root
+from tests.helpers.wording import refuses
 
 
 def drain(n=26):
@@ -62,20 +63,20 @@ def test_w20_an_offset_hides_no_collinearity():
     rng = np.random.default_rng(18)
     x = rng.uniform(-0.02, 0.02, 300)
     force = 20000.0 * x + rng.normal(0.0, 2.0, 300)
-    with pytest.raises(InputRefused, match="the columns 'x' and 'v' are collinear"):
+    with refuses(InputRefused, "'x'", "'v'", "are collinear"):
         fit_linear(force, {"x": x, "v": -5.0 * (x - 1e3) + 0.3})
 
 
 def test_only_the_columns_that_are_collinear_are_named():
     rng = np.random.default_rng(1)
     a, b, c = rng.normal(size=(3, 40)) + 1e4
-    with pytest.raises(InputRefused, match="the columns 'a', 'c' and 'sum' are collinear"):
+    with refuses(InputRefused, "'a'", "'c'", "'sum'", "are collinear"):
         fit_linear(rng.normal(size=40), {"a": a, "b": b, "c": c, "sum": 0.1 * a + 3.0 * c})
-    with pytest.raises(InputRefused, match="the columns 'a' and 'again' are collinear"):
+    with refuses(InputRefused, "'a'", "'again'"):
         fit_linear(rng.normal(size=40), {"a": a, "b": b, "again": a / 3.0}, intercept=False)
     # Without an intercept, a constant column is one.
     assert fit_linear(a, {"one": np.full(40, 2.0)}, intercept=False).coefficients[0] == pytest.approx(a.mean() / 2.0)
-    with pytest.raises(InputRefused, match="the column 'b' holds only zeros"):
+    with refuses(InputRefused, "'b'", "holds only zeros"):
         fit_linear(a, {"b": np.zeros(40)}, intercept=False)
 
 
@@ -90,7 +91,7 @@ def test_a_column_that_varies_by_its_last_digit_is_taken_at_its_word():
 def test_dummies_of_all_levels_are_collinear_with_the_intercept():
     levels = {f"level {k}": np.arange(30) % 3 == k for k in range(3)}
     y = np.random.default_rng(3).normal(size=30)
-    with pytest.raises(InputRefused, match="'level 0', 'level 1' and 'level 2' are collinear"):
+    with refuses(InputRefused, "'level 0'", "'level 1'", "'level 2'"):
         fit_linear(y, levels)
     means = fit_linear(y, levels, intercept=False)
     assert means.coefficients == pytest.approx([y[k::3].mean() for k in range(3)], rel=1e-13)

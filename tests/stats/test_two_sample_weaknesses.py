@@ -22,6 +22,7 @@ from stats.compare.summary import describe
 from stats.compare.two_sample import compare_two
 from stats.groups.variances import bartlett, brown_forsythe, f_test, levene
 from tests.helpers.exact_tests import t_test
+from tests.helpers.wording import refuses, says
 
 A = [42.1, 39.8, 44.0, 41.2, 40.5, 43.3]
 B = [36.9, 38.2, 35.1, 37.7, 36.0]
@@ -69,7 +70,7 @@ def test_constant_groups_have_a_difference_and_no_test(a, b, wrong):
     assert "no test" in found.sentence()
     row = found.to_frame().iloc[0]
     assert math.isnan(row["p"])
-    assert row["p_reason"] == "neither group has any scatter"
+    says(row["p_reason"], "neither group has")
 
 
 @pytest.mark.parametrize("exponent", [-600, -500, -300, 300, 500, 600])
@@ -108,13 +109,13 @@ def test_w8_p_far_below_the_smallest_double():
 
 def test_w10_missing_values_are_refused_or_counted():
     """scipy returns NaN, pingouin drops them without a word, Dunnett's test of scipy returns p = 1."""
-    with pytest.raises(InputRefused, match=r"group a holds 1 of 7 values that are NaN"):
+    with refuses(InputRefused, "1", "7 values"):
         compare_two([*A, math.nan], B)
     found = compare_two([*A, math.nan], [None, *B, math.nan], missing="drop")
     assert (found.missing_a, found.missing_b, found.n_a) == (1, 2, 6)
     assert found.p == compare_two(A, B).p
-    assert "3 missing left out" in found.sentence()
-    with pytest.raises(UnknownName, match="did you mean 'drop'"):
+    says(found.sentence(), "3 missing")
+    with refuses(UnknownName, "'drop'"):
         compare_two(A, B, missing="dropp")
 
 

@@ -9,6 +9,7 @@ from data_schema.vocabulary import CHANNELS
 from ingest.channels.names import channel_kind, channel_of, parse_header
 from ingest.model import ChannelData, ColumnDeclaration, Declarations, Profile, ReadFile
 from ingest.read import read_file
+from tests.helpers.wording import says
 from tests.ingest.synthetic import text
 
 
@@ -99,7 +100,7 @@ def test_a_time_without_unit_names_flag_and_profile() -> None:
     result = read_file(text("time,k_gain", [f"{k},4" for k in range(50)]), Declarations())
     (finding,) = [finding for finding in result.findings if finding.rule == "time_unit_missing"]
     assert "--unit time=ms" in finding.message
-    assert 'time = { column = "time", unit = "ms" }' in finding.message
+    says(finding.message, 'column = "time"')
 
 
 def test_a_missing_rate_names_the_flag() -> None:

@@ -121,4 +121,4 @@ def test_the_version_is_of_all_that_figures_are_drawn_with():
     loaded = subprocess.run([sys.executable, "-c", code], cwd=PROJECT, capture_output=True, text=True, check=True)
     of_labbook = {name for name in loaded.stdout.split() if name.partition(".")[0] in ("stats", "simulator", "labbook")}
     assert of_labbook == set()
-    assert "matplotlib" not in loaded.stdout.split(), "a report whose figures are all kept loads no matplotlib"
+    assert "matplotlib" not in loaded.stdout.split()  # a report whose figures are all kept loads no matplotlib

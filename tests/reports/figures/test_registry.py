@@ -12,6 +12,7 @@ from reports.figures.kind import draw_figure, pdf_bytes, svg_bytes
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from tests.helpers.pages import FIGURE_NAMES, with_summary
+from tests.helpers.wording import says
 
 
 @pytest.mark.parametrize("name", FIGURE_NAMES)
@@ -140,7 +141,7 @@ def test_series_far_apart_get_a_panel_each_at_one_scale(content):
     spans = [high - low for low, high in (panel.get_ylim() for panel in panels)]
     assert len(panels) == 4
     assert spans == pytest.approx([spans[0]] * 4)
-    assert "Each group has its panel" in kind.caption(changed)
+    says(kind.caption(changed), "Each group has")
     assert "one span" in kind.caption(changed)
 
 
@@ -161,7 +162,7 @@ def test_rows_pooled_across_groups_have_their_own_heading(content):
 def test_recomputations_that_change_nothing_are_counted_instead_of_drawn(content):
     kind = FIGURES["sensitivity"]
     first, *others = content.sensitivity
-    assert "without one day (" not in kind.caption(content)
+    assert "without one day" not in kind.caption(content)
     days = [variant for variant in first.variants if variant.label.startswith("without 2")]
     same = tuple(
         dataclasses.replace(variant, number=first.as_reported) if variant in days[:3] else variant
@@ -181,8 +182,8 @@ def test_missing_joules_and_drain_are_not_explained_by_a_guess(content):
     conditions = tuple(with_summary(condition, Outcome.JOULES, None) for condition in content.conditions)
     changed = dataclasses.replace(content, conditions=conditions, drains=())
     reasons = "; the reasons are listed under Limitations."
-    assert FIGURES["joules_by_damping"].absent(changed) == f"There are no joules for this selection{reasons}"
-    assert FIGURES["passive_drain"].absent(changed) == f"There is no passive-drain fit for this selection{reasons}"
+    says(FIGURES["joules_by_damping"].absent(changed), "no joules for", reasons)
+    says(FIGURES["passive_drain"].absent(changed), "no passive-drain fit", reasons)
 
 
 def test_a_recomputation_shows_how_many_runs_it_rests_on(content):
@@ -207,7 +208,7 @@ def test_recomputations_fit_on_a_page_however_many_days_there_are(content, width
     figure = draw_figure(FIGURES["sensitivity"], dataclasses.replace(content, sensitivity=sets), width_in)
     assert figure.get_figheight() <= 9.0
     panel = figure.axes[0]
-    assert [label.get_text() for label in panel.get_yticklabels()][-1] == "without one day, each"
+    says([label.get_text() for label in panel.get_yticklabels()][-1], "without one day")
     assert panel.texts[-1].get_text().replace("\u00a0", " ") == "n = 41–68"
 
 
@@ -245,4 +246,4 @@ def test_a_control_that_is_a_plain_number_stands_at_its_value(content):
     axes = draw_figure(FIGURES["joules_by_damping"], changed, TWO_COLUMNS_IN).axes[0]
     assert axes.get_xticks().tolist() == [1.0, 2.0, 3.0]
     assert [label.get_text().replace("\u00a0", " ") for label in axes.get_xticklabels()] == ["1", "control (2 kg)", "3"]
-    assert "The control (2 kg) stands at 2." in FIGURES["joules_by_damping"].caption(changed).replace("\u00a0", " ")
+    says(FIGURES["joules_by_damping"].caption(changed).replace("\u00a0", " "), "The control", "2 kg")

@@ -26,6 +26,7 @@ from simulator.steady.tables import (
     yielding_of,
 )
 from tests.helpers.steady import steady_tables as tables
+from tests.helpers.wording import refuses
 
 EMULATOR_COLUMNS: tuple[Callable[[EmulatorRow], float], ...] = (
     lambda row: row.ce.apex_height_m,
@@ -155,5 +156,5 @@ def test_other_numbers_at_another_accuracy_and_each_gain_is_said() -> None:
 
 def test_a_robot_that_stops_has_no_steady_jump() -> None:
     stuck = tables().emulator.scene.changed({"k_extension": stiffness_n_m(100), "k_compression": 180.0})
-    with pytest.raises(RuntimeError, match=r"emulator does not go on jumping \(no_liftoff\)"):
+    with refuses(RuntimeError, "no_liftoff"):
         steady_jump(stuck, 1e-6)

@@ -13,6 +13,7 @@ from data_schema.errors import UsageError
 from simulator.scene_file import load_scene
 from simulator.sweep.axes import axes_of, ranges_of
 from simulator.sweep.design import Design, grid, sobol
+from tests.helpers.wording import refuses
 
 SIM2 = load_scene("sim2").effects
 
@@ -72,14 +73,14 @@ def test_a_part_has_each_combination_of_the_rows_once(design: Design) -> None:
 
 def test_refused() -> None:
     axes = axes_of(["gain=100,200", "k_extension=300,400"], SIM2)
-    with pytest.raises(UsageError, match="gain and k_extension both sweep k_extension: sweep it by one --over"):
+    with refuses(UsageError, "k_extension", "--over"):
         grid(axes)
-    with pytest.raises(UsageError, match="needs something to sweep"):
+    with refuses(UsageError, "something to sweep"):
         grid([])
-    with pytest.raises(UsageError, match="b_ad is swept twice: sweep it by one --over"):
+    with refuses(UsageError, "b_ad", "--over"):
         sobol(ranges_of(["b_ad=0:1", "b_ad=2:3"], SIM2), 8, 0)
     for rows in (0, -1, 10**12):
-        with pytest.raises(UsageError, match="sweep 1 to 100000000"):
+        with refuses(UsageError, "sweep", "100000000"):
             sobol(ranges_of(["b_ad=0:1"], SIM2), rows, 0)
     with pytest.raises(UsageError, match="negative"):
         sample(seed=-1)

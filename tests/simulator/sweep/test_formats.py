@@ -13,6 +13,7 @@ from simulator.sweep.result_file import BLOCK, FORMATS, block_shape, format_of
 from simulator.sweep.run import run_sweep
 from tests.helpers.scenes import is_sentence
 from tests.helpers.sweeps import grid_sweep
+from tests.helpers.wording import refuses, says
 
 
 @pytest.mark.parametrize("kind", FORMATS)
@@ -23,7 +24,7 @@ def test_an_absent_library_is_named_before_anything_runs(
     monkeypatch.setitem(sys.modules, library, None)
     with pytest.raises(UsageError) as refused:
         run_sweep(grid_sweep("b_ad=0,100"), tmp_path / f"out{kind}", Threads())
-    assert f"needs {library}, which is not installed: run `pip install 'robot-labbook[sweeps]'`" in str(refused.value)
+    says(str(refused.value), "needs", library, "pip install 'robot-labbook[sweeps]'")
     assert is_sentence(str(refused.value))
     assert list(tmp_path.iterdir()) == []
 
@@ -31,7 +32,7 @@ def test_an_absent_library_is_named_before_anything_runs(
 def test_without_dask(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     with (
-        pytest.raises(UsageError, match="--scheduler needs distributed, which is not installed"),
+        refuses(UsageError, "--scheduler"),
         connected("tcp://a:1"),
     ):
         pass
@@ -42,7 +43,7 @@ def test_a_scheduler_that_does_not_answer(address: str, monkeypatch: pytest.Monk
     monkeypatch.setattr("simulator.sweep.compute.CONNECT_WITHIN_S", 0.5)
     with pytest.raises(UsageError) as refused, connected(address):
         pass
-    assert f"no Dask scheduler answers at {address}: start one" in str(refused.value)
+    says(str(refused.value), "no Dask scheduler", address, "start one")
     assert is_sentence(str(refused.value))
 
 

@@ -12,6 +12,7 @@ from data_schema.errors import InputRefused, UnknownName
 from data_schema.vocabulary import Undefined
 from stats.apexes.detectors import DETECTORS, PublishedParameters, RobustParameters, find_jumps, smoothing_bias_m
 from stats.apexes.jumps import FLAGS
+from tests.helpers.wording import refuses, says
 
 REST_LENGTH_M = 0.27
 
@@ -183,7 +184,7 @@ def test_an_apex_inside_a_gap_is_undefined_and_says_why(bed_log):
     found = find_jumps(log.time_s[kept], measured(log)[kept], rest_length_m=REST_LENGTH_M, leg_length_m=log.leg_m[kept])
     assert [jump.undefined_reason is None for jump in found.jumps] == [True, False, True]
     assert found.jumps[1].gap_touched
-    assert "samples are missing here" in found.jumps[1].undefined_reason
+    says(found.jumps[1].undefined_reason, "samples are missing")
 
 
 def test_a_dropout_over_the_apex_does_not_make_peaks(bed_log):
@@ -218,7 +219,7 @@ def test_a_hand_that_lifts_high_and_lets_go_is_no_flight(bed_log, lift_s):
     noisy = lifted + np.random.default_rng(0).normal(0.0, 0.001, lifted.size)
     for detector in ("published", "robust"):
         reason = jumps_of(log, noisy, leg=False, detector=detector).jumps[1].undefined_reason
-        assert reason == "after this stance the body rose and did not fall again: no flight"
+        says(reason, "not fall again")
 
 
 def test_a_hand_that_throws_is_not_gravity(bed_log):
@@ -228,7 +229,7 @@ def test_a_hand_that_throws_is_not_gravity(bed_log):
     tossed = np.where((since > 0.0) & (since < 0.5), 0.2 + 0.11 * np.sin(np.pi * since / 0.5), log.height_m)
     noisy = tossed + np.random.default_rng(0).normal(0.0, 0.001, tossed.size)
     robust, published = (jumps_of(log, noisy, leg=False, detector=name) for name in ("robust", "published"))
-    assert "which is not gravity" in robust.jumps[1].undefined_reason
+    says(robust.jumps[1].undefined_reason, "is not gravity")
     assert published.jumps[1].undefined_reason is None
 
 
@@ -250,7 +251,7 @@ def test_parameters_are_plain_numbers_and_belong_to_their_detector(bed_log):
         jumps_of(log, detector="published", parameters=RobustParameters())
     with pytest.raises(InputRefused, match="1 or more"):
         PublishedParameters(window_samples=0)
-    with pytest.raises(UnknownName, match="did you mean 'robust'"):
+    with refuses(UnknownName, "'robust'"):
         jumps_of(log, detector="robost")
 
 

@@ -12,6 +12,7 @@ from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.compare.effect_size import bayes_factor
 from tests.helpers.exact_tests import log10_bayes_factor
+from tests.helpers.wording import refuses, says
 
 CASES = [
     (0.0, 20, 20, 0.5**0.5),
@@ -46,7 +47,7 @@ def test_agrees_with_the_r_package():
 def test_w8_it_never_overflows():
     """W8: pingouin's bayesfactor_ttest(1464, 400, 400) raises ZeroDivisionError, or returns 'inf'; true 3.6e1364."""
     found = bayes_factor(1464.0, 400, 400)
-    assert "3.6e1364 times as likely under an effect" in found.sentence()
+    says(found.sentence(), "3.6e1364", "times as likely")
     assert bayes_factor(1e300, 20, 20).log10_bf > 11_000.0
 
 
@@ -59,7 +60,7 @@ def test_sign_and_words():
 def test_a_mantissa_that_rounds_to_ten_becomes_the_next_power_of_ten():
     found = bayes_factor(8.16, 20, 20)
     assert 6.995 < found.log10_bf < 7.0
-    assert "are 1e7 times as likely" in found.sentence()
+    says(found.sentence(), "1e7 times")
 
 
 def test_too_few_values_and_refusals():
@@ -76,5 +77,5 @@ def test_too_few_values_and_refusals():
 
 
 def test_samples_in_place_of_t_are_refused_without_their_values():
-    with pytest.raises(InputRefused, match="t holds 3 values: give Student"):
+    with refuses(InputRefused, "3 values"):
         bayes_factor([1.0, 2.0, 3.0], [2.0, 3.0, 4.0])

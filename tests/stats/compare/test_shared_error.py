@@ -22,6 +22,7 @@ from stats.compare.shared_error import SharedError, describe_shared, difference_
 from stats.compare.summary import describe
 from stats.compare.two_sample import compare_two
 from stats.exact.tails import t_quantile
+from tests.helpers.wording import refuses
 
 ERRORS = st.builds(
     lambda level, slope: SharedError({("drain", "level"): level, ("drain", "slope"): slope}, {"drain": 4.0}),
@@ -173,9 +174,9 @@ def test_what_is_alike_cancels_exactly_and_other_fits_do_not() -> None:
 
 
 def test_what_is_no_error_is_refused() -> None:
-    with pytest.raises(InputRefused, match="shared error drain level"):
+    with refuses(InputRefused, "shared error drain"):
         level_error(math.nan)
-    with pytest.raises(InputRefused, match="degrees of freedom of drain"):
+    with refuses(InputRefused, "degrees of freedom"):
         level_error(0.5, 0.0)
 
 

@@ -8,6 +8,7 @@ from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.compare.summary import describe
+from tests.helpers.wording import says
 
 
 def test_small_sample_by_hand():
@@ -16,7 +17,7 @@ def test_small_sample_by_hand():
     assert found.se == pytest.approx(2.0 / 3.0**0.5, rel=1e-15)
     low, high = scipy.stats.t.interval(0.95, 2, loc=4.0, scale=found.se)
     assert (found.ci_low, found.ci_high) == pytest.approx((low, high), rel=1e-12)
-    assert found.sentence("joules", "J").startswith("joules 4.0 J (SD 2, 95 % CI ")
+    says(found.sentence("joules", "J"), "joules", "4.0 J", "2", "95 %")
 
 
 def test_what_does_not_exist_is_undefined_field_by_field():
@@ -35,7 +36,7 @@ def test_a_constant_sample_has_no_scatter_and_no_interval():
     found = describe([0.1] * 7)
     assert (found.mean, found.sd, found.se) == (0.1, 0.0, 0.0)
     assert found.ci_low == found.ci_high == Undefined(Reason.NO_SCATTER)
-    assert "95 % CI undefined" in found.sentence()
+    says(found.sentence(), "95 %", "CI undefined")
 
 
 def test_nan_is_refused():

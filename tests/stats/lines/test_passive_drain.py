@@ -10,6 +10,7 @@ from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.lines.passive_drain import fit_passive_drain
+from tests.helpers.wording import refuses, says
 
 MINUTES = np.array([20.0, 24.0, 30.0, 40.0, 50.0, 60.0])
 CHARGE_MAH = np.array([143.0, 171.0, 213.0, 284.0, 355.0, 425.0])
@@ -50,7 +51,7 @@ def test_twelve_minutes_lie_outside_what_was_measured():
     drain = fit_passive_drain(60.0 * MINUTES, CHARGE_MAH)
     assert drain.at(720.0).extrapolated
     assert not drain.at(1200.0).extrapolated
-    assert "12 min lies outside the 20 to 60 min that were measured" in drain.sentence(720.0)
+    says(drain.sentence(720.0), "12 min", "lies outside the", "20", "60 min")
     assert "outside" not in drain.sentence(1800.0)
     estimate = drain.at(720.0)
     assert 0.1 < estimate.se < 1.0
@@ -65,15 +66,15 @@ def test_a_line_that_is_exact_has_no_interval():
     exact = fit_passive_drain([60.0, 120.0, 180.0], [1.0, 2.0, 3.0])
     none = Undefined(Reason.FIT_EXACT)
     assert exact.slope_ci_mah_s() == exact.intercept_ci_mah() == exact.at(90.0).ci_low == exact.at(90.0).ci_high == none
-    assert "1.5 mAh in 1.5 min (95 % CI undefined, df = 1)" in exact.at(90.0).sentence()
-    assert "2 mAh in 2 min (95 % CI undefined; n = 3" in exact.sentence()
+    says(exact.at(90.0).sentence(), "1.5 mAh", "1.5 min", "95 %", "CI undefined", "df = 1")
+    says(exact.sentence(), "2 mAh", "2 min", "95 %", "CI undefined", "n = 3")
     stepped = fit_passive_drain([60.0, 120.0, 180.0], [1.0, 2.0, 3.0], resolution_mah=1.0)
     assert stepped.at(90.0).ci_low < 0.0 < stepped.at(90.0).ci_high
 
 
 def test_a_line_that_falls_with_time_is_told():
     falling = fit_passive_drain(60.0 * MINUTES, CHARGE_MAH[::-1]).sentence()
-    assert falling.endswith("; the line falls with time, which no drain does: check durations and charges.")
+    says(falling, "no drain does")
     assert "falls" not in fit_passive_drain(60.0 * MINUTES, CHARGE_MAH).sentence()
     of_noise = fit_passive_drain([600.0, 1200.0, 1800.0, 2400.0], [70.0, 71.0, 70.0, 70.0], 1.0)
     assert of_noise.slope_mah_s < 0.0
@@ -111,7 +112,7 @@ def test_too_little_for_a_line_is_refused(durations, charges, reason):
 
 
 def test_a_line_whose_uncertainty_no_double_holds_is_refused():
-    with pytest.raises(InputRefused, match=r"the drain line has no uncertainty, because .* too large .*: change units"):
+    with refuses(InputRefused, "has no uncertainty", "too large", "change units"):
         fit_passive_drain([0.0, 0.0, 0.0, 0.0, 1e3], [1.79e308, -1.79e308, 1.79e308, -1.79e308, 0.0])
 
 
@@ -122,11 +123,11 @@ def test_equal_charges_have_no_r_squared():
 
 
 def test_wrong_input_is_refused():
-    with pytest.raises(InputRefused, match="3 durations and 2 charges"):
+    with refuses(InputRefused, "3 durations", "2 charges"):
         fit_passive_drain([1.0, 2.0, 3.0], [1.0, 2.0])
     with pytest.raises(InputRefused, match="the charges"):
         fit_passive_drain([1.0, 2.0, 3.0], [1.0, 2.0, float("nan")])
-    with pytest.raises(InputRefused, match="durations are 0 or more"):
+    with refuses(InputRefused, "durations are", "0"):
         fit_passive_drain([-1.0, 2.0, 3.0], [1.0, 2.0, 3.0])
     with pytest.raises(InputRefused, match="the duration"):
         fit_passive_drain([1.0, 2.0, 3.0], [1.0, 2.0, 4.0]).at(float("nan"))
