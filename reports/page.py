@@ -26,6 +26,7 @@ from reports.sections import Bullets, FigureHere, FiguresBeside, Paragraph, Part
 from reports.tables.as_csv import csv_bytes
 from reports.tables.as_latex import latex_bytes
 from reports.tables.as_macros import macros_bytes
+from reports.tables.each_run import EACH_RUN
 from reports.tables.registry import TABLES, tables_of
 from reports.tables.table import Table
 from reports.wording import count_text, list_text
@@ -100,6 +101,8 @@ def write_report(
     if summary:
         pages = {"summary.html": render_page(content, drawings, tables, first_only=True), **pages}
     table_files = {f"{name}.csv": csv_bytes(table) for name, table in tables.items()}
+    if not run_anchors(content):  # so many runs are for programs, and no paper prints them
+        tables[EACH_RUN.name] = replace(tables[EACH_RUN.name], rows=())
     table_files |= {f"{name}.tex": latex_bytes(table) for name, table in tables.items()}
     beside = {"numbers.tex": macros_bytes(content), "references.bib": references_bib(content)}
     with _writing_to(out_dir):

@@ -15,7 +15,7 @@ from labbook.cli.common import AsOption, BookOption, JsonOption, WhereOption, em
 def report(
     context: typer.Context,
     where: WhereOption = None,
-    out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Where to write it.")] = None,
+    out: Annotated[str | None, typer.Option("--out", metavar="DIR", help="Where to write it.")] = None,
     figures: Annotated[
         bool,
         typer.Option("--figures", help="Also write each figure as PDF, and for both widths of a paper."),
@@ -43,10 +43,11 @@ def report(
     from labbook.book.opening import opened
 
     with opened(book) as opened_book:
+        folder = _folder(out)
         text = selection(opened_book.configuration, where, context.args, options_given(context))
         with progress("report", None, shown=not as_json) as step:
             written = write(
-                opened_book, text, out, person, step, unsaved=unsaved, summary=summary, pdf=pdf, every_figure=figures
+                opened_book, text, folder, person, step, unsaved=unsaved, summary=summary, pdf=pdf, every_figure=figures
             )
         with opened_book.reading() as connection:
             waiting = inbox(connection)
@@ -75,3 +76,12 @@ def _waiting(items: "Sequence[InboxItem]") -> str:
         f"{first}{more} to no run, so that no number rests on what waits: state the runs with `labbook runs import`, "
         "and see `labbook runs inbox`."
     )
+
+
+def _folder(out: str | None) -> Path | None:
+    """Return the folder that is named; raises `UsageError` for an empty name, which would be where one stands."""
+    from data_schema.errors import UsageError
+
+    if out is not None and not out.strip():
+        raise UsageError("--out names no folder: give one, such as --out paper, or . for the folder where you are.")
+    return None if out is None else Path(out)

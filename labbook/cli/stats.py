@@ -132,9 +132,11 @@ def command(own: Callable[..., "CommandOutput"]) -> None:
 
 def _print(told: "CommandOutput", full: bool, as_json: bool) -> None:
     """Print the sentences and notes, with `full` the fields behind them, and the files written."""
-    lines = list(told.lines)
+    from labbook.presenting.terminal import within_width
+
+    lines = within_width(told.lines)
     for item in told.fields if full else ():
-        lines += [item] if isinstance(item, str) else [f"  {line}" for line in columns(item[0], item[1:])]
+        lines += within_width([item]) if isinstance(item, str) else [f"  {line}" for line in columns(item[0], item[1:])]
     emit(told.data, [*lines, *told.files], as_json)
 
 

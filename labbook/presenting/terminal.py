@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import re
+import shutil
+import sys
+import textwrap
 from collections.abc import Sequence
 
 import typer
@@ -27,6 +30,24 @@ def printable_items(lines: Sequence[str]) -> list[str]:
     if text.count("\n") == len(lines) - 1 and not _OBEYED.search(text):
         return [text]
     return [printable_item(line) for line in lines]
+
+
+def within_width(lines: Sequence[str]) -> list[str]:
+    """Break sentences between words where a terminal is narrower; a file or a pipe gets them whole.
+
+    What goes on below a line that is set in is set in further.
+    """
+    if not sys.stdout.isatty():
+        return list(lines)
+    width = shutil.get_terminal_size().columns
+    return [
+        part
+        for line in lines
+        for part in textwrap.wrap(
+            line, width, break_long_words=False, subsequent_indent="      " if line.startswith("  ") else ""
+        )
+        or [""]
+    ]
 
 
 def printable_json(text: str) -> str:

@@ -9,16 +9,29 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from data_schema.errors import UsageError
 from reports.content import EMPTY, Condition, Outcome, ReportContent
 from reports.figures.style import BLACK, GREY, new_figure, publication_style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+FORMS = (".png", ".svg", ".pdf")
+"""Endings of files that a figure is written to, in either case."""
 _PNG_DOTS_PER_IN = 300
 _HEIGHT_IN = 0.9
 _SIZE_PT, _LETTER_PT = 8.0, 4.8
 """Size of the words, and the width of a letter."""
+
+
+def check_form(option: str, path: Path | None, forms: tuple[str, ...] = FORMS) -> None:
+    """Raise `UsageError` where the file that an option names does not end in one of these, or is a folder."""
+    if path is None:
+        return
+    if path.is_dir():
+        raise UsageError(f"{option} {path} is a folder: name a file in it, such as {path / f'figure{forms[0]}'}.")
+    if path.suffix.lower() not in forms:
+        raise UsageError(f"{option} {path} does not say which form: end it in {', '.join(forms)}.")
 
 
 def draw_words(words: str, width_in: float) -> Figure:
@@ -113,7 +126,7 @@ def pdf_bytes(figure: Figure) -> bytes:
 
 def write_figure(figure: Figure, path: Path) -> None:
     """Write a figure as SVG, PDF or PNG, as the end of the file's name says."""
-    match path.suffix:
+    match path.suffix.lower():
         case ".svg":
             path.write_bytes(svg_bytes(figure))
         case ".pdf":

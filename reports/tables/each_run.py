@@ -11,7 +11,7 @@ from reports.tables.table import Cell, Column, Row, Table, TableKind, words
 
 
 def each_run(content: ReportContent) -> Table:
-    """Make the table of each run, in the order of conditions; without rows where there are too many for the page."""
+    """Make the table of each run, in the order of conditions."""
     outcomes = content.outcomes
     columns = (
         Column("run", ("run",), numeric=False),
@@ -24,7 +24,8 @@ def each_run(content: ReportContent) -> Table:
     span = (min(heights), max(heights)) if heights else (0.0, 0.0)
     days, anchors = run_days(content), run_anchors(content)
     rows = []
-    for block, condition in by_group(content) if anchors else ():
+    for block, condition in by_group(content):
+        levels = factor_cells(content, condition)
         found: dict[str, dict[Outcome, RunValue]] = {}
         for outcome, run in _runs(condition):
             found.setdefault(run.run, {})[outcome] = run
@@ -33,7 +34,7 @@ def each_run(content: ReportContent) -> Table:
                 (
                     words(name),
                     words(days.get(name, DASH)),
-                    *factor_cells(content, condition),
+                    *levels,
                     *(_value(values.get(outcome), outcome) for outcome in outcomes),
                     _jumps(next((run.jumps_m for run in values.values() if run.jumps_m), ()), span),
                 ),

@@ -6,6 +6,7 @@ import json
 
 import pytest
 
+from labbook.presenting.terminal import within_width
 from tests.cli.shell import good, labbook
 from tests.helpers.books import SmallBook
 
@@ -48,3 +49,13 @@ def test_further_lines_of_a_note_stay_and_cannot_pass_for_statements(whole: Smal
     good(labbook("note", "r001", "one\n\ttwo\n  2026-11-24T11:52:37.043Z Ada Nwosu corrected", at=whole.folder))
     shown = good(labbook("show", "r001", at=whole.folder)).out
     assert "one\n    | \ttwo\n    |   2026-11-24T11:52:37.043Z" in shown
+
+
+def test_sentences_break_between_words_on_a_narrow_terminal_and_nowhere_else(monkeypatch: pytest.MonkeyPatch) -> None:
+    lines = ["Energy was 3.93 J lower under AD than under CE.", "", f"  {'word ' * 8}"]
+    assert within_width(lines) == lines
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    monkeypatch.setenv("COLUMNS", "30")
+    broken = within_width(lines)
+    assert broken[:3] == ["Energy was 3.93 J lower under", "AD than under CE.", ""]
+    assert broken[3:] == ["  word word word word word", "      word word word"]

@@ -13,7 +13,7 @@ from data_schema.queries.detections import DecisionRow, DetectionRow, WaitingVer
 from data_schema.queries.readings import waiting_files
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import SignalRow, signals_of_runs
-from data_schema.vocabulary import Action, FileRole, ReasonCode, TargetKind, Undefined, Verdict
+from data_schema.vocabulary import Action, FileRole, ReasonCode, RunKind, TargetKind, Undefined, Verdict
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, rest_length_m
 from labbook.analysis.outcomes.run_apexes import JudgedJump, Rules, anchor_of, judge, usable_logs
 from labbook.analysis.preregistration.planned import AS_A_WHOLE, is_allowed, planned_analysis
@@ -49,6 +49,16 @@ def review(book: Book, connection: sa.Connection, name: str) -> RunReview:
         for signal in signals_of_runs(connection, FileRole.LOG, run_uid=run.uid)
         if BODY_HEIGHT in signal.channels
     ]
+    if run.kind != RunKind.JUMPS and not logs:
+        raise UsageError(
+            f"run {name} has no log with a body height, and as one of kind {run.kind} no jumps: `labbook show {name}` "
+            "lists what it has."
+        )
+    if not logs and (others := {str(signal.role) for signal in signals_of_runs(connection, run_uid=run.uid)}):
+        raise UsageError(
+            f"run {name} has no log with a body height, only {' and '.join(sorted(others))}: add its log with "
+            f"`labbook ingest FILE --run {name}`, or declare the column of the height with --column."
+        )
     signals = usable_logs(run, logs)
     if isinstance(signals, Undefined):
         raise UsageError(

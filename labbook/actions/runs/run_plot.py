@@ -19,15 +19,13 @@ from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_apexes import JudgedJump, anchor_of
 from labbook.book.opening import Book
 from reports.drawn import LogGap, LogJump, RunLog
-from reports.figures.kind import svg_bytes
+from reports.figures.kind import FORMS, check_form, svg_bytes
 from reports.figures.log import draw_log
 from reports.page import figure_page
 from reports.wording import count_text
 
 _NO_FLIGHT = tuple(reason.value.partition("{")[0] for reason in (Reason.NO_FALL, Reason.NO_FREE_FLIGHT))
 """How the reasons begin for which a stance without an apex is a misfire."""
-
-KINDS = (".png", ".svg", ".pdf", ".html")
 
 _UNKNOWN_PAUSE_S = 5.0
 """Drawn between two logs of which a clock does not say how long the pause was."""
@@ -43,8 +41,7 @@ class PlottedRun:
 
 def plot_run(book: Book, connection: sa.Connection, name: str, jump: int | None, out: Path) -> PlottedRun:
     """Draw a run's logs to a file, whose ending says in which form; `jump` is the one that is shown enlarged."""
-    if out.suffix not in KINDS:
-        raise UsageError(f"--out {out} does not say which form: end it in {', '.join(KINDS)}.")
+    check_form("--out", out, (*FORMS, ".html"))
     found = review(book, connection, name)
     numbers = {item.jump.number for item in found.jumps}
     if jump is not None and jump not in numbers:
@@ -69,7 +66,7 @@ def plot_run(book: Book, connection: sa.Connection, name: str, jump: int | None,
         leg_length_m=_leg_length(pieces),
     )
     figure = draw_log(picture)
-    if out.suffix == ".html":
+    if out.suffix.lower() == ".html":
         title = f"Run {name}: {picture.title}"
         page = figure_page(svg_bytes(figure), title, f"{title}. Body height over time, with {_found(picture)}.")
         out.write_text(page, encoding="utf-8")

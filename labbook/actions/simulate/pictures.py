@@ -7,17 +7,9 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from data_schema.errors import UsageError
 from simulator.result import SceneResult
 
-PLOT_KINDS = (".png", ".svg", ".pdf")
 ANIMATION_KINDS = (".gif",)
-
-
-def check_form(option: str, path: Path | None, kinds: tuple[str, ...] = PLOT_KINDS) -> None:
-    """Raise `UsageError` where the name of a picture does not end in one of these."""
-    if path is not None and path.suffix not in kinds:
-        raise UsageError(f"{option} {path} does not say which form: end it in {', '.join(kinds)}.")
 
 
 def save_plot(draw: Callable[[], Figure], path: Path) -> None:

@@ -18,10 +18,10 @@ from labbook.presenting.stats.fields import field_lines, field_lines_of_each, re
 from labbook.presenting.stats.figures import as_drawn, quantiles_of, residual_plot_of, residuals_of
 from labbook.presenting.stats.names import as_shown_to_people
 from reports.figures.estimation import Estimation
+from reports.figures.kind import check_form
 from stats.checks import as_level
 
 ALPHA = 0.05
-KINDS = (".png", ".svg", ".pdf")
 SHARED_NOTE = "The error of the passive drain, which groups share in part, is left out of this."
 
 Rows = list[list[str]]
@@ -45,8 +45,7 @@ class Pictures:
     def check(self) -> None:
         """Raise `UsageError` for a file whose name does not say which form it has."""
         for name, path in self.files.items():
-            if path.suffix not in KINDS:
-                raise UsageError(f"--{name} {path} does not say which form: end it in {', '.join(KINDS)}.")
+            check_form(f"--{name}", path)
 
 
 @dataclass(frozen=True, slots=True)
