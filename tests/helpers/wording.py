@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[2]
 RECORD = ROOT / "tests" / "wording.json"
 WRITE = os.environ.get("LABBOOK_WORDING") == "write"  # the record is made anew, by one process
 MASKS = (
-    (re.compile(r"postgresql[+\w]*://[^\s:]+"), "URL"),
+    (re.compile(r"(?<=database )(labbook\.db|postgresql[+\w]*://[^\s:]+)"), "URL"),
     (re.compile(r"(/[\w.-]+)*/(pytest-of-\w+/pytest-\d+(/popen-gw\d+)?/[\w.-]+|labbook-[a-z]+-\w{8}\b)"), "TMP"),
     (re.compile(r"20(2[6-9]|[3-9]\d)-\d\d-\d\d([T ]\d\d:\d\d(:\d\d(\.\d+)?)?Z?)?|20\d{6}[Tt]\d{6,12}[Zz]"), "DATE"),
     (re.compile(r"(?<![.\w])([0-9a-f]{7}(?! %)|[0-9a-f]{12}|[0-9a-f]{16,64})(?![\w+]|\.\d)"), "HEX"),

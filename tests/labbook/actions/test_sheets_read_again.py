@@ -21,6 +21,7 @@ from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database
 from tests.helpers.books import ADA, SmallBook, import_sheet, small_book
 from tests.helpers.databases import all_rows_by_name
+from tests.helpers.wording import refuses, says
 
 SHEET = "run,charge,minutes\nr001,0.15,12\nr002,0.16,12\nr003,0.17,12\n,0.18,12\n"
 
@@ -94,7 +95,7 @@ def test_rows_of_other_sheets_step_in_when_a_sheet_is_withdrawn_and_back(small: 
         both = charges(book)
         with book.session(ADA) as session:
             said = withdraw(session, "s.csv", "was a draft")
-        assert "3 rows of other sheets" in said
+        says(said, "3 rows")
         assert charges(book) == both
         with book.session(ADA) as session:
             withdraw(session, "grown.csv", "so was this")
@@ -168,7 +169,7 @@ def test_the_second_charge_of_a_run_is_refused_by_every_door(small: SmallBook, t
             lambda session: state_charge(session, book.configuration, "r001", 99.0, None, None),
         ):
             with (
-                pytest.raises(UsageError, match="run r001 has a charge already, 150 mAh"),
+                refuses(UsageError, "r001", "a charge already", "150 mAh"),
                 book.session(ADA) as session,
             ):
                 say(session)
@@ -223,7 +224,7 @@ def test_a_row_that_goes_and_comes_back_is_where_a_person_put_it(small: SmallBoo
         with book.session(ADA) as session:
             state_charge(session, book.configuration, "r004", 99.0, None, None)
         read_again(book, "s.csv", columns())
-        assert charges(book)["r004"] == [99.0], "the second charge of a run waits"
+        assert charges(book)["r004"] == [99.0]  # the second charge of a run waits
         with book.reading() as connection:
             assert [item.name for item in inbox(connection)] == ["s.csv#2"]
     rebuilt_alike(small)
@@ -247,11 +248,14 @@ def test_a_dismissed_row_that_is_gone_is_not_restored(small: SmallBook, tmp_path
         with book.session(ADA) as session:
             dismiss(session, "s.csv#2", "of another robot")
         read_again(book, "s.csv", columns(amount="second"))
-        with pytest.raises(UsageError, match="has no charge 2"), book.session(ADA) as session:
+        with (
+            refuses(UsageError, "has no charge", "2"),
+            book.session(ADA) as session,
+        ):
             restore_item(session, "s.csv#2", None)
         read_again(book, "s.csv", columns())
         with book.reading() as connection:
-            assert inbox(connection) == [], "it is dismissed still"
+            assert inbox(connection) == []  # it is dismissed still
         with book.session(ADA) as session:
             restore_item(session, "s.csv#2", None)
         with book.reading() as connection:
@@ -278,7 +282,7 @@ def test_a_file_withdrawn_meanwhile_is_not_read_again(small: SmallBook, tmp_path
             row = last_reading(connection, taken.sha256)
         assert row is not None
         use(book, "-s.csv")
-        with pytest.raises(UsageError, match=r"s\.csv was withdrawn meanwhile"):
+        with refuses(UsageError, "s.csv"):
             reread(book, row, RereadRequest(columns("run_b"), ADA, "otherwise"))
         assert not any(charges(book).values())
 
@@ -296,7 +300,7 @@ def test_the_second_charge_of_a_run_waits_whatever_file_it_came_in(small: SmallB
         assert charges(book)["r001"] == [150.0]
         path.write_text(f"{one}# again\n")
         ingest_file(book, path, IngestRequest(person=ADA))
-        with pytest.raises(UsageError, match="run r001 has a charge already"):
+        with refuses(UsageError, "r001", "a charge already"):
             ingest_file(book, path, IngestRequest(run="r001", person=ADA))
     rebuilt_alike(small)
 
@@ -306,7 +310,7 @@ def test_a_dry_run_refuses_the_second_charge_of_a_run_too(small: SmallBook, tmp_
     with small.open() as book:
         take(book, tmp_path, "s.csv", TWICE, columns())
         take(book, tmp_path, "one.csv", "pack,mAh,minutes\nA,99,12\n")
-        with pytest.raises(UsageError, match="run r001 has a charge already"):
+        with refuses(UsageError, "r001", "a charge already"):
             ingest_file(book, tmp_path / "one.csv", IngestRequest(run="r001", person=ADA, dry_run=dry_run))
         said = ingest_file(book, tmp_path / "one.csv", IngestRequest(run="r004", person=ADA, dry_run=dry_run)).said
-        assert ("would belong to run r004" in said[0]) == dry_run
+        assert ("belong to run" in said[0]) == dry_run

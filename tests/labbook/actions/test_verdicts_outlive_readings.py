@@ -21,6 +21,7 @@ from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.databases import all_rows_by_name
 from tests.helpers.journals import renumbered
 from tests.helpers.statements import in_file
+from tests.helpers.wording import says
 
 OTHER_VALUES = {"columns": {"k_gain": {"channel": "own_gain", "unit": "1"}}}
 
@@ -65,7 +66,7 @@ def test_a_reading_with_other_times_lets_verdicts_wait_by_name(judged: SmallBook
         with book.session(ADA) as session:
             decide(book, session, "r002", [2], "reject", "touched_by_hand", None)
         said = ingest_file(book, path, IngestRequest(options={**columns, "rate_hz": 280.0}, person=ADA)).said
-    assert any("waiting for review: run r002: reject" in line for line in said), said
+    says(said, "waiting for review", "r002")
     found = check_book(judged.folder, lambda total: progress("checking", total, shown=False))
     assert (found.whole, found.verdicts_waiting) == (True, 1)
     with judged.open() as book:

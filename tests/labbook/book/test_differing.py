@@ -20,6 +20,7 @@ from labbook.book.rebuilding import rebuild_database
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.journals import renumbered
 from tests.helpers.statements import in_file
+from tests.helpers.wording import says
 
 Words = dict[str, Any]
 
@@ -84,10 +85,7 @@ def test_numbers_of_an_earlier_algorithm_are_kept_and_told(reported: SmallBook) 
     found = as_earlier(reported, Action.REPORT, earlier)
     gone = sum(uid in old for shown in before for uid in shown)
     assert found == Differences(numbers_gone=gone, reports_concerned=2, other_versions=True)
-    assert found.sentences == [
-        f"{gone} shown numbers of 2 reports could not be computed again under their ids (an algorithm or a "
-        "reader has another version now); `labbook why` still tells what was printed."
-    ]
+    says(found.sentences, gone, "2 reports", "another version", "labbook why")
     with reported.open() as book, book.reading() as connection:
         for uid, as_printed in old.items():
             told = trace(connection, as_printed)
@@ -119,7 +117,7 @@ def test_a_number_that_came_out_otherwise_is_told_with_both_values(reported: Sma
     found = as_earlier(reported, Action.REPORT, earlier)
     assert found.numbers_changed in (1, 2)  # one in each report that shows it
     assert found == Differences(numbers_changed=found.numbers_changed)
-    assert "another value than was printed" in found.sentences[0]
+    says(found.sentences[0], "another value than")
     with reported.open() as book, book.reading() as connection:
         told = trace(connection, victim)
         assert isinstance(told, NumberTrace)
@@ -138,4 +136,4 @@ def test_files_read_by_an_earlier_reader_are_counted(reported: SmallBook, same: 
     found = as_earlier(reported, Action.INGEST, earlier)
     assert found == Differences(files_read_anew=2, files_changed=0 if same else 2, other_versions=True)
     result = "with the same result" if same else "2 of them with another result"
-    assert found.sentences == [f"2 files went through another version of their reader than at their import, {result}."]
+    says(found.sentences, "2 files", "another version", result)

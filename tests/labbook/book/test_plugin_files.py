@@ -21,6 +21,7 @@ from labbook.book.rebuilding import rebuild_database
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.databases import all_rows_by_name
 from tests.helpers.statements import said_alike
+from tests.helpers.wording import says
 
 READS = """
 import numpy as np
@@ -96,7 +97,7 @@ def test_the_journal_names_the_plugin_of_a_reading(odd: SmallBook) -> None:
     with odd.open() as book:
         (entry,) = [entry for entry in said_alike(book) if entry.action is Action.INGEST]
         assert (entry.new or {})["plugin"] == "labbook-odd 1"
-        assert "odd_meter version 1 of plug-in labbook-odd 1" in shown(book)
+        says(shown(book), "odd_meter", "1")
 
 
 @pytest.mark.parametrize(

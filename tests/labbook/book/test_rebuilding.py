@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import random
-import re
 import shutil
 import sqlite3
 import subprocess
@@ -32,6 +31,7 @@ from tests.helpers.postgres import Cluster
 from tests.helpers.schemas import schema_lines
 from tests.helpers.statements import note, notes, said_alike
 from tests.helpers.whole_book import copy_of_judged_book, copy_of_whole_book, whole_book
+from tests.helpers.wording import refuses, says
 
 
 @pytest.fixture
@@ -64,7 +64,7 @@ def rebuild(book: SmallBook) -> Rebuilt:
 def test_everything_is_there_again_to_the_row_and_its_keys_and_the_book_goes_on(whole: SmallBook) -> None:
     before = rows_of(whole)
     empty = {name for name, rows in before.items() if not rows}
-    assert empty == {"instrument", "calibration", "prediction"}, "a table that nothing is written to proves nothing"
+    assert empty == {"instrument", "calibration", "prediction"}  # a table that nothing is written to proves nothing
     done = rebuild(whole)
     assert (done.entries, done.differences) == (len(before["journal"]), Differences())
     assert rows_of(whole) == before
@@ -150,7 +150,10 @@ def test_what_was_lived_on_postgresql_is_made_again_in_its_own_database(tmp_path
             connection.exec_driver_sql("DROP TABLE theirs")
         assert schema_and_rows(postgres_url) == before
         for schema in ("public", done.old):
-            with pytest.raises(sa.exc.DBAPIError, match="only ever added to"), standing.engine.begin() as connection:
+            with (
+                pytest.raises(sa.exc.DBAPIError, match="only ever added"),
+                standing.engine.begin() as connection,
+            ):
                 connection.exec_driver_sql(f"DELETE FROM {schema}.journal")
         with standing.session(ADA) as session:
             note(session, "afterwards")
@@ -200,7 +203,7 @@ def test_a_labs_own_views_show_the_new_tables_and_keep_what_is_theirs(tmp_path: 
                 assert connection.exec_driver_sql('SELECT count(*) FROM lab."Runs of a day"').scalar_one() == 12
             execute(standing.engine, f"DROP SCHEMA {old} CASCADE")
             with standing.engine.connect() as connection:
-                assert connection.exec_driver_sql(OF_VIEWS).all() == before, "nothing stands on the old tables"
+                assert connection.exec_driver_sql(OF_VIEWS).all() == before  # nothing stands on the old tables
 
 
 @pytest.mark.parametrize(
@@ -228,7 +231,7 @@ def test_what_cannot_follow_to_new_tables_is_named_before_anything_is_done(
     engine = postgres_engine(url)
     execute(engine, made)
     before = schema_and_rows(url)
-    with pytest.raises(UsageError, match=rf"^{re.escape(named)}: made on the book's tables.*Drop it, rebuild"):
+    with refuses(UsageError, named, "the book's tables", "Drop it"):
         replace_postgres(
             engine, url, lambda _engine: pytest.fail("begun"), lambda _engine, _standing: pytest.fail("begun")
         )
@@ -242,7 +245,7 @@ def test_a_database_of_another_program_is_not_rebuilt_into(postgres_url: str, ju
     with engine.begin() as connection:
         connection.exec_driver_sql("CREATE TABLE recipes (x TEXT)")
     moved(judged, "[files]", f'[database]\nurl = "{postgres_url}"\n\n[files]')
-    with pytest.raises(UsageError, match="holds recipes and no book"):
+    with refuses(UsageError, "recipes and no"):
         rebuild(judged)
     assert schemas(engine) == []
     engine.dispose()
@@ -257,7 +260,7 @@ def test_another_program_with_migrations_of_its_own_is_not_taken_for_a_book(
         connection.exec_driver_sql("INSERT INTO alembic_version VALUES ('0001')")
         connection.exec_driver_sql("CREATE TABLE run (theirs TEXT)")
     moved(judged, "[files]", f'[database]\nurl = "{postgres_url}"\n\n[files]')
-    with pytest.raises(UsageError, match="holds alembic_version, run and no book"):
+    with refuses(UsageError, "alembic_version"):
         rebuild(judged)
     engine.dispose()
 
@@ -284,7 +287,7 @@ def test_a_role_without_rights_is_told_what_a_rebuild_needs(postgres_url: str, j
     engine.dispose()
     url = postgres_url.replace("labbook@", "visitor@")
     moved(judged, "[files]", f'[database]\nurl = "{url}"\n\n[files]')
-    with pytest.raises(UsageError, match=r"refused \(permission denied .*GRANT CREATE ON DATABASE"):
+    with pytest.raises(UsageError, match=r"permission denied.*GRANT CREATE"):
         rebuild(judged)
 
 
@@ -319,7 +322,7 @@ def test_a_second_rebuild_is_refused_while_one_runs(book: SmallBook) -> None:
 
     def again(_step: str) -> None:
         if not told:
-            with pytest.raises(BookBusy, match="another program is rebuilding this book") as caught:
+            with refuses(BookBusy, "program is rebuilding") as caught:
                 rebuild(book)
             told.append(caught)
 
@@ -347,7 +350,7 @@ def test_one_who_keeps_writing_stops_it(judged: SmallBook) -> None:
     shutil.copy(judged.database, fresh)
     with closing(sqlite3.connect(judged.database, isolation_level=None)) as other:
         other.execute("BEGIN IMMEDIATE")
-        with pytest.raises(BookBusy, match=r"is writing to .*labbook\.db: close it and run `labbook rebuild` again"):
+        with refuses(BookBusy, "is writing to", "labbook.db", "labbook rebuild"):
             replace_sqlite(judged.folder, fresh, lambda: pytest.fail("not alone"), busy_timeout_s=0.05)
     assert rows_of(judged) == before
 
@@ -431,7 +434,7 @@ def test_a_journal_that_ends_before_the_database_is_not_rebuilt_from(book: Small
             note(session, "said and lost from the file")
         later = all_rows_by_name(standing.engine)
     book.journal.write_bytes(whole)
-    with pytest.raises(BookDamaged, match=r"ends at entry \d+, the database at \d+: .*`labbook rebuild --journal`"):
+    with refuses(BookDamaged, "ends at entry", "the database at", "labbook rebuild --journal"):
         rebuild(book)
     with book.open() as standing:
         assert all_rows_by_name(standing.engine) == later != rows
@@ -450,7 +453,7 @@ def test_the_database_of_another_book_is_not_replaced(book: SmallBook, tmp_path:
     shutil.copy(other.journal, book.journal)
     with book.open() as standing:
         rows = all_rows_by_name(standing.engine)
-    with pytest.raises(BookDamaged, match="the two belong to different books"):
+    with refuses(BookDamaged, "belong to different"):
         rebuild(book)
     with book.open() as standing:
         assert all_rows_by_name(standing.engine) == rows
@@ -539,8 +542,8 @@ def test_a_raw_copy_that_is_not_what_was_kept_stops_it(judged: SmallBook, comman
         raw.write_bytes(content[:-20] if how == "cut" else pa.Codec("zstd").compress(b"other bytes").to_pybytes())
     code, said = commands.run("rebuild", "--book", judged.folder)
     assert code == 3
-    assert said.startswith(f"labbook: the raw copy raw/{raw.parent.name}/{raw.name} ")
-    assert "restore it from a backup" in said
+    says(said, "raw copy raw/", raw.parent.name, raw.name)
+    says(said, "restore it from")
     assert "Traceback" not in said
     raw.unlink(missing_ok=True)
     raw.write_bytes(content)
@@ -556,7 +559,7 @@ def test_a_journal_that_was_changed_stops_it(judged: SmallBook) -> None:
         with pytest.raises(BookDamaged, match="labbook rebuild --journal"):
             rebuild(judged)
     judged.journal.write_bytes(b"")
-    with pytest.raises(UsageError, match="holds no entry: there is nothing to rebuild from"):
+    with refuses(UsageError, "nothing to rebuild"):
         rebuild(judged)
     judged.journal.unlink()
     with pytest.raises(BookDamaged, match="is missing"):

@@ -26,6 +26,7 @@ from labbook.book.upgrading import Upgrade, back_up, count_rows, migrate_checked
 from tests.helpers.books import SmallBook, small_book
 from tests.helpers.databases import Rows, all_rows
 from tests.helpers.schemas import schema_lines
+from tests.helpers.wording import refuses
 
 NEWEST = migrations.newest()
 NEXT = f"{int(NEWEST) + 1:04d}"
@@ -107,9 +108,7 @@ def named_rules(lines: list[str]) -> set[str]:
 def test_a_rebuild_of_parents_keeps_every_row_rule_and_trigger(old: Old) -> None:
     old.write_migration(REBUILDS_PARENTS)
     lines, rows, _revision = old.state()
-    with pytest.raises(
-        BookVersion, match=rf"has revision {NEWEST}, this labbook writes {NEXT}: run `labbook db upgrade`"
-    ):
+    with refuses(BookVersion, "has revision", NEWEST, "this labbook writes", NEXT, "labbook db upgrade"):
         check_revision(old.engine, old.versions)
     done = old.upgrade()
     assert (done.before, done.after) == (NEWEST, NEXT)
@@ -133,7 +132,7 @@ def test_a_rebuild_of_parents_keeps_every_row_rule_and_trigger(old: Old) -> None
             with writing(old.engine) as connection:
                 connection.exec_driver_sql(change)
 
-        with pytest.raises(DBAPIError, match="only ever added to"):
+        with pytest.raises(DBAPIError, match="only ever added"):
             forge()
 
 
@@ -145,7 +144,7 @@ def test_foreign_keys_are_on_again_afterwards(old: Old) -> None:
         with writing(old.engine) as connection:
             connection.exec_driver_sql("DELETE FROM person")
 
-    with pytest.raises(DBAPIError, match=r"FOREIGN KEY|violates foreign key"):
+    with pytest.raises(DBAPIError, match=r"(?i)violates foreign|FOREIGN KEY"):
         orphan()
 
 
@@ -215,17 +214,17 @@ def test_a_revision_that_is_not_known_is_never_upgraded(old: Old) -> None:
     with writing(old.engine) as connection:
         connection.exec_driver_sql("UPDATE alembic_version SET version_num = '4711'")
     before = old.state()
-    with pytest.raises(BookVersion, match=r"revision 4711, which this labbook does not know.*newer labbook"):
+    with refuses(BookVersion, "4711", "labbook does not", "newer labbook"):
         old.upgrade()
     assert old.state() == before
 
 
 def test_a_database_that_is_no_book_is_never_upgraded(tmp_path: Path, empty_engine: sa.Engine) -> None:
-    with pytest.raises(BookVersion, match="is empty: make a book with `labbook init DIR`"):
+    with refuses(BookVersion, "labbook init DIR"):
         upgrade_database(tmp_path, empty_engine)
     with empty_engine.begin() as connection:
         connection.exec_driver_sql("CREATE TABLE recipes (name TEXT)")
-    with pytest.raises(BookVersion, match=r"was not made by labbook \(it holds recipes\)"):
+    with refuses(BookVersion, "recipes"):
         upgrade_database(tmp_path, empty_engine)
     with reading(empty_engine) as connection:
         assert sa.inspect(connection).get_table_names() == ["recipes"]
@@ -236,7 +235,10 @@ def test_an_upgrade_waits_for_nobody_for_ever(tmp_path: Path) -> None:
     book = small_book(tmp_path / "lab", ingested=False)
     engine = sqlite_engine(book.database, busy_timeout_s=0.05)
     other = sqlite_engine(book.database)
-    with writing(other), pytest.raises(BookBusy, match="another program is writing to the book"):
+    with (
+        writing(other),
+        refuses(BookBusy, "program is writing"),
+    ):
         migrate_checked(engine)
     migrate_checked(engine)
     engine.dispose()
@@ -267,7 +269,7 @@ def test_a_full_disk_is_seen_before_anything_is_done(tmp_path: Path) -> None:
         book.database, shutil.disk_usage(book.folder).free
     )  # a file with a hole: large, though it fills nothing
     listed = sorted(book.folder.iterdir())
-    with pytest.raises(UsageError, match=r"an upgrade needs \d+ MB free beside .*make room"):
+    with pytest.raises(UsageError, match=r"\d+ MB.*make room"):
         back_up(book.folder, "0001")
     assert sorted(book.folder.iterdir()) == listed
 

@@ -188,13 +188,15 @@ def test_a_gain_is_converted_and_its_zero_is_nothing() -> None:
 def test_a_misspelt_key_is_refused_with_the_nearest(line: str) -> None:
     key = line.split(" ")[0]
     message = refusal(SAMPLE.replace(f"\n{line}\n", f"\n{line.replace(key, key + 'x', 1)}\n", 1))
-    assert f"{key + 'x'!r} is not a known key: did you mean {key!r}?" in message
+    assert f"{key + 'x'!r} is not" in message
+    assert f"mean {key!r}?" in message
 
 
 @pytest.mark.parametrize("table", re.findall(r"(?m)^\[(\w+)", SAMPLE))
 def test_a_misspelt_table_is_refused_with_the_nearest(table: str) -> None:
     message = refusal(re.sub(rf"(?m)^\[{table}\b", f"[{table}x", SAMPLE))
-    assert f"{table + 'x'!r} is not a known key: did you mean {table!r}?" in message
+    assert f"{table + 'x'!r} is not" in message
+    assert f"mean {table!r}?" in message
 
 
 @pytest.mark.parametrize("line", KEY_LINES)

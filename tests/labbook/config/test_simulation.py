@@ -12,6 +12,7 @@ from labbook.config.parsing import parse_configuration
 from labbook.config.template import template
 from labbook.demo.book_toml import book_toml
 from labbook.demo.truth import CHAPTER_5
+from tests.helpers.wording import refuses
 
 BARE = book_toml(CHAPTER_5, predicted=False, decided=False).decode()
 WHOLE = """
@@ -116,5 +117,5 @@ def test_what_the_book_keeps_of_a_scene_is_not_read_from_labbook_toml(tmp_path: 
     (tmp_path / "scenes").mkdir()
     (tmp_path / "scenes" / "own.toml").write_bytes(SCENE.encode())
     kept = parse_configuration(BARE + OWN, "labbook.toml", tmp_path).text
-    with pytest.raises(InputRefused, match="'scene_files' is not a known key"):
+    with refuses(InputRefused, "'scene_files'"):
         parse_configuration(kept, "labbook.toml", tmp_path)

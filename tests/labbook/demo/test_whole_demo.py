@@ -27,6 +27,7 @@ from labbook.demo.truth import Condition
 from labbook.presenting.report.content import MadeReport, make_report
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
 from tests.helpers.demos import CAMPAIGNS, made_demo
+from tests.helpers.wording import says
 
 SEEDS = (1, 2, 3, 4, 5)
 JUMPS = 4
@@ -122,7 +123,7 @@ def test_the_demonstration_reports_and_remembers_its_correction() -> None:
         planned = planned_analysis(connection, book.configuration)
     assert planned.stated
     (told,) = planned.departures  # the typing error in the run sheet is found after the files came in
-    assert told.startswith(f"corrected after the first measurement: condition of run {correction.run} was ")
+    says(told, "the first measurement", correction.run)
     assert planned.exploratory(Outcome.JOULES, POOLED) is None
     assert planned.exploratory_equivalence(POOLED) is None
     assert planned.settings.apex_bounds == Bounds(-3.0, 3.0, percent=True)

@@ -14,6 +14,7 @@ from data_schema.vocabulary import RunKind
 from labbook.plan.drawing import PlanFactor
 from labbook.plan.sheet_cells import SheetQuestion
 from labbook.plan.sheet_reader import RunSheetRefused, RunSheetRow, read_run_sheet
+from tests.helpers.wording import refuses, says
 
 FACTORS = (PlanFactor("foot", ("small", "large")), PlanFactor("k_gain", ("300", "62.5"), control="300"))
 HEADER = "run,date,position,kind,foot,k_gain,battery,robot,started,duration_s,jumps_made,starts,note"
@@ -159,19 +160,18 @@ def test_all_faults_of_all_rows_are_reported_at_once() -> None:
         (6, None),
     ]
     sentences = [sentence for *_, sentence in found]
-    assert "did you mean 'foot'?" in sentences[0]
+    says(sentences[0], "'foot'")
     assert "there twice" in sentences[2]
-    assert "'r1' is on line 2 too" in sentences[6]
-    assert "position 2 of 2021-06-01 is on line 4 too" in sentences[7]
-    assert "4 cells where the header has 15" in sentences[8]
+    says(sentences[6], "'r1'", "is on line", "2 too")
+    says(sentences[7], "2021-06-01", "on line", "4 too")
+    says(sentences[8], "4 cells", "15")
 
 
 def test_missing_columns_are_named() -> None:
     found = faults("run,date,kind,foot", "r1,2021-06-01,jumps,small")
-    assert [(column, sentence) for _, column, _, sentence in found] == [
-        ("position", "the column 'position' is missing: add it."),
-        ("k_gain", "the column 'k_gain' is missing: add it."),
-    ]
+    assert [column for _, column, _, _ in found] == ["position", "k_gain"]
+    for _, column, _, sentence in found:
+        says(sentence, column, "is missing")
 
 
 def test_a_thousand_faults_are_kept_but_not_all_shown() -> None:
@@ -181,7 +181,7 @@ def test_a_thousand_faults_are_kept_but_not_all_shown() -> None:
             *[IDLE.replace("r2", f"r{n}").replace(",2,", f",{n},").replace("09:30", f"?{n}") for n in range(1, 1001)],
         )
     assert len(caught.value.faults) == 1000
-    assert str(caught.value).startswith("the run sheet has 1000 faults")
+    says(str(caught.value), "1000 faults")
     assert str(caught.value).endswith("\n  and 950 more.")
     assert str(caught.value).count("\n") == 51
 
@@ -194,7 +194,7 @@ def test_what_ails_many_lines_alike_is_told_once_with_their_number() -> None:
         read(HEADER, *blank)
     assert len(caught.value.faults) == 30
     (told,) = str(caught.value).splitlines()[1:]
-    assert "30 lines, 2, 3, " in told
+    says(told, "30 lines", "2")
     assert "jumps_made" in told
     assert "10 more" in told
 
@@ -235,7 +235,7 @@ def test_separator_line_of_a_spreadsheet_is_no_row() -> None:
 def test_many_unknown_columns_are_one_fault() -> None:
     names = [f"extra {number}" for number in range(1000)]
     text = ",".join([HEADER, *names]) + "\n" + JUMPS + "," * 1000 + "\n"
-    with pytest.raises(RunSheetRefused, match="1000 columns are not known, 'extra 0'") as refused:
+    with refuses(RunSheetRefused, "1000 columns", "'extra 0'") as refused:
         read_run_sheet(text, FACTORS)
     (fault,) = refused.value.faults
     assert (fault.line, fault.column) == (1, None)
@@ -269,7 +269,7 @@ def test_the_order_of_a_date_with_slashes_is_asked_for() -> None:
         read(*sheet)
     assert read(*sheet, dates="d/m/y")[0].date == datetime.date(2019, 4, 3)
     assert read(*sheet, dates="m/d/y")[0].date == datetime.date(2019, 3, 4)
-    with pytest.raises(RunSheetRefused, match="'31/12/2019' is not a date"):
+    with refuses(RunSheetRefused, "'31/12/2019'", "not a date"):
         read(HEADER, JUMPS.replace("2021-06-01", "31/12/2019"), dates="m/d/y")
 
 

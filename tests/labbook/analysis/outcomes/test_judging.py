@@ -97,5 +97,5 @@ def test_the_jumps_of_a_run_that_was_started_again_are_numbered_through() -> Non
     found = judge_run([first, second], {"other": [again]}, Rules(exclude_first_jumps=1, exclude_gap_jumps=False))
     assert [item.jump.number for item in found.jumps] == [1, 2, 3, 4]
     assert [item.signal_sha256 for item in found.jumps] == ["hash", "hash", "other", "other"]
-    assert states(found) == [False, True, False, True], "the first of the run, and the first of the second log"
+    assert states(found) == [False, True, False, True]  # the first of the run, and the first of the second log
     assert found.jumps[2].decision == again

@@ -35,6 +35,7 @@ from simulator.scene_file import load_scene, parse_scene, write_scene
 from stats.exact.tails import t_quantile
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.books import ADA, SmallBook, small_book
+from tests.helpers.wording import says
 
 SIMULATION = """
 [simulation]
@@ -225,7 +226,7 @@ def test_the_simulated_scene_is_stored_and_gives_the_number_again(reported: Repo
             assert found.predicted["apex_height"].value == jump.apex_height_m
             assert scene.values["body_mass"].source == "robot hopper"
             assert "foot" in scene.values["foot_radius"].source
-            assert ", but with foot=" in scene.title
+            says(scene.title, "but with foot=")
             assert scene.title.endswith(", robot hopper")
 
 
@@ -260,7 +261,7 @@ def test_compare_prints_the_tables_and_says_whether_all_is_met(reported: Reporte
     assert len(found["predictions"]) == 12
     assert {one["name"] for one in found["assumed"]} == set(VARIED)
     assert found["met"] is all(item["agrees"] is not False for item in found["predictions"])
-    assert not found["met"], "the small book's jumps cost ten times what any jump does"
+    assert not found["met"]  # the small book's jumps cost ten times what any jump does
     for item in found["predictions"]:
         assert item["difference"] == item["predicted"]["value"] - item["measured"]["value"]
     answer = labbook("compare", "--check", at=reported.book.folder)
@@ -273,7 +274,7 @@ def test_a_factor_that_is_not_simulated_is_said_before_any_table(reported: Repor
     told = good(labbook("compare", "--foot", "small", at=book.folder)).out
     sentence, *_tables = told.split("\n\n")
     assert sentence.startswith("Not simulated: ")
-    assert "names no parameter. Conditions that differ in nothing else have the same prediction" in sentence
+    says(sentence, "names no parameter")
     found = good(labbook("compare", "--foot", "small", "--json", at=book.folder)).json
     (factor,) = found["not_in_scene"]
     assert factor in sentence
@@ -323,7 +324,7 @@ def test_a_condition_that_two_robots_ran_is_predicted_as_the_mean_over_its_runs(
     ((joules,), (apex,)) = about.of(PredictedQuantity.JOULES), about.of(PredictedQuantity.APEX)
     light = simulated("small", "0", body_mass=1.6)
     heavy = simulated("small", "0")
-    assert (joules.n, apex.n) == (3, 4), "no idle run says what the cricket draws"
+    assert (joules.n, apex.n) == (3, 4)  # no idle run says what the cricket draws
     assert joules.predicted.value == pytest.approx(heavy[0], rel=1e-12)
     assert apex.predicted.value == pytest.approx((light[1] + 3 * heavy[1]) / 4, rel=1e-12)
 
@@ -382,7 +383,7 @@ def test_a_scene_of_one_s_own_is_traced_to_its_bytes_and_predicted_again_from_th
         with standing.reading() as connection:
             told = "\n".join(trace_lines(trace(connection, joules.predicted.provenance)))
             before = stored(connection)
-    assert f"scene: scene own.toml, sha256 {hashlib.sha256(own.encode()).hexdigest()}" in told
+    says(told, "own.toml", "sha256", hashlib.sha256(own.encode()).hexdigest())
     (book.folder / "own.toml").write_text(
         own.replace("b_compression = { value = 20.0", "b_compression = { value = 30.0")
     )

@@ -32,6 +32,7 @@ from labbook.book.write_session import WriteSession
 from tests.helpers.books import ADA, SmallBook
 from tests.helpers.decided import decided_book
 from tests.helpers.statements import said_alike
+from tests.helpers.wording import says
 
 STATEMENTS: tuple[Callable[[Book, WriteSession], object], ...] = (
     lambda book, session: correct(book, session, "r002", ["foot=large"], "w"),
@@ -139,7 +140,7 @@ def test_a_withdrawn_sheet_takes_its_runs_out_until_its_numbers_are_back(honest:
     with honest.open() as book, book.reading() as connection:
         planned = planned_analysis(connection, book.configuration)
     assert [said.split(" without ")[1] for said in planned.departures] == ["joules a jump"] * 8
-    assert "which leaves run r002 without" in str(planned.exploratory(Outcome.JOULES, POOLED))
+    says(str(planned.exploratory(Outcome.JOULES, POOLED)), "which leaves run", "r002")
     sheet = honest.instruments / "charger" / "2021-06-14.csv"
     again = honest.instruments / "again.csv"
     again.write_bytes(sheet.read_bytes() + b"\n")

@@ -20,6 +20,7 @@ from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.commands import KILLED, Commands
 from tests.helpers.folders import contents
 from tests.helpers.statements import in_file, note
+from tests.helpers.wording import refuses, says
 
 
 @pytest.fixture
@@ -90,12 +91,12 @@ def test_what_the_book_lacks_is_named_and_the_backup_before_stays(whole: SmallBo
     say(whole, "later")
     lost = min(whole.folder.glob("raw/*/*.zst"))
     lost.unlink()
-    assert backup(whole, destination).raw.problems == (), "the copy in the backup is whole: nothing is missing there"
+    assert backup(whole, destination).raw.problems == ()  # the copy in the backup is whole: nothing is missing there
     (destination / lost.relative_to(whole.folder)).unlink()
     say(whole, "later still")
     other = tmp_path / "other"
     for place in (destination, other):
-        with pytest.raises(BookDamaged, match=rf"1 of 14 raw copies .*{lost.name}.*ingest the original"):
+        with refuses(BookDamaged, "14 raw", "copies", lost.name, "ingest the original"):
             backup(whole, place)
         kept = list(JournalFile(place / "journal.jsonl.of-damaged-book").entries())
         assert len(kept) == before + 2
@@ -116,7 +117,7 @@ def test_a_journal_that_is_short_of_the_database_is_not_taken(book: SmallBook, t
 def test_without_its_database_a_book_is_backed_up_all_the_same(whole: SmallBook, tmp_path: Path) -> None:
     whole.database.unlink()
     (remark,) = backup(whole, tmp_path / "backup").remarks
-    assert "could not be asked" in remark
+    says(remark, "not be asked")
     check_backup(tmp_path / "backup")
 
 
@@ -156,7 +157,7 @@ def test_a_scene_of_ones_own_is_in_the_backup(whole: SmallBook, tmp_path: Path) 
     assert (tmp_path / "backup" / "scenes" / "gravel.toml").read_text() == scene
     whole.toml.write_text(f'{text}\n[simulation]\nscene = "../elsewhere.toml"\n')
     (remark,) = backup(whole, tmp_path / "backup").remarks
-    assert "elsewhere.toml lies outside the book" in remark
+    says(remark, "elsewhere.toml")
 
 
 def test_a_damaged_journal_of_a_backup_is_told_and_written_anew(whole: SmallBook, tmp_path: Path) -> None:
@@ -169,14 +170,14 @@ def test_a_damaged_journal_of_a_backup_is_told_and_written_anew(whole: SmallBook
 
 
 def test_a_folder_that_cannot_be_made_is_a_sentence(whole: SmallBook) -> None:
-    with pytest.raises(UsageError, match="cannot be made here"):
+    with refuses(UsageError, "cannot be made"):
         backup(whole, Path("/proc/labbook"))
 
 
 def test_the_line_of_today_says_what_was_gained_since(whole: SmallBook, tmp_path: Path) -> None:
     done = backup(whole, tmp_path / "backup")
     assert backup_line(None, 3).startswith("no backup yet")
-    assert backup_line(done.last, done.last.entries).endswith("nothing was stated since.")
+    says(backup_line(done.last, done.last.entries), "nothing was stated")
     assert backup_line(done.last, done.last.entries + 2).endswith("2 entries since.")
     (whole.folder / "last-backup.json").write_text("{")
     with whole.open() as standing:
@@ -264,7 +265,7 @@ def test_a_backup_during_eight_ingesting_programs_is_whole(
     assert [one.wait() for one in running] == [0] * 8
     finish(book, tmp_path / "backup 0", commands)
     assert seen == sorted(seen)
-    assert seen[0] < len(list(JournalFile(book.journal).entries())), "the first was taken while others wrote"
+    assert seen[0] < len(list(JournalFile(book.journal).entries()))  # the first was taken while others wrote
     record = json.loads((book.folder / "last-backup.json").read_text())
     assert record["where"] == str(tmp_path / "backup 0")
 
@@ -275,7 +276,7 @@ def test_two_backups_at_once_are_one_after_the_other(whole: SmallBook, tmp_path:
     said = [running.output.read_text() for running in both]
     assert codes in ([0, 0], [0, 3]), said
     if codes == [0, 3]:
-        assert any("another program is writing the backup" in text for text in said)
+        assert any("another program" in text for text in said)
     finish(whole, tmp_path / "backup", commands)
 
 

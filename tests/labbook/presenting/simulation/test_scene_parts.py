@@ -74,15 +74,15 @@ def test_what_a_word_is_said_to_set_is_what_it_sets(word: str, value: float) -> 
 
 def test_the_document_has_these_tables() -> None:
     missing = [line for line in parts_markdown().splitlines() if line not in DOCUMENT.splitlines()]
-    assert missing == [], "docs/scenes.md lacks these lines: paste what `labbook sim parts --markdown` prints"
+    assert missing == []  # docs/scenes.md lacks these lines: paste what `labbook sim parts --markdown` prints
     for part in parts_markdown().split("\n\n"):
-        assert part.strip() in DOCUMENT, "lines that are gone: paste what `labbook sim parts --markdown` prints"
+        assert part.strip() in DOCUMENT  # lines that are gone: paste what `labbook sim parts --markdown` prints
 
 
 def test_the_scene_of_the_document_can_be_simulated() -> None:
     (text,) = re.findall(r"```toml\n(.*?)```", DOCUMENT, re.DOTALL)
     scene = parse_scene(text, "own")
-    assert set(scene.values) == set(scene.read), "neither more nor less than is needed"
-    assert scene.effects == load_scene("force_plate").effects, "whose kernel other tests compile"
+    assert set(scene.values) == set(scene.read)  # neither more nor less than is needed
+    assert scene.effects == load_scene("force_plate").effects  # whose kernel other tests compile
     result = simulate(scene)
     assert [jump.outcome for jump in result.jumps] == ["touchdown", "touchdown"]

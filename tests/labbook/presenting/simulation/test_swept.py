@@ -11,6 +11,7 @@ from simulator.sweep.outputs import FLAGS
 from simulator.sweep.run import Finished, Summary
 from tests.helpers.scenes import is_sentence
 from tests.helpers.sweeps import sobol_sweep
+from tests.helpers.wording import says
 from tests.labbook.presenting.simulation.test_effects_ablation import FOLDED, WORTH
 
 SWEEP = sobol_sweep(300)
@@ -22,20 +23,19 @@ def test_a_sweep_that_went_on_says_how_many_jumps_were_there() -> None:
     done = Finished(Path("a.nc"), SWEEP, SUMMARY, 2, 44, compile_time_s=1.0, compute_time_s=44 * 5.16e-3)
     assert SWEEP.chunks.bounds(2) == (256, 300)
     how = sweep_lines(done)[-2]
-    assert how.startswith("227 ms, 5.16 ms a jump, for a relative error of 0.001; ")
-    assert how.endswith("compiling; 256 of 300 jumps were there from before.")
+    says(how, "227 ms", "5.16 ms", "a relative error", "0.001", "256", "300 jumps")
     assert sweep_data(done)["jump_time_us"] == 1e6 * done.compute_time_s / 44
 
 
 def test_a_whole_one_says_nothing_of_before_and_times_in_microseconds() -> None:
     done = Finished(Path("a.nc"), SWEEP, SUMMARY, 0, 300, compile_time_s=1.0, compute_time_s=300 * 51.6e-6)
-    assert sweep_lines(done)[-2].startswith("15.5 ms, 51.6 µs a jump, ")
+    says(sweep_lines(done)[-2], "15.5 ms", "51.6 µs", "a jump")
     assert "before" not in sweep_lines(done)[-2]
 
 
 def test_nothing_was_left() -> None:
     done = Finished(Path("a.nc"), SWEEP, SUMMARY, SWEEP.chunks.count)
-    assert "nothing was left to simulate." in sweep_lines(done)
+    says(sweep_lines(done), "nothing was left")
     assert sweep_data(done)["jump_time_us"] is None
 
 
@@ -44,17 +44,16 @@ def test_only_jumps_that_were_made_are_counted() -> None:
     done = Finished(Path("a.nc"), SWEEP, some, 0, 1, compute_time_s=1e-3)
     assert sweep_data(done)["jumps"] == 1
     assert sweep_data(done)["jump_time_us"] == 1000.0
-    assert sweep_lines(done)[0].startswith("sim2: 1 jump over ")
+    says(sweep_lines(done)[0], "1 jump")
 
 
 def test_jumps_that_are_not_to_be_trusted_are_warned_of() -> None:
     assert not any(line.startswith("warning") for line in sweep_lines(Finished(Path("a.nc"), SWEEP, SUMMARY, 0)))
     flagged = Summary({"touchdown": 300}, {"ill_conditioned": 0, "under_surface": 2, "open_book": 1})
     lines = sweep_lines(Finished(Path("a.nc"), SWEEP, flagged, 0))
-    assert [line[:57] for line in lines if line.startswith("warning: ")] == [
-        "warning: in 2 jumps the body gets under the surface of th",
-        "warning: in 1 jump the energy book does not close within ",
-    ]
+    under, unclosed = (line for line in lines if line.startswith("warning: "))
+    says(under, "2 jumps", "under the surface")
+    says(unclosed, "1 jump", "not close")
 
 
 NEAR = Corner({"b_ad": 0.0, "gain": 300.0}, Difference(0.001, -0.002, 0.0))
@@ -64,31 +63,23 @@ FOLDS = Corner({"b_ad": 300.0, "gain": 900.0}, Difference(FOLDED, FOLDED, FOLDED
 
 def said(*corners: Corner, refused: int = 0) -> str:
     (line,) = corners_lines(Corners(corners, refused), WORTH)
-    assert is_sentence(line) or line.startswith("warning: at no corner")
+    assert is_sentence(line) or "at no corner" in line
     return line
 
 
 def test_within_the_tolerance() -> None:
-    assert said(NEAR, NEAR) == (
-        "Of 2 corners of what is swept, the set is farthest off at b_ad = 0, gain = 300: there it changes cost by "
-        "+0.1 %, apex by -0.2 %, depth by 0."
-    )
+    says(said(NEAR, NEAR), "2 corners", "b_ad", "gain = 300", "+0.1 %", "-0.2 %")
 
 
 def test_beyond_the_tolerance_is_a_warning_with_what_to_do() -> None:
     line = said(NEAR, FAR, refused=1)
-    assert line == (
-        "warning: the chosen set of effects does not stay within 1 % in all of this sweep. Of 2 corners of what is "
-        "swept (1 more cannot be simulated), the set is farthest off at b_ad = 300, gain = 600: there it changes "
-        "cost by +1.2 %, apex by -0.2 %, depth by 0. Sweep less far, give a smaller --within, or name the effects "
-        "instead of auto."
-    )
+    says(line, "1 %", "2 corners", "1 more", "b_ad", "300")
     ends = "gain = 900: there the jump ends otherwise than with all effects (leg_folded). Sweep less far, give"
     assert ends in said(FAR, FOLDS)
 
 
 def test_no_corner_and_no_set() -> None:
-    assert said(refused=4).startswith("warning: at no corner of what is swept can all effects be simulated")
+    says(said(refused=4), "effects be simulated")
     assert corners_lines(None, WORTH) == corners_lines(Corners((), 0), None) == []
     assert corners_data(None, WORTH) == {}
 
