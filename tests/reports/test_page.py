@@ -251,3 +251,11 @@ def test_a_folder_that_cannot_be_written_is_one_sentence(minimal, tmp_path):
     with refuses(UsageError, "cannot be written", "--out"):
         write_report(minimal, blocked)
     assert blocked.read_text() == "a file is here"
+
+
+def test_captions_stay_where_a_table_scrolls_and_no_heading_ends_a_printed_sheet(content):
+    page = quick_page(content)
+    assert re.search(r"^caption {[^}]*position: sticky; left: 0", page, re.MULTILINE)
+    printed = page.partition("@media print")[2]
+    assert "summary { break-after: avoid; }" in printed
+    assert "break-before: avoid" in printed.partition("details::details-content")[2].partition("}")[0]
