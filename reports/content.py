@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import StrEnum
 
 from data_schema.outcomes import Outcome
 from reports.evidence import (
@@ -197,6 +198,20 @@ class Assumed:
     varied: str = ""
 
 
+class Source(StrEnum):
+    """What a report cites for a method: keys of `templates/references.bib`."""
+
+    THESIS = "roberts2021"
+    BROWN_FORSYTHE = "brown1974"
+    FIELLER = "fieller1954"
+    HOLM = "holm1979"
+    PAIRED_ON_DAY_MEANS = "ibragimov2010"
+    MIXED_MODEL = "kuznetsova2017"
+    SATTERTHWAITE = "satterthwaite1946"
+    TOST = "schuirmann1987"
+    WELCH = "welch1938"
+
+
 @dataclass(frozen=True, slots=True)
 class ReportContent:
     """All of one report. `claims` open the page; `selection` is the --where text as given.
@@ -207,8 +222,8 @@ class ReportContent:
     not tested for equality, "" where they were or there are none. `counted` is the unit of analysis that
     comparisons count: "run", or "day" where they rest on the means of days. `tests_beside` says what the tests in
     full are where others decide. `known_errors` has what is on record against the methods, an introduction first.
-    `overall` is the effect over all groups, where there are several. `software`
-    names the libraries that computed it, with versions. `stored` tells whether the book has the
+    `overall` is the effect over all groups, where there are several. `sources` are those of the methods used;
+    `software` names the libraries that computed it, with versions. `stored` tells whether the book has the
     report, so that its numbers can be traced. `warning` says what makes all numbers doubtful, "" where nothing
     does.
     """
@@ -251,6 +266,7 @@ class ReportContent:
     no_equivalence: str = ""
     counted: str = "run"
     software: tuple[tuple[str, str], ...] = ()
+    sources: tuple[Source, ...] = ()
     stored: bool = True
     warning: str = ""
 

@@ -9,31 +9,12 @@ from reports.content import ReportContent
 from reports.tables.as_latex import latex_text
 from reports.wording import list_text
 
-_SOURCES = {
-    "thesis": "roberts2021",
-    "Brown and Forsythe": "brown1974",
-    "Fieller": "fieller1954",
-    "Holm": "holm1979",
-    "paired t on day means": "ibragimov2010",
-    "mixed model": "kuznetsova2017",
-    "Satterthwaite": "satterthwaite1946",
-    "TOST": "schuirmann1987",
-    "Welch": "welch1938",
-}
-"""What the methods paragraphs call a method -> the key of its source in `templates/references.bib`."""
-
-
-def sources_named(content: ReportContent) -> tuple[str, ...]:
-    """Return the keys of the sources of all methods that the report's paragraphs on methods name, in their order."""
-    text = " ".join((*content.methods, content.tests_beside))
-    return tuple(dict.fromkeys(key for name, key in _SOURCES.items() if name in text))
-
 
 def software_sentence(content: ReportContent) -> str:
     """Name software with versions, and the sources of methods, for the paragraph on methods."""
     used = list_text([f"{name} {version}" for name, version in _software(content).items()])
     entries = _entries()
-    sources = [_short(entries[key]) for key in sources_named(content)]
+    sources = [_short(entries[key]) for key in content.sources]
     return f"Software: {used}.{f' Sources: {list_text(sources)}.' if sources else ''}"
 
 
@@ -46,7 +27,7 @@ def references_bib(content: ReportContent) -> bytes:
         for name, version in _software(content).items()
         if name in entries
     ]
-    return ("\n\n".join([*software, *(entries[key] for key in sources_named(content))]) + "\n").encode("utf-8")
+    return ("\n\n".join([*software, *(entries[key] for key in content.sources)]) + "\n").encode("utf-8")
 
 
 def _software(content: ReportContent) -> dict[str, str]:

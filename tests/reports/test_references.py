@@ -3,19 +3,20 @@
 import dataclasses
 import re
 
-from reports.references import _SOURCES, _entries, references_bib, software_sentence, sources_named
+from reports.content import Source
+from reports.references import _entries, references_bib, software_sentence
 from tests.helpers.pages import quick_page
 from tests.helpers.wording import says
 
 ENTRY = re.compile(r"@(\w+)\{(\w+),\n((?:  \w+ = \{.*\},\n)+)\}")
 
 
-def with_methods(content, *texts):
-    return dataclasses.replace(content, methods=texts, tests_beside="", software=(("numpy", "2.1"), ("scipy", "1.17")))
+def citing(content, *sources):
+    return dataclasses.replace(content, sources=sources, software=(("numpy", "2.1"), ("scipy", "1.17")))
 
 
-def test_software_and_sources_are_those_that_the_methods_name(content):
-    given = with_methods(content, "Savings have Fieller's interval.", "P is adjusted by Holm's method (thesis 5.2).")
+def test_software_and_sources_are_those_that_were_used(content):
+    given = citing(content, Source.THESIS, Source.FIELLER, Source.HOLM)
     sentence = software_sentence(given)
     says(sentence, "0.1.0", "2.1", "1.17", "2021", "1954", "1979")
     bib = references_bib(given).decode()
@@ -28,14 +29,17 @@ def test_software_and_sources_are_those_that_the_methods_name(content):
     assert "{YEAR}" not in bib
 
 
-def test_what_is_not_named_is_not_cited(content):
-    assert sources_named(with_methods(content, "Nothing is compared.")) == ()
-    assert software_sentence(with_methods(content, "Nothing is compared.")).endswith("scipy 1.17.")
+def test_what_is_not_used_is_not_cited_whatever_the_methods_say(content):
+    given = dataclasses.replace(
+        citing(content), methods=("Nothing is compared after Welch, by Holm or in the thesis.",)
+    )
+    assert software_sentence(given).endswith("scipy 1.17.")
+    assert b"holm1979" not in references_bib(given)
 
 
 def test_every_source_has_an_entry_that_bibtex_can_read():
     entries = _entries()
-    assert set(_SOURCES.values()) < set(entries)
+    assert set(Source) < set(entries)
     for key, entry in entries.items():
         kind, found, fields = ENTRY.fullmatch(entry).groups()
         assert (found, kind.islower()) == (key, True)

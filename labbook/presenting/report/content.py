@@ -66,6 +66,7 @@ def build_content(
         order=campaign.order(analysis, shown, told=all_on_one_day_each(compared)),
         methods=methods.methods(analysis),
         tests_beside=tests_beside(analysis),
+        sources=methods.sources(analysis),
         known_errors=known_errors(analysis),
         limitations=methods.limitations(analysis),
         assumed=methods.assumed(analysis),

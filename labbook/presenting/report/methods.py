@@ -10,9 +10,9 @@ from labbook.analysis.outcomes.run_energy import Drain, unused_idle
 from labbook.analysis.study import StudyAnalysis
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import UnitOfAnalysis
-from labbook.presenting.report import campaign
+from labbook.presenting.report import campaign, tests_made
 from labbook.presenting.report.tests_made import by_shared_days, decided_by, saved, tests_used
-from reports.content import Assumed
+from reports.content import Assumed, Source
 from reports.naming import swept_words
 from stats.apexes.detectors import DETECTORS
 from stats.compare.shared_error import ENOUGH_DEGREES
@@ -41,6 +41,18 @@ def methods(analysis: StudyAnalysis) -> tuple[str, ...]:
     return tuple(paragraphs)
 
 
+def sources(analysis: StudyAnalysis) -> tuple[Source, ...]:
+    """Return the sources of the methods that the paragraphs name."""
+    told = not (saved(analysis) and by_shared_days(analysis))
+    return tests_made.sources(analysis, told and sum(_dfs_of_lines(analysis)) >= ENOUGH_DEGREES)
+
+
+def _dfs_of_lines(analysis: StudyAnalysis) -> list[float]:
+    robots = dict.fromkeys(run.robot_uid for run in analysis.evidence.runs)
+    lines = [analysis.drains[robot].line for robot in robots if robot in analysis.drains]
+    return [line.df for line in lines if not isinstance(line, Undefined)]
+
+
 def _shared_error(analysis: StudyAnalysis) -> str:
     """Say what becomes of the error of the drain lines."""
     joined = _joined(analysis)
@@ -57,9 +69,7 @@ def _joined(analysis: StudyAnalysis) -> str:
 
     The degrees of freedom of several lines' errors in one value lie between the least of theirs and their sum.
     """
-    robots = dict.fromkeys(run.robot_uid for run in analysis.evidence.runs)
-    lines = [analysis.drains[robot].line for robot in robots if robot in analysis.drains]
-    dfs = [line.df for line in lines if not isinstance(line, Undefined)]
+    dfs = _dfs_of_lines(analysis)
     if not dfs:
         return ""
     few = "half widths in quadrature, each with the quantile of its own degrees of freedom"

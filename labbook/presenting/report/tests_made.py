@@ -14,6 +14,7 @@ from labbook.analysis.study import StudyAnalysis
 from labbook.config.model import Bounds
 from labbook.presenting.report.comparisons import method_by_day
 from labbook.presenting.report.error_rates import known_error_rates, uses
+from reports.content import Source
 from reports.display import stated_text
 from reports.naming import SweptWords
 from reports.numbers import Number
@@ -187,6 +188,28 @@ def tests_beside(analysis: StudyAnalysis) -> str:
         return ""
     sentences = [_route(analysis), _by_day(analysis.compared), *_further(analysis)]
     return " ".join(filter(None, sentences))
+
+
+def sources(analysis: StudyAnalysis, after_satterthwaite: bool) -> tuple[Source, ...]:
+    """Return the sources of the methods used; `after_satterthwaite` where intervals of means are joined so."""
+    routed = [item.result for item in analysis.compared if _exists(item.result.t)]
+    rules = {item.decided.result.rule for item in analysis.compared if item.decided is not None}
+    by_day = [item.by_day for item in analysis.compared if item.by_day is not None and _exists(item.by_day.t)]
+    mixed = any(method_by_day(result) == MIXED_MODEL for result in by_day)
+    holm, equivalence = bool(_holm(analysis)), bool(_equivalence(analysis))
+    of_welch = bool(routed) or (not rules and (holm or equivalence))
+    used = {
+        Source.THESIS: bool(routed or analysis.jump_tests),
+        Source.BROWN_FORSYTHE: any(_exists(result.brown_forsythe) for result in routed),
+        Source.FIELLER: saved(analysis),
+        Source.HOLM: holm,
+        Source.PAIRED_ON_DAY_MEANS: Rule.PAIRED in rules,
+        Source.MIXED_MODEL: mixed,
+        Source.SATTERTHWAITE: mixed or after_satterthwaite,
+        Source.TOST: equivalence,
+        Source.WELCH: of_welch or after_satterthwaite,
+    }
+    return tuple(source for source, is_used in used.items() if is_used)
 
 
 def by_shared_days(analysis: StudyAnalysis) -> bool:

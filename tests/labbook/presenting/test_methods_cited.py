@@ -14,7 +14,7 @@ from labbook.config.model import UnitOfAnalysis
 from labbook.presenting.report import tests_made as paragraph
 from labbook.presenting.report.day_layout import layout_of
 from labbook.presenting.report.error_rates import Use, known_error_rates, uses
-from reports.content import Comparison
+from reports.content import Comparison, Source
 from reports.naming import SweptWords
 from stats.lines.passive_drain import PassiveDrain
 from stats.planning.recorded import weak_point
@@ -47,6 +47,36 @@ def test_the_methods_name_what_was_used_and_nothing_else(reports: Reports, analy
     assert "analysis of variance" not in methods  # one treated level a group leaves nothing to analyse
     assert "Tukey" not in methods
     assert "Dunnett" not in methods
+
+
+NAMES = {
+    Source.THESIS: "thesis",
+    Source.BROWN_FORSYTHE: "Brown and Forsythe",
+    Source.FIELLER: "Fieller",
+    Source.HOLM: "Holm",
+    Source.PAIRED_ON_DAY_MEANS: "paired t on day means",
+    Source.MIXED_MODEL: "mixed model",
+    Source.SATTERTHWAITE: "Satterthwaite",
+    Source.TOST: "TOST",
+    Source.WELCH: "Welch",
+}
+
+
+@pytest.mark.parametrize(
+    ("analysis", "where"),
+    [
+        ("", None),
+        ("", CONFOUNDED),
+        ("", UNBALANCED),
+        ("apex_bounds_percent = [-3, 3]", None),
+        ('unit_of_analysis = "shared_days"', None),
+        ('unit_of_analysis = "shared_days"', CONFOUNDED),
+    ],
+)
+def test_what_the_methods_name_is_cited_and_nothing_else(reports: Reports, analysis: str, where: str | None) -> None:
+    content = reports(analysis, where).content
+    text = " ".join((*content.methods, content.tests_beside))
+    assert content.sources == tuple(source for source, name in NAMES.items() if name in text)
 
 
 def test_the_methods_cite_what_is_on_record_against_a_method_at_such_a_design(reports: Reports) -> None:
