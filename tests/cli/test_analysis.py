@@ -7,13 +7,14 @@ from pathlib import Path
 from labbook.analysis.preregistration.planned import AS_A_WHOLE
 from tests.cli.shell import good, labbook
 from tests.helpers.books import SmallBook, small_book
+from tests.helpers.wording import says
 
 EXAMPLE = '\n[analysis]\nprimary_outcome = "joules"\nalpha = 0.05\napex_bounds_percent = [-3, 3]\n'
 
 
 def test_a_new_book_is_asked_to_decide_in_time(tmp_path: Path) -> None:
     said = good(labbook("init", "new", "--as", "Ada Nwosu", at=tmp_path)).out
-    assert "Decide there under [analysis], before the first run is ingested" in said
+    says(said, "[analysis]")
 
 
 def test_today_says_that_nothing_is_decided_until_it_is_or_it_is_too_late(stated: SmallBook) -> None:
@@ -23,12 +24,12 @@ def test_today_says_that_nothing_is_decided_until_it_is_or_it_is_too_late(stated
     plain = stated.toml.read_text()
     stated.toml.write_text(plain + EXAMPLE)
     assert undecided not in good(labbook("today", at=stated.folder)).out
-    assert "which the book takes over" in good(labbook("analysis", at=stated.folder)).out
+    says(good(labbook("analysis", at=stated.folder)).out, "book takes over")
     stated.toml.write_text(plain)
     good(labbook("ingest", stated.log("r001"), at=stated.folder))
     assert undecided not in good(labbook("today", at=stated.folder)).out
     (line,) = good(labbook("analysis", at=stated.folder)).out.splitlines()
-    assert "every comparison is exploratory" in line
+    says(line, "comparison is exploratory")
 
 
 def test_what_was_decided_is_shown_with_its_day_and_its_departures(tmp_path: Path) -> None:
@@ -43,18 +44,13 @@ def test_what_was_decided_is_shown_with_its_day_and_its_departures(tmp_path: Pat
     ):
         assert words in not_watched
     assert line.startswith("Decided on 20")
-    assert made_before.startswith("The first run is dated 2021-")
-    assert "by Ben Ode, before the first measurement" in line
-    assert "the primary outcome is joules a jump" in line
-    assert "from -3 to 3 % of the control's count as none" in line
+    says(made_before, "run is dated", "2021")
+    says(line, "before the first", "outcome is joules", "-3", "3 %", "count as none")
     made.toml.write_text(made.toml.read_text().replace("0.05\n", "0.1\n"))
     good(labbook("note", "r001", "heard", "--as", "AN", at=made.folder))
     decided, _, departure, _not_watched = good(labbook("analysis", at=made.folder)).out.splitlines()
     assert decided == line
-    assert departure.startswith(
-        "Departure: [analysis] had alpha 0.05 before the first run was ingested and has 0.1 in labbook.toml"
-    )
-    assert departure.endswith("(Ada Nwosu): what was stated before stands.")
+    says(departure, "[analysis]", "0.05 before", "0.1", "labbook.toml", "stated before stands")
 
 
 def test_leaving_out_for_a_reason_that_was_not_allowed_is_remarked_on(tmp_path: Path) -> None:
@@ -63,11 +59,11 @@ def test_leaving_out_for_a_reason_that_was_not_allowed_is_remarked_on(tmp_path: 
     good(labbook("ingest", made.log("r001"), at=made.folder))
     remark = "look again: [analysis] allows misfire, sensor_fault, so the report calls every comparison"
     said = good(labbook("jumps", "reject", "r001", "1", "--reason", "wrong_apex", at=made.folder)).out
-    assert f"{remark} of apex heights exploratory (wrong_apex): {AS_A_WHOLE}." in said
+    says(said, remark, "wrong_apex", AS_A_WHOLE)
     assert remark not in good(labbook("jumps", "reject", "r001", "1", "--reason", "misfire", at=made.folder)).out
     assert remark not in good(labbook("jumps", "clear", "r001", "1", at=made.folder)).out
     said = good(labbook("void", "r001", "--reason", "foot came loose", at=made.folder)).out
-    assert f"{remark} exploratory (foot came loose): {AS_A_WHOLE}." in said
+    says(said, remark, "exploratory (foot came", AS_A_WHOLE)
     assert remark not in good(labbook("void", "r001", "--undo", "--reason", "it was r002", at=made.folder)).out
     assert remark not in good(labbook("void", "r001", "--reason", "sensor fault: no string", at=made.folder)).out
     assert "Departure" not in good(labbook("analysis", at=made.folder)).out
@@ -85,7 +81,7 @@ def test_what_one_folder_brings_together_blames_neither_of_two_logs(tmp_path: Pa
     assert "Departure" not in good(labbook("analysis", at=made.folder)).out
     good(labbook("ingest", late, at=made.folder))
     (said,) = [line for line in good(labbook("analysis", at=made.folder)).out.splitlines() if "Departure" in line]
-    assert said.startswith("Departure: r001_late.csv came to run r001 when it had its log (")
+    says(said, "r001_late.csv")
     good(labbook("rebuild", at=made.folder))
     assert said in good(labbook("analysis", at=made.folder)).out
 
@@ -97,5 +93,4 @@ def test_a_correction_that_takes_a_run_out_is_told_and_named(tmp_path: Path) -> 
     assert "Departure" not in good(labbook("analysis", at=made.folder)).out
     good(labbook("correct", "r002", "jumps_made=0", "--why", "looks odd", at=made.folder))
     _decided, _made_before, departure, _not_watched = good(labbook("analysis", at=made.folder)).out.splitlines()
-    assert departure.startswith("Departure: corrected after the first measurement: jumps_made of run r002 was 3 and is")
-    assert departure.endswith("which leaves run r002 without joules a jump.")
+    says(departure, "jumps_made", "r002", "3", "without joules a")

@@ -13,6 +13,7 @@ import pytest
 
 from tests.cli.shell import Answer, good, labbook, unchanged
 from tests.helpers.books import SmallBook
+from tests.helpers.wording import says
 
 
 def check(book: SmallBook) -> Answer:
@@ -49,7 +50,7 @@ def execute(book: SmallBook, *statements: str) -> None:
 def test_a_whole_book_is_said_to_be_whole(book: SmallBook) -> None:
     answer = good(labbook("db", "check", at=book.folder))
     entries = len(book.journal.read_text().splitlines())
-    assert answer.out == f"the book is whole: {entries} entries, 14 raw copies, 12 files of samples read.\n"
+    says(answer.out, "book is whole", entries, "14 raw", "12 files")
     told = good(labbook("db", "check", "--json", at=book.folder)).json
     assert told["whole"] is True
     assert told["problems"] == told["orphans"] == []
@@ -129,8 +130,8 @@ def test_an_entry_changed_in_the_database_is_told(whole: SmallBook) -> None:
     execute(whole, "DROP TRIGGER journal_never_changed", "UPDATE journal SET reason = 'because' WHERE seq = 3")
     answer = check(whole)
     assert answer.out.startswith("2 problems: ")
-    assert "trigger journal_never_changed, which guards the journal, is gone" in answer.out
-    assert "journal entry 3 of the database was changed after it was written" in answer.out
+    says(answer.out, "journal_never_changed")
+    says(answer.out, "3", "database was changed")
     assert "run `labbook rebuild`" in answer.out
 
 
@@ -138,7 +139,7 @@ def test_a_reference_to_nothing_is_told(whole: SmallBook) -> None:
     execute(whole, "PRAGMA foreign_keys = off", "DELETE FROM battery WHERE name = 'C'")
     answer = check(whole)
     assert answer.code == 3
-    assert "refers to a row of battery that is not there" in answer.out
+    says(answer.out, "row of battery")
     assert "labbook rebuild" in answer.out
 
 
@@ -151,7 +152,7 @@ def test_a_page_of_rubbish_is_told(whole: SmallBook) -> None:
         handle.write(b"\xff" * size)
     answer = check(whole)
     assert answer.code == 3
-    assert "the database is damaged" in answer.out
+    says(answer.out, "database is damaged")
     assert "labbook rebuild" in answer.out
 
 
@@ -165,9 +166,9 @@ def test_without_a_database_the_rest_is_checked_all_the_same(whole: SmallBook, h
     answer = check(whole)
     assert answer.code == 3
     assert answer.out.startswith("3 problems: ")
-    assert "`labbook restore` a backup" in answer.out
-    assert "labbook.db" in answer.out or "the database is damaged" in answer.out
-    assert "was changed after it was written" in answer.out
+    says(answer.out, "labbook restore")
+    assert "labbook.db" in answer.out or "database is damaged" in answer.out
+    says(answer.out, "changed after it")
 
 
 def test_what_nothing_speaks_of_is_named_and_does_no_harm(whole: SmallBook) -> None:
@@ -175,8 +176,8 @@ def test_what_nothing_speaks_of_is_named_and_does_no_harm(whole: SmallBook) -> N
     stray.parent.mkdir(exist_ok=True)
     stray.write_bytes(b"left by a crash")
     answer = good(check(whole))
-    assert answer.out.startswith("the book is whole")
-    assert answer.out.endswith("1 file in the store belongs to nothing and does no harm:\n  signals/ab/stray.parquet\n")
+    says(answer.out, "book is whole")
+    says(answer.out, "1 file", "signals/ab/stray.parquet")
 
 
 def test_an_entry_that_waits_in_the_file_is_no_damage(whole: SmallBook) -> None:
@@ -184,7 +185,7 @@ def test_an_entry_that_waits_in_the_file_is_no_damage(whole: SmallBook) -> None:
     shutil.copytree(whole.folder, copy)
     good(labbook("note", "r001", "said before the power cut", at=whole.folder))
     shutil.copy(whole.journal, copy / "journal.jsonl")
-    assert "1 entry of journal.jsonl waits" in good(labbook("db", "check", at=copy)).out
+    says(good(labbook("db", "check", at=copy)).out, "1 entry", "journal.jsonl")
     good(labbook("note", "r001", "said after it", at=copy))
     assert "wait" not in good(labbook("db", "check", at=copy)).out
 
@@ -194,7 +195,7 @@ def test_what_was_cut_off_at_the_end_of_the_journal_is_told_and_no_damage(whole:
         handle.write('{"action":"note","at_utc":"2021')
     said = "1 line at the end of journal.jsonl (31 bytes) does not count"
     answer = good(check(whole))
-    assert answer.out.startswith("the book is whole")
+    says(answer.out, "book is whole")
     assert said in answer.out
     assert good(labbook("db", "check", "--json", at=whole.folder)).json["left_out"] == {"lines": 1, "n_bytes": 31}
     assert said in good(labbook("rebuild", at=whole.folder)).out
@@ -207,7 +208,7 @@ def test_what_was_cut_off_at_the_end_of_the_journal_is_told_and_no_damage(whole:
 def test_a_journal_that_lacks_only_its_last_newline_is_whole(whole: SmallBook) -> None:
     whole.journal.write_bytes(whole.journal.read_bytes()[:-1])
     answer = good(check(whole))
-    assert answer.out.startswith("the book is whole")
+    says(answer.out, "book is whole")
     assert len(answer.out.splitlines()) == 1
 
 
@@ -226,7 +227,7 @@ def test_prune_lists_first_and_removes_when_it_is_asked(whole: SmallBook) -> Non
     with unchanged(whole.folder):
         shown = good(labbook("db", "prune", at=whole.folder)).out
     assert old.name in shown
-    assert "nothing was removed: --yes removes" in shown
+    says(shown, "nothing was removed", "--yes")
     assert old.exists()
     assert good(labbook("db", "prune", "--yes", "--json", at=whole.folder)).json["leftovers"][0]["name"] == old.name
     assert not old.exists()

@@ -11,6 +11,7 @@ import pytest
 
 from tests.cli.shell import at_a_terminal, good, labbook, rows, unchanged
 from tests.helpers.books import SmallBook
+from tests.helpers.wording import says
 from tests.ingest.synthetic import robot_rows
 
 
@@ -84,7 +85,7 @@ def test_a_channel_without_a_table_is_answered_with_toml_that_works(fresh: Small
     before = fresh.toml.read_text() + profile
     fresh.toml.write_text(before + '"body height" = "body_height"\n')
     said = labbook("runs", "list", at=fresh.folder).err.partition("write ")[2].strip().splitlines()[0]
-    assert said.startswith('"body height" = {')
+    says(said, '"body height" =')
     fresh.toml.write_text(f"{before}{said}\n")
     good(labbook("runs", "list", at=fresh.folder))
 
@@ -94,7 +95,7 @@ def test_a_draft_offers_a_column_of_dates_and_times_without_a_unit(fresh: SmallB
     stamps = (f"5.6.2021 14:30:{k // 100:02d}.{k % 100:02d}" for k in range(600))
     path.write_text("z;Datum\n" + "".join(f"{400 + k % 7};{stamp}\n" for k, stamp in enumerate(stamps)))
     draft = good(labbook("ingest", path, "--draft-profile", at=fresh.folder)).out
-    assert '#time = { column = "Datum" }' in draft
+    says(draft, 'column = "Datum"')
     height = 'z = { channel = "body_height", unit = "mm" }'
     draft = re.sub(r"(?m)^#?\"z\" = .*$", height, draft.replace("#time = ", "time = "))
     fresh.toml.write_text(fresh.toml.read_text() + draft)
@@ -161,7 +162,7 @@ def test_no_answer_at_a_terminal_stores_nothing(fresh: SmallBook, tmp_path: Path
     code, out, asked = at_a_terminal("ingest", without_time(tmp_path), at=fresh.folder, typed="\x04")
     assert "samples a second" in asked
     assert code == 2
-    assert "labbook: no answer was given" in asked
+    says(asked, "no answer was")
     assert "Traceback" not in asked + out
     assert rows(fresh.folder, "SELECT count(*) FROM file") == [(0,)]
 
@@ -254,7 +255,7 @@ def test_a_comma_between_cells_and_in_numbers_is_read_once_both_are_said(fresh: 
     path.write_text("time [s],height [m]\n" + rows_)
     told = labbook("ingest", path, at=fresh.folder)
     assert told.code == 2
-    assert "--decimal , --delimiter ," in told.out
+    says(told.out, "--decimal", "--delimiter")
     good(labbook("ingest", path, "--decimal", ",", "--delimiter", ",", at=fresh.folder))
     assert rate_of(fresh) == pytest.approx(200.0)
     good(labbook("rebuild", at=fresh.folder))

@@ -10,6 +10,7 @@ import pytest
 from tests.cli.shell import good, labbook, rows
 from tests.helpers.books import SmallBook
 from tests.helpers.hopping_log import apex_s, hopping_log
+from tests.helpers.wording import says
 
 
 @pytest.fixture
@@ -64,7 +65,7 @@ def test_the_sum_comes_first_then_what_needs_attention_worst_first(
     answer = labbook("ingest", folder, at=stated.folder)
     assert answer.code == 2
     lines = answer.out.splitlines()
-    assert lines[0] == "5 files: 4 imported, 0 there already, 1 refused."
+    says(lines[0], "5 files", "4 imported", "0", "1 refused")
     marks = ["photo.jpg: refused", "NO body_height", "6 of 3 jumps found", "2 of 3 jumps found", "3 of 3 jumps found"]
     places = [next(place for place, line in enumerate(lines) if mark in line) for mark in marks]
     assert places == sorted(places)
@@ -82,7 +83,7 @@ def test_files_that_ail_alike_are_told_once(stated: SmallBook, foreign: Path, tm
     answer = labbook("ingest", folder, at=stated.folder)
     assert answer.code == 2
     lines = answer.out.splitlines()
-    assert lines[0] == "40 files: 20 imported, 0 there already, 20 refused."
+    says(lines[0], "40 files", "20 imported", "20 refused")
     assert len(lines) < 20
     assert sum("NO body_height" in line for line in lines) == 1
     assert sum("time_unit_missing" in line for line in lines) == 1
@@ -94,7 +95,7 @@ def test_many_files_that_are_fine_are_counted_and_listed_on_demand(stated: Small
     folders = [stated.instruments / name for name in ("logs", "charger")]
     good(labbook("ingest", *folders, at=stated.folder))
     again = good(labbook("ingest", *folders, at=stated.folder)).out.splitlines()
-    assert again[0] == "14 files: 0 imported, 14 there already, 0 refused."
+    says(again[0], "14 files", "0 imported", "0 refused")
     assert len(again) == 2
     every = good(labbook("ingest", *folders, "--verbose", at=stated.folder)).out.splitlines()
     assert len(every) == 15

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from tests.cli.shell import contents, labbook
 from tests.helpers.books import ADA, SmallBook
+from tests.helpers.wording import says
 
 SPEAKER = ("--as", ADA)
 
@@ -25,9 +26,9 @@ def test_a_laptop_s_book_comes_home(stated: SmallBook, tmp_path: Path) -> None:
 
     done = labbook("merge", laptop, *SPEAKER, at=stated.folder)
     assert (done.code, done.err) == (0, "")
-    assert "file: 2, note: 1" in done.out
+    says(done.out, "file", "2", "1")
     assert labbook("files", "show", "r002.csv", at=stated.folder).code == 0
-    assert "mud on the foot" in labbook("show", "r009", at=stated.folder).out
+    says(labbook("show", "r009", at=stated.folder).out, "on the foot")
     assert labbook("db", "check", "--deep", at=stated.folder).code == 0
 
     after = contents(stated.folder)
@@ -42,5 +43,5 @@ def test_a_laptop_s_book_comes_home(stated: SmallBook, tmp_path: Path) -> None:
     for options, code in ((["--dry-run"], 1), ([], 2)):
         against = labbook("merge", laptop, *options, *SPEAKER, at=stated.folder)
         assert against.code == code
-        assert "the jump of run r001" in against.out + against.err
+        says(against.out + against.err, "jump of run", "r001")
         assert contents(stated.folder) == after

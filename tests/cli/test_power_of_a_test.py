@@ -12,6 +12,7 @@ from stats.planning.power import power_anova, power_equivalence, power_t, power_
 from stats.planning.power_percent import power_percent_equivalence
 from stats.results import as_dict
 from tests.cli.shell import good, labbook, refused
+from tests.helpers.wording import says
 
 
 def named(words: Sequence[str]) -> list[str]:
@@ -46,7 +47,7 @@ def test_the_smallest_n_that_reaches_the_power(tmp_path: Path) -> None:
     assert found["power"] >= 0.9
     assert power_t(1.5, 1.2, n - 1, n - 1).power < 0.9  # type: ignore[operator]
     shown = good(labbook("power", "--test", "t", "--difference", "1.5", "--sd", "1.2", at=tmp_path)).out
-    assert shown.startswith("With n = 12 and 12, Student's t-test for a difference of 1.5 at sd 1.2")
+    says(shown, "12", "Student's t-test for", "1.5", "1.2")
 
 
 def test_bounds_in_percent_are_of_a_mean_that_the_study_estimates(tmp_path: Path) -> None:
@@ -54,22 +55,22 @@ def test_bounds_in_percent_are_of_a_mean_that_the_study_estimates(tmp_path: Path
     found = plan(tmp_path, *words, "--n", "6", "--n", "8")
     right = power_percent_equivalence(0.0, 0.3, 0.0075, -3, 3, 6, 8)
     assert found == {**as_dict(right), "group_ns": [6, 8]}
-    assert "% of the control's mean, itself estimated and 0.3 in truth" in found["test"]
+    says(found["test"], "itself estimated and", "0.3")
     shown = good(labbook("power", *named(words), at=tmp_path)).out
-    assert shown.startswith("With n = 13 and 13, Welch's equivalence test")
+    says(shown, "13", "Welch's equivalence test")
 
 
 def test_what_no_n_reaches_and_what_has_no_power_is_undefined(tmp_path: Path) -> None:
     words = ("--test", "tost", "--low", "-1", "--high", "1", "--difference", "2", "--sd", "1")
     never = good(labbook("power", *named(words), "--json", at=tmp_path)).json
     assert never["plan"] is None
-    assert never["plan_reason"] == "the true difference 2 does not lie between the bounds -1 and 1"
+    says(never["plan_reason"], "2 does", "-1")
     shown = good(labbook("power", *named(words), at=tmp_path)).out
-    assert shown == f"No n was found with a chance of 80 % to reject: {never['plan_reason']}.\n"
+    says(shown, "No n was", "80 %", never["plan_reason"])
     tost = ("--test", "tost", "--low", "-1", "--high", "1", "--sd", "1", "--n", "8")
-    assert "Welch's equivalence test (TOST)" in good(labbook("power", *named(tost), at=tmp_path)).out
+    says(good(labbook("power", *named(tost), at=tmp_path)).out, "Welch's equivalence test")
     single = ("--difference", "1", "--sd", "1", "--n", "1")
-    assert "with n = 1 and 1: there are too few values" in good(labbook("power", *named(single), at=tmp_path)).out
+    says(good(labbook("power", *named(single), at=tmp_path)).out, "1", "too few values")
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from reports.content import Comparison, ReportContent
 from tests.cli.shell import good, labbook
 from tests.helpers.books import SmallBook, small_book
 from tests.helpers.pages import quick_page
+from tests.helpers.wording import says
 
 BALANCED, UNBALANCED = "foot=small", "foot=small and run!=r006 and run!=r010"
 """Two days with two runs of each side, whose joules show no variance between days; a run less on each side."""
@@ -62,10 +63,10 @@ def test_claims_table_and_methods_name_the_exact_test(book: SmallBook) -> None:
     found = asked(book, BALANCED)
     by_day = found.joules.by_day
     assert by_day is not None
-    assert by_day.method == "exact test on runs, day held fixed"
+    says(by_day.method, "day held fixed")
     methods = " ".join((*found.content.methods, found.content.tests_beside)).replace("\u00a0", " ")
-    assert "y ~ condition + (1 | day): 4 comparisons by the exact test on runs, day held fixed." in methods
-    assert "The exact test stands where the design is balanced." in methods
+    says(methods, "(1 | day)", "4 comparisons")
+    says(methods, "exact test stands")
     assert "REML" not in methods
     after = quick_page(found.content).partition("The comparisons of joules a jump with the control by day")[2]
     assert "exact test" in after
@@ -80,5 +81,5 @@ def test_the_mixed_model_leads_elsewhere_and_is_named(book: SmallBook) -> None:
     assert by_day.difference.value == model["difference"]
     assert found.blocked["exact"]["balanced"] is False
     methods = " ".join((*found.content.methods, found.content.tests_beside)).replace("\u00a0", " ")
-    assert "4 comparisons by the mixed model (REML, degrees of freedom after Satterthwaite)." in methods
+    says(methods, "4 comparisons", "REML")
     assert "exact" not in methods

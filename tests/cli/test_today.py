@@ -7,6 +7,7 @@ from pathlib import Path
 from tests.cli.shell import good, labbook
 from tests.helpers.books import SmallBook
 from tests.helpers.hopping_log import apex_s, hopping_log
+from tests.helpers.wording import says
 
 DAY = ("today", "--day", "2021-06-14")
 
@@ -37,16 +38,16 @@ def test_runs_without_numbers_are_named_with_the_reason(stated: SmallBook, tmp_p
     assert list(found["no_joules"]) == ["r004"]
     assert list(found["no_apexes"]) == ["r001", "r002", "r003", "r005", "r006"]
     assert found["no_apexes"]["r005"] == "no log"
-    assert not any(line.startswith("no apexes (no log)") for line in lines)  # "charge without log" names them
+    assert not any("no apexes (no" in line for line in lines)  # "charge without log" names them
 
 
 def test_the_last_line_says_when_the_last_backup_was_made(stated: SmallBook, tmp_path: Path) -> None:
     before = good(labbook(*DAY, at=stated.folder)).out.splitlines()[-1]
-    assert before == "no backup yet: `labbook backup DEST` makes one."
+    says(before, "labbook backup DEST")
     good(labbook("backup", tmp_path / "stick", at=stated.folder))
     good(labbook("note", "r001", "squeaks", at=stated.folder))
     line = good(labbook(*DAY, at=stated.folder)).out.splitlines()[-1]
     assert line.startswith("last backup: ")
-    assert line.endswith(f"Z in {tmp_path / 'stick'}; 1 entry since.")
+    says(line, tmp_path / "stick", "1 entry")
     assert good(labbook("db", "status", at=stated.folder)).out.splitlines()[-1] == line
     assert good(labbook(*DAY, "--json", at=stated.folder)).json["last_backup"]["where"] == str(tmp_path / "stick")

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from tests.cli.shell import good, labbook
 from tests.helpers.books import SmallBook
+from tests.helpers.wording import says
 
 
 def test_a_report_of_files_without_runs_says_that_they_wait(fresh: SmallBook) -> None:
     assert "look again" not in good(labbook("report", at=fresh.folder)).out
     good(labbook("ingest", fresh.instruments / "logs", at=fresh.folder))
     told = good(labbook("report", at=fresh.folder)).out
-    assert "r001.csv and 11 more belong to no run" in told
+    says(told, "r001.csv", "11 more")
     assert "labbook runs inbox" in told
 
 
