@@ -9,6 +9,7 @@ import pytest
 from PIL import Image
 
 from tests.cli.shell import good, labbook, process, refused
+from tests.helpers.wording import says
 
 KEYS = {
     *("outcome", "liftoff_time_s", "max_depth_m", "liftoff_body_velocity_m_s", "stance_heat_J", "stance_mechanical_J"),
@@ -99,9 +100,9 @@ def test_cycles_of_jumps(
 
 def test_what_a_person_sees(tmp_path: Path) -> None:
     shown = good(labbook("sim", "run", "--scene", "bed", at=tmp_path)).out
-    assert "the robot jumped and came down again (touchdown)." in shown
-    assert "cost of the jump" in shown
-    assert "kg_scale = 1.4: fitted to the 0.02 m" in shown
+    says(shown, "down again (touchdown")
+    says(shown, "cost of the")
+    says(shown, "kg_scale = 1.4", "0.02 m")
     assert "of compiling." in shown
 
 
@@ -164,4 +165,4 @@ def test_a_jump_under_the_grains_is_warned_of(tmp_path: Path) -> None:
     words = [word for item in sets for word in ("--set", item)]
     shown = good(labbook("sim", "run", "--scene", "sim2", *words, at=tmp_path)).out
     (warning,) = [line for line in shown.splitlines() if line.startswith("warning: ")]
-    assert "deeper than the longest leg (0.3 m), and the body gets 0.33" in warning
+    says(warning, "longest leg", "0.3 m", "0.33")
