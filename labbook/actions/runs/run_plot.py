@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -14,8 +15,9 @@ from data_schema.errors import UsageError
 from data_schema.queries.detections import JumpRow
 from data_schema.queries.signals import SignalRow, gaps_of
 from data_schema.reasons import Reason
-from labbook.actions.runs.jump_review import review
-from labbook.analysis.outcomes.detection import Detections
+from data_schema.vocabulary import Undefined
+from labbook.actions.runs.jump_review import RunReview, review
+from labbook.analysis.outcomes.detection import Detections, Log, detect, detection_rows, rest_length_m
 from labbook.analysis.outcomes.run_apexes import JudgedJump, anchor_of
 from labbook.book.opening import Book
 from reports.drawn import LogGap, LogJump, RunLog
@@ -24,8 +26,8 @@ from reports.figures.log import draw_log
 from reports.page import figure_page
 from reports.wording import count_text
 
-_NO_FLIGHT = tuple(reason.value.partition("{")[0] for reason in (Reason.NO_FALL, Reason.NO_FREE_FLIGHT))
-"""How the reasons begin for which a stance without an apex is a misfire."""
+_NO_FLIGHT = (Reason.NO_FALL, Reason.NO_FREE_FLIGHT)
+"""Why a stance without an apex is a misfire; where samples are missing, nobody can tell."""
 
 _UNKNOWN_PAUSE_S = 5.0
 """Drawn between two logs of which a clock does not say how long the pause was."""
@@ -50,17 +52,19 @@ def plot_run(book: Book, connection: sa.Connection, name: str, jump: int | None,
         )
     detections = Detections(connection, book.store)
     pieces: list[_Piece] = []
+    logs: dict[str, Log] = {}
     for before, signal in zip((None, *found.signals), found.signals, strict=False):
-        log = detections.log(signal)
+        log = logs[signal.sha256] = detections.log(signal)
         offset_s = 0.0 if before is None else _start_s(before, signal, pieces[-1])
         pieces.append(_Piece(signal, log.time_s + offset_s, log.body_height_m, log.leg_length_m, offset_s))
+    misfires = _misfires(book, connection, found, logs)
     offsets = {piece.signal.sha256: piece.offset_s for piece in pieces}
     picture = RunLog(
         run=name,
         title=f"{found.run.condition_key or found.run.kind}, {found.run.day}",
         time_s=np.concatenate([piece.time_s for piece in pieces]),
         body_height_m=np.concatenate([piece.body_height_m for piece in pieces]),
-        jumps=tuple(_jump(item, offsets[item.signal_sha256]) for item in found.jumps),
+        jumps=tuple(_jump(item, offsets[item.signal_sha256], misfires) for item in found.jumps),
         gaps=tuple(gap for index, piece in enumerate(pieces) for gap in _gaps(connection, piece, pieces[:index])),
         panel_jump=jump,
         leg_length_m=_leg_length(pieces),
@@ -73,7 +77,7 @@ def plot_run(book: Book, connection: sa.Connection, name: str, jump: int | None,
     else:
         figure.savefig(out)
     asked = next((item.jump for item in found.jumps if item.jump.number == jump), None)
-    return PlottedRun(out, "" if asked is None else _no_apex(name, asked))
+    return PlottedRun(out, "" if asked is None else _no_apex(name, asked, misfires))
 
 
 def _found(log: RunLog) -> str:
@@ -82,16 +86,26 @@ def _found(log: RunLog) -> str:
     return f"{count_text(len(log.jumps), 'jump')}, {left} of them left out"
 
 
-def _no_apex(name: str, jump: JumpRow) -> str:
+def _no_apex(name: str, jump: JumpRow, misfires: set[str]) -> str:
     if jump.undefined_reason is None:
         return ""
-    kind = "was a misfire" if _is_misfire(jump) else "has no apex"
+    kind = "was a misfire" if jump.uid in misfires else "has no apex"
     return f"jump {jump.number} of run {name} {kind}: {jump.undefined_reason}."
 
 
-def _is_misfire(jump: JumpRow) -> bool:
-    """Tell whether a stance was followed by no flight; where samples are missing, nobody can tell."""
-    return jump.undefined_reason is not None and jump.undefined_reason.startswith(_NO_FLIGHT) and not jump.gap_touched
+def _misfires(book: Book, connection: sa.Connection, found: RunReview, logs: Mapping[str, Log]) -> set[str]:
+    """Return the uids of jumps that are misfires, found again: stored jumps have their reasons in words only."""
+    lost = {item.signal_sha256 for item in found.jumps if item.jump.apex_height_m is None}
+    length_m, detector = rest_length_m(connection, found.run.robot_uid), book.configuration.protocol.detector
+    uids = set()
+    for sha256 in lost:
+        detection = detect(logs[sha256], detector, length_m)
+        _, rows = detection_rows(detection, sha256)
+        for row, jump in zip(rows, detection.found.jumps, strict=True):
+            why = jump.apex_height_m
+            if isinstance(why, Undefined) and why.code in _NO_FLIGHT:
+                uids.add(row["uid"])
+    return uids
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -133,7 +147,7 @@ def _gaps(connection: sa.Connection, piece: _Piece, earlier: list[_Piece]) -> li
     return restart + within
 
 
-def _jump(item: JudgedJump, offset_s: float) -> LogJump:
+def _jump(item: JudgedJump, offset_s: float, misfires: set[str]) -> LogJump:
     jump = item.jump
     return LogJump(
         number=jump.number,
@@ -142,5 +156,5 @@ def _jump(item: JudgedJump, offset_s: float) -> LogJump:
         touchdown_s=None if jump.touchdown_s is None else jump.touchdown_s + offset_s,
         lift_off_s=None if jump.liftoff_s is None else jump.liftoff_s + offset_s,
         excluded=item.excluded or "",
-        misfire=_is_misfire(jump),
+        misfire=jump.uid in misfires,
     )

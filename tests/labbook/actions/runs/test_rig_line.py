@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import sqlalchemy as sa
 
 from data_schema.queries.detections import jumps_found
 from data_schema.queries.readings import readings_of
@@ -85,6 +86,22 @@ def test_a_plot_says_that_the_jump_asked_for_has_no_apex(book: Book, tmp_path: P
     assert made[0].remark == ""
     says(made[1].remark, "jump", "11", "r001")
     assert "no apex" in made[1].remark or "misfire" in made[1].remark
+
+
+def test_a_misfire_is_told_by_its_reason_not_by_how_the_reason_is_worded(book: Book, tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    content = hopping_log(10)
+    last_ms = float(content.splitlines()[-1].partition(b",")[0])
+    held = "".join(f"{last_ms + 4 * row:.3f},{0.33 + 1e-5 * (row % 3):.6f},15.4\n" for row in range(1, 1001))
+    path.write_bytes(content + held.encode())  # the robot is lifted, and held
+    ingest_file(book, path, IngestRequest(run=RUN, person=ADA))
+    with book.engine.begin() as connection:
+        connection.execute(
+            sa.text("UPDATE jump SET undefined_reason = 'other words' WHERE undefined_reason IS NOT NULL")
+        )
+    with book.reading() as connection:
+        made = plot_run(book, connection, RUN, 11, tmp_path / "jump.svg")
+    assert made.remark == "jump 11 of run r001 was a misfire: other words."
 
 
 def test_a_jump_whose_apex_is_lost_is_missing(book: Book, tmp_path: Path) -> None:
