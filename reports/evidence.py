@@ -293,10 +293,11 @@ class Order:
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """A headline computed another way ("without exclusions", "other detector", "without 2021-06-03")."""
+    """A headline computed another way ("without exclusions", "other detector"), or without a `day`, "" elsewhere."""
 
     label: str
     number: Number
+    day: str = ""
 
 
 @dataclass(frozen=True, slots=True)

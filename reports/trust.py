@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable
 
 from data_schema.outcomes import Outcome
@@ -12,8 +11,6 @@ from reports.content import Comparison, ReportContent, Sensitivity
 from reports.display import as_shown, common_places, decimal_text, shown_unit, with_unit
 from reports.numbers import Number
 from reports.wording import count_text, list_text, sentence_start
-
-_WITHOUT_A_DAY = re.compile(r"without \d{4}-\d{2}-\d{2}")
 
 
 def flow_sentence(content: ReportContent) -> str:
@@ -134,10 +131,10 @@ def robustness_sentences(content: ReportContent) -> tuple[str, ...]:
         elif ranges:
             days = [abs(shift) for each in of_unit for label in _days(each) if (shift := _shift(each, label))]
             moves.append(f"{_moved(max(days, default=0.0), of_unit[0], places)} without one day at a time")
-        labels = dict.fromkeys(variant.label for each in of_unit for variant in each.variants)
+        labels = dict.fromkeys(variant.label for each in of_unit for variant in each.variants if not variant.day)
         for label in labels:
             moved = [abs(shift) for each in of_unit if (shift := _shift(each, label)) is not None]
-            if moved and not _is_day(label):
+            if moved:
                 still = decimal_text(max(moved), places).strip("0.") == ""
                 if still:
                     unmoved.append(label)
@@ -161,7 +158,7 @@ def _moved(shift: float, item: Sensitivity, places: int) -> str:
 
 
 def _days(item: Sensitivity) -> list[str]:
-    return [variant.label for variant in item.variants if _is_day(variant.label)]
+    return [variant.label for variant in item.variants if variant.day]
 
 
 def _loses_its_interval(item: Sensitivity, label: str) -> bool:
@@ -170,13 +167,9 @@ def _loses_its_interval(item: Sensitivity, label: str) -> bool:
     return isinstance(item.as_reported.ci_low, float) and any(not isinstance(end, float) for end in ends)
 
 
-def _is_day(label: str) -> bool:
-    return _WITHOUT_A_DAY.fullmatch(label) is not None
-
-
 def _range(item: Sensitivity, places: int) -> str:
     """Write a headline with its range without one day at a time; "" where there is none."""
-    without = _known(variant.number for variant in item.variants if _is_day(variant.label))
+    without = _known(variant.number for variant in item.variants if variant.day)
     reported = as_shown(item.as_reported)
     if not without or not isinstance(reported.value, float):
         return ""

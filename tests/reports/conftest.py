@@ -283,11 +283,12 @@ def _sensitivity(comparisons, days):
         if not comparison.opens or comparison.savings is None:
             continue
         base = comparison.savings
-        labels = ["without exclusions", "with the published detector", *(f"without {day.date}" for day in days)]
+        labels = {"without exclusions": "", "with the published detector": ""}
+        labels |= {f"without {day.date}": day.date for day in days}
         variants = tuple(
             Variant(label, Number(base.value + 0.4 * math.sin(i), "%", se=base.se, ci_low=base.ci_low + 0.4 *
-                    math.sin(i), ci_high=base.ci_high + 0.4 * math.sin(i), n=base.n))
-            for i, label in enumerate(labels)
+                    math.sin(i), ci_high=base.ci_high + 0.4 * math.sin(i), n=base.n), day)
+            for i, (label, day) in enumerate(labels.items())
         )  # fmt: skip
         group = f"{comparison.group['foot']} foot, k gain {comparison.group['k_gain']}"
         sets.append(Sensitivity(f"savings, {group}", base, variants, group=group))

@@ -55,3 +55,14 @@ def test_ranges_without_a_day_name_the_groups_alone(content):
     first = plain(robustness_sentences(content))[0]
     assert first.startswith("Savings without one day at a time: ")
     assert first.count("avings") == 1
+
+
+def test_a_day_left_out_is_told_by_its_day_not_by_the_label(content):
+    named = [
+        dataclasses.replace(
+            each, variants=tuple(dataclasses.replace(one, label=f"way {at}") for at, one in enumerate(each.variants))
+        )
+        for each in content.sensitivity
+    ]
+    changed = dataclasses.replace(content, sensitivity=tuple(named))
+    assert plain(robustness_sentences(changed))[0] == plain(robustness_sentences(content))[0]

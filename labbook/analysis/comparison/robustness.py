@@ -27,12 +27,13 @@ WITHOUT_EXCLUSIONS = "without exclusions"
 
 @dataclass(frozen=True, slots=True)
 class Varied:
-    """One headline recomputed another way."""
+    """One headline recomputed another way; `day` is the one that is left out, "" where the way is another."""
 
     headline: str
     variant: str
     quantity: Outcome
     result: ComparisonResult | DecisionResult
+    day: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +89,7 @@ def vary(
         for outcome in (Outcome.JOULES, Outcome.APEX, *further)
     }
     found += [
-        Varied(pair.label, f"without {day.day}", outcome, result)
+        Varied(pair.label, f"without {day.day}", outcome, result, day.day)
         for day in days
         for outcome, of_day in without.items()
         for pair, result in of_day.get(day.day, ())

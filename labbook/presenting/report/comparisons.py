@@ -116,7 +116,7 @@ def sensitivity(analysis: StudyAnalysis, shown: Shown, content: ReportContent) -
                 f"{'savings' if item.quantity.has_savings else f'difference of {item.quantity}'}, {group}",
                 _headline_number(item.pair, item.decided.result if item.decided else item.result, analysis, shown),
                 tuple(
-                    Variant(varied.variant, _headline_number(item.pair, varied.result, analysis, shown))
+                    Variant(varied.variant, _headline_number(item.pair, varied.result, analysis, shown), varied.day)
                     for varied in recomputed
                 ),
                 _rule_of_all_runs(item, recomputed),
