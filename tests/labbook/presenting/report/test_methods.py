@@ -66,7 +66,7 @@ def test_how_the_drain_lines_error_joins_the_scatter_is_what_their_degrees_of_fr
     assert tuple(rule for rule in (IN_QUADRATURE, ONE_QUANTILE) if rule in text) == rules
     assert ("the same proportion" in text) == (IN_QUADRATURE in rules)
     assert ("interval that holds" in text) == (ONE_QUANTILE in rules)
-    assert ("degrees of freedom" in text) == (len(rules) == 2)
+    assert ("fewer than 4" in text) == (len(rules) == 2)
     assert ("What is left" in text) == bool(rules)
 
 
