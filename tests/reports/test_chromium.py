@@ -41,6 +41,25 @@ def test_nothing_runs_off_a_narrow_window(written, tmp_path):
     assert int(re.search(r"<title>width (\d+)</title>", found).group(1)) <= 640
 
 
+IN_FRAME = """<script>addEventListener("load", () => {
+const box = document.querySelector("#answer .table");
+parent.postMessage(`${innerWidth} px: ${Math.max(0, box.scrollWidth - box.clientWidth)} hidden`, "*");
+});</script></body>"""
+FRAME = """<!DOCTYPE html><html><body>
+<script>addEventListener("message", said => { document.title = said.data; });</script>
+<iframe src="page.html" style="width: 360px; height: 800px; border: 0"></iframe></body></html>"""
+"""A browser's window is no narrower than 500 px."""
+
+
+def test_the_table_of_page_one_does_not_scroll_on_a_telephone(written, tmp_path):
+    text = written.page.read_text(encoding="utf-8")
+    (tmp_path / "page.html").write_text(text.replace("</body>", IN_FRAME), encoding="utf-8")
+    frame = tmp_path / "frame.html"
+    frame.write_text(FRAME, encoding="utf-8")
+    found = browse(tmp_path, "--virtual-time-budget=3000", "--dump-dom", frame.as_uri())
+    assert re.search(r"<title>(.*?)</title>", found).group(1) == "360 px: 0 hidden"
+
+
 def test_the_page_is_drawn(written, tmp_path):
     picture = tmp_path / "page.png"
     browse(tmp_path, "--window-size=900,1400", f"--screenshot={picture}", written.page.as_uri())
