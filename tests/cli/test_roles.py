@@ -39,6 +39,7 @@ def guest(tmp_path: Path, postgres_url: str, cluster: Cluster) -> Iterator[Small
         state_report(opened_book, None, ADA, lambda _step: None)
     name = sa.make_url(postgres_url).database
     with psycopg.connect(host=str(cluster.socket_folder), user="labbook", dbname=name, autocommit=True) as owner:
+        owner.execute("DROP ROLE IF EXISTS guest")
         owner.execute("CREATE ROLE guest LOGIN")
         owner.execute("GRANT USAGE ON SCHEMA public TO guest")
         owner.execute("GRANT SELECT ON ALL TABLES IN SCHEMA public TO guest")

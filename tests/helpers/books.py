@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import datetime as dt
 import functools
+import os
 import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
@@ -29,6 +30,7 @@ from labbook.demo.records import DemoRun
 from labbook.demo.truth import CHAPTER_5, Condition
 from labbook.demo.writers import RunRow, SheetRow, charger_sheet, run_sheet, string_pot_log
 from tests.helpers.once import made_once
+from tests.helpers.postgres import cluster_of
 
 ADA = "Ada Nwosu"
 BEN = "Ben Ode"
@@ -98,9 +100,11 @@ def small_book(
     `runs`: the run sheet is imported and each day's rail checked; `ingested`: so are all logs and charger sheets;
     `two_people`: Ben Ode (BO) may speak beside Ada Nwosu (AN); `database_url`: on PostgreSQL.
     """
-    if database_url is not None:
-        return _make(folder, runs, ingested, two_people, database_url)
     name = f"small-book-{runs:d}{ingested:d}{two_people:d}"
+    if database_url is not None:
+        return on_server(
+            name, lambda above: _make(above, runs, ingested, two_people, database_url), folder, database_url
+        )
     return copy_of(name, lambda above: _make(above, runs, ingested, two_people, None), folder)
 
 
@@ -109,6 +113,22 @@ def copy_of(name: str, make: Callable[[Path], SmallBook], folder: Path) -> Small
     made = made_once(name, make)
     shutil.copytree(made.folder.parent, folder, dirs_exist_ok=True, copy_function=shutil.copyfile)
     return SmallBook(folder / "book", folder / "instruments")
+
+
+def on_server(name: str, make: Callable[[Path], SmallBook], folder: Path, database_url: str) -> SmallBook:
+    """Make a book on a PostgreSQL database, or copy to there the one that this process has made at the same address."""
+    cluster, database = cluster_of(database_url)
+    template = f"{database} {name}"
+
+    def make_and_keep(above: Path) -> SmallBook:
+        made = make(above)
+        cluster.make(template, database)
+        return made
+
+    book = copy_of(f"{name}-on-{database}-{os.getpid()}", make_and_keep, folder)
+    cluster.drop(database)
+    cluster.make(database, template)
+    return book
 
 
 @functools.cache

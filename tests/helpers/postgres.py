@@ -15,6 +15,7 @@ from itertools import count
 from pathlib import Path
 
 import psycopg
+import sqlalchemy as sa
 
 ROLE = "labbook"
 SERVER_USER = "postgres"
@@ -62,6 +63,13 @@ class Cluster:
     def _order(self, statement: str) -> None:
         with psycopg.connect(host=str(self.socket_folder), user=ROLE, dbname="postgres", autocommit=True) as connection:
             connection.execute(statement.encode())
+
+
+def cluster_of(url: str) -> tuple[Cluster, str]:
+    """Return the server of an address that a `Cluster` gave, and the name of the database there."""
+    parts = sa.make_url(url)
+    assert parts.database is not None
+    return Cluster(Path(str(parts.query["host"]))), parts.database
 
 
 @contextlib.contextmanager

@@ -15,7 +15,7 @@ from labbook.actions.runs.day_checks import state_check
 from labbook.actions.runs.jump_review import decide
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.opening import Book
-from tests.helpers.books import ADA, BEN, DAYS, SmallBook, ingest_all, small_book
+from tests.helpers.books import ADA, BEN, DAYS, SmallBook, ingest_all, on_server, small_book
 from tests.helpers.once import made_once
 from tests.helpers.statements import note
 
@@ -36,6 +36,12 @@ def copy_of_judged_book(folder: Path) -> SmallBook:
 
 def whole_book(folder: Path, database_url: str | None = None) -> SmallBook:
     """Make one: planned, ingested, assigned, noted, judged, reported, corrected and reported again."""
+    if database_url is not None:
+        return on_server("whole-book", lambda above: _whole_book(above, database_url), folder, database_url)
+    return _whole_book(folder, None)
+
+
+def _whole_book(folder: Path, database_url: str | None) -> SmallBook:
     made = judged_book(folder, database_url)
     with made.open() as book:
         state_report(book, None, ADA, lambda _step: None)

@@ -68,7 +68,7 @@ def test_the_page_is_drawn(written, tmp_path):
     assert 0.01 < (pixels.mean(axis=2) < 0.9).mean() < 0.3
 
 
-@pytest.mark.parametrize(("paper", "width_pt"), [("A4", 595), ("Letter", 612)])
+@pytest.mark.parametrize(("paper", "width_pt"), [("A4", 595), pytest.param("Letter", 612, marks=pytest.mark.soak)])
 def test_the_page_prints_on_the_paper_that_is_there(written, tmp_path, paper, width_pt):
     page, printed = tmp_path / "page.html", tmp_path / "page.pdf"
     text = written.page.read_text(encoding="utf-8")

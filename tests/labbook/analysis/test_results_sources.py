@@ -35,6 +35,7 @@ from tests.helpers.definitions import (
     named_by,
     rests_on,
 )
+from tests.helpers.once import made_once
 from tests.helpers.sources import closure, digest, is_module
 
 FROZEN = Path(__file__).parents[1] / "demo" / "data"
@@ -71,6 +72,11 @@ def below(modules: set[str]) -> set[Definition]:
 
 
 def current() -> dict[str, tuple[int, str, set[str]]]:
+    """Version, hash and modules of everything that has a version, found once a test run."""
+    return made_once("current-sources", lambda _folder: found_now())
+
+
+def found_now() -> dict[str, tuple[int, str, set[str]]]:
     """Version, hash and modules of everything that has a version, by name; `below_` is what that rests on further."""
     found = {}
     for algorithm in ALGORITHMS:

@@ -403,7 +403,7 @@ def test_a_journal_cut_behind_its_guard_shows_in_the_rows(judged: SmallBook) -> 
 
 
 def test_on_postgresql_too_foreign_triggers_are_named(tmp_path: Path, postgres_url: str) -> None:
-    book = small_book(tmp_path, database_url=postgres_url)
+    book = small_book(tmp_path, ingested=False, database_url=postgres_url)
     assert check(book).whole
     execute_plainly(
         postgres_engine(postgres_url),

@@ -129,7 +129,7 @@ def kill_rounds(lab: Lab, rounds: int) -> int:
 
 
 def test_killed_at_random_nothing_is_lost_nothing_is_half_there(lab: Lab) -> None:
-    rounds = 70 if lab.standing.engine.dialect.name == "sqlite" else 12
+    rounds = 20 if lab.standing.engine.dialect.name == "sqlite" else 8
     assert kill_rounds(lab, rounds) > rounds // 4
     code, said = lab.commands.run(*lab.ingest(lab.inbox))
     assert code == 0, said

@@ -81,6 +81,8 @@ CASES = {
     "backup, killed before": Case((BACKUP, BACKUP), dies_after=4),
 }
 """What is recorded; another command that writes to a book is a line here."""
+IN_A_SOAK = ("correct, killed before", "backup, killed before")
+"""Cases tried in a soak alone: what a killed command left is taken up as after a killed ingest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,7 +233,7 @@ def losses(
     return count, lost
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", [name for name in CASES if name not in IN_A_SOAK])
 def test_nothing_that_was_said_is_lost_when_the_power_goes(
     name: str, tmp_path: Path, recorder: tuple[Commands, Path], commands: Commands
 ) -> None:

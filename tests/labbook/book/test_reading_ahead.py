@@ -63,12 +63,6 @@ def _copy(full: SmallBook, folder: Path) -> SmallBook:
     return SmallBook(folder / "book", full.instruments)
 
 
-def test_the_rows_are_those_of_the_ingest(full: SmallBook, tmp_path: Path) -> None:
-    book = _copy(full, tmp_path)
-    rebuild_database(book.folder, lambda _step: None)
-    assert _rows(book) == _rows(full)
-
-
 def test_the_rows_are_those_of_a_rebuild_in_one_process(full: SmallBook, tmp_path: Path, one_processor: None) -> None:
     book = _copy(full, tmp_path)
     rebuild_database(book.folder, lambda _step: assert_alone())
@@ -89,10 +83,13 @@ def test_a_raw_copy_that_is_gone_is_named_and_nothing_is_changed(full: SmallBook
     assert not any(map(_is_reader, _children(os.getpid())))
 
 
-def test_samples_that_are_gone_are_written_again(full: SmallBook, tmp_path: Path) -> None:
+def test_the_rows_are_those_of_the_ingest_and_samples_that_are_gone_are_written_again(
+    full: SmallBook, tmp_path: Path
+) -> None:
     book = _copy(full, tmp_path)
     shutil.rmtree(book.folder / "signals")
     rebuild_database(book.folder, lambda _step: None)
+    assert _rows(book) == _rows(full)
     kept = {path.relative_to(full.folder): path.read_bytes() for path in (full.folder / "signals").rglob("*.parquet")}
     now = {path.relative_to(book.folder): path.read_bytes() for path in (book.folder / "signals").rglob("*.parquet")}
     assert now == kept

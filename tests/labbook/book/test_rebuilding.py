@@ -33,6 +33,11 @@ from tests.helpers.statements import note, notes, said_alike
 from tests.helpers.whole_book import copy_of_judged_book, copy_of_whole_book, whole_book
 from tests.helpers.wording import refuses, says
 
+SERVER_IN_A_SOAK = pytest.mark.parametrize(
+    "book", ["sqlite", pytest.param("postgresql", marks=pytest.mark.soak)], indirect=True
+)
+"""For what is settled by the journal before the engine matters."""
+
 
 @pytest.fixture
 def whole(tmp_path: Path) -> SmallBook:
@@ -265,18 +270,17 @@ def test_another_program_with_migrations_of_its_own_is_not_taken_for_a_book(
     engine.dispose()
 
 
-def test_on_postgresql_one_who_keeps_reading_stops_it(tmp_path: Path, cluster: Cluster) -> None:
-    url = cluster.url(cluster.fresh())
-    book = small_book(tmp_path, ingested=False, database_url=url)
-    before = schema_and_rows(url)
-    hasty = postgres_engine(url, busy_timeout_s=0.1)
+def test_on_postgresql_one_who_keeps_reading_stops_it(tmp_path: Path, postgres_url: str) -> None:
+    book = small_book(tmp_path, ingested=False, database_url=postgres_url)
+    before = schema_and_rows(postgres_url)
+    hasty = postgres_engine(postgres_url, busy_timeout_s=0.1)
     with book.open() as standing, standing.reading() as connection:
         connection.exec_driver_sql("SELECT count(*) FROM run").scalar_one()
         with pytest.raises(BookBusy, match="another program"):
-            replace_postgres(hasty, url, lambda _engine: None, lambda _engine, _standing: None)
+            replace_postgres(hasty, postgres_url, lambda _engine: None, lambda _engine, _standing: None)
     assert schemas(hasty) == []
     hasty.dispose()
-    assert schema_and_rows(url) == before
+    assert schema_and_rows(postgres_url) == before
 
 
 def test_a_role_without_rights_is_told_what_a_rebuild_needs(postgres_url: str, judged: SmallBook) -> None:
@@ -317,6 +321,7 @@ def test_what_is_said_while_a_book_is_rebuilt_is_in_it(book: SmallBook, commands
         assert all_rows_by_name(standing.engine) == rows
 
 
+@SERVER_IN_A_SOAK
 def test_a_second_rebuild_is_refused_while_one_runs(book: SmallBook) -> None:
     told = []
 
@@ -426,6 +431,7 @@ def test_a_rebuild_that_is_killed_at_any_rename_keeps_the_old_database_for_good(
     assert number > 1
 
 
+@SERVER_IN_A_SOAK
 def test_a_journal_that_ends_before_the_database_is_not_rebuilt_from(book: SmallBook) -> None:
     whole = book.journal.read_bytes()
     with book.open() as standing:
@@ -444,6 +450,7 @@ def test_a_journal_that_ends_before_the_database_is_not_rebuilt_from(book: Small
         assert all_rows_by_name(standing.engine) == later
 
 
+@SERVER_IN_A_SOAK
 def test_the_database_of_another_book_is_not_replaced(book: SmallBook, tmp_path: Path) -> None:
     other = small_book(tmp_path / "other", ingested=False, two_people=True)
     with other.open() as standing:
@@ -459,6 +466,7 @@ def test_the_database_of_another_book_is_not_replaced(book: SmallBook, tmp_path:
         assert all_rows_by_name(standing.engine) == rows
 
 
+@SERVER_IN_A_SOAK
 def test_a_journal_that_lacks_only_its_last_newline_is_rebuilt_from_to_its_end(book: SmallBook) -> None:
     with book.open() as standing:
         rows, entries = all_rows_by_name(standing.engine), len(said_alike(standing))
@@ -508,23 +516,22 @@ def test_a_rebuild_that_is_killed_leaves_the_old_database(whole: SmallBook, comm
 
 
 def test_on_postgresql_a_rebuild_that_is_killed_leaves_the_old_tables(
-    cluster: Cluster, tmp_path: Path, commands: Commands
+    postgres_url: str, tmp_path: Path, commands: Commands
 ) -> None:
-    url = cluster.url(cluster.fresh())
-    book, chance = small_book(tmp_path, database_url=url), random.Random(6)
-    before = schema_and_rows(url)
+    book, chance = small_book(tmp_path, database_url=postgres_url), random.Random(6)
+    before = schema_and_rows(postgres_url)
     died = 0
     for _ in range(4):
         running = commands.start("rebuild", "--book", book.folder)
         time.sleep(chance.uniform(0, 0.9))
         running.kill()
         died += running.wait() == KILLED
-        assert schema_and_rows(url) == before
+        assert schema_and_rows(postgres_url) == before
     assert died > 1
     code, said = commands.run("rebuild", "--book", book.folder)
     assert code == 0, said
-    assert schema_and_rows(url) == before
-    engine = postgres_engine(url)
+    assert schema_and_rows(postgres_url) == before
+    engine = postgres_engine(postgres_url)
     assert FRESH not in schemas(engine)
     engine.dispose()
 

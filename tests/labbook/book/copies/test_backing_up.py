@@ -251,6 +251,7 @@ def test_killed_after_each_sync_the_next_backup_completes_it(tmp_path: Path, com
     finish(book, destination, commands)
 
 
+@pytest.mark.parametrize("database_url", ["sqlite", pytest.param("postgresql", marks=pytest.mark.soak)], indirect=True)
 def test_a_backup_during_eight_ingesting_programs_is_whole(
     tmp_path: Path, database_url: str | None, commands: Commands
 ) -> None:
