@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from labbook.cli.common import AsOption, BookOption, JsonOption, emit, progress
-from labbook.presenting.terminal import say
+from labbook.cli.common import AsOption, BookOption, JsonOption
+from labbook.terminal import emit, progress, say
 
 
 def init(

@@ -6,7 +6,8 @@ from typing import Annotated
 import typer
 
 from data_schema.errors import BookDamaged
-from labbook.cli.common import BookOption, JsonOption, columns, emit, progress
+from labbook.cli.common import BookOption, JsonOption
+from labbook.terminal import columns, emit, progress
 
 app = typer.Typer(no_args_is_help=True)
 

@@ -14,7 +14,7 @@ from ingest.timebase.clock_formats import CLOCK_FORMATS, DATE_FORMATS
 from labbook.actions.files.ingesting import FileOutcome
 from labbook.config.channels import channel_meant, check_unit
 from labbook.config.profiles import can_part_cells
-from labbook.presenting.terminal import say
+from labbook.terminal import say
 
 _ASKED_WORDS = {"date_unclear": ("dates", ("d/m/y", "m/d/y")), "clock_unclear": ("clock", ("m:s", "h:m"))}
 """What is asked for where a file leaves it open, by rule: the option, and the words it takes."""

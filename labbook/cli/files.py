@@ -4,8 +4,9 @@ from typing import Annotated, Any
 
 import typer
 
-from labbook.cli.common import AsOption, BookOption, JsonOption, columns, emit, progress, with_options
+from labbook.cli.common import AsOption, BookOption, JsonOption, with_options
 from labbook.cli.declaring import DECLARED
+from labbook.terminal import columns, emit, progress
 
 app = typer.Typer(no_args_is_help=True)
 

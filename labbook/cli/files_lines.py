@@ -11,7 +11,7 @@ from labbook.actions.files.rereading import Reread
 from labbook.actions.upkeep.stale import stale_lines
 from labbook.book.opening import opened
 from labbook.book.write_session import WriteSession
-from labbook.cli.common import emit
+from labbook.terminal import emit
 
 
 def which_files(name: str | None, every: bool, declared: bool, nothing: bool) -> None:

@@ -9,9 +9,9 @@ if TYPE_CHECKING:
     from labbook.book.opening import Book
 
 from data_schema.errors import UsageError
-from labbook.cli.common import AsOption, BookOption, JsonOption, asking, emit, progress, with_options
+from labbook.cli.common import AsOption, BookOption, JsonOption, with_options
 from labbook.cli.declaring import DECLARED
-from labbook.presenting.terminal import say
+from labbook.terminal import asking, emit, progress, say
 
 
 @with_options("declared", DECLARED)

@@ -14,7 +14,7 @@ from data_schema.vocabulary import IngestStatus, Severity
 from ingest.model import ColumnUse, Finding, TableUse
 from labbook.actions.files.ingesting import FileOutcome
 from labbook.actions.runs.rig_line import MissingHeight, RigLine, missing_height_lines
-from labbook.cli.common import columns
+from labbook.terminal import columns
 
 if TYPE_CHECKING:
     from labbook.actions.files.explaining import Explained, PartStored

@@ -4,7 +4,8 @@ from typing import Annotated
 
 import typer
 
-from labbook.cli.common import AsOption, BookOption, JsonOption, columns, emit
+from labbook.cli.common import AsOption, BookOption, JsonOption
+from labbook.terminal import columns, emit
 
 app = typer.Typer(no_args_is_help=True)
 

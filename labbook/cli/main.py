@@ -25,7 +25,7 @@ from labbook.cli.report import report
 from labbook.cli.start import INTERRUPTED, tell
 from labbook.cli.statements import assign, charge, check, correct, note, void
 from labbook.cli.views import analysis, channels, compare, formats, plot, show, today, why
-from labbook.presenting.terminal import printable_json, say
+from labbook.terminal import printable_json, say
 
 GARBAGE_AFTER = 100_000
 """New objects between two passes of the garbage collector. With Python's own 700 a tenth of a command's time goes into

@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from labbook.cli.common import AsOption, BookOption, JsonOption, emit
+from labbook.cli.common import AsOption, BookOption, JsonOption
+from labbook.terminal import emit
 
 if TYPE_CHECKING:
     from labbook.actions.planning.runs import PlanMade

@@ -4,7 +4,8 @@ from typing import Annotated
 
 import typer
 
-from labbook.cli.common import BookOption, JsonOption, columns, emit
+from labbook.cli.common import BookOption, JsonOption
+from labbook.terminal import columns, emit
 
 USUAL_POWER, USUAL_N, USUAL_PER_DAY, USUAL_METHOD = 0.8, 10, 16, "randomised"
 

@@ -11,9 +11,8 @@ import typer
 
 from data_schema.errors import InputRefused, UsageError
 from labbook.actions.files.named_files import read_bytes
-from labbook.cli.common import asking
 from labbook.plan.sheet_cells import SheetQuestion
-from labbook.presenting.terminal import say
+from labbook.terminal import asking, say
 
 _Done = TypeVar("_Done")
 USUAL_PAGE = "cp1252"

@@ -9,7 +9,8 @@ import typer
 if TYPE_CHECKING:
     from data_schema.queries.imported_files import InboxItem
 
-from labbook.cli.common import AsOption, BookOption, JsonOption, WhereOption, emit, options_given, progress
+from labbook.cli.common import AsOption, BookOption, JsonOption, WhereOption, options_given
+from labbook.terminal import emit, progress
 
 
 def report(

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from labbook.cli.common import BookOption, JsonOption, columns, emit
+from labbook.cli.common import BookOption, JsonOption
+from labbook.terminal import columns, emit
 
 if TYPE_CHECKING:
     from data_schema.queries.reports import ReportRow

@@ -8,7 +8,8 @@ from typing import Annotated, Any
 
 import typer
 
-from labbook.cli.common import AsOption, BookOption, FoldOption, JsonOption, WhereOption, columns, emit, plain
+from labbook.cli.common import AsOption, BookOption, FoldOption, JsonOption, WhereOption
+from labbook.terminal import columns, emit, plain
 
 app = typer.Typer(no_args_is_help=True)
 _MOST_RUNS = 12

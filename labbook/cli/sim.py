@@ -6,7 +6,8 @@ from typing import Annotated
 
 import typer
 
-from labbook.cli.common import JsonOption, before_work, columns, counted, emit, progress
+from labbook.cli.common import JsonOption
+from labbook.terminal import before_work, columns, counted, emit, progress
 
 app = typer.Typer(no_args_is_help=True)
 

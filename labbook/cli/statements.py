@@ -4,7 +4,8 @@ from typing import Annotated, Any
 
 import typer
 
-from labbook.cli.common import AsOption, BookOption, FoldOption, JsonOption, emit
+from labbook.cli.common import AsOption, BookOption, FoldOption, JsonOption
+from labbook.terminal import emit
 
 
 def note(

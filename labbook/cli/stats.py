@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from labbook.cli.common import BookOption, JsonOption, columns, emit, progress, with_options
+from labbook.cli.common import BookOption, JsonOption, with_options
+from labbook.terminal import columns, emit, progress
 
 if TYPE_CHECKING:
     from labbook.actions.stats.answering import Answer, CommandOutput, Question
@@ -132,7 +133,7 @@ def command(own: Callable[..., "CommandOutput"]) -> None:
 
 def _print(told: "CommandOutput", full: bool, as_json: bool) -> None:
     """Print the sentences and notes, with `full` the fields behind them, and the files written."""
-    from labbook.presenting.terminal import within_width
+    from labbook.terminal import within_width
 
     lines = within_width(told.lines)
     for item in told.fields if full else ():

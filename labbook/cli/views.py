@@ -7,7 +7,8 @@ from typing import Annotated
 import typer
 
 from data_schema.errors import BookDamaged
-from labbook.cli.common import BookOption, JsonOption, WhereOption, columns, emit, options_given, plain, progress
+from labbook.cli.common import BookOption, JsonOption, WhereOption, options_given
+from labbook.terminal import columns, emit, plain, progress
 
 
 def today(

@@ -9,8 +9,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from labbook.cli import common
-from labbook.cli.common import before_work, counted
+from labbook import terminal
+from labbook.terminal import before_work, counted
 
 
 class Terminal(io.StringIO):
@@ -36,7 +36,7 @@ def seen_of(total: int, *advances: int) -> str:
 
 def test_what_was_there_before_counts_as_done_and_not_in_the_rate(monkeypatch: pytest.MonkeyPatch) -> None:
     ticks = iter([0.0, 100.0, 102.0, 104.0])
-    monkeypatch.setattr(common, "time", SimpleNamespace(perf_counter=lambda: next(ticks)))
+    monkeypatch.setattr(terminal, "time", SimpleNamespace(perf_counter=lambda: next(ticks)))
     assert "9,400/10,000 jumps 100/s" in seen_of(10_000, 9_000, 100, 300)
 
 

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from labbook.presenting.terminal import within_width
+from labbook.terminal import within_width
 from tests.cli.shell import good, labbook
 from tests.helpers.books import SmallBook
 

@@ -16,7 +16,7 @@ from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.runs.jump_review import clear_waiting, decide, jump_lines, review
 from labbook.actions.upkeep.health import check_book
 from labbook.book.rebuilding import rebuild_database
-from labbook.cli.common import progress
+from labbook.terminal import progress
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.databases import all_rows_by_name
 from tests.helpers.journals import renumbered

@@ -26,7 +26,7 @@ from labbook.actions.runs.jump_review import decide
 from labbook.actions.upkeep.health import Health, check_book
 from labbook.actions.upkeep.recomputing import recompute
 from labbook.book.rebuilding import rebuild_database, rewrite_journal
-from labbook.cli.common import progress
+from labbook.terminal import progress
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.journals import renumbered
 from tests.helpers.statements import in_file, note

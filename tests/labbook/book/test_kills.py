@@ -22,7 +22,7 @@ from labbook.actions.upkeep.restoring import MARKER
 from labbook.book.copies.copying import raw_of
 from labbook.book.opening import opened
 from labbook.book.rebuilding import rebuild_database
-from labbook.cli.common import progress
+from labbook.terminal import progress
 from tests.helpers.books import ADA, SmallBook, instrument_files, small_book
 from tests.helpers.commands import KILLED, Commands
 from tests.helpers.databases import all_rows_by_name

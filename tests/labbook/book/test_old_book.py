@@ -19,7 +19,7 @@ from labbook.analysis.results.printed_values import agree
 from labbook.book.opening import Book, engine_of, opened, read_configuration
 from labbook.book.rebuilding import rebuild_database
 from labbook.book.upgrading import upgrade_database
-from labbook.cli.common import progress
+from labbook.terminal import progress
 from tests.helpers.databases import ENGINES, all_rows_by_name
 from tests.helpers.old_book import unpack
 from tests.helpers.postgres import Cluster

@@ -19,7 +19,7 @@ from labbook.actions.upkeep.pruning import Leftover, leftovers, prune
 from labbook.book.copies.copying_database import copy_database
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database
-from labbook.cli.common import progress
+from labbook.terminal import progress
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.commands import KILLED, Commands
 from tests.helpers.databases import all_rows, all_rows_by_name

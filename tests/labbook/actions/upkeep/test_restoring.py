@@ -15,7 +15,7 @@ from data_schema.errors import BookDamaged, UsageError
 from labbook.actions.upkeep.restoring import MARKER, Place, Restored, restore
 from labbook.book.copies.backing_up import back_up
 from labbook.book.opening import opened
-from labbook.cli.common import progress
+from labbook.terminal import progress
 from tests.helpers.books import ADA, small_book
 from tests.helpers.commands import KILLED, Commands
 from tests.helpers.databases import Rows, all_rows_by_name

@@ -15,7 +15,7 @@ from ingest.store import Store, raw_path
 from labbook.book.copies.backing_up import Backup, back_up
 from labbook.book.copies.copying import raw_of
 from labbook.book.copies.last_backup import backup_line, last_backup
-from labbook.cli.common import progress
+from labbook.terminal import progress
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.commands import KILLED, Commands
 from tests.helpers.folders import contents

@@ -15,7 +15,7 @@ from data_schema.errors import BookVersion, UsageError
 from data_schema.row_hashes import altered_rows
 from labbook.actions.upkeep.health import check_book
 from labbook.book.copies.copying_database import copy_database
-from labbook.cli.common import progress
+from labbook.terminal import progress
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.commands import KILLED, Commands
 from tests.helpers.databases import Rows, all_rows
