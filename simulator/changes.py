@@ -17,17 +17,24 @@ _BUT = ", but with "
 FLIGHT_EFFECTS = {"held": "held_gains_in_flight", "massless": "massless_leg_in_flight"}
 """Words for the leg in flight, beside `soft`, which is neither of these effects."""
 
+CONTACT_EFFECT, CONTACTS = "contact_once_risen", ("once_risen", "at_the_print")
+"""The effect that decides when a lifted foot meets the ground again, and words for with it and without."""
+
 AUTO = "auto"
 """Word among the effects: those that a tolerance does not need are to be left out."""
 
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """What one word changes: parameters' values, effects, the number of jumps; `drop_height_m` waits for the rest."""
+    """What one word changes: parameters' values, effects, the number of jumps; `drop_height_m` waits for the rest.
+
+    `choice` names what the effects are switched for.
+    """
 
     values: Mapping[str, float] = field(default_factory=dict)
     on: frozenset[str] = frozenset()
     off: frozenset[str] = frozenset()
+    choice: str = ""
     jumps: int | None = None
     drop_height_m: float | None = None
 
@@ -35,7 +42,7 @@ class Change:
     def subjects(self) -> tuple[str, ...]:
         """What is changed; no two words may change the same."""
         others = {
-            "the leg in flight": bool(self.on | self.off),
+            self.choice: bool(self.choice),
             "jumps": self.jumps is not None,
             "initial_height": self.drop_height_m is not None,
         }
@@ -127,11 +134,20 @@ def _number(name: str, text: str) -> float:
 
 def _flight(value: str, _effects: frozenset[str]) -> Change:
     every = frozenset(FLIGHT_EFFECTS.values())
+    choice = "the leg in flight"
     if value == "soft":
-        return Change(off=every)
+        return Change(off=every, choice=choice)
     if value not in FLIGHT_EFFECTS:
         raise unknown_name("leg in flight", value, ("soft", *FLIGHT_EFFECTS))
-    return Change(on=frozenset({FLIGHT_EFFECTS[value]}), off=every - {FLIGHT_EFFECTS[value]})
+    return Change(on=frozenset({FLIGHT_EFFECTS[value]}), off=every - {FLIGHT_EFFECTS[value]}, choice=choice)
+
+
+def _contact(value: str, _effects: frozenset[str]) -> Change:
+    rule = frozenset({CONTACT_EFFECT})
+    if value not in CONTACTS:
+        raise unknown_name("contact after lift-off", value, CONTACTS)
+    once_risen = value == CONTACTS[0]
+    return Change(on=rule if once_risen else frozenset(), off=frozenset() if once_risen else rule, choice="contact")
 
 
 def _jumps(value: str, _effects: frozenset[str]) -> Change:
@@ -156,6 +172,7 @@ def _drop_height(value: str, _effects: frozenset[str]) -> Change:
 
 WORDS: dict[str, Callable[[str, frozenset[str]], Change]] = {
     "flight": _flight,
+    "contact": _contact,
     "gain": _gain,
     "damping_gain": _damping_gain,
     "drop_height": _drop_height,

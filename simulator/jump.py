@@ -88,6 +88,18 @@ def simulate(scene: Scene, accuracy: float = 1e-6, trajectory: bool = False) -> 
     )
 
 
+def beside_other_contact(result: SceneResult) -> SceneResult:
+    """Add the last jump with contact at the print, where a lifted foot sank unresisted by more than the accuracy.
+
+    Returns the result as it is where it did not.
+    """
+    jump = result.jump
+    if jump.unresisted_sink_m <= result.accuracy * jump.max_depth_m:
+        return result
+    at_the_print = simulate(result.scene.changed(effects_off=("contact_once_risen",)), result.accuracy)
+    return replace(result, other_contact=at_the_print.jump)
+
+
 def _flagged_from_the_first_on(jumps: tuple[JumpResult, ...]) -> tuple[JumpResult, ...]:
     """What follows an ill-conditioned jump starts from a state that is not better known."""
     flags = itertools.accumulate((jump.ill_conditioned for jump in jumps), max)

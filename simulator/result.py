@@ -35,6 +35,10 @@ class JumpResult:
     `ill_conditioned` where sampled damping amplifies errors (`error_growth`) until rounding alone takes half of the
     accuracy.
 
+    `unresisted_sink_m` is how far a lifted foot sank below its print without meeting the ground (effect
+    `contact_once_risen`); `cancelled_liftoff` among the counters how often the gains of flight took a lift-off back
+    (without that effect).
+
     `repeats` counts how often the scene was simulated again with finer steps, because errors grew or the energy book
     did not close within the accuracy; where it never closed, `open_book` is true. `under_surface`: the body gets below
     the surface of the grains, which act on the foot alone.
@@ -44,6 +48,7 @@ class JumpResult:
     touchdown_time_s: float
     liftoff_time_s: float | None
     max_depth_m: float
+    unresisted_sink_m: float
     liftoff_body_height_m: float | None
     liftoff_body_velocity_m_s: float | None
     liftoff_foot_velocity_m_s: float | None
@@ -93,7 +98,10 @@ class JumpResult:
 
 @dataclass(frozen=True, slots=True)
 class SceneResult:
-    """All jumps of a scene, simulated at one accuracy."""
+    """All jumps of a scene, simulated at one accuracy.
+
+    `other_contact` is the last jump by the other rule of contact after lift-off (`beside_other_contact`).
+    """
 
     scene: Scene
     accuracy: float
@@ -101,6 +109,7 @@ class SceneResult:
     compile_time_s: float
     wall_time_s: float
     trajectory: xarray.Dataset | None = None
+    other_contact: JumpResult | None = None
 
     @property
     def jump(self) -> JumpResult:

@@ -74,7 +74,7 @@ def effects(p: GranularParameters | HoppingParameters) -> frozenset[str] | None:
         )
     if p.immediate_contact:
         return None
-    common |= {"hydrostatic_stiffness", "inertial_drag", "added_mass", "sampled_control"}
+    common |= {"hydrostatic_stiffness", "inertial_drag", "added_mass", "contact_once_risen", "sampled_control"}
     common.add("latched_switching" if p.switching_rule == SwitchingRule.LATCHED else "short_leg_guard")
     if p.flight_gains == FlightGains.HELD:
         common.add("held_gains_in_flight")

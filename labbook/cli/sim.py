@@ -65,7 +65,7 @@ def run(
     from labbook.presenting.simulation.simulated import as_data, as_lines
     from reports.figures.kind import check_form
     from simulator.changes import changed_by_words
-    from simulator.jump import simulate
+    from simulator.jump import beside_other_contact, simulate
     from simulator.scene_file import load_scene
 
     check_form("--plot", plot)
@@ -75,7 +75,7 @@ def run(
         full = changed_by_words(load_scene(scene), sets or (), auto.words)
         ablation = auto.ablation(full, step)
         drawn = plot is not None or animate is not None
-        result = simulate(with_enough(full, ablation), accuracy, trajectory=drawn)
+        result = beside_other_contact(simulate(with_enough(full, ablation), accuracy, trajectory=drawn))
         if drawn:
             draw_motion(result, plot, animate)
     said = [] if ablation is None else ["", *verdict(ablation)]

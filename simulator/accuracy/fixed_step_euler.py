@@ -27,6 +27,7 @@ from simulator.kernel.control.decisions import make_switch, make_tick
 from simulator.kernel.events.contact import make_lift_off
 from simulator.kernel.layout import (
     APEX,
+    ASLEEP,
     DEEPEST,
     FLIGHT,
     INTRUDING,
@@ -163,7 +164,7 @@ def _make_run(composition: Composition) -> Function:
                 elif t - row[lift] >= LONGEST_FLIGHT_S:
                     outcome = TIMEOUT
             else:
-                looked_s = look(t, looked_s, work)
+                looked_s = look(t, looked_s, work) if work[ASLEEP] == 0 else looked_s
                 length_m = work[NOW + X_BODY] - work[NOW + X_FOOT]
                 moved_kg = work[foot]
                 if has_mass and pressing:
@@ -171,8 +172,9 @@ def _make_run(composition: Composition) -> Function:
                 if forces(work, NOW)[1] > moved_kg * GRAVITY_M_S2:
                     pressing, work[DEEPEST], work[TIME] = False, -deepest_m, t
                     lift_off(work)
-                    note_liftoff(work, row)
-                    if to_liftoff:
+                    if work[MODE] == FLIGHT:
+                        note_liftoff(work, row)
+                    if to_liftoff and work[MODE] == FLIGHT:
                         outcome = LIFTOFF_REACHED
                 elif length_m < work[lower] - work[upper]:
                     outcome = LEG_FOLDED

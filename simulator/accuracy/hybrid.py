@@ -24,10 +24,12 @@ from simulator.kernel.events.guards import make_guards
 from simulator.kernel.events.landing import make_meet_ground
 from simulator.kernel.events.transitions import make_transition
 from simulator.kernel.layout import (
+    ASLEEP,
     BOTTOMS,
     CAP_KINK,
     CARRIED,
     CLEARS,
+    CONDITIONS,
     CONE_KINK,
     FALLS,
     FLIGHT,
@@ -130,7 +132,7 @@ def _of_effects(composition: Composition) -> tuple[int, ...]:
         CAP_KINK: composition.has("cap_n"),
         RELEASES: composition.has("travel_m"),
         RESTS: composition.has("rail_friction_n"),
-        SWITCHES: not composition.on("sampled_control"),
+        **dict.fromkeys(range(SWITCHES, SWITCHES + CONDITIONS), not composition.on("sampled_control")),
     }
     return tuple(guard for guard, on in wanted.items() if on)
 
@@ -149,7 +151,7 @@ def _moving(composition: Composition) -> dict[str, tuple[Function, tuple[object,
     wants_switch, sampled = make_wants_switch(composition), composition.on("sampled_control")
     sleeps = composition.sleeps_in_flight
     fill_guards, timer, must_land = (
-        make_guards(composition, wants_switch),
+        make_guards(composition),
         make_timer(composition),
         make_must_land(composition),
     )
@@ -164,7 +166,7 @@ def _moving(composition: Composition) -> dict[str, tuple[Function, tuple[object,
         work[TRIAL : TRIAL + size] = state
         fill_guards(t, work, TRIAL, GUARDS_AFTER)
         values[:GUARDS] = work[GUARDS_AFTER : GUARDS_AFTER + GUARDS]
-        if sampled and not (sleeps and work[MODE] == FLIGHT):
+        if sampled and not (sleeps and (work[MODE] == FLIGHT or work[ASLEEP] == 1)):
             values[WISH] = wants_switch(work, work[PHASE], TRIAL, 1.0, 1.0)
         return values
 

@@ -71,7 +71,7 @@ EFFECT = Effect(
         "emulated_ground": "a foot stands on one ground: leave out emulated_ground or hydrostatic_stiffness",
         "touchdown_impact": "grains take the foot without an impact: leave out touchdown_impact",
     },
-    publishes=("max_depth_m", "ground_loss_J"),
+    publishes=("max_depth_m", "unresisted_sink_m", "ground_loss_J"),
     derived=("recruitment_slope", "foot_area", "penetration_factor", "stress_factor", "cone_depth"),
     functions=_functions,
 )

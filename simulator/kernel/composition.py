@@ -88,6 +88,12 @@ class Composition:
         return self.on("touchdown_impact") or (self.has("drag_w") and self.on("cost_of_whole_jump"))
 
     @property
+    def contact_at_the_print(self) -> bool:
+        """Whether gains of flight that do not lift the foot cancel a lift-off: on grains, where they differ."""
+        alike = self.on("held_gains_in_flight") or self.on("massless_leg_in_flight")
+        return self.on("hydrostatic_stiffness") and not self.on("contact_once_risen") and not alike
+
+    @property
     def sleeps_in_flight(self) -> bool:
         """Whether the controller waits for the ground in flight: on grains it does, on hard ground it never looks."""
         return not self.on("touchdown_impact")

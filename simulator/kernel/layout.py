@@ -29,9 +29,9 @@ MODES = ("jammed", "intruding", "flight", "creeping", "carried")
 """Contact modes. On the emulator *jammed* is the platform held by its ratchet, *intruding* the platform yielding."""
 
 COMPRESSION, EXTENSION = 0, 1
-IN_PRINT, ABOVE_PRINT, CLEAR = -1, 0, 1
-"""Where a flying foot is: not yet risen from its print, where contact is not looked for (the flight's soft gains may
-press it down for a moment); risen, and met by the print again; or clear of the surface."""
+SINKING, IN_PRINT, ABOVE_PRINT, CLEAR = -2, -1, 0, 1
+"""Where a flying foot is: pressed down by the gains of flight, or below its print and rising, both without contact;
+risen above its print, where it may meet it again; or clear of the surface."""
 HOLD, RELEASE, RESET, ENGAGE = range(4)
 """States of the ground emulator (thesis 4.2.3)."""
 
@@ -67,10 +67,12 @@ HOLD, RELEASE, RESET, ENGAGE = range(4)
     SPEED_UNIT,
     ALLOWED,
     DECIDED,
-) = range(31)
+    UNRESISTED,
+) = range(32)
 """Numbers that stay between events: gains, the lowest point of the foot, the sign of the rail's friction, timers,
 sudden losses (J), extremes, the smallest decision margin, the clock since touchdown (s), the step to try next, what
-error is allowed, and one more than the tick at which a step was cut because of a decision."""
+error is allowed, one more than the tick at which a step was cut because of a decision, and how far a lifted foot has
+sunk below its print."""
 
 (
     MODE,
@@ -95,12 +97,18 @@ error is allowed, and one more than the tick at which a step was cut because of 
     SLIDES,
     BEYOND,
     COST_CAPPED,
-) = range(31, 53)
+    ASLEEP,
+    CANCELLED,
+    HOLDS,
+) = range(32, 57)
 """Whole numbers that stay between events: modes, phases, what the next step must know, counts, whether the platform
-moves on without the foot, whether a flying leg is longer than its links, and the sign of the force at the cap of the
-cost."""
+moves on without the foot, whether a flying leg is longer than its links, the sign of the force at the cap of the cost,
+whether the controller sleeps until the foot has risen and met the ground again, lift-offs that were cancelled, and
+(from `HOLDS` on) which conditions of the rule hold by which a controller without a clock changes its phase."""
 
-KEPT = 53
+CONDITIONS = 4
+"""How many conditions such a rule has at most."""
+KEPT = HOLDS + CONDITIONS
 """Number of values that stay between events."""
 
 (
@@ -120,11 +128,11 @@ KEPT = 53
     COST_KINK,
     FALLS,
     CONE_KINK,
-) = range(16)
-GUARDS, PROMPT = 16, 14
-"""Functions of the state whose rise through zero is an event (`simulator.kernel.events.guards`). The first
-`PROMPT` of them are never positive while their mode lasts: one that is at the start of a step, because two events fell
-together, happens there.
+) = (*range(10), *range(13, 19))
+GUARDS, PROMPT = 19, 17
+"""Functions of the state whose rise through zero is an event (`simulator.kernel.events.guards`), each smooth between
+events. From `SWITCHES` on each condition of the controller's rule has one. The first `PROMPT` of them are never
+positive while their mode lasts: one that is at the start of a step, because two events fell together, happens there.
 """
 
 GUARDS_EARLIER, GUARDS_BEFORE, GUARDS_AFTER, GUARDS_BETWEEN = _places(KEPT, KEPT + 4 * GUARDS, GUARDS)

@@ -12,9 +12,6 @@ turned round,
 TOLERANCE_SHARE = 0.5
 """Local error allowed, relative to the goal for the outputs: measured over random scenes (docs/accuracy.md)."""
 STOP_AFTER_LIFTOFF, STOP_AFTER_APEX, STOP_AFTER_TOUCHDOWN = range(3)
-DEEPEST_DIP_M = 2e-3
-"""How far below its print a foot that has lifted off may be pressed before contact is looked for again. The published
-numbers of set 1 rest on a dip of 0.9 mm."""
 LONGEST_STANCE_S = 2.0
 LONGEST_FLIGHT_S = 20.0
 FINEST_TOLERANCE = 1e-14

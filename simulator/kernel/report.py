@@ -12,6 +12,7 @@ from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.layout import (
     BOTTOMED,
+    CANCELLED,
     CAPPED,
     DEPTH,
     EVALUATIONS,
@@ -33,6 +34,7 @@ from simulator.kernel.layout import (
     TIME,
     TOUCHED_BEFORE_HOLD,
     TOUCHED_DURING_RESET,
+    UNRESISTED,
     V_BODY,
     V_FOOT,
     WORST_GROWTH,
@@ -121,13 +123,14 @@ def make_finish(composition: Composition) -> Function:
         at["energy_at_play_J"],
     )
     energy, booked = make_energy(composition), make_booked(composition)
-    steps, evaluations, counters, changes, duration, depth = (
+    steps, evaluations, counters, changes, duration, depth, sunk = (
         at["steps"],
         at["rhs_evaluations"],
         at["bottomed"],
         at["mode_changes"],
         at["jump_time_s"],
         at["max_depth_m"],
+        at["unresisted_sink_m"],
     )
 
     @inner
@@ -137,7 +140,7 @@ def make_finish(composition: Composition) -> Function:
             note_stance(work, row)
         note_jump(work, row)
         row[duration] = work[TIME]
-        row[depth] = work[DEPTH]
+        row[depth], row[sunk] = work[DEPTH], work[UNRESISTED]
         row[work_at] = work[NOW + LEG_WORK]
         row[loss_at] = work[NOW + loss] if loss >= 0 else 0.0
         row[grain_at] = work[NOW + grain] if grain >= 0 else 0.0
@@ -162,6 +165,7 @@ def make_finish(composition: Composition) -> Function:
         row[counters + 2] = work[TOUCHED_BEFORE_HOLD]
         row[counters + 3] = work[RELEASE_MISSED]
         row[counters + 4] = work[GUARD_SWITCHES]
+        row[counters + 5] = work[CANCELLED]
         row[changes] = work[EVENTS]
 
     return finish

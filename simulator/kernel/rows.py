@@ -7,6 +7,7 @@ COLUMNS = (
     "touchdown_time_s",
     "liftoff_time_s",
     "max_depth_m",
+    "unresisted_sink_m",
     "liftoff_body_height_m",
     "liftoff_body_velocity_m_s",
     "liftoff_foot_velocity_m_s",
@@ -44,9 +45,17 @@ COLUMNS = (
     "touched_before_hold",
     "release_missed",
     "guard_switch",
+    "cancelled_liftoff",
     "mode_changes",
 )
 """Absent numbers are NaN inside the kernel's rows; `simulator.jump` makes None of them."""
 
 COLUMN = {name: place for place, name in enumerate(COLUMNS)}
-COUNTERS = ("bottomed", "touched_during_reset", "touched_before_hold", "release_missed", "guard_switch")
+COUNTERS = (
+    "bottomed",
+    "touched_during_reset",
+    "touched_before_hold",
+    "release_missed",
+    "guard_switch",
+    "cancelled_liftoff",
+)

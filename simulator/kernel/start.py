@@ -12,8 +12,10 @@ from simulator.kernel.events.contact import make_note_saturation
 from simulator.kernel.events.standstill import make_rail_turns
 from simulator.kernel.layout import (
     AIRBORNE,
+    ASLEEP,
     BOOK,
     BOTTOMED,
+    CANCELLED,
     CAPPED,
     CLEAR,
     CLEARED,
@@ -50,6 +52,7 @@ from simulator.kernel.layout import (
     TIME,
     TOUCHED_BEFORE_HOLD,
     TOUCHED_DURING_RESET,
+    UNRESISTED,
     V_BODY,
     V_FOOT,
     WORST_GROWTH,
@@ -117,6 +120,7 @@ def make_begin_jump(composition: Composition, meet_ground: Function, settle: Fun
         work[TICK], work[AIRBORNE], work[STEPS], work[EVALUATIONS], work[EVENTS] = 0, 0, 0, 0, 0
         work[BOTTOMED], work[TOUCHED_DURING_RESET], work[TOUCHED_BEFORE_HOLD] = 0, 0, 0
         work[RELEASE_MISSED], work[GUARD_SWITCHES] = 0, 0
+        work[ASLEEP], work[CANCELLED], work[UNRESISTED] = 0, 0, 0.0
         work[START_ENERGY] = energy(work[MODE], work)
         if lands:
             meet_ground(work)

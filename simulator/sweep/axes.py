@@ -32,6 +32,8 @@ GAINS = {
 NOT_SWEPT = {
     "flight": "switches effects and cannot be swept: give it with --set, in a sweep of its own for each of soft, held "
     "and massless.",
+    "contact": "switches an effect and cannot be swept: give it with --set, in a sweep of its own for each of "
+    "once_risen and at_the_print.",
     "drop_height": "depends on the leg's rest length and cannot be swept: give it with --set, or sweep initial_height, "
     "the foot's height at the start.",
     "jumps": "is a dimension of every result and cannot be swept: give it with --set, and the result holds all jumps "

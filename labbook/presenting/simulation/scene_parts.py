@@ -8,7 +8,7 @@ from typing import Any
 from data_schema.errors import unknown_name
 from reports.tables.as_markdown import markdown_text
 from reports.tables.table import Column, Row, Table, words
-from simulator.changes import FLIGHT_EFFECTS
+from simulator.changes import CONTACT_EFFECT, CONTACTS, FLIGHT_EFFECTS
 from simulator.declared import all_parameters, readers
 from simulator.effects.effect import Effect
 from simulator.effects.registry import EFFECTS
@@ -26,6 +26,10 @@ WORDS = {
     "flight": (
         "how the leg flies: soft (with its gains of compression), "
         + " or ".join(f"{word} (the effect {effect})" for word, effect in FLIGHT_EFFECTS.items())
+    ),
+    "contact": (
+        f"when a lifted foot meets grains again: {CONTACTS[0]} (the effect {CONTACT_EFFECT}) or {CONTACTS[1]} "
+        "(without it)"
     ),
     "gain": (
         "extension gain of the robot's controller; sets k_extension to "

@@ -128,6 +128,7 @@ ROWS = (
     ("apex", "apex_time_s", "s after touchdown"),
     ("next touchdown", "next_touchdown_time_s", "s after touchdown"),
     ("deepest foot", "max_depth_m", "m below the surface"),
+    ("lifted foot sank", "unresisted_sink_m", "m below its print, unresisted"),
     ("apex of the body", "apex_height_m", "m above the surface"),
     ("lowest body", "min_body_height_m", "m above the surface"),
     ("body height at lift-off", "liftoff_body_height_m", "m above the surface"),
@@ -152,7 +153,6 @@ ROWS = (
 """Lines of the table: name, key of the result, unit; the cost is summed over the stance or the whole jump."""
 
 _ALWAYS = ("liftoff_time_s", "max_depth_m", "apex_height_m", "cost_J")
-_BRANCHES = ("as decided", "had it fallen otherwise")
 
 
 def as_data(result: SceneResult) -> dict[str, Any]:
@@ -169,6 +169,7 @@ def as_data(result: SceneResult) -> dict[str, Any]:
         "compile_time_s": result.compile_time_s,
         "wall_time_s": result.wall_time_s,
         **_jump_data(scene, result.jump),
+        "other_contact": result.other_contact and _jump_data(scene, result.other_contact),
         "jumps": [_jump_data(scene, jump) for jump in result.jumps],
     }
 
@@ -245,10 +246,11 @@ def _table(result: SceneResult) -> list[str]:
     """Set the jump's numbers in columns, those of the other branch beside them; what is 0 or absent is left out."""
     jump, digits = result.jump, _digits(max(result.accuracy, grown_rounding(result.jump, result.accuracy)))
     span = "jump" if "cost_of_whole_jump" in result.scene.effects else "stance"
-    branches = [jump] if jump.other_branch is None else [jump, jump.other_branch]
-    rows = (
-        [("", *_BRANCHES, ""), ("outcome", *(branch.outcome for branch in branches), "")] if len(branches) > 1 else []
-    )
+    others = {"had it fallen otherwise": jump.other_branch, "contact at the print": result.other_contact}
+    beside = {name: other for name, other in others.items() if other is not None}
+    branches = [jump, *beside.values()]
+    heads = ("", "as decided" if jump.other_branch else "contact once risen", *beside, "")
+    rows = [heads, ("outcome", *(branch.outcome for branch in branches), "")] if beside else []
     for name, key, unit in ROWS:
         values = [getattr(branch, key.format(span=span)) for branch in branches]
         if any(value not in (None, 0.0) for value in values) or key in _ALWAYS:
@@ -286,6 +288,11 @@ def _notes(result: SceneResult) -> list[str]:
         notes.append(
             f"note: in flight the leg would be {jump.max_leg_length_m:.4g} m long, more than its links reach "
             f"({reach_m:.4g} m)."
+        )
+    if result.other_contact is not None:
+        notes.append(
+            f"note: the gains of flight press the lifted foot {jump.unresisted_sink_m:.3g} m below its print, where "
+            "nothing resists it (effect contact_once_risen); contact at the print is shown beside it."
         )
     counted = {name: sum(item.counters.get(name, 0) for item in result.jumps) for name in jump.counters}
     if any(counted.values()):

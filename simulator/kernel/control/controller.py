@@ -1,4 +1,8 @@
-"""The leg's controller: when it changes its phase (thesis 4.2.5, 5.1.1, and the published rule of ch. 3)."""
+"""The leg's controller: when it changes its phase (thesis 4.2.5, 5.1.1, and the published rule of ch. 3).
+
+A clock asks the whole rule at its ticks. Without one each condition of the rule is an event of its own, so that no
+moment in which all of them hold is passed over.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +14,10 @@ from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
 from simulator.kernel.layout import (
     COMPRESSION,
+    CONDITIONS,
+    HOLDS,
+    NOW,
+    PHASE,
     V_BODY,
     V_FOOT,
     X_BODY,
@@ -17,6 +25,8 @@ from simulator.kernel.layout import (
 )
 
 Row = NDArray[np.float64]
+SHORT = CONDITIONS - 1
+"""Number of the condition that holds by itself: the leg is short."""
 
 
 def make_wants_switch(composition: Composition) -> Function:
@@ -61,3 +71,59 @@ def make_wants_switch(composition: Composition) -> Function:
         return wish if phase == COMPRESSION else -wish
 
     return unlatched
+
+
+def make_conditions(composition: Composition) -> Function:
+    """Compose `(work, row, place)`: put what the rule asks for in the phase in force, each positive where it holds."""
+    guarded, guard_m = composition.has("guard_length_m"), composition.slot("guard_length_m")
+    rest, latched = composition.position["rest_length"], composition.on("latched_switching")
+    compression_m, tolerance_m = composition.slot("switch_compression_m"), composition.slot("rest_tolerance_m")
+    tolerance_m_s = composition.slot("switch_speed_tolerance_m_s")
+
+    @inner
+    def conditions(work: Row, row: int, place: int) -> None:
+        length_m = work[row + X_BODY] - work[row + X_FOOT]
+        lengthening_m_s = work[row + V_BODY] - work[row + V_FOOT]
+        work[place + SHORT] = guard_m(work) - length_m if guarded else -1.0
+        if not latched:
+            work[place], work[place + 1] = lengthening_m_s, work[row + V_BODY]
+            work[place + 2] = -work[row + X_FOOT]
+        elif work[PHASE] == COMPRESSION:
+            work[place], work[place + 1] = (
+                work[rest] - compression_m(work) - length_m,
+                lengthening_m_s + tolerance_m_s(work),
+            )
+            work[place + 2] = 1.0
+        else:
+            work[place] = length_m - work[rest] + tolerance_m(work)
+            work[place + 1], work[place + 2], work[place + SHORT] = 1.0, 1.0, -1.0
+
+    return conditions
+
+
+def make_rule(composition: Composition) -> Function:
+    """Compose `(work)`: whether the phase should change, by which conditions are noted to hold."""
+    latched = composition.on("latched_switching")
+
+    @inner
+    def rule(work: Row) -> bool:
+        every = work[HOLDS] == 1.0 and work[HOLDS + 1] == 1.0 and work[HOLDS + 2] == 1.0
+        extends = every or work[HOLDS + SHORT] == 1.0
+        return extends if latched or work[PHASE] == COMPRESSION else not extends
+
+    return rule
+
+
+def make_note_conditions(conditions: Function) -> Function:
+    """Compose `(work, place, turned)`: note which conditions hold; number `turned` (-1: none) has just changed."""
+
+    @inner
+    def note_conditions(work: Row, place: int, turned: int) -> None:
+        conditions(work, NOW, place)
+        for one in range(CONDITIONS):
+            if one == turned:
+                work[HOLDS + one] = 1.0 - work[HOLDS + one]
+            else:
+                work[HOLDS + one] = 1.0 if work[place + one] > 0.0 else 0.0
+
+    return note_conditions

@@ -12,6 +12,7 @@ from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.layout import (
     ACTIVE_DAMPING,
+    ASLEEP,
     COMPRESSION,
     CREEPING,
     DAMPING,
@@ -151,7 +152,7 @@ def make_must_land(composition: Composition) -> Function:
 
     @inner
     def must_land(work: Row) -> bool:
-        if not sampled or (sleeps and work[MODE] == FLIGHT):
+        if not sampled or (sleeps and (work[MODE] == FLIGHT or work[ASLEEP] == 1)):
             return False
         if holds_force and work[MODE] != FLIGHT:
             return True

@@ -18,11 +18,13 @@ from simulator.kernel.layout import (
     EMULATOR,
     EMULATOR_SINCE,
     ENGAGE,
+    EXTENSION,
     HOLD,
     HOLD_SINCE,
     JAMMED,
     MODE,
     NOW,
+    PHASE,
     RELEASE,
     RELEASED,
     RESET,
@@ -37,17 +39,20 @@ Row = NDArray[np.float64]
 
 @made_once
 def make_timer(composition: Composition) -> Function:
-    """When the emulator's state ends by itself, s since touchdown: `(work)`; never while it holds."""
+    """When the emulator's state ends by itself, or may release at first, s since touchdown: `(work)`."""
     if not composition.has("travel_m"):
         return inner(lambda work: np.inf)
     at = composition.position
     release, reset, engage = at["release_time"], at["reset_time"], at["engage_time"]
+    shortest = at["shortest_hold"]
 
     @inner
     def timer(work: Row) -> float:
         state = work[EMULATOR]
         if state == HOLD:
-            return np.inf
+            ready_s = work[HOLD_SINCE] + work[shortest]
+            waits = work[PHASE] == EXTENSION and work[RELEASED] == 0 and work[TIME] < ready_s
+            return ready_s if waits else np.inf
         if state == RELEASE:
             return work[EMULATOR_SINCE] + work[release]
         if state == RESET:
@@ -64,6 +69,8 @@ def make_advance(composition: Composition) -> Function:
 
     @inner
     def advance(work: Row) -> None:
+        if work[EMULATOR] == HOLD:
+            return
         work[EMULATOR_SINCE] = work[TIME]
         if work[EMULATOR] == RELEASE:
             work[EMULATOR] = RESET

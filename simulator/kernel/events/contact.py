@@ -7,7 +7,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.basics import GRAVITY_M_S2
 from simulator.compiled import inner
 from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition, made_once
@@ -15,8 +14,10 @@ from simulator.kernel.layout import (
     ABOVE_PRINT,
     ACTIVE_DAMPING,
     AIRBORNE,
+    ASLEEP,
     BEYOND,
     BOOK,
+    CANCELLED,
     CARRIED,
     CLEAR,
     CLEARED,
@@ -34,7 +35,9 @@ from simulator.kernel.layout import (
     NOW,
     PHASE,
     SATURATED,
+    SINKING,
     STALE,
+    STIFFNESS,
     TIME,
     TOLERANCE,
     V_BODY,
@@ -153,6 +156,7 @@ def make_settle(composition: Composition, lift_off: Function) -> Function:
     """Decide what a foot at rest does: `(work)` lifts it, lets the ground yield, or holds it."""
     forces, margins, creeps = make_forces(composition), make_foot_margins(composition), make_creeps(composition)
     accelerate, follows = make_body_acceleration(composition), composition.follows
+    at_the_print = composition.contact_at_the_print
 
     @inner
     def settle(work: Row) -> None:
@@ -165,7 +169,11 @@ def make_settle(composition: Composition, lift_off: Function) -> Function:
         work[MODE] = JAMMED
         if lifting_n > 0.0:
             lift_off(work)
-        elif (yielding_n > 0.0 or crept) and creeps(work, accelerate(work, applied_n), abs(yielding_n)):
+            if not at_the_print or work[MODE] == FLIGHT:
+                return
+            _, applied_n, _ = forces(work, NOW)
+            yielding_n = margins(work, NOW, applied_n)[1]
+        if (yielding_n > 0.0 or crept) and creeps(work, accelerate(work, applied_n), abs(yielding_n)):
             work[MODE] = CREEPING
         elif yielding_n > 0.0:
             work[MODE] = INTRUDING
@@ -174,7 +182,11 @@ def make_settle(composition: Composition, lift_off: Function) -> Function:
 
 
 def make_lift_off(composition: Composition) -> Function:
-    """Leave the ground: `(work)`. The gains become those of flight."""
+    """Leave the ground: `(work)`. The gains become those of flight.
+
+    With contact at the print a lift-off that these gains take back is cancelled, and the controller sleeps. One that
+    changes no gains is not asked again.
+    """
     set_gains, note, energy = (
         make_set_gains(composition),
         make_note_saturation(composition),
@@ -182,11 +194,12 @@ def make_lift_off(composition: Composition) -> Function:
     )
     keeps = composition.on("held_gains_in_flight") or composition.on("touchdown_impact")
     massless, granular = composition.on("massless_leg_in_flight"), composition.on("hydrostatic_stiffness")
-    rest, foot, forces = (
+    rest, forces, margins = (
         composition.position["rest_length"],
-        composition.position["foot_mass"],
         make_forces(composition),
+        make_foot_margins(composition),
     )
+    at_the_print = composition.contact_at_the_print
     emulated, platform = composition.has("travel_m"), make_platform(composition)
     upper, lower = composition.position["upper_link"], composition.position["lower_link"]
 
@@ -194,22 +207,30 @@ def make_lift_off(composition: Composition) -> Function:
     def lift_off(work: Row) -> None:
         if emulated and work[MODE] == CARRIED:  # or an error of the last steps would have it touch at once
             work[NOW + X_FOOT], work[NOW + V_FOOT], _ = platform(work, work[TIME])
-        work[MODE], work[AIRBORNE] = FLIGHT, 1
-        work[DEEPEST] = min(work[DEEPEST], work[NOW + X_FOOT])
+        stiffness, damping, active = work[STIFFNESS], work[DAMPING], work[ACTIVE_DAMPING]
         if not keeps:
             work[PHASE] = COMPRESSION
             set_gains(work, False, 0.0)
             note(work)
+        if at_the_print:
+            work[ASLEEP] = 1
+            same = work[STIFFNESS] == stiffness and work[DAMPING] == damping and work[ACTIVE_DAMPING] == active
+            if not same and not margins(work, NOW, forces(work, NOW)[1])[0] > 0.0:
+                work[CANCELLED] += 1
+                return
+        work[MODE], work[AIRBORNE] = FLIGHT, 1
+        work[DEEPEST] = min(work[DEEPEST], work[NOW + X_FOOT])
         reach_m = work[upper] + work[lower]
         work[BEYOND] = 1 if work[NOW + X_BODY] - work[NOW + X_FOOT] > reach_m else 0
         work[CLEARED] = ABOVE_PRINT
-        if granular and not forces(work, NOW)[1] > work[foot] * GRAVITY_M_S2:
-            work[CLEARED] = IN_PRINT  # flight's softer gains let the foot down before it rises
+        if granular and not margins(work, NOW, forces(work, NOW)[1])[0] > 0.0:
+            work[CLEARED] = SINKING
         if massless:
             before_j = energy(FLIGHT, work)
             work[NOW + X_FOOT], work[NOW + V_FOOT] = work[NOW + X_BODY] - work[rest], work[NOW + V_BODY]
+            below = IN_PRINT if work[NOW + V_FOOT] > 0.0 else SINKING
             in_print = work[NOW + X_FOOT] <= work[DEEPEST]
-            work[CLEARED] = CLEAR if work[NOW + X_FOOT] > 0.0 else IN_PRINT if in_print else ABOVE_PRINT
+            work[CLEARED] = CLEAR if work[NOW + X_FOOT] > 0.0 else below if in_print else ABOVE_PRINT
             lost_j = before_j - energy(FLIGHT, work)
             work[BOOK] += lost_j
             work[IMPACT] += lost_j

@@ -22,6 +22,8 @@ from simulator.kernel.layout import (
 Row = NDArray[np.float64]
 CLOSE = 1e-9
 """Share of a step to which the dense output's instant is refined before steps are taken to it."""
+ASIDE = 0.01
+"""Share of the way between two nodes at which a guard is looked at that is zero at the first."""
 CLIMBS = 4
 """Parabolas by which a peak between nodes is looked for."""
 NEVER = 2.0
@@ -82,6 +84,7 @@ def make_rises_to_peak(value: Function, refine: Function) -> Function:
     @inner
     def rises_to_peak(guard: int, middle: float, width: float, t: float, h: float, work: Row) -> float:
         low, high = middle - width, middle + width
+        nearest = low + ASIDE * width if work[GUARDS_EARLIER + guard] == 0.0 else low  # beside a zero rounding may rise
         g_low, g_middle, g_high = (
             work[GUARDS_EARLIER + guard],
             work[GUARDS_BEFORE + guard],
@@ -99,8 +102,8 @@ def make_rises_to_peak(value: Function, refine: Function) -> Function:
                 high, middle, g_high, g_middle = middle, peak, g_middle, g
             else:
                 low, middle, g_low, g_middle = middle, peak, g_middle, g
-            if g > 0.0:
-                return refine(guard, low, middle, g_low, g, t, h, work)
+            if g > 0.0 and middle > nearest:
+                return refine(guard, max(low, nearest), middle, g_low, g, t, h, work)
         return NEVER
 
     return rises_to_peak
@@ -118,7 +121,7 @@ def candidates(twice: bool, work: Row) -> int:
     return found
 
 
-def make_earliest(refine: Function, rises_to_peak: Function) -> Function:
+def make_earliest(value: Function, refine: Function, rises_to_peak: Function) -> Function:
     """Compose `(low, high, twice, t, h, work)`: the guard that rises first between two nodes (-1: none), and when."""
 
     @inner
@@ -127,7 +130,11 @@ def make_earliest(refine: Function, rises_to_peak: Function) -> Function:
         for guard in range(GUARDS):
             g_low, g_high, instant = work[GUARDS_BEFORE + guard], work[GUARDS_AFTER + guard], NEVER
             if g_low <= 0.0 and g_high > 0.0:
-                instant = refine(guard, low, high, g_low, g_high, t, h, work)
+                first, beside = low, low + ASIDE * (high - low)
+                g_beside = value(guard, beside, t, h, work) if g_low == 0.0 else 0.0
+                if g_beside < 0.0:  # it leaves zero downward, and rises through it later
+                    first, g_low = beside, g_beside
+                instant = refine(guard, first, high, g_low, g_high, t, h, work)
             elif twice and peaks(guard, work):
                 instant = rises_to_peak(guard, low, high - low, t, h, work)
             if instant < share:
@@ -145,7 +152,7 @@ def make_first_event(guards: Function, interpolate: Function) -> Function:
     """
     value = make_value(guards, interpolate)
     refine = make_refine(value)
-    earliest = make_earliest(refine, make_rises_to_peak(value, refine))
+    earliest = make_earliest(value, refine, make_rises_to_peak(value, refine))
 
     @inner
     def first_event(t: float, h: float, nodes: int, work: Row) -> tuple[int, float]:

@@ -13,6 +13,7 @@ from simulator.kernel.layout import (
     ABOVE_PRINT,
     AIRBORNE,
     APEX,
+    ASLEEP,
     BOTTOMED,
     CARRIED,
     CLEAR,
@@ -20,7 +21,6 @@ from simulator.kernel.layout import (
     DEEPEST,
     DEPTH,
     FLIGHT,
-    IN_PRINT,
     INTRUDING,
     MODE,
     NO_LIFTOFF,
@@ -50,15 +50,13 @@ def make_touches(composition: Composition) -> Function:
     def touches(work: Row) -> int:
         if not granular:
             return TOUCHDOWN
-        if work[CLEARED] == IN_PRINT:  # pressed down too far for a foot that has left the ground
-            work[DEEPEST] = work[NOW + X_FOOT]
         if work[NOW + V_BODY] < 0.0:
             return TOUCHDOWN
         if work[CLEARED] == CLEAR:  # the foot dips below the surface while the body rises: its old print lies deeper
             work[CLEARED] = ABOVE_PRINT
             return GOES_ON
         work[NOW + X_FOOT] = work[DEEPEST]
-        work[MODE], work[AIRBORNE] = INTRUDING, 0
+        work[MODE], work[AIRBORNE], work[ASLEEP] = INTRUDING, 0, 0
         if has_mass:
             work[NOW + grain] += 0.5 * mass(work, -work[NOW + X_FOOT]) * work[NOW + V_FOOT] * work[NOW + V_FOOT]
         return GOES_ON
@@ -121,7 +119,7 @@ def make_falls(composition: Composition) -> Function:
             row[apex_height], row[apex_time] = work[NOW + X_BODY], work[TIME]
             if stop_after == STOP_AFTER_APEX:
                 return APEX
-        if work[CLEARED] == IN_PRINT:  # the body falls and the foot never rose: it is still on the ground
+        if work[CLEARED] < ABOVE_PRINT:  # the body falls and the foot never rose: it is still on the ground
             work[DEEPEST] = min(work[DEEPEST], work[NOW + X_FOOT])
             return TOUCHDOWN
         return GOES_ON

@@ -27,6 +27,7 @@ from simulator.kernel.layout import (
     LIFTS,
     PHASE,
     SETTLES,
+    SINKING,
     SLIDES,
     STOPS,
     TOUCHES,
@@ -36,7 +37,6 @@ from simulator.kernel.layout import (
     X_FOOT,
     YIELDS,
 )
-from simulator.kernel.limits import DEEPEST_DIP_M
 from simulator.kernel.mechanics.body import make_body_acceleration
 from simulator.kernel.mechanics.leg import make_apply, make_command, make_lever
 from simulator.kernel.mechanics.margins import make_foot_margins
@@ -57,9 +57,10 @@ def make_flight_guards(composition: Composition) -> Function:
         height_m = work[row + X_FOOT]
         if work[CLEARED] == CLEAR:
             work[place + TOUCHES] = -height_m
+        elif granular and work[CLEARED] == SINKING:
+            work[place + CLEARS] = work[row + V_FOOT]
         elif granular and work[CLEARED] == IN_PRINT:
-            work[place + TOUCHES] = min(work[DEEPEST] - DEEPEST_DIP_M - height_m, -work[row + V_FOOT])
-            work[place + CLEARS] = min(height_m - work[DEEPEST], work[row + V_FOOT])
+            work[place + CLEARS] = height_m - work[DEEPEST]
         elif slides and work[SLIDES] == 1:
             work[place + TOUCHES] = work[row + platform_place] - height_m
             work[place + STOPS] = work[row + platform_place + 1]

@@ -9,10 +9,13 @@ from simulator.basics import GRAVITY_M_S2
 from simulator.compiled import inlined, inner
 from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
+from simulator.kernel.control.controller import make_conditions, make_rule
 from simulator.kernel.events.foot_guards import make_contact_guards, make_flight_guards
 from simulator.kernel.layout import (
+    ASLEEP,
     BEYOND,
     CAP_KINK,
+    CONDITIONS,
     COST_CAPPED,
     COST_KINK,
     EMULATOR,
@@ -22,6 +25,7 @@ from simulator.kernel.layout import (
     GUARDS,
     HOLD,
     HOLD_SINCE,
+    HOLDS,
     MODE,
     PHASE,
     RAIL,
@@ -31,6 +35,7 @@ from simulator.kernel.layout import (
     SATURATED,
     STRAIGHTENS,
     SWITCHES,
+    TIME,
     V_BODY,
     X_BODY,
     X_FOOT,
@@ -87,17 +92,17 @@ def make_cost_guards(composition: Composition) -> Function:
 
 
 def make_release_guards(composition: Composition) -> Function:
-    """Compose `(t, work, place, length_m)`: the ratchet lets the platform go."""
+    """Compose `(work, place, length_m)`: the ratchet lets the platform go; a step ends when it may do so first."""
     if not composition.has("travel_m"):
-        return inner(lambda t, work, place, length_m: None)
+        return inner(lambda work, place, length_m: None)
     at = composition.position
     rest, tolerance, shortest = at["rest_length"], at["release_tolerance"], at["shortest_hold"]
 
     @inlined
-    def release_guards(t: float, work: Row, place: int, length_m: float) -> None:
-        if work[EMULATOR] == HOLD and work[PHASE] == EXTENSION and work[RELEASED] == 0:
-            near_m = length_m - work[rest] + work[tolerance]
-            work[place + RELEASES] = min(near_m, t - work[HOLD_SINCE] - work[shortest])
+    def release_guards(work: Row, place: int, length_m: float) -> None:
+        held_long = work[EMULATOR] == HOLD and work[TIME] >= work[HOLD_SINCE] + work[shortest]
+        if held_long and work[PHASE] == EXTENSION and work[RELEASED] == 0:
+            work[place + RELEASES] = length_m - work[rest] + work[tolerance]
 
     return release_guards
 
@@ -119,12 +124,13 @@ def make_rail_guards(composition: Composition) -> Function:
     return rail_guards
 
 
-def make_guards(composition: Composition, wants_switch: Function) -> Function:
+def make_guards(composition: Composition) -> Function:
     """Compose `(t, work, row, place)`; guards that cannot fire in the mode read -1."""
     forces, capped = make_forces(composition), composition.has("cap_n")
     flight_guards, contact_guards = make_flight_guards(composition), make_contact_guards(composition)
     reach_guards, cost_guards = make_reach_guards(composition), make_cost_guards(composition)
     release_guards, rail_guards = make_release_guards(composition), make_rail_guards(composition)
+    conditions, rule = make_conditions(composition), make_rule(composition)
     continuous, granular = not composition.on("sampled_control"), composition.on("hydrostatic_stiffness")
 
     @inner
@@ -142,9 +148,15 @@ def make_guards(composition: Composition, wants_switch: Function) -> Function:
         if capped:
             work[place + CAP_KINK] = beyond_cap(work[SATURATED], commanded_n, most_n)
         cost_guards(work, place, length_m, applied_n)
-        if continuous and (not granular or mode != FLIGHT):  # on grains the controller waits for the ground
-            work[place + SWITCHES] = wants_switch(work, work[PHASE], row, 1.0, 1.0)
-        release_guards(t, work, place, length_m)
+        # on grains the controller waits for the ground
+        if continuous and (not granular or (mode != FLIGHT and work[ASLEEP] == 0)):
+            conditions(work, row, place + SWITCHES)
+            for one in range(CONDITIONS):
+                if work[HOLDS + one] == 1.0:
+                    work[place + SWITCHES + one] *= -1.0
+            if rule(work):  # the phase was changed by something else
+                work[place + SWITCHES] = 1.0
+        release_guards(work, place, length_m)
         rail_guards(work, row, place, applied_n)
 
     return guards

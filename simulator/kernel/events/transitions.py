@@ -13,18 +13,18 @@ from numpy.typing import NDArray
 from simulator.compiled import inner
 from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
+from simulator.kernel.control.controller import make_conditions, make_note_conditions, make_rule
 from simulator.kernel.events.contact import make_note_saturation
 from simulator.kernel.events.foot_events import make_bottoms, make_falls, make_stops, make_touches, make_unsettles, rest
 from simulator.kernel.events.standstill import GOES_ON, make_held_still, make_rail_turns, make_stop_foot
 from simulator.kernel.layout import (
-    ABOVE_PRINT,
     BEYOND,
     BOTTOMS,
     CAP_KINK,
-    CLEAR,
     CLEARED,
     CLEARS,
     COMPRESSION,
+    CONDITIONS,
     COST_CAPPED,
     COST_KINK,
     CREEPING,
@@ -33,8 +33,8 @@ from simulator.kernel.layout import (
     FALLS,
     FLIGHT,
     FOLDS,
+    GUARDS_BETWEEN,
     HOLD,
-    IN_PRINT,
     INTRUDING,
     JAMMED,
     LEG_FOLDED,
@@ -81,13 +81,19 @@ def make_cap_turns(composition: Composition, settle: Function) -> Function:
 
 
 def make_switches(composition: Composition, switch: Function, settle: Function) -> Function:
-    """A controller without a clock changes its phase: `(work)`."""
+    """A condition of a controller without a clock has changed: `(work, condition)`; it may change its phase."""
+    rule, note_conditions = make_rule(composition), make_note_conditions(make_conditions(composition))
     note, held_still = make_note_saturation(composition), make_held_still(composition)
     emulated = composition.has("travel_m")
 
     @inner
-    def switches(work: Row) -> int:
+    def switches(work: Row, condition: int) -> int:
+        if not rule(work):
+            note_conditions(work, GUARDS_BETWEEN, condition)
+            if not rule(work):
+                return GOES_ON
         switch(work)
+        note_conditions(work, GUARDS_BETWEEN, -1)
         note(work)
         if emulated and work[EMULATOR] == HOLD and work[PHASE] == COMPRESSION and work[RELEASED] == 0:
             work[RELEASE_MISSED] += 1
@@ -137,7 +143,7 @@ def make_transition(composition: Composition, switch: Function, settle: Function
         elif guard == TOUCHES:
             return touches(work)
         elif guard == CLEARS:
-            work[CLEARED] = ABOVE_PRINT if work[CLEARED] == IN_PRINT else CLEAR
+            work[CLEARED] += 1  # the states of a flying foot follow each other
         elif guard == FALLS:
             return falls(work, row, stop_after)
         elif guard == CAP_KINK:
@@ -151,8 +157,8 @@ def make_transition(composition: Composition, switch: Function, settle: Function
             if work[MODE] != FLIGHT or straight_ends_flight:
                 return LEG_STRAIGHT
             work[BEYOND] = 1 - work[BEYOND]
-        elif guard == SWITCHES:
-            return switches(work)
+        elif SWITCHES <= guard < SWITCHES + CONDITIONS:
+            return switches(work, guard - SWITCHES)
         elif guard == RELEASES:
             releases(work)
         elif guard == BOTTOMS:

@@ -10,6 +10,7 @@ from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.layout import (
     ACTIVE_DAMPING,
+    ASLEEP,
     DAMPING,
     FLIGHT,
     HELD_FORCE,
@@ -56,7 +57,7 @@ def make_command(composition: Composition) -> Function:
                 force += work[ACTIVE_DAMPING] * downwards
             else:
                 force += work[ACTIVE_DAMPING] * downwards * speed_m_s
-        if held and work[MODE] != FLIGHT:
+        if held and work[MODE] != FLIGHT and work[ASLEEP] == 0:
             force = work[HELD_FORCE]
         return force
 

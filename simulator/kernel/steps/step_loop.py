@@ -12,9 +12,13 @@ from simulator.kernel.control.emulator import make_advance
 from simulator.kernel.events.contact import make_creep_on, make_note_saturation
 from simulator.kernel.events.standstill import GOES_ON
 from simulator.kernel.layout import (
+    ABOVE_PRINT,
     AIRBORNE,
+    ASLEEP,
     CAPPED,
+    CLEARED,
     CREEPING,
+    DEEPEST,
     DEPTH,
     EVENTS,
     FLIGHT,
@@ -34,6 +38,7 @@ from simulator.kernel.layout import (
     TOUCHDOWN,
     TRACED,
     TRIAL,
+    UNRESISTED,
     V_BODY,
     X_BODY,
     X_FOOT,
@@ -76,7 +81,7 @@ def make_control(composition: Composition, tick: Function, settle: Function) -> 
 
     @inner
     def control(work: Row, flip_tick: float) -> None:
-        if sleeps and work[MODE] == FLIGHT:
+        if sleeps and (work[MODE] == FLIGHT or work[ASLEEP] == 1):
             return
         altered = False
         while work[TICK] / work[rate] <= work[TIME]:
@@ -119,6 +124,7 @@ def make_record(composition: Composition) -> Function:
 def make_finish_step(composition: Composition, transition: Function, settle: Function) -> Function:
     """Compose `(event, work, row, stop_after)`: go to the end of the step, and do what happens there."""
     size, advance = composition.state_size, make_advance(composition)
+    granular = composition.on("hydrostatic_stiffness")
     try_to_follow, creep_on = make_try_to_follow(composition), make_creep_on(composition)
 
     @inner
@@ -130,6 +136,8 @@ def make_finish_step(composition: Composition, transition: Function, settle: Fun
             work[CAPPED] += work[STRIDE]
         if work[MODE] != FLIGHT:
             work[DEPTH] = max(work[DEPTH], -work[NOW + X_FOOT])
+        elif granular and work[CLEARED] < ABOVE_PRINT:
+            work[UNRESISTED] = max(work[UNRESISTED], work[DEEPEST] - work[NOW + X_FOOT])
         if event >= 0:
             return transition(event, work, row, stop_after)
         if event == TIMED:

@@ -17,6 +17,7 @@ from simulator.kernel.events.guards import make_guards
 from simulator.kernel.events.locate import make_at_once, make_land
 from simulator.kernel.layout import (
     ALLOWED,
+    ASLEEP,
     DECIDED,
     EVALUATIONS,
     FLIGHT,
@@ -132,7 +133,7 @@ def make_cut(composition: Composition, wants_switch: Function, attempt: Function
 
     @inner
     def cut(mode: float, t: float, h: float, until: float, work: Row, flip_tick: float) -> float:
-        if sleeps and mode == FLIGHT:
+        if sleeps and (mode == FLIGHT or work[ASLEEP] == 1):
             return np.inf
         tick_s = deciding_tick(h, until, work, flip_tick)
         if tick_s < np.inf:
@@ -150,7 +151,7 @@ def make_stride(composition: Composition, wants_switch: Function) -> Function:
     """
     rates_of, interpolate = make_rates(composition), make_interpolate(composition)
     attempt, frequency = make_attempt(composition, rates_of), make_frequency(composition)
-    guards, sample_nodes = make_guards(composition, wants_switch), make_sample_nodes(composition)
+    guards, sample_nodes = make_guards(composition), make_sample_nodes(composition)
     at_once, first_event, land = (
         make_at_once(guards),
         make_first_event(guards, interpolate),

@@ -90,7 +90,7 @@ def test_marks_and_missing_rows_are_explained() -> None:
 
 def test_the_verdict() -> None:
     lines = verdict(WORTH)
-    says(lines[0], "1 %", "9", "11 effects", "hydrostatic_stiffness", "inertial_drag")
+    says(lines[0], "1 %", "10", "12 effects", "hydrostatic_stiffness", "inertial_drag")
     says(lines, "short_leg_guard", "+0.6 %", "+0.4 %", "added_mass alone")
     says(lines, "2 effects")
     assert not any("jump" in line and "In jump" in line for line in lines)

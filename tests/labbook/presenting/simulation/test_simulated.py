@@ -19,6 +19,7 @@ JUMP = JumpResult(
     touchdown_time_s=0.0,
     liftoff_time_s=0.3137413071234,
     max_depth_m=0.07075555,
+    unresisted_sink_m=0.0,
     liftoff_body_height_m=0.19,
     liftoff_body_velocity_m_s=1.638227,
     liftoff_foot_velocity_m_s=0.0,
