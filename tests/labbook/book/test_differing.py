@@ -17,7 +17,7 @@ from labbook.actions.upkeep.tracing import NumberTrace, PrintedNumber, trace, tr
 from labbook.analysis.results.printed_values import versions_now
 from labbook.book.differing import Differences
 from labbook.book.rebuilding import rebuild_database
-from tests.helpers.books import ADA, SmallBook, small_book
+from tests.helpers.books import ADA, SmallBook, copy_of, small_book
 from tests.helpers.journals import renumbered
 from tests.helpers.statements import in_file
 from tests.helpers.wording import says
@@ -27,11 +27,14 @@ Words = dict[str, Any]
 
 @pytest.fixture
 def reported(tmp_path: Path) -> SmallBook:
-    made = small_book(tmp_path)
-    with made.open() as book:
-        state_report(book, None, ADA, lambda _step: None)
-        state_report(book, "foot=small", ADA, lambda _step: None)
-    return made
+    def made(folder: Path) -> SmallBook:
+        small = small_book(folder)
+        with small.open() as book:
+            state_report(book, None, ADA, lambda _step: None)
+            state_report(book, "foot=small", ADA, lambda _step: None)
+        return small
+
+    return copy_of("reported-twice", made, tmp_path)
 
 
 def as_earlier(book: SmallBook, action: Action, said: Callable[[Words], Words]) -> Differences:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -30,6 +31,7 @@ from labbook.book.rebuilding import Rebuilt, rebuild_database
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.databases import all_rows_by_name
 from tests.helpers.journals import renumbered
+from tests.helpers.once import made_once
 from tests.helpers.statements import in_file
 from tests.helpers.wording import refuses, says
 
@@ -71,15 +73,23 @@ def charge_of(book: Book, run: str) -> Any:
 @pytest.fixture
 def waiting(tmp_path: Path) -> tuple[SmallBook, Rebuilt]:
     """A book with verdicts, corrections and assignments on a log and a sheet that this labbook cannot read."""
-    small = small_book(tmp_path)
-    with small.open() as book:
-        uid = charge_of(book, "r002").uid
-        state(book, lambda session: correct(book, session, f"charge:{uid}", ["charge_mah=77"], "the display said 77"))
-        state(book, lambda session: assign(session, f"{SHEET}#3", "none", "another pack's"))
-        state(book, lambda session: decide(book, session, "r001", [2], "reject", "touched_by_hand", None))
-        state(book, lambda session: assign(session, LOG, "r003", "names were swapped"))
-        state(book, lambda session: assign(session, LOG, "r001", "no, they were not"))
-    return small, as_by_another_labbook(small, (SHEET, LOG))
+
+    def made(folder: Path) -> tuple[SmallBook, Rebuilt]:
+        small = small_book(folder)
+        with small.open() as book:
+            uid = charge_of(book, "r002").uid
+            state(
+                book, lambda session: correct(book, session, f"charge:{uid}", ["charge_mah=77"], "the display said 77")
+            )
+            state(book, lambda session: assign(session, f"{SHEET}#3", "none", "another pack's"))
+            state(book, lambda session: decide(book, session, "r001", [2], "reject", "touched_by_hand", None))
+            state(book, lambda session: assign(session, LOG, "r003", "names were swapped"))
+            state(book, lambda session: assign(session, LOG, "r001", "no, they were not"))
+        return small, as_by_another_labbook(small, (SHEET, LOG))
+
+    small, done = made_once("waiting-files", made)
+    shutil.copytree(small.folder.parent, tmp_path, dirs_exist_ok=True)
+    return SmallBook(tmp_path / "book", tmp_path / "instruments"), done
 
 
 def test_it_is_listed_and_its_numbers_say_why_they_are_undefined(waiting: tuple[SmallBook, Rebuilt]) -> None:

@@ -25,7 +25,7 @@ from labbook.analysis.outcomes import run_apexes
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database
 from tests.cli.shell import good, labbook, refused
-from tests.helpers.books import ADA, BEN, SmallBook, ingest_all, small_book
+from tests.helpers.books import ADA, BEN, SmallBook, copy_of, ingest_all, small_book
 from tests.helpers.wording import says
 
 LATE = "r012"
@@ -72,13 +72,17 @@ def raise_apexes(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def before(tmp_path: Path) -> SmallBook:
     """A book with a report, made before the log of one run was ingested."""
-    made = small_book(tmp_path, ingested=False, two_people=True)
-    late = made.log(LATE).rename(tmp_path / "late.csv")
-    with made.open() as book:
-        ingest_all(book, made.instruments)
-        report(book)
-    late.rename(made.log(LATE))
-    return made
+
+    def made(folder: Path) -> SmallBook:
+        small = small_book(folder, ingested=False, two_people=True)
+        late = small.log(LATE).rename(folder / "late.csv")
+        with small.open() as book:
+            ingest_all(book, small.instruments)
+            report(book)
+        late.rename(small.log(LATE))
+        return small
+
+    return copy_of("reported-before-the-last-log", made, tmp_path)
 
 
 def test_a_correction_a_verdict_a_file_and_a_version_are_told_apart(
