@@ -58,7 +58,7 @@ def name_points(svg: str, figure: str, content: ReportContent, anchors: Mapping[
         if start < 0 or end < 0:
             continue
         svg = svg[:start] + _named(svg[start:end], runs, outcome, days, anchors) + svg[end:]
-    return svg
+    return svg.replace('role="img"', 'role="group"', 1)  # what links is no single picture
 
 
 def _named(

@@ -1,6 +1,7 @@
 """The page in a browser: nothing runs off the window, nothing is blank, it prints."""
 
 import dataclasses
+import importlib.resources
 import re
 import shutil
 import subprocess
@@ -119,3 +120,21 @@ def test_a_point_opens_the_rows_of_runs_and_a_figure_zooms(written, tmp_path):
     page.write_text(written.page.read_text(encoding="utf-8").replace("</body>", ACT), encoding="utf-8")
     found = browse(tmp_path, "--virtual-time-budget=3000", "--dump-dom", page.as_uri())
     says(found, "<title>open true zoomed")
+
+
+AXE = """<script>{axe}</script><script>
+axe.run({{resultTypes: ["violations"]}}).then(found => {{ document.title = "axe:" + found.violations
+  .filter(rule => ["serious", "critical"].includes(rule.impact))
+  .map(rule => `${{rule.id}} (${{rule.nodes.length}}): ${{rule.nodes[0].html.slice(0, 90)}}`).join(" | "); }});
+</script></body>"""
+
+
+@pytest.mark.parametrize("width", [1280, pytest.param(400, marks=pytest.mark.soak)])
+def test_axe_finds_nothing_serious(written, tmp_path, width):
+    """The accessibility rules of axe-core, on the whole page with all folds open."""
+    axe = (importlib.resources.files("axe_core_python") / "axe.min.js").read_text(encoding="utf-8")
+    page = tmp_path / "page.html"
+    text = written.page.read_text(encoding="utf-8").replace("<details", "<details open")
+    page.write_text(text.replace("</body>", AXE.format(axe=axe)), encoding="utf-8")
+    found = browse(tmp_path, f"--window-size={width},900", "--virtual-time-budget=30000", "--dump-dom", page.as_uri())
+    assert re.search(r"<title>(.*?)</title>", found).group(1) == "axe:"
