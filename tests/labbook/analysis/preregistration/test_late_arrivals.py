@@ -19,7 +19,7 @@ from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.book.rebuilding import rebuild_database
 from labbook.demo.plate import plate_record
 from labbook.demo.writers import bertec_text
-from tests.helpers.books import ADA, SmallBook, ingest_all, small_book
+from tests.helpers.books import ADA, SmallBook, copy_of, ingest_all, small_book
 from tests.helpers.decided import DECIDED, decided_book
 from tests.helpers.statements import gives_charge
 from tests.helpers.wording import says
@@ -28,6 +28,18 @@ from tests.helpers.wording import says
 @pytest.fixture
 def honest(tmp_path: Path) -> SmallBook:
     return decided_book(tmp_path)
+
+
+@pytest.fixture
+def reported(tmp_path: Path) -> SmallBook:
+    """The same with a report."""
+
+    def made(folder: Path) -> SmallBook:
+        book = decided_book(folder)
+        reports(book)
+        return book
+
+    return copy_of("decided-reported", made, tmp_path)
 
 
 def planned(made: SmallBook) -> Planned:
@@ -127,23 +139,21 @@ def test_what_lay_in_the_inbox_while_a_report_was_made_is_told(tmp_path: Path, r
     assert found.exploratory_equivalence(POOLED) is None
 
 
-def test_a_log_taken_off_and_put_back_after_a_report_is_no_departure(honest: SmallBook) -> None:
-    reports(honest)
-    assigns(honest, "r002.csv", "none", "was it this one?")
-    assigns(honest, "r002.csv", "r002")
-    assert planned(honest).departures == ()
-    ingests(honest, another_log(honest, "r002 again.csv"))
-    (said,) = planned(honest).departures
+def test_a_log_taken_off_and_put_back_after_a_report_is_no_departure(reported: SmallBook) -> None:
+    assigns(reported, "r002.csv", "none", "was it this one?")
+    assigns(reported, "r002.csv", "r002")
+    assert planned(reported).departures == ()
+    ingests(reported, another_log(reported, "r002 again.csv"))
+    (said,) = planned(reported).departures
     says(said, "r002", "again.csv")
-    rebuild_database(honest.folder, lambda _step: None)
-    assert planned(honest).departures == (said,)
+    rebuild_database(reported.folder, lambda _step: None)
+    assert planned(reported).departures == (said,)
 
 
-def test_a_charge_taken_off_and_put_back_is_no_departure(honest: SmallBook) -> None:
-    reports(honest)
-    assigns(honest, "2021-06-14.csv#2", "none", "was it this one?")
-    assigns(honest, "2021-06-14.csv#2", "r002")
-    assert planned(honest).departures == ()
+def test_a_charge_taken_off_and_put_back_is_no_departure(reported: SmallBook) -> None:
+    assigns(reported, "2021-06-14.csv#2", "none", "was it this one?")
+    assigns(reported, "2021-06-14.csv#2", "r002")
+    assert planned(reported).departures == ()
 
 
 @pytest.mark.parametrize(("what", "lost"), [("r002.csv", "apex height"), ("2021-06-14.csv#2", "joules a jump")])
@@ -167,16 +177,15 @@ AWAY = [("r003", "belongs there"), ("none", "does it?")]
     ],
 )
 @pytest.mark.parametrize("what", ["r002.csv", "2021-06-14.csv#2"])
-@pytest.mark.parametrize("reported", [True, False])
+@pytest.mark.parametrize("before", ["reported", "honest"])
 def test_what_is_where_it_was_in_the_end_is_no_departure(
-    honest: SmallBook, what: str, back: list[tuple[str, str | None]], reported: bool
+    request: pytest.FixtureRequest, what: str, back: list[tuple[str, str | None]], before: str
 ) -> None:
     """By whichever way it went to another run and came back, where no report was made meanwhile."""
-    if reported:
-        reports(honest)
+    made: SmallBook = request.getfixturevalue(before)
     for run, why in back:
-        assigns(honest, what, run, why)
-    assert planned(honest).departures == ()
+        assigns(made, what, run, why)
+    assert planned(made).departures == ()
 
 
 def test_a_log_that_a_report_saw_at_another_run_is_told(honest: SmallBook) -> None:
@@ -216,21 +225,20 @@ def test_a_log_that_a_report_missed_is_told_though_it_was_there_before(honest: S
     says(said, "r002", "when a report")
 
 
-def test_a_log_that_replaced_another_after_a_report_makes_the_condition_exploratory(honest: SmallBook) -> None:
-    reports(honest)
-    ingests(honest, another_log(honest, "r002 again.csv"))
-    assigns(honest, "r002.csv", "none", "the other is better")
-    found = planned(honest)
+def test_a_log_that_replaced_another_after_a_report_makes_the_condition_exploratory(reported: SmallBook) -> None:
+    ingests(reported, another_log(reported, "r002 again.csv"))
+    assigns(reported, "r002.csv", "none", "the other is better")
+    found = planned(reported)
     (said,) = found.departures
     says(said, "again.csv", "r002.csv")
-    assert found.exploratory_equivalence(POOLED, [key_of(honest, "r002")]) == said
-    assert found.exploratory_equivalence(POOLED, [key_of(honest, "r001")]) is None
+    assert found.exploratory_equivalence(POOLED, [key_of(reported, "r002")]) == said
+    assert found.exploratory_equivalence(POOLED, [key_of(reported, "r001")]) is None
     assert found.exploratory(Outcome.JOULES, POOLED) is None
-    rebuild_database(honest.folder, lambda _step: None)
-    assert planned(honest) == found
-    assigns(honest, "r002 again.csv", "none", "it was not")
-    assigns(honest, "r002.csv", "r002")
-    assert not [item for item in planned(honest).further if item.quantities]
+    rebuild_database(reported.folder, lambda _step: None)
+    assert planned(reported) == found
+    assigns(reported, "r002 again.csv", "none", "it was not")
+    assigns(reported, "r002.csv", "r002")
+    assert not [item for item in planned(reported).further if item.quantities]
 
 
 def test_a_log_that_replaced_another_before_any_report_is_told_only(honest: SmallBook) -> None:
@@ -275,14 +283,13 @@ def test_a_charge_that_replaced_another_after_a_report_makes_the_condition_explo
     assert found.exploratory_equivalence(POOLED) is None
 
 
-def test_a_charge_corrected_after_a_report_is_listed_and_not_labelled(honest: SmallBook) -> None:
-    reports(honest)
-    with honest.open() as book, book.reading() as connection:
+def test_a_charge_corrected_after_a_report_is_listed_and_not_labelled(reported: SmallBook) -> None:
+    with reported.open() as book, book.reading() as connection:
         query = "SELECT charge.uid FROM charge JOIN run ON charge.run = run.id WHERE run.name = 'r002'"
         uid = connection.exec_driver_sql(query).scalar_one()
-    with honest.open() as book, book.session(ADA) as session:
+    with reported.open() as book, book.session(ADA) as session:
         correct(book, session, f"charge:{uid}", ["charge_mah=90"], "typed wrongly")
-    found = planned(honest)
+    found = planned(reported)
     (said,) = found.departures
     says(said, "charge_mah", "r002")
     assert found.exploratory(Outcome.JOULES, POOLED) is None
