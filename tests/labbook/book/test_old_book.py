@@ -20,14 +20,14 @@ from labbook.book.opening import Book, engine_of, opened, read_configuration
 from labbook.book.rebuilding import rebuild_database
 from labbook.book.upgrading import upgrade_database
 from labbook.terminal import progress
-from tests.helpers.databases import ENGINES, all_rows_by_name
+from tests.helpers.databases import all_rows_by_name
 from tests.helpers.old_book import unpack
 from tests.helpers.postgres import Cluster
 
 RUNS, LOGS, VERDICTS = 271, 265, 16
 
 
-@pytest.fixture(params=ENGINES)
+@pytest.fixture(params=["sqlite", pytest.param("postgresql", marks=pytest.mark.soak)])
 def old(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[Path, dict[str, float | None]]:
     """The old book's folder, and what it printed."""
     cluster: Cluster | None = None if request.param == "sqlite" else request.getfixturevalue("cluster")

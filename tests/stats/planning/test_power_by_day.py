@@ -11,6 +11,10 @@ from stats.planning.power_by_day import power_by_day, power_equivalence_by_day
 DRAWS = 1500
 
 
+def in_a_soak(*cases):
+    return [pytest.param(*case, marks=pytest.mark.soak) for case in cases]
+
+
 def contrasts_of(days, difference, sd, mean, seed, day_sd=2.0):
     """Draw campaigns whose days differ, and compare the sides of each."""
     rng = np.random.default_rng(seed)
@@ -31,8 +35,16 @@ def found_in(days, difference, sd, seed):
     return sum(each.difference().p < 0.05 for each in contrasts_of(days, difference, sd, 500.0, seed)) / DRAWS
 
 
-@pytest.mark.parametrize("days", [[(3, 10)] * 5, [(2, 4)] * 4, [(4, 12)] * 3, [(4, 5)]])
-@pytest.mark.parametrize("percent", [False, True])
+@pytest.mark.parametrize(
+    ("percent", "days"),
+    [
+        (False, [(3, 10)] * 5),
+        (True, [(2, 4)] * 4),
+        (False, [(4, 5)]),
+        *in_a_soak((True, [(3, 10)] * 5), (False, [(2, 4)] * 4), (True, [(4, 5)])),
+        *in_a_soak((False, [(4, 12)] * 3), (True, [(4, 12)] * 3)),
+    ],
+)
 def test_as_many_campaigns_show_equivalence_as_planned(days, percent):
     sd, mean, bound = 4.0, 100.0, 4.5
     power = power_equivalence_by_day(sd, -bound, bound, days, control_mean=mean if percent else None).power
@@ -44,7 +56,13 @@ def test_as_many_campaigns_show_equivalence_as_planned(days, percent):
 
 
 @pytest.mark.parametrize(
-    "days", [[(5, 8)] * 5, [(3, 10)] * 5, [(1, 3), (3, 10), (5, 15), (4, 12), (3, 10)], [(4, 12)] * 3, [(8, 20)]]
+    "days",
+    [
+        [(3, 10)] * 5,
+        [(1, 3), (3, 10), (5, 15), (4, 12), (3, 10)],
+        [(8, 20)],
+        *(pytest.param(days, marks=pytest.mark.soak) for days in ([(5, 8)] * 5, [(4, 12)] * 3)),
+    ],
 )
 def test_as_many_campaigns_find_a_difference_as_planned(days):
     power = power_by_day(11.0, 10.0, days).power
