@@ -10,6 +10,8 @@ from simulator.gains import stiffness_n_m
 from simulator.jump import ILL_CONDITIONED_BELOW, simulate
 from simulator.result import JumpResult
 from simulator.scene_file import load_scene
+from tests.helpers.kernels import interpreted
+from tests.helpers.once import made_once
 
 PLATE = load_scene("force_plate")
 SECOND_AT_400 = 0.363848, 50.034
@@ -24,21 +26,43 @@ def jumps_of(gain: float, jumps: int, accuracy: float, rate: float = 0.0) -> tup
     return simulate(scene, accuracy).jumps
 
 
-def test_a_quicker_clock_tends_to_continuous_control() -> None:
-    continuous = jumps_of(400, 4, 1e-9)
+RATES = ((1e3, 1.5e-4, 0.05), (1e4, 1.2e-5, 0.003), (1e5, 1.2e-6, 4e-4))
+"""Rates (Hz), and how far apex (m) and cost (J) may be from those of continuous control."""
+Found = dict[str, tuple[JumpResult, ...]]
+
+
+def simulated() -> Found:
+    """What is looked at below; to simulate this little takes less time than to compile a kernel for it."""
+    coarse = PLATE.changed(effects_on=("sampled_control",))
+    return {
+        "continuous": jumps_of(400, 4, 1e-9),
+        **{f"{rate:g} Hz": jumps_of(400, 4, 1e-9, rate) for rate, *_most in RATES},
+        "deciding in flight": jumps_of(400, 3, 1e-8, 1e3),
+        "continuous in flight": jumps_of(400, 3, 1e-8),
+        "coarse": simulate(coarse, 5e-4).jumps,
+    }
+
+
+@pytest.fixture(scope="module")
+def found() -> Found:
+    return made_once("sampled-on-hard-ground", lambda _folder: interpreted(simulated))
+
+
+def test_a_quicker_clock_tends_to_continuous_control(found: Found) -> None:
+    continuous = found["continuous"]
     assert continuous[1].apex_height_m == pytest.approx(SECOND_AT_400[0], abs=1e-6)
     assert continuous[1].cost_J == pytest.approx(SECOND_AT_400[1], abs=1e-3)
-    for rate, most_m, most_j in ((1e3, 1.5e-4, 0.05), (1e4, 1.2e-5, 0.003), (1e5, 1.2e-6, 4e-4)):
-        for sampled, exact in zip(jumps_of(400, 4, 1e-9, rate), continuous, strict=True):
+    for rate, most_m, most_j in RATES:
+        for sampled, exact in zip(found[f"{rate:g} Hz"], continuous, strict=True):
             assert sampled.apex_height_m == pytest.approx(exact.apex_height_m, abs=most_m)
             assert sampled.cost_J == pytest.approx(exact.cost_J, abs=most_j)
 
 
-def test_the_leg_decides_in_flight_too() -> None:
+def test_the_leg_decides_in_flight_too(found: Found) -> None:
     """There it turns soft at its rest length, at the next tick, as under continuous control; else it would meet the
     plate stiff.
     """
-    sampled, continuous = jumps_of(400, 3, 1e-8, 1e3)[-1], jumps_of(400, 3, 1e-8)[-1]
+    sampled, continuous = found["deciding in flight"][-1], found["continuous in flight"][-1]
     assert sampled.min_leg_length_m == pytest.approx(continuous.min_leg_length_m, abs=2e-6)
     assert sampled.max_leg_length_m == pytest.approx(continuous.max_leg_length_m, abs=3e-4)
     assert sampled.stance_heat_J == pytest.approx(continuous.stance_heat_J, rel=4e-4)
@@ -61,10 +85,9 @@ def test_a_force_held_between_ticks_makes_no_jump_that_is_none(gain: float) -> N
         assert len(held.mode_changes) == 2
 
 
-def test_what_follows_a_flagged_jump_is_flagged() -> None:
+def test_what_follows_a_flagged_jump_is_flagged(found: Found) -> None:
     """Its start is not better known. At a coarse accuracy one decision of the second jump is close, and no other."""
-    scene = PLATE.changed(effects_on=("sampled_control",))
-    jumps = simulate(scene, 5e-4).jumps
+    jumps = found["coarse"]
     close = [(jump.decision_margin or math.inf) < ILL_CONDITIONED_BELOW for jump in jumps]
     assert close.index(True) == 1
     assert sum(close) < 3
