@@ -20,8 +20,8 @@ from labbook.book.write_session import Statement, new_uid, now_utc
 from labbook.config.parsing import Configuration
 from labbook.presenting.report.content import MadeReport, make_report
 from labbook.statements.reporting import shown_by
-from reports.page import refuse_foreign, write_report
-from reports.printing import print_pdf
+from reports.page.printing import print_pdf
+from reports.page.writing import refuse_foreign, write_report
 
 ATTEMPTS = 5
 NO_HASHES = (

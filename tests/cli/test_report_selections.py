@@ -14,7 +14,7 @@ from reports.content import ReportContent
 from reports.figures.kind import draw_figure, svg_bytes
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
-from reports.page import render_page
+from reports.page.writing import render_page
 from reports.tables.as_csv import csv_bytes
 from reports.tables.as_latex import latex_bytes
 from reports.tables.registry import TABLES

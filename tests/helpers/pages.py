@@ -7,7 +7,7 @@ import dataclasses
 from data_schema.outcomes import Outcome
 from reports.content import Condition, ReportContent, Summary
 from reports.figures.registry import FIGURES
-from reports.page import render_page
+from reports.page.writing import render_page
 from reports.tables.registry import TABLES, tables_of
 
 FIGURE_NAMES = [kind.name for kind in FIGURES.values() if kind.outcome is None or kind.outcome.of_every_run]

@@ -28,8 +28,8 @@ def test_listing_runs_enters_what_it_needs_and_calls_nothing_upward() -> None:
 
 
 def test_a_call_goes_upward_where_its_target_lies_in_a_higher_layer() -> None:
-    up = [("stats/energy.py", "reports/page.py"), ("labbook/analysis/study.py", "labbook/cli/common.py")]
-    level = [("ingest/read.py", "stats/energy.py"), ("reports/page.py", "reports/display.py")]
+    up = [("stats/energy.py", "reports/page/writing.py"), ("labbook/analysis/study.py", "labbook/cli/common.py")]
+    level = [("ingest/read.py", "stats/energy.py"), ("reports/page/writing.py", "reports/display.py")]
     down = [
         ("labbook/cli/statements.py", "labbook/book/opening.py"),
         ("labbook/cli/statements.py", "data_schema/engine.py"),

@@ -38,7 +38,7 @@ from reports.content import (
 )
 from reports.drawn import LogGap, LogJump, RunLog
 from reports.evidence import ByDay, Equivalence, Side
-from reports.page import write_report
+from reports.page.writing import write_report
 from reports.predicted import AssumedInput, PredictedQuantity, Prediction, Predictions
 from reports.sentences import difference_claim, savings_claim
 from stats.compare.equivalence import equivalence

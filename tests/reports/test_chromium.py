@@ -9,7 +9,7 @@ import subprocess
 import matplotlib.image
 import pytest
 
-from reports.page import render_page
+from reports.page.writing import render_page
 from reports.tables.registry import TABLES
 from tests.helpers.pages import DRAWN
 from tests.helpers.wording import says

@@ -16,7 +16,7 @@ def test_a_condition_finds_its_levels_and_summaries(content):
 def test_a_report_is_written_without_a_database():
     """In an interpreter of its own: no sqlalchemy, no statistics, no reader comes along."""
     program = (
-        "import sys, reports.page, reports.figures.log\n"
+        "import sys, reports.page.writing, reports.figures.log\n"
         "loaded = {name.split('.')[0] for name in sys.modules}\n"
         "print(sorted(loaded & {'sqlalchemy', 'alembic', 'stats', 'ingest', 'simulator', 'labbook'}))\n"
         "print([name for name in sys.modules if name == 'matplotlib.pyplot'])\n"

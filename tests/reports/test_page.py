@@ -11,9 +11,9 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports.content import Claim, Provenance
 from reports.figures.registry import FIGURES, figures_of
-from reports.page import inline_svg, write_report
+from reports.page.sections import FigureHere, FiguresBeside, sections_of
+from reports.page.writing import inline_svg, write_report
 from reports.run_points import name_points, run_anchors
-from reports.sections import FigureHere, FiguresBeside, sections_of
 from reports.tables.registry import TABLES
 from tests.helpers.pages import FIGURE_NAMES, TABLE_NAMES, quick_page
 from tests.helpers.wording import refuses, says

@@ -1,6 +1,6 @@
 import pytest
 
-from reports.page import inline_svg
+from reports.page.writing import inline_svg
 
 SVG = b"""<?xml version="1.0"?><!DOCTYPE svg PUBLIC "-//W3C//DTD SVG 1.1//EN" "http://www.w3.org/x.dtd">
 <svg xmlns:xlink="http://www.w3.org/1999/xlink" width="144pt" viewBox="0 0 144 72" xmlns="http://www.w3.org/2000/svg">

@@ -13,9 +13,9 @@ from reports.figures.kind import draw_figure, svg_bytes
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from reports.numbers import Number
+from reports.page.sections import sections_of
 from reports.predicted import PredictedQuantity, Predictions
 from reports.remarks import prediction_sentences
-from reports.sections import sections_of
 from reports.tables.as_csv import csv_bytes
 from reports.tables.registry import TABLES
 from tests.helpers.judged import judged

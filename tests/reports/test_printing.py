@@ -4,9 +4,9 @@ import re
 
 import pytest
 
-from reports import printing
-from reports.page import write_report
-from reports.printing import NO_BROWSER, browser, print_pdf
+from reports.page import printing
+from reports.page.printing import NO_BROWSER, browser, print_pdf
+from reports.page.writing import write_report
 from tests.helpers.pages import quick_page
 from tests.helpers.wording import says
 

@@ -23,7 +23,7 @@ from labbook.book.opening import Book
 from reports.drawn import LogGap, LogJump, RunLog
 from reports.figures.kind import FORMS, check_form, svg_bytes
 from reports.figures.log import draw_log
-from reports.page import figure_page
+from reports.page.writing import figure_page
 from reports.wording import count_text
 
 _NO_FLIGHT = (Reason.NO_FALL, Reason.NO_FREE_FLIGHT)

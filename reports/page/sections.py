@@ -17,7 +17,7 @@ from reports.naming import (
     swept_words,
     title_of,
 )
-from reports.references import software_sentence
+from reports.page.references import software_sentence
 from reports.remarks import NOT_FROM_DAYS, by_day_sentences, days_claim, gains_text, prediction_sentences
 from reports.run_points import run_anchors
 from reports.trust import flow_sentence, robustness_sentences, trust_sentences

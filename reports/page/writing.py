@@ -20,9 +20,9 @@ from reports.content import ReportContent
 from reports.figures.figure_cache import Wanted, drawn, forget_unused
 from reports.figures.registry import FIGURES, figures_of
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
-from reports.references import references_bib
+from reports.page.references import references_bib
+from reports.page.sections import Bullets, FigureHere, FiguresBeside, Paragraph, Part, Section, TableHere, sections_of
 from reports.run_points import name_points, run_anchors
-from reports.sections import Bullets, FigureHere, FiguresBeside, Paragraph, Part, Section, TableHere, sections_of
 from reports.tables.as_csv import csv_bytes
 from reports.tables.as_latex import latex_bytes
 from reports.tables.as_macros import macros_bytes
