@@ -223,10 +223,13 @@ def test_of_a_command_that_was_cut_off_anywhere_nothing_counts(
     assert mirror.path.read_bytes() == whole
 
 
-def test_a_command_of_many_entries_is_there_whole_or_not_at_all_at_every_byte(mirror: JournalFile) -> None:
+@pytest.mark.parametrize("every", [3, pytest.param(1, marks=pytest.mark.soak)])
+def test_a_command_of_many_entries_is_there_whole_or_not_at_all_wherever_it_is_cut(
+    mirror: JournalFile, every: int
+) -> None:
     first, last, following = in_commands([[{}], [{"reason": "ä"}] * 4, [{}, {}]])
     whole = written(mirror, first + last)
-    for left in range(len(written(mirror, first)), len(whole) + 1):
+    for left in range(len(whole), len(written(mirror, first)) - 1, -every):
         mirror.path.write_bytes(whole[:left])
         there = first + last if left >= len(whole) - 1 else first
         assert list(mirror.entries()) == mirror.tail(0) == there

@@ -515,6 +515,7 @@ def test_a_rebuild_that_is_killed_leaves_the_old_database(whole: SmallBook, comm
     assert list(whole.folder.glob(".labbook*")) == []
 
 
+@pytest.mark.soak
 def test_on_postgresql_a_rebuild_that_is_killed_leaves_the_old_tables(
     postgres_url: str, tmp_path: Path, commands: Commands
 ) -> None:

@@ -86,6 +86,7 @@ def test_old_databases_and_what_was_cut_off_go_and_the_book_stays(book: SmallBoo
         assert listed(standing) == {}
 
 
+@pytest.mark.parametrize("book", ["sqlite", pytest.param("postgresql", marks=pytest.mark.soak)], indirect=True)
 def test_only_what_is_named_goes(book: SmallBook) -> None:
     old = rebuild(book)
     lay(book, TEMPORARY)

@@ -122,6 +122,7 @@ def test_a_correction_a_verdict_a_file_and_a_version_are_told_apart(
         assert sum(said in line for line in lines) == 1, (said, told)
 
 
+@pytest.mark.parametrize("book", ["sqlite", pytest.param("postgresql", marks=pytest.mark.soak)], indirect=True)
 def test_nothing_moves_where_nothing_was_said(book: SmallBook) -> None:
     with book.open() as standing:
         report(standing)
