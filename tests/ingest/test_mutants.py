@@ -83,9 +83,8 @@ def _same_values(part: SignalPart, sample: int, row: Row) -> bool:
     return True
 
 
-@pytest.mark.parametrize("block", range(3))
-def test_no_mutant_is_read_wrongly(block: int) -> None:
-    check(range(100 * block, 100 * block + 100))
+def test_no_mutant_is_read_wrongly() -> None:
+    check(range(100))
 
 
 @pytest.mark.soak

@@ -24,7 +24,7 @@ ROWS = [(method, design) for method in METHODS for design in method.designs]
 EVERY = every_rate()
 BY_DESIGN = {(row.method, row.kind, design_of(row)): row for row in EVERY}
 SLOW = ("bootstrap", "games_howell", "permutation")
-LIGHT_RUNS, ONE_BY_ONE_RUNS, SHARE_OF_ROWS = 2000, 30, 101
+LIGHT_RUNS, ONE_BY_ONE_RUNS, SHARE_OF_ROWS = 2000, 30, 211
 SOME_ROWS = [
     (method, design)
     for method in METHODS
