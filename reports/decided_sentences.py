@@ -197,7 +197,7 @@ def _saved(content: ReportContent, overall: OverallSavings) -> Claim:
     spread, errors = (
         value_text(number.value, places_of(savings)) for number in (overall.spread, overall.spread_of_errors)
     )
-    apart = f"groups' SD {with_unit(spread, '%')}, {with_unit(errors, '%')} by their errors alone"
+    apart = f"SD between groups {with_unit(spread, '%')}, {with_unit(errors, '%')} expected from their errors"
     test = significance_text(overall.test, name=False)
     evidence = "; ".join([*_interval(savings), test, count_text(len(scope.days), "day"), apart])
     exploratory = exploratory_text(overall.exploratory, "effect")

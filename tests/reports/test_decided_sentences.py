@@ -98,7 +98,7 @@ def test_an_effect_over_groups_says_what_it_is_of(content, measured_only):
         assert "over 3\u00a0groups" in text
         says(text, "without a claim")
     assert "lost" not in kept.text  # it fell, within the bounds
-    says(saved.text, "4.0 %", "2.6 %", "their errors alone")
+    says(saved.text, "4.0 %", "2.6 %", "their errors")
 
 
 def test_one_group_speaks_for_itself(content):
