@@ -1,6 +1,8 @@
-"""Measures whether `accuracy` is kept over random scenes, and writes that table of `docs/accuracy.md` anew.
+"""Measures whether `accuracy` is kept over random scenes and what error bars find, and writes these tables of
+`docs/accuracy.md` anew.
 
-python benchmarks/goal_document.py
+python benchmarks/goal_document.py                 both tables
+python benchmarks/goal_document.py "error bars"    one of them
 """
 
 from __future__ import annotations
@@ -17,16 +19,23 @@ from numpy.typing import NDArray
 
 from benchmarks.document import table_text
 from benchmarks.section import Table
-from simulator.jump import ill_conditioned, limits_for, parameter_row
+from data_schema.errors import UsageError
+from simulator.error_bars import FINER
+from simulator.jump import FINEST_ACCURACY, MOST_STEPS_A_JUMP, ROUNDING, ill_conditioned, limits_for, parameter_row
 from simulator.kernel.build import Kernel, kernel_for
-from simulator.kernel.layout import OUTCOMES
+from simulator.kernel.layout import OUTCOMES, STEP_LIMIT
+from simulator.kernel.limits import MOST_STEPS
 from simulator.kernel.rows import COLUMN, COLUMNS
+from simulator.parameter import Parameter
 from simulator.scene_file import load_scene
 
 DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "accuracy.md"
-FIRST, LAST = "<!-- measured: is the goal kept -->", "<!-- end of is the goal kept -->"
 GOALS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10)
-FINEST = 1e-12
+FINEST, REFERENCE = 1e-12, 1e-11
+FEW_STEPS = 200_000
+"""Work enough for any jump that a robot makes."""
+WIDE, SMALLEST_SHARE = 50.0, 1e-4
+"""A wider range is drawn evenly in the logarithm, from this share of its end where it starts at 0."""
 SEED = 7
 SCENES = 5000
 RANGES = {
@@ -106,15 +115,124 @@ def kept(kernel: Kernel, table: Row) -> tuple[int, list[Kept]]:
     return int(np.sum(jumps)), found
 
 
-def _simulated(kernel: Kernel, table: Row, accuracy: float) -> Row:
-    rows, none = np.zeros((len(table), 1, len(COLUMNS))), np.zeros((0, 4))
-    kernel.batch(table, limits_for(accuracy), rows, np.zeros(len(table), np.int64), none, none)
+def _simulated(kernel: Kernel, table: Row, accuracy: float, most_steps: float = MOST_STEPS_A_JUMP) -> Row:
+    rows, none, limits = np.zeros((len(table), 1, len(COLUMNS))), np.zeros((0, 4)), limits_for(accuracy)
+    limits[MOST_STEPS] = most_steps
+    kernel.batch(table, limits, rows, np.zeros(len(table), np.int64), none, none)
     return np.asarray(rows[:, 0])
 
 
 def _outputs(rows: Row) -> Row:
     cost = sum(rows[:, COLUMN[f"stance_{part}_J"]] for part in ("heat", "mechanical", "drag"))
     return np.stack([*(rows[:, COLUMN[name]] for name in OUTPUTS), cost])
+
+
+@dataclass(frozen=True, slots=True)
+class Barred:
+    """What error bars find at one goal: misses above ten goals and how many of them are flagged, flags of jumps that
+    keep the goal, and how many of those that are not flagged keep it. All jumps are `count`.
+    """
+
+    goal: float
+    misses: int
+    caught: int
+    flagged: int
+    false_alarms: int
+    kept: int
+    count: int
+
+
+def legal(name: str) -> tuple[Kernel, Row]:
+    """The kernel of a scene, and random scenes of its whole legal box: wide ranges evenly in the logarithm."""
+    scene, random = load_scene(name), np.random.default_rng(SEED)
+    kernel = kernel_for(scene.effects)
+    rows: list[Row] = []
+    while len(rows) < SCENES:
+        values = {parameter.name: _within(parameter, random) for parameter in kernel.composition.parameters}
+        try:
+            rows.append(parameter_row(kernel, scene.changed(values)))
+        except UsageError:  # values that do not fit together
+            continue
+    return kernel, np.array(rows)
+
+
+def soft() -> tuple[Kernel, Row]:
+    """The realistic box of `sim2`, with the gains of flight those of compression."""
+    names = [parameter.name for parameter in kernel_for(load_scene("sim2").effects).composition.parameters]
+    kernel, table = kernel_for(load_scene("sim2").effects - {"held_gains_in_flight"}), drawn("sim2")[1]
+    return kernel, table[:, [names.index(parameter.name) for parameter in kernel.composition.parameters]]
+
+
+def barred(kernel: Kernel, table: Row) -> list[Barred]:
+    """What error bars find of random scenes, at each goal."""
+    finest = _simulated(kernel, table, REFERENCE, FEW_STEPS)
+    known = finest[:, 0] != STEP_LIMIT
+    table, finest, found = table[known], finest[known], []
+    simulated: dict[float, Row] = {}
+    for goal in GOALS:
+        finer = max(goal / FINER, FINEST_ACCURACY)
+        for accuracy in {goal, finer} - simulated.keys():
+            simulated[accuracy] = _simulated(kernel, table, accuracy, FEW_STEPS)
+        coarse, fine = simulated[goal], simulated[finer]
+        rounding = np.maximum(fine[:, COLUMN["error_growth"]], 1.0) * ROUNDING
+        flags = np.maximum(_apart(coarse, fine), rounding) > goal
+        missed, keeps = _apart(coarse, finest) > 10.0 * goal, _apart(fine, finest) <= goal
+        found.append(
+            Barred(
+                goal,
+                misses=int(np.sum(missed)),
+                caught=int(np.sum(missed & flags)),
+                flagged=int(np.sum(flags)),
+                false_alarms=int(np.sum(flags & (_apart(coarse, finest) <= goal))),
+                kept=int(np.sum(keeps & ~flags)),
+                count=len(table),
+            )
+        )
+    return found
+
+
+def _within(parameter: Parameter, random: np.random.Generator) -> float:
+    low, high = parameter.low, parameter.high
+    if low > 0.0 and high / low > WIDE:
+        return float(np.exp(random.uniform(np.log(low), np.log(high))))
+    if low == 0.0 and high > WIDE:
+        return float(np.exp(random.uniform(np.log(SMALLEST_SHARE * high), np.log(high))))
+    return float(random.uniform(low, high))
+
+
+def _apart(one: Row, other: Row) -> Row:
+    """The largest relative difference of each jump's outputs; infinite where they end otherwise."""
+    values, beside = _outputs(one), _outputs(other)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        apart = np.abs(values / beside - 1.0)
+    apart[np.isnan(values) & np.isnan(beside) | (values == beside)] = 0.0
+    apart[np.isnan(apart)] = np.inf
+    return np.where(one[:, 0] == other[:, 0], np.max(apart, axis=0), np.inf)
+
+
+def bars() -> Iterator[str]:
+    """What error bars find, a table a box, as Markdown."""
+    yield textwrap.fill(
+        f"Measured on {datetime.datetime.now(datetime.UTC).date()} with {SCENES} random jumps each: over the whole "
+        f"legal box of `sim2` and of `bed`, and over the box above with soft gains in flight. Reference: the same jump "
+        f"at {REFERENCE:g}; a jump is given up after {FEW_STEPS} steps, and left out where the reference is.",
+        120,
+        break_on_hyphens=False,
+    )
+    boxes = {"sim2, legal box": lambda: legal("sim2"), "bed, legal box": lambda: legal("bed"), "soft, realistic": soft}
+    for name, draw in boxes.items():
+        print(f"== error bars, {name}", flush=True)
+        yield f"\n**{name}**\n"
+        rows = [
+            (
+                f"{row.goal:g}", f"{row.caught} of {row.misses}", f"{100 * row.flagged / row.count:.2f} %",
+                f"{100 * row.false_alarms / row.count:.2f} %",
+                f"{100 * row.kept / max(row.count - row.flagged, 1):.2f} %",
+            )
+            for row in barred(*draw())
+        ]  # fmt: skip
+        heads = ("goal", "misses above ten goals caught", "flagged", "false alarms", "others keep the goal")
+        yield table_text(Table(heads, tuple(rows), ""))
 
 
 def lines() -> Iterator[str]:
@@ -143,12 +261,20 @@ def lines() -> Iterator[str]:
 
 
 def main() -> None:
-    """Put the tables between the two lines of the document."""
-    text = DOCUMENT.read_text(encoding="utf-8")
-    if text.count(FIRST) != 1 or text.count(LAST) != 1:
-        sys.exit(f"{DOCUMENT} has no place for the results: put the lines {FIRST} and {LAST} into it.")
-    before, after = text.split(FIRST)[0], text.split(LAST)[1]
-    DOCUMENT.write_text("\n".join([before + FIRST, "", *lines(), LAST]) + after, encoding="utf-8")
+    """Put the tables, or with an argument those of that section, between their two lines of the document."""
+    for name, made in SECTIONS.items():
+        if sys.argv[1:] and name not in sys.argv[1:]:
+            continue
+        first, last = f"<!-- measured: {name} -->", f"<!-- end of {name} -->"
+        text = DOCUMENT.read_text(encoding="utf-8")
+        if text.count(first) != 1 or text.count(last) != 1:
+            sys.exit(f"{DOCUMENT} has no place for the results: put the lines {first} and {last} into it.")
+        before, after = text.split(first)[0], text.split(last)[1]
+        DOCUMENT.write_text("\n".join([before + first, "", *made(), last]) + after, encoding="utf-8")
+
+
+SECTIONS = {"is the goal kept": lines, "error bars": bars}
+"""Sections of the document by the names between whose lines they stand."""
 
 
 if __name__ == "__main__":

@@ -142,7 +142,9 @@ def _flight(value: str, _effects: frozenset[str]) -> Change:
     return Change(on=frozenset({FLIGHT_EFFECTS[value]}), off=every - {FLIGHT_EFFECTS[value]}, choice=choice)
 
 
-def _contact(value: str, _effects: frozenset[str]) -> Change:
+def _contact(value: str, effects: frozenset[str]) -> Change:
+    if "hydrostatic_stiffness" not in effects:
+        raise UsageError(f"contact={value} says when a lifted foot meets grains again: leave it out on other grounds.")
     rule = frozenset({CONTACT_EFFECT})
     if value not in CONTACTS:
         raise unknown_name("contact after lift-off", value, CONTACTS)

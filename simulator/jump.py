@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import time
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from typing import Any
 
@@ -39,6 +39,7 @@ ROUNDING = 1e-15
 """Relative error of a step from rounding alone; grown to half the goal, it makes a jump ill-conditioned."""
 MOST_STEPS_A_JUMP = 2_000_000
 MOST_REPEATS = 5
+CONTACT_ONCE_RISEN = "contact_once_risen"
 _SURE = ("min_leg_length_m", "max_leg_length_m", "min_body_height_m", "capped_time_s", "energy_at_play_J")
 _KEPT_CHANGES = 4096
 _RECORDED_STEPS = 100_000
@@ -81,26 +82,28 @@ def simulate(scene: Scene, accuracy: float = 1e-6, trajectory: bool = False) -> 
     return SceneResult(
         scene,
         accuracy,
-        _flagged_from_the_first_on(jumps),
+        flagged_from_the_first_on(jumps),
         compile_time_s=kernel.compile_time_s,
         wall_time_s=spent,
         trajectory=trajectory_of(Recording(kernel.composition, table[0], trace)) if trajectory else None,
     )
 
 
-def beside_other_contact(result: SceneResult) -> SceneResult:
+def beside_other_contact(result: SceneResult, simulated: Callable[[Scene, float], SceneResult]) -> SceneResult:
     """Add the last jump with contact at the print, where a lifted foot sank unresisted by more than the accuracy.
 
-    Returns the result as it is where it did not.
+    `simulated` is what gave the result: `simulate`, or `simulate_with_errors`. Returns the result as it is where the
+    foot did not sink, or where the rule has nothing to say.
     """
-    jump = result.jump
-    if jump.unresisted_sink_m <= result.accuracy * jump.max_depth_m:
+    jump, other = result.jump, result.scene.effects - {CONTACT_ONCE_RISEN}
+    sank = jump.unresisted_sink_m > result.accuracy * jump.max_depth_m
+    if not sank or other == result.scene.effects or not kernel_for(other).composition.contact_at_the_print:
         return result
-    at_the_print = simulate(result.scene.changed(effects_off=("contact_once_risen",)), result.accuracy)
+    at_the_print = simulated(result.scene.changed(effects_off=(CONTACT_ONCE_RISEN,)), result.accuracy)
     return replace(result, other_contact=at_the_print.jump)
 
 
-def _flagged_from_the_first_on(jumps: tuple[JumpResult, ...]) -> tuple[JumpResult, ...]:
+def flagged_from_the_first_on(jumps: tuple[JumpResult, ...]) -> tuple[JumpResult, ...]:
     """What follows an ill-conditioned jump starts from a state that is not better known."""
     flags = itertools.accumulate((jump.ill_conditioned for jump in jumps), max)
     return tuple(replace(jump, ill_conditioned=flag) for jump, flag in zip(jumps, flags, strict=True))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING
 
@@ -38,6 +39,10 @@ class JumpResult:
     `unresisted_sink_m` is how far a lifted foot sank below its print without meeting the ground (effect
     `contact_once_risen`); `cancelled_liftoff` among the counters how often the gains of flight took a lift-off back
     (without that effect).
+
+    `errors` are estimated absolute errors by output, where they were asked for; `ill_conditioned` then says that one is
+    above the accuracy, and `coarser` is the jump of the coarser simulation where that ends otherwise
+    (`simulator.error_bars`).
 
     `repeats` counts how often the scene was simulated again with finer steps, because errors grew or the energy book
     did not close within the accuracy; where it never closed, `open_book` is true. `under_surface`: the body gets below
@@ -88,6 +93,8 @@ class JumpResult:
     under_surface: bool = False
     open_book: bool = False
     other_branch: JumpResult | None = None
+    errors: Mapping[str, float] | None = None
+    coarser: JumpResult | None = None
 
     def _repr_html_(self) -> str:
         """Return the jump in a sentence, and its numbers below in a fold, as notebooks show it."""
@@ -100,6 +107,7 @@ class JumpResult:
 class SceneResult:
     """All jumps of a scene, simulated at one accuracy.
 
+    With error bars the jumps are simulated to `finer_accuracy`, and `accuracy` is what was asked for.
     `other_contact` is the last jump by the other rule of contact after lift-off (`beside_other_contact`).
     """
 
@@ -110,6 +118,7 @@ class SceneResult:
     wall_time_s: float
     trajectory: xarray.Dataset | None = None
     other_contact: JumpResult | None = None
+    finer_accuracy: float | None = None
 
     @property
     def jump(self) -> JumpResult:

@@ -51,11 +51,4 @@ COLUMNS = (
 """Absent numbers are NaN inside the kernel's rows; `simulator.jump` makes None of them."""
 
 COLUMN = {name: place for place, name in enumerate(COLUMNS)}
-COUNTERS = (
-    "bottomed",
-    "touched_during_reset",
-    "touched_before_hold",
-    "release_missed",
-    "guard_switch",
-    "cancelled_liftoff",
-)
+COUNTERS = COLUMNS[COLUMNS.index("bottomed") : COLUMNS.index("mode_changes")]

@@ -93,6 +93,17 @@ def test_a_result_says_how_far_the_foot_sank_unresisted(name: str) -> None:
     assert largest_dip_m(at_the_print(scene), 1e-7) < 1e-9
 
 
+@pytest.mark.parametrize("values", [{}, {"k_extension": 1091.0, "b_ad": 1000.0}], ids=["shipped", "strong damping"])
+def test_at_the_print_a_held_force_gives_way_to_that_of_flight(values: dict[str, float]) -> None:
+    """A leg on the ground whose controller sleeps has the force of flight, not the one that was held."""
+    changed = at_the_print(SOFT).changed(values, effects_on=("held_force",))
+    jump, fine = simulate(changed, 1e-6).jump, simulate(changed, 1e-10).jump
+    assert jump.counters["cancelled_liftoff"] == fine.counters["cancelled_liftoff"] == 1
+    assert jump.unresisted_sink_m == 0.0
+    assert abs(jump.energy_residual_J) < 1e-6 * jump.energy_at_play_J
+    assert relative_error(jump.liftoff_time_s, fine.liftoff_time_s) < 1e-5
+
+
 def test_gains_that_do_not_change_at_lift_off_cancel_none() -> None:
     """The held gains lift the foot by themselves, and both rules are one."""
     one, other = (simulate(scene, 1e-9).jump for scene in (SIM2, at_the_print(SIM2)))
@@ -102,11 +113,11 @@ def test_gains_that_do_not_change_at_lift_off_cancel_none() -> None:
 
 def test_a_jump_that_sank_unresisted_has_the_other_rule_beside_it() -> None:
     """The numbers of set 1 rest on a dip of 0.9 mm."""
-    beside = beside_other_contact(simulate(SCENES["sim1, none"], 1e-7))
+    beside = beside_other_contact(simulate(SCENES["sim1, none"], 1e-7), simulate)
     assert beside.jump.unresisted_sink_m == pytest.approx(0.875e-3, abs=1e-6)
     assert beside.other_contact is not None
     assert beside.other_contact.counters["cancelled_liftoff"] == 1
-    assert beside_other_contact(simulate(SIM2, 1e-7)).other_contact is None
+    assert beside_other_contact(simulate(SIM2, 1e-7), simulate).other_contact is None
 
 
 def test_a_foot_that_dips_as_it_lifts_off_has_not_cleared_its_print() -> None:

@@ -12,9 +12,11 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
+from data_schema.rounding import decimals_for, fixed_text
 from labbook.presenting.durations import time_text
 from simulator.declared import all_parameters
 from simulator.effects.registry import EFFECTS
+from simulator.error_bars import largest_share
 from simulator.jump import ILL_CONDITIONED_BELOW, close_decision, grown_rounding
 from simulator.result import JumpResult, SceneResult
 from simulator.scene import Scene
@@ -62,7 +64,9 @@ def _under_surface(result: SceneResult) -> list[str]:
 
 def _ill_conditioned(result: SceneResult) -> list[str]:
     """Say why the last jump is ill-conditioned: for itself, or because it follows one that is."""
-    jump, said = result.jump, []
+    jump, said = result.jump, _large_error(result)
+    if jump.errors is not None and not jump.ill_conditioned:
+        return []
     if close_decision(jump):
         where = "" if jump.decision_tick is None else f" at tick {jump.decision_tick}"
         shown = "only the branch taken was simulated" if jump.other_branch is None else "both branches are shown"
@@ -82,6 +86,25 @@ def _ill_conditioned(result: SceneResult) -> list[str]:
         first = next(number for number, item in enumerate(result.jumps, 1) if item.ill_conditioned)
         said.append(f"warning: this jump follows jump {first}, which is ill-conditioned, and is known no better.")
     return said
+
+
+def _large_error(result: SceneResult) -> list[str]:
+    """Say that the finer simulation differs by more than the accuracy."""
+    jump = result.jump
+    if jump.errors is None:
+        return []
+    if jump.coarser is not None:
+        return [
+            f"warning: at an accuracy of {result.accuracy:g} this jump ends otherwise ({jump.coarser.outcome}) than at "
+            f"{result.finer_accuracy:g} ({jump.outcome}); both are shown."
+        ]
+    if not jump.errors:
+        return [f"warning: at an accuracy of {result.accuracy:g} the robot does not make this jump."]
+    share = largest_share(jump, jump.errors)
+    if share <= result.accuracy:
+        return []
+    known = f"only to {100.0 * share:.2g} %" if math.isfinite(share) else "not in all its numbers"
+    return [f"warning: this jump is known {known}, where {result.accuracy:g} was asked for."]
 
 
 def _repeats(result: SceneResult) -> list[str]:
@@ -152,6 +175,9 @@ ROWS = (
 )
 """Lines of the table: name, key of the result, unit; the cost is summed over the stance or the whole jump."""
 
+_OWN = "as decided"
+_ROUNDING, _MOST_DIGITS = 1e-13, 12
+"""An error of at most this share of a number is rounding; so many digits are shown of it."""
 _ALWAYS = ("liftoff_time_s", "max_depth_m", "apex_height_m", "cost_J")
 
 
@@ -166,6 +192,7 @@ def as_data(result: SceneResult) -> dict[str, Any]:
         "assumed": {name: scene.values[name].why for name in scene.assumed},
         "set_by_user": {name: scene[name] for name in scene.set_by_user},
         "accuracy": result.accuracy,
+        "finer_accuracy": result.finer_accuracy,
         "compile_time_s": result.compile_time_s,
         "wall_time_s": result.wall_time_s,
         **_jump_data(scene, result.jump),
@@ -177,7 +204,7 @@ def as_data(result: SceneResult) -> dict[str, Any]:
 def _jump_data(scene: Scene, jump: JumpResult) -> dict[str, Any]:
     """Return a jump's values; a change of mode has the names of the scene's ground beside the kernel's."""
     data: dict[str, Any] = _finite(asdict(jump))
-    for branch in (data, data["other_branch"] or {}):
+    for branch in (data, data["other_branch"] or {}, data["coarser"] or {}):
         for change in branch.get("mode_changes", ()):
             change |= {f"{side}_name": mode_name(scene, change[side]) for side in ("before", "after")}
     return data
@@ -232,7 +259,8 @@ def _effort(result: SceneResult) -> str:
     steps, evaluations = (sum(getattr(jump, name) for jump in result.jumps) for name in ("steps", "rhs_evaluations"))
     where = f" in {_jumps_text(result)}" if result.scene.jumps > 1 else ""
     return (
-        f"{steps} steps, {evaluations} evaluations{where} for a relative error of {result.accuracy:g}; "
+        f"{steps} steps, {evaluations} evaluations{where} for a relative error of "
+        f"{result.finer_accuracy or result.accuracy:g}; "
         f"{time_text(result.wall_time_s)}, after {time_text(result.compile_time_s)} of compiling."
     )
 
@@ -246,18 +274,37 @@ def _table(result: SceneResult) -> list[str]:
     """Set the jump's numbers in columns, those of the other branch beside them; what is 0 or absent is left out."""
     jump, digits = result.jump, _digits(max(result.accuracy, grown_rounding(result.jump, result.accuracy)))
     span = "jump" if "cost_of_whole_jump" in result.scene.effects else "stance"
-    others = {"had it fallen otherwise": jump.other_branch, "contact at the print": result.other_contact}
+    others = {
+        f"at {result.accuracy:g}": jump.coarser,
+        "had it fallen otherwise": jump.other_branch if jump.ill_conditioned else None,
+        "contact at the print": result.other_contact,
+    }
     beside = {name: other for name, other in others.items() if other is not None}
     branches = [jump, *beside.values()]
-    heads = ("", "as decided" if jump.other_branch else "contact once risen", *beside, "")
-    rows = [heads, ("outcome", *(branch.outcome for branch in branches), "")] if beside else []
+    own = f"at {result.finer_accuracy:g}" if jump.coarser else _OWN if jump.other_branch else "contact once risen"
+    outcomes = (branch.outcome for branch in beside.values())
+    rows = [("", own, "", *beside, ""), ("outcome", jump.outcome, "", *outcomes, "")] if beside else []
     for name, key, unit in ROWS:
-        values = [getattr(branch, key.format(span=span)) for branch in branches]
+        field = key.format(span=span)
+        values = [getattr(branch, field) for branch in branches]
         if any(value not in (None, 0.0) for value in values) or key in _ALWAYS:
             shown = COST_SO_FAR if name == COST and jump.outcome not in _WHOLE else name
-            rows.append((shown, *(_number(value, digits) for value in values), unit))
+            error = None if jump.errors is None else jump.errors.get(field)
+            number, bar = _with_error(values[0], error, digits)
+            rows.append((shown, number, bar, *(_number(value, digits) for value in values[1:]), unit))
     widths = [max(map(len, cells)) for cells in zip(*rows, strict=True)]
-    return ["  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    cells = [[cell for cell, width in zip(row, widths, strict=True) if width] for row in rows]
+    widths = [width for width in widths if width]
+    return ["  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in cells]
+
+
+def _with_error(value: float | None, error: float | None, digits: int) -> tuple[str, str]:
+    """Write a number to the digits that its error leaves, and the error; without one, to so many digits."""
+    if value is None or error is None:
+        return _number(value, digits), ""
+    if error <= abs(value) * _ROUNDING:
+        return _number(value, _MOST_DIGITS), "± rounding"
+    return fixed_text(value, decimals_for(error)), f"± {error:.1e}"
 
 
 def _number(value: float | None, digits: int) -> str:
@@ -294,6 +341,8 @@ def _notes(result: SceneResult) -> list[str]:
             f"note: the gains of flight press the lifted foot {jump.unresisted_sink_m:.3g} m below its print, where "
             "nothing resists it (effect contact_once_risen); contact at the print is shown beside it."
         )
+    if jump.unresisted_sink_m and jump.apex_time_s is not None and jump.apex_time_s == jump.next_touchdown_time_s:
+        notes.append("note: the lifted foot never rose above its print; the jump ends where the body falls.")
     counted = {name: sum(item.counters.get(name, 0) for item in result.jumps) for name in jump.counters}
     if any(counted.values()):
         notes.append(

@@ -199,7 +199,7 @@ def make_lift_off(composition: Composition) -> Function:
         make_forces(composition),
         make_foot_margins(composition),
     )
-    at_the_print = composition.contact_at_the_print
+    at_the_print, holds_force = composition.contact_at_the_print, composition.on("held_force")
     emulated, platform = composition.has("travel_m"), make_platform(composition)
     upper, lower = composition.position["upper_link"], composition.position["lower_link"]
 
@@ -212,10 +212,10 @@ def make_lift_off(composition: Composition) -> Function:
             work[PHASE] = COMPRESSION
             set_gains(work, False, 0.0)
             note(work)
-        if at_the_print:
+        if at_the_print and work[ASLEEP] == 0:
             work[ASLEEP] = 1
             same = work[STIFFNESS] == stiffness and work[DAMPING] == damping and work[ACTIVE_DAMPING] == active
-            if not same and not margins(work, NOW, forces(work, NOW)[1])[0] > 0.0:
+            if (holds_force or not same) and not margins(work, NOW, forces(work, NOW)[1])[0] > 0.0:
                 work[CANCELLED] += 1
                 return
         work[MODE], work[AIRBORNE] = FLIGHT, 1

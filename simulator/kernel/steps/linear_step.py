@@ -13,6 +13,7 @@ from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
 from simulator.kernel.layout import (
     ACTIVE_DAMPING,
+    ASLEEP,
     DAMPING,
     ERROR,
     FLIGHT,
@@ -52,7 +53,7 @@ def make_coefficients(composition: Composition) -> Function:
 
     @inner
     def coefficients(work: Row, saturated: bool) -> tuple[float, float]:
-        if saturated or (constant and work[MODE] != FLIGHT):
+        if saturated or (constant and work[MODE] != FLIGHT and work[ASLEEP] == 0):
             return 0.0, 0.0
         damping = work[DAMPING] if damped else 0.0
         if product:

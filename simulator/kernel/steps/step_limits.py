@@ -11,6 +11,7 @@ from simulator.kernel.composition import Composition
 from simulator.kernel.layout import (
     ACTIVE_DAMPING,
     ALLOWED,
+    ASLEEP,
     BETWEEN,
     DAMPING,
     FLIGHT,
@@ -67,7 +68,7 @@ def make_damping_rate(composition: Composition) -> Function:
 
     @inner
     def of_leg(work: Row, mode: float) -> float:
-        if work[SATURATED] != 0.0 or (held and mode != FLIGHT):
+        if work[SATURATED] != 0.0 or (held and mode != FLIGHT and work[ASLEEP] == 0):
             return 0.0
         damping = work[DAMPING] if damped else 0.0
         if active and sampled and not linear:

@@ -1,0 +1,102 @@
+"""Estimated errors: each output's difference to a simulation a hundred times finer, which is the result."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from data_schema.errors import UsageError
+from simulator.error_bars import JUDGED, differences, largest_share, simulate_with_errors
+from simulator.jump import simulate
+from simulator.scene import Scene
+from simulator.scene_file import load_scene
+from tests.helpers.kernels import relative_error
+from tests.helpers.wording import refuses
+
+SIM2 = load_scene("sim2")
+SOFT = SIM2.changed(effects_off=("held_gains_in_flight",))
+GOAL = 1e-4
+VARIED = {"k_extension": 0.7, "k_compression": 0.7, "foot_radius": 0.4, "kg_scale": 0.7, "b_extension": 0.7}
+"""Realistic scenes: the logarithm of each parameter by at most so much."""
+
+
+def realistic(count: int) -> list[Scene]:
+    """Soft scenes drawn around the shipped one, with active damping."""
+    chance = np.random.default_rng(20)
+    found = []
+    for _ in range(count):
+        values = {name: SOFT[name] * float(np.exp(chance.uniform(-width, width))) for name, width in VARIED.items()}
+        found.append(SOFT.changed({**values, "b_ad": float(chance.uniform(0.0, 300.0))}))
+    return found
+
+
+def test_the_finer_values_are_the_result_and_their_difference_the_error() -> None:
+    found, coarse, fine = simulate_with_errors(SIM2, GOAL), simulate(SIM2, GOAL), simulate(SIM2, GOAL / 100.0)
+    assert found.accuracy == GOAL
+    assert found.jump.errors is not None
+    assert found.finer_accuracy == GOAL / 100.0
+    for name in JUDGED:
+        assert getattr(found.jump, name) == getattr(fine.jump, name)
+        assert found.jump.errors[name] == abs(getattr(fine.jump, name) - getattr(coarse.jump, name))
+        assert 0.0 < found.jump.errors[name] < GOAL * getattr(fine.jump, name)
+    assert not found.jump.ill_conditioned
+    assert found.jump.coarser is None
+
+
+def test_a_jump_that_ends_otherwise_a_hundred_times_finer_is_flagged_with_both() -> None:
+    jump = simulate_with_errors(SOFT.changed({"k_compression": 628.3333}), 1e-6).jump
+    assert (jump.outcome, jump.coarser and jump.coarser.outcome) == ("touchdown", "no_liftoff")
+    assert jump.ill_conditioned
+
+
+def test_two_runs_that_take_the_same_steps_are_known_to_what_rounding_grows_to() -> None:
+    """Sampled damping of set 1 multiplies rounding by 1e11; both simulations are repeated to the same finest steps."""
+    jump = simulate_with_errors(load_scene("sim1"), 1e-6).jump
+    nearby = simulate(load_scene("sim1").changed({"initial_velocity": -1.0 + 1e-15}), 1e-6).jump
+    assert jump.errors is not None
+    assert abs(nearby.cost_J - jump.cost_J) < jump.errors["cost_J"]
+    assert jump.ill_conditioned
+
+
+def test_what_follows_a_jump_that_is_not_known_is_not_known() -> None:
+    emulator = load_scene("emulator").changed(
+        {"k_compression": 131.1975, "k_extension": 1228.978, "b_extension": 0.370042, "b_compression": 15.7589},
+        effects_on=("sampled_control",),
+        jumps=20,
+    )
+    flags = [jump.ill_conditioned for jump in simulate_with_errors(emulator, 1e-3).jumps]
+    assert any(flags)
+    assert flags == sorted(flags)
+
+
+def test_a_number_that_only_one_simulation_has_is_not_known() -> None:
+    jump = simulate(SIM2, 1e-6).jump
+    assert largest_share(jump, differences(jump, replace(jump, apex_height_m=None))) == math.inf
+
+
+def test_at_the_finest_accuracy_nothing_is_finer() -> None:
+    assert simulate_with_errors(SIM2, 1e-13).jump.errors is None
+
+
+def test_of_realistic_scenes_few_are_flagged_and_the_others_keep_their_goal() -> None:
+    """At most 5 %, where the margins of decisions alone flag 28 % of them."""
+    flagged = 0
+    for scene in realistic(200):
+        jump, truth = simulate_with_errors(scene, GOAL).jump, simulate(scene, 1e-11).jump
+        if jump.ill_conditioned:
+            flagged += 1
+            continue
+        assert jump.outcome == truth.outcome
+        for name in JUDGED:
+            value, true = getattr(jump, name), getattr(truth, name)
+            assert value is true is None or relative_error(value, true) < GOAL
+    assert flagged <= 10
+
+
+@pytest.mark.parametrize("accuracy", [0.2, 1e-14])
+def test_an_accuracy_that_cannot_be_had_is_refused(accuracy: float) -> None:
+    with refuses(UsageError, "accuracy", f"{accuracy:g}"):
+        simulate_with_errors(SIM2, accuracy)
