@@ -27,7 +27,9 @@ class Prediction:
     `group` holds the levels in common with the control, `level` that of the swept factor or "pooled" (`POOLED`).
     `predicted` carries its standard uncertainty as `se`; `n` counts the runs that were measured. `error_ratio` is
     `difference` (predicted less measured) over the expanded uncertainty of both (the E_n of ISO 13528): they agree
-    where it lies within -1 to 1. `agrees` is None where there is none.
+    where it lies within -1 to 1. `agrees` is None where there is none. `numerical_error`, in the unit of `predicted`,
+    is by how much a simulation a hundred times finer differs, None where it ends otherwise; the prediction is
+    `imprecise` where that is above what its standard uncertainty has for it, and a tenth of that or more.
     """
 
     quantity: PredictedQuantity
@@ -40,6 +42,8 @@ class Prediction:
     difference: Number
     error_ratio: Value
     agrees: bool | None
+    numerical_error: float | None = None
+    imprecise: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,10 +107,11 @@ class Predictions:
     """All predictions of a report, and what they rest on; `scene` is "" where nothing was predicted.
 
     `accuracy` is the relative error asked of the simulator, `unmapped` names factors whose levels change nothing in the
-    scene, `units` has the scene's unit of factors that are one of its parameters, by name. The last five count
+    scene, `units` has the scene's unit of factors that are one of its parameters, by name. The last six count
     conditions: whose simulated jump hangs on a knife's edge and was simulated either way (`branched`), or only one way
     (`on_edge`), in which rounding grows beyond the accuracy (`grown`), in which the body gets under the grains
-    (`under_surface`), and whose energy book does not close within the accuracy (`open_book`).
+    (`under_surface`), whose energy book does not close within the accuracy (`open_book`), and whose jump comes to an
+    apex only in one of both simulations, to the accuracy and a hundred times finer (`ends_otherwise`).
     """
 
     scene: str = ""
@@ -122,6 +127,7 @@ class Predictions:
     grown: int = 0
     under_surface: int = 0
     open_book: int = 0
+    ends_otherwise: int = 0
 
     def of(self, quantity: PredictedQuantity) -> tuple[Prediction, ...]:
         """Return the predictions of one quantity."""

@@ -135,6 +135,7 @@ def _simulated(content: ReportContent) -> str:
             about.open_book,
             "the energy of the simulated jump does not add up within the accuracy: joules err by more",
         ),
+        (about.ends_otherwise, "the simulated jump ends otherwise where it is simulated a hundred times finer"),
     ):
         if conditions:
             text += f" In {count_text(conditions, 'condition')} {what}."
@@ -149,6 +150,21 @@ def _errors(content: ReportContent) -> str:
     return (
         f"The error of a prediction is that of the simulator, {accuracy} of the value, and that of {rests}. Its parts "
         "are added in quadrature and count as one standard uncertainty; in the mean of a group errors are added before "
-        "squaring. What the scene leaves out, such as what is lost between the charger and the motors, is no part of "
-        "it."
+        f"squaring. {numerical_text(content)}What the scene leaves out, such as what is lost between the charger and "
+        "the motors, is no part of it."
     )
+
+
+def numerical_text(content: ReportContent) -> str:
+    """Say how far predictions move where they are simulated finer, with a space after it; "" where none can be told."""
+    moved = [
+        item.numerical_error / item.predicted.se
+        for item in content.predictions.items
+        if item.numerical_error is not None and isinstance(item.predicted.se, float) and item.predicted.se > 0.0
+    ]
+    if not moved:
+        return ""
+    marked = sum(item.imprecise for item in content.predictions.items)
+    said = f", and the tables mark {count_text(marked, 'of them', 'of them')} as imprecise" if marked else ""
+    most = stated_text(float(f"{max(moved):.1g}"))
+    return f"Simulated again a hundred times finer, predictions move by at most {most} of their standard error{said}. "

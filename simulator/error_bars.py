@@ -23,6 +23,11 @@ JUDGED = ("max_depth_m", "liftoff_time_s", "apex_height_m", "cost_J")
 _NOT_OUTPUTS = ("decision_margin", "error_growth", "energy_residual_J", "energy_at_play_J")
 
 
+def finer_accuracy(accuracy: float) -> float:
+    """Return the accuracy of the second simulation; it is that of the first where there is nothing finer."""
+    return max(accuracy / FINER, FINEST_ACCURACY)
+
+
 def simulate_with_errors(scene: Scene, accuracy: float = 1e-6, trajectory: bool = False) -> SceneResult:
     """Simulate all jumps of a scene with an estimated error for each output.
 
@@ -51,7 +56,7 @@ def simulate_with_errors(scene: Scene, accuracy: float = 1e-6, trajectory: bool 
     >>> jump.errors["apex_height_m"] < 1e-6 * jump.apex_height_m, jump.ill_conditioned
     (True, False)
     """
-    finer = max(accuracy / FINER, FINEST_ACCURACY)
+    finer = finer_accuracy(accuracy)
     if finer >= accuracy:
         return simulate(scene, accuracy, trajectory)
     coarse, fine = simulate(scene, accuracy), simulate(scene, finer, trajectory=trajectory)

@@ -168,9 +168,9 @@ def compare(
 
     Each condition is simulated as it was run, in the scene that [simulation] of labbook.toml names. A prediction is
     met where it differs from the measurement by no more than the expanded uncertainty of both: half the measured
-    95 % interval and two standard uncertainties of the prediction, added in quadrature. Nothing is written; the same
-    table stands in the report, with ids that `labbook why` traces. The first call compiles the simulator, up to half a
-    minute.
+    95 % interval and two standard uncertainties of the prediction, added in quadrature. A prediction is marked where
+    the simulation itself errs by a tenth of its standard error or more. Nothing is written; the same table stands in
+    the report, with ids that `labbook why` traces. The first call compiles the simulator, up to half a minute.
 
     The exit code is 0 whether or not predictions are met; with --check it is 1 where one is not.
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from data_schema.vocabulary import Undefined
 from reports.content import ReportContent
 from reports.display import DASH, common_places, level_text, shown_unit, stated_text, with_unit
@@ -64,6 +66,18 @@ def block_of(content: ReportContent, item: Prediction) -> str:
     return levels_name(content, item.group) if swept_factor(content) is not None else ""
 
 
+def _predicted(item: Prediction, places: int) -> Cell:
+    """Make a cell of a prediction, with a mark where the simulation errs by more than it may."""
+    cell = number_cell(item.predicted, places)
+    if not item.imprecise:
+        return cell
+    if item.numerical_error is None:
+        return replace(cell, note="simulated a hundred times finer, there is no such number")
+    unit, factor = shown_unit(item.predicted.unit)
+    moved = with_unit(f"{item.numerical_error * factor:.1g}", unit)
+    return replace(cell, note=f"simulated a hundred times finer, it moves by {moved}")
+
+
 def _error(number: Number, places: int) -> Cell:
     """Make a cell of a standard uncertainty in the unit it is shown in."""
     if number.se is None and not isinstance(number.value, Undefined):
@@ -85,6 +99,7 @@ def _make(content: ReportContent, quantity: PredictedQuantity, name: str) -> Tab
         Column(level, (f"ci_low_{slug}", f"ci_high_{slug}", "ci_level"), unit),
         Column("predicted", (f"predicted_{slug}",), unit),
         Column("std. error", (f"predicted_se_{slug}",), unit),
+        Column("numerical error", (f"numerical_error_{slug}",), unit, shown=False),
         Column("difference", (f"difference_{slug}",), unit),
         Column("ratio", ("error_ratio",)),
         Column("agree", ("agrees",), numeric=False),
@@ -97,8 +112,9 @@ def _make(content: ReportContent, quantity: PredictedQuantity, name: str) -> Tab
                 count(item.n),
                 number_cell(item.measured, places),
                 interval_cell(item.measured, places),
-                number_cell(item.predicted, finer),
+                _predicted(item, finer),
                 _error(item.predicted, finer),
+                Cell("", (item.numerical_error,)),
                 number_cell(item.difference, places),
                 value_cell(item.error_ratio, 2),
                 _VERDICTS[item.agrees],

@@ -302,7 +302,7 @@ def _prediction(maker, quantity, group, level, control, n, measured, value, se):
     ratio = difference / math.hypot(end - measured.value, 2 * se)
     return Prediction(
         quantity, group, level, control, n, measured, Number(value, measured.unit, se=se, provenance=key),
-        Number(difference, measured.unit), ratio, abs(ratio) <= 1,
+        Number(difference, measured.unit), ratio, abs(ratio) <= 1, 1e-7 * abs(value),
     )  # fmt: skip
 
 

@@ -47,8 +47,27 @@ def test_a_table_has_every_prediction_unrounded(content, quantity):
         assert float(row[f"predicted_se_{slug}"]) == item.predicted.se
         assert float(row[f"difference_{slug}"]) == item.difference.value
         assert float(row["error_ratio"]) == item.error_ratio
+        assert float(row[f"numerical_error_{slug}"]) == item.numerical_error
         assert row["agrees" if "agrees" in row else "agree"] == ("yes" if item.agrees else "no")
         assert row["provenance"] == item.predicted.provenance
+
+
+def test_a_prediction_that_the_simulation_knows_too_badly_is_marked_and_the_largest_error_is_said(content):
+    first, second, *others = content.predictions.items
+    odd = (dataclasses.replace(first, numerical_error=0.0123, imprecise=True),
+           dataclasses.replace(second, numerical_error=None, imprecise=True))  # fmt: skip
+    about = dataclasses.replace(content.predictions, items=(*odd, *others), ends_otherwise=1)
+    changed = dataclasses.replace(content, predictions=about)
+    moved, gone = TABLES["predicted_joules"].make(changed).explained.values()
+    says(moved, "finer", "0.01")
+    says(gone, "finer", "no such number")
+    told = " ".join(prediction_sentences(changed)).replace("\u00a0", " ")
+    says(
+        told, "1 condition", "ends otherwise", f"{0.0123 / first.predicted.se:.1g} of their standard error", "2 of them"
+    )
+    calm = " ".join(prediction_sentences(content))
+    assert "mark" not in calm
+    assert not TABLES["predicted_joules"].make(content).explained
 
 
 def test_rows_stand_under_their_group_and_the_control_is_named(content):

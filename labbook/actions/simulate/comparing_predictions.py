@@ -15,6 +15,7 @@ from reports.content import ReportContent
 from reports.judged import verdict_text
 from reports.numbers import Number, Value
 from reports.predicted import PredictedQuantity
+from reports.remarks import numerical_text
 from reports.tables.predictions import LEGEND, level_text_of, title_text
 from reports.tables.registry import TABLES
 from reports.tables.table import Table
@@ -62,7 +63,13 @@ def as_lines(compared: ComparedPredictions) -> list[str]:
         table = TABLES[name].make(compared.content)
         if table.rows:
             lines += [f"{title}:" if title else table.caption, "", *_table_lines(table), ""]
-    return [_plain(line) for line in (*lines, sentence_start(LEGEND), "", verdict_text(compared.content))]
+    said = (
+        sentence_start(LEGEND),
+        *filter(None, [numerical_text(compared.content)]),
+        "",
+        verdict_text(compared.content),
+    )
+    return [_plain(line).rstrip() for line in (*lines, *said)]
 
 
 def _not_simulated(content: ReportContent) -> list[str]:
@@ -96,6 +103,8 @@ def as_data(compared: ComparedPredictions) -> dict[str, Any]:
                 "unit": item.measured.unit,
                 "measured": _number(item.measured),
                 "predicted": _number(item.predicted),
+                "numerical_error": item.numerical_error,
+                "imprecise": item.imprecise,
                 "difference": _value(item.difference.value),
                 "error_ratio": _value(item.error_ratio),
                 "agrees": item.agrees,

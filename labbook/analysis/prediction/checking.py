@@ -8,6 +8,7 @@ in quadrature. They agree where the ratio lies within -1 to 1.
 from __future__ import annotations
 
 import math
+import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -20,7 +21,7 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.comparing import ComparisonResult, Pair
 from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues
-from labbook.analysis.prediction.predicting import PredictionResult, error_parts, in_all
+from labbook.analysis.prediction.predicting import ACCURACY, PredictionResult, error_parts, in_all
 from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult
 from labbook.analysis.results.result_cache import Request, ResultCache, result_fingerprint
 from reports.numbers import Number, Value
@@ -59,19 +60,34 @@ class PredictionCheck(StoredResult):
     """What is predicted of runs as they were made, beside what was measured of them.
 
     `errors` are the parts of the prediction's error by their source; `difference` is predicted less measured,
-    `error_ratio` that over the expanded uncertainty of both.
+    `error_ratio` that over the expanded uncertainty of both. `numerical_error` is by how much a simulation a hundred
+    times finer differs, in the unit of the prediction; None where one of the two gives no value.
     """
 
     predicted: Number
     difference: Number
     error_ratio: Number
     errors: Annotated[Mapping[str, Number], StoredAs("predicted, error by {}")]
+    numerical_error: float | None
 
     @property
     def agrees(self) -> bool | None:
         """Whether the check found agreement, None where it could not tell."""
         ratio = self.error_ratio.value
         return None if isinstance(ratio, Undefined) else abs(ratio) <= 1.0
+
+    @property
+    def imprecise(self) -> bool:
+        """Whether the numerical error is above what the error has for it, and a tenth of the error or more."""
+        error, se = self.numerical_error, self.predicted.se
+        if not self.errors or error is None:
+            return bool(self.errors)
+        accounted = [self.errors[ACCURACY].value, _NEGLIGIBLE * se if isinstance(se, float) else 0.0]
+        return all(isinstance(part, float) and error > part for part in accounted)
+
+
+_NEGLIGIBLE = 0.1
+"""Share of a standard uncertainty that changes it by half a percent."""
 
 
 ALGORITHM = Algorithm("prediction_check", 8, PredictionCheck)
@@ -192,25 +208,27 @@ def _inputs(role: str, side: Side) -> Iterator[InputRow]:
 
 def _check_mean(measured: ConditionSummary, side: Side, quantity: Outcome) -> PredictionCheck:
     """Predict the mean of a condition's runs, and hold the measured mean against it."""
-    value = _mean(_values(side, quantity))
+    value, finer = _mean(_values(side, quantity)), _mean(_finer(side, quantity))
     accuracy_part = 0.0 if value is None else _accuracy([side]) * abs(value)
     otherwise = _varied([side], quantity, lambda means: means[0])
-    return _check(measured.mean, value, accuracy_part, otherwise, [side])
+    return _check(measured.mean, value, finer, accuracy_part, otherwise, [side])
 
 
 def _check_savings(savings: Number, control: Side, treated: Side) -> PredictionCheck:
     """Predict the savings of the runs as they were made: joules of each side are the mean over its runs."""
     sides = [control, treated]
     value = _percent([_mean(_values(side, Outcome.JOULES)) for side in sides])
+    finer = _percent([_mean(_finer(side, Outcome.JOULES)) for side in sides])
     # a relative error in both sides, as it comes out in a ratio of the two
     accuracy_part = 0.0 if value is None else math.sqrt(2.0) * _accuracy(sides) * abs(100.0 - value)
     otherwise = _varied(sides, Outcome.JOULES, _percent)
-    return _check(savings, value, accuracy_part, otherwise, sides)
+    return _check(savings, value, finer, accuracy_part, otherwise, sides)
 
 
 def _check(
     measured: Number,
     value: float | None,
+    finer: float | None,
     accuracy_part: float,
     otherwise: Mapping[str, Sequence[float | None]],
     sides: Sequence[Side],
@@ -221,13 +239,14 @@ def _check(
         none = Undefined(Reason.SIMULATED_CONTROL_FREE)
         if ends:
             none = Undefined(Reason.SIMULATED_ENDS_OTHERWISE, ends=", ".join(ends))
-        return PredictionCheck(Number(none, measured.unit), *agreement(measured, none, none), {})
+        return PredictionCheck(Number(none, measured.unit), *agreement(measured, none, none), {}, None)
     parts = error_parts(value, accuracy_part, otherwise)
     error = in_all(parts)
     return PredictionCheck(
         Number(value, measured.unit, se=error),
         *agreement(measured, value, error),
         {source: Number(part, measured.unit) for source, part in parts.items()},
+        None if finer is None else max(abs(value - finer), sys.float_info.epsilon * abs(value)),
     )
 
 
@@ -253,6 +272,10 @@ def _values(side: Side, quantity: Outcome, source: str = "", place: int = 0) -> 
         varied = one.varied(quantity).get(source)
         found.append((one.value(quantity) if varied is None else varied[place], runs))
     return found
+
+
+def _finer(side: Side, quantity: Outcome) -> list[tuple[float | None, int]]:
+    return [(one.finer[quantity], runs) for one, runs in side]
 
 
 def _mean(values: Sequence[tuple[float | None, int]]) -> float | None:

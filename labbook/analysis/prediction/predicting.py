@@ -3,7 +3,8 @@
 The error has three kinds of parts, added in quadrature: the accuracy asked of the simulator, or what rounding grows to
 where that is more; each assumed parameter raised and lowered by the part that the study states (the larger of the two
 changes counts); and the other branch of a jump that hangs on a knife's edge, where it was simulated. Their sum is taken
-as one standard uncertainty.
+as one standard uncertainty. Each condition is also simulated a hundred times finer, which says how far the simulation
+itself errs; the value is that of the accuracy asked for.
 """
 
 from __future__ import annotations
@@ -142,7 +143,8 @@ class PredictionResult(StoredResult):
     `predicted` has the numbers by the names of their outcomes' numbers; `values`, and those that came of each variation
     (`otherwise`, by what was varied), are by outcome, None where the jump has no apex. `outcome` says how the simulated
     jump ended. `close_decision`, `under_surface` and `open_book` are those of `simulated_values.Simulated`;
-    `relative_error` is the accuracy, or what rounding grows to where that is more.
+    `relative_error` is the accuracy, or what rounding grows to where that is more. `finer` has the values of a
+    simulation a hundred times finer.
     """
 
     predicted: Annotated[Mapping[str, Number], StoredAs("predicted_{}")]
@@ -157,6 +159,7 @@ class PredictionResult(StoredResult):
     open_book: bool
     assumed: Mapping[str, AssumedParameter]
     values: Mapping[str, float | None]
+    finer: Mapping[str, float | None]
     otherwise: Mapping[str, tuple[Mapping[str, float | None], ...]]
 
     def value(self, quantity: Outcome) -> float | None:
@@ -171,6 +174,11 @@ class PredictionResult(StoredResult):
     def branched(self) -> bool:
         """Whether the other branch of a decision on a knife's edge was simulated, too."""
         return BRANCH in self.otherwise
+
+    @property
+    def ends_otherwise(self) -> bool:
+        """Whether only one of both simulations, to the accuracy and finer, comes to an apex."""
+        return any((value is None) != (self.finer[name] is None) for name, value in self.values.items())
 
 
 ALGORITHM = Algorithm("prediction", 17, PredictionResult)
@@ -255,6 +263,7 @@ def _parts(settings: SimulationSettings, scene: Scene) -> dict[str, float]:
 
 def _predicted(scene: Scene, settings: SimulationSettings, progress: Callable[[str], None]) -> PredictionResult:
     from simulator.declared import all_parameters
+    from simulator.error_bars import finer_accuracy
     from simulator.kernel.build import kernel_for
     from simulator.scene_file import write_scene
 
@@ -300,5 +309,6 @@ def _predicted(scene: Scene, settings: SimulationSettings, progress: Callable[[s
             for name, part in parts.items()
         },
         values=dict(found.values),
+        finer=dict(simulated(scene, finer_accuracy(settings.accuracy)).values),
         otherwise={source: tuple(several) for source, several in otherwise.items()},
     )

@@ -45,6 +45,7 @@ def predictions(analysis: StudyAnalysis, shown: Shown) -> Predictions:
         grown=_conditions(analysis, lambda one: one.relative_error > one.accuracy),
         under_surface=_conditions(analysis, lambda one: one.under_surface),
         open_book=_conditions(analysis, lambda one: one.open_book),
+        ends_otherwise=_conditions(analysis, lambda one: one.ends_otherwise),
     )
 
 
@@ -88,6 +89,8 @@ def _prediction(item: Checked, shown: Shown) -> Prediction:
         difference=shown.number(item.result.difference),
         error_ratio=shown.value(item.result.error_ratio),
         agrees=item.result.agrees,
+        numerical_error=item.result.numerical_error,
+        imprecise=item.result.imprecise,
     )
 
 

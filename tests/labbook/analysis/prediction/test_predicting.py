@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 import math
 import shutil
@@ -16,12 +17,14 @@ import sqlalchemy as sa
 from data_schema.errors import UsageError
 from data_schema.queries.results import results_by_uid
 from data_schema.queries.runs import list_runs
+from data_schema.reasons import Reason
 from data_schema.tables.design import condition
 from data_schema.tables.results import prediction, result
 from data_schema.vocabulary import Undefined
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct
 from labbook.actions.upkeep.tracing import trace, trace_lines
+from labbook.analysis.prediction.checking import PredictionCheck
 from labbook.analysis.prediction.predicting import PredictionResult
 from labbook.analysis.results.codec import decode
 from labbook.book.opening import opened
@@ -130,6 +133,47 @@ def test_savings_are_predicted_as_they_are_measured_and_shared_assumptions_cance
         found = reported.prediction(PredictedQuantity.SAVINGS, foot, level)
         assert found.predicted.value == pytest.approx(percent())
         assert found.predicted.se == pytest.approx(error_by_hand(percent(), pairs, 1e-4 * math.sqrt(2.0)), rel=1e-3)
+
+
+def test_a_prediction_says_how_far_a_finer_simulation_moves_it(reported: Reported) -> None:
+    for foot, level in itertools.product(RADIUS_M, B_AD):
+        jump = simulate(scene_of(foot, level), 1e-6).jump
+        finer = simulate(scene_of(foot, level), 1e-8).jump
+        joules, apex = (
+            reported.prediction(one, foot, level) for one in (PredictedQuantity.JOULES, PredictedQuantity.APEX)
+        )
+        assert joules.numerical_error == pytest.approx(abs(jump.cost_J - finer.cost_J), abs=1e-14 * jump.cost_J)
+        assert (jump.apex_height_m, finer.apex_height_m) != (None, None)
+        assert apex.numerical_error == pytest.approx(
+            abs((jump.apex_height_m or 0) - (finer.apex_height_m or 0)), abs=1e-15
+        )
+    for item in reported.made.content.predictions.items:
+        assert item.numerical_error is not None
+        assert isinstance(item.predicted.se, float)
+        assert 0.0 < item.numerical_error < 1e-4 * item.predicted.se
+        assert not item.imprecise
+    assert reported.made.content.predictions.ends_otherwise == 0
+
+
+@pytest.mark.parametrize(
+    ("numerical", "se", "imprecise"),
+    [
+        (1e-7, 1.0, False),
+        (0.05, 1.0, False),
+        (0.11, 1.0, True),
+        (0.5, None, True),
+        (0.0005, 0.001, False),
+        (None, 1.0, True),
+    ],
+)
+def test_a_prediction_is_imprecise_where_the_simulation_errs_by_more_than_its_error_has_for_it(
+    numerical: float | None, se: float | None, imprecise: bool
+) -> None:
+    ratio, accuracy = Number(0.5, "1"), Number(0.001, "J")
+    found = PredictionCheck(Number(30.0, "J", se=se), Number(1.0, "J"), ratio, {"accuracy": accuracy}, numerical)
+    assert found.imprecise is imprecise
+    nothing = Number(Undefined(Reason.SIMULATED_CONTROL_FREE), "J")
+    assert not PredictionCheck(nothing, nothing, nothing, {}, None).imprecise
 
 
 def test_the_ratio_is_the_difference_over_both_expanded_uncertainties(reported: Reported) -> None:
@@ -262,7 +306,10 @@ def test_compare_prints_the_tables_and_says_whether_all_is_met(reported: Reporte
     assert {one["name"] for one in found["assumed"]} == set(VARIED)
     assert found["met"] is all(item["agrees"] is not False for item in found["predictions"])
     assert not found["met"]  # the small book's jumps cost ten times what any jump does
+    says(told, "hundred times finer", "standard error")
     for item in found["predictions"]:
+        assert not item["imprecise"]
+        assert 0.0 < item["numerical_error"] < item["predicted"]["se"]
         assert item["difference"] == item["predicted"]["value"] - item["measured"]["value"]
     answer = labbook("compare", "--check", at=reported.book.folder)
     assert (answer.code, answer.err) == (1, "")
