@@ -9,6 +9,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import sqlalchemy as sa
+
 from data_schema import journal
 from data_schema.disk import make_folder, sync_all
 from data_schema.errors import BookReadOnly, UsageError, unknown_name
@@ -21,7 +23,7 @@ from labbook.config.parsing import Configuration
 from labbook.presenting.report.content import MadeReport, make_report
 from labbook.statements.reporting import shown_by
 from reports.page.printing import print_pdf
-from reports.page.writing import refuse_foreign, write_report
+from reports.page.writing import refuse_foreign, report_files, write_report
 
 ATTEMPTS = 5
 NO_HASHES = (
@@ -92,7 +94,7 @@ def write(
     pdf: bool = False,
     every_figure: bool = False,
 ) -> WrittenReport:
-    """Analyse, state that the report was made, keep what was computed, write the page.
+    """Analyse, write the page, state that the report was made, keep what was computed.
 
     With `unsaved` the page is written to `out` and the book stays as it is, as it has to for who may only read it.
     With `summary` the first page is written alone, too; with `pdf` it, or the whole, is printed where a browser is.
@@ -104,26 +106,39 @@ def write(
         _refuse_store(out)
         refuse_foreign(out)
         _check_writable(out)
-    made = _unsaved_report(book, where, step) if unsaved else _saved_report(book, where, out, person, step)
-    with book.reading() as connection:
-        warning = _altered_warning(len(altered_rows(connection))) if has_hashes(connection) else NO_HASHES
-    folder = out or book.folder / "reports" / made.content.made_at.replace(":", "").replace("-", "").split(".")[0]
-    step("writing the page")
-    make_folder(folder)
-    paths = write_report(replace(made.content, warning=warning), folder, summary=summary, every_figure=every_figure)
-    page = paths.summary or paths.page
+
+    def drawn(made: MadeReport) -> Callable[[], None]:
+        step("writing the page")
+        files = report_files(made.content, summary=summary, every_figure=every_figure)
+
+        def put() -> None:
+            make_folder(folder_of(made))
+            write_report(files, folder_of(made))
+            sync_all(folder_of(made))
+
+        return put
+
+    def folder_of(made: MadeReport) -> Path:
+        return out or book.folder / "reports" / made.content.made_at.replace(":", "").replace("-", "").split(".")[0]
+
+    if unsaved:
+        made = _unsaved_report(book, where, step)
+        drawn(made)()
+    else:
+        made = _saved_report(book, where, out, person, step, drawn)
+    folder = folder_of(made)
+    page = folder / ("summary.html" if summary else "report.html")
     printed = page.with_suffix(".pdf")
     if pdf:
         step("printing the page")
     no_pdf = print_pdf(page, printed, one_sheet=summary) if pdf else ""
-    sync_all(folder)
     return WrittenReport(
         page=str(page),
         folder=str(folder),
         claims=tuple(claim.text for claim in made.content.claims),
         results_computed=len(made.cache.computed),
         results_reused=len(made.cache.reused),
-        warning=warning,
+        warning=made.content.warning,
         pdf=str(printed) if pdf and not no_pdf else "",
         no_pdf=no_pdf,
     )
@@ -140,27 +155,34 @@ def _altered_warning(groups: int) -> str:
 
 
 def _saved_report(
-    book: Book, where: str | None, out: Path | None, person: str | None, step: Callable[[str], None]
+    book: Book,
+    where: str | None,
+    out: Path | None,
+    person: str | None,
+    step: Callable[[str], None],
+    draw: Callable[[MadeReport], Callable[[], None]],
 ) -> MadeReport:
     try:
         with book.session(person):
             pass  # takes over what labbook.toml adds before anything is computed
         if out is None and os.access(book.folder, os.W_OK):  # else the session says who may not write
             _check_writable(book.folder / "reports")
-        return state_report(book, where, person, step)
+        return state_report(book, where, person, step, draw)
     except BookReadOnly as error:
         raise BookReadOnly(f"{error} `labbook report --unsaved --out DIR` needs no right to write.") from error
 
 
 def _unsaved_report(book: Book, where: str | None, step: Callable[[str], None]) -> MadeReport:
-    made_at = _now()
     with book.reading() as connection:
-        made = make_report(connection, book.store, book.configuration, where=where, made_at=made_at, progress=step)
+        made = _made(book, connection, where, step)
     return replace(made, content=replace(made.content, stored=False))
 
 
-def _now() -> str:
-    return now_utc().split(".")[0] + "Z"
+def _made(book: Book, connection: sa.Connection, where: str | None, step: Callable[[str], None]) -> MadeReport:
+    made_at = now_utc().split(".")[0] + "Z"
+    made = make_report(connection, book.store, book.configuration, where=where, made_at=made_at, progress=step)
+    warning = _altered_warning(len(altered_rows(connection))) if has_hashes(connection) else NO_HASHES
+    return replace(made, content=replace(made.content, warning=warning))
 
 
 def _refuse_store(out: Path) -> None:
@@ -187,17 +209,28 @@ def _check_writable(folder: Path) -> None:
         ) from error
 
 
-def state_report(book: Book, where: str | None, person: str | None, step: Callable[[str], None]) -> MadeReport:
-    """Compute without a lock, then state and keep; begin again if somebody stated something meanwhile."""
+def state_report(
+    book: Book,
+    where: str | None,
+    person: str | None,
+    step: Callable[[str], None],
+    draw: Callable[[MadeReport], Callable[[], None]] = lambda _made: lambda: None,
+) -> MadeReport:
+    """Compute without a lock, then state and keep; begin again if somebody stated something meanwhile.
+
+    `draw` makes the report's files without a lock, too, and returns what puts them in place: a report is in the journal
+    only when its files are there, whole.
+    """
     for _attempt in range(ATTEMPTS):
-        made_at = _now()
         with book.reading() as connection:
             seen = journal.head(connection)
-            made = make_report(connection, book.store, book.configuration, where=where, made_at=made_at, progress=step)
+            made = _made(book, connection, where, step)
+        put = draw(made)
         with book.session(person) as session:
             if session.said or journal.head(session.connection) != seen:
                 continue
-            new = {"where": where, "made_at": made_at, **shown_by(made)}
+            new = {"where": where, "made_at": made.content.made_at, **shown_by(made)}
             session.state(Statement(Action.REPORT, "report", new_uid(), new=new, prepared=made))
+            put()
             return made
     raise UsageError("others keep writing to the book: try the report again when they have finished.")

@@ -8,7 +8,7 @@ import os
 import re
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -63,37 +63,12 @@ _WIDTHS = {"": TWO_COLUMNS_IN, "_one_column": ONE_COLUMN_IN}
 """File name's end -> width: each figure fits both columns of a paper, and one."""
 
 
-@dataclass(frozen=True, slots=True)
-class WrittenReport:
-    """Where a report lies; `summary` is None where its first page was not asked for alone."""
-
-    page: Path
-    figures: tuple[Path, ...]
-    tables: tuple[Path, ...]
-    summary: Path | None = None
-
-
-def write_report(
-    content: ReportContent, out_dir: Path, *, summary: bool = False, every_figure: bool = False
-) -> WrittenReport:
-    """Write the report into a folder: `report.html`, `figures/*.svg`, `tables/*.csv|tex`, `numbers.tex`,
-    `references.bib`.
+def report_files(content: ReportContent, *, summary: bool = False, every_figure: bool = False) -> dict[str, bytes]:
+    """Make a report: name below its folder -> bytes, in the order in which they are written, its pages last.
 
     The figures are those of the page, at the width that they have there; with `every_figure` each as SVG and PDF, at
-    both widths. What an earlier report left of its files is removed: it would show other numbers than the page.
-
-    With `summary` its first page stands alone in `summary.html`, too.
-
-    Everything is made before anything is written, and each file replaces its predecessor in one step, the page last: a
-    report that fails half-way leaves the earlier one as it was. Folders that are missing are made.
-
-    Returns the paths of page, figures and tables. Raises `UsageError` where the folder cannot be written to.
+    both widths. With `summary` its first page stands alone in `summary.html`, too.
     """
-    refuse_foreign(out_dir)
-    with _writing_to(out_dir):
-        for folder in ("figures", "tables"):
-            (out_dir / folder).mkdir(parents=True, exist_ok=True)
-        (out_dir / _MARK).touch()
     figures = figure_files(content, None if every_figure else _drawn_on(sections_of(content)))
     tables = {kind.name: kind.make(content) for kind in tables_of(content)}
     drawings = {name.removesuffix(".svg"): data for name, data in figures.items() if name.endswith(".svg")}
@@ -104,16 +79,31 @@ def write_report(
     if not run_anchors(content):  # so many runs are for programs, and no paper prints them
         tables[EACH_RUN.name] = replace(tables[EACH_RUN.name], rows=())
     table_files |= {f"{name}.tex": latex_bytes(table) for name, table in tables.items()}
-    beside = {"numbers.tex": macros_bytes(content), "references.bib": references_bib(content)}
+    return {
+        **{f"figures/{name}": data for name, data in figures.items()},
+        **{f"tables/{name}": data for name, data in table_files.items()},
+        "numbers.tex": macros_bytes(content),
+        "references.bib": references_bib(content),
+        **{name: page.encode("utf-8") for name, page in pages.items()},
+    }
+
+
+def write_report(files: Mapping[str, bytes], out_dir: Path) -> Path:
+    """Write what `report_files` made into a folder, which is made where it is missing.
+
+    Each file replaces its predecessor in one step, the page last. What an earlier report left of its files is removed:
+    it would show other numbers than the page. Returns where the page is. Raises `UsageError` where the folder cannot be
+    written to.
+    """
+    refuse_foreign(out_dir)
     with _writing_to(out_dir):
-        written_figures = tuple(_replace(out_dir / "figures" / name, data) for name, data in figures.items())
-        written_tables = tuple(_replace(out_dir / "tables" / name, data) for name, data in table_files.items())
-        for name, data in beside.items():
-            _replace(out_dir / name, data)
-        written = {name: _replace(out_dir / name, page.encode("utf-8")) for name, page in pages.items()}
-        for path in _of_a_report(out_dir) - {*written_figures, *written_tables, *written.values()}:
+        for folder in ("figures", "tables"):
+            (out_dir / folder).mkdir(parents=True, exist_ok=True)
+        (out_dir / _MARK).touch()
+        written = {_replace(out_dir / name, data) for name, data in files.items()}
+        for path in _of_a_report(out_dir) - written:
             path.unlink(missing_ok=True)
-    return WrittenReport(written["report.html"], written_figures, written_tables, written.get("summary.html"))
+    return out_dir / "report.html"
 
 
 def refuse_foreign(out_dir: Path) -> None:

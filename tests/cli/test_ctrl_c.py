@@ -58,6 +58,21 @@ main()
 """
 
 
+CUT_OFF_REPORT = """
+import os, sys
+
+def watch(event, arguments):
+    if event == "os.rename" and os.fspath(arguments[1]).endswith(last):
+        os.kill(os.getpid(), number)
+
+number, last = int(sys.argv.pop(1)), sys.argv.pop(1)
+sys.addaudithook(watch)
+from labbook.cli.start import main
+main()
+"""
+"""A report that gets a signal when the file of a name is put in its place."""
+
+
 def heeds_ctrl_c() -> None:
     """Have a process interrupted by Ctrl-C, which it would ignore where the tests run in the background."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -100,6 +115,35 @@ def test_while_a_connection_goes_back(stated: SmallBook, caplog: pytest.LogCaptu
     assert told.levelno == logging.ERROR
     event.remove(engine, "reset", fail)
     engine.dispose()
+
+
+@pytest.mark.parametrize(
+    ("number", "last", "code"),
+    [
+        (signal.SIGINT, "_one_column.svg", 130),
+        (signal.SIGKILL, "report.html", -signal.SIGKILL),
+    ],
+)
+def test_a_report_that_is_not_written_whole_is_none(
+    whole: SmallBook, tmp_path: Path, number: int, last: str, code: int
+) -> None:
+    words = ["report", "--foot", "small", "--out", tmp_path / "paper"]
+    done = subprocess.run(
+        [sys.executable, "-c", CUT_OFF_REPORT, str(int(number)), last, *words],
+        cwd=whole.folder,
+        env=environment(),
+        capture_output=True,
+        timeout=120,
+        check=False,
+        preexec_fn=heeds_ctrl_c,
+    )
+    assert done.returncode == code, done.stderr
+    assert (tmp_path / "paper" / "figures").exists()
+    assert not (tmp_path / "paper" / "report.html").exists()
+    assert good(labbook("reports", "list", "--json", at=whole.folder)).json == []
+    good(labbook(*words, at=whole.folder))
+    assert (tmp_path / "paper" / "report.html").exists()
+    assert len(good(labbook("reports", "list", "--json", at=whole.folder)).json) == 1
 
 
 def ingesting(book: SmallBook) -> subprocess.Popen[str]:

@@ -38,7 +38,7 @@ from reports.content import (
 )
 from reports.drawn import LogGap, LogJump, RunLog
 from reports.evidence import ByDay, Equivalence, Side
-from reports.page.writing import write_report
+from reports.page.writing import report_files, write_report
 from reports.predicted import AssumedInput, PredictedQuantity, Prediction, Predictions
 from reports.sentences import difference_claim, savings_claim
 from stats.compare.equivalence import equivalence
@@ -421,5 +421,5 @@ def run_log():
 
 @pytest.fixture(scope="session")
 def written(content):
-    """The campaign's report, written once for all tests that look at it."""
-    return made_once("report", lambda folder: write_report(content, folder / "out", every_figure=True))
+    """The page of the campaign's report, written once for all tests that look at it."""
+    return made_once("report", lambda folder: write_report(report_files(content, every_figure=True), folder / "out"))

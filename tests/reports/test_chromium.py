@@ -37,7 +37,7 @@ def browse(tmp_path, *arguments):
 
 def test_nothing_runs_off_a_narrow_window(written, tmp_path):
     page = tmp_path / "page.html"
-    page.write_text(written.page.read_text(encoding="utf-8").replace("</body>", MEASURE), encoding="utf-8")
+    page.write_text(written.read_text(encoding="utf-8").replace("</body>", MEASURE), encoding="utf-8")
     found = browse(tmp_path, "--window-size=640,800", "--dump-dom", page.as_uri())
     assert int(re.search(r"<title>width (\d+)</title>", found).group(1)) <= 640
 
@@ -53,7 +53,7 @@ FRAME = """<!DOCTYPE html><html><body>
 
 
 def test_the_table_of_page_one_does_not_scroll_on_a_telephone(written, tmp_path):
-    text = written.page.read_text(encoding="utf-8")
+    text = written.read_text(encoding="utf-8")
     (tmp_path / "page.html").write_text(text.replace("</body>", IN_FRAME), encoding="utf-8")
     frame = tmp_path / "frame.html"
     frame.write_text(FRAME, encoding="utf-8")
@@ -63,7 +63,7 @@ def test_the_table_of_page_one_does_not_scroll_on_a_telephone(written, tmp_path)
 
 def test_the_page_is_drawn(written, tmp_path):
     picture = tmp_path / "page.png"
-    browse(tmp_path, "--window-size=900,1400", f"--screenshot={picture}", written.page.as_uri())
+    browse(tmp_path, "--window-size=900,1400", f"--screenshot={picture}", written.as_uri())
     pixels = matplotlib.image.imread(picture)[..., :3]
     assert pixels.shape[:2] == (1400, 900)
     assert 0.01 < (pixels.mean(axis=2) < 0.9).mean() < 0.3
@@ -72,7 +72,7 @@ def test_the_page_is_drawn(written, tmp_path):
 @pytest.mark.parametrize(("paper", "width_pt"), [("A4", 595), pytest.param("Letter", 612, marks=pytest.mark.soak)])
 def test_the_page_prints_on_the_paper_that_is_there(written, tmp_path, paper, width_pt):
     page, printed = tmp_path / "page.html", tmp_path / "page.pdf"
-    text = written.page.read_text(encoding="utf-8")
+    text = written.read_text(encoding="utf-8")
     assert not re.search(r"@page[^}]*size", text)
     page.write_text(text.replace("@page {", f"@page {{ size: {paper};"), encoding="utf-8")
     browse(tmp_path, "--no-pdf-header-footer", f"--print-to-pdf={printed}", page.as_uri())
@@ -86,7 +86,7 @@ def test_the_page_prints_on_the_paper_that_is_there(written, tmp_path, paper, wi
 def test_nothing_is_cut_on_paper(written, tmp_path):
     """The page as it is printed, on a window as wide as A4 paper between its margins; Letter is wider."""
     page = tmp_path / "page.html"
-    text = written.page.read_text(encoding="utf-8").replace("@media print", "@media all").replace("</body>", OUTSIDE)
+    text = written.read_text(encoding="utf-8").replace("@media print", "@media all").replace("</body>", OUTSIDE)
     page.write_text(text, encoding="utf-8")
     found = browse(tmp_path, f"--window-size={int(178 / 25.4 * 96)},1000", "--dump-dom", page.as_uri())
     assert re.search(r"<title>(.*)</title>", found).group(1) == "outside:"
@@ -117,7 +117,7 @@ document.title = `open ${open} zoomed ${copy.viewBox.baseVal.width < before}`;
 
 def test_a_point_opens_the_rows_of_runs_and_a_figure_zooms(written, tmp_path):
     page = tmp_path / "page.html"
-    page.write_text(written.page.read_text(encoding="utf-8").replace("</body>", ACT), encoding="utf-8")
+    page.write_text(written.read_text(encoding="utf-8").replace("</body>", ACT), encoding="utf-8")
     found = browse(tmp_path, "--virtual-time-budget=3000", "--dump-dom", page.as_uri())
     says(found, "<title>open true zoomed")
 
@@ -134,7 +134,7 @@ def test_axe_finds_nothing_serious(written, tmp_path, width):
     """The accessibility rules of axe-core, on the whole page with all folds open."""
     axe = (importlib.resources.files("axe_core_python") / "axe.min.js").read_text(encoding="utf-8")
     page = tmp_path / "page.html"
-    text = written.page.read_text(encoding="utf-8").replace("<details", "<details open")
+    text = written.read_text(encoding="utf-8").replace("<details", "<details open")
     page.write_text(text.replace("</body>", AXE.format(axe=axe)), encoding="utf-8")
     found = browse(tmp_path, f"--window-size={width},900", "--virtual-time-budget=30000", "--dump-dom", page.as_uri())
     assert re.search(r"<title>(.*?)</title>", found).group(1) == "axe:"

@@ -6,7 +6,7 @@ import pytest
 
 from reports.page import printing
 from reports.page.printing import NO_BROWSER, browser, print_pdf
-from reports.page.writing import write_report
+from reports.page.writing import report_files, write_report
 from tests.helpers.pages import quick_page
 from tests.helpers.wording import says
 
@@ -15,27 +15,26 @@ needs_browser = pytest.mark.skipif(browser() is None, reason="Chromium is not in
 
 @pytest.fixture(scope="module")
 def summarised(content, tmp_path_factory):
-    return write_report(content, tmp_path_factory.mktemp("summarised"), summary=True)
+    return write_report(report_files(content, summary=True), tmp_path_factory.mktemp("summarised"))
 
 
 def test_page_one_alone_has_the_answer_and_links_to_nothing_else(content, summarised):
-    html = summarised.summary.read_text(encoding="utf-8")
+    html = summarised.with_name("summary.html").read_text(encoding="utf-8")
     assert re.findall(r'<section id="([^"]*)"', html) == ["answer"]
     assert html.count("<figure") == 2
     assert html.count("<table") == 1
     assert "href=" not in re.sub(r"<svg.*?</svg>", "", html, flags=re.DOTALL)
     assert content.claims[0].provenance[0] in html
-    assert summarised.page.exists()
+    assert summarised.exists()
 
 
 def test_page_one_is_written_only_where_it_is_asked_for(written):
-    assert written.summary is None
-    assert not (written.page.parent / "summary.html").exists()
+    assert not (written.parent / "summary.html").exists()
 
 
 @needs_browser
 def test_page_one_is_one_sheet_of_a4(summarised, tmp_path):
-    assert print_pdf(summarised.summary, tmp_path / "page.pdf", one_sheet=True) == ""
+    assert print_pdf(summarised.with_name("summary.html"), tmp_path / "page.pdf", one_sheet=True) == ""
     assert [path.name for path in tmp_path.iterdir()] == ["page.pdf"]
     data = (tmp_path / "page.pdf").read_bytes()
     assert len(re.findall(rb"/Type\s*/Page\b", data)) == 1

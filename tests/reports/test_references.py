@@ -49,4 +49,4 @@ def test_every_source_has_an_entry_that_bibtex_can_read():
 
 def test_the_page_says_it_and_the_file_lies_beside(content, written):
     assert software_sentence(content) in quick_page(content)
-    assert (written.page.parent / "references.bib").read_bytes() == references_bib(content)
+    assert (written.parent / "references.bib").read_bytes() == references_bib(content)

@@ -159,6 +159,8 @@ def kill(
     assert code in (0, KILLED), running.output.read_text()
     left = check(lab, before)
     assert kinds_of(left) in (Counter(), usual)
+    if kind == "report" and left:
+        assert (Path(words[2]) / "report.html").exists()  # what is stated as made is there
     if code == KILLED:
         check_copies(lab, kind, done=False)
         lab.run(*words)

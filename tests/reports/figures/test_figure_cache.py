@@ -53,7 +53,7 @@ def test_a_kept_figure_is_byte_for_byte_what_is_drawn_anew(content, written, cac
     wanted = Wanted(FIGURES[name], TWO_COLUMNS_IN, ("svg", "pdf"))
     first, again = drawn(content, wanted), drawn(content, wanted)
     assert cache == [name]
-    folder = written.page.parent / "figures"
+    folder = written.parent / "figures"
     assert first == again == {ending: (folder / f"{name}.{ending}").read_bytes() for ending in ("svg", "pdf")}
 
 

@@ -18,7 +18,7 @@ from tests.helpers.wording import says
 @pytest.mark.parametrize("name", FIGURE_NAMES)
 def test_the_same_content_gives_the_same_bytes(content, written, name):
     """Compared with what the report wrote a while ago: nothing of the clock or of an earlier drawing is in it."""
-    folder = written.page.parent / "figures"
+    folder = written.parent / "figures"
     figure = draw_figure(FIGURES[name], content, TWO_COLUMNS_IN)
     assert svg_bytes(figure) == (folder / f"{name}.svg").read_bytes()
     assert pdf_bytes(figure) == (folder / f"{name}.pdf").read_bytes()
@@ -26,7 +26,7 @@ def test_the_same_content_gives_the_same_bytes(content, written, name):
 
 @pytest.mark.parametrize("name", FIGURE_NAMES)
 def test_files_have_their_width_no_date_and_embedded_fonts(written, name):
-    folder = written.page.parent / "figures"
+    folder = written.parent / "figures"
     for ending, width_in in (("", TWO_COLUMNS_IN), ("_one_column", ONE_COLUMN_IN)):
         svg = (folder / f"{name}{ending}.svg").read_bytes()
         root = ElementTree.fromstring(svg)

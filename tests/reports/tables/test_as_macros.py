@@ -75,7 +75,7 @@ def test_names_are_letters_and_each_stands_for_one_number(with_overall):
 
 
 def test_macros_lie_beside_the_page(written, content):
-    assert (written.page.parent / "numbers.tex").read_bytes() == macros_bytes(content)
+    assert (written.parent / "numbers.tex").read_bytes() == macros_bytes(content)
 
 
 @pytest.mark.skipif(PDFLATEX is None, reason="pdflatex is not installed: the macros are not compiled")
