@@ -1,6 +1,7 @@
 """One scene by every method at every setting: errors, evaluations, time.
 
-What a wanted accuracy takes: for each method the coarsest setting that keeps it, and what that costs in time.
+What a wanted accuracy takes: for each method the coarsest setting that keeps it, and what that costs in time. How far
+labbook's estimated errors cover its true ones.
 """
 
 from __future__ import annotations
@@ -10,11 +11,15 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
-from simulator.accuracy.methods import METHODS, Attempt, Method, stops_after
-from simulator.accuracy.outputs import relative_errors
+from simulator.accuracy.labbook_runs import KernelRun
+from simulator.accuracy.methods import LABBOOK, METHODS, Attempt, Found, Method, stops_after
+from simulator.accuracy.outputs import outputs_of, relative_errors
 from simulator.accuracy.peers import PeerGaveUp
 from simulator.accuracy.reference_of import Reference, reference_of
+from simulator.error_bars import finer_accuracy
+from simulator.jump import ROUNDING
 from simulator.kernel.build import kernel_for
+from simulator.kernel.rows import COLUMN
 from simulator.scene import Scene
 
 MOST_JUMPS = 4
@@ -30,8 +35,8 @@ class Point:
     """One method at one setting.
 
     Relative errors are at least the reference's floor; infinite where an output was not reached, None where there is
-    no relative error. `seconds` is the least of several runs after one that does not count. Where `failure` says why
-    there is no result, the rest is empty.
+    no relative error. `seconds` is the least of several runs after one that does not count. `estimated`, of labbook, is
+    what its error bars say. Where `failure` says why there is no result, the rest is empty.
     """
 
     setting: float
@@ -40,6 +45,7 @@ class Point:
     evaluations: int = 0
     seconds: float = 0.0
     failure: str = ""
+    estimated: Mapping[str, float | None] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +103,11 @@ def _series(
         return Series(method.name, method.setting, method.unit, (), reason)
     points = []
     for setting in _settings(method, quick):
-        points.append(_point(method.prepare(scene, setting, stop_after), setting, reference, quick))
+        attempt = method.prepare(scene, setting, stop_after)
+        point = _point(attempt, setting, reference, quick)
+        if method.name == LABBOOK:
+            point = replace(point, estimated=_estimated(scene, setting, stop_after, attempt.found()))
+        points.append(point)
         done(f"{method.name} {setting:g}")
     return Series(method.name, method.setting, method.unit, tuple(points))
 
@@ -119,6 +129,16 @@ def _point(attempt: Attempt, setting: float, reference: Reference, quick: bool) 
     return point
 
 
+def _estimated(scene: Scene, setting: float, stop_after: int, found: Found) -> dict[str, float | None]:
+    """Return the relative difference to a run a hundred times finer, as `simulator.error_bars` has it."""
+    finer = KernelRun(scene, finer_accuracy(setting), stop_after)
+    finer.run()
+    row = finer.row()
+    rounding = min(1.0, max(1.0, float(row[COLUMN["error_growth"]])) * ROUNDING)
+    moved = relative_errors(found.outputs, outputs_of(scene, row).values)
+    return {name: None if error is None else max(error, rounding) for name, error in moved.items()}
+
+
 def _least_seconds(attempt: Attempt, runs: int) -> float:
     least, spent = math.inf, 0.0
     for _ in range(runs):
@@ -134,6 +154,29 @@ def _least_seconds(attempt: Attempt, runs: int) -> float:
 COST = "cost_J"
 GOALS = (1e-2, 1e-6)
 """Relative errors that users want: a number to compare with a battery, and one to compare simulations with."""
+
+
+@dataclass(frozen=True, slots=True)
+class Misses:
+    """Of how many numbers labbook's error is above the goal, of all at all goals, and for how many its estimate is."""
+
+    numbers: int
+    missed: int
+    covered: int
+
+
+def misses(study: AccuracyStudy) -> Misses:
+    """Count what error bars show of labbook's misses; errors under the reference's floor are no misses."""
+    known, missed, covered = 0, 0, 0
+    points = [point for series in study.series if series.method == LABBOOK for point in series.points]
+    for point in points:
+        for name, error in (point.errors or {}).items():
+            floor, estimate = study.reference.floor[name], (point.estimated or {}).get(name)
+            known += error is not None
+            if error is not None and error > max(point.setting, floor or 0.0):
+                missed += 1
+                covered += estimate is None or estimate > point.setting
+    return Misses(known, missed, covered)
 
 
 @dataclass(frozen=True, slots=True)
