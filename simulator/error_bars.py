@@ -20,7 +20,8 @@ FINER = 100.0
 """How much finer the second simulation is: with 10 a scene that was 24 % off went unnoticed."""
 JUDGED = ("max_depth_m", "liftoff_time_s", "apex_height_m", "cost_J")
 """The outputs that the accuracy is a goal for."""
-_NOT_OUTPUTS = ("decision_margin", "error_growth", "energy_residual_J", "energy_at_play_J")
+NOT_OUTPUTS = ("decision_margin", "error_growth", "energy_residual_J", "energy_at_play_J")
+"""Numbers about a simulation, which have no error."""
 
 
 def finer_accuracy(accuracy: float) -> float:
@@ -105,6 +106,6 @@ def differences(jump: JumpResult, other: JumpResult) -> Mapping[str, float]:
     found: dict[str, float] = {}
     for one in fields(jump):
         value, beside = getattr(jump, one.name), getattr(other, one.name)
-        if isinstance(value, float) and isinstance(beside, float) and one.name not in _NOT_OUTPUTS:
+        if isinstance(value, float) and isinstance(beside, float) and one.name not in NOT_OUTPUTS:
             found[one.name] = max(abs(value - beside), rounding * abs(value))
     return found

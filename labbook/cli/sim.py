@@ -112,6 +112,13 @@ def sweep(
     ] = None,
     seed: Annotated[int | None, typer.Option("--seed", help="Another seed draws another sample; 0 without it.")] = None,
     accuracy: AccuracyOption = 1e-6,
+    error_bars: Annotated[
+        bool, typer.Option("--error-bars", help="Simulate each scene a second time, a hundred times finer.")
+    ] = False,
+    error_bars_on: Annotated[
+        str | None,
+        typer.Option("--error-bars-on", metavar="SHARE", help="Error bars on so many of the scenes, such as 5%."),
+    ] = None,
     scheduler: Annotated[
         str | None,
         typer.Option("--scheduler", metavar="URL", help="A Dask cluster's scheduler, tcp://HOST:PORT, to compute on."),
@@ -124,6 +131,10 @@ def sweep(
     sweep goes on without those scenes: it says how many they are and why, and in the file their outcome is refused and
     their numbers are NaN.
 
+    With --error-bars the file has the finer values, as labbook sim run shows them, and an estimated error of each in a
+    column NAME_error; ill_conditioned is then by these. With --error-bars-on 5% so do a twentieth of the scenes, spread
+    evenly and the same ones each time; in the others the errors are NaN.
+
     Interrupted or killed, the same command goes on where it was; until the file is whole, FILE.part holds what is done.
     With --effects auto --within 1% the effects are left out that change the scene as it stands, before anything is
     swept, by at most 1 %; those that read what is swept stay. Farther out in the sweep the others may matter more: both
@@ -132,13 +143,14 @@ def sweep(
 
     Example: labbook sim sweep --scene sim2 --over b_ad=0:300:31 --over foot_radius=0.02,0.03,0.038 --out sweep.nc
     """
-    from labbook.actions.simulate.sweeping import SweepRequest, planned_sweep
+    from labbook.actions.simulate.sweeping import SweepRequest, error_bars_of, planned_sweep
     from labbook.presenting.simulation.effects_ablation import chosen_data, verdict
     from labbook.presenting.simulation.swept import corners_data, corners_lines, sweep_data, sweep_lines
     from simulator.sweep.compute import Threads, connected
     from simulator.sweep.run import run_sweep
 
-    request = SweepRequest(scene, tuple(over), tuple(sets or ()), effects, accuracy, sobol, seed, within)
+    bars = error_bars_of(error_bars, error_bars_on)
+    request = SweepRequest(scene, tuple(over), tuple(sets or ()), effects, accuracy, sobol, seed, within, bars)
     with progress("checking the sweep", None, shown=not as_json) as step:
         planned = planned_sweep(request, step)
     corners = corners_lines(planned.corners, planned.ablation)

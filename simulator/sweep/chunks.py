@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
-from simulator.jump import ill_conditioned, limits_for, open_book, under_surface
+from simulator.error_bars import JUDGED, finer_accuracy
+from simulator.jump import ROUNDING, ill_conditioned, limits_for, open_book, under_surface
 from simulator.kernel.build import Kernel, kernel_for
 from simulator.kernel.cache import fingerprint
 from simulator.kernel.composition import compose
@@ -23,15 +24,17 @@ from simulator.kernel.limits import JUMPS_WANTED
 from simulator.kernel.rows import COLUMN, COLUMNS
 from simulator.scene import Scene
 from simulator.sweep.design import Design
-from simulator.sweep.outputs import FROM_KERNEL, NOT_MADE_FLAG, OUTPUTS, PLACE, REFUSED_FLAG
+from simulator.sweep.outputs import ERRORS, FROM_KERNEL, NOT_MADE_FLAG, OUTPUTS, PLACE, REFUSED_FLAG
 
 Row = NDArray[np.float64]
 Block = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 FEWEST_JUMPS, MOST_JUMPS, CHUNKS_WANTED = 128, 2048, 64
 """Jumps in a chunk: many enough to be worth a file, few enough that little is lost when a machine stops."""
-_NOT_MADE = np.array([np.nan if output.kind == "f8" else float(NOT_MADE_FLAG) for output in OUTPUTS])
-_REFUSED = np.where(np.arange(len(OUTPUTS)) == PLACE["outcome"], float(REFUSED_FLAG), _NOT_MADE)
+_NOT_MADE = np.array([np.nan if output.kind == "f8" else float(NOT_MADE_FLAG) for output in (*OUTPUTS, *ERRORS)])
+_REFUSED = np.where(np.arange(len(_NOT_MADE)) == PLACE["outcome"], float(REFUSED_FLAG), _NOT_MADE)
+_WITH_ERROR = [PLACE[error.name.removesuffix("_error")] for error in ERRORS]
+_JUDGED = [_WITH_ERROR.index(PLACE[name]) for name in JUDGED]
 _building = threading.Lock()
 
 
@@ -63,7 +66,8 @@ class Recipe:
     """All that is needed to simulate rows of a sweep, small enough to send with every chunk.
 
     `base`: the scene's parameters in the kernel's order; `places`: where among them the swept ones stand;
-    `passive_place`: where the passive power does. `simulator`: which version of it is meant.
+    `passive_place`: where the passive power does. `finer`: limits of the second simulation that error bars take,
+    None without them. `simulator`: which version of it is meant.
     """
 
     effects: tuple[str, ...]
@@ -72,6 +76,7 @@ class Recipe:
     places: tuple[int, ...]
     passive_place: int | None
     limits: Row
+    finer: Row | None
     accuracy: float
     simulator: str
 
@@ -82,10 +87,12 @@ def simulator_here() -> str:
     return fingerprint()
 
 
-def recipe_for(scene: Scene, design: Design, accuracy: float) -> Recipe:
+def recipe_for(scene: Scene, design: Design, accuracy: float, *, error_bars: bool = False) -> Recipe:
     """Return the recipe of a sweep. Raises `UsageError` for an accuracy that cannot be had."""
-    limits = limits_for(accuracy)
-    limits[JUMPS_WANTED] = scene.jumps
+    limits, finer = limits_for(accuracy), limits_for(finer_accuracy(accuracy)) if error_bars else None
+    for each in (limits, finer):
+        if each is not None:
+            each[JUMPS_WANTED] = scene.jumps
     names = [parameter.name for parameter in compose(scene.effects).parameters]
     return Recipe(
         effects=tuple(sorted(scene.effects)),
@@ -94,6 +101,7 @@ def recipe_for(scene: Scene, design: Design, accuracy: float) -> Recipe:
         places=tuple(names.index(swept.parameter) for swept in design.axes),
         passive_place=names.index("passive_power") if "passive_draw" in scene.effects else None,
         limits=limits,
+        finer=finer,
         accuracy=accuracy,
         simulator=simulator_here(),
     )
@@ -114,17 +122,43 @@ def check_simulator(recipe: Recipe, version: str) -> None:
         )
 
 
-def simulate_rows(recipe: Recipe, values: Block) -> Block:
+def simulate_rows(recipe: Recipe, values: Block, barred: Flags | None = None) -> Block:
     """Simulate a scene for each row of swept values, shape (rows, axes); return shape (rows, jumps, outputs).
 
-    Raises `UsageError` where this process has another simulator than the recipe was made with.
+    A recipe with error bars gives the errors after the outputs; `barred` says which rows have them, shape (rows,), all
+    where it is None. These have the numbers of the finer simulation, as `simulator.error_bars` shows them. Raises
+    `UsageError` where this process has another simulator than the recipe was made with.
     """
     check_simulator(recipe, simulator_here())
     table = np.tile(recipe.base, (len(values), 1))
     table[:, recipe.places] = values
-    found = np.full((len(values), recipe.jumps, len(COLUMNS)), np.nan)
-    counts = np.zeros(len(values), np.int64)
-    kernel_of(recipe).batch(table, recipe.limits, found, counts, np.zeros((0, 4)), np.zeros((0, 4)))
+    block = _simulated(recipe, recipe.limits, table)
+    if recipe.finer is None:
+        return block
+    whole = np.concatenate([block, np.full((*block.shape[:2], len(ERRORS)), np.nan)], axis=2)
+    which = np.ones(len(values), np.bool_) if barred is None else barred
+    whole[which] = _with_errors(recipe.accuracy, block[which], _simulated(recipe, recipe.finer, table[which]))
+    return whole
+
+
+def _with_errors(accuracy: float, coarse: Block, fine: Block) -> Block:
+    """Return finer outputs with their errors and the flag by these, as `simulator.error_bars` has them of a jump."""
+    found, beside = fine[:, :, _WITH_ERROR], coarse[:, :, _WITH_ERROR]
+    rounding = np.minimum(1.0, np.maximum(fine[:, :, PLACE["error_growth"]], 1.0) * ROUNDING)
+    errors = np.maximum(np.abs(found - beside), rounding[:, :, np.newaxis] * np.abs(found))
+    judged = np.abs(found[:, :, _JUDGED])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        above = ~(errors[:, :, _JUDGED] / judged <= accuracy) & (judged > 0.0)
+    ends, before = fine[:, :, PLACE["outcome"]], coarse[:, :, PLACE["outcome"]]
+    flags = np.logical_or.accumulate(above.any(axis=2) | (ends != before), axis=1)
+    fine[:, :, PLACE["ill_conditioned"]] = np.where(ends == NOT_MADE_FLAG, NOT_MADE_FLAG, flags)
+    return np.concatenate([fine, errors], axis=2)
+
+
+def _simulated(recipe: Recipe, limits: Row, table: Block) -> Block:
+    found = np.full((len(table), recipe.jumps, len(COLUMNS)), np.nan)
+    counts = np.zeros(len(table), np.int64)
+    kernel_of(recipe).batch(table, limits, found, counts, np.zeros((0, 4)), np.zeros((0, 4)))
     return _outputs(recipe, found, counts, None if recipe.passive_place is None else table[:, recipe.passive_place])
 
 
@@ -144,7 +178,7 @@ def _outputs(recipe: Recipe, found: Block, counts: NDArray[np.int64], passive_w:
     block[:, :, PLACE["under_surface"]] = under_surface(block[:, :, PLACE["min_body_height_m"]], recipe.effects)
     residual_j, at_play_j = block[:, :, PLACE["energy_residual_J"]], block[:, :, PLACE["energy_at_play_J"]]
     block[:, :, PLACE["open_book"]] = open_book(residual_j, at_play_j, recipe.accuracy)
-    block[np.arange(recipe.jumps)[np.newaxis, :] >= counts[:, np.newaxis]] = _NOT_MADE
+    block[np.arange(recipe.jumps)[np.newaxis, :] >= counts[:, np.newaxis]] = _NOT_MADE[: len(OUTPUTS)]
     return block
 
 
@@ -153,5 +187,5 @@ def with_refused(block: Block, refused: Flags) -> Block:
     if not refused.any():
         return block
     whole = np.empty((len(refused), *block.shape[1:]))
-    whole[~refused], whole[refused] = block, _REFUSED
+    whole[~refused], whole[refused] = block, _REFUSED[: block.shape[-1]]
     return whole

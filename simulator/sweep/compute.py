@@ -15,7 +15,7 @@ from concurrent.futures import CancelledError, ThreadPoolExecutor, as_completed
 from typing import Any, Protocol
 
 from data_schema.errors import UsageError
-from simulator.sweep.chunks import Block, Recipe, check_simulator, kernel_of, simulate_rows, simulator_here
+from simulator.sweep.chunks import Block, Flags, Recipe, check_simulator, kernel_of, simulate_rows, simulator_here
 
 
 def optional(module: str, what_for: str) -> Any:
@@ -30,8 +30,8 @@ def optional(module: str, what_for: str) -> Any:
         ) from error
 
 
-ValuesOf = Callable[[int], Block]
-"""Gives the swept values of a chunk, shape (rows, axes)."""
+ValuesOf = Callable[[int], tuple[Block, Flags]]
+"""Gives the swept values of a chunk, shape (rows, axes), and which of its rows have error bars, shape (rows,)."""
 Keep = Callable[[int, Block], None]
 """Takes a chunk that is done, shape (rows, jumps, outputs)."""
 CHUNKS_A_CORE, FEWEST_WAITING = 4, 32
@@ -70,7 +70,7 @@ class Threads:
         """Compute the chunks; each thread keeps its own, so that no more of them than threads are in memory."""
 
         def one(number: int) -> int:
-            keep(number, simulate_rows(recipe, values_of(number)))
+            keep(number, simulate_rows(recipe, *values_of(number)))
             return number
 
         with ThreadPoolExecutor(self.count) as pool:
@@ -103,7 +103,7 @@ class Cluster:
 
         def submit() -> list[Any]:
             for number in waiting:
-                future = self._client.submit(simulate_rows, recipe, values_of(number), pure=False)
+                future = self._client.submit(simulate_rows, recipe, *values_of(number), pure=False)
                 under_way[future] = number
                 return [future]
             return []

@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from simulator.effects.registry import EFFECTS
 from simulator.scene_file import write_scene
 from simulator.sweep.chunks import simulator_here
-from simulator.sweep.outputs import OUTPUTS
 from simulator.sweep.sweep import Sweep
 
 Identity = Mapping[str, str | float]
@@ -34,12 +33,13 @@ def identity_of(sweep: Sweep) -> dict[str, str | float]:
         "jumps": scene.jumps,
         **{name: value.value for name, value in scene.values.items()},
         "accuracy": sweep.accuracy,
+        **({"error bars": sweep.error_bars} if sweep.error_bars else {}),
         "sampling": design.description,
         **swept,
         "swept values": design.content_hash()[:20],
         "text of the scene": hashlib.sha256(write_scene(scene).encode()).hexdigest()[:20],
         "chunk": sweep.chunks.rows_each,
-        "outputs": hashlib.sha256(" ".join(output.name for output in OUTPUTS).encode()).hexdigest()[:20],
+        "outputs": hashlib.sha256(" ".join(output.name for output in sweep.outputs).encode()).hexdigest()[:20],
         "simulator": simulator_here(),
         "labbook": sweep.labbook,
         "format": FORMAT,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from simulator.error_bars import NOT_OUTPUTS
 from simulator.kernel.layout import OUTCOMES
 from simulator.kernel.rows import COLUMN
 
@@ -82,6 +83,13 @@ OUTPUTS = (
     Output("open_book", "1", "whether the energy book does not close within the accuracy", "i1", _YES_OR_NO),
 )
 """In the order of a chunk's columns: those of the kernel first, then what is computed from them."""
+
+ERRORS = tuple(
+    Output(f"{output.name}_error", output.unit, f"estimated error of {output.name}; NaN where none was estimated")
+    for output in OUTPUTS
+    if output.kind == "f8" and output.name not in NOT_OUTPUTS
+)
+"""What a sweep with error bars gives beside them: columns after those of the outputs."""
 
 FLAGS = ("ill_conditioned", "under_surface", "open_book")
 """What may be remarked of a jump: a sweep counts the jumps."""

@@ -21,7 +21,7 @@ from simulator.effects.registry import EFFECTS
 from simulator.scene_file import write_scene
 from simulator.sweep.compute import optional
 from simulator.sweep.identity import Identity
-from simulator.sweep.outputs import OUTPUTS, PLACE, REFUSED, Output
+from simulator.sweep.outputs import REFUSED, Output
 from simulator.sweep.parts import Parts, sync
 from simulator.sweep.sweep import JUMP, Sweep
 
@@ -57,14 +57,14 @@ def content_of(sweep: Sweep, identity: Identity, parts: Parts, counts: Mapping[s
     beside = " ".join(coordinate.name for coordinate in coordinates if coordinate.name not in dims)
     shared: Attributes = {"coordinates": beside} if beside else {}
     outputs = (
-        Variable(output.name, dims, {**_about(output), **shared}, partial(_numbers, sweep, parts, output))
-        for output in OUTPUTS
+        Variable(output.name, dims, {**_about(output), **shared}, partial(_numbers, sweep, parts, place))
+        for place, output in enumerate(sweep.outputs)
     )
     return Content(sweep.dims, (*coordinates, *outputs), {**_attributes(sweep, identity), **counts})
 
 
-def _numbers(sweep: Sweep, parts: Parts, output: Output) -> NDArray[Any]:
-    return parts.column(PLACE[output.name]).astype(output.kind).reshape(tuple(sweep.dims.values()))
+def _numbers(sweep: Sweep, parts: Parts, place: int) -> NDArray[Any]:
+    return parts.column(place).astype(sweep.outputs[place].kind).reshape(tuple(sweep.dims.values()))
 
 
 def _coordinates(sweep: Sweep) -> Iterator[Variable]:
@@ -98,6 +98,7 @@ def _attributes(sweep: Sweep, identity: Identity) -> Attributes:
         "comment": f"The scene holds what was not swept; {swept} stand in the coordinates. Numbers are in SI units.",
         "effects": " ".join(name for name in EFFECTS if name in scene.effects),
         "accuracy": sweep.accuracy,
+        **({"error_bars": sweep.error_bars} if sweep.error_bars else {}),
         "sampling": sweep.design.description,
         "assumed": json.dumps({name: scene.values[name].why for name in sweep.assumed}, ensure_ascii=False),
         "set_by_user": json.dumps({name: scene[name] for name in scene.set_by_user}),

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from data_schema.errors import UsageError
-from simulator.sweep.chunks import Block, recipe_for, with_refused
+from simulator.sweep.chunks import Block, Flags, recipe_for, with_refused
 from simulator.sweep.compute import Compute
 from simulator.sweep.identity import Identity, differences, identity_of
-from simulator.sweep.outputs import FLAGS, NOT_MADE, NOT_MADE_FLAG, OUTCOME_FLAGS, OUTPUTS, PLACE, REFUSED
+from simulator.sweep.outputs import FLAGS, NOT_MADE, NOT_MADE_FLAG, OUTCOME_FLAGS, PLACE, REFUSED
 from simulator.sweep.parts import Parts, opened_parts, part_folder, remove_parts, sync
 from simulator.sweep.result_file import IDENTITY, Format, content_of, format_of
 from simulator.sweep.sweep import Sweep
@@ -58,7 +58,7 @@ def run_sweep(sweep: Sweep, out: Path, compute: Compute, advance: Callable[[int]
     that of an undisturbed one, bit for bit. Raises `UsageError` where `out` or that folder holds something else.
     """
     format_ = format_of(out)
-    recipe = recipe_for(sweep.scene, sweep.design, sweep.accuracy)
+    recipe = recipe_for(sweep.scene, sweep.design, sweep.accuracy, error_bars=sweep.error_bars > 0.0)
     identity, chunks = identity_of(sweep), sweep.chunks
     if not out.parent.is_dir():
         raise UsageError(f"there is no folder {out.parent} for {out.name}: make it, or give another --out.")
@@ -66,7 +66,7 @@ def run_sweep(sweep: Sweep, out: Path, compute: Compute, advance: Callable[[int]
     if there is not None and not part_folder(out).exists():
         advance(sweep.jumps_wanted)
         return Finished(out, sweep, there, chunks.count)
-    with opened_parts(out, identity, chunks, (sweep.scene.jumps, len(OUTPUTS))) as parts:
+    with opened_parts(out, identity, chunks, (sweep.scene.jumps, len(sweep.outputs))) as parts:
         there = _finished(out, format_, identity)  # another program may have made it a moment ago
         if there is not None:
             remove_parts(parts.folder)
@@ -106,10 +106,11 @@ def run_sweep(sweep: Sweep, out: Path, compute: Compute, advance: Callable[[int]
     )
 
 
-def _legal_rows(sweep: Sweep, number: int) -> Block:
-    """Return the swept values of the scenes in a chunk that can be simulated."""
-    start, stop = sweep.chunks.bounds(number)
-    return sweep.design.rows(start, stop)[~sweep.refusals.rows(start, stop)]
+def _legal_rows(sweep: Sweep, number: int) -> tuple[Block, Flags]:
+    """Return the swept values of the scenes in a chunk that can be simulated, and which of these have error bars."""
+    bounds = sweep.chunks.bounds(number)
+    legal = ~sweep.refusals.rows(*bounds)
+    return sweep.design.rows(*bounds)[legal], sweep.barred(*bounds)[legal]
 
 
 def _finished(out: Path, format_: Format, identity: Identity) -> Summary | None:

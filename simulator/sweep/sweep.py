@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
@@ -10,34 +11,48 @@ from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
 from simulator.declared import all_parameters
+from simulator.error_bars import finer_accuracy
 from simulator.scene import Scene
 from simulator.scene_rules import RULES, Rule
 from simulator.sweep.chunks import Chunks, chunks_for
 from simulator.sweep.design import Design
-from simulator.sweep.outputs import REFUSED
+from simulator.sweep.outputs import ERRORS, OUTPUTS, REFUSED, Output
 
 JUMP = "jump"
 """Dimension of the jumps of scenes that have several."""
 Flags = NDArray[np.bool_]
 _BLOCK = 65_536
+_SPREAD = (math.sqrt(5.0) - 1.0) / 2.0
+"""Golden ratio: its multiples' fractions are spread evenly, and in step with no axis of a grid."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
     """A sweep that can be run; scenes whose values do not fit together are left out of it, and marked as refused.
 
-    `labbook` is the version of the program that made it, kept with the result. Raises `UsageError` for an axis that
-    nothing reads or that leaves its parameter's range, and where every scene would be refused.
+    `labbook` is the version of the program that made it, kept with the result; `error_bars` the share of its rows that
+    have them. Raises `UsageError` for an axis that nothing reads or that leaves its parameter's range, where every
+    scene would be refused, and for error bars that cannot be.
     """
 
     scene: Scene
     design: Design
     accuracy: float = 1e-6
     labbook: str = ""
+    error_bars: float = 0.0
     refusals: Refusals = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         _check_axes(self.scene, self.design)
+        if self.error_bars and not 0.0 < self.error_bars <= 1.0:
+            raise UsageError(
+                f"{self.error_bars:g} is no share of the scenes to give error bars: give one above 0, to 1."
+            )
+        if self.error_bars and finer_accuracy(self.accuracy) >= self.accuracy:
+            raise UsageError(
+                f"nothing is simulated finer than an accuracy of {self.accuracy:g}, which error bars take: ask for a "
+                "coarser one, or for no error bars."
+            )
         object.__setattr__(self, "refusals", refusals_of(self.scene, self.design))
         if not self.legal_rows:
             raise UsageError(f"no scene of the sweep can be simulated: it comes to {self.refusals.first}")
@@ -73,6 +88,22 @@ class Sweep:
         """Dimensions of the result and their lengths."""
         jumps = {JUMP: self.scene.jumps} if self.scene.jumps > 1 else {}
         return {**self.design.dims, **jumps}
+
+    @property
+    def outputs(self) -> tuple[Output, ...]:
+        """What it gives for each jump."""
+        return (*OUTPUTS, *ERRORS) if self.error_bars else OUTPUTS
+
+    def barred(self, start: int, stop: int) -> Flags:
+        """Return which of the rows from `start` to before `stop` have error bars, shape (rows,)."""
+        found: Flags = np.modf((np.arange(start, stop) + 0.5) * _SPREAD)[0] < self.error_bars
+        return found
+
+    @property
+    def barred_rows(self) -> int:
+        """How many of the scenes that can be simulated have error bars."""
+        blocks = _blocks(self.design) if self.error_bars else ()
+        return sum(int((self.barred(*block) & ~self.refusals.rows(*block)).sum()) for block in blocks)
 
     @property
     def assumed(self) -> tuple[str, ...]:

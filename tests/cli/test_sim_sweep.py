@@ -16,7 +16,7 @@ from tests.helpers.wording import says
 
 KEYS = {
     *("out", "scene", "dims", "jumps", "accuracy", "sampling", "outcomes", "ill_conditioned", "assumed"),
-    *("set_by_user", "refused", "under_surface", "open_book"),
+    *("set_by_user", "refused", "under_surface", "open_book", "error_bars"),
     *("variables", "chunks", "chunks_before", "compile_time_s", "compute_time_s", "write_time_s", "jump_time_us"),
     "effects_left_out",
 }
@@ -57,6 +57,23 @@ def test_a_grid_holds_what_single_runs_give(tmp_path: Path) -> None:
             there = dataset.sel(b_ad=b_ad, foot_radius=radius)
             for name in ("cost_J", "apex_height_m", "liftoff_time_s", "max_depth_m", "energy_residual_J", "steps"):
                 assert there[name].item() == one[name], name
+
+
+def test_with_error_bars_a_scene_has_what_a_single_run_shows(tmp_path: Path) -> None:
+    words = ("--over", "foot_radius=0.02,0.038", "--accuracy", "1e-5")
+    found = swept(tmp_path, *words, "--error-bars")
+    assert found["error_bars"] == {"share": 1.0, "scenes": 2}
+    alone = ("sim", "run", "--scene", "sim2", "--set", "foot_radius=0.02", *words[2:], "--json")
+    one = good(labbook(*alone, at=tmp_path)).json
+    with xarray.open_dataset(tmp_path / found["out"]) as dataset:
+        there = dataset.sel(foot_radius=0.02)
+        for name in ("cost_J", "apex_height_m", "liftoff_time_s", "max_depth_m", "ill_conditioned"):
+            assert there[name].item() == one[name], name
+        for name in ("cost_J", "apex_height_m", "leg_work_J"):
+            assert there[f"{name}_error"].item() == one["errors"][name], name
+        assert found["variables"] == len(dataset.data_vars)
+    some = ("sim", "sweep", "--scene", "sim2", "--over", "b_ad=0:300:20", "--error-bars-on", "25%", "--out", "some.nc")
+    says(good(labbook(*some, at=tmp_path)).out, "error bars", "5 of 20 scenes", "1e-08", "NAME_error")
 
 
 def test_a_sample_to_zarr_and_the_same_command_again(tmp_path: Path) -> None:
@@ -114,6 +131,10 @@ def test_one_jump_is_one_and_a_jump_under_the_grains_is_counted(tmp_path: Path) 
         (["--over", "b_ad=0:1", "--sobol", "0", "--out", "a.nc"], "sweep 1 to"),
         (["--over", "b_ad=0,1", "--accuracy", "0", "--out", "a.nc"], "accuracy"),
         (["--over", "b_ad=0,1", "--out", "none/a.nc"], "there is no folder none"),
+        (["--over", "b_ad=0,1", "--error-bars-on", "many", "--out", "a.nc"], "many is no share above 0"),
+        (["--over", "b_ad=0,1", "--error-bars-on", "0", "--out", "a.nc"], "at most 100%"),
+        (["--over", "b_ad=0,1", "--error-bars-on", "120%", "--out", "a.nc"], "at most 100%"),
+        (["--over", "b_ad=0,1", "--error-bars", "--accuracy", "1e-13", "--out", "a.nc"], "for no error bars"),
     ],
 )
 def test_refused_with_a_sentence(words: list[str], said: str, tmp_path: Path) -> None:

@@ -70,7 +70,7 @@ class SweepRequest:
     """A scene's name or file and the words that change it, what is swept, and how accurately.
 
     `sample`: rows of a Sobol sample, drawn with `seed`; without it a grid. `within`: the tolerance, in words, for which
-    `auto` among the effects finds the smallest set.
+    `auto` among the effects finds the smallest set. `error_bars`: the share of the scenes that have them.
     """
 
     scene: str
@@ -81,6 +81,7 @@ class SweepRequest:
     sample: int | None = None
     seed: int | None = None
     within: str | None = None
+    error_bars: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,13 +110,30 @@ def planned_sweep(request: SweepRequest, step: Step = lambda _done: None) -> Pla
     for axis in design.axes:
         if scene.values.get(axis.parameter) is not given.values.get(axis.parameter):
             raise UsageError(f"{axis.parameter} is both set and swept: leave out one of --set and --over.")
-    sweep = Sweep(scene, design, request.accuracy, importlib.metadata.version("robot-labbook"))
+    version = importlib.metadata.version("robot-labbook")
+    sweep = Sweep(scene, design, request.accuracy, version, request.error_bars)
     ablation = auto.ablation(scene, step, frozenset(name for axis in design.axes for name in readers(axis.parameter)))
     if ablation is None or not ablation.smallest.left_out.effects:
         return PlannedSweep(sweep, ablation)
     chosen = with_enough(scene, ablation)
     corners = compared_at_corners(scene, chosen, design.axes, ablation.accuracy, step)
     return PlannedSweep(replace(sweep, scene=chosen), ablation, corners)
+
+
+def error_bars_of(on_all: bool, share: str | None) -> float:
+    """Return the share of the scenes that have error bars, 0 for none; raises `UsageError` for words that are none."""
+    if share is None:
+        return 1.0 if on_all else 0.0
+    text = share.strip()
+    try:
+        number = float(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
+    except ValueError:
+        number = 0.0
+    if not 0.0 < number <= 1.0:
+        raise UsageError(
+            f"--error-bars-on {share} is no share above 0 and at most 100%: write for example --error-bars-on 5%."
+        )
+    return number
 
 
 def _design(request: SweepRequest, scene: Scene) -> Design:

@@ -14,7 +14,7 @@ from labbook.presenting.simulation.simulated import set_by_user_line
 from simulator.ablation.corners import Corner, Corners
 from simulator.ablation.outputs import Difference
 from simulator.ablation.study import Ablation
-from simulator.sweep.outputs import OUTPUTS
+from simulator.error_bars import finer_accuracy
 from simulator.sweep.run import Finished
 
 
@@ -29,8 +29,9 @@ def sweep_data(done: Finished) -> dict[str, Any]:
         "scene": scene.name,
         "dims": done.sweep.dims,
         "jumps": done.summary.jumps,
-        "variables": len(OUTPUTS),
+        "variables": len(done.sweep.outputs),
         "accuracy": done.sweep.accuracy,
+        "error_bars": {"share": done.sweep.error_bars, "scenes": done.sweep.barred_rows},
         "sampling": done.sweep.design.description,
         "outcomes": done.summary.outcomes,
         "refused": {"scenes": done.sweep.refusals.count, "why": done.sweep.refused or None},
@@ -56,11 +57,22 @@ def sweep_lines(done: Finished) -> list[str]:
         f"{done.sweep.scene.name}: {_jumps(data['jumps'])} over {dims}, {data['sampling']}.",
         *([f"note: {done.sweep.refused}"] if done.sweep.refused else []),
         f"outcomes: {outcomes}; ill-conditioned: {data['ill_conditioned']}.",
+        *_error_bars(done),
         *_warnings(done),
         *set_by_user_line(done.sweep.scene),
         *assumed,
         _how(done),
         f"{done.out}: {data['variables']} variables, for xarray.{_opener(done)}({str(done.out)!r}).",
+    ]
+
+
+def _error_bars(done: Finished) -> list[str]:
+    sweep = done.sweep
+    if not sweep.error_bars:
+        return []
+    return [
+        f"error bars: on {sweep.barred_rows} of {sweep.legal_rows} scenes, simulated a second time to "
+        f"{finer_accuracy(sweep.accuracy):g}; there the columns NAME_error hold them, and ill_conditioned is by them."
     ]
 
 

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from data_schema.errors import UsageError
+from simulator.error_bars import simulate_with_errors
 from simulator.jump import simulate
 from simulator.kernel.layout import OUTCOMES
 from simulator.kernel.limits import MOST_STEPS, REPEATS
@@ -22,7 +23,7 @@ from simulator.result import JumpResult
 from simulator.scene_file import load_scene
 from simulator.sweep.chunks import Recipe, chunks_for, recipe_for, simulate_rows
 from simulator.sweep.design import Design
-from simulator.sweep.outputs import FLAGS, OUTPUTS, PLACE
+from simulator.sweep.outputs import ERRORS, FLAGS, OUTPUTS, PLACE
 from simulator.sweep.sweep import Sweep
 from tests.helpers.sweeps import grid_sweep, sobol_sweep
 from tests.helpers.wording import refuses
@@ -103,6 +104,69 @@ def test_scenes_with_several_jumps_and_with_jumps_that_are_not_made() -> None:
             assert_same_jump(row, jump)
         for output, number in zip(OUTPUTS, rows[len(jumps) :].T, strict=True):
             assert np.isnan(number).all() if output.kind == "f8" else (number == -1).all()
+
+
+def assert_same_errors(row: np.ndarray, jump: JumpResult) -> None:
+    assert_same_jump(row, jump)
+    assert jump.errors is not None
+    for error, number in zip(ERRORS, row[len(OUTPUTS) :], strict=True):
+        name = error.name.removesuffix("_error")
+        if name != "jump_time_s":  # which a result does not have
+            assert number == jump.errors.get(name, number) or math.isnan(number), name
+            assert math.isnan(number) == (name not in jump.errors), name
+
+
+ON_EDGE = {"k_compression": 437.7, "k_extension": 1091.0, "b_compression": 2.707, "b_extension": 16.27}
+"""With soft gains in flight: scenes of which some end otherwise when they are simulated finer."""
+
+
+def test_error_bars_are_those_of_single_simulations_jump_by_jump() -> None:
+    soft = load_scene("sim2").changed(ON_EDGE, effects_off=["held_gains_in_flight"])
+    emulator = load_scene("emulator").changed({}, jumps=3)
+    flagged = set()
+    for scene, over, accuracy in (
+        (load_scene("sim2"), "foot_radius=0.02,0.038", 1e-6),
+        (soft, "b_ad=0,1e4,1e5", 1e-1),
+        (load_scene("sim1"), "b_ad=0,650", 1e-9),
+        (emulator, "k_extension=20,200,1000", 1e-4),
+    ):
+        sweep = grid_sweep(over, scene=scene, accuracy=accuracy, error_bars=1.0)
+        rows = sweep.design.rows(0, sweep.design.row_count)
+        recipe = recipe_for(scene, sweep.design, accuracy, error_bars=True)
+        block = simulate_rows(recipe, rows, sweep.barred(0, len(rows)))
+        assert block.shape[-1] == len(sweep.outputs) == len(OUTPUTS) + len(ERRORS)
+        for found, values in zip(block, rows.tolist(), strict=True):
+            changed = scene.changed(dict(zip([axis.parameter for axis in sweep.design.axes], values, strict=True)))
+            jumps = simulate_with_errors(changed, accuracy).jumps
+            flagged |= {jump.ill_conditioned for jump in jumps}
+            for row, jump in zip(found, jumps, strict=False):
+                assert_same_errors(row, jump)
+            assert np.isnan(found[len(jumps) :, len(OUTPUTS) :]).all()
+    assert flagged == {False, True}
+
+
+def test_error_bars_on_a_share_are_on_rows_spread_evenly_and_change_no_other() -> None:
+    sweep = grid_sweep("b_ad=0:300:20", "foot_radius=0.02:0.04:20", error_bars=0.25)
+    rows, barred = sweep.design.rows(0, 400), sweep.barred(0, 400)
+    assert abs(int(barred.sum()) - 100) <= 1
+    assert sweep.barred_rows == barred.sum()
+    by_axis = barred.reshape(20, 20)
+    for axis in (0, 1):
+        assert set(by_axis.sum(axis=axis)) <= {4, 5, 6}
+    recipe = recipe_for(sweep.scene, sweep.design, sweep.accuracy, error_bars=True)
+    block = simulate_rows(recipe, rows[:40], barred[:40])
+    plain = simulate_rows(recipe_of(sweep), rows[:40])
+    assert np.array_equal(block[~barred[:40], :, : len(OUTPUTS)], plain[~barred[:40]], equal_nan=True)
+    has_error = np.isfinite(block[:, 0, len(OUTPUTS) :]).any(axis=1)
+    assert np.array_equal(has_error, barred[:40])
+
+
+@pytest.mark.parametrize(
+    ("share", "accuracy", "said"), [(1.5, 1e-3, "1.5"), (-0.1, 1e-3, "-0.1"), (1.0, 1e-13, "1e-13")]
+)
+def test_error_bars_that_cannot_be_are_refused(share: float, accuracy: float, said: str) -> None:
+    with refuses(UsageError, said):
+        grid_sweep("b_ad=0,100", accuracy=accuracy, error_bars=share)
 
 
 INTERPRETED = """

@@ -15,7 +15,7 @@ from tests.helpers.sweeps import every_byte, sobol_sweep
 
 
 def test_a_lost_worker_costs_nothing_but_time(tmp_path: Path) -> None:
-    sweep = sobol_sweep(8192)
+    sweep = sobol_sweep(8192, error_bars=0.05)
     here = run_sweep(sweep, tmp_path / "here.nc", Threads())
     done_jumps = 0
     start: Any = distributed.LocalCluster

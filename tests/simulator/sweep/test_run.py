@@ -17,7 +17,7 @@ from simulator.jump import simulate
 from simulator.scene_file import load_scene, parse_scene
 from simulator.sweep.chunks import Recipe, recipe_for, simulate_rows, simulator_here
 from simulator.sweep.compute import Keep, Threads, ValuesOf
-from simulator.sweep.outputs import FLAGS, OUTPUTS
+from simulator.sweep.outputs import ERRORS, FLAGS, OUTPUTS
 from simulator.sweep.parts import COLUMNS, DONE, PLAN, opened_parts, part_folder
 from simulator.sweep.run import run_sweep
 from simulator.sweep.sweep import Sweep
@@ -121,7 +121,7 @@ class Backwards:
 
     def run(self, recipe: Recipe, values_of: ValuesOf, numbers: Sequence[int], keep: Keep) -> Iterator[int]:
         for number in list(reversed(numbers))[: self.most]:
-            keep(number, simulate_rows(recipe, values_of(number)))
+            keep(number, simulate_rows(recipe, *values_of(number)))
             yield number
         if self.most < len(numbers):
             raise KeyboardInterrupt
@@ -151,6 +151,26 @@ def test_threads_order_and_interruptions_change_no_bit(kind: str, tmp_path: Path
     assert sweep.chunks.count == 12
     assert every_byte(broken) == every_byte(first)
     assert {path.name for path in tmp_path.iterdir()} == {f"{name}.{kind}" for name in NAMES}
+
+
+def test_error_bars_are_variables_and_an_interruption_changes_no_bit_of_them(tmp_path: Path) -> None:
+    sweep = sobol_sweep(600, error_bars=0.3)
+    first, broken = tmp_path / "first.nc", tmp_path / "broken.nc"
+    run_sweep(sweep, first, Threads())
+    with pytest.raises(KeyboardInterrupt):
+        run_sweep(sweep, broken, Backwards(2))
+    says(refusal(sobol_sweep(600), broken), "unfinished", "error bars", "0.3")
+    assert run_sweep(sweep, broken, Threads()).chunks_before == 2
+    assert every_byte(broken) == every_byte(first)
+    found = opened(first)
+    assert set(found.data_vars) == {output.name for output in (*OUTPUTS, *ERRORS)}
+    barred = sweep.barred(0, 600)
+    assert np.array_equal(np.isfinite(found["cost_J_error"].values), barred)
+    assert np.all(found["cost_J_error"].values[barred] > 0.0)
+    assert found["cost_J_error"].attrs["units"] == "J"
+    assert found.attrs["error_bars"] == 0.3
+    says(refusal(sobol_sweep(600, error_bars=0.2), first), "differs in error bars", "0.3", "0.2")
+    says(refusal(sobol_sweep(600), first), "error bars", "none now")
 
 
 @pytest.mark.parametrize("times", [2, pytest.param(20, marks=pytest.mark.soak)])
