@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
+from simulator.changes import CONTACT_EFFECT
 from simulator.kernel.build import Kernel, kernel_for
 from simulator.kernel.layout import MODES, OUTCOMES
 from simulator.kernel.limits import (
@@ -39,7 +40,6 @@ ROUNDING = 1e-15
 """Relative error of a step from rounding alone; grown to half the goal, it makes a jump ill-conditioned."""
 MOST_STEPS_A_JUMP = 2_000_000
 MOST_REPEATS = 5
-CONTACT_ONCE_RISEN = "contact_once_risen"
 _SURE = ("min_leg_length_m", "max_leg_length_m", "min_body_height_m", "capped_time_s", "energy_at_play_J")
 _KEPT_CHANGES = 4096
 _RECORDED_STEPS = 100_000
@@ -95,11 +95,11 @@ def beside_other_contact(result: SceneResult, simulated: Callable[[Scene, float]
     `simulated` is what gave the result: `simulate`, or `simulate_with_errors`. Returns the result as it is where the
     foot did not sink, or where the rule has nothing to say.
     """
-    jump, other = result.jump, result.scene.effects - {CONTACT_ONCE_RISEN}
+    jump, other = result.jump, result.scene.effects - {CONTACT_EFFECT}
     sank = jump.unresisted_sink_m > result.accuracy * jump.max_depth_m
     if not sank or other == result.scene.effects or not kernel_for(other).composition.contact_at_the_print:
         return result
-    at_the_print = simulated(result.scene.changed(effects_off=(CONTACT_ONCE_RISEN,)), result.accuracy)
+    at_the_print = simulated(result.scene.changed(effects_off=(CONTACT_EFFECT,)), result.accuracy)
     return replace(result, other_contact=at_the_print.jump)
 
 

@@ -149,7 +149,7 @@ def _wish(composition: Composition, mode: int) -> tuple[int, ...]:
 def _moving(composition: Composition) -> dict[str, tuple[Function, tuple[object, ...]]]:
     size, rates_of = composition.state_size, make_rates(composition)
     wants_switch, sampled = make_wants_switch(composition), composition.on("sampled_control")
-    sleeps = composition.sleeps_in_flight
+    sleeps, count = composition.sleeps_in_flight, composition.guards
     fill_guards, timer, must_land = (
         make_guards(composition),
         make_timer(composition),
@@ -165,7 +165,7 @@ def _moving(composition: Composition) -> dict[str, tuple[Function, tuple[object,
         values = np.full(WATCHED, -1.0)
         work[TRIAL : TRIAL + size] = state
         fill_guards(t, work, TRIAL, GUARDS_AFTER)
-        values[:GUARDS] = work[GUARDS_AFTER : GUARDS_AFTER + GUARDS]
+        values[:count] = work[GUARDS_AFTER : GUARDS_AFTER + count]
         if sampled and not (sleeps and (work[MODE] == FLIGHT or work[ASLEEP] == 1)):
             values[WISH] = wants_switch(work, work[PHASE], TRIAL, 1.0, 1.0)
         return values

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from simulator.compiled import compiled
+from simulator.compiled import inner
 from simulator.effects.effect import Effect, Function, ParameterIndex
 from simulator.effects.shared import ACTIVE_DAMPING
 
 
 def _functions(at: ParameterIndex) -> dict[str, Function]:
     coefficient = at("b_ad")
-    return {"active_damping_kg_m": compiled(lambda p: p[coefficient])}
+    return {"active_damping_kg_m": inner(lambda p: p[coefficient])}
 
 
 EFFECT = Effect(

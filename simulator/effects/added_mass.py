@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.compiled import compiled, inner
+from simulator.compiled import inner
 from simulator.effects.cone import cone_volume_m3, flat_area_m2, formed_depth_m
 from simulator.effects.effect import Effect, Function, ParameterIndex
 from simulator.effects.shared import ADDED_MASS_CONSTANT, CONE, PHI, RHO
@@ -24,12 +24,12 @@ def _functions(at: ParameterIndex) -> dict[str, Function]:
     def prepare(p: Row) -> None:
         p[density_at] = p[phi] * p[rho] * p[mu]
 
-    @compiled
+    @inner
     def added_mass_kg(p: Row, depth_m: float) -> float:
         formed = formed_depth_m(p[complete_at], depth_m)
         return p[density_at] * cone_volume_m3(p[radius], p[q_at], formed) + p[constant] * depth_m
 
-    @compiled
+    @inner
     def added_mass_slope_kg_m(p: Row, depth_m: float) -> float:
         formed = formed_depth_m(p[complete_at], depth_m)
         return p[density_at] * flat_area_m2(p[radius], p[q_at], formed) + p[constant]

@@ -8,23 +8,23 @@ from __future__ import annotations
 
 import math
 
-from simulator.compiled import compiled
+from simulator.compiled import inner
 
 
-@compiled
+@inner
 def formed_depth_m(cone_depth_m: float, depth_m: float) -> float:
     """Depth over which the cone has formed, m; `cone_depth_m` is that of the complete cone, R / q."""
     return min(max(depth_m, 0.0), cone_depth_m)
 
 
-@compiled
+@inner
 def flat_area_m2(radius_m: float, q: float, formed_m: float) -> float:
     """Area A(s) of the foot that the cone does not cover yet, m^2."""
     remaining = radius_m - q * formed_m
     return math.pi * remaining * remaining
 
 
-@compiled
+@inner
 def cone_volume_m3(radius_m: float, q: float, formed_m: float) -> float:
     """Volume V(s) of the cone, the integral of A, m^3."""
     covered_m = q * formed_m

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from simulator.compiled import compiled
+from simulator.compiled import inner
 from simulator.effects.effect import Effect, Function, ParameterIndex
 from simulator.parameter import Parameter
 
 
 def _functions(at: ParameterIndex) -> dict[str, Function]:
     cap = at("force_cap")
-    return {"cap_n": compiled(lambda p, lever_m: p[cap])}
+    return {"cap_n": inner(lambda p, lever_m: p[cap])}
 
 
 EFFECT = Effect(

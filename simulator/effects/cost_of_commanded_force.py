@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from simulator.compiled import compiled
+from simulator.compiled import inner
 from simulator.effects.effect import Effect, Function, ParameterIndex
 
 
 def _functions(at: ParameterIndex) -> dict[str, Function]:
-    return {"cost_force_n": compiled(lambda p, lever_m, commanded_n, applied_n: commanded_n)}
+    return {"cost_force_n": inner(lambda p, lever_m, commanded_n, applied_n: commanded_n)}
 
 
 EFFECT = Effect(

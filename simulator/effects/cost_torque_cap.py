@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.compiled import compiled
+from simulator.compiled import inner
 from simulator.effects.effect import Effect, Function, ParameterIndex
 from simulator.effects.shared import STALL_TORQUE
 
@@ -13,11 +13,11 @@ from simulator.effects.shared import STALL_TORQUE
 def _functions(at: ParameterIndex) -> dict[str, Function]:
     torque = at("stall_torque")
 
-    @compiled
+    @inner
     def cost_cap_n(p: NDArray[np.float64], lever_m: float) -> float:
         return 2.0 * p[torque] / lever_m
 
-    @compiled
+    @inner
     def cost_force_n(p: NDArray[np.float64], lever_m: float, commanded_n: float, applied_n: float) -> float:
         most = cost_cap_n(p, lever_m)
         return min(max(applied_n, -most), most)

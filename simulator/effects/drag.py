@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.compiled import compiled, inner
+from simulator.compiled import inner
 from simulator.effects.effect import Effect, Function, ParameterIndex
 from simulator.effects.shared import MOTOR_RESISTANCE, TORQUE_CONSTANT
 from simulator.parameter import Parameter
@@ -20,7 +20,7 @@ def _functions(at: ParameterIndex) -> dict[str, Function]:
     def prepare(p: NDArray[np.float64]) -> None:
         p[drag_at] = p[constant] * p[velocity] / p[resistance]
 
-    @compiled
+    @inner
     def drag_w(p: NDArray[np.float64], lever_m: float, v_r: float, force_n: float) -> float:
         joint_speed_rad_s = v_r / lever_m
         return p[drag_at] * joint_speed_rad_s * joint_speed_rad_s

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.compiled import compiled
+from simulator.compiled import inner
 from simulator.effects.effect import Effect, Function, ParameterIndex
 from simulator.parameter import Parameter
 
@@ -20,11 +20,11 @@ def _functions(at: ParameterIndex) -> dict[str, Function]:
     stiffness, damping, drag = at("platform_stiffness"), at("platform_damping"), at("platform_drag")
     travel = at("platform_travel")
     return {
-        "resistance_n": compiled(lambda p, depth_m: p[stiffness] * depth_m),
-        "resistance_slope_n_m": compiled(lambda p, depth_m: p[stiffness]),
-        "linear_drag_kg_s": compiled(lambda p: p[damping]),
-        "quadratic_drag_kg_m": compiled(lambda p, depth_m: p[drag]),
-        "travel_m": compiled(lambda p: p[travel]),
+        "resistance_n": inner(lambda p, depth_m: p[stiffness] * depth_m),
+        "resistance_slope_n_m": inner(lambda p, depth_m: p[stiffness]),
+        "linear_drag_kg_s": inner(lambda p: p[damping]),
+        "quadratic_drag_kg_m": inner(lambda p, depth_m: p[drag]),
+        "travel_m": inner(lambda p: p[travel]),
     }
 
 

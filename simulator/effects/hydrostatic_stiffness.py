@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.compiled import compiled, inner
+from simulator.compiled import inner
 from simulator.effects.cone import cone_volume_m3, flat_area_m2, formed_depth_m
 from simulator.effects.effect import Effect, Function, ParameterIndex
 from simulator.effects.shared import CONE
@@ -35,13 +35,13 @@ def _functions(at: ParameterIndex) -> dict[str, Function]:
         p[stress_at] = p[scale] * p[sigma] / math.cos(p[angle])
         p[complete_at] = p[radius] / p[q_at]
 
-    @compiled
+    @inner
     def resistance_n(p: Row, depth_m: float) -> float:
         formed = formed_depth_m(p[complete_at], depth_m)
         volume = cone_volume_m3(p[radius], p[q_at], formed)
         return p[penetration_at] * volume + p[stress_at] * depth_m * (p[area_at] + volume)
 
-    @compiled
+    @inner
     def resistance_slope_n_m(p: Row, depth_m: float) -> float:
         formed = formed_depth_m(p[complete_at], depth_m)
         volume = cone_volume_m3(p[radius], p[q_at], formed)
@@ -52,7 +52,7 @@ def _functions(at: ParameterIndex) -> dict[str, Function]:
         "prepare": prepare,
         "resistance_n": resistance_n,
         "resistance_slope_n_m": resistance_slope_n_m,
-        "kink_depth_m": compiled(lambda p: p[complete_at]),
+        "kink_depth_m": inner(lambda p: p[complete_at]),
     }
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.compiled import compiled, inner
+from simulator.compiled import inner
 from simulator.effects.cone import flat_area_m2, formed_depth_m
 from simulator.effects.effect import Effect, Function, ParameterIndex
 from simulator.effects.shared import ADDED_MASS_CONSTANT, CONE, PHI, RHO
@@ -33,7 +33,7 @@ def _functions(at: ParameterIndex) -> dict[str, Function]:
         p[per_area_at] = factor * p[phi] * p[rho] * p[mu]
         p[rest_at] = factor * p[constant]
 
-    @compiled
+    @inner
     def quadratic_drag_kg_m(p: Row, depth_m: float) -> float:
         formed = formed_depth_m(p[complete_at], depth_m)
         return p[per_area_at] * flat_area_m2(p[radius], p[q_at], formed) + p[rest_at]

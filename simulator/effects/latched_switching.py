@@ -3,7 +3,7 @@ until it is back at its rest length. Without it the published rule of ch. 3 deci
 
 from __future__ import annotations
 
-from simulator.compiled import compiled
+from simulator.compiled import inner
 from simulator.effects.effect import Effect, Function, ParameterIndex
 from simulator.parameter import Parameter
 
@@ -11,9 +11,9 @@ from simulator.parameter import Parameter
 def _functions(at: ParameterIndex) -> dict[str, Function]:
     compression, speed, rest = at("switch_compression"), at("switch_speed_tolerance"), at("rest_tolerance")
     return {
-        "switch_compression_m": compiled(lambda p: p[compression]),
-        "switch_speed_tolerance_m_s": compiled(lambda p: p[speed]),
-        "rest_tolerance_m": compiled(lambda p: p[rest]),
+        "switch_compression_m": inner(lambda p: p[compression]),
+        "switch_speed_tolerance_m_s": inner(lambda p: p[speed]),
+        "rest_tolerance_m": inner(lambda p: p[rest]),
     }
 
 

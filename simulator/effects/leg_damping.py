@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from simulator.compiled import compiled
+from simulator.compiled import inner
 from simulator.effects.effect import Effect, Function, ParameterIndex
 from simulator.parameter import Parameter
 
@@ -10,8 +10,8 @@ from simulator.parameter import Parameter
 def _functions(at: ParameterIndex) -> dict[str, Function]:
     compression, extension = at("b_compression"), at("b_extension")
     return {
-        "compression_damping_kg_s": compiled(lambda p: p[compression]),
-        "extension_damping_kg_s": compiled(lambda p: p[extension]),
+        "compression_damping_kg_s": inner(lambda p: p[compression]),
+        "extension_damping_kg_s": inner(lambda p: p[extension]),
     }
 
 

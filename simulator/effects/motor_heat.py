@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.compiled import compiled, inner
+from simulator.compiled import inner
 from simulator.effects.effect import Effect, Function, ParameterIndex
 from simulator.effects.shared import MOTOR_RESISTANCE, TORQUE_CONSTANT
 
@@ -19,7 +19,7 @@ def _functions(at: ParameterIndex) -> dict[str, Function]:
     def prepare(p: NDArray[np.float64]) -> None:
         p[heat_at] = 0.5 * p[resistance] / (p[constant] * p[constant])
 
-    @compiled
+    @inner
     def heat_w(p: NDArray[np.float64], lever_m: float, v_r: float, force_n: float) -> float:
         torque_n_m = force_n * lever_m
         return p[heat_at] * torque_n_m * torque_n_m

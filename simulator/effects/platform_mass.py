@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from simulator.compiled import compiled
+from simulator.compiled import inner
 from simulator.effects.effect import Effect, Function, ParameterIndex
 from simulator.parameter import Parameter
 
 
 def _functions(at: ParameterIndex) -> dict[str, Function]:
     mass = at("platform_mass")
-    return {"platform_mass_kg": compiled(lambda p: p[mass])}
+    return {"platform_mass_kg": inner(lambda p: p[mass])}
 
 
 EFFECT = Effect(

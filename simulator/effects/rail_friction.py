@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from simulator.compiled import compiled
+from simulator.compiled import inner
 from simulator.effects.effect import Effect, Function, ParameterIndex
 from simulator.parameter import Parameter
 
 
 def _functions(at: ParameterIndex) -> dict[str, Function]:
     force = at("rail_friction_force")
-    return {"rail_friction_n": compiled(lambda p: p[force])}
+    return {"rail_friction_n": inner(lambda p: p[force])}
 
 
 EFFECT = Effect(

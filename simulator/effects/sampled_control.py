@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from simulator.compiled import compiled
+from simulator.compiled import inner
 from simulator.effects.effect import Effect, Function, ParameterIndex
 from simulator.parameter import Parameter
 
 
 def _functions(at: ParameterIndex) -> dict[str, Function]:
     rate = at("control_rate")
-    return {"control_period_s": compiled(lambda p: 1.0 / p[rate])}
+    return {"control_period_s": inner(lambda p: 1.0 / p[rate])}
 
 
 EFFECT = Effect(

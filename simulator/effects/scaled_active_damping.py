@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.compiled import compiled
+from simulator.compiled import inner
 from simulator.effects.effect import Effect, Function, ParameterIndex
 from simulator.gains import DAMPING_PER_GAIN, STIFFNESS_AT_ZERO_GAIN_N_M, STIFFNESS_PER_GAIN_N_M
 from simulator.parameter import Parameter
@@ -17,7 +17,7 @@ from simulator.parameter import Parameter
 def _functions(at: ParameterIndex) -> dict[str, Function]:
     stiffness, share = at("k_extension"), at("ad_share")
 
-    @compiled
+    @inner
     def active_damping_kg_m(p: NDArray[np.float64]) -> float:
         gain = (p[stiffness] - STIFFNESS_AT_ZERO_GAIN_N_M) / STIFFNESS_PER_GAIN_N_M
         return DAMPING_PER_GAIN * p[share] * max(gain, 0.0)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from simulator.compiled import compiled
+from simulator.compiled import inner
 from simulator.effects.effect import Effect, Function, ParameterIndex
 from simulator.parameter import Parameter
 
 
 def _functions(at: ParameterIndex) -> dict[str, Function]:
     length = at("guard_length")
-    return {"guard_length_m": compiled(lambda p: p[length])}
+    return {"guard_length_m": inner(lambda p: p[length])}
 
 
 EFFECT = Effect(

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from simulator.compiled import compiled
+from simulator.compiled import inner
 from simulator.effects.effect import Effect, Function, ParameterIndex
 from simulator.effects.shared import STALL_TORQUE
 
 
 def _functions(at: ParameterIndex) -> dict[str, Function]:
     torque = at("stall_torque")
-    return {"cap_n": compiled(lambda p, lever_m: 2.0 * p[torque] / lever_m), "cap_bends": compiled(lambda: True)}
+    return {"cap_n": inner(lambda p, lever_m: 2.0 * p[torque] / lever_m), "cap_bends": inner(lambda: True)}
 
 
 EFFECT = Effect(

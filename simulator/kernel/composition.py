@@ -17,10 +17,7 @@ from simulator.basics import BASICS, GRAVITY_M_S2
 from simulator.compiled import inner
 from simulator.effects.effect import Effect, Function
 from simulator.effects.registry import EFFECTS
-from simulator.kernel.layout import (
-    MECHANICAL,
-    PARAMETERS,
-)
+from simulator.kernel.layout import GUARDS, MECHANICAL, PARAMETERS, SWITCHES
 from simulator.parameter import Parameter
 
 Maker = Callable[["Composition"], Function]
@@ -86,6 +83,11 @@ class Composition:
     def straight_ends_flight(self) -> bool:
         """Whether a leg that is straight in flight ends the jump: on hard ground, and where its speed is braked."""
         return self.on("touchdown_impact") or (self.has("drag_w") and self.on("cost_of_whole_jump"))
+
+    @property
+    def guards(self) -> int:
+        """Number of guards: a controller with a clock needs none for its conditions."""
+        return SWITCHES if self.on("sampled_control") else GUARDS
 
     @property
     def contact_at_the_print(self) -> bool:

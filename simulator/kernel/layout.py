@@ -121,18 +121,19 @@ KEPT = HOLDS + CONDITIONS
     FOLDS,
     STRAIGHTENS,
     RELEASES,
-    SWITCHES,
     BOTTOMS,
     SETTLES,
     RESTS,
     COST_KINK,
     FALLS,
     CONE_KINK,
-) = (*range(10), *range(13, 19))
-GUARDS, PROMPT = 19, 17
+) = range(15)
+SWITCHES, PROMPT = 16, 13
+GUARDS = SWITCHES + CONDITIONS
 """Functions of the state whose rise through zero is an event (`simulator.kernel.events.guards`), each smooth between
-events. From `SWITCHES` on each condition of the controller's rule has one. The first `PROMPT` of them are never
-positive while their mode lasts: one that is at the start of a step, because two events fell together, happens there.
+events. From `SWITCHES` on each condition of the rule of a controller without a clock has one; a kernel with a clock has
+none of them (`Composition.guards`). Those and the first `PROMPT` are never positive while their mode lasts: one that is
+at the start of a step, because two events fell together, happens there.
 """
 
 GUARDS_EARLIER, GUARDS_BEFORE, GUARDS_AFTER, GUARDS_BETWEEN = _places(KEPT, KEPT + 4 * GUARDS, GUARDS)

@@ -147,10 +147,10 @@ def _tested(
 
     def plan(n: int) -> Power:
         of_n = layouts(n)
-        assert not isinstance(of_n, Undefined)  # noqa: S101 - a plan with fewer runs is drawn as well
+        assert not isinstance(of_n, Undefined)  # noqa: S101 - a plan with so few runs is drawn as well
         return least_of([power_by_day(1.0, 1.0, layout, settings.alpha) for layout in of_n])
 
-    power = least_of([power_by_day(1.0, 1.0, layout, settings.alpha) for layout in found]).power
+    power = plan(n).power
     crossing = crossing_of(plan, layouts, n) if n > 1 and isinstance(power, float) else None
     still = crossing is not None and isinstance(power, float) and power < crossing.power_within
     return shared_days(found), power, crossing if still else None

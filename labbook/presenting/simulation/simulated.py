@@ -175,7 +175,6 @@ ROWS = (
 )
 """Lines of the table: name, key of the result, unit; the cost is summed over the stance or the whole jump."""
 
-_OWN = "as decided"
 _ROUNDING, _MOST_DIGITS = 1e-13, 12
 """An error of at most this share of a number is rounding; so many digits are shown of it."""
 _ALWAYS = ("liftoff_time_s", "max_depth_m", "apex_height_m", "cost_J")
@@ -281,7 +280,8 @@ def _table(result: SceneResult) -> list[str]:
     }
     beside = {name: other for name, other in others.items() if other is not None}
     branches = [jump, *beside.values()]
-    own = f"at {result.finer_accuracy:g}" if jump.coarser else _OWN if jump.other_branch else "contact once risen"
+    of_branch = "as decided" if "had it fallen otherwise" in beside else "contact once risen"
+    own = f"at {result.finer_accuracy:g}" if jump.coarser else of_branch
     outcomes = (branch.outcome for branch in beside.values())
     rows = [("", own, "", *beside, ""), ("outcome", jump.outcome, "", *outcomes, "")] if beside else []
     for name, key, unit in ROWS:

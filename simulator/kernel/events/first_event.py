@@ -9,7 +9,6 @@ from simulator.compiled import inlined, inner
 from simulator.effects.effect import Function
 from simulator.kernel.layout import (
     BETWEEN,
-    GUARDS,
     GUARDS_AFTER,
     GUARDS_BEFORE,
     GUARDS_BETWEEN,
@@ -110,24 +109,24 @@ def make_rises_to_peak(value: Function, refine: Function) -> Function:
 
 
 @inlined
-def candidates(twice: bool, work: Row) -> int:
+def candidates(count: int, twice: bool, work: Row) -> int:
     """Count the guards that may rise since the node before; counted rather than looked for, which takes no branches."""
     found = 0
-    for guard in range(GUARDS):
+    for guard in range(count):
         found += 1 if work[GUARDS_BEFORE + guard] <= 0.0 and work[GUARDS_AFTER + guard] > 0.0 else 0
     if twice:
-        for guard in range(GUARDS):
+        for guard in range(count):
             found += 1 if peaks(guard, work) else 0
     return found
 
 
-def make_earliest(value: Function, refine: Function, rises_to_peak: Function) -> Function:
+def make_earliest(value: Function, refine: Function, rises_to_peak: Function, count: int) -> Function:
     """Compose `(low, high, twice, t, h, work)`: the guard that rises first between two nodes (-1: none), and when."""
 
     @inner
     def earliest(low: float, high: float, twice: bool, t: float, h: float, work: Row) -> tuple[int, float]:
         found, share = -1, NEVER
-        for guard in range(GUARDS):
+        for guard in range(count):
             g_low, g_high, instant = work[GUARDS_BEFORE + guard], work[GUARDS_AFTER + guard], NEVER
             if g_low <= 0.0 and g_high > 0.0:
                 first, beside = low, low + ASIDE * (high - low)
@@ -144,7 +143,7 @@ def make_earliest(value: Function, refine: Function, rises_to_peak: Function) ->
     return earliest
 
 
-def make_first_event(guards: Function, interpolate: Function) -> Function:
+def make_first_event(guards: Function, interpolate: Function, count: int) -> Function:
     """Compose the search for the first guard that rises through zero: `(t, h, nodes, work)`, after `at_once`.
 
     It looks at 1, 2 or 4 nodes of the step, and where a parabola through three of them rises over zero. Returns the
@@ -152,7 +151,7 @@ def make_first_event(guards: Function, interpolate: Function) -> Function:
     """
     value = make_value(guards, interpolate)
     refine = make_refine(value)
-    earliest = make_earliest(value, refine, make_rises_to_peak(value, refine))
+    earliest = make_earliest(value, refine, make_rises_to_peak(value, refine), count)
 
     @inner
     def first_event(t: float, h: float, nodes: int, work: Row) -> tuple[int, float]:
@@ -160,12 +159,12 @@ def make_first_event(guards: Function, interpolate: Function) -> Function:
         for node in range(quarters, 5, quarters):
             low, high = 0.25 * (node - quarters), 0.25 * node
             guards(t + high * h, work, TRIAL if node == 4 else QUARTER + WIDTH * (node - 1), GUARDS_AFTER)
-            if candidates(twice, work) > 0:
+            if candidates(count, twice, work) > 0:
                 found, share = earliest(low, high, twice, t, h, work)
                 if found >= 0:
                     return found, share
             twice = not twice
-            for guard in range(GUARDS):
+            for guard in range(count):
                 work[GUARDS_EARLIER + guard] = work[GUARDS_BEFORE + guard]
                 work[GUARDS_BEFORE + guard] = work[GUARDS_AFTER + guard]
         return -1, 1.0

@@ -22,7 +22,6 @@ from simulator.kernel.layout import (
     EXTENSION,
     FLIGHT,
     FOLDS,
-    GUARDS,
     HOLD,
     HOLD_SINCE,
     HOLDS,
@@ -130,12 +129,12 @@ def make_guards(composition: Composition) -> Function:
     flight_guards, contact_guards = make_flight_guards(composition), make_contact_guards(composition)
     reach_guards, cost_guards = make_reach_guards(composition), make_cost_guards(composition)
     release_guards, rail_guards = make_release_guards(composition), make_rail_guards(composition)
-    conditions, rule = make_conditions(composition), make_rule(composition)
+    conditions, rule, count = make_conditions(composition), make_rule(composition), composition.guards
     continuous, granular = not composition.on("sampled_control"), composition.on("hydrostatic_stiffness")
 
     @inner
     def guards(t: float, work: Row, row: int, place: int) -> None:
-        for i in range(GUARDS):
+        for i in range(count):
             work[place + i] = -1.0
         mode = work[MODE]
         length_m = work[row + X_BODY] - work[row + X_FOOT]
@@ -150,10 +149,9 @@ def make_guards(composition: Composition) -> Function:
         cost_guards(work, place, length_m, applied_n)
         # on grains the controller waits for the ground
         if continuous and (not granular or (mode != FLIGHT and work[ASLEEP] == 0)):
-            conditions(work, row, place + SWITCHES)
+            values = conditions(work, work[PHASE], row)
             for one in range(CONDITIONS):
-                if work[HOLDS + one] == 1.0:
-                    work[place + SWITCHES + one] *= -1.0
+                work[place + SWITCHES + one] = values[one] if work[HOLDS + one] == 0.0 else -values[one]
             if rule(work):  # the phase was changed by something else
                 work[place + SWITCHES] = 1.0
         release_guards(work, place, length_m)

@@ -15,6 +15,7 @@ from simulator.kernel.layout import (
     NOW,
     PROMPT,
     STALE,
+    SWITCHES,
     TRIAL,
 )
 
@@ -23,7 +24,13 @@ MOST_PASSED = 3
 """Events that a landing may pass and go back to."""
 
 
-def make_at_once(guards: Function) -> Function:
+@inner
+def is_prompt(guard: int) -> bool:
+    """Whether a guard is never positive while its mode lasts."""
+    return guard < PROMPT or guard >= SWITCHES
+
+
+def make_at_once(guards: Function, count: int) -> Function:
     """Compose `(t, work)`: the guard that is positive already at the start of a step and must not be, -1 for none.
 
     After a step without an event the guards at its end are those at the start of the next.
@@ -34,18 +41,18 @@ def make_at_once(guards: Function) -> Function:
         if work[STALE] == 1:
             guards(t, work, NOW, GUARDS_BEFORE)
         positive = 0
-        for guard in range(PROMPT):
+        for guard in range(count):
             positive += 1 if work[GUARDS_BEFORE + guard] > 0.0 else 0
         if positive > 0:
-            for guard in range(PROMPT):
-                if work[GUARDS_BEFORE + guard] > 0.0:
+            for guard in range(count):
+                if work[GUARDS_BEFORE + guard] > 0.0 and is_prompt(guard):
                     return guard
         return -1
 
     return at_once
 
 
-def make_land(guards: Function, interpolate: Function, attempt: Function) -> Function:
+def make_land(guards: Function, interpolate: Function, attempt: Function, count: int) -> Function:
     """Compose the landing on an event: steps from the start until the guard is positive by no more than `allowed`.
 
     `(guard, share, allowed, t, h, work)` returns the guard and the step's length; `TRIAL` holds the state there. It is
@@ -86,8 +93,8 @@ def make_land(guards: Function, interpolate: Function, attempt: Function) -> Fun
 
     @inner
     def passed(guard: int, allowed: float, work: Row) -> int:
-        for other in range(PROMPT):
-            if other != guard and work[GUARDS_BETWEEN + other] > allowed:
+        for other in range(count):
+            if other != guard and work[GUARDS_BETWEEN + other] > allowed and is_prompt(other):
                 return other
         return -1
 

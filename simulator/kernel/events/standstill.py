@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from simulator.basics import GRAVITY_M_S2
 from simulator.compiled import inner
 from simulator.effects.effect import Function
-from simulator.kernel.composition import Composition
+from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.layout import (
     ALLOWED,
     BOOK,
@@ -31,6 +31,7 @@ Row = NDArray[np.float64]
 GOES_ON = -1
 
 
+@made_once
 def make_stop_foot(composition: Composition) -> Function:
     """Stop the foot at once: `(work)`; what it moved with is lost and booked."""
     moved_mass_kg = make_moved_mass(composition)

@@ -33,7 +33,6 @@ from simulator.kernel.layout import (
     FALLS,
     FLIGHT,
     FOLDS,
-    GUARDS_BETWEEN,
     HOLD,
     INTRUDING,
     JAMMED,
@@ -89,11 +88,11 @@ def make_switches(composition: Composition, switch: Function, settle: Function) 
     @inner
     def switches(work: Row, condition: int) -> int:
         if not rule(work):
-            note_conditions(work, GUARDS_BETWEEN, condition)
+            note_conditions(work, condition)
             if not rule(work):
                 return GOES_ON
         switch(work)
-        note_conditions(work, GUARDS_BETWEEN, -1)
+        note_conditions(work, -1)
         note(work)
         if emulated and work[EMULATOR] == HOLD and work[PHASE] == COMPRESSION and work[RELEASED] == 0:
             work[RELEASE_MISSED] += 1

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from simulator.compiled import inner
 from simulator.effects.effect import Function
-from simulator.kernel.composition import Composition
+from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.layout import (
     ACTIVE_DAMPING,
     ASLEEP,
@@ -63,6 +63,7 @@ def make_coefficients(composition: Composition) -> Function:
     return coefficients
 
 
+@made_once
 def make_is_linear(composition: Composition) -> Function:
     """Whether the motion has a closed form: `(mode, held, saturated)`."""
     bends, friction = composition.has("cap_bends"), composition.has("rail_friction_n")

@@ -153,9 +153,9 @@ def make_stride(composition: Composition, wants_switch: Function) -> Function:
     attempt, frequency = make_attempt(composition, rates_of), make_frequency(composition)
     guards, sample_nodes = make_guards(composition), make_sample_nodes(composition)
     at_once, first_event, land = (
-        make_at_once(guards),
-        make_first_event(guards, interpolate),
-        make_land(guards, interpolate, attempt),
+        make_at_once(guards, composition.guards),
+        make_first_event(guards, interpolate, composition.guards),
+        make_land(guards, interpolate, attempt, composition.guards),
     )
     stay, cut = make_stay(composition), make_cut(composition, wants_switch, attempt)
     timer, longest_step = make_timer(composition), make_longest_step(composition)
