@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import atexit
+import functools
 import os
 import pickle
 import subprocess
@@ -111,14 +113,45 @@ def python(words: Iterable[str], given: bytes = b"", folder: Path = ROOT, **envi
     return done.stdout
 
 
-_CALL = """
+_ANSWER_CALLS = """
 import pickle, sys
-function, arguments = pickle.load(sys.stdin.buffer)
-sys.stdout.buffer.write(pickle.dumps(function(*arguments)))
+calls, answers, sys.stdout = sys.stdin.buffer, sys.stdout.buffer, sys.stderr
+while True:
+    try:
+        function, arguments = pickle.load(calls)
+    except EOFError:
+        break
+    try:
+        answer = True, function(*arguments)
+    except Exception as error:
+        answer = False, error
+    pickle.dump(answer, answers)
+    answers.flush()
 """
 
 
+@functools.cache
+def _interpreter() -> subprocess.Popen[bytes]:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_DISABLE_JIT": "1"}
+    process = subprocess.Popen(
+        [sys.executable, "-c", _ANSWER_CALLS], stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=ROOT, env=environment
+    )
+    atexit.register(process.communicate)  # it ends with its input
+    return process
+
+
 def interpreted(function: Callable[P, T], *arguments: P.args, **_: P.kwargs) -> T:
-    """What a module's function returns in a process in which nothing is compiled."""
-    found: T = pickle.loads(python(["-c", _CALL], pickle.dumps((function, arguments)), NUMBA_DISABLE_JIT="1"))
-    return found
+    """What a module's function returns in a process in which nothing is compiled, one for all calls.
+
+    For effects that few jumps of a test have: a kernel takes 20 s to compile, a jump without it less than one.
+    """
+    process = _interpreter()
+    assert process.stdin is not None
+    assert process.stdout is not None
+    process.stdin.write(pickle.dumps((function, arguments)))
+    process.stdin.flush()
+    answered, found = pickle.load(process.stdout)
+    if not answered:
+        raise found
+    result: T = found
+    return result

@@ -10,10 +10,10 @@ import pytest
 
 from simulator.jump import beside_other_contact, simulate
 from simulator.kernel.layout import MODES
-from simulator.result import JumpResult
+from simulator.result import JumpResult, SceneResult
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
-from tests.helpers.kernels import relative_error
+from tests.helpers.kernels import interpreted, relative_error
 
 SIM1, SIM2 = load_scene("sim1"), load_scene("sim2")
 SOFT = SIM2.changed(effects_off=("held_gains_in_flight",))
@@ -48,6 +48,11 @@ def lifts(jump: JumpResult) -> list[float]:
     return [change.time_s for change in jump.mode_changes if change.after == "flight"]
 
 
+def with_the_other_rule(scene: Scene) -> SceneResult:
+    """A scene's result, with what the other rule gives where it has something to say."""
+    return beside_other_contact(simulate(scene, 1e-7), simulate)
+
+
 def largest_dip_m(scene: Scene, accuracy: float) -> float:
     """How far below the deepest point that it has stood at a flying foot ever lies, by its sampled motion."""
     result = simulate(scene, accuracy, trajectory=True)
@@ -70,7 +75,7 @@ def test_once_risen_a_pressed_foot_gives_the_same_at_every_accuracy(accuracy: fl
 
 @pytest.mark.parametrize("accuracy", [1e-4, 1e-6, 1e-9])
 def test_at_the_print_the_gains_of_flight_take_a_lift_off_back_once(accuracy: float) -> None:
-    jump = simulate(at_the_print(PRESSED), accuracy).jump
+    jump = interpreted(simulate, at_the_print(PRESSED), accuracy).jump
     assert relative_error(jump.liftoff_time_s, 0.2693666820) < max(accuracy, 1e-9)
     assert relative_error(jump.max_depth_m, 0.0489635645) < max(accuracy, 1e-9)
     assert jump.counters["cancelled_liftoff"] == 1
@@ -80,7 +85,7 @@ def test_at_the_print_the_gains_of_flight_take_a_lift_off_back_once(accuracy: fl
 
 
 def test_at_the_print_the_second_set_with_soft_gains_in_flight() -> None:
-    jump = simulate(at_the_print(SOFT), 1e-9).jump
+    jump = interpreted(simulate, at_the_print(SOFT), 1e-9).jump
     assert relative_error(jump.liftoff_time_s, 0.322330346) < 1e-8
     assert relative_error(jump.liftoff_body_velocity_m_s, 1.553778759) < 1e-8
     assert relative_error(jump.apex_height_m, 0.303625277) < 1e-8
@@ -90,14 +95,14 @@ def test_at_the_print_the_second_set_with_soft_gains_in_flight() -> None:
 def test_a_result_says_how_far_the_foot_sank_unresisted(name: str) -> None:
     scene = SCENES[name]
     assert simulate(scene, 1e-7).jump.unresisted_sink_m == pytest.approx(max(0.0, largest_dip_m(scene, 1e-7)), abs=1e-6)
-    assert largest_dip_m(at_the_print(scene), 1e-7) < 1e-9
+    assert interpreted(largest_dip_m, at_the_print(scene), 1e-7) < 1e-9
 
 
 @pytest.mark.parametrize("values", [{}, {"k_extension": 1091.0, "b_ad": 1000.0}], ids=["shipped", "strong damping"])
 def test_at_the_print_a_held_force_gives_way_to_that_of_flight(values: dict[str, float]) -> None:
     """A leg on the ground whose controller sleeps has the force of flight, not the one that was held."""
     changed = at_the_print(SOFT).changed(values, effects_on=("held_force",))
-    jump, fine = simulate(changed, 1e-6).jump, simulate(changed, 1e-10).jump
+    jump, fine = (interpreted(simulate, changed, accuracy).jump for accuracy in (1e-6, 1e-10))
     assert jump.counters["cancelled_liftoff"] == fine.counters["cancelled_liftoff"] == 1
     assert jump.unresisted_sink_m == 0.0
     assert abs(jump.energy_residual_J) < 1e-6 * jump.energy_at_play_J
@@ -106,18 +111,18 @@ def test_at_the_print_a_held_force_gives_way_to_that_of_flight(values: dict[str,
 
 def test_gains_that_do_not_change_at_lift_off_cancel_none() -> None:
     """The held gains lift the foot by themselves, and both rules are one."""
-    one, other = (simulate(scene, 1e-9).jump for scene in (SIM2, at_the_print(SIM2)))
+    one, other = (interpreted(simulate, scene, 1e-9).jump for scene in (SIM2, at_the_print(SIM2)))
     assert other.counters["cancelled_liftoff"] == 0
     assert one.apex_height_m == other.apex_height_m
 
 
 def test_a_jump_that_sank_unresisted_has_the_other_rule_beside_it() -> None:
     """The numbers of set 1 rest on a dip of 0.9 mm."""
-    beside = beside_other_contact(simulate(SCENES["sim1, none"], 1e-7), simulate)
+    beside = interpreted(with_the_other_rule, SCENES["sim1, none"])
     assert beside.jump.unresisted_sink_m == pytest.approx(0.875e-3, abs=1e-6)
     assert beside.other_contact is not None
     assert beside.other_contact.counters["cancelled_liftoff"] == 1
-    assert beside_other_contact(simulate(SIM2, 1e-7), simulate).other_contact is None
+    assert interpreted(with_the_other_rule, SIM2).other_contact is None
 
 
 def test_a_foot_that_dips_as_it_lifts_off_has_not_cleared_its_print() -> None:

@@ -13,7 +13,7 @@ from simulator.error_bars import JUDGED, differences, largest_share, simulate_wi
 from simulator.jump import simulate
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
-from tests.helpers.kernels import relative_error
+from tests.helpers.kernels import interpreted, relative_error
 from tests.helpers.wording import refuses
 
 SIM2 = load_scene("sim2")
@@ -67,7 +67,7 @@ def test_what_follows_a_jump_that_is_not_known_is_not_known() -> None:
         effects_on=("sampled_control",),
         jumps=20,
     )
-    flags = [jump.ill_conditioned for jump in simulate_with_errors(emulator, 1e-3).jumps]
+    flags = [jump.ill_conditioned for jump in interpreted(simulate_with_errors, emulator, 1e-3).jumps]
     assert any(flags)
     assert flags == sorted(flags)
 
