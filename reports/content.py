@@ -93,11 +93,15 @@ class Level:
 
 @dataclass(frozen=True, slots=True)
 class RunValue:
-    """What one run contributes to a condition: the run's own value, or the mean of its jumps `jumps_m`, m."""
+    """What one run contributes to a condition: the run's own value, or the mean of its jumps `jumps_m`, m.
+
+    `jumps` are the numbers of these jumps in the run.
+    """
 
     run: str
     value: float
     jumps_m: tuple[float, ...] = field(default=(), repr=False)
+    jumps: tuple[int, ...] = field(default=(), repr=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import shlex
+from collections.abc import Sequence
+
 from data_schema.outcomes import Outcome
 from reports.content import Condition, ReportContent, RunValue
-from reports.display import DASH, general_text, shown_unit
+from reports.display import DASH, decimal_text, general_text, shown_unit
 from reports.run_points import run_anchors, run_days
 from reports.tables.conditions import by_group, factor_cells, factor_columns
 from reports.tables.table import Cell, Column, Row, Table, TableKind, words
@@ -20,8 +23,9 @@ def each_run(content: ReportContent) -> Table:
         *(Column(one.heading, (f"{one.key}_{one.unit}",), shown_unit(one.unit)[0]) for one in outcomes),
         Column("jumps", ("jumps_analysed", "lowest_m", "highest_m"), numeric=False),
     )
-    heights = [height for condition in content.conditions for run in _runs(condition) for height in run[1].jumps_m]
-    span = (min(heights), max(heights)) if heights else (0.0, 0.0)
+    heights: dict[str, list[float]] = {}
+    for block, condition in by_group(content):
+        heights.setdefault(block, []).extend(height for _, run in _runs(condition) for height in run.jumps_m)
     days, anchors = run_days(content), run_anchors(content)
     rows = []
     for block, condition in by_group(content):
@@ -36,7 +40,7 @@ def each_run(content: ReportContent) -> Table:
                     words(days.get(name, DASH)),
                     *levels,
                     *(_value(values.get(outcome), outcome) for outcome in outcomes),
-                    _jumps(next((run.jumps_m for run in values.values() if run.jumps_m), ()), span),
+                    _jumps(next((run for run in values.values() if run.jumps_m), RunValue(name, 0.0)), heights[block]),
                 ),
                 block=block,
                 anchor=anchors.get(name, ""),
@@ -44,8 +48,8 @@ def each_run(content: ReportContent) -> Table:
             for name, values in found.items()
         ]
     caption = (
-        "Each run and its analysed jumps, lowest to highest apex of all runs from left to right. "
-        "labbook plot RUN --out RUN.html draws its trace."
+        "Each run and its analysed jumps in turn, drawn from the lowest to the highest apex of its group. Unfolded: "
+        "each jump's number and apex (mm), and the command that draws the run's trace."
     )
     return Table("each_run", caption, columns, tuple(rows))
 
@@ -60,15 +64,19 @@ def _value(run: RunValue | None, outcome: Outcome) -> Cell:
     return Cell(general_text(run.value * shown_unit(outcome.unit)[1]), (run.value,))
 
 
-def _jumps(heights_m: tuple[float, ...], span: tuple[float, float]) -> Cell:
-    if not heights_m:
+def _jumps(run: RunValue, of_group: Sequence[float]) -> Cell:
+    if not run.jumps_m:
         return Cell(DASH, (None, None, None))
-    low, high = min(heights_m), max(heights_m)
+    low, high = min(run.jumps_m), max(run.jumps_m)
     unit, factor = shown_unit("m")
-    text = f"{len(heights_m)}, {general_text(low * factor)} to {general_text(high * factor)} {unit}"
-    width = (span[1] - span[0]) or 1.0
-    marks = tuple((height - span[0]) / width for height in heights_m)
-    return Cell(text, (len(heights_m), low, high), marks=marks)
+    text = f"{len(run.jumps_m)}, {general_text(low * factor)} to {general_text(high * factor)} {unit}"
+    lowest, span = min(of_group), (max(of_group) - min(of_group)) or 1.0
+    marks = tuple((height - lowest) / span for height in run.jumps_m)
+    numbers = run.jumps or range(1, len(run.jumps_m) + 1)
+    each = (f"{n}: {decimal_text(height * factor, 1)}" for n, height in zip(numbers, run.jumps_m, strict=True))
+    name = shlex.quote(run.run)
+    details = (", ".join(each), f"labbook plot {name} --out {shlex.quote(f'{run.run}.html')}")
+    return Cell(text, (len(run.jumps_m), low, high), marks=marks, details=details)
 
 
 EACH_RUN = TableKind("each_run", each_run)

@@ -41,7 +41,8 @@ class Column:
 class Cell:
     """A cell: its text, its CSV values in the order of the column's fields, the footnote it needs.
 
-    The page draws `marks` beside the text, each a share of the way from left to right.
+    The page draws `marks` beside the text from left to right, each at a share of the way up, and folds `details` below
+    it, paragraph by paragraph.
     """
 
     text: str
@@ -49,6 +50,7 @@ class Cell:
     note: str = ""
     provenance: bool = False
     marks: tuple[float, ...] = ()
+    details: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

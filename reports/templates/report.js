@@ -1,9 +1,10 @@
-// A link into a fold opens it, and what is printed has all folds open.
-const closed = () => [...document.querySelectorAll("details:not([open])")];
+// A link into a fold opens it, and the row of a run its jumps; what is printed has all sections open.
+const closed = () => [...document.querySelectorAll("section > details:not([open])")];
 const reveal = (name) => {
   const target = document.getElementById(name);
-  const fold = target && (target.closest("details") || target.querySelector("details"));
-  if (fold) { fold.open = true; target.scrollIntoView(); }
+  const folds = target ? [target.closest("section > details"), target.querySelector("details")].filter(Boolean) : [];
+  folds.forEach((fold) => { fold.open = true; });
+  if (folds.length) target.scrollIntoView();
 };
 addEventListener("load", () => reveal(location.hash.slice(1)));
 document.addEventListener("click", (event) => {
@@ -13,6 +14,20 @@ document.addEventListener("click", (event) => {
 let opened = [];
 addEventListener("beforeprint", () => { opened = closed(); opened.forEach((fold) => { fold.open = true; }); });
 addEventListener("afterprint", () => opened.forEach((fold) => { fold.open = false; }));
+
+// Over the drawn jumps of a run, the one below the pointer is told.
+document.querySelectorAll(".jumps").forEach((fold) => {
+  const drawn = fold.querySelector("svg");
+  const told = fold.querySelector("span");
+  const range = told.textContent;
+  drawn.addEventListener("pointermove", (event) => {
+    const jumps = fold.querySelector("p").textContent.split(", ");
+    const box = drawn.getBoundingClientRect();
+    const share = ((event.clientX - box.x) * 126 / box.width - 3) / 120;
+    told.textContent = `jump ${jumps[Math.round(Math.min(Math.max(share, 0), 1) * (jumps.length - 1))]} mm`;
+  });
+  drawn.addEventListener("pointerleave", () => { told.textContent = range; });
+});
 
 // A figure fills the window on request; there the wheel and two buttons zoom, and dragging moves it.
 const button = (text, act) => {

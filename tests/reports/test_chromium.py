@@ -9,9 +9,10 @@ import subprocess
 import matplotlib.image
 import pytest
 
+from data_schema.outcomes import Outcome
 from reports.page.writing import render_page
 from reports.tables.registry import TABLES
-from tests.helpers.pages import DRAWN
+from tests.helpers.pages import DRAWN, quick_page, with_summary
 from tests.helpers.wording import says
 
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -120,6 +121,29 @@ def test_a_point_opens_the_rows_of_runs_and_a_figure_zooms(written, tmp_path):
     page.write_text(written.read_text(encoding="utf-8").replace("</body>", ACT), encoding="utf-8")
     found = browse(tmp_path, "--virtual-time-budget=3000", "--dump-dom", page.as_uri())
     says(found, "<title>open true zoomed")
+
+
+IN_ROW = """<script>addEventListener("load", () => {
+const fold = document.querySelector("tr[id] .jumps"), drawn = fold.querySelector("svg");
+const told = () => fold.querySelector("span").textContent;
+reveal(fold.closest("tr").id);
+drawn.dispatchEvent(new PointerEvent("pointermove", {clientX: drawn.getBoundingClientRect().right}));
+const over = told();
+drawn.dispatchEvent(new PointerEvent("pointerleave"));
+document.title = `open ${fold.open}: ${over}; ${told()}`;
+});</script></body>"""
+
+
+def test_a_link_to_a_run_opens_its_jumps_which_are_told_one_by_one(content, tmp_path):
+    first, *others = content.conditions
+    apexes = first.summaries[Outcome.APEX]
+    runs = tuple(dataclasses.replace(run, jumps_m=(0.31, 0.33), jumps=(2, 4)) for run in apexes.runs)
+    changed = with_summary(first, Outcome.APEX, dataclasses.replace(apexes, runs=runs))
+    page = tmp_path / "page.html"
+    text = quick_page(dataclasses.replace(content, conditions=(changed, *others)))
+    page.write_text(text.replace("</body>", IN_ROW), encoding="utf-8")
+    found = browse(tmp_path, "--virtual-time-budget=3000", "--dump-dom", page.as_uri())
+    says(found, "<title>open true: jump 4: 330.0 mm; 2, 310 to 330 mm")
 
 
 AXE = """<script>{axe}</script><script>

@@ -68,7 +68,9 @@ def renamed(content, name):
     first, *others = content.conditions
     of_joules = first.summaries[Outcome.JOULES]
     run = of_joules.runs[0]
-    summary = dataclasses.replace(of_joules, runs=(RunValue(name, run.value, (0.31, 0.33)), *of_joules.runs[1:]))
+    summary = dataclasses.replace(
+        of_joules, runs=(RunValue(name, run.value, (0.31, 0.33), (2, 4)), *of_joules.runs[1:])
+    )
     changed = dataclasses.replace(first, summaries={**first.summaries, Outcome.JOULES: summary})
     day = Day("2021-05-03", (name,), ())
     return dataclasses.replace(content, conditions=(changed, *others), days=(day, *content.days))
@@ -82,15 +84,17 @@ def test_a_run_of_any_name_stays_text(content):
     page = render_page(changed, EMPTY, {kind.name: kind.make(changed) for kind in tables_of(changed)})
     assert "<script>x" not in page
     assert "&lt;script&gt;x" in page
+    assert "310.0" in page
 
 
 def test_a_run_s_row_has_its_jumps(content):
-    table = each_run(renamed(content, "first"))
-    (row,) = [row for row in table.rows if row.cells[0].text == "first"]
+    table = each_run(renamed(content, "the first"))
+    (row,) = [row for row in table.rows if row.cells[0].text == "the first"]
     assert row.cells[1].text == "2021-05-03"
     assert row.cells[-1].values == (2, 0.31, 0.33)
     says(row.cells[-1].text, "2", "310", "330 mm")
     assert row.cells[-1].marks == (0.0, 1.0)
+    assert row.cells[-1].details == ("2: 310.0, 4: 330.0", "labbook plot 'the first' --out 'the first.html'")
 
 
 def test_points_of_too_many_runs_are_named_and_lead_nowhere(content, monkeypatch):

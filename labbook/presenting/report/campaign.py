@@ -88,7 +88,9 @@ def conditions(analysis: StudyAnalysis, shown: Shown) -> tuple[Condition, ...]:
             levels=_levels(analysis, item.levels),
             control=item.is_control,
             summaries={
-                outcome: _summary(items[item.key], shown) for outcome, items in measured.items() if item.key in items
+                outcome: _summary(analysis, items[item.key], shown)
+                for outcome, items in measured.items()
+                if item.key in items
             },
         )
         for item in ordered
@@ -114,18 +116,22 @@ def _levels(analysis: StudyAnalysis, labels: Mapping[str, str]) -> tuple[Level, 
     return tuple(found)
 
 
-def _summary(values: ConditionValues, shown: Shown) -> Summary:
+def _summary(analysis: StudyAnalysis, values: ConditionValues, shown: Shown) -> Summary:
     jumps = [len(item.result.heights_m) for item in values.runs if isinstance(item.result, RunApexes)]
     return Summary(
         mean=shown.number(values.summary.mean),
         sd=shown.value(values.summary.sd),
-        runs=tuple(
-            RunValue(item.run.name, item.value, item.result.heights_m if isinstance(item.result, RunApexes) else ())
-            for item in values.runs
-        ),
+        runs=tuple(_run_value(analysis, item) for item in values.runs),
         jumps=sum(jumps) or None,
         robots=dict(Counter(item.run.robot for item in values.runs)),
     )
+
+
+def _run_value(analysis: StudyAnalysis, item: RunNumber) -> RunValue:
+    if not isinstance(item.result, RunApexes):
+        return RunValue(item.run.name, item.value)
+    jumps = analysis.judgements[item.run.uid].counted
+    return RunValue(item.run.name, item.value, item.result.heights_m, tuple(jump.number for jump in jumps))
 
 
 def days(analysis: StudyAnalysis, checks: Mapping[str, Sequence[CheckRow]]) -> tuple[Day, ...]:
