@@ -70,17 +70,26 @@ def _missing(content: ReportContent) -> str:
     told: list[str] = []
     for each in content.predictions.judged:
         biased = [group.bias.value for group in each.groups if group.differs]
-        biases = [abs(value) for value in biased if isinstance(value, float)]
+        biases = [value for value in biased if isinstance(value, float)]
         moved = [(part, one) for one in content.predictions.assumed if (part := _moves(one, each.quantity))]
         if biases and moved:
             part, one = max(moved, key=lambda of: of[0])
-            off = max(biases) / part * one.varied_by
+            off = max(map(abs, biases)) / part * one.varied_by
             shares = [with_unit(general_text(100.0 * share, 2), "%") for share in (off, one.varied_by)]
-            must = "" if told else "must be off "
-            told.append(f"{one.name} {must}by {', not '.join(shares)} ({each.quantity})")
+            side = _side(one.raises.get(each.quantity), biases)
+            must = "" if told else "must be "
+            told.append(f"{one.name} {must}{shares[0]} {side}, not within {shares[1]} ({each.quantity})")
     if not told:
         return "No assumed input explains it: an effect is missing in the scene, or an input is wrong."
     return f"To explain that, {'; '.join(told)}; or an effect is missing."
+
+
+def _side(raises: bool | None, biases: Sequence[float]) -> str:
+    """Say to which side an input must move to take predictions back by their biases, where these have one sign."""
+    high = {bias > 0.0 for bias in biases}
+    if raises is None or len(high) > 1:
+        return "off"
+    return "lower" if raises in high else "higher"
 
 
 def _moves(one: AssumedInput, quantity: PredictedQuantity) -> float:

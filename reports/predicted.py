@@ -89,7 +89,8 @@ class AssumedInput:
     """A parameter of the scene without a source: its value, why it was taken, and the most that varying it changed.
 
     It was raised and lowered by the part `varied_by`; `joules` and `apex` are the largest parts of any condition's
-    error, `savings` of any savings'.
+    error, `savings` of any savings'. `raises` says of a quantity whether more of the input means more of it, and
+    nothing where that depends on the condition.
     """
 
     name: str
@@ -100,6 +101,7 @@ class AssumedInput:
     joules: Value | None
     apex: Value | None
     savings: Value | None
+    raises: Mapping[PredictedQuantity, bool] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -49,6 +49,20 @@ def test_one_level_of_a_factor_that_singles_out_the_biased_is_named(content):
     says(both, "5.00 J", "1091 N/m", "6.00 J", "low at small")
 
 
+def test_the_side_to_which_an_input_must_move_is_said(content):
+    first, *others = content.predictions.assumed
+
+    def of(raises, shift_j):
+        one = dataclasses.replace(first, raises={} if raises is None else {PredictedQuantity.JOULES: raises})
+        about = dataclasses.replace(content.predictions, assumed=(one, *others))
+        return said(shifted(dataclasses.replace(content, predictions=about), dict.fromkeys(GROUPS, shift_j)))
+
+    says(of(True, 5.0), "kg_scale must be 40 % lower, not within 10 % (joules a jump)")
+    assert "40 % higher" in of(False, 5.0)
+    assert "40 % higher" in of(True, -5.0)
+    assert "40 % off" in of(None, 5.0)
+
+
 def test_without_bias_nothing_is_missing(content):
     text = said(shifted(content, {}))
     says(text, ".999", "τ = 1.00", "no group significantly")

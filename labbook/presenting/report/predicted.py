@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
+from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.analysis.prediction.bias import BiasOfGroup
 from labbook.analysis.prediction.checking import Checked
@@ -129,7 +130,10 @@ def _assumed(analysis: StudyAnalysis) -> tuple[AssumedInput, ...]:
             about.unit,
             about.why,
             about.varied_by,
-            *(_most(analysis, quantity, name) for quantity in PredictedQuantity),
+            joules=_most(analysis, PredictedQuantity.JOULES, name),
+            apex=_most(analysis, PredictedQuantity.APEX, name),
+            savings=_most(analysis, PredictedQuantity.SAVINGS, name),
+            raises=_raises(analysis, name),
         )
         for name, about in inputs.items()
     )
@@ -143,3 +147,17 @@ def _most(analysis: StudyAnalysis, quantity: PredictedQuantity, source: str) -> 
     if undefined is not None:
         return undefined
     return max((value for value in values if isinstance(value, float)), default=None)
+
+
+def _raises(analysis: StudyAnalysis, name: str) -> dict[PredictedQuantity, bool]:
+    """Return whether an input, raised, raises what is predicted; nothing of what it raises in some conditions alone."""
+    of_input = [one for one in analysis.predicted.values() if name in one.assumed]
+    found = {}
+    for quantity, outcome in ((PredictedQuantity.JOULES, Outcome.JOULES), (PredictedQuantity.APEX, Outcome.APEX)):
+        ways = {
+            None if less is None or more is None else more > less
+            for less, more in (one.varied(outcome)[name] for one in of_input)
+        }
+        if len(ways) == 1 and (way := ways.pop()) is not None:
+            found[quantity] = way
+    return found

@@ -223,6 +223,20 @@ def test_what_is_assumed_is_listed_with_its_reason_and_what_it_changes(reported:
         assert one.joules == max(value for value in parts if isinstance(value, float))
 
 
+def test_whether_more_of_an_input_raises_a_prediction_is_told_where_all_conditions_agree(reported: Reported) -> None:
+    start = load_scene("bed")
+    for one in reported.made.content.predictions.assumed:
+        ends = [1 - one.varied_by, 1 + one.varied_by]
+        changes = [
+            [simulated(foot, level, **{one.name: start[one.name] * end}) for end in ends]
+            for foot in RADIUS_M
+            for level in B_AD
+        ]
+        for place, quantity in enumerate((PredictedQuantity.JOULES, PredictedQuantity.APEX)):
+            ways = {more[place] > less[place] for less, more in changes}
+            assert one.raises.get(quantity) is (ways.pop() if len(ways) == 1 else None)
+
+
 def test_every_shown_number_is_traced_to_the_condition_the_robot_and_the_scene(reported: Reported) -> None:
     item = reported.prediction(PredictedQuantity.SAVINGS, "small", "100")
     with opened(reported.book.folder) as book, book.reading() as connection:
