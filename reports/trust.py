@@ -21,7 +21,7 @@ def flow_sentence(content: ReportContent) -> str:
     planned = "" if flow.runs_planned is None else f"{count_text(flow.runs_planned, 'run')} planned, "
     parts = [f"{planned}{flow.runs_done if planned else count_text(flow.runs_done, 'run')} made"]
     parts += [f"{flow.runs_void} void"] if flow.runs_void else []
-    parts += [f"{flow.runs_idle} idle, for the passive drain"] if flow.runs_idle else []
+    parts += [f"{flow.runs_idle} idle, for the electronics' passive drain"] if flow.runs_idle else []
     parts += [f"{count} {why}" for why, count in flow.runs_other.items()]
     parts += [f"{outcome.plural} from {flow.runs_with[outcome]}" for outcome in content.outcomes]
     if flow.runs_with[Outcome.APEX]:
@@ -41,7 +41,8 @@ def trust_sentences(content: ReportContent) -> tuple[str, ...]:
         plan = "No analysis was decided on before the first measurement: every comparison is exploratory."
     elif departures:
         plan = (
-            f"The analysis was decided on beforehand, with {count_text(departures, 'departure')} (Plan and deviations)."
+            f"The analysis was decided on beforehand, with {count_text(departures, 'departure')} from the plan (Plan "
+            "and deviations)."
         )
     else:
         plan = "The analysis was decided on beforehand, and nothing departs from it."
@@ -80,7 +81,7 @@ def _uncertainty(content: ReportContent) -> str:
         for each in (number.se, of_runs, number.shared_se if isinstance(number.shared_se, float) else 0.0)
     )
     mostly, helps = ("runs' scatter", "runs") if 2.0 * of_runs**2 >= number.se**2 else ("days acting unlike", "days")
-    common = f"; the drain's is {drain}" if isinstance(number.shared_se, float) else ""
+    common = f"; the passive drain's is {drain}" if isinstance(number.shared_se, float) else ""
     error = f"The answer's standard error, {total}, is mostly {mostly} (runs alone: {runs})"
     return f"{error}: more {helps} narrow it{common}."
 

@@ -14,7 +14,7 @@ from reports.figures.series import Axis, Series, axis_of, drawn_factor, series_l
 from reports.figures.style import GREY, is_narrow, light_grid, new_figure
 from reports.naming import swept_factor, swept_words
 from reports.sentences import absence_text
-from reports.wording import count_text, sentence_start
+from reports.wording import count_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -68,10 +68,8 @@ def points_text(content: ReportContent, quantity: Outcome) -> str:
 def _control_text(content: ReportContent) -> str:
     """Say where the control stands: at its value, or before the levels that have none."""
     called, axis = swept_words(swept_factor(content)), axis_of(content)
-    name = called.control_long if called.of_active_damping else f"The {called.control_level}"
-    return (
-        f"{sentence_start(name)} stands {f'at {stated_text(axis.control_position)}' if axis.continuous else 'first'}."
-    )
+    name = called.control if called.of_active_damping else f"The {called.control_level}"
+    return f"{name} stands {f'at {stated_text(axis.control_position)}' if axis.continuous else 'first'}."
 
 
 def range_text(content: ReportContent, quantity: Outcome) -> str:

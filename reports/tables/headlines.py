@@ -5,7 +5,8 @@ from __future__ import annotations
 from data_schema.outcomes import Outcome
 from reports.content import Comparison, ReportContent
 from reports.display import DASH, common_places, shown_unit
-from reports.naming import control_name, levels_name, treatment_name
+from reports.evidence import OverallSavings
+from reports.naming import control_name, levels_name, swept_factor, swept_words, treatment_name
 from reports.numbers import Number
 from reports.tables.comparisons import ONE_DAY_EACH, on_one_day_each
 from reports.tables.table import (
@@ -47,9 +48,13 @@ def headlines(content: ReportContent) -> Table:
     rows += _all_groups(content, places[0])
     test = "by the days that hold both (Methods)" if by_days else "by Welch's t-test"
     what = "Apex height" if alone else "Energy"
+    called = swept_words(swept_factor(content))
+    control, sides = control_name(content), "the control and of the treatment"
+    if called.of_active_damping:
+        control, sides = f"{called.control_long}, the control", f"{called.control} and of {called.treatment}"
     caption = (
-        f"{what} of a jump with {treatment_name(content, {})} against {control_name(content)}, intervals and p {test}. "
-        f"n: {content.counted}s of the control and of the treatment, all levels{', on these days' if by_days else ''}."
+        f"{what} of a jump with {treatment_name(content, {})} against {control}; intervals and p {test}. "
+        f"n: {content.counted}s of {sides}, all levels{', on these days' if by_days else ''}."
     )
     return Table("headlines", caption, columns, tuple(rows))
 
@@ -110,7 +115,7 @@ def _all_groups(content: ReportContent, places: int) -> list[Row]:
             (
                 words(f"mean of {len(overall.scope.groups)} groups"),
                 count(len(overall.scope.days)),
-                Cell("", (None, None)),
+                _runs_of_groups(content, overall),
                 number_cell(overall.savings, places),
                 interval_cell(overall.savings, places),
                 p_cell(overall.test.p),
@@ -125,6 +130,17 @@ def _all_groups(content: ReportContent, places: int) -> list[Row]:
         for overall in content.overall
         if overall.quantity is Outcome.JOULES and len(overall.scope.groups) > 1
     ]
+
+
+def _runs_of_groups(content: ReportContent, overall: OverallSavings) -> Cell:
+    """Count the runs of both sides over the groups, which have none in common; of days, groups share some."""
+    if content.counted != "run":
+        return Cell(DASH, (None, None), note="days that groups share count once")
+    leads = [
+        each.lead for each in content.pooled if each.quantity is overall.quantity and each.group in overall.scope.groups
+    ]
+    sums = sum(lead.n_control for lead in leads), sum(lead.n_treatment for lead in leads)
+    return Cell(f"{sums[0]}, {sums[1]}", sums)
 
 
 HEADLINES = TableKind("headlines", headlines)

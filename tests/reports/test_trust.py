@@ -37,7 +37,7 @@ def test_the_third_line_says_what_the_uncertainty_comes_from_and_what_narrows_it
     se = times * by_runs(content.pooled[0])
     third = plain(trust_sentences(of_one_group(content, se)))[-1]
     assert third.startswith(f"The answer's standard error, {se:.1f} %, {said}{se / times:.1f} %): more ")
-    assert third.endswith(f"{'runs' if times < 2 else 'days'} narrow it; the drain's is 0.1 %.")
+    assert third.endswith(f"{'runs' if times < 2 else 'days'} narrow it; the passive drain's is 0.1 %.")
 
 
 def test_without_an_error_or_scatter_within_days_there_are_two_lines(content):

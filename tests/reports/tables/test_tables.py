@@ -7,6 +7,8 @@ import pytest
 from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
+from reports.content import Number, SignificanceTest
+from reports.evidence import OverallSavings, OverGroups
 from reports.tables.as_csv import csv_bytes
 from reports.tables.registry import TABLES
 from reports.tables.table import unit_slug
@@ -70,6 +72,18 @@ def test_a_family_with_several_levels_has_a_block_a_group(content):
 
 def test_headlines_are_the_headline_comparisons_of_energy(content):
     assert len(TABLES["headlines"].make(content).rows) == 4
+
+
+def test_the_row_of_all_groups_counts_their_runs_and_no_day_twice(content):
+    of_joules = [each.group for each in content.pooled if each.quantity is Outcome.JOULES]
+    scope = OverGroups(tuple(of_joules[:2]), (), ("2021-05-03",), False)
+    saved, test = Number(11.2, "%", ci_low=8.1, ci_high=14.3), SignificanceTest("t", 7.0, (13.9,), 2e-6)
+    overall = (OverallSavings(Outcome.JOULES, saved, test, saved, saved, True, scope),)
+    *groups, together = csv_rows("headlines", dataclasses.replace(content, overall=overall))
+    for side in ("n_control", "n_treatment"):
+        assert int(together[side]) == sum(int(row[side]) for row in groups[:2])
+    of_days = TABLES["headlines"].make(dataclasses.replace(content, overall=overall, counted="day"))
+    says(" ".join(of_days.footnotes), "groups share", "once")
 
 
 def test_sensitivity_lists_each_headline_first(content):
