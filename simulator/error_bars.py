@@ -68,7 +68,8 @@ def simulate_with_errors(scene: Scene, accuracy: float = 1e-6, trajectory: bool 
         accuracy=accuracy,
         finer_accuracy=finer,
         jumps=flagged_from_the_first_on(jumps),
-        compile_time_s=coarse.compile_time_s,
+        compile_time_s=coarse.compile_time_s or fine.compile_time_s,
+        interpreted=coarse.interpreted,
         wall_time_s=coarse.wall_time_s + fine.wall_time_s,
     )
 

@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
 from simulator.changes import CONTACT_EFFECT
-from simulator.kernel.build import Kernel, kernel_for
+from simulator.kernel.build import Kernel
+from simulator.kernel.composition import compose
+from simulator.kernel.interpreter import kernel_for_few
 from simulator.kernel.layout import MODES, OUTCOMES
 from simulator.kernel.limits import (
     FIXED_STEP_S,
@@ -56,8 +58,8 @@ def simulate(scene: Scene, accuracy: float = 1e-6, trajectory: bool = False) -> 
 
     Returns
     -------
-    One `JumpResult` for each jump, in SI units. The first call with a set of effects compiles a kernel, which takes
-    about ten seconds; it is cached on disk.
+    One `JumpResult` for each jump, in SI units. A set of effects that no kernel was compiled for yet is simulated in
+    plain Python at first; after ten seconds of it a kernel is compiled, which takes as long again, and cached on disk.
 
     Raises
     ------
@@ -72,19 +74,22 @@ def simulate(scene: Scene, accuracy: float = 1e-6, trajectory: bool = False) -> 
     """
     limits = limits_for(accuracy)
     limits[JUMPS_WANTED] = scene.jumps
-    kernel = kernel_for(scene.effects)
+    kernel = kernel_for_few(scene.effects)
     table = parameter_row(kernel, scene)[np.newaxis, :]
     started = time.perf_counter()
     rows, changes, trace = _run(kernel, table, limits, scene.jumps, trajectory)
-    spent = time.perf_counter() - started
+    spent, compiling = time.perf_counter() - started, kernel.compile_time_s
+    if kernel.interpreted and (now := kernel_for_few(scene.effects)).compile_time_s:  # it took too long otherwise
+        spent, compiling = spent - now.compile_time_s, now.compile_time_s
     jumps = tuple(_jump(scene, accuracy, row, changes[changes[:, 0] == place]) for place, row in enumerate(rows))
     jumps = tuple(_with_other_branch(scene, accuracy, kernel, table, limits, jump) for jump in jumps)
     return SceneResult(
         scene,
         accuracy,
         flagged_from_the_first_on(jumps),
-        compile_time_s=kernel.compile_time_s,
+        compile_time_s=compiling,
         wall_time_s=spent,
+        interpreted=kernel.interpreted,
         trajectory=trajectory_of(Recording(kernel.composition, table[0], trace)) if trajectory else None,
     )
 
@@ -97,7 +102,7 @@ def beside_other_contact(result: SceneResult, simulated: Callable[[Scene, float]
     """
     jump, other = result.jump, result.scene.effects - {CONTACT_EFFECT}
     sank = jump.unresisted_sink_m > result.accuracy * jump.max_depth_m
-    if not sank or other == result.scene.effects or not kernel_for(other).composition.contact_at_the_print:
+    if not sank or other == result.scene.effects or not compose(other).contact_at_the_print:
         return result
     at_the_print = simulated(result.scene.changed(effects_off=(CONTACT_EFFECT,)), result.accuracy)
     return replace(result, other_contact=at_the_print.jump)

@@ -107,7 +107,8 @@ class JumpResult:
 class SceneResult:
     """All jumps of a scene, simulated at one accuracy.
 
-    With error bars the jumps are simulated to `finer_accuracy`, and `accuracy` is what was asked for.
+    `interpreted`: in plain Python, at least at first, as no kernel was compiled for the effects yet. With error bars
+    the jumps are simulated to `finer_accuracy`, and `accuracy` is what was asked for.
     `other_contact` is the last jump by the other rule of contact after lift-off (`beside_other_contact`).
     """
 
@@ -116,6 +117,7 @@ class SceneResult:
     jumps: tuple[JumpResult, ...]
     compile_time_s: float
     wall_time_s: float
+    interpreted: bool = False
     trajectory: xarray.Dataset | None = None
     other_contact: JumpResult | None = None
     finer_accuracy: float | None = None

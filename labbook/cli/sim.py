@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from labbook.cli.common import JsonOption
+from labbook.cli.sim_warm import warm
 from labbook.terminal import before_work, columns, counted, emit, progress
 
 app = typer.Typer(no_args_is_help=True)
@@ -383,3 +384,6 @@ def published(
     lines += notes(tables, compared)
     files = {} if out is None else {"document": str(out)}
     emit({**as_data(tables, compared), **files}, [*lines, *files.values()], as_json)
+
+
+app.command()(warm)

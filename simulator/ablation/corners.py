@@ -8,9 +8,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from data_schema.errors import UsageError
-from simulator.ablation.interpreted import STEPS_MORE
 from simulator.ablation.outputs import Difference, difference, outputs_of
-from simulator.ablation.study import measured_scene
+from simulator.ablation.study import STEPS_MORE, measured_scene
 from simulator.scene import Scene
 from simulator.sweep.axes import Axis
 
@@ -58,8 +57,8 @@ def compared_at_corners(
 ) -> Corners:
     """Simulate a scene with all its effects and with those chosen, at the corners of some axes.
 
-    Both kernels are compiled. Of scenes with many jumps as many are made as to measure effects, and the last is looked
-    at; `step` is called after each corner.
+    Of scenes with many jumps as many are made as to measure effects, and the last is looked at; `step` is called after
+    each corner.
     """
     full, chosen = measured_scene(full), measured_scene(chosen)
     compared, refused = [], 0

@@ -6,12 +6,11 @@ The change of a result that a user lets pass, in words: `1%` or `0.01`.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import combinations
 
 from data_schema.errors import UsageError
-from simulator.ablation.interpreted import OutputsWithout
 from simulator.ablation.outputs import Difference, Outputs, difference
 from simulator.effects.registry import EFFECTS
 from simulator.jump import limits_for
@@ -53,6 +52,8 @@ MOST_CANDIDATES = 8
 """With so many effects that may go, all their subsets are simulated: at most 256."""
 
 Sets = tuple[frozenset[str], ...]
+OutputsWithout = Callable[[frozenset[str]], Outputs]
+"""What a scene gives without these effects."""
 
 
 @dataclass(frozen=True, slots=True)

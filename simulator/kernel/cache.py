@@ -97,6 +97,12 @@ def keep_on_disk(kernel: Any, effects: tuple[str, ...]) -> None:
     kernel._cache = _kernel_cache(kernel.py_func, folder, _name(effects))
 
 
+def on_disk(kernel: Any) -> bool:
+    """Whether there is machine code on disk for a function that looks for it there."""
+    cache_file = getattr(kernel._cache, "_cache_file", None)
+    return cache_file is not None and Path(cache_file._index_path).exists()
+
+
 def _refuse_shared(folder: Path) -> None:
     for place in (*places_above(folder), *folder.glob("*.nb?")):
         if whose := why_not_trusted(place):

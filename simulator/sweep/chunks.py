@@ -20,6 +20,7 @@ from simulator.jump import ROUNDING, ill_conditioned, limits_for, open_book, und
 from simulator.kernel.build import Kernel, kernel_for
 from simulator.kernel.cache import fingerprint
 from simulator.kernel.composition import compose
+from simulator.kernel.interpreter import kernel_for_few
 from simulator.kernel.limits import JUMPS_WANTED
 from simulator.kernel.rows import COLUMN, COLUMNS
 from simulator.scene import Scene
@@ -158,7 +159,8 @@ def _with_errors(accuracy: float, coarse: Block, fine: Block) -> Block:
 def _simulated(recipe: Recipe, limits: Row, table: Block) -> Block:
     found = np.full((len(table), recipe.jumps, len(COLUMNS)), np.nan)
     counts = np.zeros(len(table), np.int64)
-    kernel_of(recipe).batch(table, limits, found, counts, np.zeros((0, 4)), np.zeros((0, 4)))
+    kernel = kernel_for_few(recipe.effects) if len(table) == 1 else kernel_of(recipe)
+    kernel.batch(table, limits, found, counts, np.zeros((0, 4)), np.zeros((0, 4)))
     return _outputs(recipe, found, counts, None if recipe.passive_place is None else table[:, recipe.passive_place])
 
 

@@ -15,6 +15,7 @@ KEYS = {
     *("outcome", "liftoff_time_s", "max_depth_m", "liftoff_body_velocity_m_s", "stance_heat_J", "stance_mechanical_J"),
     *("apex_height_m", "cost_J", "energy_residual_J", "decision_margin", "steps", "rhs_evaluations"),
     *("compile_time_s", "wall_time_s", "jumps", "assumed", "effects", "scene", "accuracy", "mode_changes"),
+    "interpreted",
 }
 CONSISTENT = "-constant_force_cap,+torque_cap,-cost_of_commanded_force"
 """The second set of simulations with the cap and the cost that the others have."""
@@ -166,3 +167,10 @@ def test_a_jump_under_the_grains_is_warned_of(tmp_path: Path) -> None:
     shown = good(labbook("sim", "run", "--scene", "sim2", *words, at=tmp_path)).out
     (warning,) = [line for line in shown.splitlines() if line.startswith("warning: ")]
     says(warning, "longest leg", "0.3 m", "0.33")
+
+
+def test_kernels_are_compiled_beforehand(tmp_path: Path) -> None:
+    warmed = good(labbook("sim", "warm", "sim2", "--json", at=tmp_path)).json
+    assert warmed["compile_time_s"]["sim2"] >= 0.0
+    assert simulated(tmp_path, "sim2", [])["interpreted"] is False
+    refused(labbook("sim", "warm", "sim3", at=tmp_path), 2, "sim3")

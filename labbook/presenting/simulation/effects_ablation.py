@@ -8,11 +8,10 @@ from typing import Any
 
 from data_schema.vocabulary import Undefined
 from labbook.presenting.durations import time_text
-from simulator.ablation.interpreted import STEPS_MORE
 from simulator.ablation.kernel_time import KernelTime
 from simulator.ablation.outputs import Difference
 from simulator.ablation.smallest import LeftOut, in_order
-from simulator.ablation.study import OUTPUTS, Ablation, worst_together
+from simulator.ablation.study import OUTPUTS, STEPS_MORE, Ablation, worst_together
 from simulator.scene import Scene
 
 FLAG = "*"

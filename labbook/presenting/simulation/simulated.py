@@ -193,6 +193,7 @@ def as_data(result: SceneResult) -> dict[str, Any]:
         "accuracy": result.accuracy,
         "finer_accuracy": result.finer_accuracy,
         "compile_time_s": result.compile_time_s,
+        "interpreted": result.interpreted,
         "wall_time_s": result.wall_time_s,
         **_jump_data(scene, result.jump),
         "other_contact": result.other_contact and _jump_data(scene, result.other_contact),
@@ -260,8 +261,14 @@ def _effort(result: SceneResult) -> str:
     return (
         f"{steps} steps, {evaluations} evaluations{where} for a relative error of "
         f"{result.finer_accuracy or result.accuracy:g}; "
-        f"{time_text(result.wall_time_s)}, after {time_text(result.compile_time_s)} of compiling."
+        f"{time_text(result.wall_time_s)}{_compiled_text(result)}."
     )
+
+
+def _compiled_text(result: SceneResult) -> str:
+    if result.interpreted and not result.compile_time_s:
+        return " in plain Python, as no kernel is compiled for these effects yet (labbook sim warm)"
+    return f", after {time_text(result.compile_time_s)} of compiling"
 
 
 def _digits(accuracy: float) -> int:

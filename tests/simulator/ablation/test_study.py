@@ -10,11 +10,16 @@ import pytest
 
 from data_schema.errors import UsageError
 from data_schema.vocabulary import Undefined
-from simulator.ablation.interpreted import interpreted
 from simulator.ablation.outputs import difference
 from simulator.ablation.smallest import refusal
-from simulator.ablation.study import MEASURED_JUMPS, Ablation, ablation_of_effects, sets_to_leave_out, worst_together
-from simulator.jump import simulate
+from simulator.ablation.study import (
+    MEASURED_JUMPS,
+    Ablation,
+    ablation_of_effects,
+    outputs_without,
+    sets_to_leave_out,
+    worst_together,
+)
 from simulator.scene_file import load_scene
 from tests.helpers.wording import refuses
 
@@ -41,12 +46,12 @@ def test_the_smallest_set_stays_within_the_tolerance_and_no_effect_of_it_can_go(
     ablation = measured(scene, tolerance)
     enough = ablation.scene.changed(effects_off=ablation.smallest.left_out.effects)
     assert enough.effects == set(ablation.smallest.effects)
-    with interpreted(enough, ablation.accuracy) as outputs:
-        assert ablation.smallest.left_out.effects
-        assert difference(outputs(frozenset()), ablation.full).within(tolerance)
-        for name in enough.effects:
-            if refusal(enough, frozenset({name})) is None:
-                assert not difference(outputs(frozenset({name})), ablation.full).within(tolerance), name
+    outputs = outputs_without(enough, ablation.accuracy)
+    assert ablation.smallest.left_out.effects
+    assert difference(outputs(frozenset()), ablation.full).within(tolerance)
+    for name in enough.effects:
+        if refusal(enough, frozenset({name})) is None:
+            assert not difference(outputs(frozenset({name})), ablation.full).within(tolerance), name
 
 
 @given_cases
@@ -63,20 +68,10 @@ def test_every_effect_and_pair_that_may_go_was_left_out(scene: str, tolerance: f
             assert set(ablation.pairs[first, second].effects) == {first, second}
 
 
-def test_what_is_measured_is_what_compiled_kernels_give() -> None:
-    with interpreted(SIM2, 1e-6) as outputs, interpreted(SIM2, 1e-6, patience_s=0.0) as impatient:
-        found, compiled = outputs(frozenset()), impatient(frozenset())
-    changed = difference(found, compiled)
-    assert changed.within(1e-9)
-    assert found.rhs_evaluations == compiled.rhs_evaluations
-    jump = simulate(SIM2).jump
-    assert (compiled.outcome, compiled.cost_J, compiled.max_depth_m) == (jump.outcome, jump.cost_J, jump.max_depth_m)
-
-
 def test_a_jump_of_very_many_steps_is_given_up() -> None:
-    with interpreted(SIM2, 1e-6, steps_more=1) as outputs:
-        full, slower = outputs(frozenset()), outputs(frozenset({"leg_damping"}))
-        quicker = outputs(frozenset({"inertial_drag"}))
+    outputs = outputs_without(SIM2, 1e-6, steps_more=1)
+    full, slower = outputs(frozenset()), outputs(frozenset({"leg_damping"}))
+    quicker = outputs(frozenset({"inertial_drag"}))
     assert (full.outcome, slower.outcome, quicker.outcome) == ("touchdown", "step_limit", "touchdown")
     assert slower.most_steps == full.most_steps > quicker.most_steps
     assert not difference(slower, full).within(1.0)

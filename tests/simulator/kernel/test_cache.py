@@ -16,6 +16,7 @@ from data_schema.cache_folder import CACHE_VARIABLE, cache_folder
 from data_schema.errors import UsageError
 from simulator.compiled import compiled
 from simulator.jump import simulate
+from simulator.kernel.build import kernel_for
 from simulator.kernel.cache import KEPT_VERSIONS, KIND, fingerprint, keep_on_disk
 from simulator.result import JumpResult
 from simulator.scene_file import load_scene, shipped_scenes
@@ -260,8 +261,8 @@ found, loaded = [], []
 for word in sys.argv[1:]:
     scene, *off = word.split(",")
     changed = load_scene(scene).changed(effects_off=off, jumps=1)
-    jump = simulate(changed, 1e-9).jump
     hits = kernel_for(changed.effects).batch.stats.cache_hits
+    jump = simulate(changed, 1e-9).jump
     found.append([jump.apex_height_m, jump.cost_J])
     loaded.append(bool(sum(hits.values())))
 print(json.dumps([found, loaded]))
@@ -288,7 +289,9 @@ def test_a_second_process_loads_what_the_first_has_compiled() -> None:
 
 
 def first_jump(name: str) -> JumpResult:
-    return simulate(load_scene(name).changed(jumps=1), 1e-9).jump
+    scene = load_scene(name).changed(jumps=1)
+    kernel_for(scene.effects)
+    return simulate(scene, 1e-9).jump
 
 
 @pytest.mark.soak

@@ -1,0 +1,35 @@
+"""`labbook sim warm`: kernels compiled before they are needed."""
+
+from typing import Annotated
+
+import typer
+
+from labbook.cli.common import JsonOption
+from labbook.terminal import emit, progress
+
+
+def warm(
+    scenes: Annotated[
+        list[str] | None, typer.Argument(metavar="[SCENE]...", help="Names or .toml files; without any, all shipped.")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Compile the simulator for the effects of scenes: 10 to 30 s each, once for each version of labbook.
+
+    Nothing needs it: a first simulation runs in plain Python for 10 s before it compiles. Sweeps, reports and anything
+    with many jumps then start at once.
+
+    Example: labbook sim warm sim2 bed
+    """
+    from simulator.kernel.build import kernel_for
+    from simulator.scene_file import load_scene, shipped_scenes
+
+    found = {name: load_scene(name) for name in scenes or shipped_scenes()}
+    spent_s: dict[str, float] = {}
+    with progress("compiling", len(found), shown=not as_json) as done:
+        for name, scene in found.items():
+            spent_s[name] = kernel_for(scene.effects).compile_time_s
+            done(name)
+    emit(
+        {"compile_time_s": spent_s}, [f"{name}: ready after {spent:.3g} s" for name, spent in spent_s.items()], as_json
+    )

@@ -1,0 +1,58 @@
+"""First jumps in plain Python: the same bits, a kernel where they take long, and no process that outlives its use."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from simulator.jump import limits_for
+from simulator.kernel.interpreter import Interpreter
+from simulator.scene_file import load_scene
+from tests.helpers.kernels import python
+
+FIRST = """
+import json, sys
+import simulator.kernel.interpreter as interpreter
+from simulator.jump import simulate
+from simulator.kernel.build import is_compiled
+from simulator.scene_file import load_scene
+
+interpreter.PATIENCE_S = float(sys.argv[1])
+scene = load_scene("sim2").changed(effects_off=["motor_heat", "inertial_drag", "added_mass"])
+found = simulate(scene)
+print(json.dumps([found.interpreted, is_compiled(scene.effects), found.compile_time_s > 0.0, repr(found.jump)]))
+"""
+
+
+def first(cache: Path, patience_s: float) -> tuple[list[bool], str]:
+    """Where a scene was simulated (interpreted, compiled now, told so), and its jump, in a process of its own."""
+    *where, jump = json.loads(python(["-c", FIRST, f"{patience_s}"], LABBOOK_CACHE=str(cache)))
+    return where, jump
+
+
+def test_a_first_jump_is_interpreted_and_a_long_one_compiled_with_the_same_bits(tmp_path: Path) -> None:
+    plain, interpreted = first(tmp_path, 600.0)
+    assert plain == [True, False, False]
+    impatient, compiled = first(tmp_path, 0.01)
+    assert impatient == [True, True, True]
+    again, from_disk = first(tmp_path, 600.0)
+    assert again[:2] == [False, True]
+    assert interpreted == compiled == from_disk
+
+
+def test_a_process_that_is_killed_or_slow_gives_no_answer_and_is_replaced() -> None:
+    running, effects = Interpreter(), load_scene("sim2").effects
+    filled = np.zeros((0, 1, 99)), np.zeros(0), np.zeros((0, 4)), np.zeros((0, 0))
+    no_scenes = (np.zeros((0, 99)), limits_for(1e-6), *filled)
+    try:
+        assert running.ask(effects, no_scenes, 600.0) is not None
+        assert running.process is not None
+        running.process.kill()
+        assert running.ask(effects, no_scenes, 600.0) is None
+        assert running.ask(effects, no_scenes, 1e-6) is None
+        assert running.process is None
+        assert running.ask(effects, no_scenes, 600.0) is not None
+    finally:
+        running.end()
