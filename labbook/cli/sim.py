@@ -344,7 +344,7 @@ def figures(
     lines.append(f"captions: {written.captions}")
     if rows:
         more = f"; without --only {written.claims_in_all} are judged" if len(rows) < written.claims_in_all else ""
-        lines += ["", *columns(head, rows), "", f"{agreeing} of {len(rows)} claims agree{more}."]
+        lines += ["", *columns(head, rows), "", f"{agreeing} of {len(rows)} claims hold at every point{more}."]
         lines.append(f"what each claim says, and all digits: {' and '.join(map(str, written.tables))}")
     emit(data, lines, as_json)
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -28,10 +30,13 @@ from reports.figures.style import (
     publication_style,
 )
 from reports.figures.thesis_jumps import AD_LOOK, CE_LOOK, MILLI
-from simulator.thesis.comparisons import FloatArray, OverDamping, OverGround, OverVelocity
+from simulator.thesis.comparisons import BoolArray, FloatArray, Jumps, OverDamping, OverGround, OverVelocity
+from simulator.thesis.motions import Pair
 
 SHARE_LABEL = "CE − AD (% of CE)"
 PERCENT = 100.0
+_FLAGGED: dict[str, Any] = {"marker": "o", "markersize": 3.0, "markerfacecolor": "white", "linestyle": "none"}
+"""How jumps are marked that hang on a decision or let errors grow."""
 COST_OVER_SPEED_CAPTION = (
     "Cost of one jump (left; Eq. 3.5) and efficiency of the motors (right: mechanical energy over cost) over the "
     "downward speed of body and foot at touchdown; below, the difference of the controllers as a share of CE's "
@@ -47,12 +52,14 @@ APEX_OVER_SPEED_CAPTION = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Compared:
-    """One quantity with either controller; arrays of one shape, in the unit of the label."""
+    """One quantity with either controller; arrays of one shape, in the unit of the label, and which hang on little."""
 
     title: str
     label: str
     ce: FloatArray
     ad: FloatArray
+    ce_flagged: BoolArray
+    ad_flagged: BoolArray
 
     @property
     def share_percent(self) -> FloatArray:
@@ -60,24 +67,26 @@ class Compared:
         return np.asarray(PERCENT * (self.ce - self.ad) / self.ce)
 
 
+def _compared(title: str, label: str, jumps: Pair[Jumps], values: Callable[[Jumps], FloatArray]) -> Compared:
+    ce, ad = jumps.ce, jumps.ad
+    return Compared(title, label, values(ce), values(ad), ce.ill_conditioned, ad.ill_conditioned)
+
+
+def _efficiency_percent(jumps: Jumps) -> FloatArray:
+    return PERCENT * jumps.efficiency
+
+
 def draw_cost_over_speed(data: OverVelocity, width_in: float = TWO_COLUMNS_IN) -> Figure:
     """Draw cost and efficiency."""
-    ce, ad = data.jumps.ce, data.jumps.ad
-    cost = Compared("Cost of a jump", "Cost (J)", ce.cost_j, ad.cost_j)
-    efficiency = Compared(
-        "Efficiency of the motors",
-        "Efficiency (%)",
-        PERCENT * ce.efficiency,
-        PERCENT * ad.efficiency,
-    )
+    cost = _compared("Cost of a jump", "Cost (J)", data.jumps, lambda jumps: jumps.cost_j)
+    efficiency = _compared("Efficiency of the motors", "Efficiency (%)", data.jumps, _efficiency_percent)
     return _draw_over_speed(data.touchdown_speed_m_s, cost, efficiency, width_in)
 
 
 def draw_apex_over_speed(data: OverVelocity, width_in: float = TWO_COLUMNS_IN) -> Figure:
     """Draw apex height and mechanical energy."""
-    ce, ad = data.jumps.ce, data.jumps.ad
-    apex = Compared("Apex height", "Apex height (m)", ce.apex_height_m, ad.apex_height_m)
-    mechanical = Compared("Mechanical energy", "Mechanical energy (J)", ce.mechanical_j, ad.mechanical_j)
+    apex = _compared("Apex height", "Apex height (m)", data.jumps, lambda jumps: jumps.apex_height_m)
+    mechanical = _compared("Mechanical energy", "Mechanical energy (J)", data.jumps, lambda jumps: jumps.mechanical_j)
     return _draw_over_speed(data.touchdown_speed_m_s, apex, mechanical, width_in)
 
 
@@ -88,8 +97,10 @@ def _draw_over_speed(speed_m_s: FloatArray, left: Compared, right: Compared, wid
         figure = new_figure(width_in, 3.6 if narrow else 3.4)
         grid = figure.subplots(2, 2, sharex=True, height_ratios=(5, 4))
         for (above, below), quantity in zip(grid.T, (left, right), strict=True):
-            for look, values in ((CE_LOOK, quantity.ce), (AD_LOOK, quantity.ad)):
+            either = (CE_LOOK, quantity.ce, quantity.ce_flagged), (AD_LOOK, quantity.ad, quantity.ad_flagged)
+            for look, values, flagged in either:
                 above.plot(speed_m_s, values, color=look.colour, linestyle=look.line_style, label=look.label)
+                above.plot(speed_m_s[flagged], values[flagged], color=look.colour, **_FLAGGED)
             above.set_title(quantity.title, loc="left")
             above.set_ylabel(quantity.label)
             above.set_ylim(0.0, 1.08 * float(np.nanmax([quantity.ce, quantity.ad])))
@@ -99,8 +110,9 @@ def _draw_over_speed(speed_m_s: FloatArray, left: Compared, right: Compared, wid
             light_grid(above)
         grid[1, 0].set_ylabel(SHARE_LABEL)
         figure.align_ylabels(grid[:, 0])
-        handles, labels = grid[0, 0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=1 if narrow else 2, handlelength=3.2)
+        handles, _ = grid[0, 0].get_legend_handles_labels()
+        handles.append(Line2D([], [], color=BLACK, label="ill-conditioned", **_FLAGGED))
+        figure.legend(handles=handles, loc="outside lower center", ncols=1 if narrow else 3, handlelength=3.2)
         return figure
 
 
@@ -114,33 +126,31 @@ def _draw_share(axes: Axes, speed_m_s: FloatArray, share_percent: FloatArray) ->
 
 
 _STRESS_UNIT_N_M3 = 1e5
-_VALUES, _DIFFERENCES = "cividis", "PuOr"
+_VALUES, _DIFFERENCES = "viridis", "PuOr"
 """Colour maps that the colour-blind can read: values from dark to light, differences of either sign from white."""
 COST_OVER_GROUNDS_CAPTION = (
     "Cost of one jump (above; Eq. 3.5) and efficiency of the motors (below) over the ground's depth-dependent "
     "stress σ and the scale b_g of its drag, with either controller, and the difference as a share of CE's value: "
-    "for the cost that is the saving. Crosses mark poppy seeds."
+    "for the cost that is the saving. Crosses mark poppy seeds, dots ill-conditioned jumps."
 )
 APEX_OVER_GROUNDS_CAPTION = (
     "Apex height of the body (above) and mechanical energy of the motors (below) over the ground's depth-dependent "
     "stress σ and the scale b_g of its drag, with either controller, and the difference as a share of CE's value: "
-    "50 % is twice the energy. Crosses mark poppy seeds."
+    "50 % is twice the energy. Crosses mark poppy seeds, dots ill-conditioned jumps."
 )
 
 
 def draw_cost_over_grounds(data: OverGround, width_in: float = TWO_COLUMNS_IN) -> Figure:
     """Draw cost and efficiency."""
-    ce, ad = data.jumps.ce, data.jumps.ad
-    cost = Compared("Cost", "Cost (J)", ce.cost_j, ad.cost_j)
-    efficiency = Compared("Efficiency", "Efficiency (%)", PERCENT * ce.efficiency, PERCENT * ad.efficiency)
+    cost = _compared("Cost", "Cost (J)", data.jumps, lambda jumps: jumps.cost_j)
+    efficiency = _compared("Efficiency", "Efficiency (%)", data.jumps, _efficiency_percent)
     return _draw_over_grounds(data, cost, efficiency, width_in)
 
 
 def draw_apex_over_grounds(data: OverGround, width_in: float = TWO_COLUMNS_IN) -> Figure:
     """Draw apex height and mechanical energy."""
-    ce, ad = data.jumps.ce, data.jumps.ad
-    apex = Compared("Apex", "Apex height (m)", ce.apex_height_m, ad.apex_height_m)
-    mechanical = Compared("Mechanical", "Mechanical (J)", ce.mechanical_j, ad.mechanical_j)
+    apex = _compared("Apex", "Apex height (m)", data.jumps, lambda jumps: jumps.apex_height_m)
+    mechanical = _compared("Mechanical", "Mechanical (J)", data.jumps, lambda jumps: jumps.mechanical_j)
     return _draw_over_grounds(data, apex, mechanical, width_in)
 
 
@@ -174,6 +184,10 @@ def _draw_quantity(
     both = (quantity.ce, quantity.ad)
     scale = Normalize(float(np.nanmin(both)), float(np.nanmax(both)))
     drawn = [_draw_map(axes, grounds, part, _VALUES, scale) for axes, part in zip(values, both, strict=True)]
+    for axes, flagged in zip(values, (quantity.ce_flagged, quantity.ad_flagged), strict=True):
+        place, drag = np.nonzero(flagged)
+        stress = grounds.sigma_n_m3[place] / _STRESS_UNIT_N_M3
+        axes.plot(stress, grounds.drag_scale[drag], ".", color="white", markersize=1.5, markeredgewidth=0.0)
     figure.colorbar(drawn[0], ax=values, label=quantity.label, aspect=15, pad=0.02)
     share = quantity.share_percent
     low, high = float(np.nanmin(share)), float(np.nanmax(share))
@@ -206,43 +220,38 @@ def _draw_map(axes: Axes, grounds: OverGround, values: FloatArray, colours: str,
 
 JOULES_BY_DAMPING_CAPTION = (
     "Cost of one jump over the coefficient of active damping (0: compression-extension, dots), for feet of three "
-    "radii, a soft (dashed) and a stiff (solid) extension, and factors on the ground's stiffness (rows, softest "
-    "above) and drag (columns)."
+    "radii, a soft (dashed) and a stiff (solid) extension, on grounds of half, of all and of twice the stiffness. "
+    "Lines have the ground's own drag; the bands reach from half to twice of it."
 )
 _FOOT_COLOURS = (BLUE, GREEN, VERMILLION)
 _GAIN_STYLES: tuple[LineStyle, ...] = ("--", "-")
 
 
 def draw_joules_by_damping(costs: OverDamping, width_in: float = TWO_COLUMNS_IN) -> Figure:
-    """Draw a panel for each ground, all on one scale."""
+    """Draw a panel for each stiffness of the ground, all on one scale, with bands over its drag."""
     with publication_style():
-        narrow = is_narrow(width_in)
-        rows, columns = len(costs.stiffness_factors), len(costs.drag_factors)
-        figure = new_figure(width_in, 4.6 if narrow else 5.2)
-        grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
-        for row, column in itertools.product(range(rows), range(columns)):
-            axes = grid[row, column]
+        narrow, count = is_narrow(width_in), len(costs.stiffness_factors)
+        figure = new_figure(width_in, 5.6 if narrow else 2.9)
+        shape = (count, 1) if narrow else (1, count)
+        panels = figure.subplots(*shape, sharex=True, sharey=True, squeeze=False).ravel()
+        own = costs.drag_factors.index(1.0)
+        for row, axes in enumerate(panels):
             for gain, foot in itertools.product(range(len(costs.extension_gains)), range(len(costs.foot_radii_m))):
-                cost_j = costs.jumps.cost_j[row, column, gain, foot]
-                colour = _FOOT_COLOURS[foot % len(_FOOT_COLOURS)]
+                over_drag_j = costs.jumps.cost_j[row, :, gain, foot]
+                cost_j, colour = over_drag_j[own], _FOOT_COLOURS[foot % len(_FOOT_COLOURS)]
                 style = _GAIN_STYLES[gain % len(_GAIN_STYLES)]
+                band = over_drag_j.min(axis=0), over_drag_j.max(axis=0)
+                axes.fill_between(costs.active_damping_kg_m, *band, color=colour, alpha=0.15, linewidth=0.0)
                 axes.plot(costs.active_damping_kg_m, cost_j, color=colour, linestyle=style)
                 axes.plot(costs.active_damping_kg_m[0], cost_j[0], "o", color=colour, markersize=2.5, clip_on=False)
-            stiffness = stated_text(costs.stiffness_factors[row])
-            drag = stated_text(costs.drag_factors[column])
-            axes.set_title(
-                f"{stiffness} × K, {drag} × D" if narrow else f"stiffness × {stiffness}, drag × {drag}",
-                loc="left",
-                fontsize=6 if narrow else 7,
-                fontweight="normal",
-            )
+            axes.set_title(f"stiffness × {stated_text(costs.stiffness_factors[row])}", loc="left")
             axes.set_xlim(0.0, float(costs.active_damping_kg_m[-1]))
             light_grid(axes)
-        grid[0, 0].set_ylim(0.0, 1.05 * float(np.nanmax(costs.jumps.cost_j)))
-        for axes in grid[:, 0]:
-            axes.set_ylabel("Cost (J)")
-        for axes in grid[-1]:
-            axes.set_xlabel("b_AD (kg/m)")
+            if narrow or axes is panels[0]:
+                axes.set_ylabel("Cost (J)")
+            if not narrow or axes is panels[-1]:
+                axes.set_xlabel("b_AD (kg/m)")
+        panels[0].set_ylim(0.0, 1.05 * float(np.nanmax(costs.jumps.cost_j)))
         figure.legend(handles=_handles(costs), loc="outside lower center", ncols=2 if narrow else 5, handlelength=2.2)
         return figure
 

@@ -194,6 +194,11 @@ class Finding:
     n_within: int
 
     @property
+    def share_within(self) -> float:
+        """Share of the values within the claim's limits."""
+        return self.n_within / self.n
+
+    @property
     def agrees(self) -> bool:
         """Whether every value lies within the claim's limits."""
         return self.n_within == self.n

@@ -50,7 +50,7 @@ def test_what_a_person_sees(tmp_path: Path) -> None:
     shown = good(labbook("sim", "figures", "--format", "svg", *only("3.4"), at=tmp_path)).out
     assert "figure 3.4: thesis-figures/thesis_3_4_body_and_toe.svg" in shown
     assert "sim1.push" in shown
-    assert f"claims agree; without --only {len(claims())} are judged." in shown
+    assert f"claims hold at every point; without --only {len(claims())} are judged." in shown
     assert "what each claim says, and all digits: thesis-figures/claims.csv and thesis-figures/claims.md" in shown
 
 

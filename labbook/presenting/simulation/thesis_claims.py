@@ -10,11 +10,10 @@ from reports.tables.as_markdown import markdown_text
 from reports.tables.table import Cell, Column, Row, Table, words
 from simulator.thesis.claims import Claim, Finding
 
-AGREES, DISAGREES = "agrees", "does not agree"
 CAPTION = (
     "What ch. 3 of the thesis says about its simulations, and what the simulation gives over the grids of the "
-    "figures. A claim agrees where every value lies within its limits. The text gives no ranges and few limits: "
-    "both are labbook's own, the ranges those of the figures' axes; about a number is within a quarter of it."
+    "figures: at which share of their points it lies within the claim's limits. The text gives no ranges and few "
+    "limits: both are labbook's own, the ranges those of the figures' axes; about a number is within a quarter of it."
 )
 _COLUMNS = (
     Column("Claim", ("claim",), numeric=False),
@@ -24,14 +23,9 @@ _COLUMNS = (
     Column("Thesis", ("published",)),
     Column("Simulated", ("lowest", "median", "highest")),
     Column("Holds if", ("at_least", "at_most")),
-    Column("Within", ("n_within", "n")),
-    Column("Verdict", ("verdict",), numeric=False),
+    Column("Points within", ("n_within", "n")),
+    Column("Holds at", ("share_within",)),
 )
-
-
-def verdict(finding: Finding) -> str:
-    """Return the verdict in words."""
-    return AGREES if finding.agrees else DISAGREES
 
 
 def claims_table(findings: Sequence[Finding], caption: str = CAPTION) -> Table:
@@ -50,9 +44,15 @@ def _row(finding: Finding) -> Row:
         Cell(_range(finding), (finding.lowest, finding.median, finding.highest)),
         Cell(_limits(claim), (claim.at_least, claim.at_most)),
         Cell(f"{finding.n_within} of {finding.n}", (finding.n_within, finding.n)),
-        words(verdict(finding)),
+        Cell(_share_text(finding), (finding.share_within,)),
     )
     return Row(cells, strong=not finding.agrees)
+
+
+def _share_text(finding: Finding) -> str:
+    """Return the share in percent, rounded so that only all is 100 % and only none 0 %."""
+    percent = 100.0 * finding.share_within
+    return f"{percent:.0f} %" if finding.n_within in (0, finding.n) else f"{min(max(percent, 1.0), 99.0):.0f} %"
 
 
 def _number(value: float, unit: str) -> str:
@@ -82,7 +82,7 @@ def claims_markdown(findings: Sequence[Finding]) -> str:
 
 
 def claims_rows(findings: Sequence[Finding]) -> list[list[str]]:
-    """Return the table's short columns, for a terminal: claim, thesis, simulated, holds if, within, verdict."""
+    """Return the table's short columns, for a terminal: claim, thesis, simulated, its limits, points within."""
     table = claims_table(findings)
     shown = [place for place, column in enumerate(table.columns) if not column.prose and column.title != "Where"]
     head = [table.columns[place].title.lower() for place in shown]

@@ -32,10 +32,13 @@ def test_every_figure_is_drawn_from_what_was_simulated(number: str) -> None:
 
 def test_the_drawn_cost_is_the_simulated_one() -> None:
     figures = thesis_figures()
-    ce, ad = THESIS_FIGURES["3.8"].draw(figures).axes[0].get_lines()
+    ce, ce_flagged, ad, ad_flagged = THESIS_FIGURES["3.8"].draw(figures).axes[0].get_lines()
     assert ce.get_ydata() == pytest.approx(figures.over_velocity.jumps.ce.cost_j)
     assert ad.get_ydata() == pytest.approx(figures.over_velocity.jumps.ad.cost_j)
     assert ce.get_xdata() == pytest.approx(figures.over_velocity.touchdown_speed_m_s)
+    marked = figures.over_velocity.touchdown_speed_m_s[figures.over_velocity.jumps.ad.ill_conditioned]
+    assert len(np.asarray(ce_flagged.get_xdata())) == 0
+    assert ad_flagged.get_xdata() == pytest.approx(marked)
 
 
 def test_files_names_are_the_figures() -> None:
@@ -46,15 +49,15 @@ def test_files_names_are_the_figures() -> None:
 
 def test_the_table_says_what_was_found_and_the_csv_all_digits() -> None:
     head, saving, joules = claims_rows(FINDINGS)
-    assert head == ["claim", "thesis", "simulated", "holds if", "within", "verdict"]
-    assert saving == ["own.saving", "0.2", "0.16 to 0.2 (median 0.18)", "0.15 to 0.25", "2 of 2", "agrees"]
+    assert head == ["claim", "thesis", "simulated", "holds if", "points within", "holds at"]
+    assert saving == ["own.saving", "0.2", "0.16 to 0.2 (median 0.18)", "0.15 to 0.25", "2 of 2", "100 %"]
     assert [cell.replace("\u00a0", " ") for cell in joules] == [
         "own.joules",
         "–",
         "0.333 to 9.5 J (median 4)",
         "at most 5 J",
         "2 of 3",
-        "does not agree",
+        "67 %",
     ]
     rows = list(csv.DictReader(io.StringIO(csv_bytes(claims_table(FINDINGS)).decode())))
     assert float(rows[1]["lowest"]) == 1 / 3
@@ -64,13 +67,13 @@ def test_the_table_says_what_was_found_and_the_csv_all_digits() -> None:
 def test_markdown_has_a_row_a_claim_and_marks_what_does_not_agree() -> None:
     text = claims_markdown(FINDINGS)
     rows = [line for line in text.splitlines() if line.startswith("| own.")]
-    assert [row.endswith("| **does not agree** |") for row in rows] == [False, True]
+    assert [row.endswith("| **67 %** |") for row in rows] == [False, True]
     assert "a \\| b" in rows[0]
 
 
 def test_data_is_json_with_every_field() -> None:
     saving, joules = json.loads(json.dumps(claims_data(FINDINGS), allow_nan=False))
-    assert (saving["agrees"], joules["agrees"], joules["verdict"]) == (True, False, "does not agree")
+    assert (saving["agrees"], joules["agrees"], joules["share_within"]) == (True, False, 2 / 3)
     assert saving["figures"] == ["3.8"]
     assert joules["highest"] == 9.5
     assert joules["published"] is None
