@@ -138,6 +138,18 @@ def write_figure(figure: Figure, path: Path) -> None:
 
 def _written(figure: Figure, suffix: str, metadata: dict[str, str | None]) -> bytes:
     with publication_style(), io.BytesIO() as stream:
+        _lay_out(figure)
         figure.savefig(stream, format=suffix, metadata=metadata)
-        figure.set_layout_engine(None)  # laid out once: the second format has the first one's positions
         return stream.getvalue()
+
+
+def _lay_out(figure: Figure) -> None:
+    """Lay a figure out for SVG, once: every format has these positions, and none is drawn to find them, too."""
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+    engine = figure.get_layout_engine()
+    if engine is not None and figure.axes:
+        FigureCanvasSVG(figure)
+        figure.set_dpi(FigureCanvasSVG.fixed_dpi)
+        engine.execute(figure)
+    figure.set_layout_engine(None)
