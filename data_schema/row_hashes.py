@@ -20,7 +20,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.tables import FACTS, design, files, hashes, people, results, runs, signals
-from data_schema.tables.base import in_chunks
+from data_schema.tables.base import CHUNK, in_chunks
 
 _WRITTEN = "labbook_rows_written"
 """Under this name a connection keeps what its transaction has written."""
@@ -154,7 +154,7 @@ def kept_hashes(connection: sa.Connection, kind: str) -> dict[str, str]:
     """Return the hashes that were kept when the rows of a kind were written, by the uid of their owner."""
     kept = hashes.row_hash
     query = sa.select(kept.c.uid, kept.c.sha256).where(kept.c.kind == kind)
-    return {row.uid: row.sha256 for row in connection.execute(query)}
+    return dict(connection.execute(query).all())
 
 
 def row_hashes(connection: sa.Connection, kind: str, uids: Sequence[str] | None = None) -> dict[str, str]:
@@ -163,11 +163,12 @@ def row_hashes(connection: sa.Connection, kind: str, uids: Sequence[str] | None 
     given = {} if uids is None else {"uids": list(uids)}
     digests: dict[str, Any] = {}
     for name, every, some in queries:
-        for uid, *row in connection.execute(every if uids is None else some, given):
-            digest = digests.get(uid)
-            if digest is None:
-                digest = digests[uid] = hashlib.sha256()
-            digest.update(name + repr(row).encode())
+        for rows in connection.execute(every if uids is None else some, given).partitions(CHUNK):
+            for uid, *row in rows:
+                digest = digests.get(uid)
+                if digest is None:
+                    digest = digests[uid] = hashlib.sha256()
+                digest.update(name + repr(row).encode())
     return {uid: digest.hexdigest() for uid, digest in digests.items()}
 
 

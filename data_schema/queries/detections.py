@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import sqlalchemy as sa
@@ -151,8 +152,8 @@ def _detections(connection: sa.Connection, keys: Sequence[str]) -> dict[str, Det
     jumps: dict[int, list[JumpRow]] = {row.id: [] for row in heads}
     columns = [column for column in jump.c if column.name != "id"]
     of_heads = sa.select(*columns).where(jump.c.detection.in_(jumps)).order_by(jump.c.detection, jump.c.number)
-    for uid, owner, *rest, gap_touched, flags in connection.execute(of_heads):
-        values: list[Any] = [uid, *rest, bool(gap_touched), tuple(json.loads(flags))]
+    for uid, owner, *rest, gap_touched, flags in connection.execute(of_heads).all():
+        values: list[Any] = [uid, *rest, bool(gap_touched), _flags(flags)]
         jumps[owner].append(JumpRow(*values))
     return {
         row.key: DetectionRow(
@@ -160,6 +161,11 @@ def _detections(connection: sa.Connection, keys: Sequence[str]) -> dict[str, Det
         )
         for row in heads
     }
+
+
+@cache
+def _flags(text: str) -> tuple[str, ...]:
+    return tuple(json.loads(text))
 
 
 def jump_decisions(

@@ -88,13 +88,13 @@ def _results(connection: sa.Connection, wanted: sa.ColumnElement[bool]) -> dict[
         sa.select(result_number.c.result, *_NUMBER)
         .where(result_number.c.result.in_(owned))
         .order_by(result_number.c.id)
-    ):
+    ).all():
         numbers[owner].append(NumberRow(*rest))
     for owner, *rest in connection.execute(
         sa.select(result_input)
         .where(result_input.c.result.in_(owned))
         .order_by(result_input.c.result, result_input.c.role, result_input.c.input_kind, result_input.c.input_uid)
-    ):
+    ).all():
         inputs[owner].append(InputRow(*rest))
     return {
         row.key: ResultRow(

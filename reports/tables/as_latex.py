@@ -95,48 +95,50 @@ def _lines(table: Table, texts: Mapping[Column, Sequence[str]], widths: Mapping[
     return sum(rows) + sum(bool(block) for block in blocks) + len(blocks) // 2
 
 
-_ESCAPES = {
-    "\\": r"\textbackslash{}",
-    "&": r"\&",
-    "%": r"\%",
-    "$": r"\$",
-    "#": r"\#",
-    "_": r"\_",
-    "{": r"\{",
-    "}": r"\}",
-    "~": r"\textasciitilde{}",
-    "^": r"\textasciicircum{}",
-    "<": r"\textless{}",
-    ">": r"\textgreater{}",
-    "|": r"\textbar{}",
-    '"': "''",
-    "\u00a0": "~",
-    "\u2212": r"\ensuremath{-}",
-    "`": r"\textasciigrave{}",
-    "\u2013": r"\textendash{}",
-    "\u2014": r"\textemdash{}",
-    "\u2018": "`",
-    "\u2019": "'",
-    "\u201c": "``",
-    "\u201d": "''",
-    "\u2026": r"\ldots{}",
-    "\u00b5": r"\ensuremath{\mu}",
-    "\u2264": r"\ensuremath{\leq}",
-    "\u2265": r"\ensuremath{\geq}",
-    "\u00b1": r"\ensuremath{\pm}",
-    "\u00d7": r"\ensuremath{\times}",
-    "\u00b2": r"\ensuremath{^2}",
-    "\u00b0": r"\ensuremath{^\circ}",
-    "\u221e": r"\ensuremath{\infty}",
-    "\n": " ",
-    "\r": " ",
-    "\t": " ",
-}
+_ESCAPES = str.maketrans(
+    {
+        "\\": r"\textbackslash{}",
+        "&": r"\&",
+        "%": r"\%",
+        "$": r"\$",
+        "#": r"\#",
+        "_": r"\_",
+        "{": r"\{",
+        "}": r"\}",
+        "~": r"\textasciitilde{}",
+        "^": r"\textasciicircum{}",
+        "<": r"\textless{}",
+        ">": r"\textgreater{}",
+        "|": r"\textbar{}",
+        '"': "''",
+        "\u00a0": "~",
+        "\u2212": r"\ensuremath{-}",
+        "`": r"\textasciigrave{}",
+        "\u2013": r"\textendash{}",
+        "\u2014": r"\textemdash{}",
+        "\u2018": "`",
+        "\u2019": "'",
+        "\u201c": "``",
+        "\u201d": "''",
+        "\u2026": r"\ldots{}",
+        "\u00b5": r"\ensuremath{\mu}",
+        "\u2264": r"\ensuremath{\leq}",
+        "\u2265": r"\ensuremath{\geq}",
+        "\u00b1": r"\ensuremath{\pm}",
+        "\u00d7": r"\ensuremath{\times}",
+        "\u00b2": r"\ensuremath{^2}",
+        "\u00b0": r"\ensuremath{^\circ}",
+        "\u221e": r"\ensuremath{\infty}",
+        "\n": " ",
+        "\r": " ",
+        "\t": " ",
+    }
+)
 
 
 def latex_text(text: str) -> str:
     """Escape text so that LaTeX prints it as it is; two hyphens stay two."""
-    return "".join(_ESCAPES.get(letter, letter) for letter in text).replace("--", "-{}-")
+    return text.translate(_ESCAPES).replace("--", "-{}-")
 
 
 def latex_bytes(table: Table) -> bytes:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Sequence
 
 from data_schema.outcomes import Outcome
 from reports.content import Condition, ReportContent, RunValue
@@ -26,6 +25,7 @@ def each_run(content: ReportContent) -> Table:
     heights: dict[str, list[float]] = {}
     for block, condition in by_group(content):
         heights.setdefault(block, []).extend(height for _, run in _runs(condition) for height in run.jumps_m)
+    spans = {block: (min(of_group), max(of_group)) for block, of_group in heights.items() if of_group}
     days, anchors = run_days(content), run_anchors(content)
     rows = []
     for block, condition in by_group(content):
@@ -40,7 +40,10 @@ def each_run(content: ReportContent) -> Table:
                     words(days.get(name, DASH)),
                     *levels,
                     *(_value(values.get(outcome), outcome) for outcome in outcomes),
-                    _jumps(next((run for run in values.values() if run.jumps_m), RunValue(name, 0.0)), heights[block]),
+                    _jumps(
+                        next((run for run in values.values() if run.jumps_m), RunValue(name, 0.0)),
+                        spans.get(block, (0.0, 0.0)),
+                    ),
                 ),
                 block=block,
                 anchor=anchors.get(name, ""),
@@ -64,14 +67,14 @@ def _value(run: RunValue | None, outcome: Outcome) -> Cell:
     return Cell(general_text(run.value * shown_unit(outcome.unit)[1]), (run.value,))
 
 
-def _jumps(run: RunValue, of_group: Sequence[float]) -> Cell:
+def _jumps(run: RunValue, span: tuple[float, float]) -> Cell:
     if not run.jumps_m:
         return Cell(DASH, (None, None, None))
     low, high = min(run.jumps_m), max(run.jumps_m)
     unit, factor = shown_unit("m")
     text = f"{len(run.jumps_m)}, {general_text(low * factor)} to {general_text(high * factor)} {unit}"
-    lowest, span = min(of_group), (max(of_group) - min(of_group)) or 1.0
-    marks = tuple((height - lowest) / span for height in run.jumps_m)
+    width = (span[1] - span[0]) or 1.0
+    marks = tuple((height - span[0]) / width for height in run.jumps_m)
     numbers = run.jumps or range(1, len(run.jumps_m) + 1)
     each = (f"{n}: {decimal_text(height * factor, 1)}" for n, height in zip(numbers, run.jumps_m, strict=True))
     name = shlex.quote(run.run)

@@ -155,12 +155,16 @@ class Found:
 
 @dataclass
 class Detections:
-    """Gives what a detector found in signals; what it had to compute waits in `computed` to be stored."""
+    """Gives what a detector found in signals; what it had to compute waits in `computed` to be stored.
+
+    What it read is in `stored`, for another way to judge the same jumps.
+    """
 
     connection: sa.Connection
     store: Store
     progress: Callable[[str], None] = field(default=lambda _what: None)
     computed: dict[str, Found] = field(default_factory=dict)
+    stored: dict[str, DetectionRow] = field(default_factory=dict)
 
     def of(
         self, runs: Mapping[str, Sequence[SignalRow]], algorithm: str, rest_length_m: float
@@ -173,11 +177,12 @@ class Detections:
             name: detection_key(row.sha256, algorithm, version(algorithm), parameters, heeded_gaps(gaps[row.uid]))
             for name, row in signals.items()
         }
-        stored = detections_by_key(self.connection, sorted(set(keys.values()) - self.computed.keys()))
-        missing = {keys[name]: row for name, row in signals.items() if keys[name] not in stored}
+        unknown = set(keys.values()) - self.computed.keys() - self.stored.keys()
+        self.stored |= detections_by_key(self.connection, sorted(unknown))
+        missing = {keys[name]: row for name, row in signals.items() if keys[name] not in self.stored}
         anew = {key: row for key, row in missing.items() if key not in self.computed}
         self._compute(anew, gaps, algorithm, rest_length_m)
-        found = {uid: stored[key] if key in stored else self.computed[key].row for uid, key in keys.items()}
+        found = {uid: self.stored[key] if key in self.stored else self.computed[key].row for uid, key in keys.items()}
         return {name: tuple(found[signal.uid] for signal in several) for name, several in runs.items()}
 
     def log(self, signal: SignalRow) -> Log:

@@ -85,9 +85,10 @@ def judge(
     parts: list[Judgement] = []
     for detection in detections:
         before = sum(len(part.jumps) for part in parts)
-        jumps = tuple(replace(jump, number=before + jump.number) for jump in detection.jumps)
-        said = decisions.get(detection.signal_sha256, [])
-        parts.append(_judge_log(replace(detection, jumps=jumps), said, rules))
+        if before:
+            jumps = tuple(replace(jump, number=before + jump.number) for jump in detection.jumps)
+            detection = replace(detection, jumps=jumps)
+        parts.append(_judge_log(detection, decisions.get(detection.signal_sha256, []), rules))
     return Judgement(
         tuple(jump for part in parts for jump in part.jumps), tuple(item for part in parts for item in part.waiting)
     )

@@ -211,7 +211,7 @@ def _plain(value: Any) -> Any:
 
 def _typed(value: Any, hint: Any) -> Any:
     """Return a value from JSON as a field's annotation has it; raises `UnreadablePayload` where it cannot be."""
-    origin, args = typing.get_origin(hint), typing.get_args(hint)
+    origin, args = _parts(hint)
     if origin in (UnionType, typing.Union):
         (kind,) = [each for each in args if each is not NoneType]
         return None if value is None else _typed(value, kind)
@@ -223,7 +223,7 @@ def _typed(value: Any, hint: Any) -> Any:
     if isinstance(origin, type) and issubclass(origin, Mapping) and isinstance(value, dict):
         return {key: _typed(item, args[1]) for key, item in value.items()}
     if is_dataclass(hint) and isinstance(value, dict):
-        hints = typing.get_type_hints(hint)
+        hints = _hints(hint)  # type: ignore[arg-type]
         if value.keys() != hints.keys():
             raise UnreadablePayload(f"{hint} has other fields: {', '.join(value)}")
         return hint(**{name: _typed(item, hints[name]) for name, item in value.items()})  # type: ignore[operator]
@@ -234,6 +234,11 @@ def _typed(value: Any, hint: Any) -> Any:
     if not isinstance(hint, type) or type(value) is not hint:
         raise UnreadablePayload(f"{value!r} is no {hint}")
     return value
+
+
+@cache
+def _parts(hint: Any) -> tuple[Any, tuple[Any, ...]]:
+    return typing.get_origin(hint), typing.get_args(hint)
 
 
 @cache

@@ -75,15 +75,9 @@ def without_days(method: str, groups: Runs) -> Found:
     count, pairs = _days_counted(days, layout), list(combinations(groups, 2))
     if not any(_between(a, b) for a, b in pairs):
         return sizes, max(map(len, days)), SHARED
-    rows = [
-        row
-        for row in recorded()
-        if row.method == method and row.layout in _APART and min(len(row.n), SEVERAL) == min(len(sizes), SEVERAL)
-    ]
-    if not rows:
+    excess = _excess_by_design(method, sizes)
+    if not excess:
         return sizes, max(map(len, days)), layout
-    most = min(_unlike(row.n, sizes) for row in rows) + _AS_UNEQUAL
-    excess = {row: _excess_on_record(row) for row in rows if _unlike(row.n, sizes) <= most}
     own = max(_excess(_between(a, b), (a.total(), _within(a)), (b.total(), _within(b))) for a, b in pairs)
     needed = min(own, max(excess.values())) * _ROUNDING
     chosen = min(
@@ -91,6 +85,15 @@ def without_days(method: str, groups: Runs) -> Found:
         key=lambda row: (row.layout != layout, abs((row.days or 1) - count), excess[row]),
     )
     return chosen.n, chosen.days or 1, chosen.layout
+
+
+@cache
+def _excess_by_design(method: str, sizes: tuple[int, ...]) -> dict[Recorded, float]:
+    """Return the designs on record of a method whose groups do not share all days and are about as unequal in size."""
+    of_method = [row for row in recorded() if row.method == method and row.layout in _APART]
+    rows = [row for row in of_method if min(len(row.n), SEVERAL) == min(len(sizes), SEVERAL)]
+    most = min((_unlike(row.n, sizes) for row in rows), default=0.0) + _AS_UNEQUAL
+    return {row: _excess_on_record(row) for row in rows if _unlike(row.n, sizes) <= most}
 
 
 def _between(a: Counter[str], b: Counter[str]) -> float:
