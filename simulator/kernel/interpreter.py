@@ -67,6 +67,10 @@ class Interpreter:
     """The other process, started when it is first asked, and the thread that waits for its answers."""
 
     def __init__(self) -> None:
+        self.forget()
+
+    def forget(self) -> None:
+        """Start without a process, as after a fork: it answers the one that started it."""
         self.process: subprocess.Popen[bytes] | None = None
         self.waiting, self.alone = ThreadPoolExecutor(1), Lock()
 
@@ -78,7 +82,7 @@ class Interpreter:
                 pickle.dump((effects, arguments), cast(IO[bytes], process.stdin))
                 cast(IO[bytes], process.stdin).flush()
                 answer = self.waiting.submit(pickle.load, cast(IO[bytes], process.stdout)).result(patience_s)
-            except (TimeoutError, EOFError, OSError):  # it takes long, or it was killed
+            except (TimeoutError, EOFError, OSError, pickle.UnpicklingError):  # it takes long, or it was killed
                 self.end()
                 return None
             except BaseException:  # Ctrl-C is for this process, which ends the other
@@ -109,6 +113,8 @@ class Interpreter:
 
 _interpreter = Interpreter()
 atexit.register(_interpreter.end)
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_interpreter.forget)
 
 
 def main() -> None:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from simulator.jump import limits_for
 from simulator.kernel.interpreter import Interpreter
@@ -23,6 +25,20 @@ interpreter.PATIENCE_S = float(sys.argv[1])
 scene = load_scene("sim2").changed(effects_off=["motor_heat", "inertial_drag", "added_mass"])
 found = simulate(scene)
 print(json.dumps([found.interpreted, is_compiled(scene.effects), found.compile_time_s > 0.0, repr(found.jump)]))
+"""
+
+
+FORKED = """
+import os, sys
+from simulator.jump import simulate
+from simulator.scene_file import load_scene
+
+scene = load_scene("sim2").changed(effects_off=["motor_heat", "inertial_drag"])
+jump, child = simulate(scene).jump, os.fork()
+same = simulate(scene).jump == jump
+if child:
+    same &= os.waitpid(child, 0)[1] == 0
+sys.exit(not same)
 """
 
 
@@ -56,3 +72,8 @@ def test_a_process_that_is_killed_or_slow_gives_no_answer_and_is_replaced() -> N
         assert running.ask(effects, no_scenes, 600.0) is not None
     finally:
         running.end()
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no processes are forked here")
+def test_a_forked_process_has_an_interpreter_of_its_own(tmp_path: Path) -> None:
+    python(["-c", FORKED], LABBOOK_CACHE=str(tmp_path))
