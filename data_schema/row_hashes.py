@@ -15,6 +15,7 @@ import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cache
 from typing import Any
 
 import sqlalchemy as sa
@@ -159,7 +160,7 @@ def kept_hashes(connection: sa.Connection, kind: str) -> dict[str, str]:
 
 def row_hashes(connection: sa.Connection, kind: str, uids: Sequence[str] | None = None) -> dict[str, str]:
     """Return the hashes of the rows as they stand, by the uid of their owner: of all of a kind, or of some."""
-    queries = _QUERIES[connection.dialect.name].get(kind, [])
+    queries = _queries_by_kind(connection.dialect.name).get(kind, [])
     given = {} if uids is None else {"uids": list(uids)}
     digests: dict[str, Any] = {}
     for name, every, some in queries:
@@ -176,7 +177,7 @@ def rows_of(connection: sa.Connection, kind: str, uid: str) -> list[tuple[str, d
     """Return what the hash of one owner covers: each row by column, after the name of its table."""
     return [
         (name.decode(), {column: value for column, value in row.items() if column != "owner"})
-        for name, _every, some in _QUERIES[connection.dialect.name].get(kind, [])
+        for name, _every, some in _queries_by_kind(connection.dialect.name).get(kind, [])
         for row in connection.execute(some, {"uids": [uid]}).mappings()
     ]
 
@@ -210,14 +211,13 @@ def _stale() -> tuple[bytes, sa.Select[Any], sa.Select[Any]]:
     return STALE.encode(), every, every.where(results.result.c.uid.in_(sa.bindparam("uids", expanding=True)))
 
 
-_QUERIES = {
-    dialect: {
-        **{kind: [_queries(owner, member, dialect) for member in members] for kind, (owner, members) in GROUPS.items()},
-        STALE: [_stale()],
+@cache
+def _queries_by_kind(dialect: str) -> dict[str, list[tuple[bytes, sa.Select[Any], sa.Select[Any]]]]:
+    """Build the queries once: an ingest of many files asks them for each, and building one takes longer than asking."""
+    found = {
+        kind: [_queries(owner, member, dialect) for member in members] for kind, (owner, members) in GROUPS.items()
     }
-    for dialect in ("sqlite", "postgresql")
-}
-"""Built once: an ingest of many files asks them for each, and building one takes longer than asking it."""
+    return {**found, STALE: [_stale()]}
 
 
 def _keep(connection: sa.Connection, kind: str, uids: Sequence[str]) -> None:

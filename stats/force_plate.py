@@ -14,7 +14,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import ndimage
 
 from data_schema.reasons import Reason
 from data_schema.units import STANDARD_GRAVITY_M_S2
@@ -90,13 +89,15 @@ def find_contacts(time_s: ArrayLike, force_n: ArrayLike) -> tuple[Contact, ...] 
     The contacts in order; one that touches an end of the record or has a missing sample is left out. Undefined where
     the plate is never empty for long enough, or nothing presses on it.
     """
+    from scipy.ndimage import uniform_filter1d
+
     time, force = np.asarray(time_s, dtype=np.float64), np.asarray(force_n, dtype=np.float64)
     known = np.isfinite(force)
     if np.count_nonzero(known) < 2:
         return Undefined(Reason.NO_TWO_SAMPLES)
     step_s = float(np.median(np.diff(time)))
     least = max(round(SHORTEST_S / step_s), 2)
-    smooth = ndimage.uniform_filter1d(np.where(known, force, np.median(force[known])), least)
+    smooth = uniform_filter1d(np.where(known, force, np.median(force[known])), least)
     low, high = float(smooth.min()), float(smooth.max())
     zero, noise_n = _zero(time, force, _ranges(force < low + _FIRST_THRESHOLD * (high - low), least))
     if zero is None:
@@ -205,8 +206,10 @@ def _onset_s(time: _Floats, above: _Floats, threshold_n: float) -> float:
     The line through the points at which its moving average passes a low threshold and the double of that is extended
     to zero. A step, which the average makes a ramp, began in the ramp's middle.
     """
+    from scipy.ndimage import uniform_filter1d
+
     window = max(round(_SMOOTHED_S / (time[1] - time[0])), 1)
-    smooth, low_n = ndimage.uniform_filter1d(above, window), threshold_n / math.sqrt(window)
+    smooth, low_n = uniform_filter1d(above, window), threshold_n / math.sqrt(window)
     once, twice = (_crossing_s(time, smooth, level) for level in (low_n, 2.0 * low_n))
     began = once - min(twice - once, _LONGEST_ONSET_S)
     return began + 0.5 * _SMOOTHED_S if twice - once < _STEP_SHARE * _SMOOTHED_S else began
