@@ -49,6 +49,7 @@ GROUPS = {
     "files": (RIG, "Files of the instruments: how they were read, reading them again, taking them out of use."),
     "jumps": (JUDGE, "Jumps of a run: list, reject, accept, clear."),
     "reports": (REPORT, "Reports that were made: list, show, what moved between two, and by what."),
+    "study": (REPORT, "Studies of the thesis, each from what was measured to its verdict."),
     "stats": (REPORT, "Statistics on a table or on the book: tests, savings, equivalence."),
     "sim": (SIMULATE, "Simulate jumps: one scene, from robot to ground."),
     "db": (BOOK, "The database: its revision, whether the book is whole, upgrading, copying, clearing up."),

@@ -69,6 +69,8 @@ ELSEWHERE = {
     "sim figures": "tests/cli/test_sim_figures.py",
     "sim parts": "tests/cli/test_sim_parts.py",
     "sim published": "tests/cli/test_sim_published.py",
+    "sim warm": "tests/cli/test_sim_run.py",
+    "study compaction": "tests/cli/test_study_compaction.py",
     "stats compare": "tests/cli/test_stats.py",
     "stats anova": "tests/cli/test_stats.py",
     "stats savings": "tests/cli/test_stats.py",

@@ -1,0 +1,1 @@
+"""Studies of the thesis, each from what was measured to its verdict."""

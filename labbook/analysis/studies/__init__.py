@@ -1,0 +1,1 @@
+"""Studies beside the jumps, from what was measured to what it says."""

@@ -1,0 +1,81 @@
+"""How densely a bed's grains lie, poured and compacted: fractions in flasks, and without walls (thesis 5.1.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from data_schema.errors import InputRefused
+from stats.lines.regression import LinearFit, fit_linear
+from stats.packing import UnboundedPacking, unbounded_fraction
+
+FEWEST_FLASKS = 3
+WALL = "grain size / flask radius"
+
+
+@dataclass(frozen=True, slots=True)
+class StateOfGrains:
+    """One state of the grains: the flasks' fractions, and what they say of a bed without walls.
+
+    `wall` is grain size over flask radius, dimensionless, as long as `fractions`.
+    """
+
+    name: str
+    wall: tuple[float, ...]
+    fractions: tuple[float, ...]
+    line: LinearFit
+    unbounded: UnboundedPacking
+
+
+@dataclass(frozen=True, slots=True)
+class Compaction:
+    """Both states, in the order of the sheet, and how much denser the last is than the first.
+
+    `rise` is the line through the differences within flasks: a flask's own error is the same in both states.
+    """
+
+    states: tuple[StateOfGrains, ...]
+    rise: LinearFit
+    grain_m: float
+
+
+def compaction(
+    measured: Mapping[str, Sequence[tuple[float, float]]], grain_m: float, level: float = 0.95
+) -> Compaction:
+    """Extrapolate the fractions of each state to an infinite container.
+
+    `measured` has by state the radius of each flask in m and the volume fraction in it, repeated fillings in their
+    order. Raises `InputRefused` for other than two states, flasks that were not measured in both, and fewer than three
+    sizes.
+    """
+    if len(measured) != 2:
+        found = ", ".join(map(repr, measured))
+        raise InputRefused(f"there are the states {found}: measure two, such as loose and compacted.")
+    # repeated fillings of a flask stay in their order: the first of one state goes with the first of the other
+    states = {name: sorted(rows, key=lambda row: row[0]) for name, rows in measured.items()}
+    (first, before), (last, after) = states.items()
+    radii_m = [radius_m for radius_m, _ in before]
+    if radii_m != [radius_m for radius_m, _ in after]:
+        raise InputRefused(f"the flasks of {first!r} and {last!r} differ: measure each flask in both states.")
+    if len(set(radii_m)) < FEWEST_FLASKS:
+        raise InputRefused(
+            f"there are {len(set(radii_m))} sizes of flasks: measure at least {FEWEST_FLASKS}, or there is no line to "
+            "extend to a bed without walls."
+        )
+    if radii_m[0] <= grain_m:
+        raise InputRefused(
+            f"grains of {grain_m * 1e3:g} mm do not fit a flask of {radii_m[0] * 1e3:g} mm radius: check the units."
+        )
+    rises = [dense - loose for (_, loose), (_, dense) in zip(before, after, strict=True)]
+    return Compaction(
+        states=tuple(_state(name, rows, grain_m, level) for name, rows in states.items()),
+        rise=fit_linear(rises, {WALL: [grain_m / radius_m for radius_m in radii_m]}, level=level),
+        grain_m=grain_m,
+    )
+
+
+def _state(name: str, rows: Sequence[tuple[float, float]], grain_m: float, level: float) -> StateOfGrains:
+    radii_m, fractions = zip(*rows, strict=True)
+    wall = tuple(grain_m / radius_m for radius_m in radii_m)
+    line = fit_linear(fractions, {WALL: wall}, level=level)
+    return StateOfGrains(name, wall, fractions, line, unbounded_fraction(radii_m, fractions, grain_m, level=level))

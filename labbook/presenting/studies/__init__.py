@@ -1,0 +1,1 @@
+"""Results of studies as sentences and as data."""

@@ -1,0 +1,89 @@
+"""The compaction of a bed: as sentences, as data, and as what its figure draws."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from data_schema.rounding import interval_text, number_text
+from data_schema.vocabulary import Undefined
+from labbook.analysis.studies.compaction import WALL, Compaction, StateOfGrains
+from reports.figures.compaction import FractionLine
+from stats.packing import UnboundedPacking
+
+PUBLISHED = (("loose", 0.61), ("compacted", 0.63))
+"""Of 3.4 mm glass beads (thesis 5.1.2), to two digits."""
+PUBLISHED_GRAIN_M = 3.4e-3
+_POINTS = 101
+
+
+def sentences(study: Compaction) -> list[str]:
+    """Say how densely the grains lie in either state, how much that differs, and what the thesis found."""
+    first, last = study.states
+    of_states = [f"{_fraction_text(state.unbounded)} {state.name}" for state in study.states]
+    rise = study.rise
+    difference = number_text(rise.coefficients[0], error=_error(rise.standard_errors))
+    said = [
+        f"Without walls the grains fill {' and '.join(of_states)}.",
+        f"{last.name} less {first.name}: {difference} ({interval_text(rise.intervals()[0], rise.level)}; within "
+        f"flasks, n = {rise.n}, df = {rise.df}).",
+    ]
+    if abs(study.grain_m / PUBLISHED_GRAIN_M - 1.0) < 0.05:
+        known = " and ".join(f"{value:g} {name}" for name, value in PUBLISHED)
+        said.append(f"The thesis found {known} (5.1.2; five flasks, to two digits).")
+    of_walls = [state.line.intervals()[1] for state in study.states]
+    if any(not isinstance(interval, Undefined) and interval[0] > 0.0 for interval in of_walls):
+        said.append("The fraction rises towards smaller flasks, where walls should lower it: look at the small flasks.")
+    return said
+
+
+def _fraction_text(packing: UnboundedPacking) -> str:
+    number = number_text(packing.fraction, error=packing.se)
+    return f"{number} ({interval_text(packing.ci, packing.level, '', packing.se)})"
+
+
+def _error(errors: tuple[float, ...] | Undefined) -> float:
+    return 0.0 if isinstance(errors, Undefined) else errors[0]
+
+
+def as_data(study: Compaction) -> dict[str, Any]:
+    """Return all numbers for JSON."""
+    return {
+        "grain_m": study.grain_m,
+        "states": [
+            {
+                "state": state.name,
+                **state.unbounded.to_dict(),
+                "measurements": [
+                    {"grain_over_radius": wall, "fraction": fraction}
+                    for wall, fraction in zip(state.wall, state.fractions, strict=True)
+                ],
+            }
+            for state in study.states
+        ],
+        "difference": study.rise.to_dict(),
+    }
+
+
+def drawn(study: Compaction) -> list[FractionLine]:
+    """Return what the figure shows."""
+    return [_line(state) for state in study.states]
+
+
+def _line(state: StateOfGrains) -> FractionLine:
+    places = np.linspace(0.0, max(state.wall), _POINTS).tolist()
+    responses = [state.line.at({WALL: place}, state.line.level) for place in places]
+    bands = [response.ci for response in responses if not isinstance(response.ci, Undefined)]
+    band = tuple(zip(*bands, strict=True)) if len(bands) == len(places) else None
+    interval = state.unbounded.ci
+    return FractionLine(
+        label=state.name,
+        wall=state.wall,
+        fractions=state.fractions,
+        line_wall=places,
+        line=[float(response.value) for response in responses if not isinstance(response.value, Undefined)],
+        band=None if band is None else (band[0], band[1]),
+        at_0=state.unbounded.fraction,
+        interval=None if isinstance(interval, Undefined) else interval,
+    )
