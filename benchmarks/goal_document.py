@@ -20,8 +20,15 @@ from numpy.typing import NDArray
 from benchmarks.document import table_text
 from benchmarks.section import Table
 from data_schema.errors import UsageError
-from simulator.error_bars import FINER
-from simulator.jump import FINEST_ACCURACY, MOST_STEPS_A_JUMP, ROUNDING, ill_conditioned, limits_for, parameter_row
+from simulator.error_bars import finer_accuracy
+from simulator.jump import (
+    ILL_CONDITIONED_BELOW,
+    MOST_STEPS_A_JUMP,
+    ROUNDING,
+    ill_conditioned,
+    limits_for,
+    parameter_row,
+)
 from simulator.kernel.build import Kernel, kernel_for
 from simulator.kernel.layout import OUTCOMES, STEP_LIMIT
 from simulator.kernel.limits import MOST_STEPS
@@ -170,10 +177,12 @@ def barred(kernel: Kernel, table: Row) -> list[Barred]:
     table, finest, found = table[known], finest[known], []
     simulated: dict[float, Row] = {}
     for goal in GOALS:
-        finer = max(goal / FINER, FINEST_ACCURACY)
+        finer = finer_accuracy(goal)
         for accuracy in {goal, finer} - simulated.keys():
             simulated[accuracy] = _simulated(kernel, table, accuracy, FEW_STEPS)
-        coarse, fine = simulated[goal], simulated[finer]
+        coarse, fine = simulated[goal], simulated[finer].copy()
+        close = fine[:, COLUMN["decision_margin"]] < ILL_CONDITIONED_BELOW
+        fine[close] = _simulated(kernel, table[close], finer_accuracy(finer), FEW_STEPS)
         rounding = np.maximum(fine[:, COLUMN["error_growth"]], 1.0) * ROUNDING
         flags = np.maximum(_apart(coarse, fine), rounding) > goal
         missed, keeps = _apart(coarse, finest) > 10.0 * goal, _apart(fine, finest) <= goal

@@ -2,7 +2,7 @@
 
 The difference is the bound, and the finer values are the result: a coarser second run, or a margin of the controller's
 decisions, does not see a jump that ends in another way. What the margins, the growth of errors and the number of steps
-say are the reasons for a large one.
+say are the reasons for a large one. Where the finer simulation itself hangs on a decision, a third one tells.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import fields, replace
 
-from simulator.jump import FINEST_ACCURACY, ROUNDING, flagged_from_the_first_on, open_book, simulate
+from simulator.jump import FINEST_ACCURACY, ROUNDING, close_decision, flagged_from_the_first_on, open_book, simulate
 from simulator.result import JumpResult, SceneResult
 from simulator.scene import Scene
 
@@ -29,6 +29,18 @@ def finer_accuracy(accuracy: float) -> float:
     return max(accuracy / FINER, FINEST_ACCURACY)
 
 
+def simulate_finer(scene: Scene, accuracy: float, trajectory: bool = False) -> SceneResult:
+    """Simulate a scene a hundred times finer than `accuracy`, and as much finer again where that hangs on a decision.
+
+    The result's `accuracy` is the one that was taken, never finer than 1e-13.
+    """
+    finer = finer_accuracy(accuracy)
+    found = simulate(scene, finer, trajectory)
+    if finer > FINEST_ACCURACY and any(map(close_decision, found.jumps)):
+        return simulate(scene, finer_accuracy(finer), trajectory)
+    return found
+
+
 def simulate_with_errors(scene: Scene, accuracy: float = 1e-6, trajectory: bool = False) -> SceneResult:
     """Simulate all jumps of a scene with an estimated error for each output.
 
@@ -40,8 +52,8 @@ def simulate_with_errors(scene: Scene, accuracy: float = 1e-6, trajectory: bool 
 
     Returns
     -------
-    The jumps simulated to a hundredth of `accuracy` (never finer than 1e-13). Of each, `errors` has by output the
-    absolute difference to the simulation to `accuracy`, in the output's unit. It is `ill_conditioned` where that of
+    The jumps simulated to a hundredth of `accuracy` (`simulate_finer`). Of each, `errors` has by output the absolute
+    difference to the simulation to `accuracy`, in the output's unit. It is `ill_conditioned` where that of
     depth, lift-off time, apex height or cost is above the accuracy, or where it ends otherwise: `coarser` is then the
     jump to `accuracy`; so is every jump after such a one. A jump that only the finer simulation makes has no errors. At
     an accuracy of 1e-13 there is nothing finer, and no error.
@@ -57,16 +69,15 @@ def simulate_with_errors(scene: Scene, accuracy: float = 1e-6, trajectory: bool 
     >>> jump.errors["apex_height_m"] < 1e-6 * jump.apex_height_m, jump.ill_conditioned
     (True, False)
     """
-    finer = finer_accuracy(accuracy)
-    if finer >= accuracy:
+    if finer_accuracy(accuracy) >= accuracy:
         return simulate(scene, accuracy, trajectory)
-    coarse, fine = simulate(scene, accuracy), simulate(scene, finer, trajectory=trajectory)
+    coarse, fine = simulate(scene, accuracy), simulate_finer(scene, accuracy, trajectory)
     pairs = itertools.zip_longest(fine.jumps, coarse.jumps[: len(fine.jumps)])
     jumps = tuple(_with_errors(jump, other, accuracy) for jump, other in pairs)
     return replace(
         fine,
         accuracy=accuracy,
-        finer_accuracy=finer,
+        finer_accuracy=fine.accuracy,
         jumps=flagged_from_the_first_on(jumps),
         compile_time_s=coarse.compile_time_s or fine.compile_time_s,
         interpreted=coarse.interpreted,

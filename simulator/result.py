@@ -31,10 +31,11 @@ class JumpResult:
     book. `cost_J` is the sum of heat, mechanical energy and drag of the stance (with the effect `cost_of_whole_jump`,
     of the jump) and of the passive draw.
 
-    `decision_margin` is the distance of the closest decision of the sampled controller, in units of the local error.
-    Below 10 the jump is `ill_conditioned`, and `other_branch` is the jump with the other decision. It is also
-    `ill_conditioned` where sampled damping amplifies errors (`error_growth`) until rounding alone takes half of the
-    accuracy.
+    `decision_margin` is the distance of the closest decision of the sampled controller, in units of the local error, or
+    of the closest event that was nearly missed or nearly met (lift-off, touchdown, a leg that folds or is straight, a
+    switch without a clock; `decision_tick` is None then). Below 10 the jump is `ill_conditioned`, and `other_branch` is
+    the jump with the other decision at a tick. It is also `ill_conditioned` where sampled damping amplifies errors
+    (`error_growth`) until rounding alone takes half of the accuracy.
 
     `unresisted_sink_m` is how far a lifted foot sank below its print without meeting the ground (effect
     `contact_once_risen`); `cancelled_liftoff` among the counters how often the gains of flight took a lift-off back

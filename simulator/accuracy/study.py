@@ -17,7 +17,7 @@ from simulator.accuracy.outputs import outputs_of, relative_errors
 from simulator.accuracy.peers import PeerGaveUp
 from simulator.accuracy.reference_of import Reference, reference_of
 from simulator.error_bars import finer_accuracy
-from simulator.jump import ROUNDING
+from simulator.jump import ILL_CONDITIONED_BELOW, ROUNDING
 from simulator.kernel.build import kernel_for
 from simulator.kernel.rows import COLUMN
 from simulator.scene import Scene
@@ -130,10 +130,13 @@ def _point(attempt: Attempt, setting: float, reference: Reference, quick: bool) 
 
 
 def _estimated(scene: Scene, setting: float, stop_after: int, found: Found) -> dict[str, float | None]:
-    """Return the relative difference to a run a hundred times finer, as `simulator.error_bars` has it."""
-    finer = KernelRun(scene, finer_accuracy(setting), stop_after)
-    finer.run()
-    row = finer.row()
+    """Return the relative difference to a finer run, as `simulator.error_bars` has it."""
+    for finer in (finer_accuracy(setting), finer_accuracy(finer_accuracy(setting))):
+        kernel = KernelRun(scene, finer, stop_after)
+        kernel.run()
+        row = kernel.row()
+        if row[COLUMN["decision_margin"]] >= ILL_CONDITIONED_BELOW:
+            break
     rounding = min(1.0, max(1.0, float(row[COLUMN["error_growth"]])) * ROUNDING)
     moved = relative_errors(found.outputs, outputs_of(scene, row).values)
     return {name: None if error is None else max(error, rounding) for name, error in moved.items()}

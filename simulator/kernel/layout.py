@@ -154,7 +154,11 @@ K1, K2, K3, K4, K5, K6, K7 = _places(_RATES, _RATES + 7 * WIDTH, WIDTH)
 ERROR = _RATES + 7 * WIDTH
 """Place of the estimated error of a step."""
 
-PARAMETERS = ERROR + WIDTH
+NEAR = ERROR + WIDTH
+"""Place of the distances from zero within which a peak of each guard is noted, as the error of the state may decide
+whether its event happens; 0 where it may not change the jump at once."""
+
+PARAMETERS = NEAR + GUARDS
 """Place of the first parameter; before it, everything has the same place in every kernel."""
 
 OUTCOMES = (

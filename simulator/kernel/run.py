@@ -14,6 +14,7 @@ from simulator.kernel.composition import Composition
 from simulator.kernel.control.controller import make_wants_switch
 from simulator.kernel.control.decisions import make_switch, make_tick
 from simulator.kernel.events.contact import make_lift_off, make_settle
+from simulator.kernel.events.first_event import make_set_near
 from simulator.kernel.events.landing import make_meet_ground
 from simulator.kernel.events.standstill import GOES_ON
 from simulator.kernel.events.transitions import make_transition
@@ -107,6 +108,7 @@ def make_run(composition: Composition) -> Function:
     meet_ground = make_meet_ground(composition)
     touch_down = make_touch_down(meet_ground, settle)
     begin, begin_jump = make_begin(composition), make_begin_jump(composition, meet_ground, settle)
+    set_near = make_set_near(composition)
     finish, prepare, given_up = make_finish(composition), composition.prepare, make_given_up(composition)
     rest, sampled = composition.position["rest_length"], composition.on("sampled_control")
     rate = composition.position.get("control_rate", -1)
@@ -118,6 +120,7 @@ def make_run(composition: Composition) -> Function:
         work[TOLERANCE], work[ALLOWED] = limits[TOLERANCE_WANTED], EVENT_SHARE * limits[TOLERANCE_WANTED]
         work[LENGTH_UNIT] = DECISION_SHARE * work[TOLERANCE] * work[rest]
         work[SPEED_UNIT] = DECISION_SHARE * work[TOLERANCE] * math.sqrt(GRAVITY_M_S2 * work[rest])
+        set_near(work)
         work[STEP] = FIRST_STEP_S
         jump, recorded, in_jump, row = 0, 0, False, address_of(rows[0])
         outcome = TOUCHDOWN if work[NOW + X_FOOT] <= 0.0 else GOES_ON

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
 from simulator.error_bars import JUDGED, finer_accuracy
-from simulator.jump import ROUNDING, ill_conditioned, limits_for, open_book, under_surface
+from simulator.jump import ILL_CONDITIONED_BELOW, ROUNDING, ill_conditioned, limits_for, open_book, under_surface
 from simulator.kernel.build import Kernel, kernel_for
 from simulator.kernel.cache import fingerprint
 from simulator.kernel.composition import compose
@@ -67,8 +67,8 @@ class Recipe:
     """All that is needed to simulate rows of a sweep, small enough to send with every chunk.
 
     `base`: the scene's parameters in the kernel's order; `places`: where among them the swept ones stand;
-    `passive_place`: where the passive power does. `finer`: limits of the second simulation that error bars take,
-    None without them. `simulator`: which version of it is meant.
+    `passive_place`: where the passive power does. `finer`: limits of the second and the third simulation that error
+    bars take, none without them. `simulator`: which version of it is meant.
     """
 
     effects: tuple[str, ...]
@@ -77,7 +77,7 @@ class Recipe:
     places: tuple[int, ...]
     passive_place: int | None
     limits: Row
-    finer: Row | None
+    finer: tuple[Row, ...]
     accuracy: float
     simulator: str
 
@@ -90,10 +90,10 @@ def simulator_here() -> str:
 
 def recipe_for(scene: Scene, design: Design, accuracy: float, *, error_bars: bool = False) -> Recipe:
     """Return the recipe of a sweep. Raises `UsageError` for an accuracy that cannot be had."""
-    limits, finer = limits_for(accuracy), limits_for(finer_accuracy(accuracy)) if error_bars else None
-    for each in (limits, finer):
-        if each is not None:
-            each[JUMPS_WANTED] = scene.jumps
+    finer = finer_accuracy(accuracy)
+    limits, *others = [limits_for(each) for each in (accuracy, finer, finer_accuracy(finer))]
+    for each in (limits, *others):
+        each[JUMPS_WANTED] = scene.jumps
     names = [parameter.name for parameter in compose(scene.effects).parameters]
     return Recipe(
         effects=tuple(sorted(scene.effects)),
@@ -102,7 +102,7 @@ def recipe_for(scene: Scene, design: Design, accuracy: float, *, error_bars: boo
         places=tuple(names.index(swept.parameter) for swept in design.axes),
         passive_place=names.index("passive_power") if "passive_draw" in scene.effects else None,
         limits=limits,
-        finer=finer,
+        finer=tuple(others) if error_bars else (),
         accuracy=accuracy,
         simulator=simulator_here(),
     )
@@ -134,11 +134,11 @@ def simulate_rows(recipe: Recipe, values: Block, barred: Flags | None = None) ->
     table = np.tile(recipe.base, (len(values), 1))
     table[:, recipe.places] = values
     block = _simulated(recipe, recipe.limits, table)
-    if recipe.finer is None:
+    if not recipe.finer:
         return block
     whole = np.concatenate([block, np.full((*block.shape[:2], len(ERRORS)), np.nan)], axis=2)
     which = np.ones(len(values), np.bool_) if barred is None else barred
-    whole[which] = _with_errors(recipe.accuracy, block[which], _simulated(recipe, recipe.finer, table[which]))
+    whole[which] = _with_errors(recipe.accuracy, block[which], _finer(recipe, table[which]))
     return whole
 
 
@@ -154,6 +154,16 @@ def _with_errors(accuracy: float, coarse: Block, fine: Block) -> Block:
     flags = np.logical_or.accumulate(above.any(axis=2) | (ends != before), axis=1)
     fine[:, :, PLACE["ill_conditioned"]] = np.where(ends == NOT_MADE_FLAG, NOT_MADE_FLAG, flags)
     return np.concatenate([fine, errors], axis=2)
+
+
+def _finer(recipe: Recipe, table: Block) -> Block:
+    """Simulate finer, and finer still where that hangs on a decision, as `simulator.error_bars.simulate_finer` does."""
+    finer, finest = recipe.finer
+    found = _simulated(recipe, finer, table)
+    close = (found[:, :, PLACE["decision_margin"]] < ILL_CONDITIONED_BELOW).any(axis=1)
+    if close.any():
+        found[close] = _simulated(recipe, finest, table[close])
+    return found
 
 
 def _simulated(recipe: Recipe, limits: Row, table: Block) -> Block:

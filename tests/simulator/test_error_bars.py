@@ -10,7 +10,7 @@ import pytest
 
 from data_schema.errors import UsageError
 from simulator.error_bars import JUDGED, differences, largest_share, simulate_with_errors
-from simulator.jump import simulate
+from simulator.jump import close_decision, simulate
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
 from tests.helpers.kernels import interpreted, relative_error
@@ -46,10 +46,33 @@ def test_the_finer_values_are_the_result_and_their_difference_the_error() -> Non
     assert found.jump.coarser is None
 
 
+CRITICAL_N_M = 628.336056852
+"""Stiffness in compression above which the force that lifts the foot has its peak below zero, at 1e-11."""
+
+
 def test_a_jump_that_ends_otherwise_a_hundred_times_finer_is_flagged_with_both() -> None:
-    jump = simulate_with_errors(SOFT.changed({"k_compression": 628.3333}), 1e-6).jump
+    jump = simulate_with_errors(SOFT.changed({"k_compression": CRITICAL_N_M * (1.0 - 1e-6)}), 1e-4).jump
     assert (jump.outcome, jump.coarser and jump.coarser.outcome) == ("touchdown", "no_liftoff")
     assert jump.ill_conditioned
+
+
+def test_where_the_finer_simulation_hangs_on_a_decision_a_third_one_tells() -> None:
+    scene = SOFT.changed({"k_compression": CRITICAL_N_M * (1.0 - 1e-8)})
+    found, finer = simulate_with_errors(scene, 1e-4), simulate(scene, 1e-6).jump
+    assert (finer.outcome, close_decision(finer)) == (simulate(scene, 1e-4).jump.outcome, True)
+    assert (found.finer_accuracy, found.jump.outcome) == (1e-8, "touchdown")
+    assert found.jump.ill_conditioned
+
+
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-4, 1e-5, 1e-6, 1e-8])
+def test_a_lift_off_between_nodes_is_met_and_its_margin_says_how_nearly_it_was_missed(accuracy: float) -> None:
+    """The force that lifts the foot rises over zero for some milliseconds, by 1e-4 of what it is before."""
+    jump = simulate(SOFT.changed({"k_compression": 628.3333}), accuracy).jump
+    truth_s, flagged = 0.2950635131, accuracy >= 1e-5
+    assert jump.outcome == "touchdown"
+    assert close_decision(jump) == jump.ill_conditioned == flagged
+    assert flagged or jump.liftoff_time_s == pytest.approx(truth_s, rel=accuracy)
+    assert (jump.decision_tick is None) == flagged
 
 
 def test_two_runs_that_take_the_same_steps_are_known_to_what_rounding_grows_to() -> None:

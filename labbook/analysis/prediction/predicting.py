@@ -263,7 +263,7 @@ def _parts(settings: SimulationSettings, scene: Scene) -> dict[str, float]:
 
 def _predicted(scene: Scene, settings: SimulationSettings, progress: Callable[[str], None]) -> PredictionResult:
     from simulator.declared import all_parameters
-    from simulator.error_bars import finer_accuracy
+    from simulator.error_bars import simulate_finer
     from simulator.kernel.build import kernel_for
     from simulator.scene_file import write_scene
 
@@ -309,6 +309,6 @@ def _predicted(scene: Scene, settings: SimulationSettings, progress: Callable[[s
             for name, part in parts.items()
         },
         values=dict(found.values),
-        finer=dict(simulated(scene, finer_accuracy(settings.accuracy)).values),
+        finer=_means(simulate_finer(scene, settings.accuracy).jumps),
         otherwise={source: tuple(several) for source, several in otherwise.items()},
     )

@@ -68,10 +68,11 @@ def _ill_conditioned(result: SceneResult) -> list[str]:
     if jump.errors is not None and not jump.ill_conditioned:
         return []
     if close_decision(jump):
-        where = "" if jump.decision_tick is None else f" at tick {jump.decision_tick}"
+        tick = jump.decision_tick
+        where = "An event of its motion" if tick is None else f"A decision of the controller at tick {tick}"
         shown = "only the branch taken was simulated" if jump.other_branch is None else "both branches are shown"
         said.append(
-            f"warning: this jump hangs on a knife's edge. A decision of the controller{where} is only "
+            f"warning: this jump hangs on a knife's edge. {where} is only "
             f"{jump.decision_margin:.2g} local errors away from falling otherwise (under {ILL_CONDITIONED_BELOW:g} is "
             f"ill-conditioned); {shown}."
         )

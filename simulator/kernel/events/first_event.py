@@ -7,16 +7,30 @@ from numpy.typing import NDArray
 
 from simulator.compiled import inlined, inner
 from simulator.effects.effect import Function
+from simulator.kernel.composition import Composition
 from simulator.kernel.layout import (
     BETWEEN,
+    FOLDS,
+    GUARDS,
     GUARDS_AFTER,
     GUARDS_BEFORE,
     GUARDS_BETWEEN,
     GUARDS_EARLIER,
+    LENGTH_UNIT,
+    LIFTS,
+    MARGIN,
+    MARGIN_TICK,
+    NEAR,
     QUARTER,
+    RELEASES,
+    SPEED_UNIT,
+    STRAIGHTENS,
+    SWITCHES,
+    TOUCHES,
     TRIAL,
     WIDTH,
 )
+from simulator.kernel.limits import NEAR_PEAK
 
 Row = NDArray[np.float64]
 CLOSE = 1e-9
@@ -25,6 +39,12 @@ ASIDE = 0.01
 """Share of the way between two nodes at which a guard is looked at that is zero at the first."""
 CLIMBS = 4
 """Parabolas by which a peak between nodes is looked for."""
+PARABOLA = 0.25
+"""By how much a guard may rise over a parabola through three nodes, as a share of the parabola's bend."""
+FROM_AFAR = 0.1
+"""Share of the distance within which a peak is noted from beyond which it must come: a guard starts at zero after an
+event.
+"""
 NEVER = 2.0
 """A share of a step beyond its end."""
 
@@ -68,17 +88,48 @@ def make_refine(value: Function) -> Function:
     return refine
 
 
+def make_set_near(composition: Composition) -> Function:
+    """Set how near to zero a peak hangs on the error of the state: `(work)`, for guards whose events change a jump at
+    once.
+    """
+    k_compression, k_extension = composition.position["k_compression"], composition.position["k_extension"]
+
+    @inner
+    def set_near(work: Row) -> None:
+        length_m, speed_m_s = NEAR_PEAK * work[LENGTH_UNIT], NEAR_PEAK * work[SPEED_UNIT]
+        for guard in range(GUARDS):
+            work[NEAR + guard] = max(length_m, speed_m_s) if guard >= SWITCHES else 0.0
+        work[NEAR + LIFTS] = max(work[k_compression], work[k_extension]) * length_m
+        work[NEAR + TOUCHES] = work[NEAR + FOLDS] = work[NEAR + STRAIGHTENS] = work[NEAR + RELEASES] = length_m
+
+    return set_near
+
+
+@inner
+def note_peak(guard: int, peak: float, work: Row) -> None:
+    """Keep how near to zero a guard has its peak, where no decision was nearer and it does not come from there."""
+    near, peak = work[NEAR + guard], abs(peak)
+    if peak < near and work[GUARDS_EARLIER + guard] < -FROM_AFAR * near and NEAR_PEAK * peak < work[MARGIN] * near:
+        work[MARGIN], work[MARGIN_TICK] = NEAR_PEAK * peak / near, -1.0
+
+
 @inner
 def peaks(guard: int, work: Row) -> bool:
-    """Whether a parabola through the guard's values at the last three nodes, none positive, rises over zero."""
+    """Whether a parabola through the guard's values at the last three nodes, none positive, comes so near to zero that
+    the guard may rise over it, or has its peak near it.
+    """
     earlier, before, after = work[GUARDS_EARLIER + guard], work[GUARDS_BEFORE + guard], work[GUARDS_AFTER + guard]
     rise, bend = after - earlier, 2.0 * before - earlier - after
-    over = rise * rise + 8.0 * bend * before > 0.0 and abs(rise) < 2.0 * bend
+    high = before + PARABOLA * bend + work[NEAR + guard]
+    over = rise * rise + 8.0 * bend * high > 0.0 and abs(rise) < 2.0 * bend
     return over and earlier <= 0.0 and before <= 0.0 and after <= 0.0
 
 
 def make_rises_to_peak(value: Function, refine: Function) -> Function:
-    """Compose `(guard, middle, width, t, h, work)`: the share at which a guard that peaks rises, or `NEVER`."""
+    """Compose `(guard, middle, width, t, h, work)`: the share at which a guard that peaks rises, or `NEVER`.
+
+    How near to zero the peak is found is noted.
+    """
 
     @inner
     def rises_to_peak(guard: int, middle: float, width: float, t: float, h: float, work: Row) -> float:
@@ -102,7 +153,9 @@ def make_rises_to_peak(value: Function, refine: Function) -> Function:
             else:
                 low, middle, g_low, g_middle = middle, peak, g_middle, g
             if g > 0.0 and middle > nearest:
+                note_peak(guard, g, work)
                 return refine(guard, max(low, nearest), middle, g_low, g, t, h, work)
+        note_peak(guard, g_middle, work)
         return NEVER
 
     return rises_to_peak
