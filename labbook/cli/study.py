@@ -1,32 +1,53 @@
 """`labbook study`: studies of the thesis, each from what was measured to its verdict."""
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from labbook.cli.common import JsonOption
 from labbook.terminal import emit, within_width
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+LevelOption = Annotated[float, typer.Option("--level", help="Level of the intervals.")]
+PlotOption = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Draw it: a .png, .svg or .pdf file.")]
+DecimalOption = Annotated[
+    str | None, typer.Option("--decimal", metavar="SIGN", help="The table's decimal sign, where it is unclear.")
+]
+
 app = typer.Typer(no_args_is_help=True)
 
 
-@app.callback()
-def studies() -> None:
-    """Studies of the thesis, each from what was measured to its verdict."""
+def _text(file: Path, plot: Path | None) -> str:
+    """Read a sheet, once it is known that what it gives can be drawn."""
+    from labbook.cli.reading import read_text
+    from reports.figures.kind import check_form
+
+    check_form("--plot", plot)
+    return read_text(file, marked_utf_16=True)
+
+
+def _show(
+    data: dict[str, Any], said: list[str], draw: "Callable[[], Figure]", plot: Path | None, as_json: bool
+) -> None:
+    from labbook.actions.simulate.pictures import save_plot
+
+    if plot is not None:
+        save_plot(draw, plot)
+    files = {} if plot is None else {"plot": str(plot)}
+    emit({**data, **files}, [*within_width(said), *files.values()], as_json)
 
 
 @app.command()
 def compaction(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A CSV file, one filled flask a row.")],
     grain: Annotated[float, typer.Option("--grain", metavar="MM", help="The grains' diameter, mm.")],
-    level: Annotated[float, typer.Option("--level", help="Level of the intervals.")] = 0.95,
-    plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="FILE", help="Draw it (fig. 5.2): a .png, .svg or .pdf file.")
-    ] = None,
-    decimal: Annotated[
-        str | None, typer.Option("--decimal", metavar="SIGN", help="The table's decimal sign, where it is unclear.")
-    ] = None,
+    level: LevelOption = 0.95,
+    plot: PlotOption = None,
+    decimal: DecimalOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Show how densely a bed's grains lie, poured and compacted, from the water that fills flasks of several sizes.
@@ -37,16 +58,32 @@ def compaction(
 
     Example: labbook study compaction flasks.csv --grain 3.4 --plot compaction.pdf
     """
-    from labbook.actions.simulate.pictures import save_plot
     from labbook.actions.studies.compaction import compaction_of
-    from labbook.cli.reading import read_text
     from labbook.presenting.studies.compaction import as_data, drawn, sentences
     from reports.figures.compaction import draw_compaction
-    from reports.figures.kind import check_form
 
-    check_form("--plot", plot)
-    study = compaction_of(read_text(file, marked_utf_16=True), file, grain, level, decimal)
-    if plot is not None:
-        save_plot(lambda: draw_compaction(drawn(study)), plot)
-    files = {} if plot is None else {"plot": str(plot)}
-    emit({**as_data(study), **files}, [*within_width(sentences(study)), *files.values()], as_json)
+    study = compaction_of(_text(file, plot), file, grain, level, decimal)
+    _show(as_data(study), sentences(study), lambda: draw_compaction(drawn(study)), plot, as_json)
+
+
+@app.command("field")
+def field_walks(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A CSV file, one robot on one walk a row.")],
+    level: LevelOption = 0.95,
+    plot: PlotOption = None,
+    decimal: DecimalOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Compare what two robots need that walk together: specific resistance, energy over weight times distance.
+
+    FILE has the columns walk, robot, mass_kg, distance_m and energy_Wh, or charge_mAh and voltage_V, in any units that
+    their names say. The robots are compared within walks, by the logarithm of their ratio (thesis 2.2.3).
+
+    Example: labbook study field walks.csv --plot field.pdf
+    """
+    from labbook.actions.studies.field import field_study_of
+    from labbook.presenting.studies.field import as_data, drawn, sentences
+    from reports.figures.field import draw_field
+
+    study = field_study_of(_text(file, plot), file, level, decimal)
+    _show(as_data(study), sentences(study), lambda: draw_field(drawn(study)), plot, as_json)

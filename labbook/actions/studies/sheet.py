@@ -1,0 +1,74 @@
+"""Sheets of studies: columns of quantities with units in their names, and columns of words."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from data_schema.errors import InputRefused
+from data_schema.units import conversion
+from labbook.actions.stats.table import LongTable, numbers_of, read_table
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A quantity of a sheet: the unit that it is turned into, and what it is, for who has not named a column so."""
+
+    unit: str
+    meaning: str
+    needed: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class StudySheet:
+    """What a sheet holds: by quantity its values in SI units, by word its cells; all as long as the sheet has rows."""
+
+    values: Mapping[str, Sequence[float]]
+    words: Mapping[str, Sequence[str]]
+
+
+def read_study_sheet(
+    text: str, file: str, quantities: Mapping[str, Quantity], words: Sequence[str], example: str, decimal: str | None
+) -> StudySheet:
+    """Read a sheet whose columns are named as `radius_mm` or `water (ml)`, and `state`; upper case is the same.
+
+    Raises `InputRefused` for columns that are missing, units of something else, and cells that hold no positive number
+    or no word, with the line.
+    """
+    table = read_table(text, file)
+    named = re.compile(
+        rf"({'|'.join(quantities)})(?:[ _]volume)?(?:_([a-z0-9^*]+)|\s*[(\[]([^)\]]+)[)\]])", re.IGNORECASE
+    )
+    values: dict[str, list[float]] = {}
+    for column in table.columns:
+        if matched := named.fullmatch(column):
+            name = matched[1].lower()
+            factor, _offset = conversion(matched[2] or matched[3], quantities[name].unit)
+            values[name] = _values(table, column, factor, decimal)
+    for name, quantity in quantities.items():
+        if quantity.needed and name not in values:
+            raise InputRefused(
+                f"{file} has no column of the {quantity.meaning} with its unit: name the columns as in {example}."
+            )
+    return StudySheet(values, {word: _cells(table, word, example) for word in words})
+
+
+def _values(table: LongTable, column: str, factor: float, decimal: str | None) -> list[float]:
+    found = []
+    for number, line in zip(numbers_of(table, column, "the study", decimal), table.lines, strict=True):
+        if number is None or number <= 0:
+            raise InputRefused(f"line {line} of {table.file} has no positive {column}: measure it, or drop the row.")
+        found.append(float(number) * factor)
+    return found
+
+
+def _cells(table: LongTable, name: str, example: str) -> tuple[str, ...]:
+    column = next((column for column in table.columns if column.lower() == name), None)
+    if column is None:
+        raise InputRefused(f"{table.file} has no column {name!r}: name the columns as in {example}.")
+    cells = table.columns[column]
+    for cell, line in zip(cells, table.lines, strict=True):
+        if not cell:
+            raise InputRefused(f"line {line} of {table.file} has no {name}: write it, or drop the row.")
+    return cells

@@ -1,0 +1,93 @@
+"""`labbook study field`: a known ratio found again from walks of two robots, and what is refused."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.stats
+
+from labbook.actions.studies.field import field_study_of
+from tests.cli.shell import good, labbook, refused
+
+HEAD = "walk,robot,mass_kg,distance_m,energy_Wh\n"
+RATIO = 1.1 / 1.3
+PAGE = Path(__file__).parents[2] / "docs" / "field.md"
+
+
+def sheet(chance: np.random.Generator, walks: int) -> str:
+    """Walks of which some are harder for both robots, and what either needs scatters by 3 %."""
+    rows = []
+    for walk in range(walks):
+        distance_m, hardness = chance.uniform(100.0, 600.0), chance.normal(0.0, 0.3)
+        for robot, mass_kg, needed in (("thin", 8.1, 1.3), ("wide", 8.3, 1.1)):
+            scattered = needed * math.exp(hardness + chance.normal(0.0, 0.03))
+            energy_wh = scattered * mass_kg * 9.80665 * distance_m / 3600.0
+            rows.append(f"{walk},{robot},{mass_kg},{distance_m:.9g},{energy_wh:.9g}\n")
+    return HEAD + "".join(rows)
+
+
+def test_intervals_cover_the_ratio() -> None:
+    """The count lies in the 99.9 % binomial band, though walks differ ten times as much as robots scatter."""
+    chance, count, covered = np.random.default_rng(223), 2000, 0
+    for _ in range(count):
+        interval = field_study_of(sheet(chance, 4), Path("walks.csv"), 0.95, ".").ratio_ci
+        assert isinstance(interval, tuple)
+        covered += interval[0] <= RATIO <= interval[1]
+    low, high = scipy.stats.binom.interval(0.999, count, 0.95)
+    assert low <= covered <= high
+
+
+def test_energies_and_charges_in_any_units_are_the_same() -> None:
+    rows = [("a", "x", 8, 400, 10), ("a", "y", 9, 400, 9), ("b", "x", 8, 300, 8), ("b", "y", 9, 300, 7)]
+    text = HEAD + "".join(f"{walk},{robot},{kg},{m},{wh}\n" for walk, robot, kg, m, wh in rows)
+    other = "Walk;Robot;Mass (g);Distance [km];charge_mAh;voltage_V\n" + "".join(
+        f"{walk};{robot};{kg * 1000};{m / 1000};{wh / 16.8 * 1e3:.14g};16.8\n" for walk, robot, kg, m, wh in rows
+    )
+    one, same = (field_study_of(given, Path("walks.csv"), 0.95, ".") for given in (text, other))
+    assert one.specific_resistance["x"][0] == pytest.approx(36000.0 / (8.0 * 9.80665 * 400.0), rel=1e-12)
+    for robot in ("x", "y"):
+        assert one.specific_resistance[robot] == pytest.approx(same.specific_resistance[robot], rel=1e-12)
+
+
+def test_the_page_works_as_it_says(tmp_path: Path) -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    (data,) = re.findall(r"```csv\n(.*?)```", text, re.DOTALL)
+    (said,) = re.findall(r"```text\n(.*?)```", text, re.DOTALL)
+    (words,) = re.findall(r"^ {4}labbook (study .*)$", text, re.MULTILINE)
+    (tmp_path / "walks.csv").write_text(data, encoding="utf-8")
+    assert good(labbook(*words.split(), at=tmp_path)).out == said + "field.pdf\n"
+    assert (tmp_path / "field.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_one_walk_has_numbers_and_no_interval(tmp_path: Path) -> None:
+    (tmp_path / "walks.csv").write_text(HEAD + "a,thin,8,430,12\na,wide,8,430,10\n", encoding="utf-8")
+    found = good(labbook("study", "field", "walks.csv", "--plot", "a.png", "--json", at=tmp_path)).json
+    assert found["ratio"] == pytest.approx(10 / 12)
+    assert found["ratio_ci"] is None
+    assert (tmp_path / "a.png").exists()
+
+
+ROWS = "a,thin,8,430,12\na,wide,8,430,10\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("walk,robot,mass_kg,distance_m\na,thin,8,430\n", ("energies", "charge_mAh")),
+        ("walk,robot,distance_m,energy_Wh\na,thin,430,12\n", ("mass",)),
+        (HEAD.replace("walk", "day") + ROWS, ("walk",)),
+        (HEAD + ROWS + "b,thin,8,300,9\n", ("'wide'", "'b'")),
+        (HEAD + ROWS + "a,wide,8,300,9\n", ("twice",)),
+        (HEAD + ROWS + "a,other,8,300,9\n", ("'other'", "two robots")),
+        (HEAD + "a,thin,8,0,12\na,wide,8,430,10\n", ("line 2", "distance_m")),
+        (HEAD + ",thin,8,4,12\na,wide,8,430,10\n", ("line 2", "walk")),
+    ],
+    ids=["no energy", "no mass", "no walk", "one alone", "twice", "three robots", "no way", "nameless"],
+)
+def test_refused_with_what_to_write(text: str, said: tuple[str, ...], tmp_path: Path) -> None:
+    (tmp_path / "walks.csv").write_text(text, encoding="utf-8")
+    refused(labbook("study", "field", "walks.csv", at=tmp_path), 2, *said)
