@@ -8,58 +8,46 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import scipy.stats
 from PIL import Image
 
+from benchmarks.validation_document import (
+    COMPACTED,
+    FLASK_RADII_MM,
+    GRAIN_MM,
+    LOOSE,
+    STUDIES,
+    WALLS,
+    covered,
+    flasks,
+    outside,
+)
 from labbook.actions.studies.compaction import compaction_of
 from tests.cli.shell import good, labbook, refused
 
-RADII_MM, GRAIN_MM = (15.0, 20.0, 30.0, 45.0, 60.0), 3.4
-LOOSE, COMPACTED, WALLS = 0.61, 0.63, (-0.25, -0.2)
 PAGE = Path(__file__).parents[2] / "docs" / "compaction.md"
-
-
-def sheet(chance: np.random.Generator, of_flask: float = 0.002, of_water: float = 0.0015) -> str:
-    """A sheet as a person keeps it, with normal errors of fractions: one of a flask, and one of each filling."""
-    lines = ["radius_mm,state,water_ml"]
-    for radius_mm in RADII_MM:
-        volume_ml, shared = 4.0 / 3.0 * math.pi * radius_mm**3 / 1e3, chance.normal(0.0, of_flask)
-        for state, fraction, wall in zip(("loose", "compacted"), (LOOSE, COMPACTED), WALLS, strict=True):
-            filled = fraction + wall * GRAIN_MM / radius_mm + shared + chance.normal(0.0, of_water)
-            lines.append(f"{radius_mm:g},{state},{volume_ml * (1.0 - filled):.9g}")
-    return "\n".join(lines) + "\n"
 
 
 def test_intervals_cover_the_fractions_and_their_difference() -> None:
     """Each count lies in the 99.9 % binomial band."""
-    chance, count = np.random.default_rng(512), 400
-    covered = {"loose": 0, "compacted": 0, "difference": 0}
-    for _ in range(count):
-        found = compaction_of(sheet(chance), Path("flasks.csv"), GRAIN_MM, 0.95)
-        intervals = [*(state.unbounded.ci for state in found.states), found.rise.intervals()[0]]
-        for name, interval, truth in zip(covered, intervals, (LOOSE, COMPACTED, COMPACTED - LOOSE), strict=True):
-            assert isinstance(interval, tuple)
-            covered[name] += interval[0] <= truth <= interval[1]
-    low, high = scipy.stats.binom.interval(0.999, count, 0.95)
-    assert all(low <= number <= high for number in covered.values()), covered
+    assert not outside(covered(STUDIES["compaction"], 400), 400)
 
 
 def test_without_errors_the_fractions_are_found_to_rounding() -> None:
-    found = compaction_of(sheet(np.random.default_rng(0), 0.0, 0.0), Path("flasks.csv"), GRAIN_MM, 0.95)
+    found = compaction_of(flasks(np.random.default_rng(0), 0.0, 0.0), Path("flasks.csv"), GRAIN_MM, 0.95)
     assert [state.unbounded.fraction for state in found.states] == pytest.approx([LOOSE, COMPACTED], rel=1e-7)
     assert [state.unbounded.wall_effect for state in found.states] == pytest.approx(WALLS, rel=1e-6)
     assert found.rise.coefficients[0] == pytest.approx(COMPACTED - LOOSE, rel=1e-6)
 
 
 def test_units_and_measured_volumes_are_those_of_the_columns() -> None:
-    rows = [line.split(",") for line in sheet(np.random.default_rng(1)).splitlines()[1:]]
+    rows = [line.split(",") for line in flasks(np.random.default_rng(1)).splitlines()[1:]]
     volumes_l = [4.0 / 3.0 * math.pi * float(radius) ** 3 / 1e6 for radius, _, _ in rows]
     lines = [
         f"{float(radius) / 10.0!r};{state};{float(water) / 1e3!r};{volume_l!r}"
         for (radius, state, water), volume_l in zip(rows, volumes_l, strict=True)
     ]
     text = "\n".join(["Radius (cm);State;water volume [l];flask_l", *lines])
-    one = compaction_of(sheet(np.random.default_rng(1)), Path("a.csv"), GRAIN_MM, 0.95)
+    one = compaction_of(flasks(np.random.default_rng(1)), Path("a.csv"), GRAIN_MM, 0.95)
     other = compaction_of(text, Path("b.csv"), GRAIN_MM, 0.95, ".")
     for state, same in zip(one.states, other.states, strict=True):
         assert state.fractions == pytest.approx(same.fractions, rel=1e-12)
@@ -88,11 +76,11 @@ def test_the_page_works_as_it_says(tmp_path: Path) -> None:
 
 
 def test_data_for_programs_and_a_picture(tmp_path: Path) -> None:
-    (tmp_path / "flasks.csv").write_text(sheet(np.random.default_rng(2)), encoding="utf-8")
+    (tmp_path / "flasks.csv").write_text(flasks(np.random.default_rng(2)), encoding="utf-8")
     words = ("study", "compaction", "flasks.csv", "--grain", "3.4", "--plot", "a.png", "--json")
     found = good(labbook(*words, at=tmp_path)).json
     assert [state["state"] for state in found["states"]] == ["loose", "compacted"]
-    assert all(len(state["measurements"]) == len(RADII_MM) for state in found["states"])
+    assert all(len(state["measurements"]) == len(FLASK_RADII_MM) for state in found["states"])
     assert found["difference"]["coefficients"][0] == pytest.approx(COMPACTED - LOOSE, abs=0.01)
     with Image.open(tmp_path / "a.png") as picture:
         assert picture.size[0] > 300
@@ -126,5 +114,5 @@ def test_refused_with_what_to_measure(text: str, said: tuple[str, ...], tmp_path
 
 
 def test_grains_without_a_size_are_refused(tmp_path: Path) -> None:
-    (tmp_path / "flasks.csv").write_text(sheet(np.random.default_rng(3)), encoding="utf-8")
+    (tmp_path / "flasks.csv").write_text(flasks(np.random.default_rng(3)), encoding="utf-8")
     refused(labbook("study", "compaction", "flasks.csv", "--grain", "-1", at=tmp_path), 2, "--grain")

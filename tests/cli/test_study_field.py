@@ -2,43 +2,22 @@
 
 from __future__ import annotations
 
-import math
 import re
 from pathlib import Path
 
-import numpy as np
 import pytest
-import scipy.stats
 
+from benchmarks.validation_document import STUDIES, covered, outside
 from labbook.actions.studies.field import field_study_of
 from tests.cli.shell import good, labbook, refused
 
 HEAD = "walk,robot,mass_kg,distance_m,energy_Wh\n"
-RATIO = 1.1 / 1.3
 PAGE = Path(__file__).parents[2] / "docs" / "field.md"
-
-
-def sheet(chance: np.random.Generator, walks: int) -> str:
-    """Walks of which some are harder for both robots, and what either needs scatters by 3 %."""
-    rows = []
-    for walk in range(walks):
-        distance_m, hardness = chance.uniform(100.0, 600.0), chance.normal(0.0, 0.3)
-        for robot, mass_kg, needed in (("thin", 8.1, 1.3), ("wide", 8.3, 1.1)):
-            scattered = needed * math.exp(hardness + chance.normal(0.0, 0.03))
-            energy_wh = scattered * mass_kg * 9.80665 * distance_m / 3600.0
-            rows.append(f"{walk},{robot},{mass_kg},{distance_m:.9g},{energy_wh:.9g}\n")
-    return HEAD + "".join(rows)
 
 
 def test_intervals_cover_the_ratio() -> None:
     """The count lies in the 99.9 % binomial band, though walks differ ten times as much as robots scatter."""
-    chance, count, covered = np.random.default_rng(223), 2000, 0
-    for _ in range(count):
-        interval = field_study_of(sheet(chance, 4), Path("walks.csv"), 0.95, ".").ratio_ci
-        assert isinstance(interval, tuple)
-        covered += interval[0] <= RATIO <= interval[1]
-    low, high = scipy.stats.binom.interval(0.999, count, 0.95)
-    assert low <= covered <= high
+    assert not outside(covered(STUDIES["field"], 1000), 1000)
 
 
 def test_energies_and_charges_in_any_units_are_the_same() -> None:
