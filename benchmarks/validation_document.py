@@ -12,15 +12,18 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import scipy.stats
 
 from benchmarks.document import table_text
 from benchmarks.section import Table
+from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import Undefined
 from labbook.actions.studies.compaction import compaction_of
 from labbook.actions.studies.field import field_study_of
+from labbook.analysis.studies.characterisation import Oscillation, characterisation
 from stats.groups.multiple import holm
 
 DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "validation.md"
@@ -37,11 +40,11 @@ Intervals = Mapping[str, tuple[float, float] | Undefined]
 
 @dataclass(frozen=True, slots=True)
 class ClosedLoop:
-    """A study: how a campaign's sheet is drawn, what the study says of it, and what is true."""
+    """A study: how a campaign is drawn (a sheet, or logs as read), what the study says of it, and what is true."""
 
     what: str
-    sheet: Callable[[np.random.Generator], str]
-    intervals: Callable[[str], Intervals]
+    draw: Callable[[np.random.Generator], Any]
+    intervals: Callable[[Any], Intervals]
     truths: Mapping[str, float]
 
 
@@ -66,6 +69,46 @@ def walks(chance: np.random.Generator) -> str:
             energy_wh = scattered * mass_kg * 9.80665 * distance_m / 3600.0
             lines.append(f"{walk},{robot},{mass_kg},{distance_m:.9g},{energy_wh:.9g}")
     return "\n".join(lines) + "\n"
+
+
+GAINS, STIFFNESS, DAMPING = ((60.0, 0.0), (200.0, 1.5), (300.0, 3.0)), (2.56, 67.36), (3.32, 2.0)
+"""Position and velocity gains, and the lines of physical coefficients over them (5.1.1; a lighter damping at 0)."""
+MASSES_KG, RATE_HZ, LONGEST_S, DISPLACED_M = (1.0, 2.0), 300.0, 0.5, 0.03
+POSITION_SD_M, VELOCITY_SD_M_S = 1e-4, 5e-3
+
+
+def oscillations(
+    chance: np.random.Generator,
+    position_sd_m: float = POSITION_SD_M,
+    velocity_sd_m_s: float = VELOCITY_SD_M_S,
+    damping: tuple[float, float] = DAMPING,
+) -> list[Oscillation]:
+    """Draw oscillations of masses on a leg, sampled with normal errors of position and velocity."""
+    found = []
+    time_s = np.arange(0.0, LONGEST_S, 1.0 / RATE_HZ)
+    for gain, damping_gain in GAINS:
+        k, d = STIFFNESS[0] * gain + STIFFNESS[1], damping[0] * damping_gain + damping[1]
+        for mass_kg in MASSES_KG:
+            decay = d / (2.0 * mass_kg)
+            turning = np.sqrt(complex(k / mass_kg - decay**2))
+            envelope_m = DISPLACED_M * np.exp(-decay * time_s)
+            x_m = mass_kg * STANDARD_GRAVITY_M_S2 / k + (envelope_m * np.cos(turning * time_s)).real
+            turned = decay * np.cos(turning * time_s) + turning * np.sin(turning * time_s)
+            v_m_s = -(envelope_m * turned).real
+            x_m = x_m + chance.normal(0.0, position_sd_m, time_s.size)
+            v_m_s = v_m_s + chance.normal(0.0, velocity_sd_m_s, time_s.size)
+            name = f"{gain:g}_{mass_kg:g}.csv"
+            found.append(Oscillation(name, gain, damping_gain, 0.2, mass_kg, time_s, x_m, v_m_s))
+    return found
+
+
+def _of_oscillations(drawn: list[Oscillation]) -> Intervals:
+    study = characterisation(drawn, LEVEL)
+    found: dict[str, tuple[float, float] | Undefined] = {}
+    for one in study.conditions:
+        found[f"stiffness, gain {one.gain:g}"] = one.stiffness.ci
+        found[f"damping, gain {one.damping_gain:g}"] = one.damping.ci
+    return found
 
 
 def _of_flasks(text: str) -> Intervals:
@@ -95,6 +138,15 @@ STUDIES = {
         _of_walks,
         {"ratio within walks": WIDE / THIN},
     ),
+    "characterisation": ClosedLoop(
+        "two masses on three pairs of gains, 300 Hz for 0.5 s; 0.1 mm and 5 mm/s",
+        oscillations,
+        _of_oscillations,
+        {
+            **{f"stiffness, gain {gain:g}": STIFFNESS[0] * gain + STIFFNESS[1] for gain, _ in GAINS},
+            **{f"damping, gain {gain:g}": DAMPING[0] * gain + DAMPING[1] for _, gain in GAINS},
+        },
+    ),
 }
 
 
@@ -102,7 +154,7 @@ def covered(study: ClosedLoop, campaigns: int, seed: int = SEED) -> dict[str, in
     """Count by quantity the campaigns whose interval covers what is true."""
     chance, counts = np.random.default_rng(seed), dict.fromkeys(study.truths, 0)
     for _ in range(campaigns):
-        for name, interval in study.intervals(study.sheet(chance)).items():
+        for name, interval in study.intervals(study.draw(chance)).items():
             if not isinstance(interval, Undefined):
                 counts[name] += interval[0] <= study.truths[name] <= interval[1]
     return counts

@@ -49,6 +49,7 @@ class Reason(Code):
     LOG_ENDS_AFTER_STANCE = "the log ends right after this stance"
     APEX_BELOW_REST_LENGTH = "the apex is not above the rest length"
     SAMPLES_MISSING_HERE = "{reason} (samples are missing here)"
+    TOO_FEW_GAINS = "there are {n} gains and a line over them needs at least {least}"
     TOO_FEW_FOR_T = "there are too few {unit}s for a t statistic"
     GROUPS_WITHOUT_SCATTER = "neither group has any scatter"
     GROUP_EMPTY = "{group} is empty"

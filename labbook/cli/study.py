@@ -31,14 +31,19 @@ def _text(file: Path, plot: Path | None) -> str:
 
 
 def _show(
-    data: dict[str, Any], said: list[str], draw: "Callable[[], Figure]", plot: Path | None, as_json: bool
+    data: dict[str, Any],
+    said: list[str],
+    draw: "Callable[[], Figure]",
+    plot: Path | None,
+    as_json: bool,
+    table: list[str] | None = None,
 ) -> None:
     from labbook.actions.simulate.pictures import save_plot
 
     if plot is not None:
         save_plot(draw, plot)
     files = {} if plot is None else {"plot": str(plot)}
-    emit({**data, **files}, [*within_width(said), *files.values()], as_json)
+    emit({**data, **files}, [*within_width(said), *(table or ()), *files.values()], as_json)
 
 
 @app.command()
@@ -87,3 +92,32 @@ def field_walks(
 
     study = field_study_of(_text(file, plot), file, level, decimal)
     _show(as_data(study), sentences(study), lambda: draw_field(drawn(study)), plot, as_json)
+
+
+@app.command()
+def characterisation(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A CSV file, one trajectory a row.")],
+    level: LevelOption = 0.95,
+    plot: PlotOption = None,
+    decimal: DecimalOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Measure what a leg's gains are in N/m and kg/s, from oscillations of a mass that stands on it.
+
+    FILE has the columns file, gain, damping_gain, mass_kg and, where it was varied, neutral_cm; each file is a log with
+    time_ms, position_mm (positive the way the leg is compressed) and velocity (m/s), in any units that their names say.
+    A condition needs 250 points (thesis 4.2.6); three gains give a line.
+
+    Example: labbook study characterisation trials.csv --plot gains.pdf
+    """
+    from labbook.actions.studies.characterisation import characterisation_of
+    from labbook.cli.reading import read_text
+    from labbook.presenting.studies.characterisation import HEAD, as_data, drawn, rows, sentences
+    from labbook.terminal import columns
+    from reports.figures.characterisation import draw_characterisation
+    from reports.figures.kind import check_form
+
+    check_form("--plot", plot)
+    study = characterisation_of(file, lambda path: read_text(path, marked_utf_16=True), level, decimal)
+    table = [] if as_json else ["", *columns(HEAD, rows(study))]
+    _show(as_data(study), sentences(study), lambda: draw_characterisation(*drawn(study)), plot, as_json, table)

@@ -71,6 +71,7 @@ ELSEWHERE = {
     "sim published": "tests/cli/test_sim_published.py",
     "sim warm": "tests/cli/test_sim_run.py",
     "study field": "tests/cli/test_study_field.py",
+    "study characterisation": "tests/cli/test_study_characterisation.py",
     "study compaction": "tests/cli/test_study_compaction.py",
     "stats compare": "tests/cli/test_stats.py",
     "stats anova": "tests/cli/test_stats.py",

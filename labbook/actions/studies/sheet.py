@@ -13,11 +13,15 @@ from labbook.actions.stats.table import LongTable, numbers_of, read_table
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """A quantity of a sheet: the unit that it is turned into, and what it is, for who has not named a column so."""
+    """A quantity of a sheet: the unit that it is turned into, and what it is, for who has not named a column so.
+
+    One of unit "1" has no unit in its name. `any_sign`: it may be 0 or negative.
+    """
 
     unit: str
     meaning: str
     needed: bool = True
+    any_sign: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,23 +46,34 @@ def read_study_sheet(
     )
     values: dict[str, list[float]] = {}
     for column in table.columns:
-        if matched := named.fullmatch(column):
+        if (plain := column.lower()) in quantities and quantities[plain].unit == "1":
+            values[plain] = _values(table, column, 1.0, quantities[plain].any_sign, decimal)
+        elif matched := named.fullmatch(column):
             name = matched[1].lower()
-            factor, _offset = conversion(matched[2] or matched[3], quantities[name].unit)
-            values[name] = _values(table, column, factor, decimal)
+            factor = _factor(file, column, matched[2] or matched[3], quantities[name].unit)
+            values[name] = _values(table, column, factor, quantities[name].any_sign, decimal)
     for name, quantity in quantities.items():
         if quantity.needed and name not in values:
+            with_unit = "" if quantity.unit == "1" else " with its unit"
             raise InputRefused(
-                f"{file} has no column of the {quantity.meaning} with its unit: name the columns as in {example}."
+                f"{file} has no column of the {quantity.meaning}{with_unit}: name the columns as in {example}."
             )
     return StudySheet(values, {word: _cells(table, word, example) for word in words})
 
 
-def _values(table: LongTable, column: str, factor: float, decimal: str | None) -> list[float]:
+def _factor(file: str, column: str, unit: str, target: str) -> float:
+    try:
+        return conversion(unit, target)[0]
+    except InputRefused as error:
+        raise InputRefused(f"column {column!r} of {file}: {error}") from error
+
+
+def _values(table: LongTable, column: str, factor: float, any_sign: bool, decimal: str | None) -> list[float]:
     found = []
     for number, line in zip(numbers_of(table, column, "the study", decimal), table.lines, strict=True):
-        if number is None or number <= 0:
-            raise InputRefused(f"line {line} of {table.file} has no positive {column}: measure it, or drop the row.")
+        if number is None or (number <= 0 and not any_sign):
+            kind = "" if any_sign else "positive "
+            raise InputRefused(f"line {line} of {table.file} has no {kind}{column}: measure it, or drop the row.")
         found.append(float(number) * factor)
     return found
 

@@ -1,0 +1,134 @@
+"""The characterisation of a leg: as sentences and a table, as data, and as what its figure draws."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from data_schema.rounding import error_of, interval_text, number_text
+from data_schema.vocabulary import Undefined
+from labbook.analysis.studies.characterisation import Characterisation, Coefficient, GainLines, MeasuredGains
+from reports.figures.characterisation import OverGain
+from stats.lines.stiffness import GainLine
+
+PUBLISHED = "The thesis's leg: stiffness 2.56 N/m x gain + 67.36 N/m, damping 3.32 kg/s x gain + 19.67 kg/s (5.1.1)."
+SHARED = 0.3
+"""Correlation of neighbouring residuals from which on they are told of."""
+HEAD = ("neutral", "gain", "damping gain", "stiffness N/m", "CI", "damping kg/s", "CI", "points")
+
+
+def sentences(study: Characterisation) -> list[str]:
+    """Say the lines of each neutral length, what the thesis found, and what was left out."""
+    said = []
+    for lines in study.lines:
+        where = "" if math.isnan(lines.neutral_m) else f" at {_length_text(lines.neutral_m)}"
+        said += [
+            _line_text(f"Stiffness{where}", lines.stiffness, "N/m"),
+            _line_text(f"Damping{where}", lines.damping, "kg/s"),
+        ]
+    said.append(PUBLISHED)
+    for (_, gain, damping_gain), count in study.too_few.items():
+        said.append(f"Left out, as 250 points are needed: gain {gain:g}, damping gain {damping_gain:g} with {count}.")
+    odd = [f"gain {one.gain:g}" for one in study.conditions if one.residual_lag1 > SHARED]
+    if odd:
+        said.append(
+            f"Neighbouring residuals go together ({', '.join(odd)}): no linear spring; its interval is too short."
+        )
+    return said
+
+
+def rows(study: Characterisation) -> list[tuple[str, ...]]:
+    """Return the table of the conditions."""
+    return [
+        (
+            "" if math.isnan(one.neutral_m) else _length_text(one.neutral_m),
+            f"{one.gain:g}",
+            f"{one.damping_gain:g}",
+            *_texts(one.stiffness, study.level),
+            *_texts(one.damping, study.level),
+            str(one.n),
+        )
+        for one in study.conditions
+    ]
+
+
+def _texts(one: Coefficient, level: float) -> tuple[str, str]:
+    return number_text(one.value, error=one.se), interval_text(one.ci, level, "", one.se).split("CI ")[1]
+
+
+def _length_text(neutral_m: float) -> str:
+    return f"{100.0 * neutral_m:.3g} cm"
+
+
+def _line_text(what: str, line: GainLine | Undefined, unit: str) -> str:
+    if isinstance(line, Undefined):
+        return f"{what}: no line, {line.reason}."
+    slope, offset = (
+        f"{number_text(value, error=error_of(ci))} {unit} ({interval_text(ci, line.fit.level)})"
+        for value, ci in ((line.slope, line.slope_ci), (line.offset, line.offset_ci))
+    )
+    return f"{what} = {slope} x gain + {offset}; n = {line.fit.n} conditions."
+
+
+def as_data(study: Characterisation) -> dict[str, Any]:
+    """Return all numbers for JSON."""
+    return {
+        "conditions": [_condition(one) for one in study.conditions],
+        "lines": [_lines_data(one) for one in study.lines],
+        "too_few": [
+            {"neutral_m": _or_none(neutral_m), "gain": gain, "damping_gain": damping_gain, "n": count}
+            for (neutral_m, gain, damping_gain), count in study.too_few.items()
+        ],
+        "level": study.level,
+    }
+
+
+def _or_none(value: float) -> float | None:
+    return None if math.isnan(value) else value
+
+
+def _condition(one: MeasuredGains) -> dict[str, Any]:
+    return {
+        "neutral_m": _or_none(one.neutral_m),
+        "gain": one.gain,
+        "damping_gain": one.damping_gain,
+        "masses_kg": list(one.masses_kg),
+        "trajectories": one.trajectories,
+        "n": one.n,
+        "residual_lag1": one.residual_lag1,
+        **{
+            name: {"value": found.value, "se": found.se, "ci": list(found.ci)}
+            for name, found in (("stiffness_n_m", one.stiffness), ("damping_kg_s", one.damping))
+        },
+        "plane": one.plane.to_dict(),
+    }
+
+
+def _lines_data(one: GainLines) -> dict[str, Any]:
+    return {
+        "neutral_m": _or_none(one.neutral_m),
+        **{
+            name: None if isinstance(line, Undefined) else line.to_dict()
+            for name, line in (("stiffness", one.stiffness), ("damping", one.damping))
+        },
+    }
+
+
+def drawn(study: Characterisation) -> tuple[list[OverGain], list[OverGain]]:
+    """Return what the figure shows of stiffness and of damping."""
+    series: tuple[list[OverGain], list[OverGain]] = ([], [])
+    for lines in study.lines:
+        same = [one for one in study.conditions if one.neutral_m == lines.neutral_m or math.isnan(lines.neutral_m)]
+        label = "measured" if math.isnan(lines.neutral_m) else f"neutral length {_length_text(lines.neutral_m)}"
+        both = (
+            ([one.gain for one in same], [one.stiffness for one in same], lines.stiffness),
+            ([one.damping_gain for one in same], [one.damping for one in same], lines.damping),
+        )
+        for found, (gains, coefficients, line) in zip(series, both, strict=True):
+            ends = None
+            if not isinstance(line, Undefined):
+                low, high = min(gains), max(gains)
+                ends = (low, high), (line.slope * low + line.offset, line.slope * high + line.offset)
+            values, intervals = [one.value for one in coefficients], [one.ci for one in coefficients]
+            found.append(OverGain(label, gains, values, intervals, ends))
+    return series

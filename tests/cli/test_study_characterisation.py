@@ -1,0 +1,103 @@
+"""`labbook study characterisation`: a known leg found again from logs of oscillations, and what is refused."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.validation_document import DAMPING, STIFFNESS, STUDIES, covered, oscillations, outside
+from labbook.analysis.studies.characterisation import Oscillation, characterisation
+from tests.cli.shell import good, labbook, refused
+
+PAGE = Path(__file__).parents[2] / "docs" / "characterisation.md"
+HEAD = "file,gain,damping_gain,mass_kg,neutral_cm\n"
+
+
+def written(at: Path, drawn: list[Oscillation]) -> None:
+    """Logs and their sheet, as a person keeps them."""
+    rows = []
+    for one in drawn:
+        name = f"g{one.gain:g}_{one.mass_kg:g}kg.csv"
+        samples = zip(one.time_s, one.displacement_m, one.velocity_m_s, strict=True)
+        log = "".join(f"{t * 1e3:.4f},{x * 1e3:.5f},{v:.6f}\n" for t, x, v in samples)
+        (at / name).write_text("time_ms,position_mm,velocity (m/s)\n" + log, encoding="utf-8")
+        rows.append(f"{name},{one.gain:g},{one.damping_gain:g},{one.mass_kg},20\n")
+    (at / "trials.csv").write_text(HEAD + "".join(rows), encoding="utf-8")
+
+
+def test_intervals_cover_stiffness_and_damping() -> None:
+    """Each count lies in the 99.9 % binomial band."""
+    assert not outside(covered(STUDIES["characterisation"], 60), 60)
+
+
+def test_a_leg_without_errors_is_found_to_rounding() -> None:
+    drawn = oscillations(np.random.default_rng(1), 0.0, 0.0)
+    found = characterisation(drawn)
+    for one in found.conditions:
+        assert one.stiffness.value == pytest.approx(STIFFNESS[0] * one.gain + STIFFNESS[1], rel=1e-6)
+        assert one.damping.value == pytest.approx(DAMPING[0] * one.damping_gain + DAMPING[1], rel=1e-5)
+
+
+def test_an_overdamped_leg_is_found_too() -> None:
+    drawn = oscillations(np.random.default_rng(2), damping=(3.32, 60.0))
+    slow = [one for one in characterisation(drawn).conditions if one.damping_gain == 0.0]
+    assert slow[0].damping.value == pytest.approx(60.0, rel=0.02)
+    assert slow[0].stiffness.value == pytest.approx(STIFFNESS[0] * 60.0 + STIFFNESS[1], rel=0.02)
+
+
+def test_a_leg_with_dry_friction_is_no_linear_spring() -> None:
+    drawn = [
+        replace(one, velocity_m_s=one.velocity_m_s - 0.05 * np.sign(one.velocity_m_s))
+        for one in oscillations(np.random.default_rng(3))
+    ]
+    assert all(one.residual_lag1 > 0.3 for one in characterisation(drawn).conditions)
+
+
+def test_the_page_s_command_finds_the_lines(tmp_path: Path) -> None:
+    written(tmp_path, oscillations(np.random.default_rng(4)))
+    text = PAGE.read_text(encoding="utf-8")
+    (data,) = re.findall(r"```csv\n(.*?)```", text, re.DOTALL)
+    (words,) = re.findall(r"^ {4}labbook (study .*)$", text, re.MULTILINE)
+    (tmp_path / "trials.csv").write_text(data, encoding="utf-8")
+    shown = good(labbook(*words.split(), at=tmp_path)).out
+    assert "Stiffness at 20 cm = 2.5" in shown
+    assert (tmp_path / "gains.pdf").read_bytes().startswith(b"%PDF")
+    found = good(labbook("study", "characterisation", "trials.csv", "--json", at=tmp_path)).json
+    (lines,) = found["lines"]
+    assert lines["stiffness"]["slope"] == pytest.approx(STIFFNESS[0], rel=0.01)
+    assert lines["damping"]["slope"] == pytest.approx(DAMPING[0], rel=0.05)
+
+
+def test_conditions_with_few_points_are_left_out_and_named(tmp_path: Path) -> None:
+    drawn = oscillations(np.random.default_rng(5))
+    written(tmp_path, [*drawn[:2], replace(drawn[2], mass_kg=1.0)])
+    shown = good(labbook("study", "characterisation", "trials.csv", at=tmp_path)).out
+    assert "Left out, as 250 points are needed: gain 200, damping gain 1.5 with 150." in shown
+    assert "no line, there are 1 gains" in shown
+    (tmp_path / "trials.csv").write_text(HEAD + "g200_1kg.csv,200,1.5,1,20\n", encoding="utf-8")
+    refused(labbook("study", "characterisation", "trials.csv", at=tmp_path), 2, "250 points", "150")
+
+
+@pytest.mark.parametrize(
+    ("log", "said"),
+    [
+        ("time_ms,position_mm\n0,1\n", ("velocity (m/s)", "rate of compression")),
+        ("time_ms,position_mm,velocity_m\n0,1,2\n", ("velocity",)),
+        ("time_ms,position_mm,velocity (m/s)\n0,1,2\n0,x,2\n", ("'x'", "line 3")),
+    ],
+    ids=["no velocity", "no rate", "no number"],
+)
+def test_logs_that_say_too_little_are_refused(log: str, said: tuple[str, ...], tmp_path: Path) -> None:
+    (tmp_path / "trials.csv").write_text(HEAD + "a.csv,60,0,1,20\n", encoding="utf-8")
+    (tmp_path / "a.csv").write_text(log, encoding="utf-8")
+    refused(labbook("study", "characterisation", "trials.csv", at=tmp_path), 2, *said)
+
+
+def test_positions_that_count_against_velocities_are_refused() -> None:
+    drawn = [replace(one, displacement_m=-one.displacement_m) for one in oscillations(np.random.default_rng(6))]
+    with pytest.raises(Exception, match="rise with the compression"):
+        characterisation(drawn)
