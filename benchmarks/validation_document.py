@@ -24,6 +24,7 @@ from data_schema.vocabulary import Undefined
 from labbook.actions.studies.compaction import compaction_of
 from labbook.actions.studies.field import field_study_of
 from labbook.analysis.studies.characterisation import Oscillation, characterisation
+from labbook.analysis.studies.field import geometric
 from stats.groups.multiple import holm
 
 DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "validation.md"
@@ -118,7 +119,7 @@ def _of_flasks(text: str) -> Intervals:
 
 
 def _of_walks(text: str) -> Intervals:
-    return {"ratio within walks": field_study_of(text, Path("walks.csv"), LEVEL, ".").ratio_ci}
+    return {"ratio within walks": geometric(field_study_of(text, Path("walks.csv"), LEVEL, ".").log_ratio)[1]}
 
 
 STUDIES = {

@@ -16,7 +16,7 @@ from data_schema.errors import UsageError
 from simulator.changes import CONTACT_EFFECT
 from simulator.kernel.build import Kernel
 from simulator.kernel.composition import compose
-from simulator.kernel.interpreter import kernel_for_few
+from simulator.kernel.interpreter import kernel_for_few, lost_time_s
 from simulator.kernel.layout import MODES, OUTCOMES
 from simulator.kernel.limits import (
     FIXED_STEP_S,
@@ -80,7 +80,7 @@ def simulate(scene: Scene, accuracy: float = 1e-6, trajectory: bool = False) -> 
     rows, changes, trace = _run(kernel, table, limits, scene.jumps, trajectory)
     spent, compiling = time.perf_counter() - started, kernel.compile_time_s
     if kernel.interpreted and (now := kernel_for_few(scene.effects)).compile_time_s:  # it took too long otherwise
-        spent, compiling = spent - now.compile_time_s, now.compile_time_s
+        spent, compiling = spent - now.compile_time_s - lost_time_s(kernel), now.compile_time_s
     jumps = tuple(_jump(scene, accuracy, row, changes[changes[:, 0] == place]) for place, row in enumerate(rows))
     jumps = tuple(_with_other_branch(scene, accuracy, kernel, table, limits, jump) for jump in jumps)
     return SceneResult(

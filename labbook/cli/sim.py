@@ -72,14 +72,16 @@ def run(
     from simulator.changes import changed_by_words
     from simulator.error_bars import simulate_with_errors
     from simulator.jump import beside_other_contact, simulate
+    from simulator.kernel.build import is_compiled
     from simulator.scene_file import load_scene
 
     check_form("--plot", plot)
     check_form("--animate", animate, ANIMATION_KINDS)
     auto = auto_of(effects, within, accuracy)
     simulated = simulate_with_errors if error_bars else simulate
-    with progress("simulating", None, shown=not as_json) as step:
-        full = changed_by_words(load_scene(scene), sets or (), auto.words)
+    full = changed_by_words(load_scene(scene), sets or (), auto.words)
+    first = "" if is_compiled(full.effects) else "; where it takes long, compiling for up to 30 s, once"
+    with progress(f"simulating{first}", None, shown=not as_json) as step:
         ablation = auto.ablation(full, step)
         drawn = plot is not None or animate is not None
         result = simulated(with_enough(full, ablation), accuracy, trajectory=drawn)

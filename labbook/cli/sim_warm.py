@@ -21,7 +21,10 @@ def warm(
 
     Example: labbook sim warm sim2 bed
     """
-    from simulator.kernel.build import kernel_for
+    from data_schema.cache_folder import CACHE_VARIABLE
+    from data_schema.errors import UsageError
+    from simulator.kernel.build import composed, kernel_for
+    from simulator.kernel.cache import on_disk
     from simulator.scene_file import load_scene, shipped_scenes
 
     found = {name: load_scene(name) for name in scenes or shipped_scenes()}
@@ -30,6 +33,11 @@ def warm(
         for name, scene in found.items():
             spent_s[name] = kernel_for(scene.effects).compile_time_s
             done(name)
+            if not on_disk(composed(scene.effects)[1]):
+                raise UsageError(
+                    f"the kernel of {name} was compiled and cannot be kept: name a folder that can be written in "
+                    f"{CACHE_VARIABLE}."
+                )
     emit(
         {"compile_time_s": spent_s}, [f"{name}: ready after {spent:.3g} s" for name, spent in spent_s.items()], as_json
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from matplotlib.figure import Figure
 
@@ -20,8 +21,9 @@ class RobotWalks:
 
     robot: str
     values: Sequence[float]
-    mean: float | Undefined
+    mean: float
     interval: tuple[float, float] | Undefined
+    label: str
 
 
 def draw_field(robots: Sequence[RobotWalks], width_in: float = ONE_COLUMN_IN) -> Figure:
@@ -33,14 +35,17 @@ def draw_field(robots: Sequence[RobotWalks], width_in: float = ONE_COLUMN_IN) ->
         for values in zip(*(one.values for one in robots), strict=True):
             axes.plot(places, values, "o-", color=GREY, markersize=3, linewidth=0.7)
         for place, one in enumerate(robots):
-            if isinstance(one.mean, Undefined) or isinstance(one.interval, Undefined):
+            if isinstance(one.interval, Undefined):
                 continue
             ends = [[abs(end - one.mean)] for end in one.interval]
             aside = place + (_ASIDE if place else -_ASIDE)
-            axes.errorbar([aside], [one.mean], yerr=ends, fmt="D", color=VERMILLION, markersize=4, capsize=3, zorder=5)
+            look: dict[str, Any] = {"fmt": "D", "color": VERMILLION, "markersize": 4, "capsize": 3, "zorder": 5}
+            axes.errorbar([aside], [one.mean], yerr=ends, label="" if place else one.label, **look)
         axes.set_xticks(list(places), [one.robot for one in robots], color=BLACK)
         axes.set_xlim(-0.5, len(robots) - 0.5)
         axes.set_ylim(bottom=0.0)
         axes.set_ylabel("Specific resistance")
         light_grid(axes)
+        if axes.get_legend_handles_labels()[0]:
+            figure.legend(loc="outside lower center")
         return figure

@@ -39,6 +39,11 @@ def kernel_for_few(effects: Iterable[str]) -> Kernel:
     return kernel_for(chosen) if is_compiled(chosen) else _interpreted(chosen)
 
 
+def lost_time_s(kernel: Kernel) -> float:
+    """Return how long answers of the interpreted kernel were waited for that did not come."""
+    return kernel.batch.lost_s if isinstance(kernel.batch, _Interpreted) else 0.0
+
+
 @functools.lru_cache(maxsize=64)
 def _interpreted(effects: frozenset[str]) -> Kernel:
     return Kernel(composed(effects)[0], _Interpreted(effects, PATIENCE_S), compile_time_s=0.0, interpreted=True)
@@ -46,17 +51,22 @@ def _interpreted(effects: frozenset[str]) -> Kernel:
 
 @dataclass(slots=True)
 class _Interpreted:
-    """A kernel's entry, `(table, limits, rows, counts, changes, trace)`, and how long it may still be interpreted."""
+    """A kernel's entry, `(table, limits, rows, counts, changes, trace)`, and how long it may still be interpreted.
+
+    `lost_s` is the time of an answer that was not waited for.
+    """
 
     effects: frozenset[str]
     left_s: float
+    lost_s: float = 0.0
 
     def __call__(self, *arguments: Any) -> None:
         started = time.perf_counter()
         filled = _interpreter.ask(self.effects, arguments, self.left_s) if self.left_s > 0.0 else None
-        self.left_s -= time.perf_counter() - started
+        spent_s = time.perf_counter() - started
+        self.left_s -= spent_s
         if filled is None:
-            self.left_s = 0.0
+            self.left_s, self.lost_s = 0.0, self.lost_s + spent_s
             kernel_for(self.effects).batch(*arguments)
             return
         for array, found in zip(arguments[-len(filled) :], filled, strict=True):

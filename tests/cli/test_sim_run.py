@@ -8,6 +8,8 @@ from typing import Any
 import pytest
 from PIL import Image
 
+from simulator.kernel.build import kernel_for
+from simulator.scene_file import load_scene
 from tests.cli.shell import good, labbook, process, refused
 from tests.helpers.wording import says
 
@@ -100,6 +102,7 @@ def test_cycles_of_jumps(
 
 
 def test_what_a_person_sees(tmp_path: Path) -> None:
+    kernel_for(load_scene("bed").effects)
     shown = good(labbook("sim", "run", "--scene", "bed", at=tmp_path)).out
     says(shown, "down again (touchdown")
     says(shown, "cost of the")

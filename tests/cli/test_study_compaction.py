@@ -22,6 +22,7 @@ from benchmarks.validation_document import (
     outside,
 )
 from labbook.actions.studies.compaction import compaction_of
+from labbook.presenting.studies.compaction import sentences
 from tests.cli.shell import good, labbook, refused
 
 PAGE = Path(__file__).parents[2] / "docs" / "compaction.md"
@@ -53,16 +54,30 @@ def test_units_and_measured_volumes_are_those_of_the_columns() -> None:
         assert state.fractions == pytest.approx(same.fractions, rel=1e-12)
 
 
-def test_repeated_fillings_of_a_flask_go_together_in_their_order() -> None:
-    text = "radius_mm,state,water_ml\n" + "".join(
-        f"{radius},loose,{loose}\n{radius},hard,{hard}\n"
-        for radius, loose, hard in [(10, 1.7, 1.6), (10, 1.5, 1.4), (20, 13.0, 12.0), (30, 44.0, 41.0)]
+def test_repeated_fillings_of_a_flask_are_one_flask() -> None:
+    """They share the flask's error: more of them make no more flasks, and need not be as many in both states."""
+    lines = flasks(np.random.default_rng(4)).splitlines(keepends=True)
+    once = compaction_of("".join(lines), Path("flasks.csv"), GRAIN_MM, 0.95)
+    often = compaction_of("".join([*lines, *lines[1:], lines[1]]), Path("flasks.csv"), GRAIN_MM, 0.95)
+    assert often.rise.n == len(FLASK_RADII_MM)
+    assert often.rise.intervals()[0] == pytest.approx(once.rise.intervals()[0], rel=1e-9)
+
+
+def test_loose_comes_first_and_swapped_states_are_said() -> None:
+    head, *rows = flasks(np.random.default_rng(5)).splitlines()
+    swapped = [row.replace("loose", "x").replace("compacted", "Loose").replace("x", "compacted") for row in rows]
+    found = compaction_of("\n".join([head, *swapped]), Path("flasks.csv"), GRAIN_MM, 0.95)
+    assert [state.name for state in found.states] == ["Loose", "compacted"]
+    assert any("swapped" in line for line in sentences(found))
+
+
+def test_points_that_could_be_thousands_are_refused(tmp_path: Path) -> None:
+    text = "radius_mm;state;water_ml\n" + "".join(
+        f"{radius};{state};{water}\n"
+        for radius, state, water in [("15,5", "a", "1.430"), ("15,5", "b", "1.330"), ("20,5", "a", "1.230")]
     )
-    found = compaction_of(text, Path("flasks.csv"), GRAIN_MM, 0.95)
-    loose, hard = (state.fractions for state in found.states)
-    assert loose[0] < loose[1]
-    assert hard[0] - loose[0] == pytest.approx(hard[1] - loose[1], rel=1e-12)
-    assert found.rise.n == 4
+    (tmp_path / "flasks.csv").write_text(text, encoding="utf-8")
+    refused(labbook("study", "compaction", "flasks.csv", "--grain", "3.4", at=tmp_path), 2, "1.430", "--decimal")
 
 
 def test_the_page_works_as_it_says(tmp_path: Path) -> None:
@@ -96,12 +111,12 @@ HEAD = "radius_mm,state,water_ml\n"
         ("radius_mm,state\n15,loose\n", ("water", "radius_mm,state,water_ml")),
         ("radius_mm,water_ml\n15,6\n", ("state",)),
         ("radius_kg,state,water_ml\n" + ROWS, ("kg",)),
-        (HEAD + ROWS, ("2 sizes", "at least 3")),
-        (HEAD + ROWS + "30,loose,47\n", ("differ", "both states")),
+        (HEAD + ROWS, ("only 2", "at least 3")),
+        (HEAD + ROWS + "30,loose,47\n", ("30 mm", "'hard'")),
         (HEAD + ROWS + "30,poured,47\n", ("'poured'",)),
         (HEAD + ROWS + "1,loose,0.0016\n1,hard,0.0015\n", ("3.4 mm", "1 mm", "units")),
         (HEAD + ROWS + "30,loose,\n", ("line 6", "water_ml")),
-        (HEAD + ROWS + "30,loose,4700\n", ("water", "check which is which")),
+        (HEAD + ROWS + "30,loose,4700\n", ("line 6", "4700", "30 mm")),
     ],
     ids=[
         *("no water", "no state", "no length", "two sizes", "one state only", "three states", "small", "empty"),

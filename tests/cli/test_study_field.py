@@ -59,13 +59,26 @@ ROWS = "a,thin,8,430,12\na,wide,8,430,10\n"
         ("walk,robot,mass_kg,distance_m\na,thin,8,430\n", ("energies", "charge_mAh")),
         ("walk,robot,distance_m,energy_Wh\na,thin,430,12\n", ("mass",)),
         (HEAD.replace("walk", "day") + ROWS, ("walk",)),
+        (HEAD + "a,thin,8,430,12\na,wide,8,43,10\n", ("'a'", "430 m", "43 m")),
+        (HEAD.replace("mass_kg", "mass_g") + ROWS, ("check the units",)),
         (HEAD + ROWS + "b,thin,8,300,9\n", ("'wide'", "'b'")),
         (HEAD + ROWS + "a,wide,8,300,9\n", ("twice",)),
         (HEAD + ROWS + "a,other,8,300,9\n", ("'other'", "two robots")),
         (HEAD + "a,thin,8,0,12\na,wide,8,430,10\n", ("line 2", "distance_m")),
         (HEAD + ",thin,8,4,12\na,wide,8,430,10\n", ("line 2", "walk")),
     ],
-    ids=["no energy", "no mass", "no walk", "one alone", "twice", "three robots", "no way", "nameless"],
+    ids=[
+        "no energy",
+        "no mass",
+        "no walk",
+        "apart",
+        "grams",
+        "one alone",
+        "twice",
+        "three robots",
+        "no way",
+        "nameless",
+    ],
 )
 def test_refused_with_what_to_write(text: str, said: tuple[str, ...], tmp_path: Path) -> None:
     (tmp_path / "walks.csv").write_text(text, encoding="utf-8")

@@ -46,7 +46,7 @@ class LongTable:
         return self.columns[name]
 
 
-def read_table(text: str, file: str) -> LongTable:
+def read_table(text: str, file: str, example: str = _EXAMPLE) -> LongTable:
     """Read delimited text; raises `InputRefused` for rows of different width, names that repeat, or no rows.
 
     A first line such as `sep=;`, which Excel writes, names the delimiter. Columns without a name cannot be asked for
@@ -64,13 +64,14 @@ def read_table(text: str, file: str) -> LongTable:
         if rows and len(rows[0][1]) > 1 and len({len(cells) for _line, cells in rows}) == 1
     }
     if not even:
-        raise InputRefused(_why_uneven(max(read.values(), key=lambda rows: len(rows[0][1]) if rows else 0), file))
+        longest = max(read.values(), key=lambda rows: len(rows[0][1]) if rows else 0)
+        raise InputRefused(_why_uneven(longest, file, example))
     delimiter, ((_line, header), *rows) = max(even.items(), key=lambda found: len(found[1][0][1]))
     repeated = sorted({name for name in header if name and header.count(name) > 1})
     if repeated:
         raise InputRefused(f"{file} has several columns named {repeated[0]!r}: give each a name of its own.")
     if not rows:
-        raise InputRefused(f"{file} has a header and no rows: give {_EXAMPLE}.")
+        raise InputRefused(f"{file} has a header and no rows: give {example}.")
     columns = {name: tuple(cells[place] for _number, cells in rows) for place, name in enumerate(header) if name}
     return LongTable(file, columns, tuple(number for number, _cells in rows), delimiter)
 
@@ -82,9 +83,9 @@ def _rows(text: str, delimiter: str) -> list[tuple[int, list[str]]]:
     ]
 
 
-def _why_uneven(rows: Sequence[tuple[int, Sequence[str]]], file: str) -> str:
+def _why_uneven(rows: Sequence[tuple[int, Sequence[str]]], file: str, example: str) -> str:
     if not rows or len(rows[0][1]) < 2:
-        return f"{file} is no table of several columns: give {_EXAMPLE}."
+        return f"{file} is no table of several columns: give {example}."
     width = len(rows[0][1])
     line, cells = next((line, cells) for line, cells in rows if len(cells) != width)
     hint = ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from data_schema.errors import UsageError
+from data_schema.errors import InputRefused, UsageError
 from labbook.actions.studies.sheet import Quantity, read_study_sheet
 from labbook.analysis.studies.compaction import Compaction, compaction
 from stats.packing import fraction_from_water
@@ -31,6 +31,12 @@ def compaction_of(text: str, file: Path, grain_mm: float, level: float, decimal:
     radii_m, water_m3 = sheet.values["radius"], sheet.values["water"]
     volumes_m3 = sheet.values.get("flask", [4.0 / 3.0 * math.pi * radius_m**3 for radius_m in radii_m])
     by_state: dict[str, list[tuple[float, float]]] = {}
-    for state, radius, volume, water in zip(sheet.words["state"], radii_m, volumes_m3, water_m3, strict=True):
-        by_state.setdefault(state, []).append((radius, fraction_from_water(volume, water).fraction))
+    rows = zip(sheet.words["state"], radii_m, volumes_m3, water_m3, sheet.lines, strict=True)
+    for state, radius_m, volume_m3, water, line in rows:
+        if water > volume_m3:
+            raise InputRefused(
+                f"line {line} of {file} has more water than the flask of {radius_m * 1e3:g} mm holds "
+                f"({water * 1e6:.4g} of {volume_m3 * 1e6:.4g} ml): check both."
+            )
+        by_state.setdefault(state, []).append((radius_m, fraction_from_water(volume_m3, water).fraction))
     return compaction(by_state, grain_mm / 1e3, level)

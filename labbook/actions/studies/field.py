@@ -27,6 +27,8 @@ def field_study_of(text: str, file: Path, level: float, decimal: str | None = No
     sheet = read_study_sheet(text, str(file), _QUANTITIES, ("walk", "robot"), _EXAMPLE, decimal)
     values = sheet.values
     energies_j = values.get("energy")
+    if energies_j is not None and "charge" in values:
+        raise InputRefused(f"{file} has energies and charges: keep the one that is meant.")
     if energies_j is None:
         if "charge" not in values or "voltage" not in values:
             raise InputRefused(f"{file} says no energies, nor charges and voltages: name the columns as in {_EXAMPLE}.")

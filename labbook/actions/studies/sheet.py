@@ -6,9 +6,9 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from data_schema.errors import InputRefused
+from data_schema.errors import InputRefused, UsageError
 from data_schema.units import conversion
-from labbook.actions.stats.table import LongTable, numbers_of, read_table
+from labbook.actions.stats.table import LongTable, decimal_sign, maybe_thousands, numbers_of, read_table
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,10 +26,14 @@ class Quantity:
 
 @dataclass(frozen=True, slots=True)
 class StudySheet:
-    """What a sheet holds: by quantity its values in SI units, by word its cells; all as long as the sheet has rows."""
+    """What a sheet holds: by quantity its values in SI units, by word its cells; all as long as the sheet has rows.
+
+    `lines` are the rows' lines in the file, from 1. A word in other letters (upper case) is the one that came first.
+    """
 
     values: Mapping[str, Sequence[float]]
     words: Mapping[str, Sequence[str]]
+    lines: Sequence[int]
 
 
 def read_study_sheet(
@@ -45,11 +49,16 @@ def read_study_sheet(
         rf"({'|'.join(quantities)})(?:[ _]volume)?(?:_([a-z0-9^*]+)|\s*[(\[]([^)\]]+)[)\]])", re.IGNORECASE
     )
     values: dict[str, list[float]] = {}
+    columns: dict[str, str] = {}
     for column in table.columns:
         if (plain := column.lower()) in quantities and quantities[plain].unit == "1":
+            columns[plain] = column
             values[plain] = _values(table, column, 1.0, quantities[plain].any_sign, decimal)
         elif matched := named.fullmatch(column):
             name = matched[1].lower()
+            if name in columns:
+                raise InputRefused(f"columns {columns[name]!r} and {column!r} of {file} both are {name}: keep one.")
+            columns[name] = column
             factor = _factor(file, column, matched[2] or matched[3], quantities[name].unit)
             values[name] = _values(table, column, factor, quantities[name].any_sign, decimal)
     for name, quantity in quantities.items():
@@ -58,7 +67,23 @@ def read_study_sheet(
             raise InputRefused(
                 f"{file} has no column of the {quantity.meaning}{with_unit}: name the columns as in {example}."
             )
-    return StudySheet(values, {word: _cells(table, word, example) for word in words})
+    _check_decimals(table, list(columns.values()), decimal)
+    return StudySheet(values, {word: _cells(table, word, example) for word in words}, table.lines)
+
+
+def _check_decimals(table: LongTable, columns: Sequence[str], declared: str | None) -> None:
+    """Refuse points that could be thousands: a sheet read a thousand times off looks like any other."""
+    signs = {column: decimal_sign(table.columns[column], column, declared) for column in columns}
+    for column in columns:
+        cells = table.columns[column]
+        unclear = maybe_thousands(cells, table.delimiter, declared)
+        if declared is None and "," in signs.values() and signs[column] == ".":
+            unclear = unclear or next((cell for cell in cells if "." in cell), None)
+        if unclear is not None:
+            raise UsageError(
+                f"{unclear!r} in column {column!r} of {table.file} could be a decimal or thousands: add --decimal , or "
+                "--decimal ."
+            )
 
 
 def _factor(file: str, column: str, unit: str, target: str) -> float:
@@ -86,4 +111,5 @@ def _cells(table: LongTable, name: str, example: str) -> tuple[str, ...]:
     for cell, line in zip(cells, table.lines, strict=True):
         if not cell:
             raise InputRefused(f"line {line} of {table.file} has no {name}: write it, or drop the row.")
-    return cells
+    first = {cell.casefold(): cell for cell in reversed(cells)}
+    return tuple(first[cell.casefold()] for cell in cells)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -10,6 +11,8 @@ from stats.lines.regression import LinearFit, fit_linear
 from stats.packing import UnboundedPacking, unbounded_fraction
 
 FEWEST_FLASKS = 3
+_LOOSE = ("loose", "poured")
+"""What the less dense state is called where it is called so; else the sheet's first is taken for it."""
 WALL = "grain size / flask radius"
 
 
@@ -44,23 +47,27 @@ def compaction(
 ) -> Compaction:
     """Extrapolate the fractions of each state to an infinite container.
 
-    `measured` has by state the radius of each flask in m and the volume fraction in it, repeated fillings in their
-    order. Raises `InputRefused` for other than two states, flasks that were not measured in both, and fewer than three
-    sizes.
+    `measured` has by state the radius of each flask in m and the volume fraction in it. Repeated fillings of a flask
+    are averaged first: they share the flask's error, and flasks are what scatters. Raises `InputRefused` for other than
+    two states, flasks that were not measured in both, and fewer than three sizes.
     """
     if len(measured) != 2:
         found = ", ".join(map(repr, measured))
-        raise InputRefused(f"there are the states {found}: measure two, such as loose and compacted.")
-    # repeated fillings of a flask stay in their order: the first of one state goes with the first of the other
-    states = {name: sorted(rows, key=lambda row: row[0]) for name, rows in measured.items()}
+        raise InputRefused(f"the states are {found}: measure two, such as loose and compacted.")
+    states = {
+        name: _means(rows) for name, rows in sorted(measured.items(), key=lambda item: item[0].casefold() not in _LOOSE)
+    }
     (first, before), (last, after) = states.items()
     radii_m = [radius_m for radius_m, _ in before]
-    if radii_m != [radius_m for radius_m, _ in after]:
-        raise InputRefused(f"the flasks of {first!r} and {last!r} differ: measure each flask in both states.")
-    if len(set(radii_m)) < FEWEST_FLASKS:
+    for radius_m in {*radii_m} ^ {radius_m for radius_m, _ in after}:
+        missing = last if radius_m in radii_m else first
         raise InputRefused(
-            f"there are {len(set(radii_m))} sizes of flasks: measure at least {FEWEST_FLASKS}, or there is no line to "
-            "extend to a bed without walls."
+            f"the flask of {radius_m * 1e3:g} mm was not measured {missing!r}: measure it, or drop its rows."
+        )
+    if len(radii_m) < FEWEST_FLASKS:
+        raise InputRefused(
+            f"only {len(radii_m)} of the flasks' sizes differ: measure at least {FEWEST_FLASKS}, or there is no line "
+            "to extend to a bed without walls."
         )
     if radii_m[0] <= grain_m:
         raise InputRefused(
@@ -72,6 +79,14 @@ def compaction(
         rise=fit_linear(rises, {WALL: [grain_m / radius_m for radius_m in radii_m]}, level=level),
         grain_m=grain_m,
     )
+
+
+def _means(rows: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Return the mean fraction of each flask, in the order of radii."""
+    by_flask: dict[float, list[float]] = {}
+    for radius_m, fraction in rows:
+        by_flask.setdefault(radius_m, []).append(fraction)
+    return [(radius_m, math.fsum(several) / len(several)) for radius_m, several in sorted(by_flask.items())]
 
 
 def _state(name: str, rows: Sequence[tuple[float, float]], grain_m: float, level: float) -> StateOfGrains:

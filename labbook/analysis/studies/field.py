@@ -11,6 +11,10 @@ from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import Undefined
 from stats.compare.summary import Summary, describe
 
+FARTHEST_APART = 1.1
+"""Quotient of two robots' distances up to which they walked together, as they measure it."""
+PLAUSIBLE = (0.01, 100.0)
+
 
 @dataclass(frozen=True, slots=True)
 class Walk:
@@ -32,29 +36,26 @@ class Walk:
 class FieldStudy:
     """Two robots on the same walks.
 
-    `specific_resistance` has by robot the values in the order of `walks`, `means` their mean with interval.
-    `log_ratio` is the mean of the logarithm of the second over the first, within walks.
+    `specific_resistance` has by robot the values in the order of `walks`, `log_means` the mean of their logarithms with
+    interval; `log_ratio` that of the second over the first, within walks.
     """
 
     robots: tuple[str, str]
     walks: tuple[str, ...]
     specific_resistance: Mapping[str, tuple[float, ...]]
-    means: Mapping[str, Summary]
+    log_means: Mapping[str, Summary]
     log_ratio: Summary
 
-    @property
-    def ratio(self) -> float:
-        """Geometric mean of second over first."""
-        mean = self.log_ratio.mean
-        return math.nan if isinstance(mean, Undefined) else math.exp(mean)
 
-    @property
-    def ratio_ci(self) -> tuple[float, float] | Undefined:
-        """Its interval: Student's, of the logarithms."""
-        low, high = self.log_ratio.ci_low, self.log_ratio.ci_high
-        if isinstance(low, Undefined):
-            return low
-        return high if isinstance(high, Undefined) else (math.exp(low), math.exp(high))
+def geometric(logs: Summary) -> tuple[float, tuple[float, float] | Undefined]:
+    """Return the geometric mean and its interval: Student's, of the logarithms."""
+    mean = math.nan if isinstance(logs.mean, Undefined) else math.exp(logs.mean)
+    if isinstance(logs.ci_low, Undefined):
+        return mean, logs.ci_low
+    return mean, logs.ci_high if isinstance(logs.ci_high, Undefined) else (
+        math.exp(logs.ci_low),
+        math.exp(logs.ci_high),
+    )
 
 
 def field_study(measured: Sequence[Walk], level: float = 0.95) -> FieldStudy:
@@ -74,11 +75,26 @@ def field_study(measured: Sequence[Walk], level: float = 0.95) -> FieldStudy:
         for robot in robots:
             if (robot, walk) not in found:
                 raise InputRefused(f"{robot!r} did not make the walk {walk!r}: give what both made together.")
+        distances_m = [one.distance_m for one in measured if one.walk == walk]
+        if max(distances_m) > FARTHEST_APART * min(distances_m):
+            raise InputRefused(
+                f"on {walk!r} one robot came {min(distances_m):g} m and the other {max(distances_m):g} m: compare what "
+                "both walked together, and check the distances."
+            )
+    for one in measured:
+        if not PLAUSIBLE[0] < one.specific_resistance < PLAUSIBLE[1]:
+            raise InputRefused(
+                f"{one.robot!r} has a specific resistance of {one.specific_resistance:.3g} on {one.walk!r}, and robots "
+                "have some 0.1 to 10: check the units of mass, distance and energy."
+            )
     first, second = ([found[robot, walk] for walk in walks] for robot in robots)
     return FieldStudy(
         robots=(robots[0], robots[1]),
         walks=walks,
         specific_resistance={robots[0]: tuple(first), robots[1]: tuple(second)},
-        means={robots[0]: describe(first, level), robots[1]: describe(second, level)},
+        log_means={
+            robot: describe(list(map(math.log, values)), level)
+            for robot, values in zip(robots, (first, second), strict=True)
+        },
         log_ratio=describe([math.log(b / a) for a, b in zip(first, second, strict=True)], level),
     )

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from data_schema.rounding import interval_text, number_text
+from data_schema.rounding import interval_text, level_text, number_text
 from data_schema.vocabulary import Undefined
 from labbook.analysis.studies.compaction import WALL, Compaction, StateOfGrains
 from reports.figures.compaction import FractionLine
-from stats.packing import UnboundedPacking
+from stats.packing import DENSEST, UnboundedPacking
 
 PUBLISHED = (("loose", 0.61), ("compacted", 0.63))
 """Of 3.4 mm glass beads (thesis 5.1.2), to two digits."""
@@ -32,6 +32,14 @@ def sentences(study: Compaction) -> list[str]:
     if abs(study.grain_m / PUBLISHED_GRAIN_M - 1.0) < 0.05:
         known = " and ".join(f"{value:g} {name}" for name, value in PUBLISHED)
         said.append(f"The thesis found {known} (5.1.2; five flasks, to two digits).")
+    interval = rise.intervals()[0]
+    if not isinstance(interval, Undefined) and interval[1] < 0.0:
+        said.append(f"{first.name} came out denser than {last.name}: are the states swapped?")
+    dense = max(max(state.fractions) for state in study.states)
+    if dense > DENSEST:
+        said.append(
+            f"A flask is {dense:.3g} full, and equal spheres fill 0.7405 at most: check its water and its size."
+        )
     of_walls = [state.line.intervals()[1] for state in study.states]
     if any(not isinstance(interval, Undefined) and interval[0] > 0.0 for interval in of_walls):
         said.append("The fraction rises towards smaller flasks, where walls should lower it: look at the small flasks.")
@@ -78,7 +86,7 @@ def _line(state: StateOfGrains) -> FractionLine:
     band = tuple(zip(*bands, strict=True)) if len(bands) == len(places) else None
     interval = state.unbounded.ci
     return FractionLine(
-        label=state.name,
+        label=f"{state.name}, {level_text(state.line.level)} CI",
         wall=state.wall,
         fractions=state.fractions,
         line_wall=places,
