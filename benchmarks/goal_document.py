@@ -24,10 +24,10 @@ from simulator.error_bars import finer_accuracy
 from simulator.jump import (
     ILL_CONDITIONED_BELOW,
     MOST_STEPS_A_JUMP,
-    ROUNDING,
     ill_conditioned,
     limits_for,
     parameter_row,
+    rounding_share,
 )
 from simulator.kernel.build import Kernel, kernel_for
 from simulator.kernel.layout import OUTCOMES, STEP_LIMIT
@@ -183,7 +183,7 @@ def barred(kernel: Kernel, table: Row) -> list[Barred]:
         coarse, fine = simulated[goal], simulated[finer].copy()
         close = fine[:, COLUMN["decision_margin"]] < ILL_CONDITIONED_BELOW
         fine[close] = _simulated(kernel, table[close], finer_accuracy(finer), FEW_STEPS)
-        rounding = np.maximum(fine[:, COLUMN["error_growth"]], 1.0) * ROUNDING
+        rounding = rounding_share(fine[:, COLUMN["error_growth"]])
         flags = np.maximum(_apart(coarse, fine), rounding) > goal
         missed, keeps = _apart(coarse, finest) > 10.0 * goal, _apart(fine, finest) <= goal
         found.append(

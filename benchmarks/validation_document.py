@@ -67,7 +67,7 @@ def walks(chance: np.random.Generator) -> str:
         distance_m, hardness = chance.uniform(100.0, 600.0), chance.normal(0.0, 0.3)
         for robot, mass_kg, needed in (("thin", 8.1, THIN), ("wide", 8.3, WIDE)):
             scattered = needed * math.exp(hardness + chance.normal(0.0, 0.03))
-            energy_wh = scattered * mass_kg * 9.80665 * distance_m / 3600.0
+            energy_wh = scattered * mass_kg * STANDARD_GRAVITY_M_S2 * distance_m / 3600.0
             lines.append(f"{walk},{robot},{mass_kg},{distance_m:.9g},{energy_wh:.9g}")
     return "\n".join(lines) + "\n"
 

@@ -12,7 +12,14 @@ import math
 from collections.abc import Mapping
 from dataclasses import fields, replace
 
-from simulator.jump import FINEST_ACCURACY, ROUNDING, close_decision, flagged_from_the_first_on, open_book, simulate
+from simulator.jump import (
+    FINEST_ACCURACY,
+    close_decision,
+    flagged_from_the_first_on,
+    open_book,
+    rounding_share,
+    simulate,
+)
 from simulator.result import JumpResult, SceneResult
 from simulator.scene import Scene
 
@@ -114,7 +121,7 @@ def differences(jump: JumpResult, other: JumpResult) -> Mapping[str, float]:
 
     Rounding, as far as the sampled control lets it grow, is the least difference: both may take the same steps.
     """
-    rounding = min(1.0, max(jump.error_growth, 1.0) * ROUNDING)
+    rounding = float(rounding_share(jump.error_growth))
     found: dict[str, float] = {}
     for one in fields(jump):
         value, beside = getattr(jump, one.name), getattr(other, one.name)

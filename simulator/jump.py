@@ -188,6 +188,11 @@ def ill_conditioned(decision_margin: Any, error_growth: Any, accuracy: float) ->
     return np.less(decision_margin, ILL_CONDITIONED_BELOW) | np.greater(error_growth * ROUNDING, 0.5 * accuracy)
 
 
+def rounding_share(error_growth: Any) -> Any:
+    """Return the relative error that rounding grows to, at most 1; a number or an array of them."""
+    return np.minimum(1.0, np.maximum(error_growth, 1.0) * ROUNDING)
+
+
 def close_decision(jump: JumpResult) -> bool:
     """Whether the outcome hangs on a decision that lies under ten local errors from falling otherwise."""
     return jump.decision_margin is not None and jump.decision_margin < ILL_CONDITIONED_BELOW

@@ -17,11 +17,14 @@ from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_number, as_values, complete_rows, refuse_few
 from stats.exact.numbers import refuse_beyond
-from stats.lines.regression import fit_linear
+from stats.lines.regression import LinearFit, fit_linear
 from stats.results import Result, bounded_texts, missing_text, share_text
 
 DENSEST = math.pi / math.sqrt(18.0)
 """0.7405: no packing of equal spheres is denser (Hales 2005)."""
+
+WALL = "grain size / radius"
+"""What fractions are extrapolated over, to 0; dimensionless."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +71,8 @@ class UnboundedPacking(Result):
     """Number of measurements minus 2."""
     n: int
     """Number of measurements."""
+    fit: LinearFit
+    """All that least squares says of the line over `WALL`."""
     missing: int = 0
     """Measurements left out because a value was NaN."""
 
@@ -167,7 +172,7 @@ def unbounded_fraction(
     with np.errstate(over="ignore"):
         shares = np.divide(grain, radii)
     refuse_beyond("a grain size over a radius", shares.tolist())
-    fit = fit_linear(fractions, {"grain size / radius": shares}, level=level)
+    fit = fit_linear(fractions, {WALL: shares}, level=level)
     errors, _sd = fit.spread("the fraction without walls")
     return UnboundedPacking(
         fraction=fit.coefficients[0],
@@ -179,6 +184,7 @@ def unbounded_fraction(
         r_squared=fit.r_squared,
         df=fit.df,
         n=fit.n,
+        fit=fit,
         missing=left_out,
     )
 

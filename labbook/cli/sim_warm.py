@@ -23,8 +23,7 @@ def warm(
     """
     from data_schema.cache_folder import CACHE_VARIABLE
     from data_schema.errors import UsageError
-    from simulator.kernel.build import composed, kernel_for
-    from simulator.kernel.cache import on_disk
+    from simulator.kernel.build import is_kept, kernel_for
     from simulator.scene_file import load_scene, shipped_scenes
 
     found = {name: load_scene(name) for name in scenes or shipped_scenes()}
@@ -33,7 +32,7 @@ def warm(
         for name, scene in found.items():
             spent_s[name] = kernel_for(scene.effects).compile_time_s
             done(name)
-            if not on_disk(composed(scene.effects)[1]):
+            if not is_kept(scene.effects):
                 raise UsageError(
                     f"the kernel of {name} was compiled and cannot be kept: name a folder that can be written in "
                     f"{CACHE_VARIABLE}."

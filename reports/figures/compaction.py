@@ -10,10 +10,6 @@ from matplotlib.figure import Figure
 from reports.figures.style import BLUE, ONE_COLUMN_IN, VERMILLION, is_narrow, light_grid, new_figure, publication_style
 
 _LOOKS = ((BLUE, "o", "-"), (VERMILLION, "s", "--"))
-CAPTION = (
-    "Volume fraction of grains over their size divided by the flask's radius, with least-squares lines and their "
-    "confidence bands. At 0, where no grain touches a wall, diamonds show the fractions of the bed with intervals."
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,9 +39,7 @@ def draw_compaction(states: Sequence[FractionLine], width_in: float = ONE_COLUMN
                 axes.fill_between(state.line_wall, *state.band, color=colour, alpha=0.15, linewidth=0.0)
             axes.plot(state.line_wall, state.line, color=colour, linestyle=style)
             axes.plot(state.wall, state.fractions, marker, color=colour, markersize=3.5, label=state.label)
-            ends = (
-                None if state.interval is None else [[state.at_0 - state.interval[0]], [state.interval[1] - state.at_0]]
-            )
+            ends = None if state.interval is None else [[abs(end - state.at_0)] for end in state.interval]
             axes.errorbar(
                 [0.0], [state.at_0], yerr=ends, fmt="D", color=colour, markersize=4, capsize=3, clip_on=False, zorder=5
             )

@@ -17,7 +17,7 @@ from simulator.accuracy.outputs import outputs_of, relative_errors
 from simulator.accuracy.peers import PeerGaveUp
 from simulator.accuracy.reference_of import Reference, reference_of
 from simulator.error_bars import finer_accuracy
-from simulator.jump import ILL_CONDITIONED_BELOW, ROUNDING
+from simulator.jump import ILL_CONDITIONED_BELOW, rounding_share
 from simulator.kernel.build import kernel_for
 from simulator.kernel.rows import COLUMN
 from simulator.scene import Scene
@@ -137,7 +137,7 @@ def _estimated(scene: Scene, setting: float, stop_after: int, found: Found) -> d
         row = kernel.row()
         if row[COLUMN["decision_margin"]] >= ILL_CONDITIONED_BELOW:
             break
-    rounding = min(1.0, max(1.0, float(row[COLUMN["error_growth"]])) * ROUNDING)
+    rounding = float(rounding_share(row[COLUMN["error_growth"]]))
     moved = relative_errors(found.outputs, outputs_of(scene, row).values)
     return {name: None if error is None else max(error, rounding) for name, error in moved.items()}
 

@@ -44,10 +44,15 @@ def composed(effects: frozenset[str]) -> tuple[Composition, Any]:
     return composition, batch
 
 
-def is_compiled(effects: frozenset[str]) -> bool:
-    """Whether a kernel is there without compiling: in this process, or on disk; or nothing is ever compiled here."""
+def is_kept(effects: frozenset[str]) -> bool:
+    """Whether later processes need not compile a kernel: it is on disk, or nothing is ever compiled here."""
     batch = composed(effects)[1]
-    return not hasattr(batch, "compile") or bool(batch.signatures) or on_disk(batch)
+    return not hasattr(batch, "compile") or on_disk(batch)
+
+
+def is_compiled(effects: frozenset[str]) -> bool:
+    """Whether a kernel is there without compiling: it is kept, or this process has compiled it."""
+    return is_kept(effects) or bool(composed(effects)[1].signatures)
 
 
 @functools.lru_cache(maxsize=64)

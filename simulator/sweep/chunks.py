@@ -16,7 +16,14 @@ from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
 from simulator.error_bars import JUDGED, finer_accuracy
-from simulator.jump import ILL_CONDITIONED_BELOW, ROUNDING, ill_conditioned, limits_for, open_book, under_surface
+from simulator.jump import (
+    ILL_CONDITIONED_BELOW,
+    ill_conditioned,
+    limits_for,
+    open_book,
+    rounding_share,
+    under_surface,
+)
 from simulator.kernel.build import Kernel, kernel_for
 from simulator.kernel.cache import fingerprint
 from simulator.kernel.composition import compose
@@ -145,7 +152,7 @@ def simulate_rows(recipe: Recipe, values: Block, barred: Flags | None = None) ->
 def _with_errors(accuracy: float, coarse: Block, fine: Block) -> Block:
     """Return finer outputs with their errors and the flag by these, as `simulator.error_bars` has them of a jump."""
     found, beside = fine[:, :, _WITH_ERROR], coarse[:, :, _WITH_ERROR]
-    rounding = np.minimum(1.0, np.maximum(fine[:, :, PLACE["error_growth"]], 1.0) * ROUNDING)
+    rounding = rounding_share(fine[:, :, PLACE["error_growth"]])
     errors = np.maximum(np.abs(found - beside), rounding[:, :, np.newaxis] * np.abs(found))
     judged = np.abs(found[:, :, _JUDGED])
     with np.errstate(divide="ignore", invalid="ignore"):

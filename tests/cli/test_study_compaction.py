@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from pathlib import Path
 
 import numpy as np
@@ -24,8 +23,7 @@ from benchmarks.validation_document import (
 from labbook.actions.studies.compaction import compaction_of
 from labbook.presenting.studies.compaction import sentences
 from tests.cli.shell import good, labbook, refused
-
-PAGE = Path(__file__).parents[2] / "docs" / "compaction.md"
+from tests.helpers.study_pages import study_page
 
 
 def test_intervals_cover_the_fractions_and_their_difference() -> None:
@@ -81,12 +79,9 @@ def test_points_that_could_be_thousands_are_refused(tmp_path: Path) -> None:
 
 
 def test_the_page_works_as_it_says(tmp_path: Path) -> None:
-    text = PAGE.read_text(encoding="utf-8")
-    (data,) = re.findall(r"```csv\n(.*?)```", text, re.DOTALL)
-    (said,) = re.findall(r"```text\n(.*?)```", text, re.DOTALL)
-    (words,) = re.findall(r"^ {4}labbook (study .*)$", text, re.MULTILINE)
-    (tmp_path / "flasks.csv").write_text(data, encoding="utf-8")
-    assert good(labbook(*words.split(), at=tmp_path)).out == said + "compaction.pdf\n"
+    page = study_page("compaction.md")
+    (tmp_path / "flasks.csv").write_text(page.sheet, encoding="utf-8")
+    assert good(labbook(*page.words, at=tmp_path)).out == f"{page.said}compaction.pdf\n"
     assert (tmp_path / "compaction.pdf").read_bytes().startswith(b"%PDF")
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import pytest
@@ -10,9 +9,9 @@ import pytest
 from benchmarks.validation_document import STUDIES, covered, outside
 from labbook.actions.studies.field import field_study_of
 from tests.cli.shell import good, labbook, refused
+from tests.helpers.study_pages import study_page
 
 HEAD = "walk,robot,mass_kg,distance_m,energy_Wh\n"
-PAGE = Path(__file__).parents[2] / "docs" / "field.md"
 
 
 def test_intervals_cover_the_ratio() -> None:
@@ -33,12 +32,9 @@ def test_energies_and_charges_in_any_units_are_the_same() -> None:
 
 
 def test_the_page_works_as_it_says(tmp_path: Path) -> None:
-    text = PAGE.read_text(encoding="utf-8")
-    (data,) = re.findall(r"```csv\n(.*?)```", text, re.DOTALL)
-    (said,) = re.findall(r"```text\n(.*?)```", text, re.DOTALL)
-    (words,) = re.findall(r"^ {4}labbook (study .*)$", text, re.MULTILINE)
-    (tmp_path / "walks.csv").write_text(data, encoding="utf-8")
-    assert good(labbook(*words.split(), at=tmp_path)).out == said + "field.pdf\n"
+    page = study_page("field.md")
+    (tmp_path / "walks.csv").write_text(page.sheet, encoding="utf-8")
+    assert good(labbook(*page.words, at=tmp_path)).out == f"{page.said}field.pdf\n"
     assert (tmp_path / "field.pdf").read_bytes().startswith(b"%PDF")
 
 
@@ -50,12 +46,20 @@ def test_one_walk_has_numbers_and_no_interval(tmp_path: Path) -> None:
     assert (tmp_path / "a.png").exists()
 
 
+def test_equal_robots_have_no_interval_for_a_reason(tmp_path: Path) -> None:
+    (tmp_path / "walks.csv").write_text(
+        HEAD + "a,x,8,430,12\na,y,8,430,12\nb,x,8,300,9\nb,y,8,300,9\n", encoding="utf-8"
+    )
+    assert "y needed as much as x; no interval: " in good(labbook("study", "field", "walks.csv", at=tmp_path)).out
+
+
 ROWS = "a,thin,8,430,12\na,wide,8,430,10\n"
 
 
 @pytest.mark.parametrize(
     ("text", "said"),
     [
+        ("", ("walk,robot,mass_kg",)),
         ("walk,robot,mass_kg,distance_m\na,thin,8,430\n", ("energies", "charge_mAh")),
         ("walk,robot,distance_m,energy_Wh\na,thin,430,12\n", ("mass",)),
         (HEAD.replace("walk", "day") + ROWS, ("walk",)),
@@ -68,6 +72,7 @@ ROWS = "a,thin,8,430,12\na,wide,8,430,10\n"
         (HEAD + ",thin,8,4,12\na,wide,8,430,10\n", ("line 2", "walk")),
     ],
     ids=[
+        "empty",
         "no energy",
         "no mass",
         "no walk",

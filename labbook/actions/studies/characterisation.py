@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -35,7 +34,8 @@ def characterisation_of(
     `InputRefused` as `read_study_sheet` and `characterisation` do.
     """
     sheet = read_study_sheet(read(sheet_path), str(sheet_path), _TRIAL, ("file",), _EXAMPLE, decimal)
-    neutral_m = sheet.values.get("neutral", [math.nan] * len(sheet.words["file"]))
+    unknown: Sequence[float | None] = [None] * len(sheet.words["file"])
+    neutral_m = sheet.values.get("neutral", unknown)
     columns = (sheet.values[name] for name in ("gain", "damping_gain", "mass"))
     found = []
     for name, gain, damping_gain, mass_kg, length_m in zip(sheet.words["file"], *columns, neutral_m, strict=True):

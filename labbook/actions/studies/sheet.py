@@ -44,7 +44,7 @@ def read_study_sheet(
     Raises `InputRefused` for columns that are missing, units of something else, and cells that hold no positive number
     or no word, with the line.
     """
-    table = read_table(text, file)
+    table = read_table(text, file, f"a header such as {example} and a row for each")
     named = re.compile(
         rf"({'|'.join(quantities)})(?:[ _]volume)?(?:_([a-z0-9^*]+)|\s*[(\[]([^)\]]+)[)\]])", re.IGNORECASE
     )

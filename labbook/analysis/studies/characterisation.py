@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -15,9 +14,12 @@ from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import Undefined
+from stats.compare.summary import autocorrelation
 from stats.lines.stiffness import MINIMUM_POINTS, GainLine, Stiffness, fit_gain_line, fit_stiffness, force_points
 
 Floats = NDArray[np.float64]
+Condition = tuple[float | None, float, float]
+"""Neutral length in m, gain and damping gain: what is fitted together, whatever the mass."""
 FEWEST_GAINS = 3
 _WEIGHINGS, _LEAST = 3, 1e-12
 """Fits with weights estimated anew, and the least spread in m and m/s, of data without errors."""
@@ -28,21 +30,21 @@ class Oscillation:
     """One trajectory of a mass on the leg, from its displacement on; arrays of shape (n,).
 
     Displacement in m is positive the way the leg is compressed, velocity in m/s is its rate of change. `neutral_m` is
-    the leg's length without load, NaN where the sheet does not say it.
+    the leg's length without load, None where the sheet does not say it.
     """
 
     file: str
     gain: float
     damping_gain: float
-    neutral_m: float
+    neutral_m: float | None
     mass_kg: float
     time_s: Floats
     displacement_m: Floats
     velocity_m_s: Floats
 
     @property
-    def condition(self) -> tuple[float, float, float]:
-        """Neutral length, gain and damping gain: what is fitted together, whatever the mass."""
+    def condition(self) -> Condition:
+        """What it is fitted together with."""
         return self.neutral_m, self.gain, self.damping_gain
 
 
@@ -63,7 +65,7 @@ class MeasuredGains:
     and the intervals are too short. `plane` is the thesis's fit to forces by differences, errors shared by neighbours.
     """
 
-    neutral_m: float
+    neutral_m: float | None
     gain: float
     damping_gain: float
     masses_kg: tuple[float, ...]
@@ -71,7 +73,7 @@ class MeasuredGains:
     n: int
     stiffness: Coefficient
     damping: Coefficient
-    residual_lag1: float
+    residual_lag1: float | Undefined
     plane: Stiffness
 
 
@@ -79,7 +81,7 @@ class MeasuredGains:
 class GainLines:
     """Of one neutral length: stiffness over gain and damping over damping gain; undefined with too few gains."""
 
-    neutral_m: float
+    neutral_m: float | None
     stiffness: GainLine | Undefined
     damping: GainLine | Undefined
 
@@ -90,7 +92,7 @@ class Characterisation:
 
     conditions: tuple[MeasuredGains, ...]
     lines: tuple[GainLines, ...]
-    too_few: Mapping[tuple[float, float, float], int]
+    too_few: Mapping[Condition, int]
     level: float
 
 
@@ -101,7 +103,7 @@ def characterisation(oscillations: Sequence[Oscillation], level: float = 0.95) -
     to the positions and the velocities, whose standard deviations are estimated with it: both have errors. Conditions
     with fewer than 250 points are left out. Raises `InputRefused` where none has as many.
     """
-    by_condition: dict[tuple[float, float, float], list[Oscillation]] = {}
+    by_condition: dict[Condition, list[Oscillation]] = {}
     for one in oscillations:
         by_condition.setdefault(one.condition, []).append(one)
     points = {key: sum(one.time_s.size for one in several) for key, several in by_condition.items()}
@@ -111,23 +113,16 @@ def characterisation(oscillations: Sequence[Oscillation], level: float = 0.95) -
             f"no condition has {MINIMUM_POINTS} points (thesis 4.2.6), the most is {max(points.values(), default=0)}: "
             "record more trajectories of each."
         )
-    conditions = tuple(_measured(by_condition[key], level) for key in sorted(enough, key=_in_order))
-    lengths = dict.fromkeys(_known(one.neutral_m) for one in conditions)
+    conditions = tuple(
+        _measured(by_condition[key], level) for key in sorted(enough, key=lambda key: (key[0] or 0.0, *key[1:]))
+    )
+    lengths = dict.fromkeys(one.neutral_m for one in conditions)
     return Characterisation(
         conditions=conditions,
-        lines=tuple(_lines([one for one in conditions if _known(one.neutral_m) == length]) for length in lengths),
+        lines=tuple(_lines([one for one in conditions if one.neutral_m == length]) for length in lengths),
         too_few={key: count for key, count in points.items() if key not in enough},
         level=level,
     )
-
-
-def _known(neutral_m: float) -> float | None:
-    return None if math.isnan(neutral_m) else neutral_m
-
-
-def _in_order(condition: tuple[float, float, float]) -> tuple[float, float, float]:
-    neutral_m, gain, damping_gain = condition
-    return (0.0 if math.isnan(neutral_m) else neutral_m, gain, damping_gain)
 
 
 def _measured(several: Sequence[Oscillation], level: float) -> MeasuredGains:
@@ -155,7 +150,9 @@ def _measured(several: Sequence[Oscillation], level: float) -> MeasuredGains:
     )
 
 
-def _fitted(several: Sequence[Oscillation], plane: Stiffness, level: float) -> tuple[Coefficient, Coefficient, float]:
+def _fitted(
+    several: Sequence[Oscillation], plane: Stiffness, level: float
+) -> tuple[Coefficient, Coefficient, float | Undefined]:
     """Fit k, d and F by least squares, from the plane's on; starts are linear and projected out.
 
     The standard deviations of positions and velocities weigh them; they are estimated anew after each fit.
@@ -192,12 +189,7 @@ def _fitted(several: Sequence[Oscillation], plane: Stiffness, level: float) -> t
         Coefficient(float(value), float(se), (float(value - half * se), float(value + half * se)))
         for value, se in zip((shares * scale)[:2], (np.sqrt(np.diag(covariance)) * scale)[:2], strict=True)
     ]
-    return found[0], found[1], _lag1(left(shares, (1.0, 1.0))[1])
-
-
-def _lag1(residuals: Floats) -> float:
-    squares = float(residuals @ residuals)
-    return float(residuals[1:] @ residuals[:-1]) / squares if squares > 0.0 else 0.0
+    return found[0], found[1], autocorrelation(left(shares, (1.0, 1.0))[1]).r
 
 
 def _left(one: Oscillation, k: float, d: float, force_n: float, spreads: tuple[float, float]) -> Floats:

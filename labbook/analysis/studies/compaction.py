@@ -8,12 +8,11 @@ from dataclasses import dataclass
 
 from data_schema.errors import InputRefused
 from stats.lines.regression import LinearFit, fit_linear
-from stats.packing import UnboundedPacking, unbounded_fraction
+from stats.packing import WALL, UnboundedPacking, unbounded_fraction
 
 FEWEST_FLASKS = 3
 _LOOSE = ("loose", "poured")
 """What the less dense state is called where it is called so; else the sheet's first is taken for it."""
-WALL = "grain size / flask radius"
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +25,6 @@ class StateOfGrains:
     name: str
     wall: tuple[float, ...]
     fractions: tuple[float, ...]
-    line: LinearFit
     unbounded: UnboundedPacking
 
 
@@ -54,13 +52,12 @@ def compaction(
     if len(measured) != 2:
         found = ", ".join(map(repr, measured))
         raise InputRefused(f"the states are {found}: measure two, such as loose and compacted.")
-    states = {
-        name: _means(rows) for name, rows in sorted(measured.items(), key=lambda item: item[0].casefold() not in _LOOSE)
-    }
+    in_order = sorted(measured, key=lambda name: name.casefold() not in _LOOSE)
+    states = {name: _means(measured[name]) for name in in_order}
     (first, before), (last, after) = states.items()
     radii_m = [radius_m for radius_m, _ in before]
-    for radius_m in {*radii_m} ^ {radius_m for radius_m, _ in after}:
-        missing = last if radius_m in radii_m else first
+    if alone := sorted({*radii_m} ^ {radius_m for radius_m, _ in after}):
+        radius_m, missing = alone[0], last if alone[0] in radii_m else first
         raise InputRefused(
             f"the flask of {radius_m * 1e3:g} mm was not measured {missing!r}: measure it, or drop its rows."
         )
@@ -92,5 +89,4 @@ def _means(rows: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
 def _state(name: str, rows: Sequence[tuple[float, float]], grain_m: float, level: float) -> StateOfGrains:
     radii_m, fractions = zip(*rows, strict=True)
     wall = tuple(grain_m / radius_m for radius_m in radii_m)
-    line = fit_linear(fractions, {WALL: wall}, level=level)
-    return StateOfGrains(name, wall, fractions, line, unbounded_fraction(radii_m, fractions, grain_m, level=level))
+    return StateOfGrains(name, wall, fractions, unbounded_fraction(radii_m, fractions, grain_m, level=level))

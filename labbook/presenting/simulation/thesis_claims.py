@@ -82,7 +82,7 @@ def claims_markdown(findings: Sequence[Finding]) -> str:
 
 
 def claims_rows(findings: Sequence[Finding]) -> list[list[str]]:
-    """Return the table's short columns, for a terminal: claim, thesis, simulated, its limits, points within."""
+    """Return the table's short columns, for a terminal: claim, thesis, simulated, its limits, points within, share."""
     table = claims_table(findings)
     shown = [place for place, column in enumerate(table.columns) if not column.prose and column.title != "Where"]
     head = [table.columns[place].title.lower() for place in shown]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from data_schema.rounding import error_of, interval_text, number_text
@@ -21,7 +20,7 @@ def sentences(study: Characterisation) -> list[str]:
     """Say the lines of each neutral length, what the thesis found, and what was left out."""
     said = []
     for lines in study.lines:
-        where = "" if math.isnan(lines.neutral_m) else f" at {_length_text(lines.neutral_m)}"
+        where = "" if lines.neutral_m is None else f" at {_length_text(lines.neutral_m)}"
         said += [
             _line_text(f"Stiffness{where}", lines.stiffness, "N/m"),
             _line_text(f"Damping{where}", lines.damping, "kg/s"),
@@ -29,7 +28,7 @@ def sentences(study: Characterisation) -> list[str]:
     said.append(PUBLISHED)
     for (_, gain, damping_gain), count in study.too_few.items():
         said.append(f"Left out, as 250 points are needed: gain {gain:g}, damping gain {damping_gain:g} with {count}.")
-    odd = [f"gain {one.gain:g}" for one in study.conditions if one.residual_lag1 > SHARED]
+    odd = [f"gain {one.gain:g}" for one in study.conditions if _goes_on(one.residual_lag1)]
     if odd:
         said.append(
             f"Neighbouring residuals go together ({', '.join(odd)}): no linear spring; its interval is too short."
@@ -37,23 +36,28 @@ def sentences(study: Characterisation) -> list[str]:
     return said
 
 
+def _goes_on(lag1: float | Undefined) -> bool:
+    return not isinstance(lag1, Undefined) and lag1 > SHARED
+
+
 def rows(study: Characterisation) -> list[tuple[str, ...]]:
     """Return the table of the conditions."""
     return [
         (
-            "" if math.isnan(one.neutral_m) else _length_text(one.neutral_m),
+            "" if one.neutral_m is None else _length_text(one.neutral_m),
             f"{one.gain:g}",
             f"{one.damping_gain:g}",
-            *_texts(one.stiffness, study.level),
-            *_texts(one.damping, study.level),
+            *_texts(one.stiffness),
+            *_texts(one.damping),
             str(one.n),
         )
         for one in study.conditions
     ]
 
 
-def _texts(one: Coefficient, level: float) -> tuple[str, str]:
-    return number_text(one.value, error=one.se), interval_text(one.ci, level, "", one.se).split("CI ")[1]
+def _texts(one: Coefficient) -> tuple[str, str]:
+    value, low, high = (number_text(number, error=one.se) for number in (one.value, *one.ci))
+    return value, f"{low} to {high}"
 
 
 def _length_text(neutral_m: float) -> str:
@@ -76,26 +80,22 @@ def as_data(study: Characterisation) -> dict[str, Any]:
         "conditions": [_condition(one) for one in study.conditions],
         "lines": [_lines_data(one) for one in study.lines],
         "too_few": [
-            {"neutral_m": _or_none(neutral_m), "gain": gain, "damping_gain": damping_gain, "n": count}
+            {"neutral_m": neutral_m, "gain": gain, "damping_gain": damping_gain, "n": count}
             for (neutral_m, gain, damping_gain), count in study.too_few.items()
         ],
         "level": study.level,
     }
 
 
-def _or_none(value: float) -> float | None:
-    return None if math.isnan(value) else value
-
-
 def _condition(one: MeasuredGains) -> dict[str, Any]:
     return {
-        "neutral_m": _or_none(one.neutral_m),
+        "neutral_m": one.neutral_m,
         "gain": one.gain,
         "damping_gain": one.damping_gain,
         "masses_kg": list(one.masses_kg),
         "trajectories": one.trajectories,
         "n": one.n,
-        "residual_lag1": one.residual_lag1,
+        "residual_lag1": None if isinstance(one.residual_lag1, Undefined) else one.residual_lag1,
         **{
             name: {"value": found.value, "se": found.se, "ci": list(found.ci)}
             for name, found in (("stiffness_n_m", one.stiffness), ("damping_kg_s", one.damping))
@@ -106,7 +106,7 @@ def _condition(one: MeasuredGains) -> dict[str, Any]:
 
 def _lines_data(one: GainLines) -> dict[str, Any]:
     return {
-        "neutral_m": _or_none(one.neutral_m),
+        "neutral_m": one.neutral_m,
         **{
             name: None if isinstance(line, Undefined) else line.to_dict()
             for name, line in (("stiffness", one.stiffness), ("damping", one.damping))
@@ -118,8 +118,8 @@ def drawn(study: Characterisation) -> tuple[list[OverGain], list[OverGain]]:
     """Return what the figure shows of stiffness and of damping."""
     series: tuple[list[OverGain], list[OverGain]] = ([], [])
     for lines in study.lines:
-        same = [one for one in study.conditions if one.neutral_m == lines.neutral_m or math.isnan(lines.neutral_m)]
-        label = "measured" if math.isnan(lines.neutral_m) else f"neutral length {_length_text(lines.neutral_m)}"
+        same = [one for one in study.conditions if one.neutral_m == lines.neutral_m]
+        label = "measured" if lines.neutral_m is None else f"neutral length {_length_text(lines.neutral_m)}"
         both = (
             ([one.gain for one in same], [one.stiffness for one in same], lines.stiffness),
             ([one.damping_gain for one in same], [one.damping for one in same], lines.damping),

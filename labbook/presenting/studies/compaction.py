@@ -8,9 +8,9 @@ import numpy as np
 
 from data_schema.rounding import interval_text, level_text, number_text
 from data_schema.vocabulary import Undefined
-from labbook.analysis.studies.compaction import WALL, Compaction, StateOfGrains
+from labbook.analysis.studies.compaction import Compaction, StateOfGrains
 from reports.figures.compaction import FractionLine
-from stats.packing import DENSEST, UnboundedPacking
+from stats.packing import DENSEST, WALL, UnboundedPacking
 
 PUBLISHED = (("loose", 0.61), ("compacted", 0.63))
 """Of 3.4 mm glass beads (thesis 5.1.2), to two digits."""
@@ -40,7 +40,7 @@ def sentences(study: Compaction) -> list[str]:
         said.append(
             f"A flask is {dense:.3g} full, and equal spheres fill 0.7405 at most: check its water and its size."
         )
-    of_walls = [state.line.intervals()[1] for state in study.states]
+    of_walls = [state.unbounded.fit.intervals()[1] for state in study.states]
     if any(not isinstance(interval, Undefined) and interval[0] > 0.0 for interval in of_walls):
         said.append("The fraction rises towards smaller flasks, where walls should lower it: look at the small flasks.")
     return said
@@ -81,12 +81,12 @@ def drawn(study: Compaction) -> list[FractionLine]:
 
 def _line(state: StateOfGrains) -> FractionLine:
     places = np.linspace(0.0, max(state.wall), _POINTS).tolist()
-    responses = [state.line.at({WALL: place}, state.line.level) for place in places]
+    responses = [state.unbounded.fit.at({WALL: place}, state.unbounded.fit.level) for place in places]
     bands = [response.ci for response in responses if not isinstance(response.ci, Undefined)]
     band = tuple(zip(*bands, strict=True)) if len(bands) == len(places) else None
     interval = state.unbounded.ci
     return FractionLine(
-        label=f"{state.name}, {level_text(state.line.level)} CI",
+        label=f"{state.name}, {level_text(state.unbounded.fit.level)} CI",
         wall=state.wall,
         fractions=state.fractions,
         line_wall=places,

@@ -20,12 +20,12 @@ def sentences(study: FieldStudy) -> list[str]:
     said = [f"Specific resistance, energy over weight times distance: {needs} (geometric means of {walks})."]
     ratio, interval = geometric(study.log_ratio)
     percent = 100.0 * (ratio - 1.0)
-    change = f"{number_text(abs(percent), 2)} % {'less' if percent < 0.0 else 'more'}" if percent else "as much"
+    change = f"{number_text(abs(percent), 2)} % {'less' if percent < 0.0 else 'more'} than" if percent else "as much as"
     if isinstance(interval, Undefined):
-        return [*said, f"{second} needed {change} than {first}; no interval: {interval.reason}."]
+        return [*said, f"{second} needed {change} {first}; no interval: {interval.reason}."]
     within = f"{second} / {first} {number_text(ratio)}, {_interval(interval, study.log_ratio.level)}, within {walks}"
     tells = "" if interval[1] < 1.0 or interval[0] > 1.0 else "; the difference is not significant"
-    return [*said, f"{second} needs {change} than {first} ({within}){tells}."]
+    return [*said, f"{second} needs {change} {first} ({within}){tells}."]
 
 
 def _interval(interval: tuple[float, float], level: float) -> str:
