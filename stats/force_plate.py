@@ -89,23 +89,12 @@ def find_contacts(time_s: ArrayLike, force_n: ArrayLike) -> tuple[Contact, ...] 
     The contacts in order; one that touches an end of the record or has a missing sample is left out. Undefined where
     the plate is never empty for long enough, or nothing presses on it.
     """
-    from scipy.ndimage import uniform_filter1d
-
     time, force = np.asarray(time_s, dtype=np.float64), np.asarray(force_n, dtype=np.float64)
-    known = np.isfinite(force)
-    if np.count_nonzero(known) < 2:
-        return Undefined(Reason.NO_TWO_SAMPLES)
-    step_s = float(np.median(np.diff(time)))
-    least = max(round(SHORTEST_S / step_s), 2)
-    smooth = uniform_filter1d(np.where(known, force, np.median(force[known])), least)
-    low, high = float(smooth.min()), float(smooth.max())
-    zero, noise_n = _zero(time, force, _ranges(force < low + _FIRST_THRESHOLD * (high - low), least))
-    if zero is None:
-        return Undefined(Reason.PLATE_NEVER_EMPTY, shortest_ms=SHORTEST_S * 1e3)
-    above = force - zero
-    threshold_n = max(_NOISE_SDS * noise_n, _LEAST_SHARE * (high - low))
-    if high - low < 2.0 * threshold_n:
-        return Undefined(Reason.PLATE_UNTOUCHED, noise_n=noise_n)
+    zeroed = _zeroed(time, force)
+    if isinstance(zeroed, Undefined):
+        return zeroed
+    known, step_s, least = np.isfinite(force), zeroed.step_s, zeroed.least
+    above, threshold_n = zeroed.above_n, zeroed.threshold_n
     found: list[Contact | None] = []
     for before, after in pairwise(_ranges(above < threshold_n, least)):
         if after[0] - before[1] < least:
@@ -118,6 +107,15 @@ def find_contacts(time_s: ArrayLike, force_n: ArrayLike) -> tuple[Contact, ...] 
         for contact, after in zip(found, [*found[1:], None], strict=True)
         if contact is not None
     )
+
+
+def force_above_zero(time_s: ArrayLike, force_n: ArrayLike) -> _Floats | Undefined:
+    """Return the force above the plate's zero, which is read in the flights and followed as it drifts, shape (n,).
+
+    Parameters and reasons are those of `find_contacts`.
+    """
+    zeroed = _zeroed(np.asarray(time_s, dtype=np.float64), np.asarray(force_n, dtype=np.float64))
+    return zeroed if isinstance(zeroed, Undefined) else zeroed.above_n
 
 
 def jump_heights(contacts: Sequence[Contact]) -> PlateJumps | Undefined:
@@ -180,6 +178,35 @@ def _with_flight(contact: Contact, after: Contact) -> Contact:
     if flight_s > LONGEST_FLIGHT_S:
         return contact
     return Contact(contact.start_s, contact.end_s, contact.peak_n, contact.impulse_n_s, contact.moment_n_s2, flight_s)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Zeroed:
+    """The force above the plate's zero, what of it is a load, a sample's length, and the shortest contact's samples."""
+
+    above_n: _Floats
+    threshold_n: float
+    step_s: float
+    least: int
+
+
+def _zeroed(time: _Floats, force: _Floats) -> _Zeroed | Undefined:
+    from scipy.ndimage import uniform_filter1d
+
+    known = np.isfinite(force)
+    if np.count_nonzero(known) < 2:
+        return Undefined(Reason.NO_TWO_SAMPLES)
+    step_s = float(np.median(np.diff(time)))
+    least = max(round(SHORTEST_S / step_s), 2)
+    smooth = uniform_filter1d(np.where(known, force, np.median(force[known])), least)
+    low, high = float(smooth.min()), float(smooth.max())
+    zero, noise_n = _zero(time, force, _ranges(force < low + _FIRST_THRESHOLD * (high - low), least))
+    if zero is None:
+        return Undefined(Reason.PLATE_NEVER_EMPTY, shortest_ms=SHORTEST_S * 1e3)
+    threshold_n = max(_NOISE_SDS * noise_n, _LEAST_SHARE * (high - low))
+    if high - low < 2.0 * threshold_n:
+        return Undefined(Reason.PLATE_UNTOUCHED, noise_n=noise_n)
+    return _Zeroed(force - zero, threshold_n, step_s, least)
 
 
 def _ranges(empty: NDArray[np.bool_], least: int) -> list[tuple[int, int]]:

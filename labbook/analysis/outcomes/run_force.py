@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
@@ -74,20 +75,20 @@ def _request(store: Store, run: RunRow, signal: SignalRow, gaps: Sequence[GapRow
         {"run": run.name},
         (run_input(run), signal_input(signal, "force plate")),
         {"gaps": [list(gap) for gap in missing]},
-        lambda: _run_force(_contacts(store, signal, missing)),
+        lambda: _run_force(find_contacts(*vertical_force(store, signal, missing))),
     )
 
 
-def _contacts(
+def vertical_force(
     store: Store, signal: SignalRow, missing: Sequence[tuple[float, float]]
-) -> tuple[Contact, ...] | Undefined:
-    """Find the contacts in the force on all plates together."""
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Read the force on all plates together, NaN where samples are missing: times in s and N, both of shape (n,)."""
     plates = [name for name in signal.channels if channel_kind(name) == VERTICAL_FORCE]
     samples = store.samples(signal.store_path, plates)
     force_n = np.sum([samples[name] for name in plates], axis=0)
     for start_s, length_s in missing:
         force_n[(samples["time"] >= start_s) & (samples["time"] <= start_s + length_s)] = np.nan
-    return find_contacts(samples["time"], force_n)
+    return samples["time"], force_n
 
 
 def _run_force(contacts: tuple[Contact, ...] | Undefined) -> RunForce:
