@@ -182,6 +182,7 @@ class Reason(Code):
     NO_HEIGHT_LOG = "no log with a body height"
     MORE_LOGS_THAN_STARTS = "{files} log files with a body height and {n} start{s}"
     NO_FORCE_RECORD = "no force-plate record"
+    SEVERAL_LEG_LENGTHS = "{n} logs have a leg length, and one is expected"
     SEVERAL_FORCE_RECORDS = "{n} force-plate records, and one is expected"
     FILE_WAITS = "{role} {name} waits for a declaration: {said} Then `labbook files reread {name}` with it"
     NO_RUN_DURATION = "the protocol states no run duration"

@@ -52,20 +52,43 @@ def demo(
     folder: Annotated[Path, typer.Argument(help="An empty folder, or one that does not exist yet.")],
     seed: Annotated[int, typer.Option("--seed", help="The same seed makes the same files.")] = 1,
     full: Annotated[bool, typer.Option("--full", help="Write 12-minute logs (4.4 GB) instead of short ones.")] = False,
+    study: Annotated[
+        str | None, typer.Option("--study", metavar="NAME", help="Another campaign: force-plate (thesis 3.2.2).")
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Make the demonstration: synthetic instruments' files, a book, everything ingested, and the report.
 
-    The campaign is the thesis's chapter 5, drawn from a model with known truth (truth.json, docs/demonstration.md).
+    The campaign is the thesis's chapter 5, drawn from a model with known truth (truth.json, docs/demonstration.md), or
+    that of a study.
 
     Example: labbook demo demo-book
     """
     from labbook.demo.campaign import make_campaign
     from labbook.demo.running import run_demo
 
+    if study is not None:
+        _study_demo(folder, study, seed, full, as_json)
+        return
     with progress("demonstration", None, shown=not as_json) as step:
         done = run_demo(folder, make_campaign(seed), full, step, lambda line: None if as_json else say(line))
     emit(done, [f"the report: {done.page}"], as_json)
+
+
+def _study_demo(folder: Path, study: str, seed: int, full: bool, as_json: bool) -> None:
+    from data_schema.errors import UsageError, unknown_name
+    from labbook.demo.force_plate import plate_campaign
+    from labbook.demo.plate_book import make_plate_book
+
+    if study != "force-plate":
+        raise unknown_name("study with a demonstration", study, ["force-plate"])
+    if full:
+        raise UsageError("--full is about the logs of the demonstration without --study: leave one of the two out.")
+    with progress("demonstration", None, shown=not as_json) as step:
+        step("simulating the jumps")
+        book = make_plate_book(folder, plate_campaign(seed), step, lambda line: None if as_json else say(line))
+    done = {"book": str(book), "instruments": str(folder / "instruments"), "truth": str(folder / "truth.json")}
+    emit(done, [f"the book: {book}", f"Next: labbook study force-plate --book {book}"], as_json)
 
 
 def backup(

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from labbook.cli.common import JsonOption
+from labbook.cli.common import BookOption, JsonOption, WhereOption
 from labbook.terminal import emit, within_width
 
 if TYPE_CHECKING:
@@ -121,3 +121,34 @@ def characterisation(
     study = characterisation_of(file, lambda path: read_text(path, marked_utf_16=True), level, decimal)
     table = [] if as_json else ["", *columns(HEAD, rows(study))]
     _show(as_data(study), sentences(study), lambda: draw_characterisation(*drawn(study)), plot, as_json, table)
+
+
+@app.command("force-plate")
+def force_plate(
+    where: WhereOption = None,
+    window: Annotated[
+        int | None, typer.Option("--window", metavar="N", help="Samples of the moving average; default: its corner.")
+    ] = None,
+    level: LevelOption = 0.95,
+    plot: PlotOption = None,
+    book: BookOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Compare the joules of a hop that force plate and leg say with those that the battery gave.
+
+    Of the book's runs that have a plate's record, a log with the leg's length, and a recharge. Both clocks are aligned
+    at the touchdowns; force and leg length go through the leg's kinematics and the motors' model (thesis 3.2.2).
+
+    Example: labbook study force-plate --where "k_gain>=300" --plot plate.pdf
+    """
+    from labbook.actions.studies.force_plate import force_plate_of
+    from labbook.presenting.studies.force_plate import HEAD, as_data, drawn, rows, sentences
+    from labbook.terminal import columns, progress
+    from reports.figures.force_plate import draw_force_plate
+    from reports.figures.kind import check_form
+
+    check_form("--plot", plot)
+    with progress("study force-plate", None, shown=not as_json) as step:
+        study = force_plate_of(book, where, window, level, step)
+    table = [] if as_json else ["", *columns(HEAD, rows(study))]
+    _show(as_data(study), sentences(study), lambda: draw_force_plate(*drawn(study)), plot, as_json, table)

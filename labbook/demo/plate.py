@@ -39,12 +39,16 @@ class PlateRecord:
 def plate_record(seed: int, hops: int) -> PlateRecord:
     """Record `hops` hops in place, the plate unloaded for a second before and after."""
     rng = np.random.default_rng(np.random.SeedSequence([seed, 2]))
-    fz_n = _ground_reaction_n(rng, hops)
+    return record_of(rng, _ground_reaction_n(rng, hops))
+
+
+def record_of(rng: np.random.Generator, fz_n: FloatArray, noise: float = 1.0) -> PlateRecord:
+    """Record a vertical force, shape (n,), by a plate whose errors are multiplied by `noise`."""
     n = fz_n.size
     foot_m = np.array(_CENTRE_M) + np.cumsum(rng.normal(0, 2e-5, (n, 2)), axis=0)
-    force_n = rng.normal(0, _FORCE_NOISE_N, (n, 3)) + _FORCE_OFFSET_N
+    force_n = noise * rng.normal(0, _FORCE_NOISE_N, (n, 3)) + _FORCE_OFFSET_N
     force_n[:, 2] += fz_n
-    moment_nm = rng.normal(0, _MOMENT_NOISE_NM, (n, 3))
+    moment_nm = noise * rng.normal(0, _MOMENT_NOISE_NM, (n, 3))
     moment_nm[:, 0] += fz_n * foot_m[:, 1]
     moment_nm[:, 1] -= fz_n * foot_m[:, 0]
     # As the program does: a quotient at every sample, meaningless where nothing stands on the plate.

@@ -51,17 +51,31 @@ def make_demo_book(folder: Path, campaign: Campaign, full: bool, step: Callable[
         raise UsageError(f"{folder} is not empty: name a new folder for the demonstration.")
     write_campaign(campaign, folder, full=full, progress=lambda done, total: step(f"writing file {done} of {total}"))
     clock.lap(f"wrote the instruments' files of {len(campaign.runs)} runs to {folder / 'instruments'}")
+    book_folder = make_book_of(folder, step, clock, lambda book, sheet: _state_runs(book, campaign, sheet))
+    with opened(book_folder) as book:
+        _correct(book, campaign)
+    return book_folder
+
+
+def make_book_of(
+    folder: Path, step: Callable[[str], None], clock: Stopwatch, state_runs: Callable[[Book, Path], None] | None = None
+) -> Path:
+    """Make a book of the files written below `folder`, state its runs and ingest all; returns the book's folder."""
     book_folder = folder / "book"
     book_folder.mkdir()
     (folder / CONFIGURATION).rename(book_folder / CONFIGURATION)
     make_book(book_folder, None)
     with opened(book_folder) as book:
-        _state_runs(book, campaign, folder / "instruments" / "runs.csv")
+        (state_runs or _import_runs)(book, folder / "instruments" / "runs.csv")
         clock.lap(f"made the book {book_folder} and stated its runs")
         counts = _ingest(book, folder / "instruments", step)
         clock.lap("ingested " + ", ".join(f"{count} {status}" for status, count in sorted(counts.items())))
-        _correct(book, campaign)
     return book_folder
+
+
+def _import_runs(book: Book, sheet: Path) -> None:
+    with book.session(None) as session:
+        import_runs(book, session, sheet.read_text(encoding="utf-8"), str(sheet))
 
 
 class Stopwatch:

@@ -1,0 +1,287 @@
+"""Joules estimated from a force plate and the leg's length, against joules measured at the battery (thesis 3.2.2).
+
+Plate and leg are recorded by two clocks. Touchdowns, a sudden force on the one and a leg that begins to yield on the
+other, give offset and drift of one clock against the other for each run (`stats.clocks`). The plate's zero is followed
+in the flights. Its force is smoothed with one moving average for all runs, and in each stance force and leg length go
+through the leg's kinematics and the motors' model (`simulator.motor_power`): heat, drag and mechanical power. What a
+run took from the battery, less the passive drain, is its measured joules a hop.
+
+The hops of a run share its one recharge, and the runs of a day share the day, so that neither hops nor, where there are
+several days, runs are independent: the slope's interval is over days, of one day over its runs, and holds the error of
+the drain line, which all share. That the estimate may miss by more at one gain than at another is no scatter of days;
+it is told by condition.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from data_schema.errors import InputRefused
+from data_schema.vocabulary import Undefined
+from labbook.analysis.comparison.pairing import sort_key
+from simulator.motor_power import Drive
+from stats.clocks import Clocks, align_clocks, corner, leg_touchdowns, moving_average
+from stats.compare.shared_error import SharedError
+from stats.force_plate import Contact, find_contacts, force_above_zero
+from stats.groups.residuals import RmseOverIqr, rmse_over_iqr
+from stats.lines.through_origin import SlopeThroughOrigin, slope_through_origin
+
+Floats = NDArray[np.float64]
+WINDOWS = tuple(range(1, 53, 2))
+"""Samples of the moving averages that are tried, up to 51 ms at 1 kHz; odd, so that none shifts the force in time."""
+SHOWN_HOPS = 20
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlateRun:
+    """A run: what the battery gave a hop, and both records.
+
+    `plate_time_s` and `force_n` (upward positive, NaN where samples are missing) have shape (n,), `leg_time_s` and
+    `length_m` (m,), by either instrument's clock. `shared` is the error of the joules that other runs have too.
+    """
+
+    name: str
+    day: str
+    condition: str
+    measured_j: float
+    shared: SharedError
+    drive: Drive
+    plate_time_s: Floats
+    force_n: Floats
+    leg_time_s: Floats
+    length_m: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class RunEstimate:
+    """A run's joules a hop, estimated and measured.
+
+    `hops_j` are those of each hop, `hops_left_out` counts the hops with missing samples.
+    """
+
+    name: str
+    day: str
+    condition: str
+    measured_j: float
+    hops_j: tuple[float, ...]
+    hops_left_out: int
+    clocks: Clocks
+
+    @property
+    def estimated_j(self) -> float:
+        """Mean over the hops."""
+        return float(np.mean(self.hops_j))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HopTraces:
+    """Smoothed force and leg length of one run's hops over the time since touchdown; missing where a hop has ended."""
+
+    condition: str
+    time_s: Floats
+    force_n: Floats
+    length_m: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ForcePlateStudy:
+    """The slope of estimated over measured joules, and all that it rests on.
+
+    `window` is in samples of `sample_s`, `by_corner` whether the rule chose it. By window of `windows`, `differences`
+    (N, all but the first) are the sums of absolute differences from the force smoothed with the window before, and
+    `slopes` what the slope would be. `ratios` are estimated over measured joules by condition.
+    """
+
+    runs: tuple[RunEstimate, ...]
+    slope: SlopeThroughOrigin
+    rmse: RmseOverIqr
+    ratios: Mapping[str, float]
+    window: int
+    by_corner: bool
+    sample_s: float
+    windows: tuple[int, ...]
+    differences: tuple[float, ...]
+    slopes: tuple[float, ...]
+    traces: tuple[HopTraces, ...]
+    left_out: Mapping[str, Undefined]
+
+
+def compare_joules(
+    runs: Sequence[PlateRun], window: int | None = None, level: float = 0.95, left_out: Mapping[str, Undefined] = {}
+) -> ForcePlateStudy:
+    """Estimate the joules of each hop, and fit their line through the origin over the measured ones.
+
+    Without a `window` (odd, in samples) it is the corner of the differences that the next one of `WINDOWS` makes to the
+    forces in stance of all runs. Raises `InputRefused` for records whose clocks cannot be aligned, and for a leg out of
+    reach.
+    """
+    stances = [_stances(run) for run in runs]
+    steps_s = [float(np.median(np.diff(run.plate_time_s))) for run in runs]
+    for run, step_s in zip(runs, steps_s, strict=True):
+        if abs(step_s / steps_s[0] - 1.0) > 0.01:
+            raise InputRefused(
+                f"the plate's rate is {1 / steps_s[0]:.4g} Hz in {runs[0].name} and {1 / step_s:.4g} Hz in {run.name}, "
+                "and one window smooths all: select runs of one rate with --where."
+            )
+    differences, estimates = [], list[list[Floats]]()
+    before: list[Floats] = []
+    for tried in WINDOWS:
+        forces = [one.force_n(tried) for one in stances]
+        if before:
+            pairs = zip(forces, before, strict=True)
+            differences.append(sum(float(np.abs(now - then).sum()) for now, then in pairs))
+        estimates.append([one.joules(force_n) for one, force_n in zip(stances, forces, strict=True)])
+        before = forces
+    chosen = corner(WINDOWS[1:], differences) if window is None else window
+    at_window = [one.joules(one.force_n(chosen)) for one in stances]
+    measured = [run.measured_j for run in runs]
+    days = [run.day for run in runs]
+    groups = days if len(set(days)) > 1 else [run.name for run in runs]
+    shared = [run.shared for run in runs]
+
+    def slope(joules: Sequence[Floats]) -> SlopeThroughOrigin:
+        return slope_through_origin(measured, [float(hops.mean()) for hops in joules], groups, shared, level)
+
+    line = slope(at_window)
+    every = np.concatenate(at_window)
+    expected = np.repeat(line.slope * np.array(measured), [hops.size for hops in at_window])
+    conditions = sorted({run.condition for run in runs}, key=sort_key)
+    return ForcePlateStudy(
+        runs=tuple(
+            RunEstimate(
+                run.name, run.day, run.condition, run.measured_j, tuple(hops.tolist()), one.left_out, one.clocks
+            )
+            for run, one, hops in zip(runs, stances, at_window, strict=True)
+        ),
+        slope=line,
+        rmse=rmse_over_iqr(every, expected),
+        ratios={condition: _ratio(condition, runs, at_window) for condition in conditions},
+        window=chosen,
+        by_corner=window is None,
+        sample_s=steps_s[0],
+        windows=WINDOWS,
+        differences=tuple(differences),
+        slopes=tuple(slope(joules).slope for joules in estimates),
+        traces=tuple(
+            next(one.traces(chosen) for run, one in zip(runs, stances, strict=True) if run.condition == condition)
+            for condition in conditions
+        ),
+        left_out=left_out,
+    )
+
+
+def _ratio(condition: str, runs: Sequence[PlateRun], joules: Sequence[Floats]) -> float:
+    of_it = [
+        (float(hops.mean()), run.measured_j)
+        for run, hops in zip(runs, joules, strict=True)
+        if run.condition == condition
+    ]
+    return sum(estimated for estimated, _ in of_it) / sum(measured for _, measured in of_it)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Stances:
+    """The stances of a run that both records hold whole, one after another.
+
+    `above_n` is the plate's force above its zero in all samples; `at` are those in stance, in which the leg has the
+    levers and speeds, and which count for `weights_s` in an integral; each stance begins at one of `begins`.
+    """
+
+    run: PlateRun
+    clocks: Clocks
+    above_n: Floats
+    at: NDArray[np.intp]
+    begins: NDArray[np.intp]
+    length_m: Floats
+    levers_m: Floats
+    speed_m_s: Floats
+    weights_s: Floats
+    left_out: int
+
+    def force_n(self, window: int) -> Floats:
+        """Return the smoothed force in stance."""
+        return moving_average(self.above_n, window)[self.at]
+
+    def joules(self, force_n: Floats) -> Floats:
+        """Return the joules of each stance."""
+        drive = self.run.drive
+        power_w = drive.heat_w(force_n, self.levers_m) + drive.drag_w(self.speed_m_s, self.levers_m)
+        return np.asarray(np.add.reduceat(self.weights_s * (power_w + force_n * self.speed_m_s), self.begins))
+
+    def traces(self, window: int) -> HopTraces:
+        """Return what a figure shows of the first stances."""
+        force_n, ends = self.force_n(window), [*self.begins[1:].tolist(), self.at.size]
+        parts = [slice(begin, end) for begin, end in zip(self.begins.tolist(), ends, strict=True)][:SHOWN_HOPS]
+        longest = max(part.stop - part.start for part in parts)
+        shape = (len(parts), longest)
+        force, length = np.full(shape, np.nan), np.full(shape, np.nan)
+        for row, part in enumerate(parts):
+            force[row, : part.stop - part.start] = force_n[part]
+            length[row, : part.stop - part.start] = self.length_m[part]
+        step_s = float(np.median(np.diff(self.run.plate_time_s)))
+        return HopTraces(self.run.condition, np.arange(longest) * step_s, force, length)
+
+
+def _stances(run: PlateRun) -> _Stances:
+    contacts = find_contacts(run.plate_time_s, run.force_n)
+    above_n = force_above_zero(run.plate_time_s, run.force_n)
+    if isinstance(contacts, Undefined) or isinstance(above_n, Undefined):
+        why = [one.reason for one in (contacts, above_n) if isinstance(one, Undefined)]
+        raise InputRefused(f"run {run.name}: no stance on the plate, {why[0]}: record flights and contacts.")
+    try:
+        clocks = align_clocks([one.start_s for one in contacts], leg_touchdowns(run.leg_time_s, run.length_m))
+    except InputRefused as error:
+        raise InputRefused(f"run {run.name}: plate and leg cannot be aligned; {error}.") from error
+    leg_s = clocks.second_s(run.plate_time_s)
+    length_m = np.interp(leg_s, run.leg_time_s, run.length_m)
+    speed_m_s = np.interp(leg_s, run.leg_time_s, np.gradient(run.length_m, run.leg_time_s))
+    whole = [_range(run, clocks, contact) for contact in contacts]
+    ranges = [one for one in whole if one is not None]
+    if not ranges:
+        raise InputRefused(f"run {run.name}: no stance is whole in both records: look for its missing samples.")
+    at = np.concatenate([np.arange(begin, end) for begin, end in ranges])
+    _check_reach(run, run.plate_time_s[at], length_m[at])
+    weights_s = np.concatenate([_weights(run.plate_time_s[begin:end]) for begin, end in ranges])
+    return _Stances(
+        run=run,
+        clocks=clocks,
+        above_n=np.nan_to_num(above_n),
+        at=at,
+        begins=np.cumsum([0, *(end - begin for begin, end in ranges[:-1])]),
+        length_m=length_m[at],
+        levers_m=run.drive.levers_m(length_m[at]),
+        speed_m_s=speed_m_s[at],
+        weights_s=weights_s,
+        left_out=len(whole) - len(ranges),
+    )
+
+
+def _range(run: PlateRun, clocks: Clocks, contact: Contact) -> tuple[int, int] | None:
+    """Return the half-open range of a stance's samples on the plate, None where the log lacks samples there."""
+    begin, end = np.searchsorted(run.plate_time_s, [contact.start_s, contact.end_s])
+    first, last = np.searchsorted(run.leg_time_s, clocks.second_s([contact.start_s, contact.end_s]))
+    if first < 1 or last >= run.leg_time_s.size or end - begin < 2:
+        return None
+    steps_s = np.diff(run.leg_time_s[first - 1 : last + 1])
+    return None if steps_s.max() > 1.5 * np.median(np.diff(run.leg_time_s)) else (int(begin), int(end))
+
+
+def _weights(time_s: Floats) -> Floats:
+    """Return what each sample counts for in the integral by trapezoids."""
+    half_s = 0.5 * np.diff(time_s)
+    return np.asarray(np.concatenate([[0.0], half_s]) + np.concatenate([half_s, [0.0]]))
+
+
+def _check_reach(run: PlateRun, time_s: Floats, length_m: Floats) -> None:
+    low, high = run.drive.reach_m
+    out = np.flatnonzero((length_m <= low) | (length_m >= high))
+    if out.size:
+        raise InputRefused(
+            f"run {run.name}: the leg is {length_m[out[0]]:.3f} m long at {time_s[out[0]]:.2f} s, and links of "
+            f"{run.drive.upper_link:g} and {run.drive.lower_link:g} m reach {low:g} to {high:g} m: measure the links "
+            "([robots] of labbook.toml) and the leg's length when it is held straight."
+        )

@@ -1,0 +1,265 @@
+"""The force-plate study (thesis 3.2.2) as a campaign with a known truth: simulated jumps, as instruments see them.
+
+On each of four days the robot jumps 80 times at each of four extension gains, in the thesis's order, and idles twice.
+The jumps are the simulator's (`force_plate` scene): those in which it settles, then settled ones of extension
+stiffnesses that differ by up to 2 %, as no two hops are equal. The battery gives what the whole jumps cost in the
+simulation; what days and runs differ by is drawn. The plate has noise, and the robot's clock and the plate's differ.
+"""
+
+from __future__ import annotations
+
+import datetime as dt
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from data_schema.units import MAH_TO_COULOMB, STANDARD_GRAVITY_M_S2
+from labbook.demo.plate import RATE_HZ, PlateRecord, record_of
+from labbook.demo.truth import CHAPTER_5
+
+FloatArray = NDArray[np.float64]
+GAINS = (300, 600, 500, 400)
+"""In the order of the day (thesis 3.2.2)."""
+DAYS, HOPS = 4, 80
+IDLE_S = (60, 180)
+VOLTAGE_V = 15.4
+LOG_STEP_S = 0.003
+"""Whole milliseconds at 333 Hz."""
+_STIFFNESSES = (0.98, 1.0, 1.02)
+_SETTLING = 9
+"""Jumps after which the next one costs the same to 2 per mille."""
+_HELD_S, _WATCHED_S = 1.0, 0.4
+"""The robot is held above the plate before and after its jumps; records begin within the second."""
+_FIRST_DAY = dt.date(2021, 3, 1)
+_LOG_DRIFT, _LOG_DRIFT_SD = 80e-6, 5e-6
+_LEG_NOISE_M, _LEG_RATE_NOISE_M_S, _HEIGHT_NOISE_M = 5e-5, 0.01, 0.001
+_IMPACT_S = (0.003, 0.006)
+_PLATE_CREEP_N_S = 0.02
+_DROP_CHANCE, _LONGEST_DROP = 0.06, 12
+_OVERHEAD_S = 22
+
+
+@dataclass(frozen=True, slots=True)
+class PlateScatter:
+    """Standard deviations: of what the battery gives, as a share, by day and by run, and of each recharge."""
+
+    day: float = 0.01
+    run: float = 0.01
+    recharge_mah: float = 0.35
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Piece:
+    """One simulated jump from touchdown to touchdown, arrays of shape (n,) over `time_s` since its touchdown.
+
+    `impulse_n_s` stops the foot at touchdown; `cost_j` is what the motors take for the whole jump, `stance_j` for the
+    stance alone.
+    """
+
+    time_s: FloatArray
+    force_n: FloatArray
+    leg_m: FloatArray
+    leg_rate_m_s: FloatArray
+    body_m: FloatArray
+    body_rate_m_s: FloatArray
+    impulse_n_s: float
+    cost_j: float
+    stance_j: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlateStudyRun:
+    """A run as it was: its day, gain (None: idle) and charge, and what both instruments recorded of it.
+
+    The log's channels have one element a kept sample of `log_ms`; `clocks` are the true offset in s (what the log's
+    clock shows at the plate's first sample, from the log's first on) and drift of the log's clock against the plate's;
+    `cost_j` and `stance_j` are the means over its jumps.
+    """
+
+    name: str
+    date: dt.date
+    position: int
+    gain: int | None
+    duration_s: int
+    charge_mah: int
+    cost_j: float = 0.0
+    stance_j: float = 0.0
+    hops: int = 0
+    clocks: tuple[float, float] = (0.0, 0.0)
+    plate: PlateRecord | None = None
+    log_ms: NDArray[np.int64] | None = None
+    channels: Mapping[str, FloatArray] | None = None
+
+
+@cache
+def pieces(gain: int) -> tuple[tuple[Piece, ...], tuple[Piece, ...]]:
+    """Simulate a gain: the jumps in which it settles, and one settled jump of each stiffness."""
+    from simulator.gains import stiffness_n_m
+    from simulator.jump import simulate
+    from simulator.scene_file import load_scene
+
+    start = load_scene("force_plate").changed(jumps=_SETTLING + 1)
+    settling: tuple[Piece, ...] = ()
+    settled = []
+    for share in _STIFFNESSES:
+        scene = start.changed({"k_extension": share * stiffness_n_m(gain)})
+        result = simulate(scene, 1e-6, trajectory=True)
+        motion = result.trajectory
+        if motion is None:
+            raise RuntimeError(f"{scene.name} has no recorded motion")
+        names = ("time", "jump", "mode", "leg_length", "body_height", "body_velocity", "foot_velocity")
+        columns = {name: motion[name].to_numpy() for name in (*names, "body_acceleration")}
+        found = []
+        for number, jump in enumerate(result.jumps):
+            of_it = columns["jump"] == number
+            now = {name: values[of_it] for name, values in columns.items()}
+            push_n = scene["body_mass"] * (now["body_acceleration"] + STANDARD_GRAVITY_M_S2)
+            standing_n = push_n + scene["foot_mass"] * STANDARD_GRAVITY_M_S2
+            before = result.jumps[number - 1].next_touchdown_body_velocity_m_s if number else 0.0
+            found.append(
+                Piece(
+                    time_s=now["time"] - now["time"][0],
+                    force_n=np.where(now["mode"] == 0, standing_n, 0.0),
+                    leg_m=now["leg_length"],
+                    leg_rate_m_s=now["body_velocity"] - now["foot_velocity"],
+                    body_m=now["body_height"],
+                    body_rate_m_s=now["body_velocity"],
+                    impulse_n_s=scene["foot_mass"] * abs(before or 0.0),
+                    cost_j=jump.cost_J,
+                    stance_j=jump.stance_heat_J + jump.stance_mechanical_J + jump.stance_drag_J,
+                )
+            )
+        settled.append(found[-1])
+        if share == 1.0:
+            settling = tuple(found[:-1])
+    return settling, tuple(settled)
+
+
+def plate_campaign(
+    seed: int, *, days: int = DAYS, hops: int = HOPS, scatter: PlateScatter | None = None, noise: float = 1.0
+) -> list[PlateStudyRun]:
+    """Draw the campaign; `noise` multiplies the instruments' errors and the share of packets that are lost."""
+    rng = np.random.default_rng(np.random.SeedSequence([seed, 4]))
+    scatter = scatter or PlateScatter()
+    runs: list[PlateStudyRun] = []
+    for day in range(days):
+        date = _FIRST_DAY + dt.timedelta(days=2 * day)
+        day_share = rng.normal(0.0, scatter.day)
+        of_day: list[int | tuple[int]] = [(IDLE_S[0],), *GAINS, (IDLE_S[1],)]
+        for position, what in enumerate(of_day, start=1):
+            name = f"r{len(runs) + 1:03d}"
+            if isinstance(what, tuple):
+                duration_s = what[0] + int(rng.integers(-2, 3))
+                runs.append(
+                    PlateStudyRun(name, date, position, None, duration_s, _charge(rng, duration_s, 0.0, scatter))
+                )
+                continue
+            share = (1.0 + day_share) * (1.0 + rng.normal(0.0, scatter.run))
+            runs.append(_jump_run(rng, name, date, position, what, hops, share, scatter, noise))
+    return runs
+
+
+def _charge(rng: np.random.Generator, duration_s: int, joules: float, scatter: PlateScatter) -> int:
+    """Return what the charger's display says was put back."""
+    jumps_mah = joules / (MAH_TO_COULOMB * VOLTAGE_V)
+    return round(CHAPTER_5.passive_charge_mah(duration_s) + jumps_mah + rng.normal(0.0, scatter.recharge_mah))
+
+
+def _jump_run(
+    rng: np.random.Generator,
+    name: str,
+    date: dt.date,
+    position: int,
+    gain: int,
+    hops: int,
+    share: float,
+    scatter: PlateScatter,
+    noise: float,
+) -> PlateStudyRun:
+    settling, settled = pieces(gain)
+    made = [*settling, *(settled[which] for which in rng.integers(len(settled), size=hops))][:hops]
+    ends_s = np.cumsum([0.0, *(piece.time_s[-1] for piece in made)]) + _HELD_S
+    apex = int(np.argmax(made[-1].body_m * (made[-1].force_n == 0.0)))
+    last_s = float(ends_s[-2] + made[-1].time_s[apex])
+    duration_s = int(last_s) + _OVERHEAD_S
+    cost_j = float(np.mean([piece.cost_j for piece in made]))
+    # The plate's clock is true but for its stamps; the log's runs slow by its drift.
+    begin_s, log_begin_s = rng.uniform(0.0, _WATCHED_S, 2)
+    drift = _LOG_DRIFT + rng.normal(0.0, _LOG_DRIFT_SD)
+    plate_s = np.arange(begin_s, last_s + _HELD_S, 1.0 / RATE_HZ)
+    log_s = np.arange(log_begin_s, last_s + _HELD_S, LOG_STEP_S * (1.0 + drift))
+    boot_ms = int(rng.integers(15_000, 40_000))
+    log_ms = boot_ms + np.arange(log_s.size) * round(1000 * LOG_STEP_S)
+    force_n = _sampled(made, ends_s, "force_n", plate_s, last_s, 0.0, 0.0)
+    force_n += _impacts(rng, made, ends_s, plate_s) + noise * _PLATE_CREEP_N_S * plate_s
+    plate = record_of(rng, force_n, noise)
+    per_plate = (plate.time_ms[-1] - plate.time_ms[0]) / 1e3 / (plate_s[-1] - plate_s[0])
+    rate = 1.0 / (1.0 + drift) / per_plate
+    offset_s = (begin_s - log_begin_s) / (1.0 + drift)
+    n = log_s.size
+    rest_m = float(made[0].leg_m[0])
+    channels = {
+        "body_height [m]": _sampled(made, ends_s, "body_m", log_s, last_s, rest_m, float(made[-1].body_m[apex]))
+        + noise * rng.normal(0.0, _HEIGHT_NOISE_M, n),
+        "leg_length [m]": _sampled(made, ends_s, "leg_m", log_s, last_s, rest_m, rest_m)
+        + noise * rng.normal(0.0, _LEG_NOISE_M, n),
+        "leg_velocity [m/s]": _sampled(made, ends_s, "leg_rate_m_s", log_s, last_s, 0.0, 0.0)
+        + noise * rng.normal(0.0, _LEG_RATE_NOISE_M_S, n),
+        "k_gain": np.full(n, float(gain)),
+    }
+    kept = _kept(rng, n, hops, noise)
+    return PlateStudyRun(
+        name=name,
+        date=date,
+        position=position,
+        gain=gain,
+        duration_s=duration_s,
+        charge_mah=_charge(rng, duration_s, share * cost_j * hops, scatter),
+        cost_j=cost_j,
+        stance_j=float(np.mean([piece.stance_j for piece in made])),
+        hops=hops,
+        clocks=(offset_s, rate - 1.0),
+        plate=plate,
+        log_ms=log_ms[kept],
+        channels={channel: values[kept] for channel, values in channels.items()},
+    )
+
+
+def _sampled(
+    made: Sequence[Piece],
+    begins_s: FloatArray,
+    what: str,
+    time_s: FloatArray,
+    last_s: float,
+    before: float,
+    after: float,
+) -> FloatArray:
+    """Read a motion at times; before the first touchdown and from `last_s` on the robot is held."""
+    times = np.concatenate([piece.time_s + begin for piece, begin in zip(made, begins_s[:-1], strict=True)])
+    values = np.concatenate([getattr(piece, what) for piece in made])
+    found = np.interp(time_s, times, values)
+    return np.where(time_s < begins_s[0], before, np.where(time_s > last_s, after, found))
+
+
+def _impacts(rng: np.random.Generator, made: Sequence[Piece], begins_s: FloatArray, time_s: FloatArray) -> FloatArray:
+    """Return the force that stops the foot at each touchdown: half a sine of some milliseconds."""
+    force_n = np.zeros(time_s.size)
+    for piece, begin_s in zip(made, begins_s[:-1].tolist(), strict=True):
+        length_s = rng.uniform(*_IMPACT_S)
+        first, last = np.searchsorted(time_s, [begin_s, begin_s + length_s])
+        phase = np.pi * (time_s[first:last] - begin_s) / length_s
+        force_n[first:last] += 0.5 * np.pi * piece.impulse_n_s / length_s * np.sin(phase)
+    return force_n
+
+
+def _kept(rng: np.random.Generator, n: int, hops: int, noise: float) -> NDArray[np.bool_]:
+    """Draw which samples of the log arrive."""
+    kept = np.ones(n, dtype=np.bool_)
+    for _ in range(int(rng.binomial(hops, min(noise * _DROP_CHANCE, 1.0)))):
+        first = int(rng.integers(n))
+        kept[first : first + int(rng.integers(2, _LONGEST_DROP + 1))] = False
+    kept[0] = True
+    return kept

@@ -1,0 +1,169 @@
+"""The force-plate study: as sentences and a table, as data, and as what its figure draws."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from data_schema.rounding import error_of, interval_text, number_text
+from data_schema.vocabulary import Undefined
+from labbook.analysis.studies.force_plate import ForcePlateStudy, RunEstimate
+from reports.figures.force_plate import HopsOfCondition, WindowChoice
+from stats.results import counted
+
+PUBLISHED_SLOPE, PUBLISHED_RMSE = 1.35, 0.63
+"""Thesis 3.2.2, four runs of one day, window 15."""
+HEAD = ("run", "day", "condition", "measured J", "estimated J", "hops", "left out", "offset s", "drift ppm", "ms")
+
+
+def sentences(study: ForcePlateStudy) -> list[str]:
+    """Say the slope, then what it rests on: runs, clocks, window, and what was left out."""
+    slope = study.slope
+    said = [f"Estimated joules are {_slope_text(study)} times the measured ones; {_unit_text(study)}."]
+    ratio = "undefined" if isinstance(study.rmse.ratio, Undefined) else number_text(study.rmse.ratio, 2)
+    said.append(
+        f"RMSE/IQR of the hops about this line is {ratio} (n = {study.rmse.n} hops). The thesis found "
+        f"{PUBLISHED_SLOPE:g} and {PUBLISHED_RMSE:g} (3.2.2)."
+    )
+    by_condition = ", ".join(f"{number_text(ratio, 3)} at {condition}" for condition, ratio in study.ratios.items())
+    said.append(f"Estimated over measured: {by_condition}.")
+    said.append(_window_text(study))
+    said.append(_clocks_text(study))
+    left = sum(one.hops_left_out for one in study.runs)
+    if left:
+        said.append(f"{counted(left, 'hop')} with missing samples are left out of the estimates.")
+    if study.left_out:
+        named = ", ".join(f"{name} ({why.reason})" for name, why in study.left_out.items())
+        said.append(f"Left out: {named}.")
+    if not isinstance(slope.ci, Undefined) and len({one.day for one in study.runs}) == 1:
+        said.append("All runs are of one day, and the interval says nothing of other days.")
+    return said
+
+
+def _slope_text(study: ForcePlateStudy) -> str:
+    slope = study.slope
+    number = number_text(slope.slope, error=error_of(slope.ci))
+    if isinstance(slope.ci, Undefined):
+        return f"{number} (no interval: {slope.ci.reason})"
+    return f"{number} ({interval_text(slope.ci, slope.level)})"
+
+
+def _unit_text(study: ForcePlateStudy) -> str:
+    slope = study.slope
+    runs = f"{counted(slope.n, 'run')} of {counted(len(study.ratios), 'condition')}"
+    return runs if slope.groups == slope.n else f"{runs} on {counted(slope.groups, 'day')}, which are what scatters"
+
+
+def _window_text(study: ForcePlateStudy) -> str:
+    by_window = dict(zip(study.windows, study.slopes, strict=True))
+    how = "the corner of what the next window changes" if study.by_corner else "as given"
+    text = (
+        f"The force is smoothed over {counted(study.window, 'sample')} "
+        f"({1e3 * study.sample_s * study.window:.3g} ms; {how}). "
+        f"The slope is {number_text(by_window[study.windows[0]], 3)} without smoothing and "
+        f"{number_text(by_window[study.windows[-1]], 3)} over {study.windows[-1]} samples"
+    )
+    place = study.windows.index(study.window)
+    around = [study.windows[at] for at in (place - 1, place + 1) if 0 <= at < len(study.windows)]
+    beside = " and ".join(f"{number_text(by_window[window], 3)} over {window}" for window in around)
+    return f"{text}; {beside}."
+
+
+def _clocks_text(study: ForcePlateStudy) -> str:
+    drifts = [1e6 * one.clocks.drift for one in study.runs]
+    spreads = [1e3 * one.clocks.residual_sd_s for one in study.runs]
+    return (
+        f"The log's clock drifts by {min(drifts):.0f} to {max(drifts):.0f} ppm against the plate's; touchdowns lie "
+        f"{max(spreads):.2g} ms or less from one line (standard deviation, by run)."
+    )
+
+
+def rows(study: ForcePlateStudy) -> list[tuple[str, ...]]:
+    """Return the table of the runs; the last column is the standard deviation of the touchdowns in ms."""
+    return [
+        (
+            one.name,
+            one.day,
+            one.condition,
+            f"{one.measured_j:.2f}",
+            f"{one.estimated_j:.2f}",
+            str(len(one.hops_j)),
+            str(one.hops_left_out),
+            f"{one.clocks.at_zero_s:.4f}",
+            f"{1e6 * one.clocks.drift:.1f}",
+            f"{1e3 * one.clocks.residual_sd_s:.2f}",
+        )
+        for one in study.runs
+    ]
+
+
+def as_data(study: ForcePlateStudy) -> dict[str, Any]:
+    """Return all numbers for JSON."""
+    slope = study.slope
+    return {
+        "slope": slope.slope,
+        "se": None if isinstance(slope.se, Undefined) else slope.se,
+        "shared_se": slope.shared_se,
+        "ci": _ends(slope.ci),
+        "level": slope.level,
+        "groups": slope.groups,
+        "n": slope.n,
+        "rmse": study.rmse.to_dict(),
+        "ratios": dict(study.ratios),
+        "window": study.window,
+        "window_by_corner": study.by_corner,
+        "sample_s": study.sample_s,
+        "windows": [
+            {"window": window, "difference_n": difference, "slope": slope_there}
+            for window, difference, slope_there in zip(
+                study.windows, (None, *study.differences), study.slopes, strict=True
+            )
+        ],
+        "runs": [_run(one) for one in study.runs],
+        "left_out": {name: why.reason for name, why in study.left_out.items()},
+    }
+
+
+def _ends(interval: tuple[float, float] | Undefined) -> list[float] | None:
+    return None if isinstance(interval, Undefined) else list(interval)
+
+
+def _run(one: RunEstimate) -> dict[str, Any]:
+    clocks = one.clocks
+    return {
+        "run": one.name,
+        "day": one.day,
+        "condition": one.condition,
+        "measured_j": one.measured_j,
+        "estimated_j": one.estimated_j,
+        "hops_j": list(one.hops_j),
+        "hops_left_out": one.hops_left_out,
+        "clocks": {
+            "offset_s": clocks.at_zero_s,
+            "offset_ci": _ends(clocks.at_zero_ci),
+            "drift": clocks.drift,
+            "drift_ci": _ends(clocks.drift_ci),
+            "residual_sd_s": clocks.residual_sd_s,
+            "touchdowns": clocks.n,
+            "misread": clocks.left_out,
+        },
+    }
+
+
+def drawn(study: ForcePlateStudy) -> tuple[list[HopsOfCondition], float, str, WindowChoice]:
+    """Return what the figure shows."""
+    hops = [
+        HopsOfCondition(
+            label=traces.condition,
+            time_s=traces.time_s.tolist(),
+            force_n=traces.force_n.tolist(),
+            length_m=traces.length_m.tolist(),
+            measured_j=[one.measured_j for one in study.runs if one.condition == traces.condition],
+            estimated_j=[one.hops_j for one in study.runs if one.condition == traces.condition],
+        )
+        for traces in study.traces
+    ]
+    relative = (np.array(study.differences) / study.differences[0]).tolist()
+    choice = WindowChoice(study.windows[1:], relative, study.slopes[1:], study.window)
+    return hops, study.slope.slope, f"slope {_slope_text(study)}", choice

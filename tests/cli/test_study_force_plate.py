@@ -1,0 +1,138 @@
+"""`labbook study force-plate`: a simulated campaign through files and ingest, its truth found again, and refusals."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from labbook.demo.force_plate import plate_campaign
+from labbook.demo.plate_book import make_plate_book
+from tests.cli.shell import good, labbook, refused
+from tests.helpers.once import made_once
+from tests.helpers.study_pages import DOCS
+
+DAYS, HOPS = 2, 24
+
+
+def _make(folder: Path) -> Path:
+    campaign = plate_campaign(1, days=DAYS, hops=HOPS)
+    return make_plate_book(folder / "demo", campaign, lambda _what: None, lambda _line: None)
+
+
+@pytest.fixture(scope="module")
+def book() -> Path:
+    """A book of two days with 24 hops a run; it is only read."""
+    return made_once("plate", _make)
+
+
+@pytest.fixture
+def changed(book: Path, tmp_path: Path) -> Path:
+    """A copy of the book whose labbook.toml may be changed."""
+    shutil.copytree(book, tmp_path / "book")
+    return tmp_path / "book"
+
+
+def without(folder: Path, pattern: str, instead: str = "") -> None:
+    """Take something out of labbook.toml."""
+    path = folder / "labbook.toml"
+    text = path.read_text(encoding="utf-8")
+    changed_text, n = re.subn(pattern, instead, text, flags=re.DOTALL)
+    assert n == 1
+    path.write_text(changed_text, encoding="utf-8")
+
+
+def study(book: Path, *words: str) -> Any:
+    return good(labbook("study", "force-plate", "--json", *words, at=book)).json
+
+
+def test_clocks_and_joules_of_the_campaign_are_found(book: Path) -> None:
+    truth = json.loads((book.parent / "truth.json").read_text(encoding="utf-8"))["runs"]
+    found = study(book)["runs"]
+    assert [one["run"] for one in found] == [one["run"] for one in truth]
+    for one, true in zip(found, truth, strict=True):
+        assert one["clocks"]["offset_s"] == pytest.approx(true["clock_offset_s"], abs=1e-3)
+        assert one["clocks"]["drift"] == pytest.approx(true["clock_drift"], abs=3e-5)
+        assert one["measured_j"] == pytest.approx(true["joules_per_jump"], rel=0.08)
+        assert one["hops_left_out"] + len(one["hops_j"]) == HOPS
+        # The foot's weight and the impact are in the plate's force, and not in what its motors take.
+        assert 1.0 < one["estimated_j"] / true["joules_in_stance"] < 1.12
+
+
+def test_the_page_s_command_says_slope_clocks_and_window(book: Path, tmp_path: Path) -> None:
+    (words,) = re.findall(
+        r"^ {4}labbook (study .*)$", (DOCS / "force-plate.md").read_text(encoding="utf-8"), re.MULTILINE
+    )
+    plot = tmp_path / "plate.pdf"
+    shown = good(labbook(*words.replace("plate.pdf", str(plot)).split(), at=book)).out
+    assert plot.read_bytes().startswith(b"%PDF")
+    for said in ("Estimated joules are 1.", "95 % CI", "8 runs of 4 conditions on 2 days", "1.35", "ppm", "samples"):
+        assert said in " ".join(shown.split())
+
+
+def test_the_slope_falls_as_the_window_grows(book: Path) -> None:
+    found = study(book)
+    slopes = [one["slope"] for one in found["windows"]]
+    assert slopes == sorted(slopes, reverse=True)
+    wide = study(book, "--window", "51")
+    assert wide["slope"] == pytest.approx(slopes[-1])
+    assert (found["window_by_corner"], wide["window_by_corner"]) == (True, False)
+
+
+def test_one_day_has_its_interval_over_runs(book: Path) -> None:
+    found = study(book, "--where", "day=2021-03-01")
+    assert (found["groups"], found["n"]) == (4, 4)
+    shown = good(labbook("study", "force-plate", "--where", "day=2021-03-01", at=book)).out
+    assert "one day" in shown
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--window", "14"), ("14", "odd")),
+        (("--where", "k_gain=300"), ("k_gain 300", "one condition")),
+        (("--where", "k_gain=300 and k_gain=400"), ("none of 0 runs", "ingest")),
+        (("--plot", "plate.doc"), ("plate.doc",)),
+    ],
+    ids=["even window", "one gain", "no run", "no picture"],
+)
+def test_questions_without_an_answer_are_refused(words: tuple[str, ...], said: tuple[str, ...], book: Path) -> None:
+    refused(labbook("study", "force-plate", *words, at=book), 2, *said)
+
+
+def test_a_book_without_motors_is_told_what_to_write(changed: Path) -> None:
+    without(changed, r"\[simulation\].*")
+    refused(labbook("study", "force-plate", at=changed), 2, "[simulation]", 'scene = "force_plate"')
+
+
+def test_a_leg_out_of_reach_is_refused_with_what_to_measure(changed: Path) -> None:
+    without(changed, "link_2_m = 0.2", "link_2_m = 0.15")
+    refused(labbook("study", "force-plate", at=changed), 2, "r002", "0.05 to 0.25 m", "measure the links")
+
+
+def test_a_book_without_plate_is_told_what_to_ingest(tmp_path: Path, book: Path) -> None:
+    (tmp_path / "labbook.toml").write_text((book / "labbook.toml").read_text(encoding="utf-8"), encoding="utf-8")
+    good(labbook("init", str(tmp_path), "--as", "Ada Nwosu", at=tmp_path))
+    good(labbook("runs", "import", str(book.parent / "instruments" / "runs.csv"), at=tmp_path))
+    refused(labbook("study", "force-plate", at=tmp_path), 2, "none of 8 runs", "force-plate record")
+    plates = book.parent / "instruments" / "force"
+    good(labbook("ingest", str(plates), at=tmp_path))
+    refused(labbook("study", "force-plate", at=tmp_path), 2, "leg_length", "[profiles.NAME.columns]")
+    good(labbook("ingest", str(book.parent / "instruments" / "logs"), at=tmp_path))
+    refused(labbook("study", "force-plate", at=tmp_path), 2, "r002", "no charge recorded", "idle runs")
+
+
+def test_runs_that_lack_something_are_left_out_and_named(changed: Path) -> None:
+    good(labbook("files", "withdraw", "r002_synthetic.csv", "--why", "another robot", at=changed))
+    found = study(changed)
+    assert set(found["left_out"]) == {"r002"}
+    assert found["n"] == 7
+
+
+def test_another_study_has_no_demonstration(tmp_path: Path) -> None:
+    refused(labbook("demo", "--study", "force_plat", str(tmp_path / "demo"), at=tmp_path), 2, "force-plate")
+    refused(labbook("demo", "--study", "force-plate", "--full", str(tmp_path / "demo"), at=tmp_path), 2, "--full")
