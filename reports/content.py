@@ -26,7 +26,7 @@ from reports.evidence import (
     Variant,
 )
 from reports.numbers import Number, SignificanceTest, Value
-from reports.predicted import Predictions
+from reports.predicted import Hypothesis, Predictions
 
 __all__ = [
     "Anova",
@@ -263,6 +263,7 @@ class ReportContent:
     provenance: tuple[Provenance, ...] = ()
     robots: Mapping[str, int] = field(default_factory=dict)
     predictions: Predictions = field(default_factory=Predictions)
+    hypotheses: tuple[Hypothesis, ...] = ()
     planned: bool = False
     decided: tuple[str, ...] = ()
     departures: tuple[str, ...] = ()

@@ -2,14 +2,71 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from data_schema.vocabulary import Undefined
 from reports.numbers import Number, Value
 
 COVERAGE_FACTOR = 2.0
 """Standard uncertainties of a prediction that count as its expanded uncertainty, about 95 % (JCGM 100, 6.3)."""
+
+
+class Verdict(StrEnum):
+    """What data say of a hypothesis."""
+
+    HOLDS = "holds"
+    FAILS = "fails"
+    CANNOT_TELL = "cannot tell"
+
+    @classmethod
+    def of_all(cls, verdicts: Sequence[Verdict]) -> Verdict:
+        """Return the verdict on what holds where each part holds, and fails where one fails."""
+        if Verdict.FAILS in verdicts:
+            return cls.FAILS
+        return cls.HOLDS if verdicts and set(verdicts) == {Verdict.HOLDS} else cls.CANNOT_TELL
+
+
+@dataclass(frozen=True, slots=True)
+class HypothesisPart:
+    """One comparison of a hypothesis: the levels `of` what is compared, and in which what it is set `against` differs.
+
+    Without the latter it is set against the control. The claim is that `measured` lies between `low` and `high`, None
+    for no bound; `untold` says why it has no interval. `savings` tells that savings are compared, not means.
+    """
+
+    of: Mapping[str, str]
+    against: Mapping[str, str]
+    measured: Number
+    simulated: Number
+    verdict: Verdict
+    simulated_verdict: Verdict
+    low: float | None
+    high: float | None
+    untold: Undefined | None = None
+    savings: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Hypothesis:
+    """A hypothesis of labbook.toml with its comparisons; `published` is what the source found, "" if unknown."""
+
+    name: str
+    text: str
+    source: str
+    published: str
+    parts: tuple[HypothesisPart, ...]
+
+    @property
+    def verdict(self) -> Verdict:
+        """What was measured says."""
+        return Verdict.of_all([part.verdict for part in self.parts])
+
+    @property
+    def simulated_verdict(self) -> Verdict:
+        """What is simulated says."""
+        return Verdict.of_all([part.simulated_verdict for part in self.parts])
 
 
 class PredictedQuantity(StrEnum):

@@ -6,7 +6,7 @@ from typing import Any
 
 from labbook.analysis.comparison import by_day, comparing, deciding, equivalence, family
 from labbook.analysis.outcomes import budget, conditions, run_apexes, run_energy, run_force
-from labbook.analysis.prediction import bias, checking, predicting
+from labbook.analysis.prediction import bias, checking, hypotheses, predicting
 from labbook.analysis.results.codec import Algorithm
 
 ALGORITHMS: tuple[Algorithm[Any], ...] = (
@@ -33,5 +33,6 @@ ALGORITHMS: tuple[Algorithm[Any], ...] = (
     checking.ALGORITHM,
     bias.BIAS,
     bias.JOINT_BIAS,
+    hypotheses.ALGORITHM,
 )
 """The registry: a new kind of result is a dataclass, a function that makes it, and a line here."""

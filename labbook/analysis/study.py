@@ -24,6 +24,7 @@ from labbook.analysis.outcomes.run_apexes import Judgement, RunApexes, as_protoc
 from labbook.analysis.outcomes.run_energy import Drain, passive_drains, run_energies
 from labbook.analysis.prediction.bias import Biases, judge
 from labbook.analysis.prediction.checking import Checked, check_conditions, check_savings
+from labbook.analysis.prediction.hypotheses import Tested, judge_hypotheses
 from labbook.analysis.prediction.predicting import SIMULATED, PredictionResult, predictions
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.analysis.results.codec import StoredResult
@@ -76,6 +77,7 @@ class StudyAnalysis:
     predicted: dict[tuple[str, str], PredictionResult]
     checked: list[Checked]
     biases: list[Biases]
+    hypotheses: list[Tested]
 
     def levels_of(self, item: VarianceAnalysed) -> list[ConditionValues]:
         """Return the treated conditions of an analysis of variance with their runs."""
@@ -148,6 +150,9 @@ def analyse(
         biases=[
             one for outcome, found in checks.items() for one in judge(cache, conditions[outcome], found, outcome, scope)
         ],
+        hypotheses=judge_hypotheses(
+            cache, evidence.configuration.hypotheses, conditions, predicted, swept or "", planned.settings, scope
+        ),
     )
     if swept is None:
         return analysis

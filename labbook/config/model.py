@@ -225,6 +225,48 @@ class AnalysisSettings:
     unit_of_analysis: UnitOfAnalysis = UnitOfAnalysis.SHARED_DAYS
 
 
+class ClaimKind(StrEnum):
+    """What a hypothesis claims."""
+
+    SAME = "same"
+    """Of the control's or the treated runs, an outcome is the same at all levels of a factor, within bounds."""
+    NOT_LOWER = "not_lower"
+    """In each group, an outcome of the treated runs is not lower than the control's, by more than a bound."""
+    SAVES = "saves"
+    """In each group, the treated runs save of an outcome."""
+    LARGEST_SAVING = "largest_saving"
+    """One group saves more than any other."""
+    SMALLEST_SAVING = "smallest_saving"
+    """One group saves less than any other."""
+
+
+class Side(StrEnum):
+    """Which runs a hypothesis is about."""
+
+    CONTROL = "control"
+    TREATED = "treated"
+
+
+@dataclass(frozen=True, slots=True)
+class HypothesisSettings:
+    """A hypothesis: `text` says it, `source` where it was published, `published` what was found there, "" if unknown.
+
+    `side`, `between`, `levels` (all where empty), `group` and `within_percent` are those that its claim needs.
+    """
+
+    name: str
+    text: str
+    source: str
+    published: str
+    claim: ClaimKind
+    outcome: Outcome
+    side: Side
+    between: str
+    levels: tuple[str, ...]
+    group: Mapping[str, str]
+    within_percent: float
+
+
 @dataclass(frozen=True, slots=True)
 class Configuration:
     """All of `labbook.toml`; `people` goes from name to initials, `text` is the file as it was, with that of a scene of
@@ -242,6 +284,7 @@ class Configuration:
     profiles: Mapping[str, ProfileSettings]
     simulation: SimulationSettings | None
     analysis: AnalysisSettings | None
+    hypotheses: tuple[HypothesisSettings, ...]
     database_url: str | None
     store_path: str | None
     text: str

@@ -16,6 +16,7 @@ from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import StudyKind
 from labbook.config.analysis import read_analysis
 from labbook.config.factors import read_factors, read_gains
+from labbook.config.hypotheses import read_hypotheses
 from labbook.config.model import (
     LIMITS,
     BatterySettings,
@@ -62,6 +63,7 @@ def parse_configuration(text: str, source: str, folder: Path | None = None) -> C
         profiles=read_profiles(top, in_force=folder is None),
         simulation=simulation,
         analysis=read_analysis(top),
+        hypotheses=read_hypotheses(top, factors),
         database_url=_database(top.table("database")),
         store_path=_store(top.table("store")),
         text=text,

@@ -124,6 +124,14 @@ run_pattern = '^(?P<run>r\\d+)'
 #varied_by = 0.1
 #factors = { foot = "foot_radius", k_gain = "k_extension", b_ad_gain = "b_ad" }
 
+# What you expect: `labbook compare` and the report say whether it holds (docs/hypotheses.md).
+#[hypotheses.foot_of_control]
+#text = "A jump of the control costs the same with either foot"
+#claim = "same"
+#side = "control"
+#between = "foot"
+#within_percent = 10
+
 # Any logger, without programming: recognise lists columns that only its files have. Without a time column, leave the
 # line "time" out and write rate_hz = 300.
 #[profiles.serial_logger]

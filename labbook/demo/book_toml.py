@@ -95,6 +95,50 @@ varied = { body_mass = 0.025 }
 factors = { foot = "foot_radius", k_gain = "k_extension", b_ad_gain = "b_ad" }
 """
 
+_HYPOTHESES = """
+# What the thesis expected of its experiments (3.3.1, 5.2), and what it found. 5 J of some 45 J were the most that the
+# foot changed of a jump of CE in its simulations.
+[hypotheses.foot_of_control]
+text = "A jump of CE costs the same with either foot"
+source = "thesis 3.3.1, prediction 1"
+published = "p > .5"
+claim = "same"
+side = "control"
+between = "foot"
+within_percent = 10
+
+[hypotheses.largest_saving]
+text = "The small foot with the stiff gain saves most"
+source = "thesis 3.3.1, prediction 2"
+published = "about 15 %, the most of four"
+claim = "largest_saving"
+group = { foot = "small", k_gain = 400 }
+
+[hypotheses.smallest_saving]
+text = "The large foot with the soft gain saves least"
+source = "thesis 3.3.1, prediction 2"
+published = "p = .071, the only one of four above .05"
+claim = "smallest_saving"
+group = { foot = "large", k_gain = 300 }
+
+[hypotheses.level_off]
+text = "Savings level off: a jump costs the same at all gains of active damping"
+source = "thesis 3.3.1, 5.2.1"
+published = "p > .15"
+claim = "same"
+side = "treated"
+between = "b_ad_gain"
+within_percent = 10
+
+[hypotheses.no_lower_apex]
+text = "Active damping costs no apex height"
+source = "thesis 5.2.2"
+published = "up to 3 mm higher"
+claim = "not_lower"
+outcome = "apex"
+within_percent = 3
+"""
+
 
 def book_toml(truth: Truth, *, predicted: bool = True, decided: bool = True) -> bytes:
     """Return the configuration of a book for a campaign with this truth.
@@ -114,4 +158,4 @@ def book_toml(truth: Truth, *, predicted: bool = True, decided: bool = True) -> 
         robot=ROBOT,
         batteries="\n".join(f"[batteries.{name}]\ncells = 4\ncapacity_mah = 6600\n" for name in BATTERIES),
     )
-    return (text + (_ANALYSIS if decided else "") + (_SIMULATION if predicted else "")).encode()
+    return (text + (_ANALYSIS if decided else "") + (_SIMULATION + _HYPOTHESES if predicted else "")).encode()

@@ -206,18 +206,18 @@ def _anova_words(content: ReportContent, anova: Anova) -> str:
 
 
 def _predicted(content: ReportContent) -> Section:
-    if not content.predictions.items:
-        return Section("predicted", "Predicted and measured", ())
-    verdict = [Paragraph(text) for text in (verdict_text(content),) if text]
-    parts: tuple[Part, ...] = (*verdict, TableHere("prediction_bias"), FigureHere("predictions"))
-    return Section("predicted", "Predicted and measured", parts)
+    parts: list[Part] = [TableHere("hypotheses")] if content.hypotheses else []
+    if content.predictions.items:
+        parts += [Paragraph(text) for text in (verdict_text(content),) if text]
+        parts += [TableHere("prediction_bias"), FigureHere("predictions")]
+    return Section("predicted", "Predicted and measured", tuple(parts))
 
 
 def _predictions_in_full(content: ReportContent) -> Section:
-    if not content.predictions.items:
-        return Section("predictions", "Predictions", ())
-    tables = ("predicted_joules", "predicted_apex", "predicted_savings", "predicted_inputs", "assumed")
-    parts: list[Part] = [*map(Paragraph, prediction_sentences(content)), *map(TableHere, tables)]
+    parts: list[Part] = [TableHere("hypotheses_in_full")] if content.hypotheses else []
+    if content.predictions.items:
+        tables = ("predicted_joules", "predicted_apex", "predicted_savings", "predicted_inputs", "assumed")
+        parts += [*map(Paragraph, prediction_sentences(content)), *map(TableHere, tables)]
     return Section("predictions", "Predictions in full", tuple(parts), folded=True)
 
 

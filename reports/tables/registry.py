@@ -7,6 +7,7 @@ from reports.tables.comparisons import BY_DAY, COMPARISONS
 from reports.tables.conditions import BY_CONDITION, RUN_VALUES
 from reports.tables.each_run import EACH_RUN
 from reports.tables.headlines import HEADLINES
+from reports.tables.hypotheses import HYPOTHESES, HYPOTHESES_IN_FULL
 from reports.tables.measured import (
     ASSUMED,
     DAYS,
@@ -33,6 +34,8 @@ TABLES: dict[str, TableKind] = {
         EQUIVALENCE,
         TESTS_JUMPS,
         ANOVAS,
+        HYPOTHESES,
+        HYPOTHESES_IN_FULL,
         PREDICTION_BIAS,
         PREDICTED_JOULES,
         PREDICTED_APEX,

@@ -39,7 +39,15 @@ from reports.content import (
 from reports.drawn import LogGap, LogJump, RunLog
 from reports.evidence import ByDay, Equivalence, Side
 from reports.page.writing import report_files, write_report
-from reports.predicted import AssumedInput, PredictedQuantity, Prediction, Predictions
+from reports.predicted import (
+    AssumedInput,
+    Hypothesis,
+    HypothesisPart,
+    PredictedQuantity,
+    Prediction,
+    Predictions,
+    Verdict,
+)
 from reports.sentences import difference_claim, savings_claim
 from stats.compare.equivalence import equivalence
 from stats.days.blocked import blocked_by_day
@@ -331,6 +339,28 @@ def _predictions(maker, conditions, comparisons):
     )  # fmt: skip
 
 
+def _hypotheses(maker, comparisons):
+    def part(c, low, high, value, **other):
+        key = maker.id(f"hypothesis, {c.group}", 30)
+        saved = c.savings
+        measured = Number(-saved.value, "%", saved.se, None, -saved.ci_high, -saved.ci_low, 0.9, 12.0, 26, key)
+        return HypothesisPart(c.group, {}, measured, Number(value, "%", se=0.8), Verdict.HOLDS, Verdict.CANNOT_TELL,
+                              low, high, **other)  # fmt: skip
+
+    pooled = [c for c in comparisons if c.savings is not None and c.level == "pooled"]
+    untold = Undefined(Reason.NO_DAY_HOLDS_BOTH, a="group control", b="group treated")
+    feet = HypothesisPart(
+        {"k_gain": "400", "foot": "small"}, {"foot": "large"}, Number(2.4, "%", n=20, provenance=maker.id("feet", 30)),
+        Number(Undefined(Reason.NOT_SIMULATED), "%"), Verdict.CANNOT_TELL, Verdict.CANNOT_TELL, -10.0, 10.0, untold,
+    )  # fmt: skip
+    return (
+        Hypothesis("saves", "Active damping saves", "thesis 5.2.1", "p < .05",
+                   tuple(part(c, None, 0.0, -3.0 - i) for i, c in enumerate(pooled))),
+        Hypothesis("feet", "CE costs the same with either foot", "", "", (feet,)),
+        Hypothesis("stiffness", "Stiffness does not matter", "", "", ()),
+    )  # fmt: skip
+
+
 def make_content(seed=5):
     """A campaign of 24 conditions as chapter 5 of the thesis describes it."""
     maker = Maker(seed)
@@ -339,6 +369,7 @@ def make_content(seed=5):
     order = _order(maker, conditions)
     days = _days(order.points)
     predictions = _predictions(maker, conditions, comparisons)
+    hypotheses = _hypotheses(maker, comparisons)
     content = ReportContent(
         title="Active damping on a granular bed", study="granular bed", selection="k_gain in (300, 400)",
         made_at="2021-07-30 14:05", software_version="0.1.0", configuration_hash="9c41f2e07ab3",
@@ -363,7 +394,7 @@ def make_content(seed=5):
                  "The unit of analysis is the run; jumps of one run are not independent."),
         limitations=("The bed was stirred by hand.", "The rail angle was read by eye."),
         assumed=(Assumed("uncertainty of the reference voltage", "0.1 V", "no source", "0 to 0.3 V"),),
-        provenance=tuple(maker.provenance), predictions=predictions,
+        provenance=tuple(maker.provenance), predictions=predictions, hypotheses=hypotheses,
     )  # fmt: skip
     heads = sorted((c for c in comparisons if c.opens and c.savings), key=lambda c: -c.savings.value)
     claims = [savings_claim(content, c) for c in heads]

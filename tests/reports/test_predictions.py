@@ -109,7 +109,7 @@ def test_sentences_say_what_predictions_rest_on(content):
 
 
 def test_without_predictions_there_is_no_section_and_the_figure_says_why(content):
-    bare = dataclasses.replace(content, predictions=Predictions())
+    bare = dataclasses.replace(content, predictions=Predictions(), hypotheses=())
     assert "predicted" in [section.anchor for section in sections_of(content)]
     assert "predicted" not in [section.anchor for section in sections_of(bare)]
     assert "names no scene" in FIGURES["predictions"].absent(bare)

@@ -14,14 +14,16 @@ from labbook.presenting.report.content import make_report
 from reports.content import ReportContent
 from reports.judged import verdict_text
 from reports.numbers import Number, Value
-from reports.predicted import PredictedQuantity
+from reports.predicted import Hypothesis, PredictedQuantity, Verdict
 from reports.remarks import numerical_text
+from reports.tables.hypotheses import verdict_sentence
 from reports.tables.predictions import LEGEND, level_text_of, title_text
 from reports.tables.registry import TABLES
 from reports.tables.table import Table
 from reports.wording import list_text, sentence_start
 
 _TABLES = {
+    "hypotheses_in_full": None,
     "predicted_joules": title_text(PredictedQuantity.JOULES),
     "predicted_apex": title_text(PredictedQuantity.APEX),
     "predicted_savings": title_text(PredictedQuantity.SAVINGS),
@@ -32,7 +34,7 @@ _TABLES = {
 
 @dataclass(frozen=True, slots=True)
 class ComparedPredictions:
-    """The content of the tables, and whether every prediction that can be told is met."""
+    """The content of the tables; `met`: no prediction that can be told misses, and no hypothesis fails as measured."""
 
     content: ReportContent
     met: bool
@@ -53,12 +55,14 @@ def compare_predictions(book: Book, where: str | None, step: Callable[[str], Non
             f"no run of this selection ({where or 'all runs'}) has joules or an apex height to compare with: select "
             "others, or ingest their logs and charges."
         )
-    return ComparedPredictions(made.content, all(item.agrees is not False for item in items))
+    failing = [one for one in made.content.hypotheses if one.verdict is Verdict.FAILS]
+    return ComparedPredictions(made.content, not failing and all(item.agrees is not False for item in items))
 
 
 def as_lines(compared: ComparedPredictions) -> list[str]:
     """Return the tables for people, under their captions, and above them what is not simulated."""
-    lines = _not_simulated(compared.content)
+    lines = [f"{verdict_sentence(compared.content, one)}." for one in compared.content.hypotheses]
+    lines += ["", *_not_simulated(compared.content)] if lines else _not_simulated(compared.content)
     for name, title in _TABLES.items():
         table = TABLES[name].make(compared.content)
         if table.rows:
@@ -92,6 +96,7 @@ def as_data(compared: ComparedPredictions) -> dict[str, Any]:
         "effects": about.effects,
         "accuracy": about.accuracy,
         "not_in_scene": about.unmapped,
+        "hypotheses": [_hypothesis(one) for one in compared.content.hypotheses],
         "predictions": [
             {
                 "quantity": str(item.quantity),
@@ -123,6 +128,30 @@ def as_data(compared: ComparedPredictions) -> dict[str, Any]:
                 "most_savings_percent": _value(one.savings),
             }
             for one in about.assumed
+        ],
+    }
+
+
+def _hypothesis(one: Hypothesis) -> dict[str, Any]:
+    return {
+        "name": one.name,
+        "text": one.text,
+        "source": one.source,
+        "published": one.published,
+        "verdict": one.verdict,
+        "simulated_verdict": one.simulated_verdict,
+        "comparisons": [
+            {
+                "of": dict(part.of),
+                "against": dict(part.against),
+                "above_percent": part.low,
+                "below_percent": part.high,
+                "measured_percent": _number(part.measured),
+                "verdict": part.verdict,
+                "simulated_percent": _number(part.simulated),
+                "simulated_verdict": part.simulated_verdict,
+            }
+            for part in one.parts
         ],
     }
 

@@ -82,14 +82,14 @@ OVERALL = Algorithm("overall_savings", 2, OverallResult)
 OVERALL_EQUIVALENCE = Algorithm("overall_equivalence", 2, OverallEquivalenceResult)
 
 
-def contrast_of(pair: Pair) -> Contrast:
-    """Return the contrast of a pair's runs by the rule that fits their days."""
+def contrast_of(pair: Pair, *, by_day: bool = True) -> Contrast:
+    """Return the contrast of a pair's runs by the rule that fits their days, or of all runs as if of one day."""
     control, treated = _runs(pair.a), _runs(pair.b)
     return contrast_by_day(
         [item.value for _, item in treated],
         [item.value for _, item in control],
-        days_treated=[_day(pair, levels, item) for levels, item in treated],
-        days_control=[_day(pair, levels, item) for levels, item in control],
+        days_treated=[_day(pair, levels, item) for levels, item in treated] if by_day else None,
+        days_control=[_day(pair, levels, item) for levels, item in control] if by_day else None,
         shared_treated=[item.shared for _, item in treated],
         shared_control=[item.shared for _, item in control],
     )

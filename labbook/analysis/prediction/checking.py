@@ -125,13 +125,13 @@ def check_conditions(
     """Ensure the check of every condition's mean against its prediction; nothing where nothing was predicted."""
     if not predicted:
         return []
-    sides = [_side([condition], predicted) for condition in conditions]
+    sides = [side_of([condition], predicted) for condition in conditions]
     results = cache.ensure(
         [
             Request(
                 ALGORITHM,
                 {"quantity": str(_PREDICTED[quantity]), "condition": condition.key, **scope},
-                (result_fingerprint("measured", condition.result), *_inputs("predicted", side)),
+                (result_fingerprint("measured", condition.result), *inputs_of("predicted", side)),
                 {"runs": [runs for _one, runs in side]},
                 lambda condition=condition, side=side: _check_mean(condition.summary, side, quantity),  # type: ignore[misc]
             )
@@ -165,7 +165,7 @@ def check_savings(
         for pair, measured in compared
         if predicted and measured.savings is not None and pair.family in families
     ]
-    sides = [(_side(pair.a, predicted), _side(pair.b, predicted)) for pair, *_measured in wanted]
+    sides = [(side_of(pair.a, predicted), side_of(pair.b, predicted)) for pair, *_measured in wanted]
     results = cache.ensure(
         [
             Request(
@@ -173,8 +173,8 @@ def check_savings(
                 {"quantity": str(PredictedQuantity.SAVINGS), "label": pair.label, **scope},
                 (
                     result_fingerprint("measured", measured),
-                    *_inputs("control", control),
-                    *_inputs("treatment", treated),
+                    *inputs_of("control", control),
+                    *inputs_of("treatment", treated),
                 ),
                 {"runs": [[runs for _one, runs in side] for side in (control, treated)]},
                 lambda savings=savings, sides=(control, treated): _check_savings(savings, *sides),  # type: ignore[misc]
@@ -196,32 +196,33 @@ def check_savings(
     ]
 
 
-def _side(conditions: Sequence[ConditionValues], predicted: AllPredicted) -> Side:
+def side_of(conditions: Sequence[ConditionValues], predicted: AllPredicted) -> Side:
     """Return the predictions that stand for conditions as they were run, each with the number of its runs."""
     counts = Counter((item.run.condition_key, item.run.robot_uid) for one in conditions for item in one.runs)
     return [(predicted[where], runs) for where, runs in counts.items()]
 
 
-def _inputs(role: str, side: Side) -> Iterator[InputRow]:
+def inputs_of(role: str, side: Side) -> Iterator[InputRow]:
+    """Name the predictions of a side."""
     return (result_fingerprint(role, one) for one, _runs in side)
 
 
 def _check_mean(measured: ConditionSummary, side: Side, quantity: Outcome) -> PredictionCheck:
     """Predict the mean of a condition's runs, and hold the measured mean against it."""
-    value, finer = _mean(_values(side, quantity)), _mean(_finer(side, quantity))
-    accuracy_part = 0.0 if value is None else _accuracy([side]) * abs(value)
-    otherwise = _varied([side], quantity, lambda means: means[0])
+    value, finer = mean_of(values_of_side(side, quantity)), mean_of(_finer(side, quantity))
+    accuracy_part = 0.0 if value is None else accuracy_of([side]) * abs(value)
+    otherwise = varied_means([side], quantity, lambda means: means[0])
     return _check(measured.mean, value, finer, accuracy_part, otherwise, [side])
 
 
 def _check_savings(savings: Number, control: Side, treated: Side) -> PredictionCheck:
     """Predict the savings of the runs as they were made: joules of each side are the mean over its runs."""
     sides = [control, treated]
-    value = _percent([_mean(_values(side, Outcome.JOULES)) for side in sides])
-    finer = _percent([_mean(_finer(side, Outcome.JOULES)) for side in sides])
+    value = _percent([mean_of(values_of_side(side, Outcome.JOULES)) for side in sides])
+    finer = _percent([mean_of(_finer(side, Outcome.JOULES)) for side in sides])
     # a relative error in both sides, as it comes out in a ratio of the two
-    accuracy_part = 0.0 if value is None else math.sqrt(2.0) * _accuracy(sides) * abs(100.0 - value)
-    otherwise = _varied(sides, Outcome.JOULES, _percent)
+    accuracy_part = 0.0 if value is None else math.sqrt(2.0) * accuracy_of(sides) * abs(100.0 - value)
+    otherwise = varied_means(sides, Outcome.JOULES, _percent)
     return _check(savings, value, finer, accuracy_part, otherwise, sides)
 
 
@@ -250,7 +251,7 @@ def _check(
     )
 
 
-def _varied(
+def varied_means(
     sides: Sequence[Side], quantity: Outcome, of_means: Callable[[list[float | None]], float | None]
 ) -> dict[str, list[float | None]]:
     """Return the value under each variation: a parameter has one value in all conditions, so all sides change."""
@@ -260,12 +261,15 @@ def _varied(
         for source in sources
     }
     return {
-        source: [of_means([_mean(_values(side, quantity, source, place)) for side in sides]) for place in range(count)]
+        source: [
+            of_means([mean_of(values_of_side(side, quantity, source, place)) for side in sides])
+            for place in range(count)
+        ]
         for source, count in several.items()
     }
 
 
-def _values(side: Side, quantity: Outcome, source: str = "", place: int = 0) -> list[tuple[float | None, int]]:
+def values_of_side(side: Side, quantity: Outcome, source: str = "", place: int = 0) -> list[tuple[float | None, int]]:
     """Return each prediction's value, varied where the source of an error is named and it has one, with its runs."""
     found = []
     for one, runs in side:
@@ -278,7 +282,8 @@ def _finer(side: Side, quantity: Outcome) -> list[tuple[float | None, int]]:
     return [(one.finer[quantity], runs) for one, runs in side]
 
 
-def _mean(values: Sequence[tuple[float | None, int]]) -> float | None:
+def mean_of(values: Sequence[tuple[float | None, int]]) -> float | None:
+    """Return the mean over runs, None where a prediction has no value."""
     known = [(value, runs) for value, runs in values if value is not None]
     if len(known) < len(values):
         return None
@@ -292,5 +297,6 @@ def _percent(joules: Sequence[float | None]) -> float | None:
     return 100.0 * (1.0 - treated_j / control_j)
 
 
-def _accuracy(sides: Sequence[Side]) -> float:
+def accuracy_of(sides: Sequence[Side]) -> float:
+    """Return the largest relative error of the simulations."""
     return max(one.relative_error for side in sides for one, _runs in side)

@@ -209,14 +209,17 @@ def _plain(value: Any) -> Any:
     return value
 
 
+_CODES: Mapping[Any, type[Code]] = {Remark: Limit, Undefined: Reason}
+
+
 def _typed(value: Any, hint: Any) -> Any:
     """Return a value from JSON as a field's annotation has it; raises `UnreadablePayload` where it cannot be."""
     origin, args = _parts(hint)
     if origin in (UnionType, typing.Union):
         (kind,) = [each for each in args if each is not NoneType]
         return None if value is None else _typed(value, kind)
-    if hint is Remark:
-        return _said(Remark, Limit, value)
+    if hint in _CODES:
+        return _said(hint, _CODES[hint], value)
     if origin is tuple and isinstance(value, list):
         kinds = [args[0]] * len(value) if args[-1] is Ellipsis else args
         return tuple(_typed(item, kind) for item, kind in zip(value, kinds, strict=True))

@@ -72,6 +72,7 @@ def build_content(
         assumed=methods.assumed(analysis),
         robots=campaign.runs_by_robot(analysis),
         predictions=predicted.predictions(analysis, shown),
+        hypotheses=predicted.hypotheses(analysis, shown),
         planned=analysis.planned.stated,
         decided=preregistration.decided(analysis),
         departures=preregistration.departures(analysis, compared),

@@ -14,7 +14,16 @@ from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.numbers import Shown
 from labbook.presenting.report.campaign import factor_title
 from reports.numbers import Value
-from reports.predicted import AssumedInput, Judged, JudgedGroup, PredictedQuantity, Prediction, Predictions
+from reports.predicted import (
+    AssumedInput,
+    Hypothesis,
+    HypothesisPart,
+    Judged,
+    JudgedGroup,
+    PredictedQuantity,
+    Prediction,
+    Predictions,
+)
 
 
 def predictions(analysis: StudyAnalysis, shown: Shown) -> Predictions:
@@ -47,6 +56,34 @@ def predictions(analysis: StudyAnalysis, shown: Shown) -> Predictions:
         under_surface=_conditions(analysis, lambda one: one.under_surface),
         open_book=_conditions(analysis, lambda one: one.open_book),
         ends_otherwise=_conditions(analysis, lambda one: one.ends_otherwise),
+    )
+
+
+def hypotheses(analysis: StudyAnalysis, shown: Shown) -> tuple[Hypothesis, ...]:
+    """Return the study's hypotheses and what came of their comparisons."""
+    return tuple(
+        Hypothesis(
+            one.settings.name,
+            one.settings.text,
+            one.settings.source,
+            one.settings.published,
+            tuple(
+                HypothesisPart(
+                    compared.of,
+                    compared.against,
+                    shown.number(result.measured),
+                    shown.number(result.simulated),
+                    result.verdict,
+                    result.simulated_verdict,
+                    result.low,
+                    result.high,
+                    result.untold,
+                    savings=len(compared.sides) > 2,
+                )
+                for compared, result in one.comparisons
+            ),
+        )
+        for one in analysis.hypotheses
     )
 
 

@@ -58,6 +58,10 @@ factors = { foot = "foot_radius", b_ad_gain = "b_ad" }
 primary_outcome = "joules"
 alpha = 0.05
 
+[hypotheses.saves]
+text = "Active damping saves"
+claim = "saves"
+
 [gains.b_ad_gain]
 symbol = "d"
 slope = 3.32

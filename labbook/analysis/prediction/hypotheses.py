@@ -1,0 +1,275 @@
+"""Hypotheses of a study, each tested on what was measured and on what the simulator predicts for the same runs.
+
+A hypothesis is split into comparisons; it holds where each of them does (an intersection-union test, Berger 1982: no
+correction is needed), and fails where one fails, at a level divided by their number (Bonferroni). A comparison is of
+means, in percent of the first, or of two savings, in percentage points. Measured, it holds where its interval of level
+1 - 2 alpha lies within the bounds (two one-sided tests) and fails where that of level 1 - 2 alpha / m lies outside;
+both come from the contrast that decides the study's comparisons. Simulated, two standard uncertainties of the
+prediction stand for either interval; a parameter has one value in all conditions, so that its error cancels where it
+does in what is compared.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from data_schema.outcomes import Outcome
+from data_schema.reasons import Reason
+from data_schema.vocabulary import Undefined
+from labbook.analysis.comparison import pairing
+from labbook.analysis.comparison.comparing import Pair, fingerprints_of_days, fingerprints_of_sides
+from labbook.analysis.comparison.deciding import contrast_of
+from labbook.analysis.outcomes.conditions import ConditionValues
+from labbook.analysis.prediction.checking import (
+    AllPredicted,
+    accuracy_of,
+    inputs_of,
+    mean_of,
+    side_of,
+    values_of_side,
+    varied_means,
+)
+from labbook.analysis.prediction.predicting import SIMULATED, error_parts, in_all
+from labbook.analysis.results.codec import Algorithm, StoredResult
+from labbook.analysis.results.result_cache import Request, ResultCache
+from labbook.config.model import AnalysisSettings, ClaimKind, HypothesisSettings, Side, UnitOfAnalysis
+from reports.numbers import Number
+from reports.predicted import COVERAGE_FACTOR, Verdict
+from stats.days.between_groups import difference_of_savings
+from stats.days.decision import Contrast
+
+
+@dataclass(frozen=True, slots=True)
+class ComparisonVerdict(StoredResult):
+    """One comparison of a hypothesis: what was measured and simulated, and what either says.
+
+    `measured` has an interval of level 1 - 2 alpha, `simulated` a standard uncertainty; both are in percent of the
+    first mean, or in percentage points of savings. The claim is that they lie between `low` and `high`, which may be
+    infinite (None). `untold` says why what was measured has no interval.
+    """
+
+    measured: Number
+    simulated: Number
+    verdict: Verdict
+    simulated_verdict: Verdict
+    low: float | None
+    high: float | None
+    untold: Undefined | None
+
+
+ALGORITHM = Algorithm("hypothesis", 1, ComparisonVerdict)
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """Conditions to compare: the second with the first, or the saving of the last two with that of the first two.
+
+    `of` are the levels of what is compared, `against` those that differ in what it is compared with, none where that is
+    the control. In percent, or percentage points, the claim is that it lies between `low` and `high`.
+    """
+
+    of: Mapping[str, str]
+    against: Mapping[str, str]
+    sides: tuple[tuple[ConditionValues, ...], ...]
+    low: float = -math.inf
+    high: float = math.inf
+
+    @property
+    def label(self) -> str:
+        """Its name among a hypothesis's comparisons."""
+        return pairing.group_label(self.of) + (f" against {pairing.group_label(self.against)}" if self.against else "")
+
+    @property
+    def pairs(self) -> list[Pair]:
+        """The sides two by two."""
+        return [Pair("", self.label, {}, "", a, b) for a, b in zip(self.sides[::2], self.sides[1::2], strict=True)]
+
+
+@dataclass(frozen=True, slots=True)
+class Tested:
+    """A hypothesis and what came of each of its comparisons."""
+
+    settings: HypothesisSettings
+    comparisons: tuple[tuple[Comparison, ComparisonVerdict], ...]
+
+
+def judge_hypotheses(
+    cache: ResultCache,
+    hypotheses: Sequence[HypothesisSettings],
+    conditions: Mapping[Outcome, Sequence[ConditionValues]],
+    predicted: AllPredicted,
+    swept: str,
+    decided: AnalysisSettings,
+    scope: Mapping[str, Any],
+) -> list[Tested]:
+    """Ensure the test of every comparison of every hypothesis, in order; `swept` is the factor with a control."""
+    found = []
+    for settings in hypotheses:
+        comparisons = comparisons_of(settings, conditions.get(settings.outcome, ()), swept)
+        results = cache.ensure(
+            [_request(settings, one, predicted, decided, len(comparisons), scope) for one in comparisons]
+        )
+        found.append(Tested(settings, tuple(zip(comparisons, results, strict=True))))
+    return found
+
+
+def comparisons_of(settings: HypothesisSettings, conditions: Sequence[ConditionValues], swept: str) -> list[Comparison]:
+    """Return what a hypothesis compares among the conditions; nothing where they lack what it needs."""
+    if settings.claim is ClaimKind.SAME:
+        return _between(settings, conditions, swept)
+    groups = [
+        (group, (tuple(control), tuple(treated)))
+        for group, items in pairing.groups(conditions, swept)
+        for treated, control in [pairing.treated_and_control(items)]
+        if control and treated
+    ]
+    if settings.claim is ClaimKind.NOT_LOWER:
+        return [Comparison(group, {}, sides, low=-settings.within_percent) for group, sides in groups]
+    if settings.claim is ClaimKind.SAVES:
+        return [Comparison(group, {}, sides, high=0.0) for group, sides in groups]
+    return _ordered(settings, groups)
+
+
+def _between(settings: HypothesisSettings, conditions: Sequence[ConditionValues], swept: str) -> list[Comparison]:
+    """Compare every level of a factor with the first, where all other factors have the same levels."""
+    factor, within = settings.between, settings.within_percent
+    side = [one for one in conditions if one.is_control is (settings.side is Side.CONTROL)]
+    others = [
+        name for name in dict.fromkeys(name for one in side for name in one.levels) if name not in (factor, swept)
+    ]
+    groups: dict[tuple[tuple[str, str], ...], dict[str, list[ConditionValues]]] = {}
+    for one in side:
+        group = tuple((name, one.levels[name]) for name in others if name in one.levels)
+        groups.setdefault(group, {}).setdefault(one.levels.get(factor, ""), []).append(one)
+    found = []
+    for group, by_level in groups.items():
+        levels = sorted(settings.levels or by_level, key=pairing.sort_key)
+        first, *further = [level for level in levels if level in by_level] or [""]
+        found += [
+            Comparison(
+                {**dict(group), factor: level},
+                {factor: first},
+                (tuple(by_level[first]), tuple(by_level[level])),
+                -within,
+                within,
+            )
+            for level in further
+        ]
+    return found
+
+
+def _ordered(
+    settings: HypothesisSettings,
+    groups: Sequence[tuple[Mapping[str, str], tuple[tuple[ConditionValues, ...], tuple[ConditionValues, ...]]]],
+) -> list[Comparison]:
+    """Compare the saving of the group that is named with that of each other."""
+    own = [(group, sides) for group, sides in groups if settings.group.items() <= group.items()]
+    if len(own) != 1:
+        return []
+    [(group, sides)] = own
+    largest = settings.claim is ClaimKind.LARGEST_SAVING
+    low, high = (0.0, math.inf) if largest else (-math.inf, 0.0)
+    return [
+        Comparison(group, other, (*other_sides, *sides), low, high) for other, other_sides in groups if other != group
+    ]
+
+
+def _request(
+    settings: HypothesisSettings,
+    one: Comparison,
+    predicted: AllPredicted,
+    decided: AnalysisSettings,
+    n_comparisons: int,
+    scope: Mapping[str, Any],
+) -> Request[ComparisonVerdict]:
+    by_day, alpha = decided.unit_of_analysis is not UnitOfAnalysis.RUN, decided.alpha
+    simulated = predicted if settings.outcome in SIMULATED else {}
+    inputs = [row for pair in one.pairs for row in (*fingerprints_of_sides(pair), *fingerprints_of_days(pair))]
+    if simulated:
+        inputs += [row for side in one.sides for row in inputs_of("predicted", side_of(side, simulated))]
+    return Request(
+        ALGORITHM,
+        {"hypothesis": settings.name, "label": one.label, "quantity": str(settings.outcome), **scope},
+        tuple(dict.fromkeys(inputs)),
+        {
+            "claim": str(settings.claim),
+            "bounds": [None if math.isinf(end) else end for end in (one.low, one.high)],
+            "alpha": alpha,
+            "comparisons": n_comparisons,
+            "by_day": by_day,
+        },
+        lambda: _tested(one, simulated, settings.outcome, by_day, alpha, n_comparisons),
+    )
+
+
+def _tested(
+    one: Comparison, predicted: AllPredicted, outcome: Outcome, by_day: bool, alpha: float, n_comparisons: int
+) -> ComparisonVerdict:
+    contrasts = [contrast_of(pair, by_day=by_day) for pair in one.pairs]
+    (measured, untold), (strict, _why) = (_measured(contrasts, 1.0 - 2.0 * alpha / m) for m in (1, n_comparisons))
+    simulated = _simulated(one, predicted, outcome)
+    ends = _ends(simulated)
+    return ComparisonVerdict(
+        measured,
+        simulated,
+        _verdict(one, (measured.ci_low, measured.ci_high), (strict.ci_low, strict.ci_high)),
+        _verdict(one, ends, ends),
+        None if math.isinf(one.low) else one.low,
+        None if math.isinf(one.high) else one.high,
+        untold,
+    )
+
+
+def _verdict(one: Comparison, holding: tuple[Any, Any], failing: tuple[Any, Any]) -> Verdict:
+    """Judge by both intervals; an end that does not exist tells nothing."""
+    if all(isinstance(end, float) for end in holding) and one.low < holding[0] and holding[1] < one.high:
+        return Verdict.HOLDS
+    if all(isinstance(end, float) for end in failing) and (failing[1] <= one.low or failing[0] >= one.high):
+        return Verdict.FAILS
+    return Verdict.CANNOT_TELL
+
+
+def _measured(contrasts: Sequence[Contrast], level: float) -> tuple[Number, Undefined | None]:
+    """Return the change of the second mean in percent of the first, or the last saving less the first, in points.
+
+    Beside it stands why it has no interval.
+    """
+    savings = [contrast.savings(level) for contrast in contrasts]
+    n = sum(sum(contrast.n) for contrast in contrasts)
+    found = savings[0] if len(savings) == 1 else difference_of_savings(savings[0], savings[1])
+    value = found.value if isinstance(found.value, Undefined) else -found.value
+    if isinstance(found.ci, Undefined):
+        return Number(value, "%", ci_level=level, n=n), found.ci
+    low, high = found.ci
+    return Number(value, "%", found.se, found.shared_se, -high, -low, level, df=found.df, n=n), None
+
+
+def _simulated(one: Comparison, predicted: AllPredicted, outcome: Outcome) -> Number:
+    """Return the same of the predictions for the runs as they were made, with its standard uncertainty."""
+    if not predicted:
+        return Number(Undefined(Reason.NOT_SIMULATED), "%")
+    sides = [side_of(side, predicted) for side in one.sides]
+    value = _compared([mean_of(values_of_side(side, outcome)) for side in sides])
+    if value is None:
+        ends = sorted({each.outcome for side in sides for each, _runs in side if each.value(outcome) is None})
+        return Number(Undefined(Reason.SIMULATED_ENDS_OTHERWISE, ends=", ".join(ends)), "%")
+    error = math.sqrt(len(sides)) * accuracy_of(sides) * 100.0
+    return Number(value, "%", se=in_all(error_parts(value, error, varied_means(sides, outcome, _compared))))
+
+
+def _compared(means: Sequence[float | None]) -> float | None:
+    known = [mean for mean in means if mean is not None]
+    if len(known) < len(means) or any(mean <= 0.0 for mean in known[::2]):
+        return None
+    changes = [100.0 * (b / a - 1.0) for a, b in zip(known[::2], known[1::2], strict=True)]
+    return changes[0] if len(changes) == 1 else changes[0] - changes[1]
+
+
+def _ends(simulated: Number) -> tuple[float | None, float | None]:
+    value, se = simulated.value, simulated.se
+    if not isinstance(value, float) or not isinstance(se, float):
+        return None, None
+    return value - COVERAGE_FACTOR * se, value + COVERAGE_FACTOR * se

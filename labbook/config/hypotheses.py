@@ -1,0 +1,112 @@
+"""`[hypotheses.NAME]` in `labbook.toml`: what is expected of a study, each tested on measured and on simulated data.
+
+[hypotheses.foot_of_control]
+text = "CE costs the same whatever the foot"
+source = "thesis 3.3.1, prediction 1"
+published = "p > .5"
+claim = "same"
+side = "control"
+between = "foot"
+within_percent = 10
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from data_schema.errors import unknown_name
+from data_schema.outcomes import Outcome
+from labbook.config.model import ClaimKind, FactorSettings, HypothesisSettings, Side, number_label
+from labbook.config.tables import TableReader, as_number
+
+_EQUAL = ("between", "side", "within_percent")
+_KEYS: Mapping[ClaimKind, tuple[str, ...]] = {
+    ClaimKind.SAME: _EQUAL,
+    ClaimKind.NOT_LOWER: ("within_percent",),
+    ClaimKind.SAVES: (),
+    ClaimKind.LARGEST_SAVING: ("group",),
+    ClaimKind.SMALLEST_SAVING: ("group",),
+}
+"""The keys that a claim needs, beside `text` and `claim`."""
+
+
+def read_hypotheses(top: TableReader, factors: Mapping[str, FactorSettings]) -> tuple[HypothesisSettings, ...]:
+    """Read every `[hypotheses.NAME]`."""
+    return tuple(_hypothesis(name, table, factors) for name, table in top.tables("hypotheses"))
+
+
+def _hypothesis(name: str, table: TableReader, factors: Mapping[str, FactorSettings]) -> HypothesisSettings:
+    claim = table.word("claim", ClaimKind)
+    needed = _KEYS[claim]
+    between = _factor(table, factors) if "between" in needed else ""
+    found = HypothesisSettings(
+        name=name,
+        text=table.text("text"),
+        source=table.optional_text("source") or "",
+        published=table.optional_text("published") or "",
+        claim=claim,
+        outcome=_outcome(table, claim),
+        side=table.word("side", Side) if "side" in needed else Side.TREATED,
+        between=between,
+        levels=_levels(table, between, factors) if between else (),
+        group=_group(table.table("group", required=True), factors) if "group" in needed else {},
+        within_percent=_part(table) if "within_percent" in needed else 0.0,
+    )
+    table.finish()
+    return found
+
+
+def _part(table: TableReader) -> float:
+    part = table.number("within_percent", above=0.0)
+    if part >= 100.0:
+        table.fault("within_percent", f"{part:g} bounds nothing: write percents below 100, such as 5.")
+    return part
+
+
+def _outcome(table: TableReader, claim: ClaimKind) -> Outcome:
+    key = "outcome"
+    saves = claim not in (ClaimKind.SAME, ClaimKind.NOT_LOWER)
+    outcomes = {outcome.key: outcome for outcome in Outcome if outcome.has_savings or not saves}
+    given = table.value(key)
+    return Outcome.JOULES if given is None else outcomes[table.known(key, given, outcomes, key)]
+
+
+def _factor(table: TableReader, factors: Mapping[str, FactorSettings]) -> str:
+    name = table.text("between")
+    if name and name not in factors:
+        table.fault("between", str(unknown_name("factor", name, factors)))
+        return ""
+    return name
+
+
+def _levels(table: TableReader, factor: str, factors: Mapping[str, FactorSettings]) -> tuple[str, ...]:
+    given = [_label(level) for level in table.items("levels", f"levels of {factor}")]
+    _check_levels(table, "levels", factor, given, factors)
+    if len(set(given)) == 1:
+        table.fault("levels", f"{given[0]} alone is compared with nothing: name two or more, or leave levels out.")
+    return tuple(given)
+
+
+def _group(table: TableReader, factors: Mapping[str, FactorSettings]) -> dict[str, str]:
+    found = {}
+    for name in table.names():
+        if name not in factors:
+            table.fault(name, str(unknown_name("factor", name, factors)))
+            continue
+        found[name] = _label(table.value(name))
+        _check_levels(table, name, name, [found[name]], factors)
+    return found
+
+
+def _label(given: object) -> str:
+    number = as_number(given)
+    return str(given) if number is None else number_label(number)
+
+
+def _check_levels(
+    table: TableReader, key: str, factor: str, labels: list[str], factors: Mapping[str, FactorSettings]
+) -> None:
+    known = [level.label for level in factors[factor].levels]
+    for label in labels:
+        if label not in known:
+            table.fault(key, str(unknown_name(f"level of {factor}", label, known)))

@@ -1,0 +1,168 @@
+"""Hypotheses of a book: what is compared, judged as intervals say, on measured and on simulated data, and traced."""
+
+from __future__ import annotations
+
+import csv
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.cli.shell import good, labbook
+from tests.helpers.books import SmallBook, small_book
+from tests.helpers.wording import says
+
+SIMULATION = """
+[simulation]
+scene = "bed"
+factors = { foot = "foot_radius", k_gain = "k_extension", b_ad_gain = "b_ad" }
+"""
+HYPOTHESES = """
+[analysis]
+unit_of_analysis = "run"
+
+[hypotheses.foot_of_control]
+text = "A jump of CE costs the same with either foot"
+source = "thesis 3.3.1"
+published = "p > .5"
+claim = "same"
+side = "control"
+between = "foot"
+within_percent = 99
+
+[hypotheses.foot_of_treated]
+text = "So does one of active damping"
+claim = "same"
+side = "treated"
+between = "foot"
+within_percent = 0.001
+
+[hypotheses.saves]
+text = "Active damping saves"
+claim = "saves"
+
+[hypotheses.apex]
+text = "It costs no height"
+claim = "not_lower"
+outcome = "apex"
+within_percent = 3
+
+[hypotheses.most]
+text = "The small foot saves most"
+claim = "largest_saving"
+group = { foot = "small" }
+
+[hypotheses.least]
+text = "The small foot saves least"
+claim = "smallest_saving"
+group = { foot = "small" }
+
+[hypotheses.stiffness]
+text = "Stiffness does not matter"
+claim = "same"
+side = "control"
+between = "k_gain"
+within_percent = 10
+"""
+
+
+@pytest.fixture(scope="module")
+def book(tmp_path_factory: pytest.TempPathFactory) -> SmallBook:
+    made = small_book(tmp_path_factory.mktemp("hypotheses"))
+    made.toml.write_text(made.toml.read_text(encoding="utf-8") + SIMULATION + HYPOTHESES, encoding="utf-8")
+    return made
+
+
+@pytest.fixture(scope="module")
+def compared(book: SmallBook) -> dict[str, Any]:
+    found = good(labbook("compare", "--json", at=book.folder)).json
+    return {one["name"]: one for one in found["hypotheses"]}
+
+
+def between(part: dict[str, Any], low: float | None, high: float | None) -> str:
+    """What an interval from low to high says of the claim."""
+    if low is None or high is None:
+        return "cannot tell"
+    above = -math.inf if part["above_percent"] is None else part["above_percent"]
+    below = math.inf if part["below_percent"] is None else part["below_percent"]
+    if above < low and high < below:
+        return "holds"
+    return "fails" if high <= above or low >= below else "cannot tell"
+
+
+def test_each_comparison_is_judged_as_its_interval_says(compared: dict[str, Any]) -> None:
+    for one in compared.values():
+        for part in one["comparisons"]:
+            measured, simulated = part["measured_percent"], part["simulated_percent"]
+            if len(one["comparisons"]) == 1:
+                ends = (measured.get("ci_low"), measured.get("ci_high"))
+                assert part["verdict"] == between(part, *ends)
+                assert measured.get("ci_level") in (None, pytest.approx(0.90))
+            if simulated["value"] is not None:
+                half = 2.0 * simulated["se"]
+                assert part["simulated_verdict"] == between(part, simulated["value"] - half, simulated["value"] + half)
+        verdicts = {part["verdict"] for part in one["comparisons"]}
+        expected = "fails" if "fails" in verdicts else "holds" if verdicts == {"holds"} else "cannot tell"
+        assert one["verdict"] == expected
+    assert compared["foot_of_control"]["verdict"] == "holds"
+    assert {one["verdict"] for one in compared.values()} >= {"holds", "cannot tell"}
+
+
+def test_what_is_compared_are_means_and_savings_of_the_runs(book: SmallBook, compared: dict[str, Any]) -> None:
+    found = good(labbook("compare", "--json", at=book.folder)).json
+    means = {
+        (one["group"]["foot"], one["control"]): (one["measured"]["value"], one["predicted"]["value"])
+        for one in found["predictions"]
+        if one["quantity"] == "joules a jump" and one["level"] != "pooled"
+    }
+    for place, key in enumerate(("measured_percent", "simulated_percent")):
+        joules = {name: both[place] for name, both in means.items()}
+        (foot,) = compared["foot_of_control"]["comparisons"]
+        expected = 100.0 * (joules[foot["of"]["foot"], True] / joules[foot["against"]["foot"], True] - 1.0)
+        assert foot[key]["value"] == pytest.approx(expected, rel=1e-9)
+        saved = {foot: 100.0 * (1.0 - joules[foot, False] / joules[foot, True]) for foot in ("small", "large")}
+        by_foot = {part["of"]["foot"]: part[key]["value"] for part in compared["saves"]["comparisons"]}
+        assert by_foot == pytest.approx({foot: -saving for foot, saving in saved.items()}, rel=1e-9)
+        for name in ("most", "least"):
+            (part,) = compared[name]["comparisons"]
+            assert part[key]["value"] == pytest.approx(saved["small"] - saved["large"], rel=1e-7)
+
+
+def test_a_factor_of_one_level_tells_nothing_and_is_said(book: SmallBook, compared: dict[str, Any]) -> None:
+    assert compared["stiffness"]["comparisons"] == []
+    assert compared["stiffness"]["verdict"] == "cannot tell"
+    told = good(labbook("compare", at=book.folder)).out
+    says(told, "Stiffness does not matter")
+    says(told, "either foot", "holds", "published")
+    assert told.index("A jump of CE") < told.index("Energy of a jump")
+
+
+def test_a_hypothesis_that_fails_is_one_for_scripts_to_see(book: SmallBook, compared: dict[str, Any]) -> None:
+    answer = labbook("compare", "--check", at=book.folder)
+    assert answer.code == 1
+    assert compared["foot_of_treated"]["verdict"] in ("fails", "cannot tell")
+
+
+def test_feet_without_a_day_in_common_cannot_be_compared_and_the_reason_is_said(tmp_path: Path) -> None:
+    own = small_book(tmp_path)
+    text = own.toml.read_text(encoding="utf-8") + SIMULATION + HYPOTHESES
+    own.toml.write_text(text.replace('"run"', '"shared_days"'), encoding="utf-8")
+    found = {one["name"]: one for one in good(labbook("compare", "--json", at=own.folder)).json["hypotheses"]}
+    (part,) = found["foot_of_control"]["comparisons"]
+    assert part["verdict"] == "cannot tell"
+    assert "ci_low" not in part["measured_percent"]
+    says(good(labbook("compare", at=own.folder)).out, "either foot", "cannot tell", "no day")
+
+
+def test_a_report_has_them_as_tables_whose_numbers_are_traced(book: SmallBook, compared: dict[str, Any]) -> None:
+    good(labbook("report", at=book.folder))
+    folder = next((book.folder / "reports").iterdir())
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert page.index("Hypotheses of the study") < page.index("Hypotheses, comparison by comparison")
+    with (folder / "tables" / "hypotheses_in_full.csv").open(encoding="utf-8") as lines:
+        rows = list(csv.DictReader(lines))
+    assert len(rows) == sum(len(one["comparisons"]) for one in compared.values())
+    assert [row["verdict"] for row in rows] == [p["verdict"] for one in compared.values() for p in one["comparisons"]]
+    checked = good(labbook("why", rows[0]["provenance"], "--check", at=book.folder)).out
+    assert "hypothesis" in checked
