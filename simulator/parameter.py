@@ -11,7 +11,10 @@ Part = Literal["robot", "leg", "controller", "ground", "drive", "start"]
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A number of a scene, in SI units. `low` and `high` are the legal box, both ends included."""
+    """A number of a scene, in SI units. `low` and `high` are the legal box, both ends included.
+
+    `assumed` is the value taken where a scene that reads it gives none, and `why` it was chosen.
+    """
 
     name: str
     part: Part
@@ -19,3 +22,5 @@ class Parameter:
     meaning: str
     low: float
     high: float
+    assumed: float | None = None
+    why: str = ""

@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING
 
 from data_schema.notebook import fields_html
+from simulator.effects.registry import BOOKED
 from simulator.scene import Scene
 
 if TYPE_CHECKING:
@@ -27,9 +28,9 @@ class JumpResult:
     """One jump, from touchdown on. Heights are above the undisturbed surface; None: not reached.
 
     Energies are in joules. Those of the stance are integrals from touchdown to the last lift-off before the apex; those
-    of the jump run to its end, as do the losses to ground, grains, rail and impact, and the residual of the energy
-    book. `cost_J` is the sum of heat, mechanical energy and drag of the stance (with the effect `cost_of_whole_jump`,
-    of the jump) and of the passive draw.
+    of the jump run to its end, as do the energies that effects declare (`simulator.effects.registry.BOOKED`, each a
+    field: `friction_loss_J`), and the residual of the energy book. `cost_J` is the sum of heat, mechanical energy and
+    drag of the stance (with the effect `cost_of_whole_jump`, of the jump) and of the passive draw.
 
     `decision_margin` is the distance of the closest decision of the sampled controller, in units of the local error, or
     of the closest event that was nearly missed or nearly met (lift-off, touchdown, a leg that folds or is straight, a
@@ -73,9 +74,11 @@ class JumpResult:
     leg_work_J: float  # noqa: N815
     ground_loss_J: float  # noqa: N815
     grain_energy_J: float  # noqa: N815
-    friction_loss_J: float  # noqa: N815
     impact_loss_J: float  # noqa: N815
     reset_work_J: float  # noqa: N815
+    for _energy in BOOKED:  # those that have no line here
+        __annotations__.setdefault(_energy.column, "float")
+    del _energy
     energy_residual_J: float  # noqa: N815
     energy_at_play_J: float  # noqa: N815
     decision_margin: float | None

@@ -40,7 +40,8 @@ class Scene:
     ----------
     name, title : what it is called in lists and above figures
     effects : names of the effects that are on, in any order
-    values : parameters by name, in SI units; those of effects that are off may be among them and are not read
+    values : parameters by name, in SI units; those of effects that are off may be among them and are not read. One that
+        is read and not given has the value that its `Parameter` assumes, where that has one
     jumps : number of jumps that follow each other
     description : one or more sentences
 
@@ -59,8 +60,10 @@ class Scene:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "effects", frozenset(self.effects))
-        object.__setattr__(self, "values", {name: self.values[name] for name in _in_order(self.values)})
+        _in_order(self.values)
         _check_effects(self.effects)
+        values = {**_assumed_values(self.effects), **self.values}
+        object.__setattr__(self, "values", {name: values[name] for name in _in_order(values)})
         for name, value in self.values.items():
             _check_value(name, value.value)
         _check_jumps(self.jumps, self.effects)
@@ -146,6 +149,12 @@ def _in_order(names: Iterable[str]) -> list[str]:
         if name not in known:
             raise unknown_name("parameter", name, known)
     return [name for name in known if name in given]
+
+
+def _assumed_values(effects: Iterable[str]) -> dict[str, Value]:
+    """Return the values that parameters say of themselves, for scenes that give none."""
+    read = parameters_read(effects).values()
+    return {item.name: Value(item.assumed, why=item.why) for item in read if item.assumed is not None}
 
 
 def _check_effects(effects: Collection[str]) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from simulator.effects.registry import ENERGIES
 from simulator.kernel.composition import Composition
 from simulator.kernel.layout import LEG_WORK, MECHANICAL, MODES, V_BODY, V_FOOT, X_BODY, X_FOOT
 
@@ -48,8 +49,9 @@ def trajectory_of(recording: Recording) -> xarray.Dataset:
     size = recording.composition.state_size
     trace = recording.trace
     names = {**_MEMBERS}
+    meanings = {energy.name: energy.meaning for energy in ENERGIES}
     for name, place in recording.composition.integrals.items():
-        names[name] = (place, "J", f"{name.replace('_', ' ')} since touchdown")
+        names[name] = (place, "J", f"{meanings[name]} since touchdown")
     start, length = trace[:, 0], trace[:, 1]
     step, share = _samples(start, length)
     columns = {}

@@ -20,6 +20,7 @@ from data_schema.errors import UsageError
 from simulator.basics import GRAVITY_M_S2
 from simulator.compiled import inner
 from simulator.effects.effect import Function
+from simulator.effects.registry import EFFECTS
 from simulator.kernel.cached_entry import cached_entry
 from simulator.kernel.composition import Composition, compose
 from simulator.kernel.control.controller import make_wants_switch
@@ -66,9 +67,8 @@ def why_not(scene: Scene) -> str | None:
     """Say why the scheme does not cover a scene, or None where it does."""
     if "hydrostatic_stiffness" not in scene.effects:
         return "the thesis's scheme knows granular ground only"
-    if "rail_friction" in scene.effects:
-        return "the thesis's scheme knows no friction of the rail"
-    return None
+    pushing = [effect for effect in EFFECTS.values() if effect.name in scene.effects and effect.body_force]
+    return f"the thesis's scheme knows no {pushing[0].meaning}" if pushing else None
 
 
 def fixed_step_euler_run(scene: Scene) -> tuple[Function, Row, Row]:

@@ -36,6 +36,7 @@ from simulator.kernel.layout import (
     FOLDS,
     GUARDS,
     GUARDS_AFTER,
+    HOLD_TURNS,
     INTRUDING,
     JAMMED,
     K1,
@@ -44,7 +45,6 @@ from simulator.kernel.layout import (
     MODE,
     PHASE,
     RELEASES,
-    RESTS,
     SPEED_UNIT,
     STOPS,
     STRAIGHTENS,
@@ -131,7 +131,7 @@ def _of_effects(composition: Composition) -> tuple[int, ...]:
     wanted = {
         CAP_KINK: composition.has("cap_n"),
         RELEASES: composition.has("travel_m"),
-        RESTS: composition.has("rail_friction_n"),
+        HOLD_TURNS: composition.has("hold_guard"),
         **dict.fromkeys(range(SWITCHES, SWITCHES + CONDITIONS), not composition.on("sampled_control")),
     }
     return tuple(guard for guard, on in wanted.items() if on)

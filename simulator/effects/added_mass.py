@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from simulator.compiled import inner
 from simulator.effects.cone import cone_volume_m3, flat_area_m2, formed_depth_m
-from simulator.effects.effect import Effect, Function, ParameterIndex
+from simulator.effects.effect import Effect, Energy, Function, ParameterIndex
 from simulator.effects.shared import ADDED_MASS_CONSTANT, CONE, PHI, RHO
 
 Row = NDArray[np.float64]
@@ -43,7 +43,7 @@ EFFECT = Effect(
     source="thesis 3.1.2; Aguilar & Goldman 2016",
     parameters=(*CONE, PHI, RHO, ADDED_MASS_CONSTANT),
     needs=(("hydrostatic_stiffness",),),
-    publishes=("grain_energy_J",),
+    energies=(Energy("grain_energy", "energy brought along by grains that join the foot", 1, "brought by the grains"),),
     derived=("recruited_density",),
     functions=_functions,
 )

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator.compiled import inner
-from simulator.effects.effect import Effect, Function, ParameterIndex
+from simulator.effects.effect import Effect, Energy, Function, ParameterIndex
 from simulator.effects.shared import MOTOR_RESISTANCE, TORQUE_CONSTANT
 from simulator.parameter import Parameter
 
@@ -37,6 +37,7 @@ EFFECT = Effect(
         MOTOR_RESISTANCE,
         Parameter("velocity_constant", "drive", "V s/rad", "voltage a motor needs for each rad/s", 1e-3, 10.0),
     ),
+    energies=(Energy("drag", "electromechanical drag of the motors", 0),),
     publishes=("stance_drag_J",),
     derived=("drag_factor",),
     functions=_functions,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal, get_args
 
 from simulator.parameter import Parameter
 
@@ -14,6 +14,50 @@ Function = Callable[..., Any]
 
 ParameterIndex = Callable[[str], int]
 """Where a parameter, declared or derived, of an effect that is on stands in the row that a kernel works in."""
+
+Mode = Literal["jammed", "intruding", "flight", "creeping", "carried"]
+MODES: tuple[Mode, ...] = get_args(Mode)
+"""Contact modes. On the emulator *jammed* is the platform held by its ratchet, *intruding* the platform yielding."""
+
+
+@dataclass(frozen=True, slots=True)
+class Energy:
+    """An energy that is summed over a jump, in joules: a state of the integration, and a column of results.
+
+    `sign`: how the energy book counts it, as gained by body and foot (1) or lost (-1); 0 is a part of the cost, which
+    the book does not know. `label` is its line in the table of `labbook sim run`. One that is `sudden` is lost at
+    events alone, and needs no integration.
+    """
+
+    name: str
+    meaning: str
+    sign: Literal[-1, 0, 1]
+    label: str = ""
+    sudden: bool = False
+
+    @property
+    def column(self) -> str:
+        """Name of the output."""
+        return f"{self.name}_J"
+
+
+@dataclass(frozen=True, slots=True)
+class BodyForce:
+    """A force on the body beside the leg's and its weight; forces of several effects are summed.
+
+    The effect's function `body_force_n(p, height_m, velocity_m_s)` gives it in newtons, up positive. It acts in
+    `modes`; in those of them where it `breaks_closed_form` motion is integrated: all, unless the force changes at
+    events alone. `loss` is the energy that it takes from the body; its rate is minus force times velocity.
+
+    One that `holds` is dry friction: the effect's `body_held(p)` says whether the body rests; `hold_guard(p, drive_n,
+    velocity_m_s)` rises through zero when it stops or is pushed on, with `drive_n` the sum of all other forces; then
+    `body_stops(p, drive_n)` decides; `body_moves(p, velocity_m_s)` says how the body starts.
+    """
+
+    loss: Energy
+    modes: tuple[Mode, ...]
+    breaks_closed_form: tuple[Mode, ...]
+    holds: bool = False
 
 
 def no_functions(at: ParameterIndex) -> dict[str, Function]:
@@ -26,9 +70,11 @@ class Effect:
     """One piece of physics.
 
     `needs`: alternatives, each a tuple of effects of which at least one must be on. `excludes`: effects that cannot be
-    on together with it, each with the sentence that says why and what to change. `publishes`: outputs it computes,
-    which read 0 while it is off. `derived`: names of numbers that `functions(at)["prepare"]` computes once a jump from
-    the parameters. `functions` fills slots of the kernel: `Composition.slots` by name.
+    on together with it, each with the sentence that says why and what to change. `derived`: names of numbers that
+    `functions(at)["prepare"]` computes once a jump from the parameters, or that its functions keep from event to event.
+    `functions` fills slots of the kernel: `Composition.slots` by name. `body_force` says of the function `body_force_n`
+    when it acts; without it such a function is refused. `energies` are integrated, and those with a sign booked;
+    `publishes`: other outputs it computes. All outputs read 0 while it is off.
     """
 
     name: str
@@ -37,6 +83,18 @@ class Effect:
     parameters: tuple[Parameter, ...] = ()
     needs: tuple[tuple[str, ...], ...] = ()
     excludes: dict[str, str] = field(default_factory=dict)
+    energies: tuple[Energy, ...] = ()
     publishes: tuple[str, ...] = ()
     derived: tuple[str, ...] = ()
+    body_force: BodyForce | None = None
     functions: Callable[[ParameterIndex], dict[str, Function]] = no_functions
+
+    @property
+    def all_energies(self) -> tuple[Energy, ...]:
+        """Every energy it turns over."""
+        return self.energies if self.body_force is None else (*self.energies, self.body_force.loss)
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Names of the outputs it computes."""
+        return (*self.publishes, *(energy.column for energy in self.all_energies if energy.sign))

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator.compiled import inner
-from simulator.effects.effect import Effect, Function, ParameterIndex
+from simulator.effects.effect import Effect, Energy, Function, ParameterIndex
+from simulator.effects.shared import GROUND_LOSS, IMPACT_LOSS
 from simulator.parameter import Parameter
 
 Row = NDArray[np.float64]
@@ -50,6 +51,11 @@ EFFECT = Effect(
         "hydrostatic_stiffness": "a foot stands on one ground: leave out emulated_ground or hydrostatic_stiffness",
         "rigid_ground": "a foot stands on one ground: leave out emulated_ground or rigid_ground",
     },
-    publishes=("max_depth_m", "ground_loss_J", "reset_work_J"),
+    energies=(
+        GROUND_LOSS,
+        IMPACT_LOSS,
+        Energy("reset_work", "work of the platform's reset", 1, "platform's reset"),
+    ),
+    publishes=("max_depth_m",),
     functions=_functions,
 )

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from simulator.compiled import inner
 from simulator.effects.cone import cone_volume_m3, flat_area_m2, formed_depth_m
 from simulator.effects.effect import Effect, Function, ParameterIndex
-from simulator.effects.shared import CONE
+from simulator.effects.shared import CONE, GROUND_LOSS
 from simulator.parameter import Parameter
 
 Row = NDArray[np.float64]
@@ -71,7 +71,8 @@ EFFECT = Effect(
         "emulated_ground": "a foot stands on one ground: leave out emulated_ground or hydrostatic_stiffness",
         "touchdown_impact": "grains take the foot without an impact: leave out touchdown_impact",
     },
-    publishes=("max_depth_m", "unresisted_sink_m", "ground_loss_J"),
+    energies=(GROUND_LOSS,),
+    publishes=("max_depth_m", "unresisted_sink_m"),
     derived=("recruitment_slope", "foot_area", "penetration_factor", "stress_factor", "cone_depth"),
     functions=_functions,
 )

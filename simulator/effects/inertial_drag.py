@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from simulator.compiled import inner
 from simulator.effects.cone import flat_area_m2, formed_depth_m
 from simulator.effects.effect import Effect, Function, ParameterIndex
-from simulator.effects.shared import ADDED_MASS_CONSTANT, CONE, PHI, RHO
+from simulator.effects.shared import ADDED_MASS_CONSTANT, CONE, GROUND_LOSS, PHI, RHO
 from simulator.parameter import Parameter
 
 Row = NDArray[np.float64]
@@ -55,7 +55,7 @@ EFFECT = Effect(
         Parameter("bg_scale", "ground", "1", "factor on the whole drag function", 0.0, 1e4),
     ),
     needs=(("hydrostatic_stiffness",),),
-    publishes=("ground_loss_J",),
+    energies=(GROUND_LOSS,),
     derived=("drag_per_area", "drag_constant"),
     functions=_functions,
 )

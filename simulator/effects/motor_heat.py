@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator.compiled import inner
-from simulator.effects.effect import Effect, Function, ParameterIndex
+from simulator.effects.effect import Effect, Energy, Function, ParameterIndex
 from simulator.effects.shared import MOTOR_RESISTANCE, TORQUE_CONSTANT
 
 
@@ -32,6 +32,7 @@ EFFECT = Effect(
     meaning="heat in the motors' windings",
     source="thesis Eq. 3.5",
     parameters=(TORQUE_CONSTANT, MOTOR_RESISTANCE),
+    energies=(Energy("heat", "heat in the motors' windings", 0),),
     publishes=("stance_heat_J",),
     derived=("heat_factor",),
     functions=_functions,

@@ -32,7 +32,7 @@ from simulator.effects import (
     torque_cap,
     touchdown_impact,
 )
-from simulator.effects.effect import Effect
+from simulator.effects.effect import Effect, Energy
 
 EFFECTS: dict[str, Effect] = {
     module.EFFECT.name: module.EFFECT
@@ -67,3 +67,10 @@ EFFECTS: dict[str, Effect] = {
         rail_friction,
     )
 }
+
+ENERGIES: tuple[Energy, ...] = tuple(
+    dict.fromkeys(energy for effect in EFFECTS.values() for energy in effect.all_energies)
+)
+"""Every energy that an effect turns over."""
+BOOKED = tuple(energy for energy in ENERGIES if energy.sign)
+"""Those in the energy book: each is a column of results."""

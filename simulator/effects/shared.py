@@ -1,7 +1,8 @@
-"""Parameters that several effects read, each declared once."""
+"""Parameters that several effects read and energies that several turn over, each declared once."""
 
 from __future__ import annotations
 
+from simulator.effects.effect import Energy
 from simulator.parameter import Parameter
 
 FOOT_RADIUS = Parameter("foot_radius", "ground", "m", "radius of the flat disk of the foot", 1e-3, 0.2)
@@ -21,3 +22,6 @@ MOTOR_RESISTANCE = Parameter("motor_resistance", "drive", "ohm", "winding resist
 ACTIVE_DAMPING = Parameter(
     "b_ad", "controller", "kg/m", "active damping for each metre a second of the foot downwards", 0.0, 1e5
 )
+
+GROUND_LOSS = Energy("ground_loss", "energy lost to the ground", -1, "lost to the ground")
+IMPACT_LOSS = Energy("impact_loss", "energy lost at impacts", -1, "lost at impacts", sudden=True)

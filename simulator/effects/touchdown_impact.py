@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from simulator.effects.effect import Effect
+from simulator.effects.shared import IMPACT_LOSS
 
 EFFECT = Effect(
     name="touchdown_impact",
@@ -14,5 +15,5 @@ EFFECT = Effect(
         "massless_leg_in_flight": "a leg without mass meets the ground without an impact: leave out "
         "massless_leg_in_flight or touchdown_impact",
     },
-    publishes=("impact_loss_J",),
+    energies=(IMPACT_LOSS,),
 )

@@ -1,5 +1,5 @@
-"""From the effects that are on to what a kernel is composed of: the row of parameters and the functions of its
-slots.
+"""From the effects that are on to what a kernel is composed of: the row of parameters and the functions of its slots,
+the integrals, and the forces on the body.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from simulator.basics import BASICS, GRAVITY_M_S2
 from simulator.compiled import inner
-from simulator.effects.effect import Effect, Function
-from simulator.effects.registry import EFFECTS
+from simulator.effects.effect import MODES, BodyForce, Effect, Function, Mode
+from simulator.effects.registry import EFFECTS, ENERGIES
 from simulator.kernel.layout import GUARDS, MECHANICAL, PARAMETERS, SWITCHES
 from simulator.parameter import Parameter
 
@@ -34,6 +34,8 @@ class Composition:
     prepare: Function
     integrals: Mapping[str, int]
     """Place in the state of each integral that only some effects call for."""
+    body_forces: tuple[tuple[BodyForce, Function], ...]
+    """What each effect says of its force on the body, and the function that gives it."""
     made: dict[Maker, Function] = field(default_factory=dict, compare=False, repr=False)
     """What `made_once` has composed already."""
 
@@ -74,6 +76,10 @@ class Composition:
         """Whether a foot may be light enough to follow the ground without inertia: on a platform that has none."""
         return self.has("travel_m") and not self.has("platform_mass_kg")
 
+    def closed_form(self, mode: Mode) -> bool:
+        """Whether no force on the body keeps the motion in a mode from having one."""
+        return not any(mode in force.breaks_closed_form for force, _ in self.body_forces)
+
     @property
     def levered(self) -> bool:
         """Whether anything in force asks for the lever arm of the joint."""
@@ -113,16 +119,8 @@ def made_once(make: Maker) -> Maker:
     return made
 
 
-_INTEGRALS = {
-    "ground_loss": "resistance_n",
-    "grain_energy": "added_mass_kg",
-    "heat": "heat_w",
-    "drag": "drag_w",
-    "friction_loss": "rail_friction_n",
-    "reset_work": "travel_m",
-}
-"""Integrals, each with the slot that calls for it."""
-
+_OF_FORCE = frozenset({"body_force_n", "body_held", "hold_guard", "body_stops", "body_moves"})
+"""Functions of a force on the body; all but the first are those of one that holds."""
 
 _INVERSES = (
     "inverse_body_mass",
@@ -166,13 +164,19 @@ def compose(effects: Iterable[str]) -> Composition:
     names += [name for effect in chosen for name in effect.derived]
     position = {name: PARAMETERS + place for place, name in enumerate(names)}
     slots: dict[str, Function] = {}
+    forces: list[tuple[BodyForce, Function]] = []
     prepare = _prepare_inverses(position)
     for effect in chosen:
         functions = dict(effect.functions(position.__getitem__))
         if "prepare" in functions:
             prepare = _after(prepare, functions.pop("prepare"))
+        forces += _force_of(effect, functions)
+        functions.pop("body_force_n", None)  # it is no slot: forces are summed
+        if twice := functions.keys() & slots.keys():
+            raise ValueError(f"{effect.name} fills {min(twice)}, as another effect does: let both exclude each other.")
         slots |= functions
-    wanted = [name for name, slot in _INTEGRALS.items() if slot in slots]
+    called_for = {energy for effect in chosen for energy in effect.all_energies}
+    wanted = [energy.name for energy in ENERGIES if energy in called_for and not energy.sudden]
     return Composition(
         effects=tuple(effect.name for effect in chosen),
         parameters=parameters,
@@ -180,4 +184,27 @@ def compose(effects: Iterable[str]) -> Composition:
         slots=slots,
         prepare=prepare,
         integrals={name: MECHANICAL + 1 + place for place, name in enumerate(wanted)},
+        body_forces=tuple(forces),
     )
+
+
+def _force_of(effect: Effect, functions: Mapping[str, Function]) -> tuple[tuple[BodyForce, Function], ...]:
+    """Return what an effect says of its force on the body and the function that gives it, nothing where it has none.
+
+    Raises `ValueError` where it does not say in which modes the force acts, or where one of both is missing.
+    """
+    said, given = effect.body_force, functions.keys() & _OF_FORCE
+    wanted = set() if said is None else _OF_FORCE if said.holds else {"body_force_n"}
+    if given != wanted:
+        raise ValueError(
+            f"{effect.name} gives {sorted(given)}, where its body_force asks for {sorted(wanted)}: an effect that "
+            "pushes the body says so by a BodyForce, with the modes in which it acts and breaks the closed form."
+        )
+    if said is None:
+        return ()
+    if not set(said.breaks_closed_form) <= set(said.modes) <= set(MODES):
+        raise ValueError(
+            f"{effect.name} acts in {said.modes} and breaks the closed form in {said.breaks_closed_form}: let it act "
+            f"wherever it does, of {MODES}."
+        )
+    return ((said, functions["body_force_n"]),)

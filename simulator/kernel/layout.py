@@ -10,23 +10,23 @@ from typing import Any
 
 import numpy as np
 
+from simulator.effects.effect import MODES as MODES
+from simulator.effects.registry import ENERGIES
+
 
 def _places(first: int, end: int, step: int) -> Any:
     """Places that functions take as arguments: of Python's integers numba would compile a function for each value."""
     return np.arange(first, end, step)
 
 
-WIDTH = 13
-"""Room for a state or its rates: at most this many numbers, whatever effects are on."""
-
 X_BODY, V_BODY, X_FOOT, V_FOOT = range(4)
 LEG_WORK, MECHANICAL = 4, 5
 """The state: heights (m) and speeds (m/s), then integrals over time (J); further integrals follow as effects call for
-them (`Composition.integrals`)."""
+them (`Composition.integrals`), and a platform's height and speed."""
+WIDTH = MECHANICAL + 1 + len(ENERGIES) + 2
+"""Room for a state or its rates, whatever effects are on."""
 
 JAMMED, INTRUDING, FLIGHT, CREEPING, CARRIED = range(5)
-MODES = ("jammed", "intruding", "flight", "creeping", "carried")
-"""Contact modes. On the emulator *jammed* is the platform held by its ratchet, *intruding* the platform yielding."""
 
 COMPRESSION, EXTENSION = 0, 1
 SINKING, IN_PRINT, ABOVE_PRINT, CLEAR = -2, -1, 0, 1
@@ -42,11 +42,9 @@ HOLD, RELEASE, RESET, ENGAGE = range(4)
     SAMPLED_SPEED,
     HELD_FORCE,
     DEEPEST,
-    RAIL,
     EMULATOR_SINCE,
     RESET_FROM,
     HOLD_SINCE,
-    BOOK,
     IMPACT,
     START_ENERGY,
     SHORTEST,
@@ -68,8 +66,8 @@ HOLD, RELEASE, RESET, ENGAGE = range(4)
     ALLOWED,
     DECIDED,
     UNRESISTED,
-) = range(32)
-"""Numbers that stay between events: gains, the lowest point of the foot, the sign of the rail's friction, timers,
+) = range(30)
+"""Numbers that stay between events: gains, the lowest point of the foot, timers,
 sudden losses (J), extremes, the smallest decision margin, the clock since touchdown (s), the step to try next, what
 error is allowed, one more than the tick at which a step was cut because of a decision, and how far a lifted foot has
 sunk below its print."""
@@ -100,7 +98,7 @@ sunk below its print."""
     ASLEEP,
     CANCELLED,
     HOLDS,
-) = range(32, 57)
+) = range(30, 55)
 """Whole numbers that stay between events: modes, phases, what the next step must know, counts, whether the platform
 moves on without the foot, whether a flying leg is longer than its links, the sign of the force at the cap of the cost,
 whether the controller sleeps until the foot has risen and met the ground again, lift-offs that were cancelled, and
@@ -123,7 +121,7 @@ KEPT = HOLDS + CONDITIONS
     RELEASES,
     BOTTOMS,
     SETTLES,
-    RESTS,
+    HOLD_TURNS,
     COST_KINK,
     FALLS,
     CONE_KINK,

@@ -18,7 +18,6 @@ from simulator.kernel.layout import (
     EVALUATIONS,
     EVENTS,
     GUARD_SWITCHES,
-    IMPACT,
     LEG_WORK,
     LONGEST,
     LOWEST,
@@ -40,7 +39,7 @@ from simulator.kernel.layout import (
     WORST_GROWTH,
     X_BODY,
 )
-from simulator.kernel.mechanics.energy_book import make_booked, make_energy
+from simulator.kernel.mechanics.energy_book import make_booked, make_energy, make_note_energies
 from simulator.kernel.rows import COLUMN
 
 Row = NDArray[np.float64]
@@ -97,19 +96,11 @@ def make_finish(composition: Composition) -> Function:
     from where a leg folded to nothing would lie: where next to nothing is turned over, rounding is not an error.
     """
     note_stance, note_jump = make_note_cost(composition, "stance"), make_note_cost(composition, "jump")
-    places = composition.integrals
-    loss, grain = places.get("ground_loss", -1), places.get("grain_energy", -1)
-    friction, reset = places.get("friction_loss", -1), places.get("reset_work", -1)
     at = COLUMN
-    (o, lift, work_at, loss_at, grain_at, friction_at, impact_at, reset_at, residual_at) = (
+    o, lift, work_at, residual_at = (
         at["outcome"],
         at["liftoff_time_s"],
         at["leg_work_J"],
-        at["ground_loss_J"],
-        at["grain_energy_J"],
-        at["friction_loss_J"],
-        at["impact_loss_J"],
-        at["reset_work_J"],
         at["energy_residual_J"],
     )
     margin, tick, growth, shortest, longest, lowest, capped, at_play = (
@@ -122,7 +113,7 @@ def make_finish(composition: Composition) -> Function:
         at["capped_time_s"],
         at["energy_at_play_J"],
     )
-    energy, booked = make_energy(composition), make_booked(composition)
+    energy, booked, note_energies = make_energy(composition), make_booked(composition), make_note_energies(composition)
     steps, evaluations, counters, changes, duration, depth, sunk = (
         at["steps"],
         at["rhs_evaluations"],
@@ -142,20 +133,8 @@ def make_finish(composition: Composition) -> Function:
         row[duration] = work[TIME]
         row[depth], row[sunk] = work[DEPTH], work[UNRESISTED]
         row[work_at] = work[NOW + LEG_WORK]
-        row[loss_at] = work[NOW + loss] if loss >= 0 else 0.0
-        row[grain_at] = work[NOW + grain] if grain >= 0 else 0.0
-        row[friction_at] = work[NOW + friction] if friction >= 0 else 0.0
-        row[impact_at] = work[IMPACT]
-        row[reset_at] = work[NOW + reset] if reset >= 0 else 0.0
+        row[at_play] = 1e-3 * work[START_ENERGY] + note_energies(work, row)
         row[residual_at] = energy(work[MODE], work) - work[START_ENERGY] - booked(work)
-        row[at_play] = 1e-3 * work[START_ENERGY] + (
-            abs(row[work_at])
-            + abs(row[loss_at])
-            + abs(row[grain_at])
-            + abs(row[friction_at])
-            + abs(row[impact_at])
-            + abs(row[reset_at])
-        )
         row[margin], row[tick], row[growth] = work[MARGIN], work[MARGIN_TICK], math.exp(work[WORST_GROWTH])
         row[shortest], row[longest], row[capped] = work[SHORTEST], work[LONGEST], work[CAPPED]
         row[lowest] = min(work[LOWEST], work[NOW + X_BODY])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from simulator.effects.registry import BOOKED
+
 COLUMNS = (
     "outcome",
     "touchdown_time_s",
@@ -23,11 +25,7 @@ COLUMNS = (
     "jump_drag_J",
     "jump_time_s",
     "leg_work_J",
-    "ground_loss_J",
-    "grain_energy_J",
-    "friction_loss_J",
-    "impact_loss_J",
-    "reset_work_J",
+    *(energy.column for energy in BOOKED),
     "energy_residual_J",
     "decision_margin",
     "decision_tick",

@@ -9,11 +9,10 @@ from simulator.compiled import inner
 from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
 from simulator.kernel.events.contact import make_note_saturation
-from simulator.kernel.events.standstill import make_rail_turns
+from simulator.kernel.events.standstill import make_turn_hold
 from simulator.kernel.layout import (
     AIRBORNE,
     ASLEEP,
-    BOOK,
     BOTTOMED,
     CANCELLED,
     CAPPED,
@@ -42,7 +41,6 @@ from simulator.kernel.layout import (
     NOW,
     OFFSET,
     PHASE,
-    RAIL,
     RELEASE_MISSED,
     SHORTEST,
     STALE,
@@ -71,7 +69,11 @@ def make_begin(composition: Composition) -> Function:
     at = composition.position
     rest, height, velocity = at["rest_length"], at["initial_height"], at["initial_velocity"]
     set_gains, note, size = make_set_gains(composition), make_note_saturation(composition), composition.state_size
-    rail_turns = make_rail_turns(composition)
+    turn_hold, holds, body_moves = (
+        make_turn_hold(composition),
+        composition.has("body_held"),
+        composition.slot("body_moves"),
+    )
 
     @inner
     def begin(work: Row) -> None:
@@ -82,11 +84,13 @@ def make_begin(composition: Composition) -> Function:
         work[NOW + X_BODY], work[NOW + V_BODY] = work[rest] + work[height], work[velocity]
         work[NOW + X_FOOT], work[NOW + V_FOOT] = work[height], work[velocity]
         work[MODE], work[CLEARED], work[PHASE] = FLIGHT, CLEAR, COMPRESSION
-        work[RAIL], work[STALE] = 1.0 if work[velocity] > 0.0 else -1.0, 1
+        work[STALE] = 1
+        if holds:
+            body_moves(work, work[velocity])
         set_gains(work, False, 0.0)
         note(work)
         if work[velocity] == 0.0:
-            rail_turns(work)
+            turn_hold(work)
 
     return begin
 
@@ -112,7 +116,7 @@ def make_begin_jump(composition: Composition, meet_ground: Function, settle: Fun
         work[TIME] = 0.0
         work[EMULATOR_SINCE] -= t
         work[HOLD_SINCE] -= t
-        work[BOOK], work[CAPPED], work[DEPTH], work[IMPACT] = 0.0, 0.0, 0.0, 0.0
+        work[CAPPED], work[DEPTH], work[IMPACT] = 0.0, 0.0, 0.0
         work[MARGIN], work[MARGIN_TICK], work[DECIDED] = np.inf, -1.0, 0.0
         work[GROWTH], work[WORST_GROWTH] = 0.0, 0.0
         work[SHORTEST] = work[NOW + X_BODY] - work[NOW + X_FOOT]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from simulator.effects.registry import BOOKED
 from simulator.error_bars import NOT_OUTPUTS
 from simulator.kernel.layout import OUTCOMES
 from simulator.kernel.rows import COLUMN
@@ -52,11 +53,7 @@ OUTPUTS = (
     Output("jump_drag_J", "J", "electromechanical drag of the motors from touchdown to the jump's end"),
     Output("jump_time_s", "s", "time from touchdown to the jump's end"),
     Output("leg_work_J", "J", "work of the leg's motors on body and foot"),
-    Output("ground_loss_J", "J", "energy lost to the ground"),
-    Output("grain_energy_J", "J", "energy brought along by grains that join the foot"),
-    Output("friction_loss_J", "J", "energy lost to the rail's friction"),
-    Output("impact_loss_J", "J", "energy lost at impacts"),
-    Output("reset_work_J", "J", "work of the platform's reset"),
+    *(Output(energy.column, "J", energy.meaning) for energy in BOOKED),
     Output("energy_residual_J", "J", "what the energy book cannot account for"),
     Output("energy_at_play_J", "J", "energy that the book turns over"),
     Output("decision_margin", "1", "distance of the closest decision, in local errors; infinite where none was close"),

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from data_schema.errors import LabbookError
 from simulator.declared import parameters_read
-from simulator.effects.registry import EFFECTS
+from simulator.effects.registry import BOOKED, EFFECTS
 from simulator.jump import ILL_CONDITIONED_BELOW, ROUNDING, limits_for, parameter_row
 from simulator.kernel.build import kernel_for
 from simulator.kernel.layout import OUTCOMES
@@ -45,7 +45,7 @@ GROUNDS_IN_TURN = ("hydrostatic_stiffness", "hydrostatic_stiffness", "rigid_grou
 PASSES = 2
 """Over the effects wished for: what one needs may come later in the order."""
 
-BOOK = ("leg_work_J", "ground_loss_J", "grain_energy_J", "friction_loss_J", "impact_loss_J", "reset_work_J")
+BOOK = ("leg_work_J", *(energy.column for energy in BOOKED))
 AT_LIFT_OFF = tuple(name for name in COLUMNS if name.startswith("liftoff_"))
 AT_TOUCHDOWN = tuple(name for name in COLUMNS if name.startswith("next_touchdown_"))
 AT_APEX = ("apex_height_m", "apex_time_s")

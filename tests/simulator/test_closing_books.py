@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
+from simulator.effects.registry import BOOKED
 from simulator.jump import limits_for, parameter_row, simulate
 from simulator.kernel.build import kernel_for
 from simulator.kernel.limits import REPEATS
@@ -17,7 +18,7 @@ from simulator.scene_file import load_scene
 from tests.helpers.kernels import interpreted
 
 ACCURACIES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
-BOOK = ("leg_work_J", "ground_loss_J", "grain_energy_J", "friction_loss_J", "impact_loss_J", "reset_work_J")
+BOOK = ("leg_work_J", *(energy.column for energy in BOOKED))
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,12 +5,16 @@ from __future__ import annotations
 import itertools
 import math
 import re
+from dataclasses import replace
+from typing import Any
 
 import pytest
 
 from simulator.basics import BASICS
 from simulator.declared import GROUNDS, all_parameters, readers
-from simulator.effects.registry import EFFECTS
+from simulator.effects.effect import MODES, BodyForce, Effect, Energy, Function
+from simulator.effects.registry import BOOKED, EFFECTS, ENERGIES
+from simulator.kernel.composition import compose
 from simulator.scene import Scene
 from simulator.scene_file import PARTS, load_scene, shipped_scenes
 from tests.helpers.scenes import is_sentence, scene_or_sentence
@@ -64,7 +68,7 @@ def test_an_effect_says_what_it_is_and_names_effects_that_exist(name: str) -> No
     assert named <= set(EFFECTS) - {name}
     assert all(alternatives for alternatives in effect.needs)
     assert len(effect.parameters) == len({parameter.name for parameter in effect.parameters})
-    assert len(set(effect.publishes)) == len(effect.publishes)
+    assert len(set(effect.outputs)) == len(effect.outputs)
     assert not set(effect.derived) & set(all_parameters())
 
 
@@ -93,7 +97,10 @@ def test_a_parameter_has_a_part_a_unit_a_meaning_and_a_box(name: str) -> None:
     assert math.isfinite(parameter.high)
     assert parameter.low < parameter.high
     for scene in map(load_scene, shipped_scenes()):
-        assert parameter.low <= scene[name] <= parameter.high
+        value = scene.values[name].value if name in scene.values else parameter.assumed
+        assert value is not None
+        assert parameter.low <= value <= parameter.high
+    assert (parameter.assumed is None) != bool(parameter.why)
 
 
 def with_needs(effects: frozenset[str], ground: str) -> frozenset[str]:
@@ -136,6 +143,35 @@ def test_every_pair_switched_on_in_a_shipped_scene_is_built_or_refused() -> None
             )
         else:
             assert {first, second} <= changed.effects
+
+
+def test_an_energy_is_declared_once_and_named_for_people() -> None:
+    assert len({energy.name for energy in ENERGIES}) == len(ENERGIES)
+    assert all(energy.meaning and energy.label for energy in BOOKED)
+
+
+LOSS = Energy("wind_loss", "energy lost to the wind", -1, "lost to the wind")
+EVERYWHERE = BodyForce(LOSS, MODES, MODES)
+WIND: dict[str, Function] = {"body_force_n": lambda p, height_m, velocity_m_s: 1.0}
+WRONG: dict[str, tuple[dict[str, Any], dict[str, Function]]] = {
+    "says nothing of its force": ({}, WIND),
+    "gives no force": ({"body_force": EVERYWHERE}, {}),
+    "holds without a guard": ({"body_force": replace(EVERYWHERE, holds=True)}, WIND),
+    "has a guard and does not hold": ({"body_force": EVERYWHERE}, {**WIND, "hold_guard": WIND["body_force_n"]}),
+    "breaks a closed form where it does not act": ({"body_force": BodyForce(LOSS, ("flight",), ("jammed",))}, WIND),
+    "fills what another fills": ({}, {"resistance_n": WIND["body_force_n"]}),
+}
+
+
+@pytest.mark.parametrize("wrong", WRONG)
+def test_what_an_effect_leaves_unsaid_is_refused_when_a_kernel_is_built(
+    wrong: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said, functions = WRONG[wrong]
+    monkeypatch.setitem(EFFECTS, "wind", Effect("wind", "wind", "none", **said, functions=lambda at: functions))
+    with pytest.raises(ValueError, match=r"^wind "):
+        compose(("hydrostatic_stiffness", "wind"))
+    compose(("hydrostatic_stiffness", "rail_friction"))
 
 
 @pytest.mark.parametrize("name", EFFECTS)

@@ -117,6 +117,8 @@ def _effect_lines(effect: Effect) -> list[str]:
     return [
         f"source: {effect.source}.",
         *([f"needs {_needs(effect)}."] if effect.needs else []),
+        *([f"pushes the body in the modes {', '.join(force.modes)}."] if (force := effect.body_force) else []),
+        *(f"gives {energy.column}: {energy.meaning}." for energy in effect.all_energies if energy.sign),
         *(f"not with {other}: {sentence}." for other, sentence in effect.excludes.items()),
         f"reads {', '.join(own)}." if own else "reads no parameter of its own.",
         f"on in {_listed(scene for scene in shipped_scenes() if effect.name in load_scene(scene).effects)}.",
@@ -134,6 +136,8 @@ def _parameter_lines(parameter: Parameter) -> list[str]:
             value = scene.values[parameter.name]
             origin = f"assumed: {value.why}" if value.assumed else value.source
             lines.append(f"{scene.name}: {value.value:g}{unit} ({origin})")
+    if parameter.assumed is not None:
+        lines.append(f"where a scene gives none: {parameter.assumed:g}{unit} (assumed: {parameter.why})")
     return lines
 
 
@@ -144,6 +148,8 @@ def _effect_data(effect: Effect) -> dict[str, Any]:
         "needs": [list(alternatives) for alternatives in effect.needs],
         "excludes": effect.excludes,
         "parameters": [parameter.name for parameter in effect.parameters],
+        "outputs": list(effect.outputs),
+        "pushes_body_in": list(effect.body_force.modes) if effect.body_force else [],
     }
 
 

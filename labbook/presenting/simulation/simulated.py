@@ -15,7 +15,7 @@ from typing import Any
 from data_schema.rounding import decimals_for, fixed_text
 from labbook.presenting.durations import time_text
 from simulator.declared import all_parameters
-from simulator.effects.registry import EFFECTS
+from simulator.effects.registry import BOOKED, EFFECTS
 from simulator.error_bars import largest_share
 from simulator.jump import ILL_CONDITIONED_BELOW, close_decision, grown_rounding
 from simulator.result import JumpResult, SceneResult
@@ -168,11 +168,7 @@ ROWS = (
     ("  motors' drag", "{span}_drag_J", "J"),
     ("  passive draw", "passive_J", "J"),
     ("work of the leg", "leg_work_J", "J"),
-    ("  lost to the ground", "ground_loss_J", "J"),
-    ("  brought by the grains", "grain_energy_J", "J"),
-    ("  lost to the rail", "friction_loss_J", "J"),
-    ("  lost at impacts", "impact_loss_J", "J"),
-    ("  platform's reset", "reset_work_J", "J"),
+    *((f"  {energy.label}", energy.column, "J") for energy in BOOKED),
 )
 """Lines of the table: name, key of the result, unit; the cost is summed over the stance or the whole jump."""
 

@@ -16,7 +16,6 @@ from simulator.kernel.layout import (
     AIRBORNE,
     ASLEEP,
     BEYOND,
-    BOOK,
     CANCELLED,
     CARRIED,
     CLEAR,
@@ -146,7 +145,7 @@ def make_creep_on(composition: Composition) -> Function:
         if work[MODE] == CREEPING:
             applied_n = forces(work, NOW)[1]
             yielding_n = margins(work, NOW, applied_n)[1]
-            if not creeps(work, accelerate(work, applied_n), abs(yielding_n)):
+            if not creeps(work, accelerate(CREEPING, work, NOW, applied_n), abs(yielding_n)):
                 work[MODE], work[STALE] = INTRUDING, 1
 
     return creep_on
@@ -173,7 +172,7 @@ def make_settle(composition: Composition, lift_off: Function) -> Function:
                 return
             _, applied_n, _ = forces(work, NOW)
             yielding_n = margins(work, NOW, applied_n)[1]
-        if (yielding_n > 0.0 or crept) and creeps(work, accelerate(work, applied_n), abs(yielding_n)):
+        if (yielding_n > 0.0 or crept) and creeps(work, accelerate(JAMMED, work, NOW, applied_n), abs(yielding_n)):
             work[MODE] = CREEPING
         elif yielding_n > 0.0:
             work[MODE] = INTRUDING
@@ -232,7 +231,6 @@ def make_lift_off(composition: Composition) -> Function:
             in_print = work[NOW + X_FOOT] <= work[DEEPEST]
             work[CLEARED] = CLEAR if work[NOW + X_FOOT] > 0.0 else below if in_print else ABOVE_PRINT
             lost_j = before_j - energy(FLIGHT, work)
-            work[BOOK] += lost_j
             work[IMPACT] += lost_j
 
     return lift_off

@@ -101,7 +101,8 @@ def make_creeping_guards(composition: Composition) -> Function:
 
         @inlined
         def creeping_guards(work: Row, row: int, place: int, length_m: float, applied_n: float) -> None:
-            work[place + SETTLES] = force_rate(work, length_m, work[row + V_BODY], accelerate(work, applied_n))
+            a_b = accelerate(CREEPING, work, row, applied_n)
+            work[place + SETTLES] = force_rate(work, length_m, work[row + V_BODY], a_b)
 
         return creeping_guards
     margins, lever, travel_m = make_foot_margins(composition), make_lever(composition), composition.slot("travel_m")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.basics import GRAVITY_M_S2
 from simulator.compiled import inlined, inner
 from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
@@ -24,13 +23,12 @@ from simulator.kernel.layout import (
     FOLDS,
     HOLD,
     HOLD_SINCE,
+    HOLD_TURNS,
     HOLDS,
     MODE,
     PHASE,
-    RAIL,
     RELEASED,
     RELEASES,
-    RESTS,
     SATURATED,
     STRAIGHTENS,
     SWITCHES,
@@ -39,6 +37,7 @@ from simulator.kernel.layout import (
     X_BODY,
     X_FOOT,
 )
+from simulator.kernel.mechanics.body import make_drive
 from simulator.kernel.mechanics.leg import make_lever
 from simulator.kernel.mechanics.margins import make_forces
 
@@ -106,21 +105,17 @@ def make_release_guards(composition: Composition) -> Function:
     return release_guards
 
 
-def make_rail_guards(composition: Composition) -> Function:
-    """Compose `(work, row, place, applied_n)`: the body comes to rest on its rail, or is pushed off it."""
-    if not composition.has("rail_friction_n"):
-        return inner(lambda work, row, place, applied_n: None)
-    friction_n, body = composition.slots["rail_friction_n"], composition.position["body_mass"]
+def make_hold_guards(composition: Composition) -> Function:
+    """Compose `(mode, work, row, place, applied_n)`: the body stops where an effect may hold it, or is pushed on."""
+    if not composition.has("hold_guard"):
+        return inner(lambda mode, work, row, place, applied_n: None)
+    hold_guard, drive_n = composition.slots["hold_guard"], make_drive(composition)
 
     @inlined
-    def rail_guards(work: Row, row: int, place: int, applied_n: float) -> None:
-        drive_n = -applied_n - work[body] * GRAVITY_M_S2
-        if work[RAIL] == 0.0:
-            work[place + RESTS] = abs(drive_n) - friction_n(work)
-        else:
-            work[place + RESTS] = -work[RAIL] * work[row + V_BODY]
+    def hold_guards(mode: float, work: Row, row: int, place: int, applied_n: float) -> None:
+        work[place + HOLD_TURNS] = hold_guard(work, drive_n(mode, work, row, applied_n), work[row + V_BODY])
 
-    return rail_guards
+    return hold_guards
 
 
 def make_guards(composition: Composition) -> Function:
@@ -128,7 +123,7 @@ def make_guards(composition: Composition) -> Function:
     forces, capped = make_forces(composition), composition.has("cap_n")
     flight_guards, contact_guards = make_flight_guards(composition), make_contact_guards(composition)
     reach_guards, cost_guards = make_reach_guards(composition), make_cost_guards(composition)
-    release_guards, rail_guards = make_release_guards(composition), make_rail_guards(composition)
+    release_guards, hold_guards = make_release_guards(composition), make_hold_guards(composition)
     conditions, rule, count = make_conditions(composition), make_rule(composition), composition.guards
     continuous, granular = not composition.on("sampled_control"), composition.on("hydrostatic_stiffness")
 
@@ -155,6 +150,6 @@ def make_guards(composition: Composition) -> Function:
             if rule(work):  # the phase was changed by something else
                 work[place + SWITCHES] = 1.0
         release_guards(work, place, length_m)
-        rail_guards(work, row, place, applied_n)
+        hold_guards(mode, work, row, place, applied_n)
 
     return guards

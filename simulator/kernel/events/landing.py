@@ -10,7 +10,6 @@ from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
 from simulator.kernel.control.decisions import make_hold
 from simulator.kernel.layout import (
-    BOOK,
     BOTTOMED,
     CARRIED,
     DEEPEST,
@@ -55,7 +54,6 @@ def make_meet_ground(composition: Composition) -> Function:
         own_m_s = work[NOW + V_FOOT]
         lost_j = 0.5 * own_kg * other_kg / (own_kg + other_kg) * (own_m_s - other_m_s) ** 2
         work[NOW + V_FOOT] = (own_kg * own_m_s + other_kg * other_m_s) / (own_kg + other_kg)
-        work[BOOK] += lost_j
         work[IMPACT] += lost_j
 
     @inner
@@ -84,7 +82,6 @@ def make_meet_ground(composition: Composition) -> Function:
         own_m_s, ground_m_s = work[NOW + V_FOOT], velocity_m_s if work[MODE] == CARRIED else 0.0
         lost_j = 0.5 * work[foot] * (own_m_s - ground_m_s) * (own_m_s - ground_m_s)
         work[NOW + V_FOOT] = ground_m_s
-        work[BOOK] += lost_j
         work[IMPACT] += lost_j
         if holds_force:
             hold(work)

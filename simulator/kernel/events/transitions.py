@@ -16,7 +16,7 @@ from simulator.kernel.composition import Composition
 from simulator.kernel.control.controller import make_conditions, make_note_conditions, make_rule
 from simulator.kernel.events.contact import make_note_saturation
 from simulator.kernel.events.foot_events import make_bottoms, make_falls, make_stops, make_touches, make_unsettles, rest
-from simulator.kernel.events.standstill import GOES_ON, make_held_still, make_rail_turns, make_stop_foot
+from simulator.kernel.events.standstill import GOES_ON, make_held_still, make_stop_foot, make_turn_hold
 from simulator.kernel.layout import (
     BEYOND,
     BOTTOMS,
@@ -34,6 +34,7 @@ from simulator.kernel.layout import (
     FLIGHT,
     FOLDS,
     HOLD,
+    HOLD_TURNS,
     INTRUDING,
     JAMMED,
     LEG_FOLDED,
@@ -47,7 +48,6 @@ from simulator.kernel.layout import (
     RELEASE_MISSED,
     RELEASED,
     RELEASES,
-    RESTS,
     SATURATED,
     SETTLES,
     STOPS,
@@ -124,7 +124,7 @@ def make_transition(composition: Composition, switch: Function, settle: Function
 
     Returns an outcome that ends the jump, or `GOES_ON`. A touchdown leaves the foot where it is.
     """
-    touches, falls, rail_turns = make_touches(composition), make_falls(composition), make_rail_turns(composition)
+    touches, falls, turn_hold = make_touches(composition), make_falls(composition), make_turn_hold(composition)
     stops, bottoms = make_stops(composition, settle), make_bottoms(composition, settle)
     unsettles, cap_turns = make_unsettles(composition, settle, lift_off), make_cap_turns(composition, settle)
     switches, releases = make_switches(composition, switch, settle), make_releases(composition, settle)
@@ -162,8 +162,8 @@ def make_transition(composition: Composition, switch: Function, settle: Function
             releases(work)
         elif guard == BOTTOMS:
             bottoms(work)
-        elif guard == RESTS:
-            rail_turns(work)
+        elif guard == HOLD_TURNS:
+            turn_hold(work)
         return GOES_ON
 
     return transition

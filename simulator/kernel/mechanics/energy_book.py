@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 from simulator.basics import GRAVITY_M_S2
 from simulator.compiled import inner
 from simulator.effects.effect import Function
+from simulator.effects.registry import BOOKED
 from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.layout import (
-    BOOK,
+    IMPACT,
     INTRUDING,
     LEG_WORK,
     NOW,
@@ -21,6 +22,7 @@ from simulator.kernel.layout import (
     X_BODY,
     X_FOOT,
 )
+from simulator.kernel.rows import COLUMN
 
 Row = NDArray[np.float64]
 
@@ -57,22 +59,40 @@ def make_energy(composition: Composition) -> Function:
 
 
 def make_booked(composition: Composition) -> Function:
-    """Energy gained since touchdown according to the integrals, J: `(work)`."""
-    places = composition.integrals
-    loss, grain = places.get("ground_loss", -1), places.get("grain_energy", -1)
-    friction, reset = places.get("friction_loss", -1), places.get("reset_work", -1)
-
-    @inner
-    def booked(work: Row) -> float:
-        gained = work[NOW + LEG_WORK] - work[BOOK]
-        if loss >= 0:
-            gained -= work[NOW + loss]
-        if grain >= 0:
-            gained += work[NOW + grain]
-        if friction >= 0:
-            gained -= work[NOW + friction]
-        if reset >= 0:
-            gained += work[NOW + reset]
-        return gained
-
+    """Energy gained since touchdown according to what events and integrals say, J: `(work)`."""
+    booked = inner(lambda work: work[NOW + LEG_WORK] - work[IMPACT])
+    for energy in BOOKED:
+        if energy.name in composition.integrals:
+            booked = _with_entry(booked, composition.integrals[energy.name], float(energy.sign))
     return booked
+
+
+def _with_entry(before: Function, integral: int, sign: float) -> Function:
+    return inner(lambda work: before(work) + sign * work[NOW + integral])
+
+
+def make_note_energies(composition: Composition) -> Function:
+    """Write the energies of the book, 0 for those of effects that are off: `(work, row)`.
+
+    Returns the sum of their sizes and of that of the leg's work, J.
+    """
+    note = inner(lambda work, row: abs(work[NOW + LEG_WORK]))
+    for energy in BOOKED:
+        if energy.sudden:
+            place = int(IMPACT)
+        elif energy.name in composition.integrals:
+            place = int(NOW) + composition.integrals[energy.name]
+        else:
+            place = -1
+        note = _with_column(note, COLUMN[energy.column], place)
+    return note
+
+
+def _with_column(before: Function, column: int, place: int) -> Function:
+    @inner
+    def note(work: Row, row: Row) -> float:
+        turned_over_j = before(work, row)
+        row[column] = work[place] if place >= 0 else 0.0
+        return turned_over_j + abs(row[column])
+
+    return note

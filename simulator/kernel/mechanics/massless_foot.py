@@ -97,7 +97,7 @@ def make_follow_platform(composition: Composition) -> Function:
         if has_cap:
             most_n = cap_n(work, lever(work, x_b - x_f))
             force_n = min(max(force_n, -most_n), most_n)
-        a_b = accelerate(work, force_n)
+        a_b = accelerate(CREEPING, work, row, force_n)
         moved_m, faster_m_s = NUDGE_S * v_b, NUDGE_S * a_b
         later = speed(work, x_b + moved_m, v_b + faster_m_s, x_f - NUDGE_S * sinking, 0.0)
         before = speed(work, x_b - moved_m, v_b - faster_m_s, x_f + NUDGE_S * sinking, 0.0)

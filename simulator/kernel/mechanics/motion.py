@@ -1,6 +1,6 @@
 """Equations of motion in every contact mode, with the integrals of the energy book as states of their own.
 
-    body   m_b a_b = -F - m_b g (- rail friction)
+    body   m_b a_b = -F - m_b g (+ forces of effects; at rest while one holds it)
     foot   (m_f + m_a) a_f = F + K + D w^2 (+ alpha w) - (m_f + m_a) g     intruding, w = -v_f
            m_f a_f = F - m_f g                                            flight
            at rest                                                        jammed
@@ -24,13 +24,12 @@ from simulator.kernel.layout import (
     INTRUDING,
     LEG_WORK,
     MECHANICAL,
-    RAIL,
     V_BODY,
     V_FOOT,
     X_BODY,
     X_FOOT,
 )
-from simulator.kernel.mechanics.body import make_body_acceleration
+from simulator.kernel.mechanics.body import make_body_acceleration, make_force_losses
 from simulator.kernel.mechanics.leg import make_apply, make_command, make_lever
 from simulator.kernel.mechanics.massless_foot import make_follow_platform
 from simulator.kernel.mechanics.platform import make_platform, make_slide
@@ -117,9 +116,7 @@ def make_rates(composition: Composition) -> Function:
     per_foot, accelerate = composition.position["inverse_foot_mass"], make_body_acceleration(composition)
     lever, command, apply = make_lever(composition), make_command(composition), make_apply(composition)
     powers, ground, creep = make_powers(composition), make_ground(composition), make_creep(composition)
-    has_friction = composition.has("rail_friction_n")
-    friction_n = composition.slot("rail_friction_n")
-    friction = composition.integrals.get("friction_loss", -1)
+    forced, losses = bool(composition.body_forces), make_force_losses(composition)
     has_loss, loss = "ground_loss" in composition.integrals, composition.integrals.get("ground_loss", -1)
     has_grain, grain = "grain_energy" in composition.integrals, composition.integrals.get("grain_energy", -1)
     resistance_n = composition.slot("resistance_n")
@@ -139,10 +136,10 @@ def make_rates(composition: Composition) -> Function:
         lever_arm_m = lever(work, length_m)
         commanded_n = command(work, length_m, speed_m_s, v_f)
         applied_n = apply(work, lever_arm_m, commanded_n)
-        a_b = accelerate(work, applied_n)
+        a_b = accelerate(mode, work, row, applied_n)
         sinking, a_f, loss_w, grain_w, reset_w = -v_f, 0.0, 0.0, 0.0, 0.0
-        if has_friction:
-            work[stage + friction] = friction_n(work) * work[RAIL] * v_b
+        if forced:
+            losses(mode, work, row, stage)
         if slides:
             loss_w = slide(work, row, stage)
         if mode == FLIGHT:

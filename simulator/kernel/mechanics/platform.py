@@ -9,7 +9,6 @@ from simulator.compiled import inner
 from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.layout import (
-    BOOK,
     DEEPEST,
     EMULATOR_SINCE,
     IMPACT,
@@ -82,7 +81,6 @@ def make_stop_platform(composition: Composition) -> Function:
         if work[SLIDES] == 1:
             speed_m_s = work[NOW + place + 1]
             lost_j = 0.5 * mass_kg(work) * speed_m_s * speed_m_s
-            work[BOOK] += lost_j
             work[IMPACT] += lost_j
             work[DEEPEST], work[SLIDES] = work[NOW + place], 0
 

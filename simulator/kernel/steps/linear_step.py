@@ -28,7 +28,6 @@ from simulator.kernel.layout import (
     MODE,
     NOW,
     QUARTER,
-    RAIL,
     SAMPLED_SPEED,
     SLIDES,
     STIFFNESS,
@@ -66,7 +65,8 @@ def make_coefficients(composition: Composition) -> Function:
 @made_once
 def make_is_linear(composition: Composition) -> Function:
     """Whether the motion has a closed form: `(mode, held, saturated)`."""
-    bends, friction = composition.has("cap_bends"), composition.has("rail_friction_n")
+    bends, holds, held = composition.has("cap_bends"), composition.has("body_held"), composition.slot("body_held")
+    jammed, flight = composition.closed_form("jammed"), composition.closed_form("flight")
     sampled = composition.on("sampled_control") and not composition.on("continuous_foot_speed")
     follows, slides = composition.has("active_damping_kg_m") and not sampled, composition.platform >= 0
 
@@ -74,7 +74,9 @@ def make_is_linear(composition: Composition) -> Function:
     def is_linear(mode: int, work: Row, saturated: bool) -> bool:
         if mode not in (JAMMED, FLIGHT) or (bends and saturated):
             return False
-        if friction and work[RAIL] == 0.0:
+        if (mode == JAMMED and not jammed) or (mode == FLIGHT and not flight):
+            return False
+        if holds and held(work):
             return False
         if slides and work[SLIDES] == 1:
             return False

@@ -29,7 +29,7 @@ ON_GROUND = {"hydrostatic_stiffness": "sim2", "rigid_ground": "force_plate", "em
 PAIRS = list(itertools.combinations(EFFECTS, 2))
 ACTIVE_DAMPING_KG_M = 60.0
 """Shipped scenes have none or much; beside few other effects much of it makes a leg chatter."""
-PUBLISHED = {name for effect in EFFECTS.values() for name in effect.publishes}
+PUBLISHED = {name for effect in EFFECTS.values() for name in effect.outputs}
 Found = dict[tuple[str, str], tuple[frozenset[str], tuple[JumpResult, ...]]]
 
 
@@ -87,7 +87,7 @@ def faults(effects: frozenset[str], jump: JumpResult) -> list[str]:
         times_s = [time for time in (jump.liftoff_time_s, jump.apex_time_s, jump.next_touchdown_time_s) if time]
         if len(times_s) < 3 or times_s != sorted(times_s) or times_s[-1] < SHORTEST_JUMP_S:
             found.append(f"times {times_s}")
-    on = {name for effect in effects for name in EFFECTS[effect].publishes}
+    on = {name for effect in effects for name in EFFECTS[effect].outputs}
     return found + [name for name in PUBLISHED - on if numbers[name] != 0.0]
 
 

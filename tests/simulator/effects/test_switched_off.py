@@ -15,6 +15,7 @@ from simulator.basics import GRAVITY_M_S2
 from simulator.compiled import inner
 from simulator.effects.cone import cone_volume_m3, flat_area_m2, formed_depth_m
 from simulator.effects.effect import Function
+from simulator.effects.registry import EFFECTS
 from simulator.kernel.composition import Composition, compose
 from simulator.kernel.layout import (
     CREEPING,
@@ -47,15 +48,8 @@ IN_RATES = (
     "torque_cap",
     "motor_heat",
     "drag",
-    "rail_friction",
+    *(effect.name for effect in EFFECTS.values() if effect.body_force),
 )
-INTEGRALS = {
-    "added_mass": 1,
-    "motor_heat": 1,
-    "drag": 1,
-    "rail_friction": 1,
-}
-"""States beside motion, work and ground that an effect calls for."""
 NOT_IN_RATES = ("sampled_control", "latched_switching", "short_leg_guard", "held_gains_in_flight", "cost_of_whole_jump")
 
 
@@ -132,7 +126,8 @@ def test_with_all_off_the_optimised_code_is_that_of_a_spring_on_grains_written_b
 def test_an_effect_that_is_on_adds_instructions_and_its_states(name: str, least: Counter[str]) -> None:
     """So that the comparison above has something to find."""
     composition = compose((*LEAST, name))
-    assert composition.state_size == compose(LEAST).state_size + INTEGRALS.get(name, 0)
+    own = {energy for energy in EFFECTS[name].all_energies if not energy.sudden} - set(EFFECTS[LEAST[0]].energies)
+    assert composition.state_size == compose(LEAST).state_size + len(own)
     assert composition.row_size > compose(LEAST).row_size
     with_it = opcodes(composed_rates(name))
     assert with_it.total() > least.total()

@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 from numpy.typing import NDArray
 
+from simulator.effects.registry import BOOKED
 from simulator.jump import simulate
 from simulator.kernel.layout import INTRUDING
 from simulator.result import JumpResult
@@ -19,14 +20,7 @@ from tests.helpers.kernels import interpreted
 
 Row = NDArray[np.float64]
 ACCURACY = 1e-8
-SIGNS = {
-    "leg_work_J": 1.0,
-    "ground_loss_J": -1.0,
-    "grain_energy_J": 1.0,
-    "friction_loss_J": -1.0,
-    "impact_loss_J": -1.0,
-    "reset_work_J": 1.0,
-}
+SIGNS = {"leg_work_J": 1.0, **{energy.column: float(energy.sign) for energy in BOOKED}}
 """How each sum of a result changes body and foot's energy."""
 SHOWING = {"leg_work_J": "sim2", "ground_loss_J": "sim2", "grain_energy_J": "bed", "impact_loss_J": "force_plate"}
 """Shipped scenes that turn over each sum; friction and reset take a scene of their own."""
