@@ -3,17 +3,20 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import fields, replace
+from typing import Any
 
 import pytest
 
 from labbook.presenting.simulation.simulated import OUTCOMES, ROWS, as_data, as_lines, warnings
 from simulator.changes import changed_by_words
+from simulator.effects.registry import BOOKED
 from simulator.kernel import layout
 from simulator.result import JumpResult, ModeChange, SceneResult
 from simulator.scene_file import load_scene
 from tests.helpers.scenes import is_sentence
 from tests.helpers.wording import says
 
+ENERGIES_J: dict[str, Any] = {energy.column: 0.0 for energy in BOOKED} | {"ground_loss_J": 2.0, "grain_energy_J": 0.1}
 JUMP = JumpResult(
     outcome="apex",
     touchdown_time_s=0.0,
@@ -36,11 +39,7 @@ JUMP = JumpResult(
     passive_J=0.0,
     cost_J=30.53116304,
     leg_work_J=3.0,
-    ground_loss_J=2.0,
-    grain_energy_J=0.1,
-    friction_loss_J=0.0,
-    impact_loss_J=0.0,
-    reset_work_J=0.0,
+    **ENERGIES_J,
     energy_residual_J=1e-14,
     energy_at_play_J=1.0,
     decision_margin=math.inf,
