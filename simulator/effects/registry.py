@@ -5,6 +5,7 @@ from __future__ import annotations
 from simulator.effects import (
     active_damping,
     added_mass,
+    air_drag,
     constant_force_cap,
     contact_once_risen,
     continuous_foot_speed,
@@ -65,6 +66,7 @@ EFFECTS: dict[str, Effect] = {
         cost_of_whole_jump,
         passive_draw,
         rail_friction,
+        air_drag,
     )
 }
 
