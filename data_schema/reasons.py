@@ -155,6 +155,7 @@ class Reason(Code):
     ALL_CHARGES_EQUAL = "all charges are equal"
     INTERCEPT_NO_COLUMN = "the intercept is no column"
     FIT_WITHOUT_SCATTER = "the fit has no scatter"
+    NOT_IDENTIFIED = "the data do not tell the parameters apart"
     NO_QUARTILE_RANGE = "the measured {unit}s have no interquartile range"
     RESIDUAL_BEYOND_DOUBLES = "a residual is too large for a double"
     FIT_IS_EXACT = "the fit is exact"

@@ -18,6 +18,7 @@ import typer
 
 from data_schema.errors import LabbookError, UsageError
 from labbook.cli.book import backup, demo, init, merge, rebuild, restore
+from labbook.cli.calibrate import calibrate
 from labbook.cli.ingest import ingest
 from labbook.cli.plan import plan
 from labbook.cli.power import power
@@ -36,12 +37,12 @@ RIG, JUDGE, REPORT, SIMULATE, BOOK = "Day at the rig", "Look and judge", "Report
 COMMANDS = {
     RIG: (ingest, today, note, charge, check, correct, void, assign, channels, formats),
     JUDGE: (show, plot),
-    REPORT: (report, compare, plan, power, analysis, why),
+    REPORT: (report, compare, calibrate, plan, power, analysis, why),
     BOOK: (init, demo, backup, restore, merge, rebuild),
 }
 """The commands under the headings of help, in its order; a new one is a function, and its name here."""
 
-TAKE_FACTORS = (report, compare)
+TAKE_FACTORS = (report, compare, calibrate)
 """Commands that take the study's own factors as options, which only the book knows."""
 
 GROUPS = {

@@ -9,7 +9,7 @@ from __future__ import annotations
 import functools
 import math
 import threading
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,6 +113,12 @@ def recipe_for(scene: Scene, design: Design, accuracy: float, *, error_bars: boo
         accuracy=accuracy,
         simulator=simulator_here(),
     )
+
+
+def recipe_of_rows(scene: Scene, accuracy: float) -> Recipe:
+    """Return the recipe of scenes that differ in any parameter, whose rows are those of `parameter_row`."""
+    recipe = recipe_for(scene, Design(()), accuracy)
+    return replace(recipe, places=tuple(range(recipe.base.size)))
 
 
 def kernel_of(recipe: Recipe) -> Kernel:

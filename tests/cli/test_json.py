@@ -60,6 +60,7 @@ ELSEWHERE = {
     "runs dismiss": "tests/cli/test_files.py",
     "runs restore": "tests/cli/test_files.py",
     "merge": "tests/cli/test_merge.py",
+    "calibrate": "tests/labbook/analysis/prediction/test_calibrating.py",
     "compare": "tests/labbook/analysis/prediction/test_predicting.py",
     "demo": "makes a whole campaign: `make demo` runs it",
     "sim run": "tests/cli/test_sim_run.py",

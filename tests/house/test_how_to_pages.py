@@ -94,3 +94,14 @@ def test_a_reviewer_looks_and_recomputes(tmp_path: Path, monkeypatch: pytest.Mon
 def test_a_damaged_book(book: SmallBook) -> None:
     for words in commands("damaged-book.md"):
         works(words, book.folder)
+
+
+def test_hypotheses_and_a_ground_of_ones_own(book: SmallBook) -> None:
+    (table,) = re.findall(r"```toml\n(.*?)```", (DOCS / "hypotheses.md").read_text(encoding="utf-8"), re.DOTALL)
+    scene = '\n[simulation]\nscene = "bed"\nfactors = { foot = "foot_radius", b_ad_gain = "b_ad" }\n'
+    book.toml.write_text(book.toml.read_text(encoding="utf-8") + scene + table, encoding="utf-8")
+    (compare,) = commands("hypotheses.md")
+    assert works(compare, book.folder).out.startswith("A jump of CE costs the same with either foot")
+    (calibrate,) = commands("calibration.md")
+    works([*calibrate, "--resamples", "0"], book.folder)
+    assert (book.folder / "ground.toml").is_file()

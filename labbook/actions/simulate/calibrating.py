@@ -1,0 +1,86 @@
+"""What `labbook calibrate` does: parameters of a scene fitted to what the book measured, and the scene with them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from data_schema.errors import UsageError
+from data_schema.queries.facts import read_fact
+from labbook.analysis.comparison.pairing import swept_factor
+from labbook.analysis.outcomes.conditions import condition_values
+from labbook.analysis.outcomes.detection import Detections
+from labbook.analysis.outcomes.measuring import measure
+from labbook.analysis.prediction.calibrating import FITTED, Calibration, calibrate, measured_means
+from labbook.analysis.prediction.condition_scenes import ROBOT_PARAMETERS, condition_scene, study_scene
+from labbook.analysis.prediction.predicting import SIMULATED
+from labbook.analysis.results.result_cache import ResultCache
+from labbook.analysis.study_data import gather
+from labbook.book.opening import Book
+from simulator.scene import Scene, Value
+
+
+@dataclass(frozen=True, slots=True)
+class CalibratedScene:
+    """A calibration, the scene with the fitted values, which cite the book, and the book's name for sentences."""
+
+    calibration: Calibration
+    scene: Scene
+    study: str
+
+
+def calibrate_book(
+    book: Book,
+    where: str | None,
+    names: Sequence[str],
+    resamples: int,
+    seed: int,
+    level: float,
+    step: Callable[[str], None],
+) -> CalibratedScene:
+    """Fit parameters of the book's scene to the selected runs; nothing is stored.
+
+    Raises `UsageError` where the book names no scene, or the runs are of several robots, and as `calibrate` does.
+    """
+    configuration = book.configuration
+    if configuration.simulation is None:
+        raise UsageError('labbook.toml names no scene to fit: write scene = "bed" under [simulation].')
+    start = study_scene(configuration.simulation)
+    with book.reading() as connection:
+        evidence = gather(connection, configuration, where)
+        cache, detections = ResultCache(connection), Detections(connection, book.store, step)
+        conditions = {
+            outcome: condition_values(
+                cache, evidence.runs, measure(outcome, cache, detections, evidence).results, outcome,
+                {"selection": evidence.selection},
+            )
+            for outcome in SIMULATED
+        }  # fmt: skip
+        runs = {
+            item.run.condition_key: item.run for several in conditions.values() for one in several for item in one.runs
+        }
+        robots = {item.run.robot for several in conditions.values() for one in several for item in one.runs}
+        if not runs:
+            raise UsageError(f"no run of this selection ({where or 'all runs'}) has joules or an apex height to fit.")
+        if len(robots) > 1:
+            raise UsageError(
+                f'these runs are of {len(robots)} robots: choose one, as in --where "robot={min(robots)}".'
+            )
+        facts = {
+            run.robot_uid: read_fact(connection, "robot", run.robot_uid, list(ROBOT_PARAMETERS.values()))
+            for run in runs.values()
+        }
+    scenes = [
+        condition_scene(start, configuration, evidence.factors, run.levels, (run.robot, facts[run.robot_uid]))
+        for run in runs.values()
+    ]
+    measured = measured_means(conditions, list(runs), swept_factor(configuration))
+    wanted = list(names) or [name for name in FITTED if name in start.read]
+    found = calibrate(scenes, measured, wanted, resamples=resamples, seed=seed, level=level, progress=step)
+    source = (
+        f"fitted to {configuration.study.name}: {len(measured)} means of {len(runs)} conditions, configuration "
+        f"{configuration.sha256[:12]}"
+    )
+    values = {one.name: Value(one.value, source) for one in found.parameters}
+    scene = replace(start, title=f"{start.title}, calibrated", values={**start.values, **values})
+    return CalibratedScene(found, scene, configuration.study.name)

@@ -1,0 +1,59 @@
+"""`labbook calibrate`: the ground's parameters from a book's own jumps."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from labbook.cli.common import BookOption, JsonOption, WhereOption, options_given
+from labbook.terminal import columns, emit, progress, within_width
+
+
+def calibrate(
+    context: typer.Context,
+    fit: Annotated[
+        list[str] | None,
+        typer.Option("--fit", metavar="NAME", help="A parameter to fit, again for each. [default: kg_scale, bg_scale]"),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE", help="Write the scene with what was fitted: a .toml file.")
+    ] = None,
+    resamples: Annotated[int, typer.Option("--resamples", min=0, help="Draw the runs anew so often.")] = 200,
+    seed: Annotated[int, typer.Option("--seed", help="The same seed draws the same runs.")] = 1,
+    level: Annotated[float, typer.Option("--level", help="Level of the intervals.")] = 0.95,
+    where: WhereOption = None,
+    book: BookOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Fit parameters of the simulated ground to the joules and apex heights that the book measured.
+
+    The scene is that of [simulation] in labbook.toml, simulated for each condition as it was run. Beside each value
+    stand its interval over runs drawn anew, and that of the profile likelihood: a parameter without one is not
+    identified by these data. Each group of conditions is then predicted from a fit to the others. Name the scene that
+    --out writes under [simulation], and `labbook compare` predicts with it.
+
+    Every factor of the study is an option: --foot small is short for --where "foot=small".
+
+    Example: labbook calibrate --fit kg_scale --out ground.toml
+    """
+    from data_schema.errors import UsageError
+    from labbook.actions.report_command import selection
+    from labbook.actions.simulate.calibrating import calibrate_book
+    from labbook.book.opening import opened
+    from labbook.presenting.simulation.calibrated import HEAD, as_data, rows, sentences
+    from simulator.scene_file import write_scene
+
+    if not 0.5 <= level < 1.0:
+        raise UsageError(f"a level of {level:g} is none: give one from 0.5 to below 1, such as 0.95.")
+    if out is not None and (out.suffix != ".toml" or out.exists()):
+        raise UsageError(f"{out} exists, or is no .toml file: name another for --out.")
+    with opened(book) as opened_book:
+        text = selection(opened_book.configuration, where, context.args, options_given(context))
+        with progress("calibrate", None, shown=not as_json) as step:
+            found = calibrate_book(opened_book, text, fit or [], resamples, seed, level, step)
+    if out is not None:
+        out.write_text(write_scene(found.scene), encoding="utf-8")
+    files = {} if out is None else {"scene": str(out)}
+    table = [] if as_json else columns(HEAD, rows(found.calibration))
+    lines = [*table, "", *within_width(sentences(found.calibration)), *files.values()]
+    emit({**as_data(found.calibration), **files}, lines, as_json)

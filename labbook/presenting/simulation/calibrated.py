@@ -1,0 +1,103 @@
+"""A calibration as sentences and as data."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict
+from typing import Any
+
+from scipy import stats
+
+from data_schema.vocabulary import Undefined
+from labbook.analysis.prediction.calibrating import Calibrated, Calibration
+from reports.display import p_text, shown_unit, stated_text, with_unit
+from reports.wording import count_text, list_text
+
+HEAD = ("parameter", "value", "std. error", "bootstrap", "profile likelihood", "from")
+
+
+def sentences(found: Calibration) -> list[str]:
+    """Say how well the scene fits, what was identified, and what held-out conditions show."""
+    p = float(stats.chi2.sf(found.chi_squared, found.df))
+    rms = [
+        f"{with_unit(f'{_shown(value, outcome.unit):.3g}', shown_unit(outcome.unit)[0])} in {outcome}"
+        for outcome, value in found.rms.items()
+    ]
+    fits = "The scene describes what was measured" if p > 0.05 else "The scene does not describe all that was measured"
+    said = [
+        f"{fits}: chi squared = {found.chi_squared:.4g} with {found.df} degrees of freedom ({p_text(p)}), "
+        f"{list_text(rms)} (root mean square of {count_text(found.n_means, 'mean')})."
+    ]
+    if found.chi_squared > found.df:
+        said.append(
+            f"Standard errors and profiles are widened {math.sqrt(found.chi_squared / found.df):.3g} times for it; "
+            "the bootstrap has the scatter of runs alone."
+        )
+    unknown = [one.name for one in found.parameters if not one.identified]
+    if unknown:
+        said.append(f"These data do not identify {list_text(unknown)}: fix what you know better, or fit fewer.")
+    said += [
+        f"Held out group by group, {one.within} of {one.of} means of {one.outcome} lie within their "
+        f"{level_text_of(found.level)} intervals (root mean square "
+        f"{with_unit(f'{_shown(one.rms, one.outcome.unit):.3g}', shown_unit(one.outcome.unit)[0])})."
+        for one in found.held_out
+    ]
+    return said
+
+
+def level_text_of(level: float) -> str:
+    """Write a level: "95 %"."""
+    return with_unit(stated_text(100.0 * level), "%")
+
+
+def _shown(value: float, unit: str) -> float:
+    return value * shown_unit(unit)[1]
+
+
+def rows(found: Calibration) -> list[list[str]]:
+    """Return a row for each parameter."""
+    return [
+        [
+            f"{one.name} ({one.unit})" if one.unit != "1" else one.name,
+            f"{one.value:.5g}",
+            "–" if isinstance(one.se, Undefined) else f"{one.se:.2g}",
+            "–" if one.bootstrap is None else "{:.5g} to {:.5g}".format(*one.bootstrap),
+            _profile_text(one),
+            f"{one.started_at:.5g}",
+        ]
+        for one in found.parameters
+    ]
+
+
+def _profile_text(one: Calibrated) -> str:
+    low, high = one.profile
+    if low is None and high is None:
+        return "not identified"
+    if low is None or high is None:
+        return f"below {high:.5g}" if low is None else f"above {low:.5g}"
+    return f"{low:.5g} to {high:.5g}"
+
+
+def as_data(found: Calibration) -> dict[str, Any]:
+    """Return the same for programs, unrounded."""
+    return {
+        "parameters": [
+            {
+                **asdict(one),
+                "se": None if isinstance(one.se, Undefined) else one.se,
+                "identified": one.identified,
+            }
+            for one in found.parameters
+        ],
+        "chi_squared": found.chi_squared,
+        "df": found.df,
+        "condition_number": found.condition if math.isfinite(found.condition) else None,
+        "rms": {outcome.key: value for outcome, value in found.rms.items()},
+        "held_out": [
+            {"outcome": one.outcome.key, "within": one.within, "of": one.of, "rms": one.rms} for one in found.held_out
+        ],
+        "means": found.n_means,
+        "runs": {outcome.key: n for outcome, n in found.n_runs.items()},
+        "level": found.level,
+        "resamples_without_fit": found.failed,
+    }

@@ -1,0 +1,122 @@
+"""Calibrating the ground: known truth comes back, with intervals that hold it; a book's scene cites the book."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from data_schema.errors import InputRefused, UsageError
+from data_schema.outcomes import Outcome
+from labbook.analysis.prediction.calibrating import Calibration, Measured, calibrate
+from simulator.jump import simulate
+from simulator.scene import Scene
+from simulator.scene_file import load_scene
+from tests.cli.shell import good, labbook, refused
+from tests.helpers.books import SmallBook, small_book
+from tests.helpers.wording import refuses, says
+
+TRUE = {"kg_scale": 1.1, "bg_scale": 1.3}
+RUN_SD = {Outcome.JOULES: 1.0, Outcome.APEX: 0.003}
+
+
+def conditions() -> list[tuple[str, Scene]]:
+    """Two feet by two stiffnesses, with and without active damping; the group is foot and stiffness."""
+    scene = load_scene("bed")
+    return [
+        (f"{radius_m} {k_n_m}", scene.changed({"foot_radius": radius_m, "k_extension": k_n_m, "b_ad": b_ad}))
+        for radius_m in (0.038, 0.051)
+        for k_n_m in (835.0, 1091.0)
+        for b_ad in (0.0, 350.0)
+    ]
+
+
+def measured(seed: int, n: int = 6) -> list[Measured]:
+    """Runs of each condition as the scene with the true ground has them, and scatter."""
+    rng, found = np.random.default_rng(seed), []
+    for place, (group, scene) in enumerate(conditions()):
+        jump = simulate(scene.changed(TRUE)).jump
+        assert jump.apex_height_m is not None
+        for outcome, value in ((Outcome.JOULES, jump.cost_J), (Outcome.APEX, jump.apex_height_m)):
+            values = rng.normal(value, RUN_SD[outcome], n)
+            found.append(Measured(outcome, place, group, tuple(values.tolist())))
+    return found
+
+
+def calibrated(names: Sequence[str], seed: int = 7, resamples: int = 0) -> Calibration:
+    return calibrate([scene for _group, scene in conditions()], measured(seed), names, resamples=resamples)
+
+
+def test_the_ground_that_the_runs_were_made_on_comes_back() -> None:
+    found = calibrated(list(TRUE), resamples=40)
+    for one in found.parameters:
+        low, high = one.profile
+        assert low is not None
+        assert high is not None
+        assert low < TRUE[one.name] < high
+        assert one.bootstrap is not None
+        assert one.bootstrap[0] < one.value < one.bootstrap[1]
+        assert isinstance(one.se, float)
+        assert 0.3 < (one.bootstrap[1] - one.bootstrap[0]) / (4.0 * one.se) < 2.0
+    assert 0.2 < found.chi_squared / found.df < 3.0
+    assert [(one.outcome, one.of) for one in found.held_out] == [(Outcome.JOULES, 8), (Outcome.APEX, 8)]
+    assert all(one.within >= 6 for one in found.held_out)
+    assert found.rms[Outcome.APEX] < 0.003
+
+
+def test_resampling_draws_the_same_runs_with_the_same_seed() -> None:
+    assert calibrated(["kg_scale"], resamples=30) == calibrated(["kg_scale"], resamples=30)
+
+
+def test_what_no_runs_tell_is_not_identified() -> None:
+    found = calibrated(["phi", "rho"])  # the grains' mass by volume is their product
+    assert [one.profile for one in found.parameters] == [(None, None)] * 2
+    assert not any(one.identified for one in found.parameters)
+    assert found.condition > 1e7
+
+
+@pytest.mark.parametrize(
+    ("names", "facts"),
+    [
+        (["kg_scal"], ("kg_scal", "kg_scale")),
+        (["foot_radius"], ("foot_radius", "differs")),
+        (["initial_velocity"], ("initial_velocity", "above 0")),
+    ],
+)
+def test_what_cannot_be_fitted_is_refused(names: list[str], facts: tuple[str, ...]) -> None:
+    with refuses(UsageError, *facts):
+        calibrated(names)
+
+
+def test_one_run_a_condition_tells_no_scatter() -> None:
+    with refuses(InputRefused, "two runs"):
+        calibrate([scene for _group, scene in conditions()], measured(1, n=1), ["kg_scale"], resamples=0)
+
+
+@pytest.fixture(scope="module")
+def book(tmp_path_factory: pytest.TempPathFactory) -> SmallBook:
+    made = small_book(tmp_path_factory.mktemp("calibrated"))
+    simulation = '\n[simulation]\nscene = "bed"\nfactors = { foot = "foot_radius", b_ad_gain = "b_ad" }\n'
+    made.toml.write_text(made.toml.read_text(encoding="utf-8") + simulation, encoding="utf-8")
+    return made
+
+
+def test_a_books_ground_is_a_scene_that_cites_it_and_predicts(book: SmallBook) -> None:
+    told = good(labbook("calibrate", "--fit", "kg_scale", "--resamples", "25", "--out", "own.toml", at=book.folder)).out
+    says(told, "chi squared")
+    scene = load_scene(book.folder / "own.toml")
+    assert "fitted to" in scene.values["kg_scale"].source
+    data = good(labbook("calibrate", "--fit", "kg_scale", "--resamples", "0", "--json", at=book.folder)).json
+    assert data["parameters"][0]["value"] == pytest.approx(scene["kg_scale"], rel=1e-12)
+    refused(labbook("calibrate", "--out", "own.toml", at=book.folder), 2, "own.toml")
+    text = book.toml.read_text(encoding="utf-8").replace('scene = "bed"', 'scene = "own.toml"')
+    book.toml.write_text(text, encoding="utf-8")
+    found = good(labbook("compare", "--json", at=book.folder)).json
+    assert "kg_scale" not in {one["name"] for one in found["assumed"]}
+
+
+def test_without_a_scene_there_is_nothing_to_fit(tmp_path: Path) -> None:
+    refused(labbook("calibrate", at=small_book(tmp_path).folder), 2, "[simulation]", "scene")
+    refused(labbook("calibrate", "--level", "95", at=small_book(tmp_path / "b").folder), 2, "level")
