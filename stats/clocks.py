@@ -30,10 +30,12 @@ _PAIRED_S = 0.06
 """Touchdowns further apart are not the same: a tenth of a hop, and what clocks drift by in a minute at 1000 ppm."""
 _LARGEST_RESIDUAL_S = 0.005
 _RIVAL = 3.0
-"""Another pairing has to fit so much worse, by the standard deviation of what it leaves."""
+"""Another pairing has to fit so much worse, by the standard deviation of what it leaves, over its pairs."""
 _RIVAL_SHARE = 0.5
+_SIZE_SHARE, _SIZE_SDS = 0.8, 1.2816
+"""So much of normal errors is smaller than so many standard deviations."""
 _FAR = 5.0
-"""Standard deviations (by the median) beyond which a touchdown was misread, and is left out of the line."""
+"""Standard deviations beyond which a touchdown was misread, and is left out of the line."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +126,7 @@ def align_clocks(first_s: ArrayLike, second_s: ArrayLike, level: float = 0.95) -
             f"the touchdowns of plate and leg differ by {spread_s * 1e3:.1f} ms from one line: check the rates of both "
             "records"
         )
-    if len(tried) > 1 and tried[1][0] < _RIVAL * spread_s:
+    if len(tried) > 1 and tried[1][0] / tried[1][1].shape[1] < _RIVAL * spread_s / pairs.shape[1]:
         raise InputRefused(
             "the hops are so equal that plate and leg fit as well one hop further: record both from before the first "
             "hop, or tap the foot on the plate at uneven times"
@@ -160,7 +162,10 @@ def _pairings(first: _Floats, second: _Floats) -> list[tuple[float, _Floats]]:
     for place in np.argsort(-counts, kind="stable"):
         if counts[place] < max(_RIVAL_SHARE * counts.max(), LEAST_TOUCHDOWNS):
             break
-        pairs = _pairs(first, second, every[place] * _PAIRED_S / 2.0)
+        offset_s = float(every[place]) * _PAIRED_S / 2.0
+        if any(abs(offset_s - other) <= _PAIRED_S for _, _, other in found):
+            continue
+        pairs = _pairs(first, second, offset_s)
         for _ in range(2):
             pairs = _pairs(first, second, float(np.median(pairs[1] - pairs[0])))
         offset_s = float(np.median(pairs[1] - pairs[0]))
@@ -191,8 +196,11 @@ def _residuals(first: _Floats, second: _Floats) -> _Floats:
 
 
 def _spread_s(pairs: _Floats) -> float:
-    """Return the standard deviation of what the line leaves, by the median of the sizes."""
-    return 1.4826 * float(np.median(np.abs(_residuals(*pairs))))
+    """Return the standard deviation of what the line leaves, by the size that a fifth exceeds.
+
+    A fifth may be misread; of a pairing that is one hop off it is enough that a fifth of the hops differ from others.
+    """
+    return float(np.quantile(np.abs(_residuals(*pairs)), _SIZE_SHARE)) / _SIZE_SDS
 
 
 def moving_average(values: ArrayLike, window: int) -> _Floats:

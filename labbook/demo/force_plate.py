@@ -146,7 +146,7 @@ def plate_campaign(
     scatter = scatter or PlateScatter()
     runs: list[PlateStudyRun] = []
     for day in range(days):
-        date = _FIRST_DAY + dt.timedelta(days=2 * day)
+        date = _FIRST_DAY + dt.timedelta(days=day)
         day_share = rng.normal(0.0, scatter.day)
         of_day: list[int | tuple[int]] = [(IDLE_S[0],), *GAINS, (IDLE_S[1],)]
         for position, what in enumerate(of_day, start=1):
@@ -187,8 +187,8 @@ def _jump_run(
     duration_s = int(last_s) + _OVERHEAD_S
     cost_j = float(np.mean([piece.cost_j for piece in made]))
     # The plate's clock is true but for its stamps; the log's runs slow by its drift.
-    begin_s, log_begin_s = rng.uniform(0.0, _WATCHED_S, 2)
-    drift = _LOG_DRIFT + rng.normal(0.0, _LOG_DRIFT_SD)
+    begin_s, log_begin_s = rng.uniform(0.0, _WATCHED_S, 2).tolist()
+    drift = _LOG_DRIFT + float(rng.normal(0.0, _LOG_DRIFT_SD))
     plate_s = np.arange(begin_s, last_s + _HELD_S, 1.0 / RATE_HZ)
     log_s = np.arange(log_begin_s, last_s + _HELD_S, LOG_STEP_S * (1.0 + drift))
     boot_ms = int(rng.integers(15_000, 40_000))
@@ -196,7 +196,7 @@ def _jump_run(
     force_n = _sampled(made, ends_s, "force_n", plate_s, last_s, 0.0, 0.0)
     force_n += _impacts(rng, made, ends_s, plate_s) + noise * _PLATE_CREEP_N_S * plate_s
     plate = record_of(rng, force_n, noise)
-    per_plate = (plate.time_ms[-1] - plate.time_ms[0]) / 1e3 / (plate_s[-1] - plate_s[0])
+    per_plate = float((plate.time_ms[-1] - plate.time_ms[0]) / 1e3 / (plate_s[-1] - plate_s[0]))
     rate = 1.0 / (1.0 + drift) / per_plate
     offset_s = (begin_s - log_begin_s) / (1.0 + drift)
     n = log_s.size

@@ -83,7 +83,7 @@ def draw_force_plate(
         joules.set_ylabel("Estimated joules a hop (J)")
         joules.set_xlim(left=0.0)
         joules.set_ylim(bottom=0.0)
-        joules.legend(loc="upper left")
+        joules.legend(loc="lower right")
         _windows(windows, choice)
         for axes in panels:
             light_grid(axes)
@@ -97,7 +97,7 @@ def draw_force_plate(
 def _joules(axes: Axes, one: HopsOfCondition, colour: str, marker: str) -> None:
     """Draw the hops of each run as points, and the runs' means."""
     for measured_j, hops_j in zip(one.measured_j, one.estimated_j, strict=True):
-        axes.plot([measured_j] * len(hops_j), hops_j, ",", color=colour, alpha=0.5)
+        axes.plot([measured_j] * len(hops_j), hops_j, ".", color=colour, alpha=0.3, markersize=2, markeredgewidth=0)
         axes.plot(measured_j, sum(hops_j) / len(hops_j), marker, color=colour, markersize=3.5)
 
 

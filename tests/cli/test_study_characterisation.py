@@ -30,7 +30,7 @@ def written(at: Path, drawn: list[Oscillation]) -> None:
 
 def test_intervals_cover_stiffness_and_damping() -> None:
     """Each count lies in the 99.9 % binomial band."""
-    assert not outside(covered(STUDIES["characterisation"], 60), 60)
+    assert not outside(covered(STUDIES["characterisation"], 60))
 
 
 def test_a_leg_without_errors_is_found_to_rounding() -> None:

@@ -28,7 +28,7 @@ from tests.helpers.study_pages import study_page
 
 def test_intervals_cover_the_fractions_and_their_difference() -> None:
     """Each count lies in the 99.9 % binomial band."""
-    assert not outside(covered(STUDIES["compaction"], 400), 400)
+    assert not outside(covered(STUDIES["compaction"], 400))
 
 
 def test_without_errors_the_fractions_are_found_to_rounding() -> None:

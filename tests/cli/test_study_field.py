@@ -16,7 +16,7 @@ HEAD = "walk,robot,mass_kg,distance_m,energy_Wh\n"
 
 def test_intervals_cover_the_ratio() -> None:
     """The count lies in the 99.9 % binomial band, though walks differ ten times as much as robots scatter."""
-    assert not outside(covered(STUDIES["field"], 1000), 1000)
+    assert not outside(covered(STUDIES["field"], 1000))
 
 
 def test_energies_and_charges_in_any_units_are_the_same() -> None:

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.errors import InputRefused
+from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.pairing import sort_key
 from simulator.motor_power import Drive
@@ -41,7 +42,8 @@ class PlateRun:
     """A run: what the battery gave a hop, and both records.
 
     `plate_time_s` and `force_n` (upward positive, NaN where samples are missing) have shape (n,), `leg_time_s` and
-    `length_m` (m,), by either instrument's clock. `shared` is the error of the joules that other runs have too.
+    `length_m` (m,), by either instrument's clock. `shared` is the error of the joules that other runs have too, `hops`
+    how many the battery gave, and the foot of `foot_mass_kg` is what the plate carries beside the leg's force.
     """
 
     name: str
@@ -49,6 +51,8 @@ class PlateRun:
     condition: str
     measured_j: float
     shared: SharedError
+    hops: int
+    foot_mass_kg: float
     drive: Drive
     plate_time_s: Floats
     force_n: Floats
@@ -60,7 +64,7 @@ class PlateRun:
 class RunEstimate:
     """A run's joules a hop, estimated and measured.
 
-    `hops_j` are those of each hop, `hops_left_out` counts the hops with missing samples.
+    `hops_j` are those of each stance that both records hold whole; of `hops_made` the plate saw `stances`.
     """
 
     name: str
@@ -68,7 +72,8 @@ class RunEstimate:
     condition: str
     measured_j: float
     hops_j: tuple[float, ...]
-    hops_left_out: int
+    hops_made: int
+    stances: int
     clocks: Clocks
 
     @property
@@ -93,11 +98,13 @@ class ForcePlateStudy:
 
     `window` is in samples of `sample_s`, `by_corner` whether the rule chose it. By window of `windows`, `differences`
     (N, all but the first) are the sums of absolute differences from the force smoothed with the window before, and
-    `slopes` what the slope would be. `ratios` are estimated over measured joules by condition.
+    `slopes` what the slope would be; `slope_without_foot` is the slope where the foot's weight is taken off the force.
+    `ratios` are estimated over measured joules by condition.
     """
 
     runs: tuple[RunEstimate, ...]
     slope: SlopeThroughOrigin
+    slope_without_foot: float
     rmse: RmseOverIqr
     ratios: Mapping[str, float]
     window: int
@@ -153,11 +160,19 @@ def compare_joules(
     return ForcePlateStudy(
         runs=tuple(
             RunEstimate(
-                run.name, run.day, run.condition, run.measured_j, tuple(hops.tolist()), one.left_out, one.clocks
+                run.name,
+                run.day,
+                run.condition,
+                run.measured_j,
+                tuple(hops.tolist()),
+                run.hops,
+                one.stances,
+                one.clocks,
             )
             for run, one, hops in zip(runs, stances, at_window, strict=True)
         ),
         slope=line,
+        slope_without_foot=slope([one.joules(one.force_n(chosen) - one.foot_weight_n) for one in stances]).slope,
         rmse=rmse_over_iqr(every, expected),
         ratios={condition: _ratio(condition, runs, at_window) for condition in conditions},
         window=chosen,
@@ -200,7 +215,12 @@ class _Stances:
     levers_m: Floats
     speed_m_s: Floats
     weights_s: Floats
-    left_out: int
+    stances: int
+
+    @property
+    def foot_weight_n(self) -> float:
+        """Weight of the foot, which stands on the plate and is not carried by the leg."""
+        return self.run.foot_mass_kg * STANDARD_GRAVITY_M_S2
 
     def force_n(self, window: int) -> Floats:
         """Return the smoothed force in stance."""
@@ -256,7 +276,7 @@ def _stances(run: PlateRun) -> _Stances:
         levers_m=run.drive.levers_m(length_m[at]),
         speed_m_s=speed_m_s[at],
         weights_s=weights_s,
-        left_out=len(whole) - len(ranges),
+        stances=len(contacts),
     )
 
 

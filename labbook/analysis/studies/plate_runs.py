@@ -20,6 +20,7 @@ from labbook.analysis.prediction.condition_scenes import study_scene
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.studies.force_plate import ForcePlateStudy, PlateRun, compare_joules
 from labbook.analysis.study_data import StudyData, gather
+from labbook.config.model import RobotSettings, SimulationSettings
 from labbook.config.parsing import Configuration
 from simulator.motor_power import MOTOR_PARAMETERS, Drive
 
@@ -129,6 +130,12 @@ def _plate_run(
     measured_j: float,
 ) -> PlateRun:
     force, leg = signals
+    robot = data.configuration.robots.get(run.robot)
+    if robot is None:
+        raise UsageError(
+            f"labbook.toml has no robot {run.robot!r}, whose links run {run.name} needs: write [robots.{run.robot}] "
+            "with link_1_m and link_2_m."
+        )
     gaps = gaps_by_signal(connection, [force.uid])[force.uid]
     plate_time_s, force_n = vertical_force(store, force, heeded_gaps(gaps))
     samples = store.samples(leg.store_path, [LEG_LENGTH])
@@ -139,7 +146,9 @@ def _plate_run(
         condition=", ".join(f"{factor} {label}" for factor, label in run.levels.items()),
         measured_j=measured_j,
         shared=energy.shared_error,
-        drive=_drive(data.configuration, run),
+        hops=run.jumps_made,
+        foot_mass_kg=robot.foot_mass_kg,
+        drive=_drive(data.configuration.simulation, robot),
         plate_time_s=plate_time_s,
         force_n=force_n,
         leg_time_s=samples["time"][known],
@@ -147,13 +156,8 @@ def _plate_run(
     )
 
 
-def _drive(configuration: Configuration, run: RunRow) -> Drive:
-    robot, settings = configuration.robots.get(run.robot), configuration.simulation
-    if robot is None or settings is None:
-        raise UsageError(
-            f"labbook.toml has no robot {run.robot!r}, whose links run {run.name} needs: write [robots.{run.robot}] "
-            "with link_1_m and link_2_m."
-        )
+def _drive(settings: SimulationSettings | None, robot: RobotSettings) -> Drive:
+    assert settings is not None  # noqa: S101 - `_check_study` has asked
     scene = study_scene(settings)
     motors = {name: settings.parameters.get(name, scene[name]) for name in MOTOR_PARAMETERS}
     return Drive(upper_link=robot.link_1_m, lower_link=robot.link_2_m, **motors)

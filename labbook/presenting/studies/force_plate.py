@@ -14,29 +14,39 @@ from stats.results import counted
 
 PUBLISHED_SLOPE, PUBLISHED_RMSE = 1.35, 0.63
 """Thesis 3.2.2, four runs of one day, window 15."""
-HEAD = ("run", "day", "condition", "measured J", "estimated J", "hops", "left out", "offset s", "drift ppm", "ms")
+HEAD = ("run", "day", "condition", "measured J", "estimated J", "hops", "offset s", "drift ppm", "ms")
 
 
 def sentences(study: ForcePlateStudy) -> list[str]:
     """Say the slope, then what it rests on: runs, clocks, window, and what was left out."""
-    slope = study.slope
-    said = [f"Estimated joules are {_slope_text(study)} times the measured ones; {_unit_text(study)}."]
+    said = [
+        f"Estimated joules are {_slope_text(study)} times the measured ones ({_unit_text(study)}); the thesis found "
+        f"{PUBLISHED_SLOPE:g} (3.2.2)."
+    ]
     ratio = "undefined" if isinstance(study.rmse.ratio, Undefined) else number_text(study.rmse.ratio, 2)
     said.append(
-        f"RMSE/IQR of the hops about this line is {ratio} (n = {study.rmse.n} hops). The thesis found "
-        f"{PUBLISHED_SLOPE:g} and {PUBLISHED_RMSE:g} (3.2.2)."
+        f"RMSE/IQR of the hops about this line: {ratio} (n = {study.rmse.n} hops); the thesis {PUBLISHED_RMSE:g}."
     )
     by_condition = ", ".join(f"{number_text(ratio, 3)} at {condition}" for condition, ratio in study.ratios.items())
     said.append(f"Estimated over measured: {by_condition}.")
-    said.append(_window_text(study))
-    said.append(_clocks_text(study))
-    left = sum(one.hops_left_out for one in study.runs)
+    said.append(
+        "The plate carries the foot's weight too, the leg does not: less that, the slope is "
+        f"{number_text(study.slope_without_foot, 3)}."
+    )
+    said += [_window_text(study), _clocks_text(study)]
+    left = sum(one.stances - len(one.hops_j) for one in study.runs)
     if left:
-        said.append(f"{counted(left, 'hop')} with missing samples are left out of the estimates.")
+        said.append(f"{counted(left, 'hop')} with samples missing in the log {'is' if left == 1 else 'are'} left out.")
+    other = [f"{one.name} ({one.stances} of {one.hops_made})" for one in study.runs if one.stances != one.hops_made]
+    if other:
+        said.append(
+            f"The plate saw other stances than hops were made in {', '.join(other)}: check jumps_made, and samples "
+            "that are missing."
+        )
     if study.left_out:
         named = ", ".join(f"{name} ({why.reason})" for name, why in study.left_out.items())
         said.append(f"Left out: {named}.")
-    if not isinstance(slope.ci, Undefined) and len({one.day for one in study.runs}) == 1:
+    if len({one.day for one in study.runs}) == 1:
         said.append("All runs are of one day, and the interval says nothing of other days.")
     return said
 
@@ -50,24 +60,27 @@ def _slope_text(study: ForcePlateStudy) -> str:
 
 
 def _unit_text(study: ForcePlateStudy) -> str:
-    slope = study.slope
-    runs = f"{counted(slope.n, 'run')} of {counted(len(study.ratios), 'condition')}"
-    return runs if slope.groups == slope.n else f"{runs} on {counted(slope.groups, 'day')}, which are what scatters"
+    runs = f"{counted(study.slope.n, 'run')} of {counted(len(study.ratios), 'condition')}"
+    days = len({one.day for one in study.runs})
+    return f"over {counted(days, 'day')}, {runs}" if days > 1 else f"over {runs}"
 
 
 def _window_text(study: ForcePlateStudy) -> str:
-    by_window = dict(zip(study.windows, study.slopes, strict=True))
     how = "the corner of what the next window changes" if study.by_corner else "as given"
-    text = (
+    windows, slopes = study.windows, study.slopes
+    place = windows.index(study.window)
+    low, high = max(place - 1, 0), min(place + 1, len(windows) - 1)
+    steep = (slopes[high] - slopes[low]) / (windows[high] - windows[low])
+    equal = [
+        window for window, before, after in zip(windows[1:], slopes, slopes[1:], strict=False) if before > 1 >= after
+    ]
+    at_1 = f", and to 1 at {equal[0]}" if equal else ""
+    return (
         f"The force is smoothed over {counted(study.window, 'sample')} "
-        f"({1e3 * study.sample_s * study.window:.3g} ms; {how}). "
-        f"The slope is {number_text(by_window[study.windows[0]], 3)} without smoothing and "
-        f"{number_text(by_window[study.windows[-1]], 3)} over {study.windows[-1]} samples"
+        f"({1e3 * study.sample_s * study.window:.3g} ms; {how}). One sample more changes the slope by "
+        f"{number_text(steep, 2)} there: from {number_text(slopes[0], 3)} without smoothing to "
+        f"{number_text(slopes[-1], 3)} over {windows[-1]} samples{at_1}."
     )
-    place = study.windows.index(study.window)
-    around = [study.windows[at] for at in (place - 1, place + 1) if 0 <= at < len(study.windows)]
-    beside = " and ".join(f"{number_text(by_window[window], 3)} over {window}" for window in around)
-    return f"{text}; {beside}."
 
 
 def _clocks_text(study: ForcePlateStudy) -> str:
@@ -88,8 +101,7 @@ def rows(study: ForcePlateStudy) -> list[tuple[str, ...]]:
             one.condition,
             f"{one.measured_j:.2f}",
             f"{one.estimated_j:.2f}",
-            str(len(one.hops_j)),
-            str(one.hops_left_out),
+            f"{len(one.hops_j)} of {one.hops_made}",
             f"{one.clocks.at_zero_s:.4f}",
             f"{1e6 * one.clocks.drift:.1f}",
             f"{1e3 * one.clocks.residual_sd_s:.2f}",
@@ -105,6 +117,7 @@ def as_data(study: ForcePlateStudy) -> dict[str, Any]:
         "slope": slope.slope,
         "se": None if isinstance(slope.se, Undefined) else slope.se,
         "shared_se": slope.shared_se,
+        "slope_without_foot": study.slope_without_foot,
         "ci": _ends(slope.ci),
         "level": slope.level,
         "groups": slope.groups,
@@ -138,7 +151,8 @@ def _run(one: RunEstimate) -> dict[str, Any]:
         "measured_j": one.measured_j,
         "estimated_j": one.estimated_j,
         "hops_j": list(one.hops_j),
-        "hops_left_out": one.hops_left_out,
+        "hops_made": one.hops_made,
+        "stances": one.stances,
         "clocks": {
             "offset_s": clocks.at_zero_s,
             "offset_ci": _ends(clocks.at_zero_ci),
