@@ -26,15 +26,27 @@ from data_schema.vocabulary import Undefined
 from labbook.actions.studies.compaction import compaction_of
 from labbook.actions.studies.field import field_study_of
 from labbook.actions.studies.force_plate import force_plate_of
+from labbook.analysis.outcomes.energy import joules_per_mah
 from labbook.analysis.studies.characterisation import Oscillation, characterisation
 from labbook.analysis.studies.field import geometric
 from labbook.analysis.studies.force_plate import ForcePlateStudy, PlateRun, compare_joules
-from labbook.demo.force_plate import PlateScatter, PlateStudyRun, plate_campaign
+from labbook.demo.force_plate import (
+    DAYS,
+    HOPS,
+    IDLE_S,
+    VOLTAGE_V,
+    PlateScatter,
+    PlateStudyRun,
+    charge_mah,
+    plate_campaign,
+)
 from labbook.demo.plate_book import make_plate_book
 from simulator.motor_power import MOTOR_PARAMETERS, Drive
 from simulator.scene_file import load_scene
 from stats.compare.shared_error import SharedError
 from stats.groups.multiple import holm
+from stats.lines.passive_drain import fit_passive_drain
+from stats.lines.through_origin import SlopeThroughOrigin, slope_through_origin
 
 DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "validation.md"
 CAMPAIGNS, LEVEL, SEED = 2000, 0.95, 21
@@ -168,6 +180,38 @@ def _of_plate(drawn: tuple[list[PlateStudyRun], ForcePlateStudy]) -> Intervals:
     return {SLOPE: _less(study.slope.ci, slope), DRIFT: _less(study.runs[0].clocks.drift_ci, drift)}
 
 
+HOPS_COST_J = {300: 44.95, 400: 57.1, 500: 63.4, 600: 67.1}
+ESTIMATES_J = {300: 48.5, 400: 60.9, 500: 67.2, 600: 71.0}
+RUN_S = {300: 65, 400: 70, 500: 73, 600: 75}
+"""By gain about what the simulated campaign has: joules of a hop, and estimated; seconds of a run."""
+
+
+def recharges(chance: np.random.Generator) -> SlopeThroughOrigin:
+    """Draw what the charger says after four days of runs whose estimates are exact; returns their slope."""
+    scatter, idle, made = PlateScatter(), [], []
+    for day in range(DAYS):
+        idle += [(seconds, charge_mah(chance, seconds, 0.0, scatter)) for seconds in IDLE_S]
+        of_day = 1.0 + chance.normal(0.0, scatter.day)
+        for gain, cost_j in HOPS_COST_J.items():
+            joules = HOPS * cost_j * of_day * (1.0 + chance.normal(0.0, scatter.run))
+            made.append((day, gain, charge_mah(chance, RUN_S[gain], joules, scatter)))
+    line = fit_passive_drain([seconds for seconds, _ in idle], [mah for _, mah in idle], resolution_mah=1.0)
+    worth_j = joules_per_mah(VOLTAGE_V, HOPS)
+    return slope_through_origin(
+        [worth_j * (mah - line.at(RUN_S[gain]).charge_mah) for _, gain, mah in made],
+        [ESTIMATES_J[gain] for _, gain, _ in made],
+        [day for day, _, _ in made],
+        [
+            SharedError(
+                {("drain", term): -worth_j * mah for term, mah in line.error_terms_mah(RUN_S[gain]).items()},
+                {"drain": line.df},
+            )
+            for _, gain, _ in made
+        ],
+        LEVEL,
+    )
+
+
 def _less(interval: tuple[float, float] | Undefined, true: float) -> tuple[float, float] | Undefined:
     return interval if isinstance(interval, Undefined) else (interval[0] - true, interval[1] - true)
 
@@ -206,6 +250,15 @@ STUDIES = {
         {
             **{f"stiffness, gain {gain:g}": STIFFNESS[0] * gain + STIFFNESS[1] for gain, _ in GAINS},
             **{f"damping, gain {gain:g}": DAMPING[0] * gain + DAMPING[1] for _, gain in GAINS},
+        },
+    ),
+    "force-plate, charges": ClosedLoop(
+        "four days of four gains; days and runs scatter by 1 %, recharges by 0.35 mAh, read to 1 mAh",
+        recharges,
+        lambda slope: {"slope": slope.ci},
+        {
+            "slope": sum(ESTIMATES_J[gain] * cost_j for gain, cost_j in HOPS_COST_J.items())
+            / sum(cost_j * cost_j for cost_j in HOPS_COST_J.values())
         },
     ),
     "force-plate": ClosedLoop(

@@ -154,7 +154,7 @@ def plate_campaign(
             if isinstance(what, tuple):
                 duration_s = what[0] + int(rng.integers(-2, 3))
                 runs.append(
-                    PlateStudyRun(name, date, position, None, duration_s, _charge(rng, duration_s, 0.0, scatter))
+                    PlateStudyRun(name, date, position, None, duration_s, charge_mah(rng, duration_s, 0.0, scatter))
                 )
                 continue
             share = (1.0 + day_share) * (1.0 + rng.normal(0.0, scatter.run))
@@ -162,7 +162,7 @@ def plate_campaign(
     return runs
 
 
-def _charge(rng: np.random.Generator, duration_s: int, joules: float, scatter: PlateScatter) -> int:
+def charge_mah(rng: np.random.Generator, duration_s: int, joules: float, scatter: PlateScatter) -> int:
     """Return what the charger's display says was put back."""
     jumps_mah = joules / (MAH_TO_COULOMB * VOLTAGE_V)
     return round(CHAPTER_5.passive_charge_mah(duration_s) + jumps_mah + rng.normal(0.0, scatter.recharge_mah))
@@ -217,7 +217,7 @@ def _jump_run(
         position=position,
         gain=gain,
         duration_s=duration_s,
-        charge_mah=_charge(rng, duration_s, share * cost_j * hops, scatter),
+        charge_mah=charge_mah(rng, duration_s, share * cost_j * hops, scatter),
         cost_j=cost_j,
         stance_j=float(np.mean([piece.stance_j for piece in made])),
         hops=hops,

@@ -69,6 +69,11 @@ def test_clocks_and_joules_of_the_campaign_are_found(book: Path) -> None:
         assert 1.0 < one["estimated_j"] / true["joules_in_stance"] < 1.12
 
 
+def test_intervals_of_slopes_cover_where_recharges_scatter() -> None:
+    """The count lies in the 99.9 % binomial band."""
+    assert not outside(covered(STUDIES["force-plate, charges"], 200))
+
+
 @pytest.mark.soak
 def test_intervals_cover_slope_and_drift() -> None:
     """Each count lies in the 99.9 % binomial band."""
