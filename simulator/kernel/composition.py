@@ -119,7 +119,7 @@ def made_once(make: Maker) -> Maker:
     return made
 
 
-_OF_FORCE = frozenset({"body_force_n", "body_held", "hold_guard", "body_stops", "body_moves"})
+OF_FORCE = frozenset({"body_force_n", "body_held", "hold_guard", "body_stops", "body_moves"})
 """Functions of a force on the body; all but the first are those of one that holds."""
 
 _INVERSES = (
@@ -193,8 +193,8 @@ def _force_of(effect: Effect, functions: Mapping[str, Function]) -> tuple[tuple[
 
     Raises `ValueError` where it does not say in which modes the force acts, or where one of both is missing.
     """
-    said, given = effect.body_force, functions.keys() & _OF_FORCE
-    wanted = set() if said is None else _OF_FORCE if said.holds else {"body_force_n"}
+    said, given = effect.body_force, functions.keys() & OF_FORCE
+    wanted = set() if said is None else OF_FORCE if said.holds else {"body_force_n"}
     if given != wanted:
         raise ValueError(
             f"{effect.name} gives {sorted(given)}, where its body_force asks for {sorted(wanted)}: an effect that "
