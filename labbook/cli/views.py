@@ -161,6 +161,15 @@ def compare(
     check: Annotated[
         bool, typer.Option("--check", help="Exit with 1 where a prediction is not met, as scripts want it.")
     ] = False,
+    shares: Annotated[
+        int,
+        typer.Option(
+            "--shares",
+            metavar="N",
+            min=0,
+            help="Say which share of the variance each assumed input bears: N draws, 256 will do.",
+        ),
+    ] = 0,
     book: BookOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -172,7 +181,10 @@ def compare(
     the simulation itself errs by a tenth of its standard error or more. Nothing is written; the same table stands in
     the report, with ids that `labbook why` traces. The first call compiles the simulator, up to half a minute.
 
-    The exit code is 0 whether or not predictions are met; with --check it is 1 where one is not.
+    Hypotheses of labbook.toml come first: whether each holds, fails or cannot be told (docs/hypotheses.md). With
+    --shares, Sobol's indices say which assumed input a prediction's error comes from.
+
+    The exit code is 0 whatever is found; with --check it is 1 where a prediction is not met or a hypothesis fails.
 
     Every factor of the study is an option: --foot small is short for --where "foot=small".
 
@@ -185,7 +197,7 @@ def compare(
     with opened(book) as opened_book:
         text = selection(opened_book.configuration, where, context.args, options_given(context))
         with progress("compare", None, shown=not as_json) as step:
-            compared = compare_predictions(opened_book, text, step)
+            compared = compare_predictions(opened_book, text, step, shares)
     emit(as_data(compared), [] if as_json else as_lines(compared), as_json)
     if check and not compared.met:
         raise typer.Exit(NOT_MET)

@@ -80,7 +80,7 @@ def fit_nonlinear(residuals: Residuals, start: ArrayLike, low: ArrayLike, high: 
         raise InputRefused("the model gives nothing at the starting values: begin from a scene whose robot jumps.")
 
     def values_at(shares: Floats) -> Floats:
-        return _known(residuals((shares * begin)[np.newaxis, :]))[0]
+        return np.asarray(_known(residuals((shares * begin)[np.newaxis, :]))[0])
 
     def slopes_at(shares: Floats) -> Floats:
         return np.asarray(sensitivities(residuals, shares * begin, *bounds) * begin)

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from statistics import median
+from typing import TYPE_CHECKING, Any
 
 from data_schema.errors import UsageError
+from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.book.opening import Book
 from labbook.book.write_session import now_utc
 from labbook.presenting.report.content import make_report
+from labbook.terminal import columns
 from reports.content import ReportContent
+from reports.display import DASH
 from reports.judged import verdict_text
 from reports.numbers import Number, Value
 from reports.predicted import Hypothesis, PredictedQuantity, Verdict
@@ -21,6 +25,9 @@ from reports.tables.predictions import LEGEND, level_text_of, title_text
 from reports.tables.registry import TABLES
 from reports.tables.table import Table
 from reports.wording import list_text, sentence_start
+
+if TYPE_CHECKING:
+    from labbook.analysis.prediction.shares import Shares
 
 _TABLES = {
     "hypotheses_in_full": None,
@@ -38,10 +45,16 @@ class ComparedPredictions:
 
     content: ReportContent
     met: bool
+    shares: Sequence[Shares] = ()
 
 
-def compare_predictions(book: Book, where: str | None, step: Callable[[str], None]) -> ComparedPredictions:
-    """Predict and compare; raises `UsageError` where there is nothing to predict or nothing to compare with."""
+def compare_predictions(
+    book: Book, where: str | None, step: Callable[[str], None], sample: int = 0
+) -> ComparedPredictions:
+    """Predict and compare; with a sample, also say which share of the variance each assumed input bears.
+
+    Raises `UsageError` where there is nothing to predict or nothing to compare with, and as `shares_of_inputs` does.
+    """
     if book.configuration.simulation is None:
         raise UsageError(
             'labbook.toml names no scene to predict with: write scene = "bed" under [simulation], and which factor is '
@@ -55,8 +68,15 @@ def compare_predictions(book: Book, where: str | None, step: Callable[[str], Non
             f"no run of this selection ({where or 'all runs'}) has joules or an apex height to compare with: select "
             "others, or ingest their logs and charges."
         )
+    shares: Sequence[Shares] = ()
+    if sample:
+        from labbook.analysis.prediction.shares import shares_of_inputs
+
+        step("drawing the assumed inputs")
+        analysis = made.analysis
+        shares = shares_of_inputs(analysis.predicted, analysis.conditions[Outcome.JOULES], analysis.swept, sample)
     failing = [one for one in made.content.hypotheses if one.verdict is Verdict.FAILS]
-    return ComparedPredictions(made.content, not failing and all(item.agrees is not False for item in items))
+    return ComparedPredictions(made.content, not failing and all(item.agrees is not False for item in items), shares)
 
 
 def as_lines(compared: ComparedPredictions) -> list[str]:
@@ -67,6 +87,7 @@ def as_lines(compared: ComparedPredictions) -> list[str]:
         table = TABLES[name].make(compared.content)
         if table.rows:
             lines += [f"{title}:" if title else table.caption, "", *_table_lines(table), ""]
+    lines += _shares_lines(compared.shares)
     said = (
         sentence_start(LEGEND),
         *filter(None, [numerical_text(compared.content)]),
@@ -74,6 +95,36 @@ def as_lines(compared: ComparedPredictions) -> list[str]:
         verdict_text(compared.content),
     )
     return [_plain(line).rstrip() for line in (*lines, *said)]
+
+
+def _shares_lines(shares: Sequence[Shares]) -> list[str]:
+    """Return a line for each assumed input: its total indices, the middle and the ends over conditions."""
+    if not shares:
+        return []
+    rows = [
+        [
+            name,
+            *(
+                _range_text([one.total for one in shares if (one.input, one.quantity) == (name, quantity)])
+                for quantity in PredictedQuantity
+            ),
+        ]
+        for name in dict.fromkeys(one.input for one in shares)
+    ]
+    return [
+        "Share of a prediction's variance that stays if this input alone is not known (Sobol's total index, %; median",
+        "over conditions, and range):",
+        "",
+        *columns(("input", *map(str, PredictedQuantity)), rows),
+        "",
+    ]
+
+
+def _range_text(values: Sequence[Value]) -> str:
+    known = [100.0 * value for value in values if not isinstance(value, Undefined)]
+    if len(known) < len(values) or not known:
+        return DASH
+    return f"{median(known):.0f} ({min(known):.0f} to {max(known):.0f})"
 
 
 def _not_simulated(content: ReportContent) -> list[str]:
@@ -115,6 +166,16 @@ def as_data(compared: ComparedPredictions) -> dict[str, Any]:
                 "agrees": item.agrees,
             }
             for item in about.items
+        ],
+        "shares": [
+            {
+                "input": one.input,
+                "quantity": str(one.quantity),
+                "condition": one.condition,
+                "first_order": _value(one.first_order),
+                "total": _value(one.total),
+            }
+            for one in compared.shares
         ],
         "assumed": [
             {

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,8 +25,8 @@ from simulator.declared import all_parameters
 from simulator.jump import parameter_row
 from simulator.kernel.build import kernel_for
 from simulator.scene import Scene
-from simulator.sweep.chunks import Recipe, recipe_of_rows, simulate_rows
-from simulator.sweep.compute import cores
+from simulator.sweep.chunks import Recipe, recipe_of_rows
+from simulator.sweep.compute import simulate_on_all_cores
 from simulator.sweep.outputs import PLACE
 from stats.exact.tails import t_quantile
 from stats.lines.nonlinear import NonlinearFit, fit_nonlinear, profile_interval, sensitivities
@@ -135,9 +134,7 @@ class Problem:
         rows, n = len(self.table), len(tried)
         table = np.tile(self.table, (n, 1))
         table[:, self.places] = np.repeat(tried, rows, axis=0)
-        with ThreadPoolExecutor(cores()) as threads:  # compiled code does not hold Python's lock
-            parts = threads.map(lambda part: simulate_rows(self.recipe, part), np.array_split(table, cores()))
-            block = np.concatenate(list(parts)).reshape(n, rows, self.recipe.jumps, -1)
+        block = simulate_on_all_cores(self.recipe, table).reshape(n, rows, self.recipe.jumps, -1)
         by_outcome = {outcome: block[..., PLACE[name]].mean(axis=2) for outcome, name in _OUTPUT.items()}
         return np.stack([by_outcome[each.outcome][:, each.place] for each in self.measured], axis=1)
 

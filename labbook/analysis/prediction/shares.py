@@ -1,0 +1,109 @@
+"""Which share of a prediction's variance each assumed input bears: Sobol indices, over all inputs at once.
+
+Each input lies anywhere within its part of its value, all values as likely, and has one value in all conditions. The
+first-order index is the share that goes if the input is known; the total index is the share that stays if it alone is
+not. Both come from Saltelli's sample as scipy has it (`scipy.stats.sobol_indices`).
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from data_schema.errors import UsageError
+from data_schema.reasons import Reason
+from data_schema.vocabulary import Undefined
+from labbook.analysis.comparison.pairing import pairs_each
+from labbook.analysis.outcomes.conditions import ConditionValues
+from labbook.analysis.prediction.predicting import PredictionResult
+from reports.predicted import PredictedQuantity
+from simulator.jump import parameter_row
+from simulator.kernel.build import kernel_for
+from simulator.scene_file import parse_scene
+from simulator.sweep.chunks import recipe_of_rows
+from simulator.sweep.compute import simulate_on_all_cores
+from simulator.sweep.outputs import PLACE
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Shares:
+    """The indices of one input in one quantity of one condition: Undefined where the robot does not always jump."""
+
+    input: str
+    quantity: PredictedQuantity
+    condition: str
+    first_order: float | Undefined
+    total: float | Undefined
+
+
+def shares_of_inputs(
+    predicted: Mapping[tuple[str, str], PredictionResult],
+    conditions: Sequence[ConditionValues],
+    swept: str | None,
+    size: int,
+    seed: int = 1,
+) -> list[Shares]:
+    """Return the indices of every assumed input in joules, apex and savings of every predicted condition.
+
+    `size` is the sample's, a power of two; each condition is simulated that often times the inputs and two. Raises
+    `UsageError` where it is none, and where nothing is assumed.
+    """
+    from scipy import stats
+
+    if size < 2 or size & (size - 1):
+        raise UsageError(f"a sample of {size} is no power of two: give one such as 256.")
+    results = {key: result for (key, _robot), result in predicted.items()}  # of several robots the last
+    parts = {name: about.varied_by for result in results.values() for name, about in result.assumed.items()}
+    if not parts:
+        raise UsageError("nothing is assumed in these predictions: name what is under assumed = [...] of [simulation].")
+    keys, names = list(results), list(parts)
+    scenes = [parse_scene(result.scene_toml, result.scene) for result in results.values()]
+    kernel = kernel_for(scenes[0].effects)
+    columns = [parameter.name for parameter in kernel.composition.parameters]
+    base = np.array([parameter_row(kernel, scene) for scene in scenes])
+    places, recipe = [columns.index(name) for name in names], recipe_of_rows(scenes[0], results[keys[0]].accuracy)
+    pairs = [
+        (keys.index(pair.a[0].key), keys.index(pair.b[0].key))
+        for pair in (pairs_each(conditions, swept) if swept else [])
+        if pair.a[0].key in keys and pair.b[0].key in keys
+    ]
+
+    def outputs(factors: Floats) -> Floats:
+        """Return joules, apexes and savings, shape (outputs, n), for factors of shape (inputs, n)."""
+        n = factors.shape[1]
+        table = np.tile(base, (n, 1))
+        table[:, places] *= np.repeat(factors.T, len(keys), axis=0)
+        block = simulate_on_all_cores(recipe, table).reshape(n, len(keys), recipe.jumps, -1)
+        joules, apex = (block[..., PLACE[name]].mean(axis=2).T for name in ("cost_J", "apex_height_m"))
+        joules = np.where(np.isfinite(apex), joules, np.nan)
+        saved = [100.0 * (1.0 - joules[treated] / joules[control]) for control, treated in pairs]
+        return np.concatenate([joules, apex, np.array(saved).reshape(len(pairs), n)])
+
+    spread = [stats.uniform(1.0 - parts[name], 2.0 * parts[name]) for name in names]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        found = stats.sobol_indices(func=outputs, n=size, dists=spread, rng=np.random.default_rng(seed))
+    about = [
+        *((PredictedQuantity.JOULES, key) for key in keys),
+        *((PredictedQuantity.APEX, key) for key in keys),
+        *((PredictedQuantity.SAVINGS, keys[treated]) for _control, treated in pairs),
+    ]
+    return [
+        Shares(
+            names[column],
+            quantity,
+            key,
+            _known(found.first_order[row, column]),
+            _known(found.total_order[row, column]),
+        )
+        for (row, (quantity, key)), column in itertools.product(enumerate(about), range(len(names)))
+    ]
+
+
+def _known(index: float) -> float | Undefined:
+    return float(index) if np.isfinite(index) else Undefined(Reason.VARIED_WITHOUT_JUMP, source="input")
