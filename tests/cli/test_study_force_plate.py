@@ -168,6 +168,14 @@ def test_a_book_without_a_factor_is_told_what_to_write(changed: Path) -> None:
     refused(labbook("study", "force-plate", at=changed), 2, "[factors.k_gain]", "levels = [300, 400, 500, 600]")
 
 
+def test_the_page_s_motors_are_taken(book: Path, changed: Path) -> None:
+    page = (DOCS / "force-plate.md").read_text(encoding="utf-8")
+    (motors,) = re.findall(r"^(parameters = .*)$", page, re.MULTILINE)
+    without(changed, r"\[simulation\]\n", f"[simulation]\n{motors.replace('0.186', '0.372')}\n")
+    twice, once = study(changed)["slope"], study(book)["slope"]
+    assert 1.9 * once < twice < 2.0 * once  # heat is most of it
+
+
 def test_a_leg_out_of_reach_is_refused_with_what_to_measure(changed: Path) -> None:
     without(changed, "link_2_m = 0.2", "link_2_m = 0.15")
     refused(labbook("study", "force-plate", at=changed), 2, "r002", "0.05 to 0.25 m", "measure the links")

@@ -144,7 +144,7 @@ def compare_joules(
         estimates.append([one.joules(force_n) for one, force_n in zip(stances, forces, strict=True)])
         before = forces
     chosen = corner(WINDOWS[1:], differences) if window is None else window
-    at_window = [one.joules(one.force_n(chosen)) for one in stances]
+    at_window = estimates[WINDOWS.index(chosen)]
     measured = [run.measured_j for run in runs]
     days = [run.day for run in runs]
     groups = days if len(set(days)) > 1 else [run.name for run in runs]
