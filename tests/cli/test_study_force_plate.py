@@ -16,8 +16,11 @@ from numpy.typing import NDArray
 from benchmarks.validation_document import STUDIES, covered, in_memory, outside
 from data_schema.errors import InputRefused
 from labbook.analysis.studies.force_plate import PlateRun, compare_joules
+from labbook.demo import force_plate
 from labbook.demo.force_plate import PlateScatter, plate_campaign
 from labbook.demo.plate_book import make_plate_book
+from labbook.presenting.studies.force_plate import drawn
+from reports.figures.force_plate import draw_force_plate
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.once import made_once
 from tests.helpers.study_pages import DOCS
@@ -87,6 +90,22 @@ def test_without_the_foot_s_weight_joules_are_those_of_the_motors_in_stance() ->
     assert study.slope_without_foot == pytest.approx(1.0, abs=0.01)
     assert study.slope.slope == pytest.approx(1.07, abs=0.02)
     assert not study.left_out
+
+
+def test_without_impacts_and_smoothing_the_whole_chain_gives_the_motors_joules(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two clocks, 3 ms between lengths and a plate at 1 kHz cost 0.2 %."""
+    monkeypatch.setattr(force_plate, "_impacts", lambda _rng, _made, _begins_s, time_s: np.zeros(time_s.size))
+    campaign = plate_campaign(2, days=1, hops=40, scatter=PlateScatter(0.0, 0.0, 0.0), noise=0.0)
+    study = compare_joules([in_memory(run, run.stance_j) for run in campaign if run.gain], 1)
+    assert study.slope_without_foot == pytest.approx(1.0, abs=0.004)
+
+
+def test_its_figure_fits_a_column_too() -> None:
+    study = compare_joules([in_memory(run, 40.0) for run in plate_campaign(6, days=1, hops=16) if run.gain])
+    figure = draw_force_plate(*drawn(study), width_in=3.4)
+    labels = " ".join(axes.get_xlabel() + axes.get_ylabel() for axes in figure.axes)
+    for said in ("Force on the plate (N)", "Leg length (cm)", "Measured joules", "Estimated joules", "Window", "Slope"):
+        assert said in labels
 
 
 def test_a_log_of_another_run_cannot_be_aligned() -> None:
