@@ -152,3 +152,41 @@ def force_plate(
         study = force_plate_of(book, where, window, level, step)
     table = [] if as_json else ["", *columns(HEAD, rows(study))]
     _show(as_data(study), sentences(study), lambda: draw_force_plate(*drawn(study)), plot, as_json, table)
+
+
+@app.command()
+def emulator(
+    where: WhereOption = None,
+    constant: Annotated[
+        float, typer.Option("--constant", metavar="GAIN", help="The active-damping gain that is the same at all gains.")
+    ] = 50.0,
+    ratio: Annotated[
+        float, typer.Option("--ratio", help="The extension gain over the active-damping gain that is scaled with it.")
+    ] = 6.0,
+    same: Annotated[
+        float, typer.Option("--same", metavar="%", help="A change of the apex below it is not appreciable.")
+    ] = 2.0,
+    level: LevelOption = 0.95,
+    plot: PlotOption = None,
+    book: BookOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Compare constant and scaled active damping with compression-extension at each extension gain.
+
+    Of the book's runs with joules and apexes: savings and lost height with their intervals, by the days that both
+    sides share, and how savings go with the apex. Gains at which no controller jumps appreciably higher than at the one
+    before are beyond the motors' torque limit, and are left out (thesis 4.3).
+
+    Example: labbook study emulator --plot emulator.pdf
+    """
+    from labbook.actions.studies.emulator import emulator_study_of
+    from labbook.presenting.studies.emulator import HEAD, as_data, drawn, rows, sentences
+    from labbook.terminal import columns, progress
+    from reports.figures.emulator import draw_emulator
+    from reports.figures.kind import check_form
+
+    check_form("--plot", plot)
+    with progress("study emulator", None, shown=not as_json) as step:
+        study = emulator_study_of(book, where, constant, ratio, same, level, step)
+    table = [] if as_json else ["", *columns(HEAD, rows(study))]
+    _show(as_data(study), sentences(study), lambda: draw_emulator(*drawn(study)), plot, as_json, table)

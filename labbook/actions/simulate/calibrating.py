@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 from data_schema.errors import UsageError
 from data_schema.queries.facts import read_fact
 from labbook.analysis.comparison.pairing import swept_factor
-from labbook.analysis.outcomes.conditions import condition_values
+from labbook.analysis.outcomes.conditions import conditions_by_outcome
 from labbook.analysis.outcomes.detection import Detections
-from labbook.analysis.outcomes.measuring import measure
 from labbook.analysis.prediction.calibrating import FITTED, Calibration, calibrate, measured_means
 from labbook.analysis.prediction.condition_scenes import ROBOT_PARAMETERS, condition_scene, study_scene
 from labbook.analysis.prediction.predicting import SIMULATED
@@ -49,13 +48,7 @@ def calibrate_book(
     with book.reading() as connection:
         evidence = gather(connection, configuration, where)
         cache, detections = ResultCache(connection), Detections(connection, book.store, step)
-        conditions = {
-            outcome: condition_values(
-                cache, evidence.runs, measure(outcome, cache, detections, evidence).results, outcome,
-                {"selection": evidence.selection},
-            )
-            for outcome in SIMULATED
-        }  # fmt: skip
+        conditions = conditions_by_outcome(cache, detections, evidence, SIMULATED)
         runs = {
             item.run.condition_key: item.run for several in conditions.values() for one in several for item in one.runs
         }

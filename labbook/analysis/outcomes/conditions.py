@@ -95,6 +95,19 @@ def number_of(result: StoredResult, quantity: Outcome) -> Number:
     return found
 
 
+def conditions_by_outcome(
+    cache: ResultCache, detections: Detections, evidence: StudyData, outcomes: Iterable[Outcome]
+) -> dict[Outcome, list[ConditionValues]]:
+    """Ensure the numbers of the selected runs' conditions in each outcome."""
+    scope = {"selection": evidence.selection}
+    return {
+        outcome: condition_values(
+            cache, evidence.runs, measure(outcome, cache, detections, evidence).results, outcome, scope
+        )
+        for outcome in outcomes
+    }
+
+
 def condition_values(
     cache: ResultCache,
     runs: Sequence[RunRow],

@@ -80,7 +80,7 @@ def hypotheses(analysis: StudyAnalysis, shown: Shown) -> tuple[Hypothesis, ...]:
                     result.untold,
                     savings=len(compared.sides) > 2,
                 )
-                for compared, result in one.comparisons
+                for compared, result in sorted(one.comparisons, key=lambda each: _place(analysis, each[0].of))
             ),
         )
         for one in analysis.hypotheses

@@ -1,0 +1,79 @@
+"""The emulator study of a book (thesis 4.3)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from data_schema.errors import UsageError
+from data_schema.outcomes import Outcome
+from data_schema.vocabulary import FactorKind
+from labbook.analysis.comparison.pairing import swept_factor
+from labbook.analysis.outcomes.conditions import conditions_by_outcome
+from labbook.analysis.outcomes.detection import Detections
+from labbook.analysis.outcomes.energy import joules_per_mah
+from labbook.analysis.results.result_cache import ResultCache
+from labbook.analysis.studies.emulator import EmulatorStudy, emulator_study
+from labbook.analysis.study_data import gather
+from labbook.book.opening import opened
+from labbook.config.parsing import Configuration
+from stats.checks import as_level
+
+
+def emulator_study_of(
+    book_folder: Path | None,
+    where: str | None,
+    constant: float,
+    ratio: float,
+    same_percent: float,
+    level: float,
+    progress: Callable[[str], None],
+) -> EmulatorStudy:
+    """Open the book and compare the controllers at each extension gain.
+
+    Raises `UsageError` for a book whose factors are not an extension gain and an active-damping gain with a control,
+    and for options that are none; `InputRefused` as `emulator_study` does.
+    """
+    level = as_level("--level", level)
+    if ratio <= 0.0 or not 0.0 < same_percent < 100.0:
+        raise UsageError("--ratio is above 0 and --same between 0 and 100, in percent: give such numbers.")
+    with opened(book_folder) as book, book.reading() as connection:
+        gain, damping = _factors(book.configuration)
+        progress("joules and apex heights")
+        evidence = gather(connection, book.configuration, where)
+        conditions = conditions_by_outcome(
+            ResultCache(connection),
+            Detections(connection, book.store, progress),
+            evidence,
+            (Outcome.JOULES, Outcome.APEX),
+        )
+    study, protocol = book.configuration.study, book.configuration.protocol
+    resolution_j = protocol.charger_resolution_mah * joules_per_mah(study.reference_voltage_v, study.jumps_nominal)
+    return emulator_study(
+        conditions,
+        gain,
+        damping,
+        constant=constant,
+        ratio=ratio,
+        same_percent=same_percent,
+        resolution_j=resolution_j,
+        level=level,
+    )
+
+
+def _factors(configuration: Configuration) -> tuple[str, str]:
+    """Return the names of the factors of the extension gain and of the active-damping gain."""
+    damping = swept_factor(configuration)
+    if damping is None or configuration.factors[damping].kind is not FactorKind.NUMBER:
+        raise UsageError(
+            "labbook.toml has no active-damping gain to compare by: write [factors.b_ad_gain] with "
+            'kind = "number", levels = [0, 17, 33, 50, 67, 83] and control = 0.'
+        )
+    others = [name for name, factor in configuration.factors.items() if factor.kind is FactorKind.NUMBER]
+    others.remove(damping)
+    if len(others) != 1:
+        raise UsageError(
+            f"labbook.toml has {len(others)} further factors of kind number, and the study needs one, the extension "
+            'gain: write [factors.k_gain] with kind = "number" and levels = [100, 200, 300, 400, 500].'
+        )
+    return others[0], damping

@@ -1,0 +1,249 @@
+"""The emulator study (thesis 4.3): what two active dampings save at each extension gain, and what height they cost.
+
+Comparisons are those of the report, by the days that control and treatment share. A gain at which no controller jumps
+appreciably higher than at the gain before is beyond the motors' torque limit, and is left out with all above it: the
+rise is shown to lie within bounds (two one-sided tests), which a mere lack of significance would not do.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from data_schema.errors import InputRefused
+from data_schema.outcomes import Outcome
+from labbook.analysis.comparison.comparing import Pair
+from labbook.analysis.comparison.deciding import contrast_of
+from labbook.analysis.outcomes.conditions import ConditionValues
+from stats.days.decision_result import Bounded, Estimate
+from stats.exact.tails import t_quantile
+
+_COARSE = 0.03
+"""Resolutions above this share of a jump's joules make intervals too narrow where runs scatter by 2 %: at 4 % they
+cover .92, at 2 % .95 (docs/validation.md)."""
+
+
+class Controller(StrEnum):
+    """What the extending leg does."""
+
+    CE = "compression-extension"
+    CONSTANT = "constant active damping"
+    SCALED = "scaled active damping"
+
+
+@dataclass(frozen=True, slots=True)
+class Mean:
+    """The mean over runs of one condition with its standard error."""
+
+    value: float
+    se: float
+    n: int
+
+
+@dataclass(frozen=True, slots=True)
+class AtGain:
+    """A controller at an extension gain; `saving` and `apex_loss` against CE, in percent, None of CE itself."""
+
+    gain: float
+    damping_gain: float
+    controller: Controller
+    joules: Mean
+    apex_m: Mean
+    saving: Estimate | None
+    apex_loss: Estimate | None
+
+
+@dataclass(frozen=True, slots=True)
+class Rise:
+    """By how much, in percent, the apex of a controller is higher at a gain than at the gain before."""
+
+    gain: float
+    before: float
+    controller: Controller
+    change: Bounded
+
+
+@dataclass(frozen=True, slots=True)
+class Trend:
+    """The line of savings over the apex under CE: percentage points a centimetre; None with fewer than three gains."""
+
+    controller: Controller
+    lowest_percent: float
+    highest_percent: float
+    slope: float | None
+    slope_ci: tuple[float, float] | None
+
+
+@dataclass(frozen=True, slots=True)
+class EmulatorStudy:
+    """What came of it: `rows` of all gains, those `left_out` among them; `rises` from each gain to the next.
+
+    At `coarse` gains the charger's last digit is so much of the joules that the same digits repeat.
+    """
+
+    rows: tuple[AtGain, ...]
+    rises: tuple[Rise, ...]
+    left_out: tuple[float, ...]
+    trends: tuple[Trend, ...]
+    coarse: tuple[float, ...]
+    level: float
+    same_percent: float
+
+    def analysed(self, controller: Controller) -> list[AtGain]:
+        """Return a controller at the gains that are not left out."""
+        return [row for row in self.rows if row.controller is controller and row.gain not in self.left_out]
+
+
+def emulator_study(
+    conditions: Mapping[Outcome, Sequence[ConditionValues]],
+    gain: str,
+    damping: str,
+    *,
+    constant: float,
+    ratio: float,
+    same_percent: float,
+    resolution_j: float,
+    level: float,
+) -> EmulatorStudy:
+    """Compare the controllers at each gain.
+
+    Parameters
+    ----------
+    conditions : of joules and apexes, as `condition_values` gives them
+    gain, damping : names of the factors of the extension gain and the active-damping gain, the latter with a control
+    constant : active-damping gain that is the same at all gains
+    ratio : extension gain over the active-damping gain that is scaled with it; whole gains may be rounded
+    same_percent : a rise of the apex below it is not appreciable
+    resolution_j : joules a jump that the charger's last digit is worth
+
+    Raises
+    ------
+    InputRefused where CE was not run at two gains, or neither active damping beside it.
+    """
+    found = {outcome: _by_place(conditions[outcome], gain, damping) for outcome in (Outcome.JOULES, Outcome.APEX)}
+    both = {place for place in found[Outcome.JOULES] if place in found[Outcome.APEX]}
+    gains = sorted({at for at, _damped in both if (at, 0.0) in both})
+    if len(gains) < 2:
+        raise InputRefused(
+            f"{len(gains)} of the {gain} have runs of the control with joules and apexes, and the study needs two at "
+            "least: run the control at each gain."
+        )
+    placed = {
+        controller: {at: damped for at in gains for damped in _dampings(both, at, controller, constant, ratio)}
+        for controller in Controller
+    }
+    if not placed[Controller.CONSTANT] and not placed[Controller.SCALED]:
+        raise InputRefused(
+            f"no run has the {damping} {constant:g}, or a {ratio:g}th of its {gain}: say with --constant and --ratio "
+            "which active damping was run."
+        )
+    rows = tuple(
+        _at_gain(found, at, placed[controller][at], controller, level)
+        for at in gains
+        for controller in Controller
+        if at in placed[controller]
+    )
+    rises = tuple(
+        Rise(at, before, controller, _rise(found, (at, places[at]), (before, places[before]), same_percent))
+        for controller, places in placed.items()
+        for before, at in itertools.pairwise(gains)
+        if at in places and before in places
+    )
+    left_out = _beyond_limit(rises, gains)
+    kept = [row for row in rows if row.gain not in left_out]
+    trends = tuple(
+        _trend(controller, kept, level) for controller in (Controller.CONSTANT, Controller.SCALED) if placed[controller]
+    )
+    of_ce = [row for row in rows if row.controller is Controller.CE]
+    coarse = tuple(row.gain for row in of_ce if resolution_j > _COARSE * row.joules.value)
+    return EmulatorStudy(rows, rises, left_out, trends, coarse, level, same_percent)
+
+
+_Place = tuple[float, float]
+_Found = Mapping[Outcome, Mapping[_Place, ConditionValues]]
+
+
+def _by_place(conditions: Sequence[ConditionValues], gain: str, damping: str) -> dict[_Place, ConditionValues]:
+    found: dict[_Place, ConditionValues] = {}
+    for one in conditions:
+        place = float(one.levels[gain]), float(one.levels[damping])
+        if place in found:
+            raise InputRefused(
+                f"runs at {gain} {place[0]:g} and {damping} {place[1]:g} differ in another factor: choose one of its "
+                "levels with --where."
+            )
+        found[place] = one
+    return found
+
+
+def _dampings(places: set[_Place], at: float, controller: Controller, constant: float, ratio: float) -> list[float]:
+    """Return the active-damping gain of a controller at a gain, none where it was not run."""
+    wanted = {Controller.CE: 0.0, Controller.CONSTANT: constant, Controller.SCALED: at / ratio}[controller]
+    run = [damped for other, damped in places if other == at and abs(damped - wanted) <= 0.5]
+    return sorted(run, key=lambda damped: abs(damped - wanted))[:1]
+
+
+def _at_gain(found: _Found, at: float, damped: float, controller: Controller, level: float) -> AtGain:
+    joules, apexes = (found[outcome][at, damped] for outcome in (Outcome.JOULES, Outcome.APEX))
+    control = {outcome: found[outcome][at, 0.0] for outcome in (Outcome.JOULES, Outcome.APEX)}
+    is_control = controller is Controller.CE
+    return AtGain(
+        at,
+        damped,
+        controller,
+        _mean(joules),
+        _mean(apexes),
+        None if is_control else contrast_of(_pair(control[Outcome.JOULES], joules)).savings(level),
+        None if is_control else contrast_of(_pair(control[Outcome.APEX], apexes)).savings(level),
+    )
+
+
+def _mean(one: ConditionValues) -> Mean:
+    values = np.array(one.values)
+    se = float(values.std(ddof=1) / np.sqrt(values.size)) if values.size > 1 else float("nan")
+    return Mean(float(values.mean()), se, values.size)
+
+
+def _pair(control: ConditionValues, treated: ConditionValues) -> Pair:
+    return Pair("", "", {}, "", (control,), (treated,))
+
+
+def _rise(found: _Found, at: _Place, before: _Place, same_percent: float) -> Bounded:
+    apexes = found[Outcome.APEX]
+    return contrast_of(_pair(apexes[before], apexes[at])).equivalence(-same_percent, same_percent)
+
+
+def _beyond_limit(rises: Sequence[Rise], gains: Sequence[float]) -> tuple[float, ...]:
+    """Return the gains from the first on at which no controller jumps appreciably higher than before."""
+    for at in gains[1:]:
+        of_gain = [rise.change.equivalent for rise in rises if rise.gain == at]
+        if of_gain and all(same is True for same in of_gain):
+            return tuple(gain for gain in gains if gain >= at)
+    return ()
+
+
+def _trend(controller: Controller, rows: Sequence[AtGain], level: float) -> Trend:
+    heights = {row.gain: row.apex_m.value for row in rows if row.controller is Controller.CE}
+    savings = [
+        (heights[row.gain], row.saving.value, row.saving.se)
+        for row in rows
+        if row.controller is controller and row.saving is not None
+        if isinstance(row.saving.value, float) and isinstance(row.saving.se, float) and row.saving.se > 0.0
+    ]
+    values = [saving for _height, saving, _se in savings]
+    ends = (min(values, default=float("nan")), max(values, default=float("nan")))
+    if len(savings) < 3:
+        return Trend(controller, *ends, None, None)
+    height, saving, se = np.array(savings).T
+    weights = 1.0 / se**2
+    centred = 100.0 * (height - np.average(height, weights=weights))
+    slope = float(np.sum(weights * centred * saving) / np.sum(weights * centred**2))
+    left = saving - np.average(saving, weights=weights) - slope * centred
+    df = len(savings) - 2
+    spread = max(1.0, float(np.sum(weights * left**2)) / df)
+    half = t_quantile(level, df) * float(np.sqrt(spread / np.sum(weights * centred**2)))
+    return Trend(controller, *ends, slope, (slope - half, slope + half))

@@ -1,0 +1,162 @@
+"""The emulator study (thesis 4.3) as a campaign with a known truth: simulated jumps, as instruments see them.
+
+On each of four days the robot makes 100 jumps at each of five extension gains under compression-extension, constant and
+scaled active damping, in random order, and idles twice. The jumps are the simulator's (`emulator` scene); what days,
+runs and jumps differ by is drawn. The battery gives what the jumps cost in the simulation, at 16.8 V.
+"""
+
+from __future__ import annotations
+
+import datetime as dt
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from data_schema.units import MAH_TO_COULOMB
+from labbook.demo.truth import CHAPTER_5
+
+FloatArray = NDArray[np.float64]
+GAINS = (100, 200, 300, 400, 500)
+CONSTANT, RATIO = 50, 6
+DAYS, JUMPS = 4, 100
+IDLE_S = (120, 600)
+VOLTAGE_V = 16.8
+REST_LENGTH_M = 0.25
+"""Of the scene: the body stands so high when its foot touches the platform."""
+_RATE_HZ = 300
+_HELD_S, _OVERHEAD_S = 1.0, 22
+_FIRST_DAY = dt.date(2019, 7, 8)
+_HEIGHT_NOISE_M, _HEIGHT_STEP_M = 0.001, 0.8 / 2**12
+_DROP_CHANCE, _LONGEST_DROP = 0.05, 12
+
+
+@dataclass(frozen=True, slots=True)
+class EmulatorScatter:
+    """Standard deviations, as shares: of joules by day and by run, of flights by run and by jump; of each recharge."""
+
+    day: float = 0.01
+    run: float = 0.015
+    run_height: float = 0.01
+    jump_height: float = 0.02
+    recharge_mah: float = 0.35
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """A condition as it is simulated: joules of a jump over all jumps, and the mean apex without the first two."""
+
+    gain: int
+    damping_gain: int
+    joules: float
+    apex_m: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EmulatorRun:
+    """A run as it was: `condition` is None of an idle run; a log has one element a kept sample."""
+
+    name: str
+    date: dt.date
+    position: int
+    condition: tuple[int, int] | None
+    duration_s: int
+    charge_mah: int
+    jumps: int = 0
+    log_ms: NDArray[np.int64] | None = None
+    channels: Mapping[str, FloatArray] | None = None
+
+
+def dampings(gain: int) -> list[int]:
+    """Return the active-damping gains at an extension gain: none, constant, and scaled, rounded as in the thesis."""
+    return sorted({0, CONSTANT, round(gain / RATIO)})
+
+
+@cache
+def _motion(gain: int, damping_gain: int, jumps: int) -> tuple[Truth, FloatArray, FloatArray, FloatArray]:
+    """Simulate a condition: its truth, and when the body is how high, with the number of the jump."""
+    from simulator.gains import active_damping_kg_m, stiffness_n_m
+    from simulator.jump import simulate
+    from simulator.scene_file import load_scene
+
+    values = {"k_extension": stiffness_n_m(gain), "b_ad": active_damping_kg_m(damping_gain)}
+    result = simulate(load_scene("emulator").changed(values, jumps=jumps), 1e-6, trajectory=True)
+    motion = result.trajectory
+    if motion is None:
+        raise RuntimeError(f"{result.scene.name} has no recorded motion")
+    apexes = [jump.apex_height_m for jump in result.jumps if jump.apex_height_m is not None]
+    truth = Truth(
+        gain, damping_gain, float(np.mean([jump.cost_J for jump in result.jumps])), float(np.mean(apexes[2:]))
+    )
+    time_s, height_m, number = (motion[name].to_numpy() for name in ("time", "body_height", "jump"))
+    return truth, time_s, height_m, number.astype(np.float64)
+
+
+def truths(jumps: int = JUMPS) -> list[Truth]:
+    """Return the truth of every condition."""
+    return [_motion(gain, damping, jumps)[0] for gain in GAINS for damping in dampings(gain)]
+
+
+def emulator_campaign(
+    seed: int, *, days: int = DAYS, jumps: int = JUMPS, scatter: EmulatorScatter | None = None, logs: bool = True
+) -> list[EmulatorRun]:
+    """Draw the campaign; without `logs`, charges alone."""
+    rng = np.random.default_rng(np.random.SeedSequence([seed, 5]))
+    scatter = scatter or EmulatorScatter()
+    conditions = [(gain, damping) for gain in GAINS for damping in dampings(gain)]
+    runs: list[EmulatorRun] = []
+    for day in range(days):
+        date = _FIRST_DAY + dt.timedelta(days=3 * day)
+        day_share = rng.normal(0.0, scatter.day)
+        order: list[tuple[int, int] | None] = [None, *(conditions[i] for i in rng.permutation(len(conditions))), None]
+        for position, condition in enumerate(order, start=1):
+            name = f"r{len(runs) + 1:03d}"
+            if condition is None:
+                duration_s = IDLE_S[position > 1] + int(rng.integers(-2, 3))
+                charge = _charge_mah(rng, duration_s, 0.0, scatter)
+                runs.append(EmulatorRun(name, date, position, None, duration_s, charge))
+                continue
+            truth, time_s, height_m, number = _motion(*condition, jumps)
+            duration_s = int(time_s[-1] + 2 * _HELD_S) + _OVERHEAD_S
+            share = 1.0 + day_share + rng.normal(0.0, scatter.run)
+            charge = _charge_mah(rng, duration_s, share * truth.joules * jumps, scatter)
+            log = _log(rng, (time_s, height_m, number), condition, scatter, jumps) if logs else (None, None)
+            runs.append(EmulatorRun(name, date, position, condition, duration_s, charge, jumps, *log))
+    return runs
+
+
+def _charge_mah(rng: np.random.Generator, duration_s: int, joules: float, scatter: EmulatorScatter) -> int:
+    """Return what the charger's display says was put back."""
+    jumps_mah = joules / (MAH_TO_COULOMB * VOLTAGE_V)
+    return round(CHAPTER_5.passive_charge_mah(duration_s) + jumps_mah + rng.normal(0.0, scatter.recharge_mah))
+
+
+def _log(
+    rng: np.random.Generator,
+    motion: tuple[FloatArray, FloatArray, FloatArray],
+    condition: tuple[int, int],
+    scatter: EmulatorScatter,
+    jumps: int,
+) -> tuple[NDArray[np.int64], dict[str, FloatArray]]:
+    """Record a run: heights above the touchdown's are stretched by what the run and each jump differ by."""
+    times_s, heights_m, numbers = motion
+    shares = 1.0 + rng.normal(0.0, scatter.run_height) + rng.normal(0.0, scatter.jump_height, jumps)
+    above_m = np.maximum(heights_m - REST_LENGTH_M, 0.0)
+    made_m = np.where(above_m > 0.0, REST_LENGTH_M + shares[numbers.astype(int)] * above_m, heights_m)
+    time_s = np.arange(-_HELD_S, times_s[-1] + _HELD_S, 1.0 / _RATE_HZ)
+    height_m = np.interp(time_s, times_s, made_m) + rng.normal(0.0, _HEIGHT_NOISE_M, time_s.size)
+    height_m = np.round(height_m / _HEIGHT_STEP_M) * _HEIGHT_STEP_M
+    log_ms = np.round(1000.0 * (time_s + _HELD_S)).astype(np.int64) + int(rng.integers(15_000, 40_000))
+    kept = np.ones(time_s.size, dtype=np.bool_)
+    for _ in range(int(rng.binomial(jumps, _DROP_CHANCE))):
+        first = int(rng.integers(1, time_s.size))
+        kept[first : first + int(rng.integers(2, _LONGEST_DROP + 1))] = False
+    gain, damping = condition
+    channels = {
+        "body_height [m]": height_m,
+        "k_gain": np.full(time_s.size, float(gain)),
+        "b_ad_gain": np.full(time_s.size, float(damping)),
+    }
+    return log_ms[kept], {name: values[kept] for name, values in channels.items()}

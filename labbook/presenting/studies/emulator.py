@@ -1,0 +1,201 @@
+"""The emulator study: as sentences, as a table, as data, and as what the figure draws."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+from data_schema.rounding import level_text, number_text
+from data_schema.vocabulary import Undefined
+from labbook.analysis.studies.emulator import AtGain, Controller, EmulatorStudy, Rise, Trend
+from reports.figures.emulator import ControllerPoints
+from reports.wording import list_text
+from stats.days.decision_result import Bounded, Estimate
+
+HEAD = ("gain", "controller", "n", "joules (J)", "saving (%)", "apex (cm)", "apex lost (%)")
+_SHORT = {Controller.CE: "CE", Controller.CONSTANT: "constant", Controller.SCALED: "scaled"}
+_PUBLISHED = {
+    Controller.CONSTANT: "most at the lowest gain, very little at the highest",
+    Controller.SCALED: "a consistent 20 %",
+}
+
+
+def sentences(study: EmulatorStudy) -> list[str]:
+    """Say what either active damping saves, what height it costs, and which gains are left out and why."""
+    said = [_saves(study, trend) for trend in study.trends]
+    losses = [row for trend in study.trends for row in study.analysed(trend.controller)]
+    said.append(_lost(losses))
+    said.append(_left_out(study))
+    if study.coarse:
+        said.append(
+            f"At {_gains(study.coarse)} the charger's last digit is more than 3 % of what the jumps took: the same "
+            "digits repeat from day to day, and intervals of savings are too narrow. Let the robot jump longer there."
+        )
+    return said
+
+
+def _saves(study: EmulatorStudy, trend: Trend) -> str:
+    rows = study.analysed(trend.controller)
+    gains = list_text([f"{row.gain:g}" for row in rows])
+    shown = [row for row in rows if row.saving is not None and _excludes_zero(row.saving)]
+    text = (
+        f"{str(trend.controller).capitalize()} saves {_range(trend.lowest_percent, trend.highest_percent)} % at gains "
+        f"{gains} (thesis: {_PUBLISHED[trend.controller]}); the saving is significant at {len(shown)} of {len(rows)}."
+    )
+    if trend.slope is None or trend.slope_ci is None:
+        return text
+    low, high = trend.slope_ci
+    rises = "no trend with" if low <= 0.0 <= high else "it rises with" if trend.slope > 0.0 else "it falls with"
+    return (
+        f"{text} Over gains, {rises} the apex: {number_text(trend.slope, 2)} points a cm ({level_text(study.level)} CI "
+        f"{number_text(low, 2)} to {number_text(high, 2)})."
+    )
+
+
+def _excludes_zero(saving: Estimate) -> bool:
+    return not isinstance(saving.ci, Undefined) and (saving.ci[0] > 0.0 or saving.ci[1] < 0.0)
+
+
+def _range(low: float, high: float) -> str:
+    return f"{low:.1f} to {high:.1f}"
+
+
+def _lost(rows: list[AtGain]) -> str:
+    found = [row.apex_loss for row in rows if row.apex_loss is not None]
+    values = [loss.value for loss in found if isinstance(loss.value, float)]
+    ends = [loss.ci[1] for loss in found if not isinstance(loss.ci, Undefined)]
+    if not values:
+        return "No apex is compared with that under CE."
+    below = sum(end < 6.0 for end in ends)
+    return (
+        f"Active damping costs {_range(min(values), max(values))} % of the apex height (thesis: less than 6 %, which "
+        f"{below} of {len(found)} intervals show)."
+    )
+
+
+def _left_out(study: EmulatorStudy) -> str:
+    bound = f"{study.same_percent:g} %"
+    if study.left_out:
+        first = study.left_out[0]
+        rises = [rise for rise in study.rises if rise.gain == first]
+        step = f"From {rises[0].before:g} to {first:g}"
+        return (
+            f"Left out: {_gains(study.left_out)}, beyond the motors' torque limit. {step} no controller's"
+            f" apex changes by {bound} or more ({list_text([_rise_text(rise) for rise in rises])})."
+        )
+    highest = max((rise.gain for rise in study.rises), default=None)
+    last = [rise for rise in study.rises if rise.gain == highest]
+    if not last:
+        return "No gain is left out: there is none to compare with the one before."
+    return (
+        f"No gain is left out: at each the apex may be {bound} or more above the one before; from "
+        f"{last[0].before:g} to {last[0].gain:g}, {list_text([_rise_text(rise) for rise in last])}."
+    )
+
+
+def _gains(gains: tuple[float, ...]) -> str:
+    return ("gain " if len(gains) == 1 else "gains ") + list_text([f"{gain:g}" for gain in gains])
+
+
+def _rise_text(rise: Rise) -> str:
+    name, change = _SHORT[rise.controller], rise.change
+    if isinstance(change.value, Undefined):
+        return f"{name}: {change.value.reason}"
+    if isinstance(change.ci, Undefined):
+        return f"{name} {change.value:+.2f} %, no interval: {change.ci.reason}"
+    return f"{name} {change.value:+.2f} %, 90 % CI {change.ci[0]:+.2f} to {change.ci[1]:+.2f}"
+
+
+def rows(study: EmulatorStudy) -> list[list[str]]:
+    """Return a row for each gain and controller."""
+    return [
+        [
+            f"{row.gain:g}" + (" (left out)" if row.gain in study.left_out else ""),
+            _SHORT[row.controller]
+            if row.controller is Controller.CE
+            else f"{_SHORT[row.controller]} ({row.damping_gain:g})",
+            str(row.joules.n),
+            f"{row.joules.value:.2f}",
+            _estimate(row.saving, 1),
+            f"{100.0 * row.apex_m.value:.2f}",
+            _estimate(row.apex_loss, 2),
+        ]
+        for row in study.rows
+    ]
+
+
+def _estimate(found: Estimate | None, places: int) -> str:
+    if found is None or isinstance(found.value, Undefined):
+        return "–"
+    if isinstance(found.ci, Undefined):
+        return f"{found.value:.{places}f}"
+    return f"{found.value:.{places}f} ({found.ci[0]:.{places}f} to {found.ci[1]:.{places}f})"
+
+
+def as_data(study: EmulatorStudy) -> dict[str, Any]:
+    """Return all numbers for JSON, unrounded."""
+    return {
+        "level": study.level,
+        "left_out": list(study.left_out),
+        "coarse": list(study.coarse),
+        "gains": [
+            {
+                "gain": row.gain,
+                "damping_gain": row.damping_gain,
+                "controller": str(row.controller),
+                "joules": asdict(row.joules),
+                "apex_m": asdict(row.apex_m),
+                "saving_percent": _data(row.saving),
+                "apex_loss_percent": _data(row.apex_loss),
+            }
+            for row in study.rows
+        ],
+        "rises": [
+            {
+                "gain": rise.gain,
+                "before": rise.before,
+                "controller": str(rise.controller),
+                "change_percent": _data(rise.change),
+                "same_percent": study.same_percent,
+                "same": rise.change.equivalent if isinstance(rise.change.equivalent, bool) else None,
+            }
+            for rise in study.rises
+        ],
+        "trends": [{**asdict(trend), "controller": str(trend.controller)} for trend in study.trends],
+    }
+
+
+def _data(found: Estimate | Bounded | None) -> dict[str, Any] | None:
+    if found is None:
+        return None
+    if isinstance(found.value, Undefined):
+        return {"undefined": found.value.reason}
+    if isinstance(found.ci, Undefined):
+        return {"value": found.value, "undefined": found.ci.reason}
+    return {"value": found.value, "ci_low": found.ci[0], "ci_high": found.ci[1]}
+
+
+def drawn(study: EmulatorStudy) -> tuple[list[ControllerPoints], tuple[float, ...], str]:
+    """Return what the figure shows."""
+    heights = {row.gain: 100.0 * row.apex_m.value for row in study.rows if row.controller is Controller.CE}
+    points = []
+    for controller in Controller:
+        own = [row for row in study.rows if row.controller is controller]
+        points.append(
+            ControllerPoints(
+                _SHORT[controller] if controller is Controller.CE else str(controller),
+                [row.gain for row in own],
+                [(row.joules.value, row.joules.se) for row in own],
+                [(100.0 * row.apex_m.value, 100.0 * row.apex_m.se) for row in own],
+                [heights[row.gain] for row in own],
+                [_drawn_saving(row) if row.gain not in study.left_out else None for row in own],
+            )
+        )
+    return points, study.left_out, f"{level_text(study.level)} CI"
+
+
+def _drawn_saving(row: AtGain) -> tuple[float, float, float] | None:
+    saving = row.saving
+    if saving is None or isinstance(saving.value, Undefined) or isinstance(saving.ci, Undefined):
+        return None
+    return saving.value, *saving.ci

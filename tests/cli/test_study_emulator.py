@@ -1,0 +1,144 @@
+"""`labbook study emulator`: a simulated campaign through files and ingest, its truth found again, and refusals."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.validation_document import STUDIES, covered, outside
+from benchmarks.validation_emulator import from_charges
+from labbook.analysis.studies.emulator import Controller
+from labbook.demo.emulator import emulator_campaign
+from labbook.demo.emulator_book import make_emulator_book
+from labbook.presenting.studies.emulator import drawn, sentences
+from reports.figures.emulator import draw_emulator
+from tests.cli.shell import good, labbook, refused
+from tests.helpers.once import made_once
+from tests.helpers.study_pages import DOCS
+from tests.helpers.wording import says
+
+DAYS, JUMPS = 4, 14
+
+
+def _make(folder: Path) -> Path:
+    campaign = emulator_campaign(1, days=DAYS, jumps=JUMPS)
+    return make_emulator_book(folder / "demo", campaign, lambda _what: None, lambda _line: None)
+
+
+@pytest.fixture(scope="module")
+def book() -> Path:
+    """A book of four days with 14 jumps a run; it is only read."""
+    return made_once("emulator", _make)
+
+
+@pytest.fixture
+def changed(book: Path, tmp_path: Path) -> Path:
+    """A copy of the book whose labbook.toml may be changed."""
+    shutil.copytree(book, tmp_path / "book")
+    return tmp_path / "book"
+
+
+def without(folder: Path, pattern: str, instead: str) -> None:
+    path = folder / "labbook.toml"
+    text, n = re.subn(pattern, instead, path.read_text(encoding="utf-8"), flags=re.DOTALL)
+    assert n == 1
+    path.write_text(text, encoding="utf-8")
+
+
+def study(book: Path, *words: str) -> Any:
+    return good(labbook("study", "emulator", "--json", *words, at=book)).json
+
+
+def test_joules_and_apexes_of_the_campaign_are_found(book: Path) -> None:
+    truth = json.loads((book.parent / "truth.json").read_text(encoding="utf-8"))["conditions"]
+    found = study(book)["gains"]
+    assert len(truth) == 14
+    assert len(found) == 15  # at gain 300 constant and scaled are the same
+    for true in truth:
+        of_it = [one for one in found if (one["gain"], one["damping_gain"]) == (true["gain"], true["damping_gain"])]
+        assert of_it
+        for one in of_it:
+            assert one["apex_m"]["value"] == pytest.approx(true["apex_m"], abs=0.006)
+            assert one["joules"]["value"] == pytest.approx(true["joules"], abs=3.0)  # 1 mAh of 14 jumps is 4.3 J
+            assert one["joules"]["n"] == DAYS
+
+
+def test_savings_and_lost_heights_are_those_of_means_on_shared_days(book: Path) -> None:
+    found = study(book)["gains"]
+    control = {one["gain"]: one for one in found if one["controller"] == "compression-extension"}
+    for one in found:
+        if one["controller"] == "compression-extension":
+            assert one["saving_percent"] is None
+            continue
+        for key, of in (("saving_percent", "joules"), ("apex_loss_percent", "apex_m")):
+            expected = 100.0 * (1.0 - one[of]["value"] / control[one["gain"]][of]["value"])
+            assert one[key]["value"] == pytest.approx(expected, rel=1e-9, abs=1e-9)
+            assert one[key]["ci_low"] < one[key]["value"] < one[key]["ci_high"]
+
+
+def test_intervals_cover_what_is_true() -> None:
+    """The count lies in the 99.9 % binomial band."""
+    assert not outside(covered(STUDIES["emulator, charges"], 100))
+
+
+def test_a_gain_without_a_rise_is_left_out_with_all_above_it(book: Path) -> None:
+    data = study(book)
+    assert data["left_out"] == []
+    rises = {(one["gain"], one["controller"]): one["change_percent"] for one in data["rises"]}
+    assert rises[500, "compression-extension"]["value"] == pytest.approx(4.2, abs=2.0)  # the simulator's own
+    generous = study(book, "--same", "9")
+    assert generous["left_out"] == [500]
+    told = good(labbook("study", "emulator", "--same", "9", at=book)).out
+    says(told, "Left out", "500", "torque limit")
+    assert {trend["controller"] for trend in generous["trends"]} == {
+        "constant active damping",
+        "scaled active damping",
+    }
+
+
+def test_the_answer_comes_first_with_intervals_and_the_thesis_beside(book: Path, tmp_path: Path) -> None:
+    picture = tmp_path / "emulator.png"
+    told = good(labbook("study", "emulator", "--plot", str(picture), at=book)).out
+    says(told, "Scaled active damping saves", "thesis")
+    says(told, "apex height", "6 %")
+    assert picture.stat().st_size > 10_000
+
+
+def test_its_figure_names_axes_units_and_what_bars_are() -> None:
+    found = from_charges(np.random.default_rng(4))
+    found = replace(found, left_out=(500.0,))
+    figure = draw_emulator(*drawn(found))
+    labels = " ".join(axes.get_xlabel() + axes.get_ylabel() for axes in figure.axes)
+    for said in ("Energy of a jump (J)", "Apex height (cm)", "Extension gain", "Saving (%)", "95 % CI"):
+        assert said in labels.replace("\u00a0", " ")
+    assert 500.0 not in [row.gain for row in found.analysed(Controller.SCALED)]
+    assert found.coarse == (100.0,)
+    assert len(sentences(found)) == 5
+
+
+def test_books_without_what_it_takes_are_refused_with_the_line_to_write(changed: Path) -> None:
+    refused(labbook("study", "emulator", "--constant", "70", "--ratio", "3", at=changed), 2, "--constant", "--ratio")
+    refused(labbook("study", "emulator", "--where", "k_gain=300", at=changed), 2, "two")
+    refused(labbook("study", "emulator", "--ratio", "0", at=changed), 2, "--ratio")
+    without(changed, r"\ncontrol = 0\n", "\n")
+    refused(labbook("study", "emulator", at=changed), 2, "[factors.b_ad_gain]", "control = 0")
+
+
+def test_the_page_s_commands_work(book: Path, tmp_path: Path) -> None:
+    page = (DOCS / "emulator.md").read_text(encoding="utf-8")
+    demo, ask, compare = (line.split() for line in re.findall(r"^ {4}labbook (.*)$", page, re.MULTILINE))
+    assert demo[:3] == ["demo", "--study", "emulator"]
+    plot = [str(tmp_path / "drawn.pdf") if word == "emulator.pdf" else word for word in ask]
+    good(labbook(*plot, at=book))
+    says(good(labbook(*compare, at=book)).out, "no higher at gain 500")
+    (own,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    assert set(tomllib.loads(own)["factors"]) == {"k_gain", "b_ad_gain"}
+    refused(labbook("demo", "--study", "emulater", str(tmp_path / "none"), at=tmp_path), 2, "emulator")
