@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import datetime
 import functools
-import math
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -22,7 +21,6 @@ import scipy.stats
 from benchmarks.document import table_text
 from benchmarks.section import Table
 from benchmarks.validation_emulator import emulator_book, from_charges, intervals, true_changes
-from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import Undefined
 from labbook.actions.studies.compaction import compaction_of
 from labbook.actions.studies.field import field_study_of
@@ -42,6 +40,19 @@ from labbook.demo.force_plate import (
     plate_campaign,
 )
 from labbook.demo.plate_book import make_plate_book
+from labbook.demo.sheets import (
+    COMPACTED,
+    DAMPING,
+    GAINS,
+    GRAIN_MM,
+    LOOSE,
+    STIFFNESS,
+    THIN,
+    WIDE,
+    flasks,
+    oscillations,
+    walks,
+)
 from simulator.motor_power import MOTOR_PARAMETERS, Drive
 from simulator.scene_file import load_scene
 from stats.compare.shared_error import SharedError
@@ -52,12 +63,6 @@ from stats.lines.through_origin import SlopeThroughOrigin, slope_through_origin
 DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "validation.md"
 CAMPAIGNS, LEVEL, SEED = 2000, 0.95, 21
 FIRST, LAST = "<!-- measured -->", "<!-- end of measured -->"
-FLASK_RADII_MM, GRAIN_MM = (15.0, 20.0, 30.0, 45.0, 60.0), 3.4
-LOOSE, COMPACTED, WALLS = 0.61, 0.63, (-0.25, -0.2)
-"""Volume fractions without walls (thesis 5.1.2), and their change with grain size / flask radius (assumed)."""
-THIN, WIDE = 1.3, 1.1
-"""Specific resistance of two robots (thesis 2.2.3)."""
-
 Intervals = Mapping[str, tuple[float, float] | Undefined]
 
 
@@ -70,60 +75,6 @@ class ClosedLoop:
     intervals: Callable[[Any], Intervals]
     truths: Mapping[str, float] | Callable[[], Mapping[str, float]]
     campaigns: int = CAMPAIGNS
-
-
-def flasks(chance: np.random.Generator, of_flask: float = 0.002, of_filling: float = 0.0015) -> str:
-    """Draw a sheet of flasks with normal errors of their fractions: one of each flask, and one of each filling."""
-    lines = ["radius_mm,state,water_ml"]
-    for radius_mm in FLASK_RADII_MM:
-        volume_ml, shared = 4.0 / 3.0 * math.pi * radius_mm**3 / 1e3, chance.normal(0.0, of_flask)
-        for state, fraction, wall in zip(("loose", "compacted"), (LOOSE, COMPACTED), WALLS, strict=True):
-            filled = fraction + wall * GRAIN_MM / radius_mm + shared + chance.normal(0.0, of_filling)
-            lines.append(f"{radius_mm:g},{state},{volume_ml * (1.0 - filled):.9g}")
-    return "\n".join(lines) + "\n"
-
-
-def walks(chance: np.random.Generator) -> str:
-    """Draw a sheet of four walks of which some are harder for both robots, and what either needs scatters by 3 %."""
-    lines = ["walk,robot,mass_kg,distance_m,energy_Wh"]
-    for walk in range(4):
-        distance_m, hardness = chance.uniform(100.0, 600.0), chance.normal(0.0, 0.3)
-        for robot, mass_kg, needed in (("thin", 8.1, THIN), ("wide", 8.3, WIDE)):
-            scattered = needed * math.exp(hardness + chance.normal(0.0, 0.03))
-            energy_wh = scattered * mass_kg * STANDARD_GRAVITY_M_S2 * distance_m / 3600.0
-            lines.append(f"{walk},{robot},{mass_kg},{distance_m:.9g},{energy_wh:.9g}")
-    return "\n".join(lines) + "\n"
-
-
-GAINS, STIFFNESS, DAMPING = ((60.0, 0.0), (200.0, 1.5), (300.0, 3.0)), (2.56, 67.36), (3.32, 2.0)
-"""Position and velocity gains, and the lines of physical coefficients over them (5.1.1; a lighter damping at 0)."""
-MASSES_KG, RATE_HZ, LONGEST_S, DISPLACED_M = (1.0, 2.0), 300.0, 0.5, 0.03
-POSITION_SD_M, VELOCITY_SD_M_S = 1e-4, 5e-3
-
-
-def oscillations(
-    chance: np.random.Generator,
-    position_sd_m: float = POSITION_SD_M,
-    velocity_sd_m_s: float = VELOCITY_SD_M_S,
-    damping: tuple[float, float] = DAMPING,
-) -> list[Oscillation]:
-    """Draw oscillations of masses on a leg, sampled with normal errors of position and velocity."""
-    found = []
-    time_s = np.arange(0.0, LONGEST_S, 1.0 / RATE_HZ)
-    for gain, damping_gain in GAINS:
-        k, d = STIFFNESS[0] * gain + STIFFNESS[1], damping[0] * damping_gain + damping[1]
-        for mass_kg in MASSES_KG:
-            decay = d / (2.0 * mass_kg)
-            turning = np.sqrt(complex(k / mass_kg - decay**2))
-            envelope_m = DISPLACED_M * np.exp(-decay * time_s)
-            x_m = mass_kg * STANDARD_GRAVITY_M_S2 / k + (envelope_m * np.cos(turning * time_s)).real
-            turned = decay * np.cos(turning * time_s) + turning * np.sin(turning * time_s)
-            v_m_s = -(envelope_m * turned).real
-            x_m = x_m + chance.normal(0.0, position_sd_m, time_s.size)
-            v_m_s = v_m_s + chance.normal(0.0, velocity_sd_m_s, time_s.size)
-            name = f"{gain:g}_{mass_kg:g}.csv"
-            found.append(Oscillation(name, gain, damping_gain, 0.2, mass_kg, time_s, x_m, v_m_s))
-    return found
 
 
 def _of_oscillations(drawn: list[Oscillation]) -> Intervals:

@@ -1,7 +1,6 @@
 """Commands on the book as a whole: init, demo, backup, restore, merge, rebuild."""
 
 import contextlib
-from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -55,7 +54,11 @@ def demo(
     full: Annotated[bool, typer.Option("--full", help="Write 12-minute logs (4.4 GB) instead of short ones.")] = False,
     study: Annotated[
         str | None,
-        typer.Option("--study", metavar="NAME", help="Another campaign: force-plate (thesis 3.2.2) or emulator (4.3)."),
+        typer.Option(
+            "--study",
+            metavar="NAME",
+            help="A study: force-plate, characterisation, emulator, compaction, field.",
+        ),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -79,28 +82,16 @@ def demo(
 
 def _study_demo(folder: Path, study: str, seed: int, full: bool, as_json: bool) -> None:
     from data_schema.errors import UsageError, unknown_name
-    from labbook.demo.emulator import emulator_campaign
-    from labbook.demo.emulator_book import make_emulator_book
-    from labbook.demo.force_plate import plate_campaign
-    from labbook.demo.plate_book import make_plate_book
+    from labbook.demo.studies import STUDIES
 
-    def say_line(line: str) -> None:
-        if not as_json:
-            say(line)
-
-    studies: dict[str, Callable[[Callable[[str], None]], Path]] = {
-        "force-plate": lambda step: make_plate_book(folder, plate_campaign(seed), step, say_line),
-        "emulator": lambda step: make_emulator_book(folder, emulator_campaign(seed), step, say_line),
-    }
-    if study not in studies:
-        raise unknown_name("study with a demonstration", study, studies)
+    if study not in STUDIES:
+        raise unknown_name("study with a demonstration", study, STUDIES)
     if full:
         raise UsageError("--full is about the logs of the demonstration without --study: leave one of the two out.")
     with progress("demonstration", None, shown=not as_json) as step:
-        step("simulating the jumps")
-        book = studies[study](step)
-    done = {"book": str(book), "instruments": str(folder / "instruments"), "truth": str(folder / "truth.json")}
-    emit(done, [f"the book: {book}", f"Next: labbook study {study} --book {book}"], as_json)
+        command = STUDIES[study](folder, seed, step, lambda line: None if as_json else say(line))
+    truth = str(folder / "truth.json")
+    emit({"folder": str(folder), "truth": truth, "next": command}, [f"the truth: {truth}", f"Next: {command}"], as_json)
 
 
 def backup(

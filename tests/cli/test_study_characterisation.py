@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.validation_document import DAMPING, STIFFNESS, STUDIES, covered, oscillations, outside
+from benchmarks.validation_document import STUDIES, covered, outside
 from labbook.analysis.studies.characterisation import Oscillation, characterisation
+from labbook.demo.sheets import DAMPING, STIFFNESS, oscillations
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.study_pages import study_page
 

@@ -1,0 +1,52 @@
+"""The campaigns of studies that `labbook demo --study` makes, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from data_schema.errors import UsageError
+
+Step = Callable[[str], None]
+MakeStudy = Callable[[Path, int, Step, Step], str]
+"""Writes a study's campaign into a folder, from a seed; returns the command to go on with."""
+
+
+def _plate(folder: Path, seed: int, step: Step, say: Step) -> str:
+    from labbook.demo.force_plate import plate_campaign
+    from labbook.demo.plate_book import make_plate_book
+
+    step("simulating the jumps")
+    return f"labbook study force-plate --book {make_plate_book(folder, plate_campaign(seed), step, say)}"
+
+
+def _emulator(folder: Path, seed: int, step: Step, say: Step) -> str:
+    from labbook.demo.emulator import emulator_campaign
+    from labbook.demo.emulator_book import make_emulator_book
+
+    step("simulating the jumps")
+    return f"labbook study emulator --book {make_emulator_book(folder, emulator_campaign(seed), step, say)}"
+
+
+def _sheet(writer: str) -> MakeStudy:
+    def make(folder: Path, seed: int, step: Step, say: Step) -> str:
+        from labbook.demo import sheets
+
+        if folder.exists() and any(folder.iterdir()):
+            raise UsageError(f"{folder} is not empty: name a new folder for the demonstration.")
+        step("drawing the campaign")
+        command: str = getattr(sheets, writer)(folder, seed)
+        say(f"wrote the sheet of a campaign to {folder}")
+        return command
+
+    return make
+
+
+STUDIES: Mapping[str, MakeStudy] = {
+    "force-plate": _plate,
+    "characterisation": _sheet("write_oscillations"),
+    "emulator": _emulator,
+    "compaction": _sheet("write_flasks"),
+    "field": _sheet("write_walks"),
+}
+"""In the order of the thesis (3.2.2, 4.2.6, 4.3, 5.1.2, 2.2.3); a new one is a function and a line here."""

@@ -1,0 +1,54 @@
+"""`labbook demo --study`: campaigns of studies that are kept as sheets, whose truth the study finds again."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from labbook.demo.studies import STUDIES
+from tests.cli.shell import good, labbook, refused
+
+
+def made(tmp_path: Path, study: str) -> tuple[dict[str, float], Any]:
+    """The truth of a demonstration, and what the command that it names says as JSON."""
+    done = good(labbook("demo", "--study", study, "--seed", "3", "--json", str(tmp_path / "demo"), at=tmp_path)).json
+    truth = json.loads(Path(done["truth"]).read_text(encoding="utf-8"))
+    return truth, good(labbook(*shlex.split(done["next"])[1:], "--json", at=tmp_path)).json
+
+
+def test_flasks_lead_to_the_fractions_that_they_were_drawn_with(tmp_path: Path) -> None:
+    truth, found = made(tmp_path, "compaction")
+    for state in found["states"]:
+        assert state["fraction"] == pytest.approx(truth[state["state"]], abs=0.01)
+
+
+def test_walks_lead_to_the_ratio_of_both_robots(tmp_path: Path) -> None:
+    truth, found = made(tmp_path, "field")
+    assert found["ratio"] == pytest.approx(truth["wide / thin"], abs=0.09)
+
+
+def test_oscillations_lead_to_stiffness_and_damping(tmp_path: Path) -> None:
+    truth, found = made(tmp_path, "characterisation")
+    for one in found["conditions"]:
+        stiffness, damping = one["stiffness_n_m"]["value"], one["damping_kg_s"]["value"]
+        assert stiffness == pytest.approx(truth[f"stiffness at gain {one['gain']:g} (N/m)"], rel=0.02)
+        assert damping == pytest.approx(truth[f"damping at gain {one['damping_gain']:g} (kg/s)"], rel=0.1)
+
+
+def test_the_same_seed_makes_the_same_files(tmp_path: Path) -> None:
+    for name in ("one", "other"):
+        good(labbook("demo", "--study", "characterisation", str(tmp_path / name), at=tmp_path))
+    one, other = ({path.name: path.read_bytes() for path in (tmp_path / name).iterdir()} for name in ("one", "other"))
+    assert one == other
+
+
+def test_another_study_and_a_folder_that_is_not_empty_are_refused(tmp_path: Path) -> None:
+    refused(labbook("demo", "--study", "compacton", str(tmp_path / "new"), at=tmp_path), 2, "compaction")
+    (tmp_path / "there").mkdir()
+    (tmp_path / "there" / "note.txt").write_text("mine")
+    for study in STUDIES:
+        refused(labbook("demo", "--study", study, str(tmp_path / "there"), at=tmp_path), 2, "not empty")
