@@ -32,7 +32,7 @@ from simulator.jump import (
 from simulator.kernel.build import Kernel, kernel_for
 from simulator.kernel.layout import OUTCOMES, STEP_LIMIT
 from simulator.kernel.limits import MOST_STEPS
-from simulator.kernel.rows import COLUMN, COLUMNS
+from simulator.kernel.rows import COLUMN, COLUMNS, COST_PARTS
 from simulator.parameter import Parameter
 from simulator.scene_file import load_scene
 
@@ -130,7 +130,7 @@ def _simulated(kernel: Kernel, table: Row, accuracy: float, most_steps: float = 
 
 
 def _outputs(rows: Row) -> Row:
-    cost = sum(rows[:, COLUMN[f"stance_{part}_J"]] for part in ("heat", "mechanical", "drag"))
+    cost = sum(rows[:, COLUMN[f"stance_{part}_J"]] for part in COST_PARTS)
     return np.stack([*(rows[:, COLUMN[name]] for name in OUTPUTS), cost])
 
 

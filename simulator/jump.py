@@ -30,7 +30,7 @@ from simulator.kernel.limits import (
     TOLERANCE,
     TOLERANCE_SHARE,
 )
-from simulator.kernel.rows import COLUMN, COLUMNS, COUNTERS
+from simulator.kernel.rows import COLUMN, COLUMNS, COST_PARTS, COUNTERS
 from simulator.result import JumpResult, ModeChange, SceneResult
 from simulator.scene import Scene
 from simulator.trajectory import Recording, trajectory_of
@@ -167,7 +167,7 @@ def _jump(scene: Scene, accuracy: float, row: Row, changes: Row) -> JumpResult:
         outcome=OUTCOMES[int(row[0])],
         **values,
         passive_J=passive_j,
-        cost_J=sum(values[f"{span}_{part}_J"] for part in ("heat", "mechanical", "drag")) + passive_j,
+        cost_J=sum(values[f"{span}_{part}_J"] for part in COST_PARTS) + passive_j,
         decision_tick=int(tick) if tick >= 0 else None,
         counters={name: int(row[COLUMN[name]]) for name in COUNTERS},
         mode_changes=tuple(

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING
 
 from data_schema.notebook import fields_html
-from simulator.effects.registry import BOOKED
+from simulator.effects.registry import ENERGIES
 from simulator.scene import Scene
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ class JumpResult:
     """One jump, from touchdown on. Heights are above the undisturbed surface; None: not reached.
 
     Energies are in joules. Those of the stance are integrals from touchdown to the last lift-off before the apex; those
-    of the jump run to its end, as do the energies that effects declare (`simulator.effects.registry.BOOKED`, each a
+    of the jump run to its end, as do the energies that effects declare (`simulator.effects.registry.ENERGIES`, each a
     field: `friction_loss_J`), and the residual of the energy book. `cost_J` is the sum of heat, mechanical energy and
     drag of the stance (with the effect `cost_of_whole_jump`, of the jump) and of the passive draw.
 
@@ -76,9 +76,9 @@ class JumpResult:
     grain_energy_J: float  # noqa: N815
     impact_loss_J: float  # noqa: N815
     reset_work_J: float  # noqa: N815
-    for _energy in BOOKED:  # those that have no line here
-        __annotations__.setdefault(_energy.column, "float")
-    del _energy
+    for _column in (column for energy in ENERGIES for column in energy.columns):  # those that have no line here
+        __annotations__.setdefault(_column, "float")
+    del _column
     energy_residual_J: float  # noqa: N815
     energy_at_play_J: float  # noqa: N815
     decision_margin: float | None

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator.kernel.layout import OUTCOMES
-from simulator.kernel.rows import COLUMN
+from simulator.kernel.rows import COLUMN, COST_PARTS
 from simulator.scene import Scene
 
 NAMES = ("max_depth_m", "liftoff_time_s", "apex_height_m", "cost_J")
@@ -29,7 +29,7 @@ def outputs_of(scene: Scene, row: NDArray[np.float64]) -> Outputs:
     """Read the outputs from a row of the kernel, shape (columns,)."""
     span = "jump" if "cost_of_whole_jump" in scene.effects else "stance"
     values = {name: _number(float(row[COLUMN[name]])) for name in NAMES[:-1]}
-    cost_j = sum(float(row[COLUMN[f"{span}_{part}_J"]]) for part in ("heat", "mechanical", "drag"))
+    cost_j = sum(float(row[COLUMN[f"{span}_{part}_J"]]) for part in COST_PARTS)
     return Outputs(OUTCOMES[int(row[COLUMN["outcome"]])], {**values, NAMES[-1]: _number(cost_j)})
 
 

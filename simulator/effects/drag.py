@@ -37,8 +37,7 @@ EFFECT = Effect(
         MOTOR_RESISTANCE,
         Parameter("velocity_constant", "drive", "V s/rad", "voltage a motor needs for each rad/s", 1e-3, 10.0),
     ),
-    energies=(Energy("drag", "electromechanical drag of the motors", 0),),
-    publishes=("stance_drag_J",),
+    energies=(Energy("drag", "electromechanical drag of the motors", 0, "motors' drag", singular=True),),
     derived=("drag_factor",),
     functions=_functions,
 )

@@ -25,20 +25,28 @@ class Energy:
     """An energy that is summed over a jump, in joules: a state of the integration, and a column of results.
 
     `sign`: how the energy book counts it, as gained by body and foot (1) or lost (-1); 0 is a part of the cost, which
-    the book does not know. `label` is its line in the table of `labbook sim run`. One that is `sudden` is lost at
-    events alone, and needs no integration.
+    the book does not know: its power is the effect's function `NAME_w(p, lever_m, leg_speed_m_s, force_n)`, and there
+    is a column for the stance and one for the jump. `label` is its line in the table of `labbook sim run`. One that is
+    `sudden` is lost at events alone, and needs no integration. A cost that is `singular` has a pole where the leg is
+    straight, which it may be in flight: it counts there only where the cost is that of the whole jump.
     """
 
     name: str
     meaning: str
     sign: Literal[-1, 0, 1]
-    label: str = ""
+    label: str
     sudden: bool = False
+    singular: bool = False
 
     @property
     def column(self) -> str:
-        """Name of the output."""
+        """Name of the output of an energy of the book."""
         return f"{self.name}_J"
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the outputs."""
+        return (self.column,) if self.sign else (f"stance_{self.name}_J", f"jump_{self.name}_J")
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,4 +105,4 @@ class Effect:
     @property
     def outputs(self) -> tuple[str, ...]:
         """Names of the outputs it computes."""
-        return (*self.publishes, *(energy.column for energy in self.all_energies if energy.sign))
+        return (*self.publishes, *(column for energy in self.all_energies for column in energy.columns))

@@ -32,8 +32,7 @@ EFFECT = Effect(
     meaning="heat in the motors' windings",
     source="thesis Eq. 3.5",
     parameters=(TORQUE_CONSTANT, MOTOR_RESISTANCE),
-    energies=(Energy("heat", "heat in the motors' windings", 0),),
-    publishes=("stance_heat_J",),
+    energies=(Energy("heat", "heat in the motors' windings", 0, "heat in the motors"),),
     derived=("heat_factor",),
     functions=_functions,
 )

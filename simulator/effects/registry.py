@@ -75,4 +75,5 @@ ENERGIES: tuple[Energy, ...] = tuple(
 )
 """Every energy that an effect turns over."""
 BOOKED = tuple(energy for energy in ENERGIES if energy.sign)
-"""Those in the energy book: each is a column of results."""
+COSTS = tuple(energy for energy in ENERGIES if not energy.sign)
+"""Those in the energy book, and the parts of the cost beside the mechanical one."""

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from simulator.basics import BASICS, GRAVITY_M_S2
 from simulator.compiled import inner
-from simulator.effects.effect import MODES, BodyForce, Effect, Function, Mode
-from simulator.effects.registry import EFFECTS, ENERGIES
+from simulator.effects.effect import MODES, BodyForce, Effect, Energy, Function, Mode
+from simulator.effects.registry import COSTS, EFFECTS, ENERGIES
 from simulator.kernel.layout import GUARDS, MECHANICAL, PARAMETERS, SWITCHES
 from simulator.parameter import Parameter
 
@@ -76,6 +76,11 @@ class Composition:
         """Whether a foot may be light enough to follow the ground without inertia: on a platform that has none."""
         return self.has("travel_m") and not self.has("platform_mass_kg")
 
+    @property
+    def costs(self) -> tuple[Energy, ...]:
+        """The parts of the cost that effects compute."""
+        return tuple(energy for energy in COSTS if energy.name in self.integrals)
+
     def closed_form(self, mode: Mode) -> bool:
         """Whether no force on the body keeps the motion in a mode from having one."""
         return not any(mode in force.breaks_closed_form for force, _ in self.body_forces)
@@ -83,12 +88,14 @@ class Composition:
     @property
     def levered(self) -> bool:
         """Whether anything in force asks for the lever arm of the joint."""
-        return any(self.has(slot) for slot in ("heat_w", "drag_w", "cap_bends", "cost_cap_n"))
+        return bool(self.costs) or self.has("cap_bends") or self.has("cost_cap_n")
 
     @property
     def straight_ends_flight(self) -> bool:
         """Whether a leg that is straight in flight ends the jump: on hard ground, and where its speed is braked."""
-        return self.on("touchdown_impact") or (self.has("drag_w") and self.on("cost_of_whole_jump"))
+        return self.on("touchdown_impact") or (
+            self.on("cost_of_whole_jump") and any(energy.singular for energy in self.costs)
+        )
 
     @property
     def guards(self) -> int:
@@ -172,6 +179,7 @@ def compose(effects: Iterable[str]) -> Composition:
             prepare = _after(prepare, functions.pop("prepare"))
         forces += _force_of(effect, functions)
         functions.pop("body_force_n", None)  # it is no slot: forces are summed
+        _check_costs(effect, functions)
         if twice := functions.keys() & slots.keys():
             raise ValueError(f"{effect.name} fills {min(twice)}, as another effect does: let both exclude each other.")
         slots |= functions
@@ -186,6 +194,14 @@ def compose(effects: Iterable[str]) -> Composition:
         integrals={name: MECHANICAL + 1 + place for place, name in enumerate(wanted)},
         body_forces=tuple(forces),
     )
+
+
+def _check_costs(effect: Effect, functions: Mapping[str, Function]) -> None:
+    """Raise `ValueError` where an effect gives the power of no energy, or a part of the cost without its power."""
+    powers = {name for name in functions if name.endswith("_w")}
+    wanted = {f"{energy.name}_w" for energy in effect.energies if not energy.sign}
+    if powers != wanted:
+        raise ValueError(f"{effect.name} gives {sorted(powers)}, where its energies ask for {sorted(wanted)}.")
 
 
 def _force_of(effect: Effect, functions: Mapping[str, Function]) -> tuple[tuple[BodyForce, Function], ...]:

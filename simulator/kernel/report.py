@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from simulator.compiled import inner
 from simulator.effects.effect import Function
+from simulator.effects.registry import COSTS
 from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.layout import (
     BOTTOMED,
@@ -47,18 +48,17 @@ Row = NDArray[np.float64]
 
 def make_note_cost(composition: Composition, span: str) -> Function:
     """Write the cost so far, of the stance or of the jump: `(work, row)`."""
-    heat, drag = composition.integrals.get("heat", -1), composition.integrals.get("drag", -1)
-    heat_at, mechanical_at, drag_at = (
-        COLUMN[f"{span}_heat_J"],
-        COLUMN[f"{span}_mechanical_J"],
-        COLUMN[f"{span}_drag_J"],
-    )
+    note = _with_part(inner(lambda work, row: None), COLUMN[f"{span}_mechanical_J"], MECHANICAL)
+    for energy in COSTS:
+        note = _with_part(note, COLUMN[f"{span}_{energy.name}_J"], composition.integrals.get(energy.name, -1))
+    return note
 
+
+def _with_part(before: Function, column: int, integral: int) -> Function:
     @inner
     def note_cost(work: Row, row: Row) -> None:
-        row[heat_at] = work[NOW + heat] if heat >= 0 else 0.0
-        row[mechanical_at] = work[NOW + MECHANICAL]
-        row[drag_at] = work[NOW + drag] if drag >= 0 else 0.0
+        before(work, row)
+        row[column] = work[NOW + integral] if integral >= 0 else 0.0
 
     return note_cost
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from simulator.effects.registry import BOOKED
+from simulator.effects.registry import BOOKED, COSTS
+
+COST_PARTS = ("mechanical", *(energy.name for energy in COSTS))
+"""Parts of the cost of a jump, of which each has a column for the stance and one for the jump."""
 
 COLUMNS = (
     "outcome",
@@ -17,12 +20,7 @@ COLUMNS = (
     "apex_time_s",
     "next_touchdown_time_s",
     "next_touchdown_body_velocity_m_s",
-    "stance_heat_J",
-    "stance_mechanical_J",
-    "stance_drag_J",
-    "jump_heat_J",
-    "jump_mechanical_J",
-    "jump_drag_J",
+    *(f"{span}_{part}_J" for span in ("stance", "jump") for part in COST_PARTS),
     "jump_time_s",
     "leg_work_J",
     *(energy.column for energy in BOOKED),

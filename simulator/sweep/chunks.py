@@ -29,7 +29,7 @@ from simulator.kernel.cache import fingerprint
 from simulator.kernel.composition import compose
 from simulator.kernel.interpreter import kernel_for_few
 from simulator.kernel.limits import JUMPS_WANTED
-from simulator.kernel.rows import COLUMN, COLUMNS
+from simulator.kernel.rows import COLUMN, COLUMNS, COST_PARTS
 from simulator.scene import Scene
 from simulator.sweep.design import Design
 from simulator.sweep.outputs import ERRORS, FROM_KERNEL, NOT_MADE_FLAG, OUTPUTS, PLACE, REFUSED_FLAG
@@ -195,9 +195,8 @@ def _outputs(recipe: Recipe, found: Block, counts: NDArray[np.int64], passive_w:
     span = "jump" if "cost_of_whole_jump" in recipe.effects else "stance"
     seconds = block[:, :, PLACE["jump_time_s"]]
     passive_j = np.zeros_like(seconds) if passive_w is None else passive_w[:, np.newaxis] * seconds
-    heat, mechanical, drag = (block[:, :, PLACE[f"{span}_{part}_J"]] for part in ("heat", "mechanical", "drag"))
     block[:, :, PLACE["passive_J"]] = passive_j
-    block[:, :, PLACE["cost_J"]] = heat + mechanical + drag + passive_j
+    block[:, :, PLACE["cost_J"]] = sum(block[:, :, PLACE[f"{span}_{part}_J"]] for part in COST_PARTS) + passive_j
     flags = ill_conditioned(block[:, :, PLACE["decision_margin"]], block[:, :, PLACE["error_growth"]], recipe.accuracy)
     block[:, :, PLACE["ill_conditioned"]] = np.logical_or.accumulate(flags, axis=1)
     block[:, :, PLACE["under_surface"]] = under_surface(block[:, :, PLACE["min_body_height_m"]], recipe.effects)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from simulator.effects.registry import BOOKED
+from simulator.effects.registry import BOOKED, COSTS
 from simulator.error_bars import NOT_OUTPUTS
 from simulator.kernel.layout import OUTCOMES
 from simulator.kernel.rows import COLUMN
@@ -32,6 +32,8 @@ OUTCOME_FLAGS = ((REFUSED_FLAG, REFUSED), (NOT_MADE_FLAG, NOT_MADE), *enumerate(
 _YES_OR_NO = ((NOT_MADE_FLAG, NOT_MADE), (0, "no"), (1, "yes"))
 _REACHED = "; NaN where not reached, outcome tells why"
 
+_COSTS = {"mechanical": "mechanical part of the cost", **{energy.name: energy.meaning for energy in COSTS}}
+
 OUTPUTS = (
     Output("outcome", "1", "how the jump ended", "i1", OUTCOME_FLAGS),
     Output("touchdown_time_s", "s", "time of touchdown since the start"),
@@ -45,12 +47,11 @@ OUTPUTS = (
     Output("apex_time_s", "s", f"time of the apex since touchdown{_REACHED}"),
     Output("next_touchdown_time_s", "s", f"time of the next touchdown since touchdown{_REACHED}"),
     Output("next_touchdown_body_velocity_m_s", "m/s", f"velocity of the body at the next touchdown{_REACHED}"),
-    Output("stance_heat_J", "J", "heat in the motors' windings from touchdown to lift-off"),
-    Output("stance_mechanical_J", "J", "mechanical part of the cost from touchdown to lift-off"),
-    Output("stance_drag_J", "J", "electromechanical drag of the motors from touchdown to lift-off"),
-    Output("jump_heat_J", "J", "heat in the motors' windings from touchdown to the jump's end"),
-    Output("jump_mechanical_J", "J", "mechanical part of the cost from touchdown to the jump's end"),
-    Output("jump_drag_J", "J", "electromechanical drag of the motors from touchdown to the jump's end"),
+    *(
+        Output(f"{span}_{part}_J", "J", f"{meaning} from touchdown to {end}")
+        for span, end in (("stance", "lift-off"), ("jump", "the jump's end"))
+        for part, meaning in _COSTS.items()
+    ),
     Output("jump_time_s", "s", "time from touchdown to the jump's end"),
     Output("leg_work_J", "J", "work of the leg's motors on body and foot"),
     *(Output(energy.column, "J", energy.meaning) for energy in BOOKED),

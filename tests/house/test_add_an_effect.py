@@ -18,19 +18,47 @@ EFFECT, TEST = re.findall(r"```python\n(.*?)```", DOCUMENT, re.DOTALL)
 NAME = "viscous_rail"
 
 
+GEAR_LOSS = """
+from simulator.compiled import inner
+from simulator.effects.effect import Effect, Energy
+
+EFFECT = Effect(
+    name="gear_loss",
+    meaning="friction of the gears",
+    source="none",
+    energies=(Energy("gear", "friction of the gears", 0, "gears"),),
+    functions=lambda at: {"gear_w": inner(lambda p, lever_m, speed_m_s, force_n: 0.1 * abs(force_n * speed_m_s))},
+)
+"""
+COSTS = """
+from simulator.jump import simulate
+from simulator.scene_file import load_scene
+
+jump = simulate(load_scene("sim2").changed(effects_on=["gear_loss"])).jump
+without = simulate(load_scene("sim2")).jump
+assert 0.0 < jump.stance_gear_J < jump.jump_gear_J
+assert abs(jump.cost_J - without.cost_J - jump.stance_gear_J) < 1e-6 * jump.cost_J
+"""
+
+
 @pytest.fixture(scope="module")
 def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The sources with the document's file and its lines of the registry."""
+    """The sources with the document's file and another, and their lines of the registry."""
     folder = tmp_path_factory.mktemp("effect")
     for package in ("simulator", "data_schema"):
         shutil.copytree(ROOT / package, folder / package, ignore=shutil.ignore_patterns("__pycache__"))
     effects = folder / "simulator" / "effects"
-    (effects / f"{NAME}.py").write_text(EFFECT, encoding="utf-8")
     registry = effects / "registry.py"
-    text, count = re.subn(r"^( +)rail_friction,\n", rf"\g<0>\1{NAME},\n", registry.read_text("utf-8"), flags=re.M)
-    assert count == 2  # the import and the list
-    registry.write_text(text, encoding="utf-8")
+    for name, source in ((NAME, EFFECT), ("gear_loss", GEAR_LOSS)):
+        (effects / f"{name}.py").write_text(source, encoding="utf-8")
+        text, count = re.subn(r"^( +)rail_friction,\n", rf"\g<0>\1{name},\n", registry.read_text("utf-8"), flags=re.M)
+        assert count == 2  # the import and the list
+        registry.write_text(text, encoding="utf-8")
     return folder
+
+
+def test_a_part_of_the_cost_is_one_file_too(copy: Path) -> None:
+    python(["-c", COSTS], folder=copy, NUMBA_DISABLE_JIT="1")
 
 
 def test_its_effect_passes_its_test(copy: Path) -> None:

@@ -13,7 +13,7 @@ import pytest
 from simulator.basics import BASICS
 from simulator.declared import GROUNDS, all_parameters, readers
 from simulator.effects.effect import MODES, BodyForce, Effect, Energy, Function
-from simulator.effects.registry import BOOKED, EFFECTS, ENERGIES
+from simulator.effects.registry import EFFECTS, ENERGIES
 from simulator.kernel.composition import compose
 from simulator.scene import Scene
 from simulator.scene_file import PARTS, load_scene, shipped_scenes
@@ -147,7 +147,7 @@ def test_every_pair_switched_on_in_a_shipped_scene_is_built_or_refused() -> None
 
 def test_an_energy_is_declared_once_and_named_for_people() -> None:
     assert len({energy.name for energy in ENERGIES}) == len(ENERGIES)
-    assert all(energy.meaning and energy.label for energy in BOOKED)
+    assert all(energy.meaning and energy.label for energy in ENERGIES)
 
 
 LOSS = Energy("wind_loss", "energy lost to the wind", -1, "lost to the wind")
@@ -159,6 +159,8 @@ WRONG: dict[str, tuple[dict[str, Any], dict[str, Function]]] = {
     "holds without a guard": ({"body_force": replace(EVERYWHERE, holds=True)}, WIND),
     "has a guard and does not hold": ({"body_force": EVERYWHERE}, {**WIND, "hold_guard": WIND["body_force_n"]}),
     "breaks a closed form where it does not act": ({"body_force": BodyForce(LOSS, ("flight",), ("jammed",))}, WIND),
+    "costs without a power": ({"energies": (Energy("gear", "losses of the gear", 0, "gear"),)}, {}),
+    "has a power and no energy": ({}, {"gear_w": WIND["body_force_n"]}),
     "fills what another fills": ({}, {"resistance_n": WIND["body_force_n"]}),
 }
 

@@ -160,7 +160,7 @@ def _effect_lines(effect: Effect) -> list[str]:
         f"source: {effect.source}.",
         *([f"needs {_needs(effect)}."] if effect.needs else []),
         *([f"pushes the body in the modes {', '.join(force.modes)}."] if (force := effect.body_force) else []),
-        *(f"gives {energy.column}: {energy.meaning}." for energy in effect.all_energies if energy.sign),
+        *(f"gives {' and '.join(energy.columns)}: {energy.meaning}." for energy in effect.all_energies),
         *(f"not with {other}: {sentence}." for other, sentence in effect.excludes.items()),
         f"reads {', '.join(own)}." if own else "reads no parameter of its own.",
         f"on in {_listed(scene for scene in shipped_scenes() if effect.name in load_scene(scene).effects)}.",

@@ -15,7 +15,7 @@ from typing import Any
 from data_schema.rounding import decimals_for, fixed_text
 from labbook.presenting.durations import time_text
 from simulator.declared import all_parameters
-from simulator.effects.registry import BOOKED, EFFECTS
+from simulator.effects.registry import BOOKED, COSTS, EFFECTS
 from simulator.error_bars import largest_share
 from simulator.jump import ILL_CONDITIONED_BELOW, close_decision, grown_rounding
 from simulator.result import JumpResult, SceneResult
@@ -163,9 +163,8 @@ ROWS = (
     ("longest leg", "max_leg_length_m", "m"),
     ("force capped for", "capped_time_s", "s"),
     (COST, "cost_J", "J"),
-    ("  heat in the motors", "{span}_heat_J", "J"),
     ("  mechanical", "{span}_mechanical_J", "J"),
-    ("  motors' drag", "{span}_drag_J", "J"),
+    *((f"  {energy.label}", f"{{span}}_{energy.name}_J", "J") for energy in COSTS),
     ("  passive draw", "passive_J", "J"),
     ("work of the leg", "leg_work_J", "J"),
     *((f"  {energy.label}", energy.column, "J") for energy in BOOKED),

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from simulator.basics import GRAVITY_M_S2
 from simulator.compiled import inlined, inner
-from simulator.effects.effect import Function
+from simulator.effects.effect import Energy, Function
 from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.layout import (
     CARRIED,
@@ -38,16 +38,12 @@ Row = NDArray[np.float64]
 
 
 def make_powers(composition: Composition) -> Function:
-    """Rates of the drive's integrals: `(mode, work, stage, lever_m, leg_speed_m_s, commanded_n, applied_n)`.
-
-    In flight the leg may pass straight, where the drag has a pole: it counts there only if the cost of flight does.
-    """
-    has_heat, has_drag = composition.has("heat_w"), composition.has("drag_w")
-    heat_w, drag_w = composition.slot("heat_w"), composition.slot("drag_w")
-    heat, drag = composition.integrals.get("heat", -1), composition.integrals.get("drag", -1)
+    """Rates of the drive's integrals: `(mode, work, stage, lever_m, leg_speed_m_s, commanded_n, applied_n)`."""
     chosen = composition.slot("cost_force_n")
     choose = composition.has("cost_force_n")
-    drags_in_flight = composition.on("cost_of_whole_jump")
+    cost_powers: Function = inner(lambda mode, work, stage, lever_m, speed_m_s, cost_n: None)
+    for energy in composition.costs:
+        cost_powers = _also(cost_powers, composition, energy)
 
     @inner
     def powers(
@@ -62,13 +58,22 @@ def make_powers(composition: Composition) -> Function:
         cost_n = chosen(work, lever_m, commanded_n, applied_n) if choose else applied_n
         work[stage + LEG_WORK] = -applied_n * speed_m_s
         work[stage + MECHANICAL] = -cost_n * speed_m_s
-        if has_heat:
-            work[stage + heat] = heat_w(work, lever_m, speed_m_s, cost_n)
-        if has_drag:
-            counts = drags_in_flight or mode != FLIGHT
-            work[stage + drag] = drag_w(work, lever_m, speed_m_s, cost_n) if counts else 0.0
+        cost_powers(mode, work, stage, lever_m, speed_m_s, cost_n)
 
     return powers
+
+
+def _also(before: Function, composition: Composition, energy: Energy) -> Function:
+    """Compose `(mode, work, stage, lever_m, leg_speed_m_s, cost_n)`: one more part of the cost."""
+    power_w, place = composition.slots[f"{energy.name}_w"], composition.integrals[energy.name]
+    always = not energy.singular or composition.on("cost_of_whole_jump")
+
+    @inner
+    def cost_powers(mode: float, work: Row, stage: int, lever_m: float, speed_m_s: float, cost_n: float) -> None:
+        before(mode, work, stage, lever_m, speed_m_s, cost_n)
+        work[stage + place] = power_w(work, lever_m, speed_m_s, cost_n) if always or mode != FLIGHT else 0.0
+
+    return cost_powers
 
 
 @made_once
