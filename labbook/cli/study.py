@@ -1,13 +1,15 @@
 """`labbook study`: studies of the thesis, each from what was measured to its verdict."""
 
-from collections.abc import Callable
+import hashlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from labbook.cli.common import BookOption, JsonOption, WhereOption
-from labbook.terminal import emit, within_width
+from labbook.terminal import columns, emit, progress, within_width
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -21,29 +23,96 @@ DecimalOption = Annotated[
 app = typer.Typer(no_args_is_help=True)
 
 
-def _text(file: Path, plot: Path | None) -> str:
-    """Read a sheet, once it is known that what it gives can be drawn."""
-    from labbook.cli.reading import read_text
-    from reports.figures.kind import check_form
+PageOption = Annotated[Path | None, typer.Option("--page", metavar="FILE", help="Write it as a page: a .html file.")]
+Sources = Callable[[], list[tuple[str, str]]]
 
-    check_form("--plot", plot)
+
+def _text(file: Path, plot: Path | None, page: Path | None) -> str:
+    """Read a sheet, once it is known that what it gives can be shown."""
+    from labbook.cli.reading import read_text
+
+    _check_files(plot, page)
     return read_text(file, marked_utf_16=True)
 
 
-def _show(
-    data: dict[str, Any],
-    said: list[str],
-    draw: "Callable[[], Figure]",
-    plot: Path | None,
-    as_json: bool,
-    table: list[str] | None = None,
-) -> None:
+def _of_sheet(*files: Path) -> Sources:
+    """Name files with the hashes of their bytes."""
+
+    def sources() -> list[tuple[str, str]]:
+        return [("File", f"{file.name}, SHA-256 {hashlib.sha256(file.read_bytes()).hexdigest()}") for file in files]
+
+    return sources
+
+
+def _of_book(book: Path | None, where: str | None) -> Sources:
+    """Name a book, its configuration and the selection."""
+
+    def sources() -> list[tuple[str, str]]:
+        from labbook.book.opening import opened
+
+        with opened(book) as opened_book:
+            configuration = opened_book.configuration
+        return [
+            ("Study", configuration.study.name),
+            ("Runs", where or "all"),
+            ("labbook.toml", f"SHA-256 {configuration.sha256}"),
+        ]
+
+    return sources
+
+
+@dataclass(frozen=True, slots=True)
+class _Shown:
+    """What a study gives: data for programs, sentences with the answer first, a table, and a figure with its caption.
+
+    `sources` are the sheets, or the book, that it comes from.
+    """
+
+    title: str
+    data: dict[str, Any]
+    said: list[str]
+    draw: "Callable[[], Figure]"
+    caption: str
+    sources: "Sources"
+    head: Sequence[str] = ()
+    rows: Sequence[Sequence[str]] = ()
+
+
+def _show(shown: _Shown, plot: Path | None, page: Path | None, as_json: bool) -> None:
     from labbook.actions.simulate.pictures import save_plot
 
     if plot is not None:
-        save_plot(draw, plot)
-    files = {} if plot is None else {"plot": str(plot)}
-    emit({**data, **files}, [*within_width(said), *(table or ()), *files.values()], as_json)
+        save_plot(shown.draw, plot)
+    if page is not None:
+        _write_page(shown, page)
+    files = {name: str(path) for name, path in (("plot", plot), ("page", page)) if path is not None}
+    table = ["", *columns(shown.head, shown.rows)] if shown.rows and not as_json else []
+    emit({**shown.data, **files}, [*within_width(shown.said), *table, *files.values()], as_json)
+
+
+def _write_page(shown: _Shown, page: Path) -> None:
+    from data_schema.disk import write_whole
+    from labbook.book.write_session import now_utc
+    from reports.page.study import StudyPage, study_page
+
+    made = StudyPage(
+        shown.title,
+        shown.said,
+        shown.draw,
+        shown.caption,
+        shown.head,
+        shown.rows,
+        shown.sources(),
+        now_utc().split(".")[0] + "Z",
+    )
+    write_whole(page, study_page(made).encode("utf-8"))
+
+
+def _check_files(plot: Path | None, page: Path | None) -> None:
+    from reports.figures.kind import check_form
+
+    check_form("--plot", plot)
+    check_form("--page", page, (".html",))
 
 
 @app.command()
@@ -52,6 +121,7 @@ def compaction(
     grain: Annotated[float, typer.Option("--grain", metavar="MM", help="The grains' diameter, mm.")],
     level: LevelOption = 0.95,
     plot: PlotOption = None,
+    page: PageOption = None,
     decimal: DecimalOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -67,8 +137,20 @@ def compaction(
     from labbook.presenting.studies.compaction import as_data, drawn, sentences
     from reports.figures.compaction import draw_compaction
 
-    study = compaction_of(_text(file, plot), file, grain, level, decimal)
-    _show(as_data(study), sentences(study), lambda: draw_compaction(drawn(study)), plot, as_json)
+    study = compaction_of(_text(file, plot, page), file, grain, level, decimal)
+    _show(
+        _Shown(
+            "How densely the grains lie",
+            as_data(study),
+            sentences(study),
+            lambda: draw_compaction(drawn(study)),
+            "Volume fractions over grain size / flask radius: flasks, lines, and the intervals without walls (at 0).",
+            _of_sheet(file),
+        ),
+        plot,
+        page,
+        as_json,
+    )
 
 
 @app.command("field")
@@ -76,6 +158,7 @@ def field_walks(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A CSV file, one robot on one walk a row.")],
     level: LevelOption = 0.95,
     plot: PlotOption = None,
+    page: PageOption = None,
     decimal: DecimalOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -90,8 +173,20 @@ def field_walks(
     from labbook.presenting.studies.field import as_data, drawn, sentences
     from reports.figures.field import draw_field
 
-    study = field_study_of(_text(file, plot), file, level, decimal)
-    _show(as_data(study), sentences(study), lambda: draw_field(drawn(study)), plot, as_json)
+    study = field_study_of(_text(file, plot, page), file, level, decimal)
+    _show(
+        _Shown(
+            "What two robots need on the same walks",
+            as_data(study),
+            sentences(study),
+            lambda: draw_field(drawn(study)),
+            "Specific resistance of both robots: each walk a line, and the means with their intervals.",
+            _of_sheet(file),
+        ),
+        plot,
+        page,
+        as_json,
+    )
 
 
 @app.command()
@@ -99,6 +194,7 @@ def characterisation(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A CSV file, one trajectory a row.")],
     level: LevelOption = 0.95,
     plot: PlotOption = None,
+    page: PageOption = None,
     decimal: DecimalOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -113,14 +209,31 @@ def characterisation(
     from labbook.actions.studies.characterisation import characterisation_of
     from labbook.cli.reading import read_text
     from labbook.presenting.studies.characterisation import HEAD, as_data, drawn, rows, sentences
-    from labbook.terminal import columns
     from reports.figures.characterisation import draw_characterisation
-    from reports.figures.kind import check_form
 
-    check_form("--plot", plot)
-    study = characterisation_of(file, lambda path: read_text(path, marked_utf_16=True), level, decimal)
-    table = [] if as_json else ["", *columns(HEAD, rows(study))]
-    _show(as_data(study), sentences(study), lambda: draw_characterisation(*drawn(study)), plot, as_json, table)
+    _check_files(plot, page)
+    files: dict[Path, None] = {}
+
+    def read(path: Path) -> str:
+        files[path] = None
+        return read_text(path, marked_utf_16=True)
+
+    study = characterisation_of(file, read, level, decimal)
+    _show(
+        _Shown(
+            "What the leg's gains are in N/m and kg/s",
+            as_data(study),
+            sentences(study),
+            lambda: draw_characterisation(*drawn(study)),
+            "Stiffness over position gain and damping over velocity gain, by neutral length, with intervals and lines.",
+            _of_sheet(*files),
+            HEAD,
+            rows(study),
+        ),
+        plot,
+        page,
+        as_json,
+    )
 
 
 @app.command("force-plate")
@@ -131,6 +244,7 @@ def force_plate(
     ] = None,
     level: LevelOption = 0.95,
     plot: PlotOption = None,
+    page: PageOption = None,
     book: BookOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -143,15 +257,27 @@ def force_plate(
     """
     from labbook.actions.studies.force_plate import force_plate_of
     from labbook.presenting.studies.force_plate import HEAD, as_data, drawn, rows, sentences
-    from labbook.terminal import columns, progress
     from reports.figures.force_plate import draw_force_plate
-    from reports.figures.kind import check_form
 
-    check_form("--plot", plot)
+    _check_files(plot, page)
     with progress("study force-plate", None, shown=not as_json) as step:
         study = force_plate_of(book, where, window, level, step)
-    table = [] if as_json else ["", *columns(HEAD, rows(study))]
-    _show(as_data(study), sentences(study), lambda: draw_force_plate(*drawn(study)), plot, as_json, table)
+    _show(
+        _Shown(
+            "Joules of plate and leg against the battery's",
+            as_data(study),
+            sentences(study),
+            lambda: draw_force_plate(*drawn(study)),
+            "Force and leg length of one hop on one clock; joules estimated over measured, hops and line; the moving "
+            "average's window, its corner, and the slope over it.",
+            _of_book(book, where),
+            HEAD,
+            rows(study),
+        ),
+        plot,
+        page,
+        as_json,
+    )
 
 
 @app.command()
@@ -168,6 +294,7 @@ def emulator(
     ] = 2.0,
     level: LevelOption = 0.95,
     plot: PlotOption = None,
+    page: PageOption = None,
     book: BookOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -181,12 +308,23 @@ def emulator(
     """
     from labbook.actions.studies.emulator import emulator_study_of
     from labbook.presenting.studies.emulator import HEAD, as_data, drawn, rows, sentences
-    from labbook.terminal import columns, progress
     from reports.figures.emulator import draw_emulator
-    from reports.figures.kind import check_form
 
-    check_form("--plot", plot)
+    _check_files(plot, page)
     with progress("study emulator", None, shown=not as_json) as step:
         study = emulator_study_of(book, where, constant, ratio, same, level, step)
-    table = [] if as_json else ["", *columns(HEAD, rows(study))]
-    _show(as_data(study), sentences(study), lambda: draw_emulator(*drawn(study)), plot, as_json, table)
+    _show(
+        _Shown(
+            "What active damping saves at each gain",
+            as_data(study),
+            sentences(study),
+            lambda: draw_emulator(*drawn(study)),
+            "Joules and apexes by extension gain, means and standard errors over runs; savings over the apex under CE.",
+            _of_book(book, where),
+            HEAD,
+            rows(study),
+        ),
+        plot,
+        page,
+        as_json,
+    )

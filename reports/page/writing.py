@@ -189,7 +189,7 @@ def render_page(
     traced = {**tables, "provenance": _of_this_page(tables["provenance"], _ids_of(planned, tables))}
     sections = [_shown_section(content, section, drawings, traced, numbering, anchors) for section in planned]
     return (
-        _environment()
+        environment()
         .get_template("report.html.j2")
         .render(
             content=content,
@@ -202,7 +202,8 @@ def render_page(
     )
 
 
-def _environment() -> jinja2.Environment:
+def environment() -> jinja2.Environment:
+    """Return what renders the templates of pages."""
     return jinja2.Environment(
         loader=jinja2.FunctionLoader(_template),
         autoescape=True,
@@ -215,7 +216,7 @@ def _environment() -> jinja2.Environment:
 def figure_page(svg: bytes, title: str, alternative: str) -> str:
     """Return a page of one drawing that fills the window and zooms on request; it asks nothing of the network."""
     drawing = inline_svg(svg, "figure", title, alternative)
-    return _environment().get_template("figure.html.j2").render(title=title, drawing=drawing, alternative=alternative)
+    return environment().get_template("figure.html.j2").render(title=title, drawing=drawing, alternative=alternative)
 
 
 def _ids_of(sections: Sequence[Section], tables: Mapping[str, Table]) -> set[str]:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
+import html
 import json
+import re
 import shlex
 from pathlib import Path
 from typing import Any
@@ -37,6 +40,20 @@ def test_oscillations_lead_to_stiffness_and_damping(tmp_path: Path) -> None:
         stiffness, damping = one["stiffness_n_m"]["value"], one["damping_kg_s"]["value"]
         assert stiffness == pytest.approx(truth[f"stiffness at gain {one['gain']:g} (N/m)"], rel=0.02)
         assert damping == pytest.approx(truth[f"damping at gain {one['damping_gain']:g} (kg/s)"], rel=0.1)
+
+
+@pytest.mark.parametrize("study", ["compaction", "field", "characterisation"])
+def test_a_study_s_page_has_its_answer_figure_and_the_hash_of_its_sheet(tmp_path: Path, study: str) -> None:
+    folder, page = tmp_path / "demo", tmp_path / "page.html"
+    command = good(labbook("demo", "--study", study, "--json", str(folder), at=tmp_path)).json["next"]
+    told = good(labbook(*shlex.split(command)[1:], "--page", str(page), at=tmp_path)).out
+    text = html.unescape(page.read_text(encoding="utf-8"))
+    assert " ".join(told.split("\n\n")[0].split())[:60] in " ".join(text.split())
+    assert text.count("<svg") == 1
+    (sheet,) = (path for path in folder.iterdir() if path.name in ("flasks.csv", "walks.csv", "trials.csv"))
+    assert hashlib.sha256(sheet.read_bytes()).hexdigest() in text
+    assert "http" not in re.sub(r'xmlns(:\w+)?="[^"]*"', "", text)
+    refused(labbook(*shlex.split(command)[1:], "--page", "page.pdf", at=tmp_path), 2, "--page", ".html")
 
 
 def test_the_same_seed_makes_the_same_files(tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ from labbook.demo.emulator import emulator_campaign
 from labbook.demo.emulator_book import make_emulator_book
 from labbook.presenting.studies.emulator import drawn, sentences
 from reports.figures.emulator import draw_emulator
+from reports.page.printing import browser, print_pdf
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.once import made_once
 from tests.helpers.study_pages import DOCS
@@ -110,6 +111,18 @@ def test_the_answer_comes_first_with_intervals_and_the_thesis_beside(book: Path,
     says(told, "Scaled active damping saves", "thesis")
     says(told, "apex height", "6 %")
     assert picture.stat().st_size > 10_000
+
+
+def test_its_page_is_one_sheet(book: Path, tmp_path: Path) -> None:
+    page = tmp_path / "emulator.html"
+    good(labbook("study", "emulator", "--page", str(page), at=book))
+    text = page.read_text(encoding="utf-8")
+    assert text.count("<svg") == 1
+    assert "ground emulator (synthetic)" in text
+    if browser() is None:
+        pytest.skip("no browser that prints is installed")
+    assert print_pdf(page, tmp_path / "emulator.pdf") == ""
+    assert len(re.findall(rb"/Type\s*/Page\b", (tmp_path / "emulator.pdf").read_bytes())) == 1
 
 
 def test_its_figure_names_axes_units_and_what_bars_are() -> None:

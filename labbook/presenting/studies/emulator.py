@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from data_schema.rounding import level_text, number_text
+from data_schema.rounding import level_text
 from data_schema.vocabulary import Undefined
 from labbook.analysis.studies.emulator import AtGain, Controller, EmulatorStudy, Rise, Trend
 from reports.figures.emulator import ControllerPoints
@@ -47,8 +47,8 @@ def _saves(study: EmulatorStudy, trend: Trend) -> str:
     low, high = trend.slope_ci
     rises = "no trend with" if low <= 0.0 <= high else "it rises with" if trend.slope > 0.0 else "it falls with"
     return (
-        f"{text} Over gains, {rises} the apex: {number_text(trend.slope, 2)} points a cm ({level_text(study.level)} CI "
-        f"{number_text(low, 2)} to {number_text(high, 2)})."
+        f"{text} Over gains, {rises} the apex: {_fixed(trend.slope, 2)} points a cm ({level_text(study.level)} CI "
+        f"{_fixed(low, 2)} to {_fixed(high, 2)})."
     )
 
 
@@ -57,7 +57,11 @@ def _excludes_zero(saving: Estimate) -> bool:
 
 
 def _range(low: float, high: float) -> str:
-    return f"{low:.1f} to {high:.1f}"
+    return f"{_fixed(low, 1)} to {_fixed(high, 1)}"
+
+
+def _fixed(value: float, places: int, sign: str = "") -> str:
+    return f"{value:{sign}.{places}f}".replace("-", "\N{MINUS SIGN}")
 
 
 def _lost(rows: list[AtGain]) -> str:
@@ -102,8 +106,9 @@ def _rise_text(rise: Rise) -> str:
     if isinstance(change.value, Undefined):
         return f"{name}: {change.value.reason}"
     if isinstance(change.ci, Undefined):
-        return f"{name} {change.value:+.2f} %, no interval: {change.ci.reason}"
-    return f"{name} {change.value:+.2f} %, 90 % CI {change.ci[0]:+.2f} to {change.ci[1]:+.2f}"
+        return f"{name} {_fixed(change.value, 2, '+')} %, no interval: {change.ci.reason}"
+    low, high = (_fixed(end, 2, "+") for end in change.ci)
+    return f"{name} {_fixed(change.value, 2, '+')} %, 90 % CI {low} to {high}"
 
 
 def rows(study: EmulatorStudy) -> list[list[str]]:
@@ -128,8 +133,9 @@ def _estimate(found: Estimate | None, places: int) -> str:
     if found is None or isinstance(found.value, Undefined):
         return "–"
     if isinstance(found.ci, Undefined):
-        return f"{found.value:.{places}f}"
-    return f"{found.value:.{places}f} ({found.ci[0]:.{places}f} to {found.ci[1]:.{places}f})"
+        return _fixed(found.value, places)
+    low, high = (_fixed(end, places) for end in found.ci)
+    return f"{_fixed(found.value, places)} ({low} to {high})"
 
 
 def as_data(study: EmulatorStudy) -> dict[str, Any]:
