@@ -359,33 +359,37 @@ def published(
     accuracy: AccuracyOption = 1e-6,
     as_json: JsonOption = False,
 ) -> None:
-    """Simulate the published experiments on ground emulator and force plate, and compare.
+    """Simulate the published experiments on ground emulator, force plate and bed, and judge every published result.
 
-    Shows the last of a hundred (eighty) jumps at each gain, the published number beside the simulated one; which of
-    them agree; what cannot be matched, and why; and which inputs are assumed.
+    Shows the last of a hundred (eighty) jumps at each gain and the 24 conditions of the bed, the published number
+    beside the simulated one; every result as reproduced, contradicted or not testable; what cannot be matched, and why;
+    and which inputs are assumed.
 
     Example: labbook sim published --out published.md
     """
     from data_schema.errors import UsageError
     from labbook.presenting.simulation.published_experiments import as_data, document, notes, terminal_tables
     from simulator.steady.published_numbers import comparisons
+    from simulator.steady.published_results import chapter_3_findings, judged_results, published_claims
     from simulator.steady.tables import STEPS, steady_tables
+    from simulator.thesis.figures import ThesisFigures
 
     if out is not None and out.suffix != ".md":
         raise UsageError(f"--out {out} is no name for a document in Markdown: end it in .md.")
 
-    with progress("experiments", STEPS, shown=not as_json) as step:
+    with progress("experiments", STEPS + len(published_claims()), shown=not as_json) as step:
         tables = steady_tables(accuracy, step)
         compared = comparisons(tables)
+        results = judged_results(chapter_3_findings(ThesisFigures(accuracy), step), compared, tables.bed)
     if out is not None:
         out.parent.mkdir(parents=True, exist_ok=True)
-        out.write_text(document(tables, compared), encoding="utf-8")
+        out.write_text(document(tables, compared, results), encoding="utf-8")
     lines = []
-    for title, (head, *rows) in terminal_tables(tables, compared).items():
+    for title, (head, *rows) in terminal_tables(tables, compared, results).items():
         lines += [f"{title}:", *columns(head, rows), ""]
-    lines += notes(tables, compared)
+    lines += notes(tables, compared, results)
     files = {} if out is None else {"document": str(out)}
-    emit({**as_data(tables, compared), **files}, [*lines, *files.values()], as_json)
+    emit({**as_data(tables, compared, results), **files}, [*lines, *files.values()], as_json)
 
 
 app.command()(warm)

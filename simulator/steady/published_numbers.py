@@ -1,4 +1,4 @@
-"""What the thesis says of its experiments on emulator and force plate, against what the simulation gives.
+"""What the thesis says of its experiments on emulator, force plate and bed, against what the simulation gives.
 
 What the simulated tables give for each published number: one function a number.
 """
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.steady.tables import EmulatorRow, SteadyJump, SteadyTables
+from simulator.steady.tables import BED_GAINS, FEET_M, EmulatorRow, SteadyJump, SteadyTables
 from simulator.thesis.claims import Claim, Finding, judged
 
 FloatArray = NDArray[np.float64]
@@ -65,6 +65,45 @@ def _constant_savings(tables: SteadyTables) -> FloatArray:
     return np.array([row.constant_saving for row in tables.emulator.analysed])
 
 
+_SMALL, _LARGE = FEET_M
+_STIFF, _SOFT = BED_GAINS
+_COMBINATIONS = tuple((foot, gain) for foot in FEET_M for gain in BED_GAINS)
+
+
+def _bed_savings(tables: SteadyTables) -> FloatArray:
+    """Saving of each combination and damping gain; shape (feet, extension gains, damping gains)."""
+    savings = [[[row.saving for row in tables.bed.of(foot, gain)] for gain in BED_GAINS] for foot in FEET_M]
+    return np.array(savings)
+
+
+def _bed_costs_j(tables: SteadyTables) -> FloatArray:
+    """Joules with active damping; the same shape."""
+    return np.array([[[row.cost_j for row in tables.bed.of(foot, gain)] for gain in BED_GAINS] for foot in FEET_M])
+
+
+def _ce_of_feet_j(tables: SteadyTables) -> FloatArray:
+    costs_j = [[tables.bed.of(foot, gain)[0].ce_cost_j for gain in BED_GAINS] for foot in FEET_M]
+    return np.asarray(np.ptp(np.array(costs_j), axis=0))
+
+
+def _best_saving(tables: SteadyTables) -> FloatArray:
+    return np.array([tables.bed.saving(_SMALL, _STIFF)])
+
+
+def _margin(tables: SteadyTables, foot: str, gain: float) -> FloatArray:
+    """Pooled saving of a combination less that of each other one."""
+    others = [tables.bed.saving(*other) for other in _COMBINATIONS if other != (foot, gain)]
+    return np.asarray(tables.bed.saving(foot, gain) - np.array(others))
+
+
+def _apex_gains_m(tables: SteadyTables) -> FloatArray:
+    return np.array([row.apex_gain_m for foot, gain in _COMBINATIONS for row in tables.bed.of(foot, gain)])
+
+
+def _least_of_largest(savings: FloatArray) -> FloatArray:
+    return np.asarray(savings[..., 0] / savings.max(axis=-1))
+
+
 MEASURES: dict[str, Callable[[SteadyTables], FloatArray]] = {
     "emu.apex_low": lambda tables: _apex(tables, LOWEST_GAIN),
     "emu.apex_high": lambda tables: _apex(tables, HIGHEST_GAIN),
@@ -77,6 +116,16 @@ MEASURES: dict[str, Callable[[SteadyTables], FloatArray]] = {
     "emu.saving_constant_low": lambda tables: _constant_savings(tables)[:1],
     "emu.saving_constant_high": lambda tables: _constant_savings(tables)[-1:],
     "emu.saving_constant_falls": lambda tables: np.diff(_constant_savings(tables)),
+    "bed.saves": _bed_savings,
+    "bed.saving_best": _best_saving,
+    "bed.best_combination": lambda tables: _margin(tables, _SMALL, _STIFF),
+    "bed.least_combination": lambda tables: -_margin(tables, _LARGE, _SOFT),
+    "bed.foot_ce": _ce_of_feet_j,
+    "bed.foot_ad": lambda tables: np.subtract(*_bed_costs_j(tables).mean(axis=-1)[::-1]),
+    "bed.small_foot": lambda tables: np.subtract(*_bed_savings(tables)),
+    "bed.anova": lambda tables: np.ptp(_bed_costs_j(tables), axis=-1),
+    "bed.elbow": lambda tables: _least_of_largest(_bed_savings(tables)),
+    "bed.apex_gain": _apex_gains_m,
 }
 """Published number -> its values, those of all gains and controllers that it is about."""
 

@@ -1,19 +1,20 @@
-"""The published experiments in which jumps follow each other, simulated.
+"""The published experiments, simulated.
 
 A robot goes on repeating the last of the many jumps that a scene makes. On the ground emulator (thesis 4.3) three
 controllers jump at five extension gains, with what happens while the extending leg drives the ground down; on the force
-plate (3.2.2) compression-extension jumps at four gains on rigid ground.
+plate (3.2.2) compression-extension jumps at four gains on rigid ground. On the bed of glass beads (ch. 5) every jump
+begins with a drop, with two feet, two extension gains and five gains of active damping.
 """
 
 from __future__ import annotations
 
 import statistics
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.gains import active_damping_kg_m, stiffness_n_m
+from simulator.gains import active_damping_kg_m, fitted_active_damping_kg_m, stiffness_n_m
 from simulator.jump import simulate
 from simulator.kernel.layout import INTRUDING
 from simulator.result import JumpResult
@@ -241,19 +242,112 @@ def plate_table(accuracy: float, done: Callable[[str], None]) -> PlateTable:
     return PlateTable(scene, tuple(rows))
 
 
-STEPS = len(GAINS) + len(PLATE_GAINS)
+FEET_M = {"small": 0.038, "large": 0.051}
+BED_GAINS = (400.0, 300.0)
+BED_DAMPING_GAINS = (50.0, 100.0, 150.0, 200.0, 250.0)
+
+
+@dataclass(frozen=True, slots=True)
+class BedRow:
+    """A condition of the bed: foot, extension gain and damping gain, 0 for compression-extension.
+
+    `cost_j` and `apex_height_m` are those of the jump, `ce_cost_j` and `ce_apex_height_m` those of
+    compression-extension with the same foot and extension gain; SI units, joules of the stance.
+    """
+
+    foot: str
+    gain: float
+    damping_gain: float
+    cost_j: float
+    apex_height_m: float
+    max_depth_m: float
+    capped_time_s: float
+    ce_cost_j: float
+    ce_apex_height_m: float
+
+    @property
+    def saving(self) -> float:
+        """Return the share of the joules of a jump that active damping saves, (CE - AD) / CE (thesis 5.2.1)."""
+        return (self.ce_cost_j - self.cost_j) / self.ce_cost_j
+
+    @property
+    def apex_gain_m(self) -> float:
+        """Return how much higher the apex is than that of compression-extension (thesis 5.2.2)."""
+        return self.apex_height_m - self.ce_apex_height_m
+
+
+@dataclass(frozen=True, slots=True)
+class BedTable:
+    """The 24 conditions; `scene` is the one they change."""
+
+    scene: Scene
+    rows: tuple[BedRow, ...]
+
+    def of(self, foot: str, gain: float, damping_gains: Collection[float] = BED_DAMPING_GAINS) -> tuple[BedRow, ...]:
+        """Return the rows of a foot, an extension gain and these damping gains, which rise."""
+        return tuple(
+            row for row in self.rows if (row.foot, row.gain) == (foot, gain) and row.damping_gain in damping_gains
+        )
+
+    def saving(self, foot: str, gain: float, damping_gains: Collection[float] = BED_DAMPING_GAINS) -> float:
+        """Return the mean saving over these damping gains: as the thesis pools them, (CE - mean AD) / CE."""
+        return statistics.fmean(row.saving for row in self.of(foot, gain, damping_gains))
+
+
+def bed_table(accuracy: float, done: Callable[[str], None]) -> BedTable:
+    """Simulate the conditions; `done` is told of each foot and extension gain."""
+    scene = load_scene("bed")
+    rows: list[BedRow] = []
+    for foot, radius_m in FEET_M.items():
+        for gain in BED_GAINS:
+            changed = scene.changed({"foot_radius": radius_m, "k_extension": stiffness_n_m(gain)})
+            rows += _bed_rows(changed, foot, gain, accuracy)
+            done(f"bed, {foot} foot, gain {gain:g}")
+    return BedTable(scene, tuple(rows))
+
+
+def _bed_rows(scene: Scene, foot: str, gain: float, accuracy: float) -> list[BedRow]:
+    damping_gains = (0.0, *BED_DAMPING_GAINS)
+    jumps = [
+        simulate(scene.changed({"b_ad": fitted_active_damping_kg_m(damping_gain)}), accuracy).jump
+        for damping_gain in damping_gains
+    ]
+    ce = jumps[0]
+    return [
+        BedRow(
+            foot=foot,
+            gain=gain,
+            damping_gain=damping_gain,
+            cost_j=jump.cost_J,
+            apex_height_m=apex_of(scene, jump),
+            max_depth_m=jump.max_depth_m,
+            capped_time_s=jump.capped_time_s,
+            ce_cost_j=ce.cost_J,
+            ce_apex_height_m=apex_of(scene, ce),
+        )
+        for damping_gain, jump in zip(damping_gains, jumps, strict=True)
+    ]
+
+
+STEPS = len(GAINS) + len(PLATE_GAINS) + len(FEET_M) * len(BED_GAINS)
 """How often `steady_tables` says that it is done with something."""
 
 
 @dataclass(frozen=True, slots=True)
 class SteadyTables:
-    """Steady jumps on the ground emulator (thesis ch. 4) and the force plate (3.2.2), at one accuracy."""
+    """Steady jumps on the ground emulator (thesis ch. 4) and the force plate (3.2.2), and drops onto the bed (ch. 5).
+
+    All are simulated at one accuracy.
+    """
 
     emulator: EmulatorTable
     force_plate: PlateTable
+    bed: BedTable
     accuracy: float
 
 
 def steady_tables(accuracy: float = 1e-6, done: Callable[[str], None] = lambda _what: None) -> SteadyTables:
     """Simulate all experiments; `done` is told of each gain. Raises `UsageError` for an accuracy that cannot be had."""
-    return SteadyTables(emulator_table(accuracy, done), plate_table(accuracy, done), accuracy)
+    return SteadyTables(
+        emulator_table(accuracy, done), plate_table(accuracy, done), bed_table(accuracy, done), accuracy
+    )

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from simulator.scene_file import load_scene
+from simulator.steady.published_results import contradictions
 from tests.cli.shell import good, labbook, refused
-from tests.helpers.steady import steady_tables
+from tests.helpers.steady import results, steady_tables
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "published.md"
 
@@ -22,7 +23,7 @@ def test_the_document_is_what_the_command_writes(tmp_path: Path) -> None:
 def test_what_programs_read(tmp_path: Path) -> None:
     found = good(labbook("sim", "published", "--json", at=tmp_path)).json
     assert found["accuracy"] == 1e-6
-    for name, jumps in (("emulator", 100), ("force_plate", 80)):
+    for name, jumps in (("emulator", 100), ("force_plate", 80), ("bed", 1)):
         scene = load_scene(name)
         assert found[name]["scene"] == name
         assert found[name]["jumps"] == jumps
@@ -37,11 +38,20 @@ def test_what_programs_read(tmp_path: Path) -> None:
         row.battery_j for row in tables.force_plate.rows
     ]
     numbers = {item["id"]: item for item in found["published"]}
-    assert found["agreeing"] == sum(item["agrees"] for item in numbers.values()) == 5
+    assert found["agreeing"] == sum(item["agrees"] for item in numbers.values()) == 10
     assert numbers["emu.saving_scaled"]["n_within"] == 2
     assert numbers["emu.saving_scaled"]["gains"] == [100, 200, 300, 400]
     assert not numbers["plate.slope"]["compared"]
     assert all(item["agrees"] == (item["reason"] == "") for item in numbers.values())
+    for row, condition in zip(found["bed"]["rows"], tables.bed.rows, strict=True):
+        assert (row["foot"], row["damping_gain"]) == (condition.foot, condition.damping_gain)
+        assert (row["cost_j"], row["saving"]) == (condition.cost_j, condition.saving)
+        assert (row["apex_height_m"], row["apex_gain_m"]) == (condition.apex_height_m, condition.apex_gain_m)
+    for item, judged in zip(found["results"], results(), strict=True):
+        assert (item["result"], item["verdict"], item["saving"]) == (judged.result.id, judged.verdict, judged.saving)
+        simulated = None if judged.finding is None else judged.finding.median
+        assert (item["published"], item["median"]) == (judged.result.published, simulated)
+    assert len(found["contradictions"]) == len(contradictions())
     assert list(tmp_path.iterdir()) == []
 
 
@@ -54,7 +64,10 @@ def test_what_a_person_sees(tmp_path: Path) -> None:
         "17.3 (20)",
         "14.2 (very little)",
         "force plate, jump 80 of 80",
-        "5 of 11 agree; for 2 more the simulation gives nothing to compare.",
+        "granular bed, one drop in each condition",
+        "10 of 21 agree; for 2 more the simulation gives nothing to compare.",
+        "Of 47: 7 reproduced, 8 contradicted, 32 not testable.",
+        "saves 6.3 %",
         "  emu.apex_plateau: See emu.apex_high",
         "emulator, 100 jumps, rests on assumed parameters:",
         "  k_compression = 118.6 N/m: gain 20 of the leg's fit",

@@ -1,14 +1,24 @@
-"""The published experiments in which jumps follow each other, simulated once a process."""
+"""The published experiments, and every published result judged, simulated once a process."""
 
 from __future__ import annotations
 
 import functools
 
+from simulator.steady.published_numbers import comparisons
+from simulator.steady.published_results import JudgedResult, chapter_3_findings, judged_results
 from simulator.steady.tables import SteadyTables
 from simulator.steady.tables import steady_tables as simulated
+from tests.helpers.thesis import thesis_figures
 
 
 @functools.cache
 def steady_tables() -> SteadyTables:
-    """Emulator and force plate as `labbook sim published` has them."""
+    """Emulator, force plate and bed as `labbook sim published` has them."""
     return simulated()
+
+
+@functools.cache
+def results() -> tuple[JudgedResult, ...]:
+    """Every published result as `labbook sim published` judges it."""
+    tables = steady_tables()
+    return judged_results(chapter_3_findings(thesis_figures(), lambda _what: None), comparisons(tables), tables.bed)

@@ -1,6 +1,7 @@
 """Published experiments beside their simulation: lines for a terminal, a document in Markdown, data for programs.
 
-Steady jumps on emulator and force plate as tables, what is published in brackets beside what is simulated.
+Steady jumps on emulator and force plate and drops onto the bed as tables, what is published in brackets beside what is
+simulated; then every published result with its verdict.
 """
 
 from __future__ import annotations
@@ -10,6 +11,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Generic, TypeVar
 
+from labbook.presenting.simulation.published_results import (
+    contradiction_items,
+    contradictions_data,
+    results_data,
+    results_rows,
+    results_table,
+    verdict_counts,
+)
 from labbook.presenting.simulation.simulated import assumed_texts
 from labbook.presenting.simulation.thesis_claims import claims_rows, claims_table
 from labbook.presenting.simulation.work_precision import plain_number
@@ -18,8 +27,12 @@ from reports.tables.as_markdown import markdown_text
 from reports.tables.table import Cell, Column, Row, Table
 from simulator.scene import Scene
 from simulator.steady.published_numbers import Comparison, apex_between_m, published_numbers
+from simulator.steady.published_results import JudgedResult
 from simulator.steady.tables import (
     ESTIMATED_OVER_MEASURED,
+    FEET_M,
+    BedRow,
+    BedTable,
     EmulatorRow,
     EmulatorTable,
     PlateRow,
@@ -28,7 +41,7 @@ from simulator.steady.tables import (
 )
 from simulator.thesis.claims import Finding
 
-R = TypeVar("R", EmulatorRow, PlateRow)
+R = TypeVar("R", EmulatorRow, PlateRow, BedRow)
 APEX = "apex"
 _ON_THE_LINE = (200.0, 300.0)
 """Gains between the two whose apexes are published."""
@@ -92,6 +105,18 @@ PLATE_COLUMNS: tuple[ShownColumn[PlateRow], ...] = (
     ShownColumn("shortest leg", "m", "min_leg_length_m", lambda row: row.jump.min_leg_length_m, 3),
 )
 
+BED_COLUMNS: tuple[ShownColumn[BedRow], ...] = (
+    ShownColumn("foot", "mm", "foot_radius_m", lambda row: FEET_M[row.foot], 0, 1e3),
+    ShownColumn("gain", "", "gain", lambda row: row.gain),
+    ShownColumn("damping gain", "", "damping_gain", lambda row: row.damping_gain),
+    ShownColumn("joules", "J", "cost_j", lambda row: row.cost_j, 1),
+    ShownColumn("saving", "%", "saving", lambda row: row.saving, 1, 100.0),
+    ShownColumn("apex", "m", "apex_height_m", lambda row: row.apex_height_m, 3),
+    ShownColumn("apex gained", "mm", "apex_gain_m", lambda row: row.apex_gain_m, 1, 1e3),
+    ShownColumn("deepest sink", "mm", "max_depth_m", lambda row: row.max_depth_m, 0, 1e3),
+    ShownColumn("capped", "ms", "capped_time_s", lambda row: row.capped_time_s, 0, 1e3),
+)
+
 
 def emulator_shown(table: EmulatorTable) -> Table:
     """Make the table of the ground emulator."""
@@ -115,6 +140,17 @@ def plate_shown(table: PlateTable) -> Table:
         "Touchdown: velocity of the body. Foot's loss: its kinetic energy when the plate stops it."
     )
     return Table("force_plate", caption, _heads(PLATE_COLUMNS), _rows(PLATE_COLUMNS, table.rows))
+
+
+def bed_shown(table: BedTable) -> Table:
+    """Make the table of the granular bed."""
+    caption = (
+        "One drop onto the bed of glass beads in each of the 24 conditions; damping gain 0 is compression-extension. "
+        "The thesis gives no joules and no apexes of these conditions, only what stands among the results below. "
+        "Saving and apex gained: against compression-extension with the same foot, given by its radius, and the same "
+        "extension gain. Joules are heat and mechanical energy of the stance. Capped: at the motors' stall torque."
+    )
+    return Table("bed", caption, _heads(BED_COLUMNS), _rows(BED_COLUMNS, table.rows))
 
 
 def _heads(columns: tuple[ShownColumn[R], ...]) -> tuple[Column, ...]:
@@ -146,8 +182,8 @@ _CAPTION = (
 )
 _GAINS = (
     "The leg's gains are taken as the fits of the emulator's leg say (2.56 N/m a unit of gain and 67.36 N/m; thesis "
-    "4.2.6, 5.1.1), active damping as 3.32 kg/m a unit of gain without the fit's offset, which is that leg's own "
-    "friction."
+    "4.2.6, 5.1.1), active damping as 3.32 kg/m a unit of gain: on the emulator without the fit's offset, which is "
+    "that leg's own friction, on the bed with it, 19.67 kg/m."
 )
 _NO_REASON = "no reason is known."
 
@@ -169,40 +205,46 @@ def score(compared: Sequence[Comparison]) -> str:
     return f"{agreeing} of {len(judged)} agree; for {silent} more the simulation gives nothing to compare."
 
 
-def terminal_tables(tables: SteadyTables, compared: Sequence[Comparison]) -> dict[str, list[list[str]]]:
-    """Return by title the tables of emulator, force plate and compared numbers: rows of texts, heads first."""
-    emulator, plate = (f"jump {scene.jumps} of {scene.jumps}" for scene in _scenes(tables))
+def terminal_tables(
+    tables: SteadyTables, compared: Sequence[Comparison], results: Sequence[JudgedResult]
+) -> dict[str, list[list[str]]]:
+    """Return by title the tables of experiments, compared numbers and results: rows of texts, heads first."""
+    emulator, plate, _ = (f"jump {scene.jumps} of {scene.jumps}" for scene in _scenes(tables))
     return {
         f"ground emulator, {emulator}, in brackets what the thesis says": _texts(emulator_shown(tables.emulator)),
         f"force plate, {plate}": _texts(plate_shown(tables.force_plate)),
+        "granular bed, one drop in each condition": _texts(bed_shown(tables.bed)),
         "what the thesis says, and what is simulated": claims_rows(findings_of(compared)),
+        "every published result": results_rows(results),
     }
 
 
-def notes(tables: SteadyTables, compared: Sequence[Comparison]) -> list[str]:
+def notes(tables: SteadyTables, compared: Sequence[Comparison], results: Sequence[JudgedResult]) -> list[str]:
     """Say for a terminal what cannot be matched and why, and what the numbers rest on."""
-    lines = [score(compared), "", "not matched, and why:"]
+    lines = [verdict_counts(results), "", f"numbers of the experiments: {score(compared)}", "", "not matched, and why:"]
     lines += [f"  {name}: {reason}" for name, reason in reasons(compared).items()]
     lines += ["", _GAINS]
     for scene in _scenes(tables):
-        lines += ["", f"{scene.name}, {scene.jumps} jumps, rests on assumed parameters:"]
+        lines += ["", f"{scene.name}, {_jumps_text(scene)}, rests on assumed parameters:"]
         lines += [f"  {text}" for text in assumed_texts(scene)]
     return [*lines, "", f"simulated for a relative error of {plain_number(tables.accuracy)}."]
 
 
-def document(tables: SteadyTables, compared: Sequence[Comparison]) -> str:
+def document(tables: SteadyTables, compared: Sequence[Comparison], results: Sequence[JudgedResult]) -> str:
     """Write all of it as Markdown; the same on every machine."""
-    return "\n\n".join(part.rstrip("\n") for part in _parts(tables, compared)) + "\n"
+    return "\n\n".join(part.rstrip("\n") for part in _parts(tables, compared, results)) + "\n"
 
 
-def _parts(tables: SteadyTables, compared: Sequence[Comparison]) -> Iterator[str]:
+def _parts(tables: SteadyTables, compared: Sequence[Comparison], results: Sequence[JudgedResult]) -> Iterator[str]:
     yield "# Published experiments, simulated"
     yield _filled("Written by `labbook sim published --out docs/published.md`; do not edit.")
     yield _filled(_INTRODUCTION)
     for title, table in (
         ("Ground emulator (thesis ch. 4)", emulator_shown(tables.emulator)),
         ("Force plate (thesis 3.2.2)", plate_shown(tables.force_plate)),
+        ("Granular bed (thesis ch. 5)", bed_shown(tables.bed)),
         ("What agrees", claims_table(findings_of(compared), f"{_CAPTION} {score(compared)}")),
+        ("Every published result", results_table(results)),
     ):
         yield f"## {title}"
         caption, rows = markdown_text(table).split("\n\n")
@@ -212,14 +254,16 @@ def _parts(tables: SteadyTables, compared: Sequence[Comparison]) -> Iterator[str
     statements = {item.published.claim.id: item.published.claim for item in compared}
     for name, reason in reasons(compared).items():
         yield _filled(f"**{name}** ({statements[name].where}): {statements[name].statement}. {reason}")
+    yield "## Where the thesis contradicts itself"
+    yield "\n".join(_filled(f"- {item}", "  ") for item in contradiction_items())
     yield "## What it rests on"
     yield _filled(f"Simulated for a relative error of {plain_number(tables.accuracy)}. {_GAINS}")
     for scene in _scenes(tables):
-        yield _filled(f"Scene `{scene.name}`, {scene.jumps} jumps. {scene.description} Assumed:")
+        yield _filled(f"Scene `{scene.name}`, {_jumps_text(scene)}. {scene.description} Assumed:")
         yield "\n".join(_filled(f"- {text}", "  ") for text in assumed_texts(scene))
 
 
-def as_data(tables: SteadyTables, compared: Sequence[Comparison]) -> dict[str, Any]:
+def as_data(tables: SteadyTables, compared: Sequence[Comparison], results: Sequence[JudgedResult]) -> dict[str, Any]:
     """Return everything for JSON: SI units, shares as fractions."""
     return {
         "accuracy": tables.accuracy,
@@ -240,8 +284,14 @@ def as_data(tables: SteadyTables, compared: Sequence[Comparison]) -> dict[str, A
             **_scene_data(tables.force_plate.scene),
             "rows": [{**asdict(row), "battery_j": row.battery_j} for row in tables.force_plate.rows],
         },
+        "bed": {
+            **_scene_data(tables.bed.scene),
+            "rows": [{**asdict(row), "saving": row.saving, "apex_gain_m": row.apex_gain_m} for row in tables.bed.rows],
+        },
         "published": [_published_data(item) for item in compared],
         "agreeing": sum(item.agrees for item in compared),
+        "results": results_data(results),
+        "contradictions": contradictions_data(),
     }
 
 
@@ -263,8 +313,12 @@ def _scene_data(scene: Scene) -> dict[str, Any]:
     return {"scene": scene.name, "jumps": scene.jumps, "assumed": assumed}
 
 
-def _scenes(tables: SteadyTables) -> tuple[Scene, Scene]:
-    return tables.emulator.scene, tables.force_plate.scene
+def _scenes(tables: SteadyTables) -> tuple[Scene, Scene, Scene]:
+    return tables.emulator.scene, tables.force_plate.scene, tables.bed.scene
+
+
+def _jumps_text(scene: Scene) -> str:
+    return "one jump" if scene.jumps == 1 else f"{scene.jumps} jumps"
 
 
 def _texts(table: Table) -> list[list[str]]:

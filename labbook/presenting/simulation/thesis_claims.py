@@ -41,8 +41,8 @@ def _row(finding: Finding) -> Row:
         words(claim.statement),
         Cell(claim.measure, (claim.measure, claim.unit)),
         Cell(DASH if claim.published is None else _number(claim.published, claim.unit), (claim.published,)),
-        Cell(_range(finding), (finding.lowest, finding.median, finding.highest)),
-        Cell(_limits(claim), (claim.at_least, claim.at_most)),
+        Cell(range_text(finding), (finding.lowest, finding.median, finding.highest)),
+        Cell(limits_text(claim), (claim.at_least, claim.at_most)),
         Cell(f"{finding.n_within} of {finding.n}", (finding.n_within, finding.n)),
         Cell(_share_text(finding), (finding.share_within,)),
     )
@@ -59,7 +59,8 @@ def _number(value: float, unit: str) -> str:
     return with_unit(general_text(value), unit)
 
 
-def _range(finding: Finding) -> str:
+def range_text(finding: Finding) -> str:
+    """Write what was found: one number, or the ends of the range and the median, with the unit."""
     ends = [general_text(value) for value in (finding.lowest, finding.highest)]
     if ends[0] == ends[1]:
         return with_unit(ends[0], finding.claim.unit)
@@ -67,7 +68,8 @@ def _range(finding: Finding) -> str:
     return f"{with_unit(f'{ends[0]} to {ends[1]}', finding.claim.unit)} (median {median})"
 
 
-def _limits(claim: Claim) -> str:
+def limits_text(claim: Claim) -> str:
+    """Write within which limits a claim holds, with the unit."""
     if claim.at_least is not None and claim.at_most is not None:
         ends = general_text(claim.at_least), general_text(claim.at_most)
         return with_unit(ends[0] if ends[0] == ends[1] else f"{ends[0]} to {ends[1]}", claim.unit)

@@ -10,17 +10,27 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simulator.gains import active_damping_kg_m, stiffness_n_m
+from simulator.gains import active_damping_kg_m, fitted_active_damping_kg_m, stiffness_n_m
 from simulator.jump import simulate
 from simulator.kinematics import lever_m
 from simulator.result import JumpResult
 from simulator.scene_file import load_scene
 from simulator.steady.published_numbers import MEASURES, apex_between_m, comparisons, published_numbers
-from simulator.steady.tables import ESTIMATED_OVER_MEASURED, GAINS, EmulatorRow, EmulatorTable, SteadyTables
+from simulator.steady.tables import (
+    BED_DAMPING_GAINS,
+    BED_GAINS,
+    ESTIMATED_OVER_MEASURED,
+    FEET_M,
+    GAINS,
+    EmulatorRow,
+    EmulatorTable,
+    SteadyTables,
+)
 from tests.helpers.steady import steady_tables
 
 SHARED = Path(__file__).parents[3].parent / "shared"
 RESULTS, THESIS = SHARED / "reference" / "published_results.csv", SHARED / "seed" / "thesis.txt"
+COMBINATIONS = tuple((foot, gain) for foot in FEET_M for gain in BED_GAINS)
 BY_ID = {number.claim.id: number for number in published_numbers()}
 
 
@@ -163,3 +173,67 @@ def test_the_reasons_say_what_the_simulation_gives() -> None:
     # emu.saving_constant_falls
     shares = [row.yielding.heat_j / row.ce.cost_j for row in rows]
     assert np.argsort(shares).tolist() == np.argsort([row.constant_saving for row in rows]).tolist()
+
+
+def bed(**values: float) -> dict[tuple[str, float], tuple[float, list[float]]]:
+    """Pooled saving and apexes gained of each foot and extension gain on a changed bed."""
+    found = {}
+    for foot, radius_m in FEET_M.items():
+        for gain in BED_GAINS:
+            changed = {**values, "foot_radius": radius_m, "k_extension": stiffness_n_m(gain)}
+            ce, *ad = (
+                simulate(load_scene("bed").changed({**changed, "b_ad": fitted_active_damping_kg_m(damping)})).jump
+                for damping in (0.0, *BED_DAMPING_GAINS)
+            )
+            saving = 1.0 - float(np.mean([item.cost_J for item in ad])) / ce.cost_J
+            found[foot, gain] = saving, [(item.apex_height_m or 0.0) - (ce.apex_height_m or 0.0) for item in ad]
+    return found
+
+
+def test_the_reasons_of_the_bed_say_what_the_simulation_gives() -> None:
+    table = steady_tables().bed
+    capped = {
+        key: [1e3 * row.capped_time_s for row in table.of(*key, (0.0, *BED_DAMPING_GAINS))] for key in COMBINATIONS
+    }
+    pooled = {key: 100 * table.saving(*key) for key in COMBINATIONS}
+    small_stiff, small_soft, large_stiff, large_soft = COMBINATIONS
+    stronger = bed(stall_torque=2 * table.scene["stall_torque"])
+    softer = bed(kg_scale=table.scene["kg_scale"] / 2)
+    # bed.saving_best
+    reason = BY_ID["bed.saving_best"].reason
+    assert f"for {capped[small_stiff][0]:.0f} ms" in reason
+    assert f"the saving is {100 * stronger[small_stiff][0]:.1f} %" in reason
+    assert f"the large foot saves {100 * stronger[large_stiff][0]:.1f} %" in reason
+    least, most = (1e3 * -end(stronger[large_stiff][1]) for end in (max, min))
+    assert f"{least:.0f} to {most:.0f} mm lower" in reason
+    assert f"it is {100 * softer[small_stiff][0]:.1f} %" in reason
+    assert f"the large foot saves {100 * softer[large_stiff][0]:.1f} %" in reason
+    # bed.least_combination
+    reason = BY_ID["bed.least_combination"].reason
+    assert min(pooled, key=pooled.__getitem__) == large_stiff
+    assert f"{pooled[large_stiff]:.1f} % against {pooled[large_soft]:.1f} %" in reason
+    assert max(capped.values())[0] == capped[large_stiff][0]
+    assert f"{capped[large_stiff][0]:.0f} ms against {capped[large_soft][0]:.0f} ms" in reason
+    assert max(stronger, key=lambda key: stronger[key][0]) == large_stiff
+    # bed.small_foot
+    savings = [[row.saving for row in table.of(*key)] for key in (small_soft, large_soft)]
+    differences = 100 * np.subtract(*savings)
+    assert (np.diff(differences) < 0.0).all()
+    assert f"from {differences[0]:.1f} percentage points" in BY_ID["bed.small_foot"].reason
+    assert f"to {-differences[-1]:.1f} against" in BY_ID["bed.small_foot"].reason
+    # bed.elbow
+    reason = BY_ID["bed.elbow"].reason
+    for key in COMBINATIONS:
+        assert table.of(*key)[-1].saving > table.of(*key)[-2].saving
+        assert np.diff(capped[key][1:]).max() < 1e-9
+    assert f"for {max(times[1] for times in capped.values()):.0f} ms of" in reason
+    ends = sorted(times[0] for times in capped.values())
+    assert f"it is {ends[0]:.0f} to {ends[-1]:.0f} ms" in reason
+    # bed.apex_gain
+    reason = BY_ID["bed.apex_gain"].reason
+    small, large = ([1e3 * row.apex_gain_m for gain in BED_GAINS for row in table.of(foot, gain)] for foot in FEET_M)
+    assert f"gains {min(small):.1f} to {max(small):.1f} mm" in reason
+    assert f"loses {-max(large):.1f} to {-min(large):.1f} mm" in reason
+    small, large = ([1e3 * gained for gain in BED_GAINS for gained in softer[foot, gain][1]] for foot in FEET_M)
+    assert f"gains {min(small):.0f} to {max(small):.0f} mm" in reason
+    assert f"loses {-max(large):.0f} to {-min(large):.0f} mm" in reason

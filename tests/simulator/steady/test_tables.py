@@ -14,6 +14,7 @@ from decimal import ROUND_HALF_UP, Decimal
 import pytest
 
 from simulator.gains import stiffness_n_m
+from simulator.jump import simulate
 from simulator.steady.tables import (
     RECORDED_JUMPS,
     STEPS,
@@ -153,6 +154,31 @@ def test_other_numbers_at_another_accuracy_and_each_gain_is_said() -> None:
         for field in fields(SteadyJump):
             if field.name not in ("apex_change_m", "apex_sd_m"):
                 assert getattr(mine.jump, field.name) == pytest.approx(getattr(other.jump, field.name), rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("foot", "radius_m", "stiffness", "damping_gain", "b_ad"),
+    [
+        ("small", 0.038, 1091.36, 0.0, 0.0),
+        ("small", 0.038, 835.36, 250.0, 849.67),
+        ("large", 0.051, 1091.36, 50.0, 185.67),
+        ("large", 0.051, 835.36, 150.0, 517.67),
+    ],
+)
+def test_a_condition_of_the_bed_is_a_drop_of_its_scene(
+    foot: str, radius_m: float, stiffness: float, damping_gain: float, b_ad: float
+) -> None:
+    bed = tables().bed
+    gain = round((stiffness - 67.36) / 2.56)
+    (row,) = bed.of(foot, gain, (damping_gain,))
+    changed = bed.scene.changed({"foot_radius": radius_m, "k_extension": stiffness})
+    ce, jump = (simulate(changed.changed({"b_ad": value})).jump for value in (0.0, b_ad))
+    assert (row.cost_j, row.apex_height_m) == pytest.approx((jump.cost_J, jump.apex_height_m))
+    assert (row.max_depth_m, row.capped_time_s) == pytest.approx((jump.max_depth_m, jump.capped_time_s))
+    assert row.saving == pytest.approx(1.0 - jump.cost_J / ce.cost_J)
+    assert row.apex_gain_m == pytest.approx((jump.apex_height_m or 0.0) - (ce.apex_height_m or 0.0))
+    assert bed.saving(foot, gain, (damping_gain,)) == row.saving
+    assert len(bed.rows) == len({(row.foot, row.gain, row.damping_gain) for row in bed.rows}) == 24
 
 
 def test_a_robot_that_stops_has_no_steady_jump() -> None:

@@ -1,0 +1,136 @@
+"""Every published result of the thesis: reproduced, contradicted or not testable.
+
+Also where its text contradicts itself.
+"""
+
+from __future__ import annotations
+
+import importlib.resources
+import tomllib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from simulator.steady.published_numbers import Comparison
+from simulator.steady.tables import BedTable
+from simulator.thesis.claims import Claim, Finding, claims, finding
+from simulator.thesis.figures import ThesisFigures
+
+REPRODUCED, CONTRADICTED, NOT_TESTABLE = "reproduced", "contradicted", "not testable"
+VERDICTS = (REPRODUCED, CONTRADICTED, NOT_TESTABLE)
+
+
+@dataclass(frozen=True, slots=True)
+class PublishedResult:
+    """A published result. `published` is its number, in `unit` ("p": a p value), to which `relation` belongs.
+
+    `why` it cannot be tested: empty where the claim of the same id judges it, whose statement it then has. A p value of
+    the bed is about the saving of one `foot` and extension `gain` over `damping_gains`. `note`: what else to know.
+    """
+
+    id: str
+    where: str
+    statement: str = ""
+    published: float | None = None
+    unit: str = ""
+    relation: str = ""
+    why: str = ""
+    note: str = ""
+    foot: str = ""
+    gain: float = 0.0
+    damping_gains: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class JudgedResult:
+    """A published result with the finding on its claim; None where it has none.
+
+    `saving` is the simulated one of the conditions of a p value, None for all others.
+    """
+
+    result: PublishedResult
+    finding: Finding | None
+    saving: float | None = None
+
+    @property
+    def verdict(self) -> str:
+        """Whether the simulation gives it: at every point, within the claim's limits."""
+        if self.finding is None:
+            return NOT_TESTABLE
+        return REPRODUCED if self.finding.agrees else CONTRADICTED
+
+    @property
+    def statement(self) -> str:
+        """What is published, in words."""
+        return self.result.statement if self.finding is None else self.finding.claim.statement
+
+    @property
+    def remark(self) -> str:
+        """Why it cannot be tested, or what else to know."""
+        return self.result.why or self.result.note
+
+
+@dataclass(frozen=True, slots=True)
+class Contradiction:
+    """Two statements of the thesis that exclude each other: where they stand, and what they say."""
+
+    where: str
+    text: str
+
+
+def published_results() -> tuple[PublishedResult, ...]:
+    """Return every published result, in the order of the chapters."""
+    found = _read()
+    return tuple(_result(entry, found["why"]) for entry in found["result"])
+
+
+def contradictions() -> tuple[Contradiction, ...]:
+    """Return where the thesis contradicts itself."""
+    return tuple(Contradiction(**entry) for entry in _read()["contradiction"])
+
+
+def published_claims() -> tuple[Claim, ...]:
+    """Return the claims of ch. 3 that are published results."""
+    known = {result.id for result in published_results()}
+    return tuple(claim for claim in claims() if claim.id in known)
+
+
+def chapter_3_findings(figures: ThesisFigures, done: Callable[[str], None]) -> tuple[Finding, ...]:
+    """Judge these claims; `done` is told of each."""
+    found = []
+    for claim in published_claims():
+        found.append(finding(claim, figures))
+        done(claim.id)
+    return tuple(found)
+
+
+def judged_results(
+    chapter_3: Iterable[Finding], compared: Sequence[Comparison], bed: BedTable
+) -> tuple[JudgedResult, ...]:
+    """Give each published result its verdict."""
+    by_id = {item.claim.id: item for item in chapter_3}
+    by_id |= {item.published.claim.id: item.finding for item in compared if item.finding is not None}
+    return tuple(
+        JudgedResult(
+            result,
+            None if result.why else by_id[result.id],
+            bed.saving(result.foot, result.gain, result.damping_gains) if result.foot else None,
+        )
+        for result in published_results()
+    )
+
+
+def _read() -> dict[str, Any]:
+    text = (importlib.resources.files("simulator.steady") / "results.toml").read_text(encoding="utf-8")
+    return tomllib.loads(text)
+
+
+def _result(entry: Mapping[str, Any], why: Mapping[str, str]) -> PublishedResult:
+    own = dict(entry)
+    own["why"] = why[own["why"]] if "why" in own else ""
+    own["damping_gains"] = tuple(float(gain) for gain in own.get("damping_gains", ()))
+    if own.get("foot"):
+        gains = own["damping_gains"]
+        damped = f"damping gain {gains[0]:g}" if len(gains) == 1 else "all damping gains"
+        own["statement"] = f"active damping against CE: {own['foot']} foot, gain {own['gain']}, {damped}"
+    return PublishedResult(**own)

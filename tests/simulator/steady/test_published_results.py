@@ -1,0 +1,201 @@
+from __future__ import annotations
+
+import csv
+import re
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from simulator.gains import (
+    DAMPING_AT_ZERO_GAIN,
+    DAMPING_PER_GAIN,
+    STIFFNESS_AT_ZERO_GAIN_N_M,
+    STIFFNESS_PER_GAIN_N_M,
+)
+from simulator.scene_file import load_scene
+from simulator.steady.published_numbers import comparisons, published_numbers
+from simulator.steady.published_results import (
+    CONTRADICTED,
+    NOT_TESTABLE,
+    REPRODUCED,
+    JudgedResult,
+    contradictions,
+    judged_results,
+    published_claims,
+    published_results,
+)
+from simulator.steady.tables import BED_DAMPING_GAINS, BED_GAINS, FEET_M
+from simulator.thesis.claims import Claim, claims, judged
+from tests.helpers.steady import results, steady_tables
+
+SHARED = Path(__file__).parents[3].parent / "shared"
+RESULTS, THESIS = SHARED / "reference" / "published_results.csv", SHARED / "seed" / "thesis.txt"
+RELATIONS = {"approx": "about", "equal": "", "qualitative": ""}
+UNITS = {"fraction": "1", "ratio": "1"}
+BY_ID = {item.result.id: item for item in results()}
+
+
+@pytest.mark.skipif(not RESULTS.is_file(), reason="the collected results lie beside the project: ../shared/reference")
+def test_every_collected_result_is_in_the_table_once() -> None:
+    with RESULTS.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [result.id for result in published_results()] == [row["id"] for row in rows]
+    for result, row in zip(published_results(), rows, strict=True):
+        assert result.where == row["section"]
+        assert result.published == (float(row["value"]) if row["value"] else None), result.id
+        assert result.unit == UNITS.get(row["unit"], row["unit"])
+        assert result.relation == RELATIONS.get(row["relation"], row["relation"])
+        if result.foot:
+            gains = [float(gain) for gain in row["b_ad_gain"].split("-")]
+            assert (result.foot, result.gain) == (row["foot"], float(row["k_gain"]))
+            assert (result.damping_gains[0], result.damping_gains[-1]) == (gains[0], gains[-1])
+
+
+def test_every_result_is_judged_by_a_claim_or_says_why_it_cannot_be() -> None:
+    assert len(BY_ID) == len(published_results())
+    claimed = {claim.id: claim for claim in (*claims(), *(number.claim for number in published_numbers()))}
+    for item in results():
+        result = item.result
+        assert (item.finding is None) == bool(result.why) == (item.verdict == NOT_TESTABLE)
+        assert item.statement
+        assert bool(result.statement) == bool(result.why), "one statement, and not two"
+        if not result.why:
+            claim = claimed[result.id]
+            assert result.where in claim.where or claim.id.startswith("sim1.")
+            if claim.published is not None:
+                assert (claim.published, claim.unit) == (result.published, result.unit)
+    assert [claim.id for claim in published_claims()] == [
+        item.result.id for item in results() if item.result.id.startswith("sim")
+    ]
+
+
+@given(st.floats(0.0, 0.3))
+def test_a_verdict_follows_from_the_number_by_the_limits_of_its_claim(saving: float) -> None:
+    item = BY_ID["bed.saving_best"]
+    assert item.finding is not None
+    changed = replace(item, finding=judged(item.finding.claim, np.array([saving])))
+    assert changed.verdict == (REPRODUCED if 0.1125 <= saving <= 0.1875 else CONTRADICTED)
+
+
+def test_one_point_beyond_the_limits_contradicts() -> None:
+    claim = Claim("own", "5.2.1", (), "a claim", "a number", "J", at_most=5.0)
+    like = BY_ID["bed.anova"].result
+    assert JudgedResult(like, judged(claim, np.array([1.0, 5.0]))).verdict == REPRODUCED
+    assert JudgedResult(like, judged(claim, np.array([1.0, 5.1]))).verdict == CONTRADICTED
+    assert JudgedResult(like, None).verdict == NOT_TESTABLE
+
+
+def test_other_jumps_give_other_verdicts() -> None:
+    tables = steady_tables()
+    cheaper = [replace(row, cost_j=0.85 * row.ce_cost_j if row.damping_gain else row.cost_j) for row in tables.bed.rows]
+    bed = replace(tables.bed, rows=tuple(cheaper))
+    chapter_3 = [item.finding for item in results() if item.result.id.startswith("sim") and item.finding]
+    changed = {item.result.id: item for item in judged_results(chapter_3, comparisons(replace(tables, bed=bed)), bed)}
+    assert BY_ID["bed.saving_best"].verdict == CONTRADICTED
+    assert changed["bed.saving_best"].verdict == REPRODUCED
+    assert changed["bed.p.l.stiff.3"].saving == pytest.approx(0.15)
+    assert changed["bed.apex_gain"].verdict == BY_ID["bed.apex_gain"].verdict == CONTRADICTED
+
+
+def test_beside_a_p_value_stands_the_saving_of_its_conditions() -> None:
+    bed = steady_tables().bed
+    for item in results():
+        result = item.result
+        assert (item.saving is None) == (not result.foot)
+        if result.foot:
+            costs_j = [
+                row.cost_j for row in bed.of(result.foot, result.gain) if row.damping_gain in result.damping_gains
+            ]
+            assert len(costs_j) == len(result.damping_gains)
+            (ce_j,) = [row.cost_j for row in bed.of(result.foot, result.gain, (0.0,))]
+            assert item.saving == pytest.approx(1.0 - np.mean(costs_j) / ce_j)
+            assert result.unit == "p"
+
+
+def test_what_is_taken_over_is_in_the_scenes() -> None:
+    fits = {
+        "gain.stiffness": STIFFNESS_PER_GAIN_N_M,
+        "gain.stiffness0": STIFFNESS_AT_ZERO_GAIN_N_M,
+        "gain.damping": DAMPING_PER_GAIN,
+        "gain.damping0": DAMPING_AT_ZERO_GAIN,
+    }
+    for name, value in fits.items():
+        assert BY_ID[name].result.published == value
+    bed = load_scene("bed")
+    assert bed["b_compression"] == bed["b_extension"] == DAMPING_AT_ZERO_GAIN
+    low, high = (BY_ID[f"bed.phi_{state}"].result.published or 0.0 for state in ("loose", "hard"))
+    assert low < bed["phi"] == 0.62 < high
+    charge_mah = BY_ID["bed.passive"].result.published or 0.0
+    assert bed["passive_power"] == pytest.approx(charge_mah * 3.6 * 15.4 / 720.0)
+    assert "passive_draw" not in bed.effects
+    smallest, largest = FEET_M.values()
+    assert bed["foot_radius"] == smallest < largest
+    assert (len(BED_GAINS), len(BED_DAMPING_GAINS)) == (2, 5)
+
+
+def test_the_note_on_the_feet_says_what_is_simulated() -> None:
+    bed = steady_tables().bed
+    small, large = ([bed.of(foot, gain)[0].ce_cost_j for gain in BED_GAINS] for foot in FEET_M)
+    stiff_j, soft_j = (b - a for a, b in zip(small, large, strict=True))
+    assert f"by {stiff_j:.1f} and {soft_j:.1f} J" in BY_ID["bed.foot_ad"].remark
+
+
+def test_the_contradictions_have_their_places() -> None:
+    found = contradictions()
+    assert len(found) == len({item.text for item in found})
+    assert all(re.search(r"\b[345]\.\d", item.where) for item in found)
+
+
+@pytest.mark.skipif(not THESIS.is_file(), reason="the thesis lies beside the project: ../shared/seed")
+@pytest.mark.parametrize(
+    "words",
+    [
+        "seven of the ten extension stiffness-active damping pairs were statistically significant (p < 0.05)",
+        "with the stiffer leg (p = 0.024)",
+        "The combination of the smaller foot and stiffer leg spring, and the larger foot and softer leg spring, both "
+        "were statistically significantly different from the control in 4/5 cases",
+        "with a maximum height loss of less than 5%",
+        "come at a consistent < 6% cost in apex",
+        "Previous experiments [106, 108] suggested that the robot should jump slightly less high",
+        "are comparable, and in some cases higher when active damping is used",
+        "on a robot with a stiffer virtual extension spring and larger feet",
+        "The greatest benefit from using active damping is conferred when the robot has a small foot",
+        "I see a consistent savings of 20%",
+        "the compression-extension controller uses about 20% more energy than the active damping controller",
+        "still dissipates almost 20% more energy",
+        "requires about twice as much mechanical energy",
+        "more than twice as efficiently",
+        "the difference in mechanical energy loss between the compression-extension and active damping controllers is "
+        "very similar",
+        "and thus loses less mechanical energy",
+        "the active damping controller loses more energy in a mechanical sense",
+        r"F_{bf} = -k_l(x_b - x_f - l)",
+        r"-\frac{F_{bf}}{m_b} - g",
+        "converted to damping coefficients (units: kg/s)",
+        "arbitrarily set the active damping coefficient to the same value as the extension stiffness",
+        "the velocity of the change in leg length was zero",
+        "When the robot's body velocity reached zero, the robot switched",
+        "the body mass velocity reaches zero",
+        "a strong correlation that was close to unity",
+        "a slightly higher moving average window resulted in a fit with slope equal to 1",
+        "active damping gain 200/600 = 33 was used",
+        "a previous study on a similar leg [108]",
+        "I characterized the force response of the ground emulator's leg",
+        "4.3:1 reduction",
+        "in the 0.61-0.62 range",
+        "was 2%",
+        "Repeat steps 7-9 for a total of 25 jumps",
+    ],
+)
+def test_the_thesis_says_what_the_contradictions_are_about(words: str) -> None:
+    assert words in " ".join(THESIS.read_text(encoding="utf-8").split())
+
+
+def test_no_verdict_is_left_out() -> None:
+    counts = Counter(item.verdict for item in results())
+    assert counts == {REPRODUCED: 7, CONTRADICTED: 8, NOT_TESTABLE: 32}
