@@ -30,14 +30,19 @@ from simulator.steady.published_results import (
     published_results,
 )
 from simulator.steady.tables import BED_DAMPING_GAINS, BED_GAINS, FEET_M
-from simulator.thesis.claims import Claim, claims, judged
+from simulator.thesis.claims import VALUES, Claim, claims, judged
 from tests.helpers.steady import results, steady_tables
+from tests.helpers.thesis import thesis_figures
 
 SHARED = Path(__file__).parents[3].parent / "shared"
 RESULTS, THESIS = SHARED / "reference" / "published_results.csv", SHARED / "seed" / "thesis.txt"
 RELATIONS = {"approx": "about", "equal": "", "qualitative": ""}
 UNITS = {"fraction": "1", "ratio": "1"}
-BY_ID = {item.result.id: item for item in results()}
+
+
+def the_one(name: str) -> JudgedResult:
+    """A published result, judged."""
+    return next(item for item in results() if item.result.id == name)
 
 
 @pytest.mark.skipif(not RESULTS.is_file(), reason="the collected results lie beside the project: ../shared/reference")
@@ -57,7 +62,7 @@ def test_every_collected_result_is_in_the_table_once() -> None:
 
 
 def test_every_result_is_judged_by_a_claim_or_says_why_it_cannot_be() -> None:
-    assert len(BY_ID) == len(published_results())
+    assert len({item.result.id for item in results()}) == len(published_results())
     claimed = {claim.id: claim for claim in (*claims(), *(number.claim for number in published_numbers()))}
     for item in results():
         result = item.result
@@ -76,7 +81,7 @@ def test_every_result_is_judged_by_a_claim_or_says_why_it_cannot_be() -> None:
 
 @given(st.floats(0.0, 0.3))
 def test_a_verdict_follows_from_the_number_by_the_limits_of_its_claim(saving: float) -> None:
-    item = BY_ID["bed.saving_best"]
+    item = the_one("bed.saving_best")
     assert item.finding is not None
     changed = replace(item, finding=judged(item.finding.claim, np.array([saving])))
     assert changed.verdict == (REPRODUCED if 0.1125 <= saving <= 0.1875 else CONTRADICTED)
@@ -84,7 +89,7 @@ def test_a_verdict_follows_from_the_number_by_the_limits_of_its_claim(saving: fl
 
 def test_one_point_beyond_the_limits_contradicts() -> None:
     claim = Claim("own", "5.2.1", (), "a claim", "a number", "J", at_most=5.0)
-    like = BY_ID["bed.anova"].result
+    like = the_one("bed.anova").result
     assert JudgedResult(like, judged(claim, np.array([1.0, 5.0]))).verdict == REPRODUCED
     assert JudgedResult(like, judged(claim, np.array([1.0, 5.1]))).verdict == CONTRADICTED
     assert JudgedResult(like, None).verdict == NOT_TESTABLE
@@ -96,10 +101,10 @@ def test_other_jumps_give_other_verdicts() -> None:
     bed = replace(tables.bed, rows=tuple(cheaper))
     chapter_3 = [item.finding for item in results() if item.result.id.startswith("sim") and item.finding]
     changed = {item.result.id: item for item in judged_results(chapter_3, comparisons(replace(tables, bed=bed)), bed)}
-    assert BY_ID["bed.saving_best"].verdict == CONTRADICTED
+    assert the_one("bed.saving_best").verdict == CONTRADICTED
     assert changed["bed.saving_best"].verdict == REPRODUCED
     assert changed["bed.p.l.stiff.3"].saving == pytest.approx(0.15)
-    assert changed["bed.apex_gain"].verdict == BY_ID["bed.apex_gain"].verdict == CONTRADICTED
+    assert changed["bed.apex_gain"].verdict == the_one("bed.apex_gain").verdict == CONTRADICTED
 
 
 def test_beside_a_p_value_stands_the_saving_of_its_conditions() -> None:
@@ -125,12 +130,12 @@ def test_what_is_taken_over_is_in_the_scenes() -> None:
         "gain.damping0": DAMPING_AT_ZERO_GAIN,
     }
     for name, value in fits.items():
-        assert BY_ID[name].result.published == value
+        assert the_one(name).result.published == value
     bed = load_scene("bed")
     assert bed["b_compression"] == bed["b_extension"] == DAMPING_AT_ZERO_GAIN
-    low, high = (BY_ID[f"bed.phi_{state}"].result.published or 0.0 for state in ("loose", "hard"))
+    low, high = (the_one(f"bed.phi_{state}").result.published or 0.0 for state in ("loose", "hard"))
     assert low < bed["phi"] == 0.62 < high
-    charge_mah = BY_ID["bed.passive"].result.published or 0.0
+    charge_mah = the_one("bed.passive").result.published or 0.0
     assert bed["passive_power"] == pytest.approx(charge_mah * 3.6 * 15.4 / 720.0)
     assert "passive_draw" not in bed.effects
     smallest, largest = FEET_M.values()
@@ -142,7 +147,47 @@ def test_the_note_on_the_feet_says_what_is_simulated() -> None:
     bed = steady_tables().bed
     small, large = ([bed.of(foot, gain)[0].ce_cost_j for gain in BED_GAINS] for foot in FEET_M)
     stiff_j, soft_j = (b - a for a, b in zip(small, large, strict=True))
-    assert f"by {stiff_j:.1f} and {soft_j:.1f} J" in BY_ID["bed.foot_ad"].remark
+    assert f"by {stiff_j:.1f} and {soft_j:.1f} J" in the_one("bed.foot_ad").remark
+
+
+def test_the_notes_on_chapter_3_say_where_its_claims_fail() -> None:
+    figures = thesis_figures()
+    speeds, ground, feet = figures.over_velocity.touchdown_speed_m_s, figures.over_ground, figures.over_damping
+    saved = [1.0 - pair.ad.cost_j / pair.ce.cost_j for pair in (figures.over_velocity.jumps, ground.jumps)]
+    # sim1.saving
+    assert max(values.max() for values in saved) < 0.25
+    low = saved[0] < 0.15
+    assert low[speeds < 0.51].all()
+    assert not low[(speeds > 0.51) & (speeds < 1.44)].any()
+    assert low[speeds > 1.44].mean() > 0.9
+    softest, dampest = np.nonzero(saved[1] < 0.15)
+    assert softest.size + low.sum() == 54
+    assert ground.sigma_n_m3[softest].max() < ground.nominal_sigma_n_m3
+    assert ground.drag_scale[dampest].max() < ground.nominal_drag_scale
+    # sim1.mech_ratio
+    over = [pair.ce.mechanical_j / pair.ad.mechanical_j > 2.5 for pair in (figures.over_velocity.jumps, ground.jumps)]
+    softest, dampest = np.nonzero(over[1])
+    assert not over[0].any()
+    assert softest.max() < 3
+    assert ground.drag_scale[dampest].min() > 1.4 * ground.nominal_drag_scale
+    # sim2.pred1, sim2.pred2: values by factors on stiffness and drag
+    shares, margins = VALUES["sim2.pred1"](figures), VALUES["sim2.pred2"](figures)
+    assert (feet.stiffness_factors, feet.drag_factors) == ((0.5, 1.0, 2.0), (0.5, 1.0, 2.0))
+    assert np.argwhere(shares > 0.1).tolist() == [[1, 0, 1]]
+    assert f"{100 * shares.max():.0f} %" in the_one("sim2.pred1").remark
+    assert (margins[0, 2] >= 0.0).all()
+    assert (margins[2] < 0.0).all()
+
+
+def test_what_is_contradicted_has_a_remark_and_what_is_explained_says_so() -> None:
+    explained = {number.claim.id for number in published_numbers() if number.reason}
+    for item in results():
+        if item.verdict == CONTRADICTED:
+            assert item.remark
+            assert (item.remark == "why: see below") == (item.result.id in explained)
+    for foot in FEET_M:
+        for gain in BED_GAINS:
+            assert (np.diff([row.cost_j for row in steady_tables().bed.of(foot, gain)]) < 0.0).all()
 
 
 def test_the_contradictions_have_their_places() -> None:
