@@ -15,6 +15,7 @@ from benchmarks import (
     runs_list,
     small_files,
     stance,
+    studies,
     sweep_million,
 )
 from benchmarks.section import Benchmark
@@ -35,5 +36,6 @@ BENCHMARKS: dict[str, Benchmark] = {
         apexes.BENCHMARK,
         *campaign.BENCHMARKS,
         *report_costs.BENCHMARKS,
+        studies.BENCHMARK,
     )
 }
