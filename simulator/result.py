@@ -28,9 +28,10 @@ class JumpResult:
     """One jump, from touchdown on. Heights are above the undisturbed surface; None: not reached.
 
     Energies are in joules. Those of the stance are integrals from touchdown to the last lift-off before the apex; those
-    of the jump run to its end, as do the energies that effects declare (`simulator.effects.registry.ENERGIES`, each a
-    field: `friction_loss_J`), and the residual of the energy book. `cost_J` is the sum of heat, mechanical energy and
-    drag of the stance (with the effect `cost_of_whole_jump`, of the jump) and of the passive draw.
+    of the jump run to its end, as do the losses and gains that effects declare, each a field (`BOOKED` of
+    `simulator.effects.registry`), and the residual of the energy book. `cost_J` is the sum of the cost's parts in the
+    stance (with the effect `cost_of_whole_jump`, in the jump), `COSTS` there and the mechanical one, and of the passive
+    draw.
 
     `decision_margin` is the distance of the closest decision of the sampled controller, in units of the local error, or
     of the closest event that was nearly missed or nearly met (lift-off, touchdown, a leg that folds or is straight, a

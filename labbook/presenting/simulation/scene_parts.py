@@ -63,8 +63,17 @@ def parts_tables() -> dict[str, Table]:
     return {
         "effects": _table(
             "effects",
-            ("effect", "meaning", "needs", "not with"),
-            ((effect.name, effect.meaning, _needs(effect), ", ".join(effect.excludes)) for effect in EFFECTS.values()),
+            ("effect", "meaning", "needs", "not with", "gives"),
+            (
+                (
+                    effect.name,
+                    effect.meaning,
+                    _needs(effect),
+                    ", ".join(effect.excludes),
+                    ", ".join(effect.outputs),
+                )
+                for effect in EFFECTS.values()
+            ),
         ),
         "parameters": _table(
             "parameters",
