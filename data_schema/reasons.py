@@ -194,6 +194,7 @@ class Reason(Code):
     BOTH_EXACT = "neither value has an uncertainty"
     VARIED_WITHOUT_JUMP = "with another {source} the simulated robot does not jump"
     SIMULATED_ENDS_OTHERWISE = "the simulated jump ends otherwise: {ends}"
+    JOULES_NOT_POSITIVE = "the battery gave {joules:.3g} J a hop: check its charge"
     NOT_SIMULATED = "no scene predicts it"
     SIMULATED_CONTROL_FREE = "the simulated control is free"
     SIMULATED_ENDED = "{ended}"

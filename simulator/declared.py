@@ -15,11 +15,17 @@ GROUNDS = ("hydrostatic_stiffness", "rigid_ground", "emulated_ground")
 
 @functools.cache
 def all_parameters() -> Mapping[str, Parameter]:
-    """Return every parameter by name: those of every scene first, then the effects' in the registry's order."""
+    """Return every parameter by name: those of every scene first, then the effects' in the registry's order.
+
+    Raises `ValueError` where an effect declares the name of another parameter.
+    """
     found = {parameter.name: parameter for parameter in BASICS}
     for effect in EFFECTS.values():
         for parameter in effect.parameters:
-            found.setdefault(parameter.name, parameter)
+            if found.setdefault(parameter.name, parameter) != parameter:
+                raise ValueError(
+                    f"{effect.name} declares {parameter.name}, which there is already: choose another name"
+                )
     return found
 
 

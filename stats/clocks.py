@@ -204,7 +204,7 @@ def _spread_s(pairs: _Floats) -> float:
 
 
 def moving_average(values: ArrayLike, window: int) -> _Floats:
-    """Return the centred moving average over `window` samples, an odd number; at the ends over as many as there are."""
+    """Return the centred moving average over `window` samples, an odd number; beyond the ends they repeat."""
     from scipy.ndimage import uniform_filter1d
 
     return np.asarray(uniform_filter1d(np.asarray(values, dtype=np.float64), window, mode="nearest"))

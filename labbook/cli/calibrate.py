@@ -36,24 +36,28 @@ def calibrate(
 
     Example: labbook calibrate --fit kg_scale --out ground.toml
     """
+    from data_schema.disk import write_whole
     from data_schema.errors import UsageError
     from labbook.actions.report_command import selection
     from labbook.actions.simulate.calibrating import calibrate_book
     from labbook.book.opening import opened
-    from labbook.presenting.simulation.calibrated import HEAD, as_data, rows, sentences
+    from labbook.presenting.simulation.calibrated import HEAD, as_data, how_to_use, rows, sentences
     from simulator.scene_file import write_scene
 
     if not 0.5 <= level < 1.0:
         raise UsageError(f"a level of {level:g} is none: give one from 0.5 to below 1, such as 0.95.")
     if out is not None and (out.suffix != ".toml" or out.exists()):
         raise UsageError(f"{out} exists, or is no .toml file: name another for --out.")
+    if out is not None and not out.absolute().parent.is_dir():
+        raise UsageError(f"there is no folder {out.absolute().parent}: make it, or name another for --out.")
     with opened(book) as opened_book:
         text = selection(opened_book.configuration, where, context.args, options_given(context))
         with progress("calibrate", None, shown=not as_json) as step:
             found = calibrate_book(opened_book, text, fit or [], resamples, seed, level, step)
     if out is not None:
-        out.write_text(write_scene(found.scene), encoding="utf-8")
+        write_whole(out, write_scene(found.scene).encode("utf-8"))
     files = {} if out is None else {"scene": str(out)}
+    use = [] if out is None else [how_to_use(found.calibration, out.name)]
     table = [] if as_json else columns(HEAD, rows(found.calibration))
-    lines = [*table, "", *within_width(sentences(found.calibration)), *files.values()]
+    lines = [*table, "", *within_width(sentences(found.calibration)), *use, *files.values()]
     emit({**as_data(found.calibration), **files}, lines, as_json)

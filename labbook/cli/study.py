@@ -45,17 +45,19 @@ def _of_sheet(*files: Path) -> Sources:
 
 
 def _of_book(book: Path | None, where: str | None) -> Sources:
-    """Name a book, its configuration and the selection."""
+    """Name a book, its configuration, the selection, and the journal."""
 
     def sources() -> list[tuple[str, str]]:
+        from data_schema import journal
         from labbook.book.opening import opened
 
-        with opened(book) as opened_book:
-            configuration = opened_book.configuration
+        with opened(book) as opened_book, opened_book.reading() as connection:
+            configuration, (entries, head) = opened_book.configuration, journal.head(connection)
         return [
             ("Study", configuration.study.name),
             ("Runs", where or "all"),
             ("labbook.toml", f"SHA-256 {configuration.sha256}"),
+            ("Journal", f"{entries} entries, the last {head}, which name every file by its hash"),
         ]
 
     return sources
@@ -290,7 +292,7 @@ def emulator(
         float, typer.Option("--ratio", help="The extension gain over the active-damping gain that is scaled with it.")
     ] = 6.0,
     same: Annotated[
-        float, typer.Option("--same", metavar="%", help="A change of the apex below it is not appreciable.")
+        float, typer.Option("--same", metavar="%", help="A rise of the apex below it is not appreciable.")
     ] = 2.0,
     level: LevelOption = 0.95,
     plot: PlotOption = None,

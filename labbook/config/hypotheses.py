@@ -36,8 +36,9 @@ def read_hypotheses(top: TableReader, factors: Mapping[str, FactorSettings]) -> 
 
 
 def _hypothesis(name: str, table: TableReader, factors: Mapping[str, FactorSettings]) -> HypothesisSettings:
+    has_claim = table.value("claim") is not None
     claim = table.word("claim", ClaimKind)
-    needed = _KEYS[claim]
+    needed = _KEYS[claim] if has_claim else ()
     between = _factor(table, factors) if "between" in needed else ""
     found = HypothesisSettings(
         name=name,
@@ -52,8 +53,27 @@ def _hypothesis(name: str, table: TableReader, factors: Mapping[str, FactorSetti
         group=_group(table.table("group", required=True), factors) if "group" in needed else {},
         within_percent=_part(table) if "within_percent" in needed else 0.0,
     )
-    table.finish()
+    if has_claim:
+        table.finish()
+        _check_possible(table, found, factors)
     return found
+
+
+def _check_possible(table: TableReader, found: HypothesisSettings, factors: Mapping[str, FactorSettings]) -> None:
+    """Add a fault for what no runs of these factors could tell."""
+    swept = next((name for name, factor in factors.items() if factor.control is not None), None)
+    if swept is None:
+        table.fault("claim", "no factor names a control: write control = ... under the [factors.NAME] that is varied.")
+    elif found.claim is ClaimKind.SAME and found.between == swept:
+        control = factors[swept].control
+        if found.side is Side.CONTROL:
+            table.fault("side", f"the control has one level of {swept}: compare another factor, or the treated side.")
+        elif control in found.levels:
+            table.fault("levels", f"{control} is the control, which is not on the treated side: leave it out.")
+    elif "group" in _KEYS[found.claim]:
+        others = [name for name in factors if name != swept]
+        if set(found.group) != set(others):
+            table.fault("group", f"a group has one level of each of {', '.join(others)}: name just these.")
 
 
 def _part(table: TableReader) -> float:

@@ -59,7 +59,7 @@ unit = "N/m"
 [gains.b_ad_gain]
 symbol = "d"
 slope = 3.32
-offset = 19.67
+offset = 0
 unit = "kg/s"
 zero = 0
 
@@ -104,7 +104,7 @@ outcome = "apex"
 within_percent = 6
 
 [hypotheses.torque_limit]
-text = "The apex is no higher at gain 500 than at 400"
+text = "The apex is the same at gains 400 and 500"
 source = "thesis 4.3.3"
 published = "no appreciable difference"
 claim = "same"

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import math
+import shlex
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -80,14 +81,14 @@ def write_flasks(folder: Path, seed: int) -> str:
     """Write flasks.csv and truth.json; returns the command that reads them."""
     _write(folder / "flasks.csv", flasks(_chance(seed)))
     _write_truth(folder, {"loose": LOOSE, "compacted": COMPACTED, "difference": COMPACTED - LOOSE})
-    return f"labbook study compaction {folder / 'flasks.csv'} --grain {GRAIN_MM:g}"
+    return shlex.join(["labbook", "study", "compaction", str(folder / "flasks.csv"), "--grain", f"{GRAIN_MM:g}"])
 
 
 def write_walks(folder: Path, seed: int) -> str:
     """Write walks.csv and truth.json; returns the command that reads them."""
     _write(folder / "walks.csv", walks(_chance(seed)))
     _write_truth(folder, {"thin": THIN, "wide": WIDE, "wide / thin": WIDE / THIN})
-    return f"labbook study field {folder / 'walks.csv'}"
+    return shlex.join(["labbook", "study", "field", str(folder / "walks.csv")])
 
 
 def write_oscillations(folder: Path, seed: int) -> str:
@@ -106,7 +107,7 @@ def write_oscillations(folder: Path, seed: int) -> str:
             **{f"damping at gain {gain:g} (kg/s)": DAMPING[0] * gain + DAMPING[1] for _, gain in GAINS},
         },
     )
-    return f"labbook study characterisation {folder / 'trials.csv'}"
+    return shlex.join(["labbook", "study", "characterisation", str(folder / "trials.csv")])
 
 
 def _chance(seed: int) -> np.random.Generator:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -17,7 +18,8 @@ def _plate(folder: Path, seed: int, step: Step, say: Step) -> str:
     from labbook.demo.plate_book import make_plate_book
 
     step("simulating the jumps")
-    return f"labbook study force-plate --book {make_plate_book(folder, plate_campaign(seed), step, say)}"
+    book = make_plate_book(folder, plate_campaign(seed), step, say)
+    return shlex.join(["labbook", "study", "force-plate", "--book", str(book)])
 
 
 def _emulator(folder: Path, seed: int, step: Step, say: Step) -> str:
@@ -25,7 +27,8 @@ def _emulator(folder: Path, seed: int, step: Step, say: Step) -> str:
     from labbook.demo.emulator_book import make_emulator_book
 
     step("simulating the jumps")
-    return f"labbook study emulator --book {make_emulator_book(folder, emulator_campaign(seed), step, say)}"
+    book = make_emulator_book(folder, emulator_campaign(seed), step, say)
+    return shlex.join(["labbook", "study", "emulator", "--book", str(book)])
 
 
 def _sheet(writer: str) -> MakeStudy:

@@ -22,12 +22,13 @@ from reports.tables.table import (
     words,
 )
 
-_NOTHING = "the selected runs have nothing to compare"
+_NOTHING = "runs are missing of what it compares"
 
 
 def verdict_sentence(content: ReportContent, one: Hypothesis) -> str:
     """Say what came of a hypothesis: "CE costs the same: cannot tell (simulated: holds; published: p > .5)"."""
     beside = [reason] if (reason := _untold(content, one)) else []
+    beside += ["among the selected runs"] if one.parts and content.selection else []
     beside += [f"simulated: {one.simulated_verdict}"] if one.parts else []
     beside += [f"published: {one.published}"] if one.published else []
     return f"{one.text}: {one.verdict}" + (f" ({'; '.join(beside)})" if beside else "")
@@ -97,7 +98,8 @@ def _in_full(content: ReportContent) -> Table:
     rows = [_row(content, one, part, places) for one in content.hypotheses for part in one.parts]
     caption = (
         "Hypotheses, comparison by comparison: change of a mean in percent, or difference of savings in percentage "
-        "points. A hypothesis holds where all of its comparisons do, and fails where one does."
+        "points. A hypothesis holds where all of its comparisons do, and fails where one does, each at alpha divided "
+        "by their number (a wider interval than the one shown)."
     )
     return Table("hypotheses_in_full", caption, columns, tuple(rows))
 
@@ -106,7 +108,7 @@ def _row(content: ReportContent, one: Hypothesis, part: HypothesisPart, places: 
     of, against = levels_name(content, part.of), levels_name(content, part.against)
     interval = interval_cell(part.measured, places)
     if reason := _reason(content, part):
-        interval = Cell(DASH, interval.values, note=reason)
+        interval = Cell(DASH, (None, None, None), note=reason)
     return Row(
         (
             Cell("", (one.name,)),

@@ -112,8 +112,8 @@ def profile_interval(
     """Return the interval in which a parameter may lie, all others refitted: None for an end that is not found.
 
     Its ends are where the least chi squared has risen by the spread times the square of Student's quantile (profile
-    likelihood, Venzon and Moolgavkar 1988). A parameter with an end that is not found within the bounds is not
-    identified.
+    likelihood, Venzon and Moolgavkar 1988). There is none where a bound comes first, its own or that of another
+    parameter, which is then not identified.
     """
     profile = _Profile(residuals, fit, place, np.asarray(low, np.float64), np.asarray(high, np.float64))
     rise = fit.spread * t_quantile(level, fit.df) ** 2
@@ -147,11 +147,18 @@ class _Profile:
         found = fit_nonlinear(held, others, self.low[free], self.high[free])
         return found.chi_squared - self.fit.chi_squared, found.values
 
+    def at_bounds(self, others: Floats) -> bool:
+        """Whether another parameter stands at the end of its range: what ends the interval then is that, not data."""
+        free = np.arange(self.fit.values.size) != self.place
+        low, high = self.low[free], self.high[free]
+        return bool(np.any((others <= low * (1.0 + _CLOSE)) | (others >= high * (1.0 - _CLOSE))))
+
 
 def _end(profile: _Profile, wanted: float, step: float) -> float | None:
     """Return where the rise reaches what is wanted: bracketed by steps that double, then by Brent's method.
 
-    The root of the rise is nearly a line, so that few evaluations do.
+    A step is by a factor of two at most, so that the fit of the others begins near its end. The root of the rise is
+    nearly a line, so that few evaluations do.
     """
     from scipy.optimize import brentq
 
@@ -164,11 +171,12 @@ def _end(profile: _Profile, wanted: float, step: float) -> float | None:
         return math.sqrt(min(max(rise, 0.0), 1e4 * wanted)) - math.sqrt(wanted)
 
     while True:
-        outside = inside + step
-        outside = max(outside, bound) if step < 0.0 else min(outside, bound)
+        outside = inside + step if step < 0.0 else min(inside + step, bound)
+        outside = max(outside, 0.5 * inside, bound) if step < 0.0 else min(outside, 2.0 * inside)
         rise, there = profile.rise(outside, others)
         if rise >= wanted:
-            return float(brentq(beyond, inside, outside, xtol=_CLOSE * abs(outside), rtol=_CLOSE))
+            end = float(brentq(beyond, inside, outside, xtol=_CLOSE * abs(outside), rtol=_CLOSE))
+            return None if profile.at_bounds(profile.rise(end, others)[1]) else end
         if outside == bound:
             return None
         inside, others, step = outside, there, 2.0 * step

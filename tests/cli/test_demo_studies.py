@@ -18,7 +18,7 @@ from tests.cli.shell import good, labbook, refused
 
 def made(tmp_path: Path, study: str) -> tuple[dict[str, float], Any]:
     """The truth of a demonstration, and what the command that it names says as JSON."""
-    done = good(labbook("demo", "--study", study, "--seed", "3", "--json", str(tmp_path / "demo"), at=tmp_path)).json
+    done = good(labbook("demo", "--study", study, "--seed", "3", "--json", str(tmp_path / "a demo"), at=tmp_path)).json
     truth = json.loads(Path(done["truth"]).read_text(encoding="utf-8"))
     return truth, good(labbook(*shlex.split(done["next"])[1:], "--json", at=tmp_path)).json
 

@@ -69,11 +69,13 @@ def calibrate_book(
     ]
     measured = measured_means(conditions, list(runs), swept_factor(configuration))
     wanted = list(names) or [name for name in FITTED if name in start.read]
+    if not wanted:
+        raise UsageError(f"the scene {start.name} reads neither {' nor '.join(FITTED)}: name what to fit with --fit.")
     found = calibrate(scenes, measured, wanted, resamples=resamples, seed=seed, level=level, progress=step)
-    source = (
+    cited = (
         f"fitted to {configuration.study.name}: {len(measured)} means of {len(runs)} conditions, configuration "
-        f"{configuration.sha256[:12]}"
+        f"{configuration.sha256[:12]}; that these runs agree with it is no test"
     )
-    values = {one.name: Value(one.value, source) for one in found.parameters}
+    values = {one.name: Value(one.value, why=cited) for one in found.parameters}
     scene = replace(start, title=f"{start.title}, calibrated", values={**start.values, **values})
     return CalibratedScene(found, scene, configuration.study.name)

@@ -1,9 +1,9 @@
 """Parameters of a scene fitted to what a book measured: nonlinear least squares over the means of its conditions.
 
-A residual is the predicted mean less the measured one, over the measured one's standard error from the scatter of runs,
-pooled over the conditions of an outcome. Intervals come from runs drawn anew within each condition (bootstrap), and
-from the profile likelihood, which says, too, which parameters cannot be identified. Held out, each group of conditions
-is predicted from a fit to the others.
+Measured means of an outcome have the scatter of runs pooled over conditions, what runs of a day have in common, and the
+errors that all have from one passive-drain line: their covariance weighs the residuals (generalised least squares).
+Intervals come from means drawn anew by it (parametric bootstrap), and from the profile likelihood, which says, too,
+which parameters cannot be identified. Held out, each group of conditions is predicted from a fit to the others.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from simulator.scene import Scene
 from simulator.sweep.chunks import Recipe, recipe_of_rows
 from simulator.sweep.compute import simulate_on_all_cores
 from simulator.sweep.outputs import PLACE
+from stats.compare.shared_error import SharedError
 from stats.exact.tails import t_quantile
 from stats.lines.nonlinear import NonlinearFit, fit_nonlinear, profile_interval, sensitivities
 
@@ -39,17 +40,27 @@ ACCURACY = 1e-8
 """Relative error asked of the simulator: its differences are derivatives."""
 BOOTSTRAP = 200
 _OUTPUT = {Outcome.JOULES: "cost_J", Outcome.APEX: "apex_height_m"}
-_FEWEST_RUNS = 2
+_FEWEST_DF, _FEWEST_DAYS = 2, 3
 
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """The runs of one condition in one outcome: their values, and its place among the conditions that are simulated."""
+    """The runs of one condition in one outcome, and its place among the conditions that are simulated.
+
+    `days` and `shared` are those of each value: its day, and its errors in common with other runs.
+    """
 
     outcome: Outcome
     place: int
     group: str
     values: tuple[float, ...]
+    days: tuple[str, ...]
+    shared: tuple[SharedError, ...] = ()
+
+    @property
+    def mean(self) -> float:
+        """Their mean."""
+        return math.fsum(self.values) / len(self.values)
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,11 +93,15 @@ class HeldOut:
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """What came of a fit; `rms` is by outcome, in its unit, `n_runs` counts the values that went in."""
+    """What came of a fit; `rms` is by outcome, in its unit, `n_runs` counts the values that went in.
+
+    `df_of_errors` are the degrees of freedom of the scatter between runs. `failed` counts the draws without a fit.
+    """
 
     parameters: tuple[Calibrated, ...]
     chi_squared: float
     df: int
+    df_of_errors: int
     condition: float
     rms: Mapping[Outcome, float]
     held_out: tuple[HeldOut, ...]
@@ -106,6 +121,8 @@ def measured_means(
             keys.index(one.key),
             pairing.group_label({name: label for name, label in one.levels.items() if name != swept}),
             tuple(one.values),
+            tuple(item.run.day for item in one.runs),
+            tuple(item.shared for item in one.runs),
         )
         for outcome in SIMULATED
         for one in conditions.get(outcome, ())
@@ -121,11 +138,16 @@ class Problem:
     places: tuple[int, ...]
     measured: tuple[Measured, ...]
 
-    def residuals(self, means: Floats, errors: Floats, which: NDArray[np.bool_]) -> Callable[[Floats], Floats]:
-        """Return the function of residuals of the chosen means, shape (m, n) for parameters of shape (m, k)."""
+    def residuals(self, means: Floats, covariance: Floats, which: NDArray[np.bool_]) -> Callable[[Floats], Floats]:
+        """Return whitened residuals of the chosen means, shape (m, n), as a function of parameters, shape (m, k)."""
+        root = np.linalg.cholesky(covariance[np.ix_(which, which)])
 
         def of(tried: Floats) -> Floats:
-            return (self.predicted(tried)[:, which] - means[which]) / errors[which]
+            left = self.predicted(tried)[:, which] - means[which]
+            known = np.isfinite(left).all(axis=1)
+            found = np.full_like(left, np.nan)
+            found[known] = np.linalg.solve(root, left[known].T).T
+            return found
 
         return of
 
@@ -136,6 +158,8 @@ class Problem:
         table[:, self.places] = np.repeat(tried, rows, axis=0)
         block = simulate_on_all_cores(self.recipe, table).reshape(n, rows, self.recipe.jumps, -1)
         by_outcome = {outcome: block[..., PLACE[name]].mean(axis=2) for outcome, name in _OUTPUT.items()}
+        jumps = np.isfinite(by_outcome[Outcome.APEX])
+        by_outcome = {outcome: np.where(jumps, values, np.nan) for outcome, values in by_outcome.items()}
         return np.stack([by_outcome[each.outcome][:, each.place] for each in self.measured], axis=1)
 
 
@@ -156,24 +180,28 @@ def calibrate(
     scenes : of the conditions, each as it was run; they have the same effects
     measured : runs by condition and outcome; `place` says which scene
     names : parameters to fit, one value for all scenes
-    resamples : how often runs are drawn anew
+    resamples : how often means are drawn anew
 
     Raises
     ------
-    UsageError for a parameter that no effect reads, that differs between conditions, or that is 0; InputRefused where
-    runs do not scatter or means do not suffice.
+    UsageError for a parameter that is named twice, differs between conditions, or is 0; UnknownName for one that the
+    scene does not read; InputRefused where runs do not scatter or means do not suffice.
     """
+    twice = next((name for name in names if list(names).count(name) > 1), None)
+    if twice is not None:
+        raise UsageError(f"{twice} is to be fitted twice: name it once.")
     start = [_starting(scenes, name) for name in names]
     problem = _problem(scenes, measured, names)
-    means, errors = _means(measured), _errors(measured)
+    means = np.array([each.mean for each in measured])
+    covariance, df_of_errors = _covariance(measured)
     low, high = (np.array([getattr(all_parameters()[name], end) for name in names]) for end in ("low", "high"))
     low = np.maximum(low, 1e-6 * np.array(start))
-    every = np.ones(len(measured), np.bool_)
+    residuals = problem.residuals(means, covariance, np.ones(len(measured), np.bool_))
     progress("compiling the simulator, up to 30 s")
     kernel_for(scenes[0].effects)
     progress("fitting")
-    fit = fit_nonlinear(problem.residuals(means, errors, every), start, low, high)
-    drawn, failed = _bootstrap(problem, fit, errors, (low, high), resamples, seed, progress)
+    fit = fit_nonlinear(residuals, start, low, high)
+    drawn, failed = _bootstrap(problem, fit, means, covariance, (low, high), resamples, seed, progress)
     progress("profile likelihood")
     parameters = tuple(
         Calibrated(
@@ -183,26 +211,23 @@ def calibrate(
             float(fit.values[place]),
             fit.ses if isinstance(fit.ses, Undefined) else float(fit.ses[place]),
             _quantiles(drawn[:, place], level),
-            profile_interval(problem.residuals(means, errors, every), fit, place, low, high, level),
+            profile_interval(residuals, fit, place, low, high, level),
         )
         for place, name in enumerate(names)
     )
     progress("predicting what is held out")
+    left = problem.predicted(fit.values[np.newaxis, :])[0] - means
+    outcomes = _outcomes(measured)
     return Calibration(
         parameters,
         fit.chi_squared,
         fit.df,
+        df_of_errors,
         fit.condition,
-        {
-            outcome: _rms(fit.residuals[_of(measured, outcome)] * errors[_of(measured, outcome)])
-            for outcome in _outcomes(measured)
-        },
-        _held_out(problem, means, errors, fit, (low, high), level),
+        {outcome: _rms(left[_of(measured, outcome)]) for outcome in outcomes},
+        _held_out(problem, means, covariance, fit, (low, high), level),
         len(measured),
-        {
-            outcome: sum(len(each.values) for each in measured if each.outcome is outcome)
-            for outcome in _outcomes(measured)
-        },
+        {outcome: sum(len(each.values) for each in measured if each.outcome is outcome) for outcome in outcomes},
         level,
         failed,
     )
@@ -241,44 +266,78 @@ def _of(measured: Sequence[Measured], outcome: Outcome) -> NDArray[np.bool_]:
     return np.array([each.outcome is outcome for each in measured])
 
 
-def _means(measured: Sequence[Measured]) -> Floats:
-    return np.array([math.fsum(each.values) / len(each.values) for each in measured])
+def _covariance(measured: Sequence[Measured]) -> tuple[Floats, int]:
+    """Return the covariance of the means, and the degrees of freedom of the scatter between runs.
 
-
-def _errors(measured: Sequence[Measured]) -> Floats:
-    """Return the standard error of each mean, from the scatter of runs pooled over the conditions of an outcome."""
-    errors = np.empty(len(measured))
+    Of one outcome, means share their days, whose variance is estimated from the runs' distances from the means of their
+    conditions by day, and the errors of the drain lines; different outcomes share nothing.
+    """
+    covariance, in_all = np.zeros((len(measured), len(measured))), 0
     for outcome in _outcomes(measured):
         own = [each for each in measured if each.outcome is outcome]
         squares = sum(float(np.var(each.values) * len(each.values)) for each in own)
         df = sum(len(each.values) - 1 for each in own)
-        if df < _FEWEST_RUNS or squares == 0.0:
+        if df < _FEWEST_DF or squares == 0.0:
             raise InputRefused(
                 f"the {outcome.plural} of runs under one condition do not scatter: two runs of a condition at least "
                 "tell how well its mean is known."
             )
-        sd = math.sqrt(squares / df)
-        errors[_of(measured, outcome)] = [sd / math.sqrt(len(each.values)) for each in own]
-    return errors
+        within, between = _variances(own, squares / df)
+        days = sorted({day for each in own for day in each.days})
+        shares = np.array([[each.days.count(day) / len(each.days) for day in days] for each in own])
+        terms = sorted({term for each in own for error in each.shared for term in error.terms})
+        common = np.array([_common(each, terms) for each in own]).reshape(len(own), len(terms))
+        part = np.diag([within / len(each.values) for each in own]) + between * shares @ shares.T + common @ common.T
+        places = np.flatnonzero(_of(measured, outcome))
+        covariance[np.ix_(places, places)] = part
+        in_all += df
+    return covariance, in_all
+
+
+def _common(each: Measured, terms: Sequence[tuple[str, str]]) -> list[float]:
+    """Return what the mean of a condition takes from each error in common, in standard errors of it."""
+    return [math.fsum(error.terms.get(term, 0.0) for error in each.shared) / len(each.values) for term in terms]
+
+
+def _variances(own: Sequence[Measured], total: float) -> tuple[float, float]:
+    """Split the variance of runs about the means of their conditions into that within days and that between days.
+
+    By the method of moments: the mean distance of a day's m runs has the variance within / m + between, but for what
+    the means of conditions take of it.
+    """
+    by_day: dict[str, list[float]] = {}
+    for each in own:
+        for day, value in zip(each.days, each.values, strict=True):
+            lost = math.sqrt(len(each.values) / max(1, len(each.values) - 1))
+            by_day.setdefault(day, []).append(lost * (value - each.mean))
+    several = [distances for distances in by_day.values() if len(distances) > 1]
+    within_df = sum(len(distances) - 1 for distances in several)
+    if len(by_day) < _FEWEST_DAYS or within_df == 0:
+        return total, 0.0
+    within = sum(float(np.var(distances) * len(distances)) for distances in several) / within_df
+    excess = [float(np.mean(distances)) ** 2 - within / len(distances) for distances in by_day.values()]
+    between = max(0.0, float(np.mean(excess)) * len(by_day) / (len(by_day) - 1))
+    return (within, between) if between else (total, 0.0)
 
 
 def _bootstrap(
     problem: Problem,
     fit: NonlinearFit,
-    errors: Floats,
+    means: Floats,
+    covariance: Floats,
     bounds: tuple[Floats, Floats],
     resamples: int,
     seed: int,
     progress: Callable[[str], None],
 ) -> tuple[Floats, int]:
-    """Return the parameters of fits to runs drawn anew within each condition, and how many fits came to nothing."""
-    rng, every = np.random.default_rng(seed), np.ones(len(problem.measured), np.bool_)
-    drawn, failed = [], 0
+    """Return the parameters of fits to means drawn anew by their covariance, and how many fits came to nothing."""
+    rng, every = np.random.default_rng(seed), np.ones(len(means), np.bool_)
+    root, drawn, failed = np.linalg.cholesky(covariance), [], 0
     for number in range(resamples):
-        progress(f"drawing runs anew, {number + 1} of {resamples}")
-        means = np.array([float(np.mean(rng.choice(each.values, len(each.values)))) for each in problem.measured])
+        progress(f"drawing means anew, {number + 1} of {resamples}")
+        again = means + root @ rng.normal(size=len(means))
         try:
-            drawn.append(fit_nonlinear(problem.residuals(means, errors, every), fit.values, *bounds).values)
+            drawn.append(fit_nonlinear(problem.residuals(again, covariance, every), fit.values, *bounds).values)
         except InputRefused:
             failed += 1
     return np.array(drawn).reshape(len(drawn), fit.values.size), failed
@@ -292,26 +351,23 @@ def _quantiles(drawn: Floats, level: float) -> tuple[float, float] | None:
 
 
 def _held_out(
-    problem: Problem, means: Floats, errors: Floats, fit: NonlinearFit, bounds: tuple[Floats, Floats], level: float
+    problem: Problem, means: Floats, covariance: Floats, fit: NonlinearFit, bounds: tuple[Floats, Floats], level: float
 ) -> tuple[HeldOut, ...]:
-    """Predict each group of conditions from a fit to the others; nothing where there is one group only."""
+    """Predict each group of conditions from a fit to the others; nothing of a group without which there is none."""
     groups = list(dict.fromkeys(each.group for each in problem.measured))
-    if len(groups) < 2:
-        return ()
     ratios, differences = np.full(len(means), np.nan), np.full(len(means), np.nan)
-    for group in groups:
+    for group in groups if len(groups) > 1 else ():
         out = np.array([each.group == group for each in problem.measured])
-        other = fit_nonlinear(problem.residuals(means, errors, ~out), fit.values, *bounds)
-        of_group = problem.residuals(means, errors, out)
-        left, slopes = of_group(other.values[np.newaxis, :])[0], sensitivities(of_group, other.values, *bounds)
-        of_fit = (
-            np.zeros(len(left))
-            if isinstance(other.covariance, Undefined)
-            else np.einsum("ij,jk,ik->i", slopes, other.covariance, slopes)
-        )
-        quantile = t_quantile(level, other.df)
-        ratios[out] = left / (quantile * np.sqrt(other.spread + of_fit))
-        differences[out] = left * errors[out]
+        try:
+            other = fit_nonlinear(problem.residuals(means, covariance, ~out), fit.values, *bounds)
+        except InputRefused:  # too few means are left
+            continue
+        slopes = sensitivities(problem.predicted, other.values, *bounds)[out]
+        of_fit = np.zeros_like(slopes.T @ slopes) if isinstance(other.covariance, Undefined) else other.covariance
+        errors = np.sqrt(other.spread * np.diag(covariance)[out] + np.sum((slopes @ of_fit) * slopes, axis=1))
+        differences[out] = problem.predicted(other.values[np.newaxis, :])[0][out] - means[out]
+        ratios[out] = differences[out] / (t_quantile(level, other.df) * errors)
+    told = np.isfinite(ratios)
     return tuple(
         HeldOut(
             outcome,
@@ -320,7 +376,8 @@ def _held_out(
             _rms(differences[own]),
         )
         for outcome in _outcomes(problem.measured)
-        for own in [_of(problem.measured, outcome)]
+        for own in [_of(problem.measured, outcome) & told]
+        if own.any()
     )
 
 

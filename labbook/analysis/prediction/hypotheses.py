@@ -134,7 +134,10 @@ def comparisons_of(settings: HypothesisSettings, conditions: Sequence[ConditionV
 
 
 def _between(settings: HypothesisSettings, conditions: Sequence[ConditionValues], swept: str) -> list[Comparison]:
-    """Compare every level of a factor with the first, where all other factors have the same levels."""
+    """Compare every level of a factor with the first, where all other factors have the same levels.
+
+    Nothing is compared where a group lacks a level that the hypothesis names.
+    """
     factor, within = settings.between, settings.within_percent
     side = [one for one in conditions if one.is_control is (settings.side is Side.CONTROL)]
     others = [
@@ -146,8 +149,9 @@ def _between(settings: HypothesisSettings, conditions: Sequence[ConditionValues]
         groups.setdefault(group, {}).setdefault(one.levels.get(factor, ""), []).append(one)
     found = []
     for group, by_level in groups.items():
-        levels = sorted(settings.levels or by_level, key=pairing.sort_key)
-        first, *further = [level for level in levels if level in by_level] or [""]
+        first, *further = settings.levels or sorted(by_level, key=pairing.sort_key)
+        if not by_level.keys() >= {first, *further}:  # a level that is named was not measured: nothing is told
+            return []
         found += [
             Comparison(
                 {**dict(group), factor: level},

@@ -29,6 +29,7 @@ from simulator.sweep.compute import simulate_on_all_cores
 from simulator.sweep.outputs import PLACE
 
 Floats = NDArray[np.float64]
+_FEWEST = 32
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,9 +57,11 @@ def shares_of_inputs(
     """
     from scipy import stats
 
-    if size < 2 or size & (size - 1):
-        raise UsageError(f"a sample of {size} is no power of two: give one such as 256.")
-    results = {key: result for (key, _robot), result in predicted.items()}  # of several robots the last
+    if size < _FEWEST or size & (size - 1):
+        raise UsageError(f"a sample of {size} is no power of two from {_FEWEST} on: give one such as 256.")
+    results = {key: result for (key, _robot), result in predicted.items()}
+    if len(results) < len(predicted):
+        raise UsageError("these runs are of several robots: choose one with --where, as in --where robot=NAME.")
     parts = {name: about.varied_by for result in results.values() for name, about in result.assumed.items()}
     if not parts:
         raise UsageError("nothing is assumed in these predictions: name what is under assumed = [...] of [simulation].")

@@ -1,8 +1,8 @@
 """The emulator study (thesis 4.3): what two active dampings save at each extension gain, and what height they cost.
 
 Comparisons are those of the report, by the days that control and treatment share. A gain at which no controller jumps
-appreciably higher than at the gain before is beyond the motors' torque limit, and is left out with all above it: the
-rise is shown to lie within bounds (two one-sided tests), which a mere lack of significance would not do.
+appreciably higher than at the gain before is beyond the motors' torque limit, and is left out with all above it: that
+the rise is below a bound is shown by a one-sided test, which a mere lack of significance would not do.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import numpy as np
 
 from data_schema.errors import InputRefused
 from data_schema.outcomes import Outcome
+from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.comparing import Pair
 from labbook.analysis.comparison.deciding import contrast_of
 from labbook.analysis.outcomes.conditions import ConditionValues
@@ -23,8 +24,7 @@ from stats.days.decision_result import Bounded, Estimate
 from stats.exact.tails import t_quantile
 
 _COARSE = 0.03
-"""Resolutions above this share of a jump's joules make intervals too narrow where runs scatter by 2 %: at 4 % they
-cover .92, at 2 % .95 (docs/validation.md)."""
+"""Share of a jump's joules from which on the charger's last digit is said to be coarse: at 4 % intervals cover .92."""
 
 
 class Controller(StrEnum):
@@ -37,10 +37,10 @@ class Controller(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Mean:
-    """The mean over runs of one condition with its standard error."""
+    """The mean over runs of one condition with its standard error, None of one run."""
 
     value: float
-    se: float
+    se: float | None
     n: int
 
 
@@ -69,11 +69,10 @@ class Rise:
 
 @dataclass(frozen=True, slots=True)
 class Trend:
-    """The line of savings over the apex under CE: percentage points a centimetre; None with fewer than three gains."""
+    """The line of savings over the apex under CE at these gains, in percentage points a centimetre; None of two."""
 
     controller: Controller
-    lowest_percent: float
-    highest_percent: float
+    gains: tuple[float, ...]
     slope: float | None
     slope_ci: tuple[float, float] | None
 
@@ -153,13 +152,15 @@ def emulator_study(
         for before, at in itertools.pairwise(gains)
         if at in places and before in places
     )
-    left_out = _beyond_limit(rises, gains)
+    left_out = _beyond_limit(rises, gains, same_percent)
     kept = [row for row in rows if row.gain not in left_out]
-    trends = tuple(
-        _trend(controller, kept, level) for controller in (Controller.CONSTANT, Controller.SCALED) if placed[controller]
-    )
     of_ce = [row for row in rows if row.controller is Controller.CE]
     coarse = tuple(row.gain for row in of_ce if resolution_j > _COARSE * row.joules.value)
+    trends = tuple(
+        _trend(controller, kept, coarse, level)
+        for controller in (Controller.CONSTANT, Controller.SCALED)
+        if placed[controller]
+    )
     return EmulatorStudy(rows, rises, left_out, trends, coarse, level, same_percent)
 
 
@@ -204,7 +205,7 @@ def _at_gain(found: _Found, at: float, damped: float, controller: Controller, le
 
 def _mean(one: ConditionValues) -> Mean:
     values = np.array(one.values)
-    se = float(values.std(ddof=1) / np.sqrt(values.size)) if values.size > 1 else float("nan")
+    se = float(values.std(ddof=1) / np.sqrt(values.size)) if values.size > 1 else None
     return Mean(float(values.mean()), se, values.size)
 
 
@@ -217,28 +218,33 @@ def _rise(found: _Found, at: _Place, before: _Place, same_percent: float) -> Bou
     return contrast_of(_pair(apexes[before], apexes[at])).equivalence(-same_percent, same_percent)
 
 
-def _beyond_limit(rises: Sequence[Rise], gains: Sequence[float]) -> tuple[float, ...]:
+def no_rise(rise: Rise, same_percent: float) -> bool:
+    """Whether the apex is shown to be no appreciably higher: the end of its 90 % interval lies below the bound."""
+    return not isinstance(rise.change.ci, Undefined) and rise.change.ci[1] < same_percent
+
+
+def _beyond_limit(rises: Sequence[Rise], gains: Sequence[float], same_percent: float) -> tuple[float, ...]:
     """Return the gains from the first on at which no controller jumps appreciably higher than before."""
     for at in gains[1:]:
-        of_gain = [rise.change.equivalent for rise in rises if rise.gain == at]
-        if of_gain and all(same is True for same in of_gain):
+        of_gain = [rise for rise in rises if rise.gain == at]
+        if of_gain and all(no_rise(rise, same_percent) for rise in of_gain):
             return tuple(gain for gain in gains if gain >= at)
     return ()
 
 
-def _trend(controller: Controller, rows: Sequence[AtGain], level: float) -> Trend:
+def _trend(controller: Controller, rows: Sequence[AtGain], coarse: Sequence[float], level: float) -> Trend:
+    """Fit the line over gains whose saving has an error, but for those that the charger reads too coarsely."""
     heights = {row.gain: row.apex_m.value for row in rows if row.controller is Controller.CE}
+    own = [row for row in rows if row.controller is controller and row.saving is not None]
     savings = [
-        (heights[row.gain], row.saving.value, row.saving.se)
-        for row in rows
-        if row.controller is controller and row.saving is not None
+        (row.gain, heights[row.gain], row.saving.value, row.saving.se)
+        for row in own
+        if row.saving is not None and row.gain not in coarse
         if isinstance(row.saving.value, float) and isinstance(row.saving.se, float) and row.saving.se > 0.0
     ]
-    values = [saving for _height, saving, _se in savings]
-    ends = (min(values, default=float("nan")), max(values, default=float("nan")))
     if len(savings) < 3:
-        return Trend(controller, *ends, None, None)
-    height, saving, se = np.array(savings).T
+        return Trend(controller, (), None, None)
+    gains, height, saving, se = np.array(savings).T
     weights = 1.0 / se**2
     centred = 100.0 * (height - np.average(height, weights=weights))
     slope = float(np.sum(weights * centred * saving) / np.sum(weights * centred**2))
@@ -246,4 +252,4 @@ def _trend(controller: Controller, rows: Sequence[AtGain], level: float) -> Tren
     df = len(savings) - 2
     spread = max(1.0, float(np.sum(weights * left**2)) / df)
     half = t_quantile(level, df) * float(np.sqrt(spread / np.sum(weights * centred**2)))
-    return Trend(controller, *ends, slope, (slope - half, slope + half))
+    return Trend(controller, tuple(gains.tolist()), slope, (slope - half, slope + half))

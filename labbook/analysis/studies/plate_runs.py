@@ -64,6 +64,8 @@ def force_plate_study(
             left_out[run.name] = next(one for one in (force, leg, energy) if isinstance(one, Undefined))
             continue
         measured_j = energy.joules_per_jump.value
+        if isinstance(measured_j, float) and measured_j <= 0.0:
+            measured_j = Undefined(Reason.JOULES_NOT_POSITIVE, joules=measured_j)
         if isinstance(measured_j, Undefined):
             left_out[run.name] = measured_j
             continue

@@ -18,20 +18,22 @@ HEAD = ("parameter", "value", "std. error", "bootstrap", "profile likelihood", "
 
 def sentences(found: Calibration) -> list[str]:
     """Say how well the scene fits, what was identified, and what held-out conditions show."""
-    p = float(stats.chi2.sf(found.chi_squared, found.df))
+    p = float(stats.f.sf(found.chi_squared / found.df, found.df, found.df_of_errors))
     rms = [
         f"{with_unit(f'{_shown(value, outcome.unit):.3g}', shown_unit(outcome.unit)[0])} in {outcome}"
         for outcome, value in found.rms.items()
     ]
     fits = "The scene describes what was measured" if p > 0.05 else "The scene does not describe all that was measured"
     said = [
-        f"{fits}: chi squared = {found.chi_squared:.4g} with {found.df} degrees of freedom ({p_text(p)}), "
+        f"{fits}: F({found.df}, {found.df_of_errors}) = {found.chi_squared / found.df:.4g} ({p_text(p)}), "
         f"{list_text(rms)} (root mean square of {count_text(found.n_means, 'mean')})."
     ]
     if found.chi_squared > found.df:
+        drawn = any(one.bootstrap for one in found.parameters)
+        beside = "; the bootstrap has the errors of what was measured alone" if drawn else ""
         said.append(
-            f"Standard errors and profiles are widened {math.sqrt(found.chi_squared / found.df):.3g} times for it; "
-            "the bootstrap has the scatter of runs alone."
+            "Standard errors and profiles are widened "
+            f"{math.sqrt(found.chi_squared / found.df):.3g} times for it{beside}."
         )
     unknown = [one.name for one in found.parameters if not one.identified]
     if unknown:
@@ -43,6 +45,13 @@ def sentences(found: Calibration) -> list[str]:
         for one in found.held_out
     ]
     return said
+
+
+def how_to_use(found: Calibration, scene: str) -> str:
+    """Write what to put into labbook.toml, so that predictions carry the errors of what was fitted."""
+    parts = {one.name: one.se / one.value for one in found.parameters if isinstance(one.se, float)}
+    varied = ", ".join(f"{name} = {part:.2g}" for name, part in parts.items() if 0.0 < part < 1.0)
+    return f'Under [simulation]: scene = "{scene}"' + (f", varied = {{ {varied} }}" if varied else "")
 
 
 def level_text_of(level: float) -> str:
@@ -91,6 +100,7 @@ def as_data(found: Calibration) -> dict[str, Any]:
         ],
         "chi_squared": found.chi_squared,
         "df": found.df,
+        "df_of_errors": found.df_of_errors,
         "condition_number": found.condition if math.isfinite(found.condition) else None,
         "rms": {outcome.key: value for outcome, value in found.rms.items()},
         "held_out": [

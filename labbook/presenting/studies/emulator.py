@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Any
 
 from data_schema.rounding import level_text
 from data_schema.vocabulary import Undefined
-from labbook.analysis.studies.emulator import AtGain, Controller, EmulatorStudy, Rise, Trend
+from labbook.analysis.studies.emulator import AtGain, Controller, EmulatorStudy, Rise, Trend, no_rise
 from reports.figures.emulator import ControllerPoints
 from reports.wording import list_text
 from stats.days.decision_result import Bounded, Estimate
@@ -23,6 +24,12 @@ _PUBLISHED = {
 def sentences(study: EmulatorStudy) -> list[str]:
     """Say what either active damping saves, what height it costs, and which gains are left out and why."""
     said = [_saves(study, trend) for trend in study.trends]
+    run = {trend.controller for trend in study.trends}
+    said += [
+        f"{str(one).capitalize()} was not run: no run has its active-damping gain (--constant, --ratio)."
+        for one in (Controller.CONSTANT, Controller.SCALED)
+        if one not in run
+    ]
     losses = [row for trend in study.trends for row in study.analysed(trend.controller)]
     said.append(_lost(losses))
     said.append(_left_out(study))
@@ -36,20 +43,35 @@ def sentences(study: EmulatorStudy) -> list[str]:
 
 def _saves(study: EmulatorStudy, trend: Trend) -> str:
     rows = study.analysed(trend.controller)
-    gains = list_text([f"{row.gain:g}" for row in rows])
-    shown = [row for row in rows if row.saving is not None and _excludes_zero(row.saving)]
+    savings = {row.gain: row.saving for row in rows if row.saving is not None}
+    values = [saving.value for saving in savings.values() if isinstance(saving.value, float)]
+    name = str(trend.controller).capitalize()
+    if not values:
+        return f"{name}: nothing is known of its savings."
+    tested = [saving for saving in savings.values() if not isinstance(saving.ci, Undefined)]
+    without = [gain for gain, saving in savings.items() if isinstance(saving.ci, Undefined)]
+    shown = sum(_excludes_zero(saving) for saving in tested)
     text = (
-        f"{str(trend.controller).capitalize()} saves {_range(trend.lowest_percent, trend.highest_percent)} % at gains "
-        f"{gains} (thesis: {_PUBLISHED[trend.controller]}); the saving is significant at {len(shown)} of {len(rows)}."
+        f"{name} saves {_range(min(values), max(values))} % at gains {_listed(savings)} (thesis: "
+        f"{_PUBLISHED[trend.controller]})"
     )
+    text += f"; the saving is significant at {shown} of {len(tested)}." if tested else "."
+    if without:
+        text += (
+            f" At {_gains(tuple(without))} there is no interval: two runs of both on a day, or four shared days, tell."
+        )
     if trend.slope is None or trend.slope_ci is None:
         return text
     low, high = trend.slope_ci
     rises = "no trend with" if low <= 0.0 <= high else "it rises with" if trend.slope > 0.0 else "it falls with"
     return (
-        f"{text} Over gains, {rises} the apex: {_fixed(trend.slope, 2)} points a cm ({level_text(study.level)} CI "
-        f"{_fixed(low, 2)} to {_fixed(high, 2)})."
+        f"{text} Over gains {_listed(trend.gains)}, {rises} the apex: {_fixed(trend.slope, 2)} points a cm "
+        f"({level_text(study.level)} CI {_fixed(low, 2)} to {_fixed(high, 2)})."
     )
+
+
+def _listed(gains: Iterable[float]) -> str:
+    return list_text([f"{gain:g}" for gain in gains])
 
 
 def _excludes_zero(saving: Estimate) -> bool:
@@ -71,9 +93,9 @@ def _lost(rows: list[AtGain]) -> str:
     if not values:
         return "No apex is compared with that under CE."
     below = sum(end < 6.0 for end in ends)
+    shown = f", which {below} of {len(ends)} intervals show" if ends else ""
     return (
-        f"Active damping costs {_range(min(values), max(values))} % of the apex height (thesis: less than 6 %, which "
-        f"{below} of {len(found)} intervals show)."
+        f"Active damping costs {_range(min(values), max(values))} % of the apex height (thesis: less than 6 %{shown})."
     )
 
 
@@ -85,12 +107,12 @@ def _left_out(study: EmulatorStudy) -> str:
         step = f"From {rises[0].before:g} to {first:g}"
         return (
             f"Left out: {_gains(study.left_out)}, beyond the motors' torque limit. {step} no controller's"
-            f" apex changes by {bound} or more ({list_text([_rise_text(rise) for rise in rises])})."
+            f" apex is {bound} or more higher ({list_text([_rise_text(rise) for rise in rises])})."
         )
     highest = max((rise.gain for rise in study.rises), default=None)
-    last = [rise for rise in study.rises if rise.gain == highest]
+    last = [rise for rise in study.rises if rise.gain == highest and not isinstance(rise.change.ci, Undefined)]
     if not last:
-        return "No gain is left out: there is none to compare with the one before."
+        return "No gain is left out: no apex has an interval beside that at the gain before."
     return (
         f"No gain is left out: at each the apex may be {bound} or more above the one before; from "
         f"{last[0].before:g} to {last[0].gain:g}, {list_text([_rise_text(rise) for rise in last])}."
@@ -163,7 +185,7 @@ def as_data(study: EmulatorStudy) -> dict[str, Any]:
                 "controller": str(rise.controller),
                 "change_percent": _data(rise.change),
                 "same_percent": study.same_percent,
-                "same": rise.change.equivalent if isinstance(rise.change.equivalent, bool) else None,
+                "no_rise": no_rise(rise, study.same_percent),
             }
             for rise in study.rises
         ],
@@ -191,8 +213,8 @@ def drawn(study: EmulatorStudy) -> tuple[list[ControllerPoints], tuple[float, ..
             ControllerPoints(
                 _SHORT[controller] if controller is Controller.CE else str(controller),
                 [row.gain for row in own],
-                [(row.joules.value, row.joules.se) for row in own],
-                [(100.0 * row.apex_m.value, 100.0 * row.apex_m.se) for row in own],
+                [(row.joules.value, row.joules.se or 0.0) for row in own],
+                [(100.0 * row.apex_m.value, 100.0 * (row.apex_m.se or 0.0)) for row in own],
                 [heights[row.gain] for row in own],
                 [_drawn_saving(row) if row.gain not in study.left_out else None for row in own],
             )

@@ -103,6 +103,30 @@ def test_what_no_hypothesis_can_be_is_refused(change: tuple[str, str], facts: tu
         read(FOOT.replace(*change))
 
 
+_SAME = 'claim = "same"\nwithin_percent = 5\nbetween = "b_ad_gain"\nside = '
+
+
+@pytest.mark.parametrize(
+    ("keys", "facts"),
+    [
+        (f'{_SAME} "control"', ("side", "one level")),
+        (f'{_SAME} "treated"\nlevels = [0, 50]', ("levels", "control")),
+        ('claim = "largest_saving"\ngroup = { foot = "small" }', ("group", "k_gain")),
+        ('claim = "largest_saving"\ngroup = { foot = "small", k_gain = 400, b_ad_gain = 50 }', ("foot, k_gain",)),
+    ],
+)
+def test_what_no_runs_could_tell_is_refused(keys: str, facts: tuple[str, ...]) -> None:
+    with refuses(InputRefused, *facts):
+        read(f'\n[hypotheses.it]\ntext = "It"\n{keys}\n')
+
+
+def test_a_claim_that_is_missing_is_one_fault_and_a_control_is_needed() -> None:
+    with refuses(InputRefused, "hypotheses.it.claim", "is missing"):
+        read('\n[hypotheses.it]\ntext = "It"\n')
+    with refuses(InputRefused, "control"):
+        parse_configuration(BARE.replace("control = 0\n", "") + FOOT, "labbook.toml")
+
+
 def test_a_saving_is_of_what_can_be_saved_and_a_group_has_levels_that_there_are() -> None:
     saves = '\n[hypotheses.it]\ntext = "It saves"\nclaim = "saves"\noutcome = "apex"\n'
     with refuses(InputRefused, "hypotheses.it.outcome", "joules"):

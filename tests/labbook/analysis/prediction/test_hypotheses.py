@@ -29,12 +29,21 @@ published = "p > .5"
 claim = "same"
 side = "control"
 between = "foot"
+levels = ["large", "small"]
 within_percent = 99
 
 [hypotheses.foot_of_treated]
 text = "So does one of active damping"
 claim = "same"
 side = "treated"
+between = "foot"
+within_percent = 0.001
+
+[hypotheses.apex_of_feet]
+text = "Both feet jump as high"
+claim = "same"
+side = "treated"
+outcome = "apex"
 between = "foot"
 within_percent = 0.001
 
@@ -51,12 +60,12 @@ within_percent = 3
 [hypotheses.most]
 text = "The small foot saves most"
 claim = "largest_saving"
-group = { foot = "small" }
+group = { foot = "small", k_gain = 400 }
 
 [hypotheses.least]
 text = "The small foot saves least"
 claim = "smallest_saving"
-group = { foot = "small" }
+group = { foot = "small", k_gain = 400 }
 
 [hypotheses.stiffness]
 text = "Stiffness does not matter"
@@ -138,10 +147,17 @@ def test_a_factor_of_one_level_tells_nothing_and_is_said(book: SmallBook, compar
     assert told.index("A jump of CE") < told.index("Energy of a jump")
 
 
+def test_a_level_that_was_not_selected_is_not_told_and_a_selection_is_said(book: SmallBook) -> None:
+    told = good(labbook("compare", "--foot", "small", at=book.folder)).out
+    says(told, "either foot", "cannot tell")
+    says(told, "It costs no height", "selected runs")
+
+
 def test_a_hypothesis_that_fails_is_one_for_scripts_to_see(book: SmallBook, compared: dict[str, Any]) -> None:
     answer = labbook("compare", "--check", at=book.folder)
     assert answer.code == 1
-    assert compared["foot_of_treated"]["verdict"] in ("fails", "cannot tell")
+    assert compared["apex_of_feet"]["verdict"] == "fails"
+    says(answer.out, "Both feet jump as high", "fails")
 
 
 def test_feet_without_a_day_in_common_cannot_be_compared_and_the_reason_is_said(tmp_path: Path) -> None:
