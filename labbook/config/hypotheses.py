@@ -53,8 +53,10 @@ def _hypothesis(name: str, table: TableReader, factors: Mapping[str, FactorSetti
         group=_group(table.table("group", required=True), factors) if "group" in needed else {},
         within_percent=_part(table) if "within_percent" in needed else 0.0,
     )
+    for key in ("outcome", "group", *_EQUAL, "levels") if not has_claim else ():
+        table.value(key)  # known keys of some claim
+    table.finish()
     if has_claim:
-        table.finish()
         _check_possible(table, found, factors)
     return found
 
@@ -63,8 +65,8 @@ def _check_possible(table: TableReader, found: HypothesisSettings, factors: Mapp
     """Add a fault for what no runs of these factors could tell."""
     swept = next((name for name, factor in factors.items() if factor.control is not None), None)
     if swept is None:
-        table.fault("claim", "no factor names a control: write control = ... under the [factors.NAME] that is varied.")
-    elif found.claim is ClaimKind.SAME and found.between == swept:
+        return
+    if found.claim is ClaimKind.SAME and found.between == swept:
         control = factors[swept].control
         if found.side is Side.CONTROL:
             table.fault("side", f"the control has one level of {swept}: compare another factor, or the treated side.")

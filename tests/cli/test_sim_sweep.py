@@ -97,7 +97,7 @@ def test_what_a_person_sees(tmp_path: Path) -> None:
     says(shown[1], "2", "ill-conditioned")
     assert any(line.startswith("kg_scale is assumed: ") for line in shown)
     assert not any(line.startswith("set by you") for line in shown)
-    says(shown[-1], "49 variables", "xarray.open_dataset", "'bed.nc'")
+    says(shown[-1], "50 variables", "xarray.open_dataset", "'bed.nc'")
     again = good(labbook(*words, at=tmp_path)).out.splitlines()
     says(again, "nothing was left")
 

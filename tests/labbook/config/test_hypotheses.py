@@ -120,11 +120,9 @@ def test_what_no_runs_could_tell_is_refused(keys: str, facts: tuple[str, ...]) -
         read(f'\n[hypotheses.it]\ntext = "It"\n{keys}\n')
 
 
-def test_a_claim_that_is_missing_is_one_fault_and_a_control_is_needed() -> None:
+def test_a_claim_that_is_missing_is_one_fault() -> None:
     with refuses(InputRefused, "hypotheses.it.claim", "is missing"):
         read('\n[hypotheses.it]\ntext = "It"\n')
-    with refuses(InputRefused, "control"):
-        parse_configuration(BARE.replace("control = 0\n", "") + FOOT, "labbook.toml")
 
 
 def test_a_saving_is_of_what_can_be_saved_and_a_group_has_levels_that_there_are() -> None:
