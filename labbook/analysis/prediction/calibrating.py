@@ -20,14 +20,10 @@ from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.outcomes.conditions import ConditionValues
+from labbook.analysis.prediction.many_scenes import ManyScenes, many_scenes
 from labbook.analysis.prediction.predicting import SIMULATED
 from simulator.declared import all_parameters
-from simulator.jump import parameter_row
-from simulator.kernel.build import kernel_for
 from simulator.scene import Scene
-from simulator.sweep.chunks import Recipe, recipe_of_rows
-from simulator.sweep.compute import simulate_on_all_cores
-from simulator.sweep.outputs import PLACE
 from stats.compare.shared_error import SharedError
 from stats.exact.tails import t_quantile
 from stats.lines.nonlinear import NonlinearFit, fit_nonlinear, profile_interval, sensitivities
@@ -39,7 +35,6 @@ FITTED = ("kg_scale", "bg_scale")
 ACCURACY = 1e-8
 """Relative error asked of the simulator: its differences are derivatives."""
 BOOTSTRAP = 200
-_OUTPUT = {Outcome.JOULES: "cost_J", Outcome.APEX: "apex_height_m"}
 _FEWEST_DF, _FEWEST_DAYS = 2, 3
 
 
@@ -133,9 +128,7 @@ def measured_means(
 class Problem:
     """Conditions as scenes, and what was measured of them."""
 
-    recipe: Recipe
-    table: Floats
-    places: tuple[int, ...]
+    scenes: ManyScenes
     measured: tuple[Measured, ...]
 
     def residuals(self, means: Floats, covariance: Floats, which: NDArray[np.bool_]) -> Callable[[Floats], Floats]:
@@ -153,13 +146,7 @@ class Problem:
 
     def predicted(self, tried: Floats) -> Floats:
         """Return every mean, shape (m, n), for parameters of shape (m, k); NaN where the robot does not jump."""
-        rows, n = len(self.table), len(tried)
-        table = np.tile(self.table, (n, 1))
-        table[:, self.places] = np.repeat(tried, rows, axis=0)
-        block = simulate_on_all_cores(self.recipe, table).reshape(n, rows, self.recipe.jumps, -1)
-        by_outcome = {outcome: block[..., PLACE[name]].mean(axis=2) for outcome, name in _OUTPUT.items()}
-        jumps = np.isfinite(by_outcome[Outcome.APEX])
-        by_outcome = {outcome: np.where(jumps, values, np.nan) for outcome, values in by_outcome.items()}
+        by_outcome = self.scenes.means(tried)
         return np.stack([by_outcome[each.outcome][:, each.place] for each in self.measured], axis=1)
 
 
@@ -191,14 +178,13 @@ def calibrate(
     if twice is not None:
         raise UsageError(f"{twice} is to be fitted twice: name it once.")
     start = [_starting(scenes, name) for name in names]
-    problem = _problem(scenes, measured, names)
+    progress("compiling the simulator, up to 30 s")
+    problem = Problem(many_scenes(scenes, names, ACCURACY), tuple(measured))
     means = np.array([each.mean for each in measured])
     covariance, df_of_errors = _covariance(measured)
     low, high = (np.array([getattr(all_parameters()[name], end) for name in names]) for end in ("low", "high"))
     low = np.maximum(low, 1e-6 * np.array(start))
     residuals = problem.residuals(means, covariance, np.ones(len(measured), np.bool_))
-    progress("compiling the simulator, up to 30 s")
-    kernel_for(scenes[0].effects)
     progress("fitting")
     fit = fit_nonlinear(residuals, start, low, high)
     drawn, failed = _bootstrap(problem, fit, means, covariance, (low, high), resamples, seed, progress)
@@ -245,17 +231,6 @@ def _starting(scenes: Sequence[Scene], name: str) -> float:
     if value <= 0.0:
         raise UsageError(f"{name} is {value:g} in the scene, and a fit begins above 0: set it under [simulation].")
     return value
-
-
-def _problem(scenes: Sequence[Scene], measured: Sequence[Measured], names: Sequence[str]) -> Problem:
-    recipe, kernel = recipe_of_rows(scenes[0], ACCURACY), kernel_for(scenes[0].effects)
-    columns = [parameter.name for parameter in kernel.composition.parameters]
-    return Problem(
-        recipe,
-        np.array([parameter_row(kernel, scene) for scene in scenes]),
-        tuple(columns.index(name) for name in names),
-        tuple(measured),
-    )
 
 
 def _outcomes(measured: Sequence[Measured]) -> list[Outcome]:
@@ -317,7 +292,7 @@ def _variances(own: Sequence[Measured], total: float) -> tuple[float, float]:
     within = sum(float(np.var(distances) * len(distances)) for distances in several) / within_df
     excess = [float(np.mean(distances)) ** 2 - within / len(distances) for distances in by_day.values()]
     between = max(0.0, float(np.mean(excess)) * len(by_day) / (len(by_day) - 1))
-    return (within, between) if between else (total, 0.0)
+    return (within, between) if within > 0.0 and between > 0.0 else (total, 0.0)
 
 
 def _bootstrap(

@@ -15,18 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
+from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.pairing import pairs_each
 from labbook.analysis.outcomes.conditions import ConditionValues
+from labbook.analysis.prediction.many_scenes import many_scenes
 from labbook.analysis.prediction.predicting import PredictionResult
 from reports.predicted import PredictedQuantity
-from simulator.jump import parameter_row
-from simulator.kernel.build import kernel_for
 from simulator.scene_file import parse_scene
-from simulator.sweep.chunks import recipe_of_rows
-from simulator.sweep.compute import simulate_on_all_cores
-from simulator.sweep.outputs import PLACE
 
 Floats = NDArray[np.float64]
 _FEWEST = 32
@@ -67,10 +64,7 @@ def shares_of_inputs(
         raise UsageError("nothing is assumed in these predictions: name what is under assumed = [...] of [simulation].")
     keys, names = list(results), list(parts)
     scenes = [parse_scene(result.scene_toml, result.scene) for result in results.values()]
-    kernel = kernel_for(scenes[0].effects)
-    columns = [parameter.name for parameter in kernel.composition.parameters]
-    base = np.array([parameter_row(kernel, scene) for scene in scenes])
-    places, recipe = [columns.index(name) for name in names], recipe_of_rows(scenes[0], results[keys[0]].accuracy)
+    several = many_scenes(scenes, names, results[keys[0]].accuracy)
     pairs = [
         (keys.index(pair.a[0].key), keys.index(pair.b[0].key))
         for pair in (pairs_each(conditions, swept) if swept else [])
@@ -79,14 +73,10 @@ def shares_of_inputs(
 
     def outputs(factors: Floats) -> Floats:
         """Return joules, apexes and savings, shape (outputs, n), for factors of shape (inputs, n)."""
-        n = factors.shape[1]
-        table = np.tile(base, (n, 1))
-        table[:, places] *= np.repeat(factors.T, len(keys), axis=0)
-        block = simulate_on_all_cores(recipe, table).reshape(n, len(keys), recipe.jumps, -1)
-        joules, apex = (block[..., PLACE[name]].mean(axis=2).T for name in ("cost_J", "apex_height_m"))
-        joules = np.where(np.isfinite(apex), joules, np.nan)
+        found = several.means(factors.T, times=True)
+        joules, apex = found[Outcome.JOULES].T, found[Outcome.APEX].T
         saved = [100.0 * (1.0 - joules[treated] / joules[control]) for control, treated in pairs]
-        return np.concatenate([joules, apex, np.array(saved).reshape(len(pairs), n)])
+        return np.concatenate([joules, apex, np.array(saved).reshape(len(pairs), factors.shape[1])])
 
     spread = [stats.uniform(1.0 - parts[name], 2.0 * parts[name]) for name in names]
     with np.errstate(invalid="ignore", divide="ignore"):
