@@ -82,9 +82,9 @@ def pairs_pooled(conditions: Sequence[ConditionValues], swept: str) -> list[Pair
 def pairs_across(conditions: Sequence[ConditionValues], swept: str) -> list[Pair]:
     """Pair treated with control pooled across one further factor at a time, where that factor has several levels."""
     found = []
-    for factor in _others(conditions, swept):
-        kept = [name for name in _others(conditions, swept) if name != factor]
-        for group, items in _by(conditions, kept):
+    for factor in other_factors(conditions, swept):
+        kept = [name for name in other_factors(conditions, swept) if name != factor]
+        for group, items in by_levels(conditions, kept):
             treated, control = treated_and_control(items)
             if control and treated and len({item.levels[factor] for item in items}) > 1:
                 family = ACROSS.format(factor=factor)
@@ -98,9 +98,9 @@ def pairs_across(conditions: Sequence[ConditionValues], swept: str) -> list[Pair
 def pairs_between(conditions: Sequence[ConditionValues], swept: str) -> list[Pair]:
     """Pair the levels of a further factor with its first level, for the control and for all treated together."""
     found = []
-    for factor in _others(conditions, swept):
-        kept = [name for name in _others(conditions, swept) if name != factor]
-        for group, items in _by(conditions, kept):
+    for factor in other_factors(conditions, swept):
+        kept = [name for name in other_factors(conditions, swept) if name != factor]
+        for group, items in by_levels(conditions, kept):
             levels = list(dict.fromkeys(item.levels[factor] for item in items))
             for name, side in zip(("treated", "control"), treated_and_control(items), strict=True):
                 of_level = {level: [item for item in side if item.levels[factor] == level] for level in levels}
@@ -115,13 +115,15 @@ def pairs_between(conditions: Sequence[ConditionValues], swept: str) -> list[Pai
     return found
 
 
-def _others(conditions: Sequence[ConditionValues], swept: str) -> list[str]:
+def other_factors(conditions: Sequence[ConditionValues], swept: str) -> list[str]:
+    """Return the factors of the conditions but for the swept one."""
     return list(dict.fromkeys(name for condition in conditions for name in condition.levels if name != swept))
 
 
-def _by(
+def by_levels(
     conditions: Sequence[ConditionValues], names: Sequence[str]
 ) -> list[tuple[dict[str, str], list[ConditionValues]]]:
+    """Return the groups of conditions with the same levels of these factors, in order of first occurrence."""
     found: dict[tuple[tuple[str, str], ...], list[ConditionValues]] = {}
     for condition in conditions:
         found.setdefault(tuple((name, condition.levels.get(name, "")) for name in names), []).append(condition)

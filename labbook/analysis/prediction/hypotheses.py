@@ -124,8 +124,9 @@ def comparisons_of(settings: HypothesisSettings, conditions: Sequence[ConditionV
         (group, (tuple(control), tuple(treated)))
         for group, items in pairing.groups(conditions, swept)
         for treated, control in [pairing.treated_and_control(items)]
-        if control and treated
     ]
+    if not all(side for _group, sides in groups for side in sides):  # a group without either tells nothing of all
+        return []
     if settings.claim is ClaimKind.NOT_LOWER:
         return [Comparison(group, {}, sides, low=-settings.within_percent) for group, sides in groups]
     if settings.claim is ClaimKind.SAVES:
@@ -140,26 +141,15 @@ def _between(settings: HypothesisSettings, conditions: Sequence[ConditionValues]
     """
     factor, within = settings.between, settings.within_percent
     side = [one for one in conditions if one.is_control is (settings.side is Side.CONTROL)]
-    others = [
-        name for name in dict.fromkeys(name for one in side for name in one.levels) if name not in (factor, swept)
-    ]
-    groups: dict[tuple[tuple[str, str], ...], dict[str, list[ConditionValues]]] = {}
-    for one in side:
-        group = tuple((name, one.levels[name]) for name in others if name in one.levels)
-        groups.setdefault(group, {}).setdefault(one.levels.get(factor, ""), []).append(one)
+    others = [name for name in pairing.other_factors(side, swept) if name != factor]
     found = []
-    for group, by_level in groups.items():
+    for group, items in pairing.by_levels(side, others):
+        by_level = {of[factor]: tuple(each) for of, each in pairing.by_levels(items, [factor])}
         first, *further = settings.levels or sorted(by_level, key=pairing.sort_key)
         if not by_level.keys() >= {first, *further}:  # a level that is named was not measured: nothing is told
             return []
         found += [
-            Comparison(
-                {**dict(group), factor: level},
-                {factor: first},
-                (tuple(by_level[first]), tuple(by_level[level])),
-                -within,
-                within,
-            )
+            Comparison({**group, factor: level}, {factor: first}, (by_level[first], by_level[level]), -within, within)
             for level in further
         ]
     return found

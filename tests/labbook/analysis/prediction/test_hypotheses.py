@@ -5,10 +5,19 @@ from __future__ import annotations
 import csv
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
+from data_schema.outcomes import Outcome
+from data_schema.queries.runs import RunRow
+from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues, RunNumber
+from labbook.analysis.prediction.hypotheses import Comparison, ComparisonVerdict, _tested
+from labbook.analysis.results.codec import StoredResult
+from reports.numbers import Number
+from reports.predicted import Verdict
+from stats.compare.shared_error import SharedError
+from stats.days.decision import contrast_by_day
 from tests.cli.shell import good, labbook
 from tests.helpers.books import SmallBook, small_book
 from tests.helpers.wording import says
@@ -151,6 +160,38 @@ def test_a_level_that_was_not_selected_is_not_told_and_a_selection_is_said(book:
     told = good(labbook("compare", "--foot", "small", at=book.folder)).out
     says(told, "either foot", "cannot tell")
     says(told, "It costs no height", "selected runs")
+
+
+def test_a_group_without_control_or_treated_runs_leaves_a_claim_about_all_untold(book: SmallBook) -> None:
+    told = good(labbook("compare", "--where", "foot=small or b_ad_gain=0", at=book.folder)).out
+    for text in ("Active damping saves", "It costs no height", "The small foot saves most"):
+        says(told, text, "cannot tell", "missing")
+
+
+def conditions_of(*values: float) -> tuple[ConditionValues, ...]:
+    """One condition whose runs have these values."""
+    none = Number(0.0, "1")
+    runs = tuple(RunNumber(cast(RunRow, None), value, SharedError(), StoredResult()) for value in values)
+    return (ConditionValues("", False, {}, runs, ConditionSummary(none, none, ())),)
+
+
+def test_one_of_several_comparisons_fails_only_beyond_the_interval_of_alpha_by_their_number() -> None:
+    sides = (conditions_of(100.0, 104.0, 97.0, 101.0), conditions_of(91.0, 95.0, 88.0, 94.0))
+
+    def judged(low: float, n_comparisons: int) -> ComparisonVerdict:
+        return _tested(Comparison({}, {}, sides, low=low), {}, Outcome.JOULES, False, 0.05, n_comparisons)
+
+    def upper_end(n_comparisons: int) -> float:
+        alone = contrast_by_day(*([run.value for run in side[0].runs] for side in reversed(sides)))
+        ci = alone.savings(1.0 - 0.1 / n_comparisons).ci
+        assert isinstance(ci, tuple)
+        return -ci[0]
+
+    between = 0.5 * (upper_end(1) + upper_end(5))
+    assert upper_end(1) < between < upper_end(5)
+    assert judged(between, 1).verdict is Verdict.FAILS
+    assert judged(between, 5).verdict is Verdict.CANNOT_TELL
+    assert judged(upper_end(5) + 0.1, 5).verdict is Verdict.FAILS
 
 
 def test_a_hypothesis_that_fails_is_one_for_scripts_to_see(book: SmallBook, compared: dict[str, Any]) -> None:
