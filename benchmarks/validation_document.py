@@ -29,7 +29,7 @@ from labbook.analysis.outcomes.energy import joules_per_mah
 from labbook.analysis.studies.characterisation import Oscillation, characterisation
 from labbook.analysis.studies.field import geometric
 from labbook.analysis.studies.force_plate import ForcePlateStudy, PlateRun, compare_joules
-from labbook.demo.force_plate import (
+from labbook.demo.studies.force_plate import (
     DAYS,
     HOPS,
     IDLE_S,
@@ -39,8 +39,8 @@ from labbook.demo.force_plate import (
     charge_mah,
     plate_campaign,
 )
-from labbook.demo.plate_book import make_plate_book
-from labbook.demo.sheets import (
+from labbook.demo.studies.force_plate_files import make_plate_book
+from labbook.demo.studies.sheets import (
     COMPACTED,
     DAMPING,
     GAINS,
@@ -94,7 +94,7 @@ def plate_book(chance: np.random.Generator) -> tuple[list[PlateStudyRun], ForceP
     campaign = plate_campaign(int(chance.integers(2**31)))
     with TemporaryDirectory() as folder:
         book = make_plate_book(Path(folder) / "demo", campaign, lambda _what: None, lambda _line: None)
-        return campaign, force_plate_of(book, None, None, LEVEL, lambda _what: None)
+        return campaign, force_plate_of(book, None, None, LEVEL, lambda _what: None).study
 
 
 @functools.cache

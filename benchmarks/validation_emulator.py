@@ -16,7 +16,7 @@ from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValu
 from labbook.analysis.outcomes.energy import joules_per_mah
 from labbook.analysis.results.codec import StoredResult
 from labbook.analysis.studies.emulator import Controller, EmulatorStudy, emulator_study
-from labbook.demo.emulator import (
+from labbook.demo.studies.emulator import (
     CONSTANT,
     JUMPS,
     RATIO,
@@ -28,7 +28,7 @@ from labbook.demo.emulator import (
     emulator_campaign,
     truths,
 )
-from labbook.demo.emulator_book import make_emulator_book
+from labbook.demo.studies.emulator_files import make_emulator_book
 from reports.numbers import Number
 from stats.compare.shared_error import SharedError
 from stats.lines.passive_drain import fit_passive_drain
@@ -72,7 +72,7 @@ def emulator_book(chance: np.random.Generator) -> EmulatorStudy:
     campaign = emulator_campaign(int(chance.integers(2**31)))
     with TemporaryDirectory() as folder:
         book = make_emulator_book(Path(folder) / "demo", campaign, lambda _what: None, lambda _line: None)
-        return emulator_study_of(book, None, CONSTANT, RATIO, SAME_PERCENT, LEVEL, lambda _what: None)
+        return emulator_study_of(book, None, CONSTANT, RATIO, SAME_PERCENT, LEVEL, lambda _what: None).study
 
 
 def from_charges(chance: np.random.Generator) -> EmulatorStudy:

@@ -82,7 +82,7 @@ def demo(
 
 def _study_demo(folder: Path, study: str, seed: int, full: bool, as_json: bool) -> None:
     from data_schema.errors import UsageError, unknown_name
-    from labbook.demo.studies import STUDIES
+    from labbook.demo.studies.registry import STUDIES
 
     if study not in STUDIES:
         raise unknown_name("study with a demonstration", study, STUDIES)

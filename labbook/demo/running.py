@@ -47,14 +47,19 @@ def run_demo(
 
 def make_demo_book(folder: Path, campaign: Campaign, full: bool, step: Callable[[str], None], clock: Stopwatch) -> Path:
     """Write a campaign's files, ingest them into a new book, correct the typing error; returns the book's folder."""
-    if folder.exists() and any(folder.iterdir()):
-        raise UsageError(f"{folder} is not empty: name a new folder for the demonstration.")
+    new_folder(folder)
     write_campaign(campaign, folder, full=full, progress=lambda done, total: step(f"writing file {done} of {total}"))
     clock.lap(f"wrote the instruments' files of {len(campaign.runs)} runs to {folder / 'instruments'}")
     book_folder = make_book_of(folder, step, clock, lambda book, sheet: _state_runs(book, campaign, sheet))
     with opened(book_folder) as book:
         _correct(book, campaign)
     return book_folder
+
+
+def new_folder(folder: Path) -> None:
+    """Raise `UsageError` for a folder that is not empty."""
+    if folder.exists() and any(folder.iterdir()):
+        raise UsageError(f"{folder} is not empty: name a new folder for the demonstration.")
 
 
 def make_book_of(

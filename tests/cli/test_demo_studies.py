@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from labbook.demo.studies import STUDIES
+from labbook.demo.studies.registry import STUDIES
 from tests.cli.shell import good, labbook, refused
 
 

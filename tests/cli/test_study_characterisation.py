@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.validation_document import STUDIES, covered, outside
 from labbook.analysis.studies.characterisation import Oscillation, characterisation
-from labbook.demo.sheets import DAMPING, STIFFNESS, oscillations
+from labbook.demo.studies.sheets import DAMPING, STIFFNESS, oscillations
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.study_pages import study_page
 

@@ -11,7 +11,7 @@ from PIL import Image
 
 from benchmarks.validation_document import STUDIES, covered, outside
 from labbook.actions.studies.compaction import compaction_of
-from labbook.demo.sheets import COMPACTED, FLASK_RADII_MM, GRAIN_MM, LOOSE, WALLS, flasks
+from labbook.demo.studies.sheets import COMPACTED, FLASK_RADII_MM, GRAIN_MM, LOOSE, WALLS, flasks
 from labbook.presenting.studies.compaction import sentences
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.study_pages import study_page

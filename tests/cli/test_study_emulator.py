@@ -16,14 +16,15 @@ import pytest
 from benchmarks.validation_document import STUDIES, covered, outside
 from benchmarks.validation_emulator import from_charges
 from labbook.analysis.studies.emulator import Controller
-from labbook.demo.emulator import emulator_campaign
-from labbook.demo.emulator_book import make_emulator_book
+from labbook.demo.studies.emulator import emulator_campaign
+from labbook.demo.studies.emulator_files import make_emulator_book
 from labbook.presenting.studies.emulator import drawn, sentences
 from reports.figures.emulator import draw_emulator
 from reports.page.printing import browser, print_pdf
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.once import made_once
 from tests.helpers.study_pages import DOCS
+from tests.helpers.tomls import without
 from tests.helpers.wording import says
 
 DAYS, JUMPS = 4, 14
@@ -45,13 +46,6 @@ def changed(book: Path, tmp_path: Path) -> Path:
     """A copy of the book whose labbook.toml may be changed."""
     shutil.copytree(book, tmp_path / "book")
     return tmp_path / "book"
-
-
-def without(folder: Path, pattern: str, instead: str) -> None:
-    path = folder / "labbook.toml"
-    text, n = re.subn(pattern, instead, path.read_text(encoding="utf-8"), flags=re.DOTALL)
-    assert n == 1
-    path.write_text(text, encoding="utf-8")
 
 
 def study(book: Path, *words: str) -> Any:

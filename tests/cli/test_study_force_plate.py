@@ -16,14 +16,15 @@ from numpy.typing import NDArray
 from benchmarks.validation_document import STUDIES, covered, in_memory, outside
 from data_schema.errors import InputRefused
 from labbook.analysis.studies.force_plate import PlateRun, compare_joules
-from labbook.demo import force_plate
-from labbook.demo.force_plate import PlateScatter, plate_campaign
-from labbook.demo.plate_book import make_plate_book
+from labbook.demo.studies import force_plate
+from labbook.demo.studies.force_plate import PlateScatter, plate_campaign
+from labbook.demo.studies.force_plate_files import make_plate_book
 from labbook.presenting.studies.force_plate import drawn
 from reports.figures.force_plate import draw_force_plate
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.once import made_once
 from tests.helpers.study_pages import DOCS
+from tests.helpers.tomls import without
 
 DAYS, HOPS = 2, 24
 
@@ -44,15 +45,6 @@ def changed(book: Path, tmp_path: Path) -> Path:
     """A copy of the book whose labbook.toml may be changed."""
     shutil.copytree(book, tmp_path / "book")
     return tmp_path / "book"
-
-
-def without(folder: Path, pattern: str, instead: str = "") -> None:
-    """Take something out of labbook.toml."""
-    path = folder / "labbook.toml"
-    text = path.read_text(encoding="utf-8")
-    changed_text, n = re.subn(pattern, instead, text, flags=re.DOTALL)
-    assert n == 1
-    path.write_text(changed_text, encoding="utf-8")
 
 
 def study(book: Path, *words: str) -> Any:

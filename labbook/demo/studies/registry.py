@@ -6,16 +6,14 @@ import shlex
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from data_schema.errors import UsageError
-
 Step = Callable[[str], None]
 MakeStudy = Callable[[Path, int, Step, Step], str]
 """Writes a study's campaign into a folder, from a seed; returns the command to go on with."""
 
 
 def _plate(folder: Path, seed: int, step: Step, say: Step) -> str:
-    from labbook.demo.force_plate import plate_campaign
-    from labbook.demo.plate_book import make_plate_book
+    from labbook.demo.studies.force_plate import plate_campaign
+    from labbook.demo.studies.force_plate_files import make_plate_book
 
     step("simulating the jumps")
     book = make_plate_book(folder, plate_campaign(seed), step, say)
@@ -23,8 +21,8 @@ def _plate(folder: Path, seed: int, step: Step, say: Step) -> str:
 
 
 def _emulator(folder: Path, seed: int, step: Step, say: Step) -> str:
-    from labbook.demo.emulator import emulator_campaign
-    from labbook.demo.emulator_book import make_emulator_book
+    from labbook.demo.studies.emulator import emulator_campaign
+    from labbook.demo.studies.emulator_files import make_emulator_book
 
     step("simulating the jumps")
     book = make_emulator_book(folder, emulator_campaign(seed), step, say)
@@ -33,10 +31,10 @@ def _emulator(folder: Path, seed: int, step: Step, say: Step) -> str:
 
 def _sheet(writer: str) -> MakeStudy:
     def make(folder: Path, seed: int, step: Step, say: Step) -> str:
-        from labbook.demo import sheets
+        from labbook.demo.running import new_folder
+        from labbook.demo.studies import sheets
 
-        if folder.exists() and any(folder.iterdir()):
-            raise UsageError(f"{folder} is not empty: name a new folder for the demonstration.")
+        new_folder(folder)
         step("drawing the campaign")
         command: str = getattr(sheets, writer)(folder, seed)
         say(f"wrote the sheet of a campaign to {folder}")
