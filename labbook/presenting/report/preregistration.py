@@ -58,7 +58,7 @@ def made_before(planned: Planned) -> tuple[str, ...]:
     if planned.run_before is None or planned.stated_utc is None:
         return ()
     return (
-        f"The first run is dated {planned.run_before}, before the decision was stated on {planned.stated_utc[:10]}: "
+        f"The first run is dated {planned.run_before}, before the decision: "
         "nothing shows that it was made before the data were seen.",
     )
 

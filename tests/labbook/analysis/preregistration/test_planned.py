@@ -172,7 +172,7 @@ def test_runs_that_are_older_than_the_decision_are_told(fresh: SmallBook) -> Non
         first = list_runs(connection)[0]
     assert found.run_before == first.day
     said = planned_sentences(found)
-    says(said[1], "run is dated", first.day, "before the decision", "20", "nothing shows that")
+    says(said[1], "run is dated", first.day, "before the decision", "nothing shows that")
 
 
 def test_a_run_is_older_by_its_start_and_without_one_by_its_day(fresh: SmallBook) -> None:
