@@ -21,9 +21,18 @@ USUAL_PAGE = "cp1252"
 
 def read_text(path: Path, *, marked_utf_16: bool = False) -> str:
     """Read a text file as UTF-8, with or without a byte order mark, or where asked for as UTF-16 with such a mark."""
+    return decoded(path, read_file(path), marked_utf_16=marked_utf_16)
+
+
+def read_file(path: Path) -> bytes:
+    """Read a file whole; raises `InputRefused` for a folder."""
     if path.is_dir():
         raise InputRefused(f"{path} is a folder: name the file in it.")
-    data = read_bytes(path)
+    return read_bytes(path)
+
+
+def decoded(path: Path, data: bytes, *, marked_utf_16: bool = False) -> str:
+    """Return the text of a file's bytes, as `read_text` does."""
     marked = marked_utf_16 and data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     try:
         return data.decode("utf-16" if marked else "utf-8-sig")

@@ -20,47 +20,28 @@ DecimalOption = Annotated[
     str | None, typer.Option("--decimal", metavar="SIGN", help="The table's decimal sign, where it is unclear.")
 ]
 
+PageOption = Annotated[Path | None, typer.Option("--page", metavar="FILE", help="Write it as a page: a .html file.")]
+
 app = typer.Typer(no_args_is_help=True)
 
 
-PageOption = Annotated[Path | None, typer.Option("--page", metavar="FILE", help="Write it as a page: a .html file.")]
-Sources = Callable[[], list[tuple[str, str]]]
+class _Sheets:
+    """Reads a study's text files, and remembers the hash of what it read."""
 
+    def __init__(self, plot: Path | None, page: Path | None) -> None:
+        """Check first that what they give can be shown."""
+        _check_files(plot, page)
+        self.sources: list[tuple[str, str]] = []
 
-def _text(file: Path, plot: Path | None, page: Path | None) -> str:
-    """Read a sheet, once it is known that what it gives can be shown."""
-    from labbook.cli.reading import read_text
+    def text(self, path: Path) -> str:
+        """Read a file."""
+        from labbook.cli.reading import decoded, read_file
 
-    _check_files(plot, page)
-    return read_text(file, marked_utf_16=True)
-
-
-def _of_sheet(*files: Path) -> Sources:
-    """Name files with the hashes of their bytes."""
-
-    def sources() -> list[tuple[str, str]]:
-        return [("File", f"{file.name}, SHA-256 {hashlib.sha256(file.read_bytes()).hexdigest()}") for file in files]
-
-    return sources
-
-
-def _of_book(book: Path | None, where: str | None) -> Sources:
-    """Name a book, its configuration, the selection, and the journal."""
-
-    def sources() -> list[tuple[str, str]]:
-        from data_schema import journal
-        from labbook.book.opening import opened
-
-        with opened(book) as opened_book, opened_book.reading() as connection:
-            configuration, (entries, head) = opened_book.configuration, journal.head(connection)
-        return [
-            ("Study", configuration.study.name),
-            ("Runs", where or "all"),
-            ("labbook.toml", f"SHA-256 {configuration.sha256}"),
-            ("Journal", f"{entries} entries, the last {head}, which name every file by its hash"),
-        ]
-
-    return sources
+        data = read_file(path)
+        source = ("File", f"{path.name}, SHA-256 {hashlib.sha256(data).hexdigest()}")
+        if source not in self.sources:
+            self.sources.append(source)
+        return decoded(path, data, marked_utf_16=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +56,7 @@ class _Shown:
     said: list[str]
     draw: "Callable[[], Figure]"
     caption: str
-    sources: "Sources"
+    sources: Sequence[tuple[str, str]]
     head: Sequence[str] = ()
     rows: Sequence[Sequence[str]] = ()
 
@@ -104,7 +85,7 @@ def _write_page(shown: _Shown, page: Path) -> None:
         shown.caption,
         shown.head,
         shown.rows,
-        shown.sources(),
+        shown.sources,
         now_utc().split(".")[0] + "Z",
     )
     write_whole(page, study_page(made).encode("utf-8"))
@@ -139,7 +120,8 @@ def compaction(
     from labbook.presenting.studies.compaction import as_data, drawn, sentences
     from reports.figures.compaction import draw_compaction
 
-    study = compaction_of(_text(file, plot, page), file, grain, level, decimal)
+    sheets = _Sheets(plot, page)
+    study = compaction_of(sheets.text(file), file, grain, level, decimal)
     _show(
         _Shown(
             "How densely the grains lie",
@@ -147,7 +129,7 @@ def compaction(
             sentences(study),
             lambda: draw_compaction(drawn(study)),
             "Volume fractions over grain size / flask radius: flasks, lines, and the intervals without walls (at 0).",
-            _of_sheet(file),
+            sheets.sources,
         ),
         plot,
         page,
@@ -175,7 +157,8 @@ def field_walks(
     from labbook.presenting.studies.field import as_data, drawn, sentences
     from reports.figures.field import draw_field
 
-    study = field_study_of(_text(file, plot, page), file, level, decimal)
+    sheets = _Sheets(plot, page)
+    study = field_study_of(sheets.text(file), file, level, decimal)
     _show(
         _Shown(
             "What two robots need on the same walks",
@@ -183,7 +166,7 @@ def field_walks(
             sentences(study),
             lambda: draw_field(drawn(study)),
             "Specific resistance of both robots: each walk a line, and the means with their intervals.",
-            _of_sheet(file),
+            sheets.sources,
         ),
         plot,
         page,
@@ -209,18 +192,11 @@ def characterisation(
     Example: labbook study characterisation trials.csv --plot gains.pdf
     """
     from labbook.actions.studies.characterisation import characterisation_of
-    from labbook.cli.reading import read_text
     from labbook.presenting.studies.characterisation import HEAD, as_data, drawn, rows, sentences
     from reports.figures.characterisation import draw_characterisation
 
-    _check_files(plot, page)
-    files: dict[Path, None] = {}
-
-    def read(path: Path) -> str:
-        files[path] = None
-        return read_text(path, marked_utf_16=True)
-
-    study = characterisation_of(file, read, level, decimal)
+    sheets = _Sheets(plot, page)
+    study = characterisation_of(file, sheets.text, level, decimal)
     _show(
         _Shown(
             "What the leg's gains are in N/m and kg/s",
@@ -228,7 +204,7 @@ def characterisation(
             sentences(study),
             lambda: draw_characterisation(*drawn(study)),
             "Stiffness over position gain and damping over velocity gain, by neutral length, with intervals and lines.",
-            _of_sheet(*files),
+            sheets.sources,
             HEAD,
             rows(study),
         ),
@@ -263,7 +239,8 @@ def force_plate(
 
     _check_files(plot, page)
     with progress("study force-plate", None, shown=not as_json) as step:
-        study = force_plate_of(book, where, window, level, step)
+        found = force_plate_of(book, where, window, level, step)
+    study = found.study
     _show(
         _Shown(
             "Joules of plate and leg against the battery's",
@@ -272,7 +249,7 @@ def force_plate(
             lambda: draw_force_plate(*drawn(study)),
             "Force and leg length of one hop on one clock; joules estimated over measured, hops and line; the moving "
             "average's window, its corner, and the slope over it.",
-            _of_book(book, where),
+            found.sources,
             HEAD,
             rows(study),
         ),
@@ -314,7 +291,8 @@ def emulator(
 
     _check_files(plot, page)
     with progress("study emulator", None, shown=not as_json) as step:
-        study = emulator_study_of(book, where, constant, ratio, same, level, step)
+        found = emulator_study_of(book, where, constant, ratio, same, level, step)
+    study = found.study
     _show(
         _Shown(
             "What active damping saves at each gain",
@@ -322,7 +300,7 @@ def emulator(
             sentences(study),
             lambda: draw_emulator(*drawn(study)),
             "Joules and apexes by extension gain, means and standard errors over runs; savings over the apex under CE.",
-            _of_book(book, where),
+            found.sources,
             HEAD,
             rows(study),
         ),

@@ -8,6 +8,7 @@ from pathlib import Path
 from data_schema.errors import UsageError
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import FactorKind
+from labbook.actions.studies.of_book import OfBook, book_sources
 from labbook.analysis.comparison.pairing import swept_factor
 from labbook.analysis.outcomes.conditions import conditions_by_outcome
 from labbook.analysis.outcomes.detection import Detections
@@ -28,7 +29,7 @@ def emulator_study_of(
     same_percent: float,
     level: float,
     progress: Callable[[str], None],
-) -> EmulatorStudy:
+) -> OfBook[EmulatorStudy]:
     """Open the book and compare the controllers at each extension gain.
 
     Raises `UsageError` for a book whose factors are not an extension gain and an active-damping gain with a control,
@@ -47,9 +48,10 @@ def emulator_study_of(
             evidence,
             (Outcome.JOULES, Outcome.APEX),
         )
+        sources = book_sources(connection, book.configuration, where)
     study, protocol = book.configuration.study, book.configuration.protocol
     resolution_j = protocol.charger_resolution_mah * joules_per_mah(study.reference_voltage_v, study.jumps_nominal)
-    return emulator_study(
+    found = emulator_study(
         conditions,
         gain,
         damping,
@@ -59,6 +61,7 @@ def emulator_study_of(
         resolution_j=resolution_j,
         level=level,
     )
+    return OfBook(found, sources)
 
 
 def _factors(configuration: Configuration) -> tuple[str, str]:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from data_schema.errors import UsageError
+from labbook.actions.studies.of_book import OfBook, book_sources
 from labbook.analysis.studies.force_plate import WINDOWS, ForcePlateStudy
 from labbook.analysis.studies.plate_runs import force_plate_study
 from labbook.book.opening import opened
@@ -14,7 +15,7 @@ from stats.checks import as_level
 
 def force_plate_of(
     book_folder: Path | None, where: str | None, window: int | None, level: float, progress: Callable[[str], None]
-) -> ForcePlateStudy:
+) -> OfBook[ForcePlateStudy]:
     """Open the book and compare joules estimated from the plate's forces with those of the battery.
 
     Raises `UsageError` for a window that is even or none, and as `force_plate_study` does.
@@ -26,4 +27,5 @@ def force_plate_of(
             "shift the force in time."
         )
     with opened(book_folder) as book, book.reading() as connection:
-        return force_plate_study(connection, book.store, book.configuration, where, window, level, progress)
+        study = force_plate_study(connection, book.store, book.configuration, where, window, level, progress)
+        return OfBook(study, book_sources(connection, book.configuration, where))
