@@ -9,10 +9,13 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import hypothesis
 import pytest
 import sqlalchemy as sa
+from sqlalchemy.dialects.postgresql.psycopg import PGDialect_psycopg
+from sqlalchemy.dialects.sqlite.pysqlite import SQLiteDialect_pysqlite
 
 from data_schema.engine import postgres_engine, sqlite_engine
 from labbook.book.making import make_tables
@@ -118,6 +121,23 @@ def _tables_are_copied() -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("labbook.book.making.make_tables", copied)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _statements_are_compiled_once() -> Iterator[None]:
+    """SQLAlchemy compiles a statement for each engine anew, and every book that is opened has one: here all share."""
+    cache: sa.util.LRUCache[object, object] = sa.util.LRUCache(5000)
+    make_engine = sa.create_engine
+
+    def sharing(url: str, **options: Any) -> sa.Engine:
+        return make_engine(url, execution_options={"compiled_cache": cache}, **options)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sa, "create_engine", sharing)
+        for dialect in (SQLiteDialect_pysqlite, PGDialect_psycopg):  # part of a statement's key: one is as another
+            patch.setattr(dialect, "__eq__", lambda one, other: type(one) is type(other), raising=False)
+            patch.setattr(dialect, "__hash__", lambda one: hash(type(one)), raising=False)
         yield
 
 

@@ -64,8 +64,8 @@ MOVED_OPTION = "planning how many runs a study needs is `labbook power` now: see
 
 
 def application(words: Collection[str]) -> typer.Typer:
-    """Put the commands together; a group has its own only where it is among the words, for building them all is a
-    tenth of the time of `labbook --help`.
+    """Put the commands together; where the first word names one or a group, other commands are left out, and a group
+    has its own only where it is among the words, for building them all is a tenth of a command's time.
     """
     app = typer.Typer(
         name="labbook",
@@ -76,8 +76,10 @@ def application(words: Collection[str]) -> typer.Typer:
         context_settings={"help_option_names": ["-h", "--help"]},
         epilog="Every command takes --debug, which shows where an error arose. `labbook --version` tells the version.",
     )
+    first = next(iter(words), None)
+    named = [command for commands in COMMANDS.values() for command in commands if command.__name__ == first]
     for heading, commands in COMMANDS.items():
-        for command in commands:
+        for command in () if first in GROUPS else named or commands:
             settings = {"allow_extra_args": True, "ignore_unknown_options": True} if command in TAKE_FACTORS else None
             app.command(rich_help_panel=heading, context_settings=settings)(command)
     for name, (heading, purpose) in GROUPS.items():

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import functools
 import importlib.metadata
 import os
 import re
@@ -14,7 +15,7 @@ import typer.main
 from labbook.cli.main import GROUPS, application
 from tests.cli.shell import LABBOOK, good, labbook, process
 
-ROOT: Any = typer.main.get_command(application(GROUPS))
+ROOT: Any = typer.main.get_command(application(["--help", *GROUPS]))
 
 
 def paths(command: Any = ROOT, above: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
@@ -28,13 +29,19 @@ ALL = list(paths())
 COMMANDS = [(words, command) for words, command in ALL if not hasattr(command, "commands")]
 
 
+@functools.cache
+def help_of(words: tuple[str, ...]) -> str:
+    """What a command says of itself, asked once for all tests."""
+    return good(labbook(*words, "--help", at=Path.cwd())).out
+
+
 def ids(items: list[tuple[tuple[str, ...], Any]]) -> list[str]:
     return [" ".join(words) or "labbook" for words, _command in items]
 
 
 @pytest.mark.parametrize(("words", "command"), ALL, ids=ids(ALL))
-def test_help_fits_80_columns_and_explains_everything(words: tuple[str, ...], command: Any, tmp_path: Path) -> None:
-    shown = good(labbook(*words, "--help", at=tmp_path)).out
+def test_help_fits_80_columns_and_explains_everything(words: tuple[str, ...], command: Any) -> None:
+    shown = help_of(words)
     assert max(map(len, shown.splitlines())) <= 80
     assert "…" not in shown
     if command is not ROOT:
@@ -44,9 +51,9 @@ def test_help_fits_80_columns_and_explains_everything(words: tuple[str, ...], co
 
 
 @pytest.mark.parametrize(("words", "command"), ALL, ids=ids(ALL))
-def test_help_shows_every_word_that_was_written(words: tuple[str, ...], command: Any, tmp_path: Path) -> None:
+def test_help_shows_every_word_that_was_written(words: tuple[str, ...], command: Any) -> None:
     """Nothing is taken for markup: neither [simulation] nor COUNT[:log]."""
-    shown = bare(good(labbook(*words, "--help", at=tmp_path)).out)
+    shown = bare(help_of(words))
     for written in [command.help, *(parameter.help for parameter in command.params if parameter.help)]:
         assert bare(written) in shown
 

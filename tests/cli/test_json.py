@@ -86,7 +86,7 @@ ELSEWHERE = {
 
 
 def commands() -> set[str]:
-    root = typer.main.get_command(application(GROUPS))
+    root = typer.main.get_command(application(["--help", *GROUPS]))
     return {
         f"{name} {below}".strip()
         for name, command in getattr(root, "commands", {}).items()

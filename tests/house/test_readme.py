@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import importlib
 import re
 import shlex
@@ -33,9 +34,15 @@ def commands(path: Path) -> Iterator[list[str]]:
         yield shlex.split(line)[1:]
 
 
+@functools.cache
+def root() -> Any:
+    """The command line with all its groups."""
+    return typer.main.get_command(application(["--help", *GROUPS]))
+
+
 def named(words: list[str]) -> tuple[Any, list[str]]:
     """The command that words call, and what is left of them; fails where there is none."""
-    command: Any = typer.main.get_command(application(GROUPS))
+    command = root()
     while hasattr(command, "commands") and words and not words[0].startswith("-"):
         assert words[0] in command.commands, f"there is no command {words[0]!r}"
         command, words = command.commands[words[0]], words[1:]
