@@ -92,12 +92,13 @@ class RunState(StrEnum):
 
 
 class FileRole(StrEnum):
-    """What a file says about a run."""
+    """What a file says about a run; a study's sheet, or a log that one names, is about no run."""
 
     LOG = "log"
     FORCE = "force"
     CHARGE = "charge"
     VIDEO = "video"
+    SHEET = "sheet"
 
 
 class FileState(StrEnum):

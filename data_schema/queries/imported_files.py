@@ -249,14 +249,20 @@ class InboxItem:
     detail: str
 
 
+_NEVER_WAITING = (str(FileRole.CHARGE), str(FileRole.SHEET))
+
+
 def inbox(connection: sa.Connection) -> list[InboxItem]:
-    """List the imported files and charge rows whose run is unknown, oldest first; a charger's file is its charges."""
+    """List the imported files and charge rows whose run is unknown, oldest first; a charger's file is its charges.
+
+    Sheets of studies belong to no run.
+    """
     linked = sa.select(run_file.c.id).where(run_file.c.file == file.c.id)  # asked by its index, file by file
     files = connection.execute(
         sa.select(ingest.c.original_name, ingest.c.stated_run, file.c.uid, ingest.c.reader, ingest.c.rows_kept)
         .join(file, ingest.c.file == file.c.id)
         .where(IN_USE)
-        .where(~linked.exists(), ingest.c.role != str(FileRole.CHARGE))
+        .where(~linked.exists(), ingest.c.role.not_in(_NEVER_WAITING))
         .order_by(ingest.c.id)
     )
     items = [

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 from data_schema.errors import InputRefused, UsageError
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats import archive
+from ingest.formats import archive, study_sheets
 from ingest.formats.chargers import cheali, icharger, icharger_serial, logview, logview_zero, sheet
 from ingest.formats.force_plates import (
     amti,
@@ -65,6 +65,7 @@ FORMATS: tuple[Format, ...] = (
     qualisys.FORMAT,
     vicon.FORMAT,
     c3d.FORMAT,
+    *study_sheets.FORMATS,
     sheet.FORMAT,
     delimited.FORMAT,
 )

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from data_schema.vocabulary import IngestStatus, Severity
+from data_schema.vocabulary import FileRole, IngestStatus, Severity
 from ingest.model import ColumnUse, Finding, TableUse
 from labbook.actions.files.ingesting import FileOutcome
 from labbook.actions.runs.rig_line import MissingHeight, RigLine, missing_height_lines
@@ -79,6 +79,7 @@ def file_head(outcome: FileOutcome) -> str:
     if outcome.status is IngestStatus.REFUSED:
         return f"{outcome.path}: refused ({read.format}), nothing stored:"
     where = f"run {', '.join(outcome.runs)}" if outcome.runs else "no run yet (`labbook runs inbox`)"
+    where = "for `labbook study`" if read.role is FileRole.SHEET else where
     if outcome.runs and outcome.prepared is None:
         where = f"would belong to {where}"
     rejected = f", {read.rows_rejected} rejected" if read.rows_rejected else ""
@@ -269,7 +270,8 @@ def _concern(outcome: FileOutcome, missing: MissingHeight | None, run: str | Non
     if read is not None and (read.rows_rejected or any(map(needs_a_person, read.findings))):
         return _ROWS, -read.rows_rejected
     not_heeded = outcome.first is not None and run is not None and run not in outcome.runs
-    return (_NO_RUN, 0) if not_heeded or (read is not None and not outcome.runs) else None
+    no_run = read is not None and read.role is not FileRole.SHEET and not outcome.runs
+    return (_NO_RUN, 0) if not_heeded or no_run else None
 
 
 def _of_run(line: RigLine) -> tuple[int, int]:

@@ -35,6 +35,8 @@ def assign(session: WriteSession, what: str, run_name: str, why: str | None) -> 
     name, mark, place = what.rpartition("#")
     if not mark or not (place.isdigit() or find_files(session.connection, name)):
         file = file_named(session.connection, what)
+        if file.role == FileRole.SHEET:
+            raise UsageError(f"{what} is for a study and belongs to no run: `labbook study --help` lists them.")
         return _take_file_off(session, file, what, why) if run is None else _assign_file(session, file, what, run, why)
     file = file_named(session.connection, name)
     parts = parts_of_file(session.connection, file.uid)

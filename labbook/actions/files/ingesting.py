@@ -15,13 +15,13 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.errors import InputRefused, unknown_name
+from data_schema.errors import InputRefused, UsageError, unknown_name
 from data_schema.queries.charges import charges_of_run
 from data_schema.queries.facts import find_uid
 from data_schema.queries.imported_files import runs_of_file
 from data_schema.queries.imports import ABOUT_RUNS, FirstImport, first_import
 from data_schema.queries.runs import list_runs
-from data_schema.vocabulary import Action, IngestStatus, Severity
+from data_schema.vocabulary import Action, FileRole, IngestStatus, Severity
 from ingest.formats.format import UNKNOWN
 from ingest.model import Finding, Limits, ReadFile
 from ingest.read import read_file
@@ -109,6 +109,9 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
     settings = settings_now(book.configuration, options, readable(Path(path.name)))
     of_run = request.run or stated_run(book, path)
     read = read_file(data, settings.declared)
+    if read.role is FileRole.SHEET:
+        _refuse_run(path, request.run)
+        of_run = None
     read = refused_without_columns(read, options) if request.batch is None else read
     with book.reading() as connection:
         read = with_day_of_run(connection, read, of_run, notes=request.dry_run)
@@ -154,6 +157,11 @@ def _runs_meant(connection: sa.Connection, of_file: str | None, read: ReadFile) 
         if uid and not charges_of_run(connection, uid):
             meant.add(name)
     return tuple(sorted(meant))
+
+
+def _refuse_run(path: Path, run: str | None) -> None:
+    if run is not None:
+        raise UsageError(f"{readable(path)} is for a study and belongs to no run: leave --run out.")
 
 
 def _unreadable(error: OSError) -> ReadFile:
@@ -205,7 +213,7 @@ def _stored(
         "original_name": readable(Path(path.name)),
         "modified_utc": modified_utc,
         "options": options,
-        "stated_run": stated_run(book, path),
+        "stated_run": None if read.role is FileRole.SHEET else stated_run(book, path),
         **({} if request.batch is None else {"batch": request.batch}),
     }
     with book.session(request.person) as session:

@@ -552,7 +552,7 @@ rule gap.ck_gap_length_positive CHECK ((length_s > (0)::double precision))
 rule gap.fk_gap_signal FOREIGN KEY (signal) REFERENCES signal(id) ON UPDATE RESTRICT ON DELETE RESTRICT
 rule gap.pk_gap PRIMARY KEY (id)
 rule ingest.ck_ingest_imported_has_file CHECK (((status <> 'imported'::text) OR (file IS NOT NULL)))
-rule ingest.ck_ingest_role_known CHECK (((role IS NULL) OR (role = ANY (ARRAY['log'::text, 'force'::text, 'charge'::text, 'video'::text]))))
+rule ingest.ck_ingest_role_known CHECK (((role IS NULL) OR (role = ANY (ARRAY['log'::text, 'force'::text, 'charge'::text, 'video'::text, 'sheet'::text]))))
 rule ingest.ck_ingest_status_known CHECK ((status = ANY (ARRAY['imported'::text, 'duplicate'::text, 'refused'::text, 'superseded'::text, 'withdrawn'::text, 'waiting'::text])))
 rule ingest.fk_ingest_config FOREIGN KEY (config) REFERENCES config(id) ON UPDATE RESTRICT ON DELETE RESTRICT
 rule ingest.fk_ingest_file FOREIGN KEY (file) REFERENCES file(id) ON UPDATE RESTRICT ON DELETE RESTRICT
@@ -641,7 +641,7 @@ rule run.pk_run PRIMARY KEY (id)
 rule run.uq_run_planned_run UNIQUE (planned_run)
 rule run.uq_run_study_name UNIQUE (study, name)
 rule run.uq_run_uid UNIQUE (uid)
-rule run_file.ck_run_file_role_known CHECK ((role = ANY (ARRAY['log'::text, 'force'::text, 'charge'::text, 'video'::text])))
+rule run_file.ck_run_file_role_known CHECK ((role = ANY (ARRAY['log'::text, 'force'::text, 'charge'::text, 'video'::text, 'sheet'::text])))
 rule run_file.fk_run_file_file FOREIGN KEY (file) REFERENCES file(id) ON UPDATE RESTRICT ON DELETE RESTRICT
 rule run_file.fk_run_file_run FOREIGN KEY (run) REFERENCES run(id) ON UPDATE RESTRICT ON DELETE RESTRICT
 rule run_file.pk_run_file PRIMARY KEY (id)

@@ -1,0 +1,103 @@
+"""Sheets of the thesis's studies (flasks, walks, trials of a leg's gains), and the logs that a sheet of trials names.
+
+A sheet is kept for `labbook study`, which reads its numbers; here only its header and its rows' cells are looked at.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+from data_schema.vocabulary import FileRole
+from ingest.findings import FILE, FindingCollector
+from ingest.formats.format import LAYOUT, Clue, Format, Head, Reader, Recognition
+from ingest.model import Reading
+from ingest.text.cells import split_cells
+from ingest.text.source import TextSource, numbered_lines
+
+OSCILLATION_LOG = "oscillation_log"
+_COLUMNS: Mapping[str, tuple[str, ...]] = {
+    "flask_sheet": ("radius", "state", "water"),
+    "walk_sheet": ("walk", "robot", "mass", "distance"),
+    "trial_sheet": ("file", "gain", "damping_gain", "mass"),
+    OSCILLATION_LOG: ("time", "position", "velocity"),
+}
+"""The columns that a header has, among others, each with its unit behind its name where it has one."""
+_WHAT = {
+    "flask_sheet": "Volume fractions of grains in flasks, a filling a row (`labbook study compaction`).",
+    "walk_sheet": "What robots took on walks, a robot on a walk a row (`labbook study field`).",
+    "trial_sheet": "Trials of a leg's gains, a log a row (`labbook study characterisation`).",
+    OSCILLATION_LOG: "Oscillation of a mass on a leg, for `labbook study characterisation`; only where declared.",
+}
+_CLUES = {"flask_sheet": b"radius", "walk_sheet": b"walk", "trial_sheet": b"damping_gain"}
+_DELIMITERS = (b",", b";", b"\t")
+
+
+def _header(source: TextSource, columns: tuple[str, ...]) -> tuple[int, bytes, int] | None:
+    """Return the number of the first line that is not blank, its delimiter and its width, where it has the columns."""
+    line = next((line for line in source.head_lines() if line.content.strip()), None)
+    if line is None:
+        return None
+    for delimiter in _DELIMITERS:
+        cells = split_cells(line.content, delimiter)
+        names = [source.decode(cell).lower() for cell in cells or ()]
+        if all(any(re.fullmatch(rf"{name}([_ (\[].*)?", cell) for cell in names) for name in columns):
+            return line.number, delimiter, len(names)
+    return None
+
+
+def _reader(name: str) -> Reader:
+    def read(head: Head, findings: FindingCollector) -> Reading:
+        header = None if head.source is None else _header(head.source, _COLUMNS[name])
+        if head.source is None or header is None:
+            named = ", ".join(_COLUMNS[name])
+            findings.add(
+                FILE, "columns_missing", f"Its first line does not name the columns {named}: write them there."
+            )
+            return Reading()
+        first, delimiter, width = header
+        rows = 0
+        for number, content in numbered_lines(head.source.data, head.source.start):
+            if number <= first or not content.strip():
+                continue
+            rows += 1
+            cells = split_cells(content, delimiter)
+            if cells is None or len(cells) != width:
+                message = f"The row has another number of cells than the header, which has {width}: mend it."
+                findings.add(FILE, "row_width", message, lines=(number,))
+        if head.source.data[-1:] not in (b"\n", b"\r") and not head.declared.complete:
+            message = (
+                "The last line has no line end, so that it may be cut: end it, or say `--complete` if it is whole."
+            )
+            findings.add(FILE, "last_line_unended", message)
+        return Reading(rows_read=rows, role=FileRole.SHEET)
+
+    return read
+
+
+def _sheet(name: str) -> Format:
+    def recognise(head: Head) -> Recognition | None:
+        """A first line with the columns of a study's sheet."""
+        if head.source is None or _header(head.source, _COLUMNS[name]) is None:
+            return None
+        return Recognition(LAYOUT, f"a header with the columns {', '.join(_COLUMNS[name])}")
+
+    return Format(name, 1, recognise, _reader(name), _WHAT[name], clue=Clue(says=(_CLUES[name],)))
+
+
+def _declared_only(_head: Head) -> Recognition | None:
+    """Never by its content: a log of a robot's jumps may have the same columns."""
+    return None
+
+
+FORMATS = (
+    *(_sheet(name) for name in _COLUMNS if name != OSCILLATION_LOG),
+    Format(
+        OSCILLATION_LOG,
+        1,
+        _declared_only,
+        _reader(OSCILLATION_LOG),
+        _WHAT[OSCILLATION_LOG],
+        clue=Clue(instrument=OSCILLATION_LOG),
+    ),
+)
