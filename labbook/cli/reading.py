@@ -10,7 +10,7 @@ from typing import TypeVar
 import typer
 
 from data_schema.errors import InputRefused, UsageError
-from labbook.actions.files.named_files import read_bytes
+from labbook.actions.files.named_files import decoded, read_bytes, read_file
 from labbook.plan.sheet_cells import SheetQuestion
 from labbook.terminal import asking, say
 
@@ -22,26 +22,6 @@ USUAL_PAGE = "cp1252"
 def read_text(path: Path, *, marked_utf_16: bool = False) -> str:
     """Read a text file as UTF-8, with or without a byte order mark, or where asked for as UTF-16 with such a mark."""
     return decoded(path, read_file(path), marked_utf_16=marked_utf_16)
-
-
-def read_file(path: Path) -> bytes:
-    """Read a file whole; raises `InputRefused` for a folder."""
-    if path.is_dir():
-        raise InputRefused(f"{path} is a folder: name the file in it.")
-    return read_bytes(path)
-
-
-def decoded(path: Path, data: bytes, *, marked_utf_16: bool = False) -> str:
-    """Return the text of a file's bytes, as `read_text` does."""
-    marked = marked_utf_16 and data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-    try:
-        return data.decode("utf-16" if marked else "utf-8-sig")
-    except UnicodeDecodeError as error:
-        nor = ", nor UTF-16 with a byte order mark" if marked_utf_16 else ""
-        raise InputRefused(
-            f"{path} is not UTF-8 text (byte {error.start}){nor}; other pages, such as Windows-1252, are not read: "
-            "save it as CSV in UTF-8 and try again."
-        ) from error
 
 
 def read_sheet(path: Path, page: str | None) -> tuple[str, str | None]:

@@ -268,6 +268,24 @@ class HypothesisSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class StudyProtocol:
+    """`[studies.NAME]`: what `labbook study NAME` is asked with; None where that is left to it.
+
+    `sheet` names a file of the book, or its uid; `decimal` is the sign in it. The others are the options of their name.
+    """
+
+    sheet: str | None = None
+    decimal: str | None = None
+    grain_mm: float | None = None
+    where: str | None = None
+    window: int | None = None
+    constant: float | None = None
+    ratio: float | None = None
+    same_percent: float | None = None
+    level: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Configuration:
     """All of `labbook.toml`; `people` goes from name to initials, `text` is the file as it was, with that of a scene of
     one's own below it, `sha256` its hash."""
@@ -285,6 +303,7 @@ class Configuration:
     simulation: SimulationSettings | None
     analysis: AnalysisSettings | None
     hypotheses: tuple[HypothesisSettings, ...]
+    studies: Mapping[str, StudyProtocol]
     database_url: str | None
     store_path: str | None
     text: str

@@ -31,6 +31,7 @@ from labbook.config.model import (
 from labbook.config.patterns import pattern_fault
 from labbook.config.profiles import read_profiles
 from labbook.config.simulation import read_simulation, with_own_scene
+from labbook.config.studies import read_studies
 from labbook.config.tables import TableReader, as_number
 from labbook.config.template import template
 
@@ -64,6 +65,7 @@ def parse_configuration(text: str, source: str, folder: Path | None = None) -> C
         simulation=simulation,
         analysis=read_analysis(top),
         hypotheses=read_hypotheses(top, factors),
+        studies=read_studies(top),
         database_url=_database(top.table("database")),
         store_path=_store(top.table("store")),
         text=text,

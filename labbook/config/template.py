@@ -132,6 +132,10 @@ run_pattern = '^(?P<run>r\\d+)'
 #between = "foot"
 #within_percent = 10
 
+# What the thesis's studies are asked with, where the command line does not say it (docs/studies.md).
+#[studies.compaction]
+#grain_mm = 3.4
+
 # Any logger, without programming: recognise lists columns that only its files have. Without a time column, leave the
 # line "time" out and write rate_hz = 300.
 #[profiles.serial_logger]

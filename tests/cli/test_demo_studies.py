@@ -1,4 +1,4 @@
-"""`labbook demo --study`: campaigns of studies that are kept as sheets, whose truth the study finds again."""
+"""`labbook demo --study`: books of studies that are kept as sheets, whose truth the study finds again."""
 
 from __future__ import annotations
 
@@ -50,7 +50,8 @@ def test_a_study_s_page_has_its_answer_figure_and_the_hash_of_its_sheet(tmp_path
     text = html.unescape(page.read_text(encoding="utf-8"))
     assert " ".join(told.split("\n\n")[0].split())[:60] in " ".join(text.split())
     assert text.count("<svg") == 1
-    (sheet,) = (path for path in folder.iterdir() if path.name in ("flasks.csv", "walks.csv", "trials.csv"))
+    sheets = ("flasks.csv", "walks.csv", "trials.csv")
+    (sheet,) = (path for path in (folder / "instruments").iterdir() if path.name in sheets)
     assert hashlib.sha256(sheet.read_bytes()).hexdigest() in text
     assert "http" not in re.sub(r'xmlns(:\w+)?="[^"]*"', "", text)
     refused(labbook(*shlex.split(command)[1:], "--page", "page.pdf", at=tmp_path), 2, "--page", ".html")
@@ -59,7 +60,10 @@ def test_a_study_s_page_has_its_answer_figure_and_the_hash_of_its_sheet(tmp_path
 def test_the_same_seed_makes_the_same_files(tmp_path: Path) -> None:
     for name in ("one", "other"):
         good(labbook("demo", "--study", "characterisation", str(tmp_path / name), at=tmp_path))
-    one, other = ({path.name: path.read_bytes() for path in (tmp_path / name).iterdir()} for name in ("one", "other"))
+    one, other = (
+        {path.name: path.read_bytes() for path in (tmp_path / name / "instruments").iterdir()}
+        for name in ("one", "other")
+    )
     assert one == other
 
 

@@ -76,6 +76,7 @@ ELSEWHERE = {
     "study field": "tests/cli/test_study_field.py",
     "study characterisation": "tests/cli/test_study_characterisation.py",
     "study compaction": "tests/cli/test_study_compaction.py",
+    "study all": "tests/cli/test_study_sheets.py",
     "stats compare": "tests/cli/test_stats.py",
     "stats anova": "tests/cli/test_stats.py",
     "stats savings": "tests/cli/test_stats.py",

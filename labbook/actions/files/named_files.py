@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import hashlib
 from collections.abc import Sequence
 from pathlib import Path
@@ -77,3 +78,23 @@ def refuse_special(path: Path) -> None:
     """Raise `InputRefused` for a pipe, a device or a folder, before anything waits for its end."""
     if not path.is_file():
         raise InputRefused(f"{path} is not a regular file: name a file or a folder of files.")
+
+
+def read_file(path: Path) -> bytes:
+    """Read a file whole; raises `InputRefused` for a folder."""
+    if path.is_dir():
+        raise InputRefused(f"{path} is a folder: name the file in it.")
+    return read_bytes(path)
+
+
+def decoded(path: Path, data: bytes, *, marked_utf_16: bool = False) -> str:
+    """Return the text of bytes in UTF-8, with or without a byte order mark; where asked for UTF-16 with such a mark."""
+    marked = marked_utf_16 and data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    try:
+        return data.decode("utf-16" if marked else "utf-8-sig")
+    except UnicodeDecodeError as error:
+        nor = ", nor UTF-16 with a byte order mark" if marked_utf_16 else ""
+        raise InputRefused(
+            f"{path} is not UTF-8 text (byte {error.start}){nor}; other pages, such as Windows-1252, are not read: "
+            "save it as CSV in UTF-8 and try again."
+        ) from error

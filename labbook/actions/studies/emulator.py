@@ -8,7 +8,7 @@ from pathlib import Path
 from data_schema.errors import UsageError
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import FactorKind
-from labbook.actions.studies.of_book import OfBook, book_sources
+from labbook.actions.studies.of_book import LEVEL, OfBook, book_sources, first_given
 from labbook.analysis.comparison.pairing import swept_factor
 from labbook.analysis.outcomes.conditions import conditions_by_outcome
 from labbook.analysis.outcomes.detection import Detections
@@ -17,28 +17,37 @@ from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.studies.emulator import EmulatorStudy, emulator_study
 from labbook.analysis.study_data import gather
 from labbook.book.opening import opened
+from labbook.config.model import StudyProtocol
 from labbook.config.parsing import Configuration
 from stats.checks import as_level
+
+CONSTANT, RATIO, SAME_PERCENT = 50.0, 6.0, 2.0
+"""The active-damping gain that is the same at all extension gains, the extension gain over the one that is scaled with
+it (thesis 4.3), and the rise of the apex below which it is not appreciable, in percent."""
 
 
 def emulator_study_of(
     book_folder: Path | None,
     where: str | None,
-    constant: float,
-    ratio: float,
-    same_percent: float,
-    level: float,
+    constant: float | None,
+    ratio: float | None,
+    same_percent: float | None,
+    level: float | None,
     progress: Callable[[str], None],
 ) -> OfBook[EmulatorStudy]:
-    """Open the book and compare the controllers at each extension gain.
+    """Open the book and compare the controllers at each extension gain; None is what `[studies.emulator]` or usage say.
 
     Raises `UsageError` for a book whose factors are not an extension gain and an active-damping gain with a control,
     and for options that are none; `InputRefused` as `emulator_study` does.
     """
-    level = as_level("--level", level)
-    if ratio <= 0.0 or not 0.0 < same_percent < 100.0:
-        raise UsageError("--ratio is above 0 and --same between 0 and 100, in percent: give such numbers.")
     with opened(book_folder) as book, book.reading() as connection:
+        protocol = book.configuration.studies.get("emulator", StudyProtocol())
+        where = where or protocol.where
+        level = as_level("--level", first_given(level, protocol.level, LEVEL))
+        ratio = first_given(ratio, protocol.ratio, RATIO)
+        same_percent = first_given(same_percent, protocol.same_percent, SAME_PERCENT)
+        if ratio <= 0.0 or not 0.0 < same_percent < 100.0:
+            raise UsageError("--ratio is above 0 and --same between 0 and 100, in percent: give such numbers.")
         gain, damping = _factors(book.configuration)
         progress("joules and apex heights")
         evidence = gather(connection, book.configuration, where)
@@ -49,13 +58,15 @@ def emulator_study_of(
             (Outcome.JOULES, Outcome.APEX),
         )
         sources = book_sources(connection, book.configuration, where)
-    study, protocol = book.configuration.study, book.configuration.protocol
-    resolution_j = protocol.charger_resolution_mah * joules_per_mah(study.reference_voltage_v, study.jumps_nominal)
+    study = book.configuration.study
+    resolution_j = book.configuration.protocol.charger_resolution_mah * joules_per_mah(
+        study.reference_voltage_v, study.jumps_nominal
+    )
     found = emulator_study(
         conditions,
         gain,
         damping,
-        constant=constant,
+        constant=first_given(constant, protocol.constant, CONSTANT),
         ratio=ratio,
         same_percent=same_percent,
         resolution_j=resolution_j,

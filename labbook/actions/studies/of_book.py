@@ -2,15 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Generic, TypeVar
 
 import sqlalchemy as sa
 
 from data_schema import journal
+from data_schema.queries.readings import last_readings
+from data_schema.queries.runs import list_runs
+from data_schema.vocabulary import IngestStatus, StudyKind
+from labbook.book.opening import opened
 from labbook.config.parsing import Configuration
+from labbook.config.studies import STUDY_KEYS
 
 S = TypeVar("S")
+V = TypeVar("V")
+LEVEL = 0.95
+SHEETS: Mapping[str, tuple[str, str]] = {
+    "compaction": ("flask_sheet", "radius_mm,state,water_ml"),
+    "field": ("walk_sheet", "walk,robot,mass_kg,distance_m,energy_Wh"),
+    "characterisation": ("trial_sheet", "file,gain,damping_gain,mass_kg"),
+}
+"""By study the format of its sheet in a book, and a header of one."""
+_KINDS = {StudyKind.EMULATOR: "emulator", StudyKind.FORCE_PLATE: "force-plate"}
+"""The studies that the runs of a book of some kind are made for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,6 +36,13 @@ class OfBook(Generic[S]):
 
     study: S
     sources: tuple[tuple[str, str], ...]
+
+
+def first_given(option: V | None, protocol: V | None, usual: V) -> V:
+    """Return what the command line says, else what labbook.toml says, else what is usual."""
+    if option is not None:
+        return option
+    return usual if protocol is None else protocol
 
 
 def book_sources(
@@ -32,3 +56,17 @@ def book_sources(
         ("labbook.toml", f"SHA-256 {configuration.sha256}"),
         ("Journal", f"{entries} entries, the last {head}, which name every file by its hash"),
     )
+
+
+def studies_of_book(book_folder: Path | None) -> list[str]:
+    """Name the studies of a book, in the order of `STUDY_KEYS`.
+
+    They are those that labbook.toml has a table of, those whose sheet was ingested, and the one its runs are made for.
+    """
+    with opened(book_folder) as book, book.reading() as connection:
+        readers = {row.reader for row in last_readings(connection) if row.status is IngestStatus.IMPORTED}
+        kind, asked = book.configuration.study.kind, book.configuration.studies
+        has_runs = bool(list_runs(connection))
+    there = {study for study, (reader, _) in SHEETS.items() if reader in readers} | set(asked)
+    there |= {_KINDS[kind]} if kind in _KINDS and has_runs else set()
+    return [study for study in STUDY_KEYS if study in there]

@@ -29,25 +29,22 @@ def _emulator(folder: Path, seed: int, step: Step, say: Step) -> str:
     return shlex.join(["labbook", "study", "emulator", "--book", str(book)])
 
 
-def _sheet(writer: str) -> MakeStudy:
+def _sheet(study: str, campaign: str) -> MakeStudy:
     def make(folder: Path, seed: int, step: Step, say: Step) -> str:
-        from labbook.demo.running import new_folder
         from labbook.demo.studies import sheets
 
-        new_folder(folder)
         step("drawing the campaign")
-        command: str = getattr(sheets, writer)(folder, seed)
-        say(f"wrote the sheet of a campaign to {folder}")
-        return command
+        book = sheets.make_sheet_book(folder, getattr(sheets, campaign)(seed), step, say)
+        return shlex.join(["labbook", "study", study, "--book", str(book)])
 
     return make
 
 
 STUDIES: Mapping[str, MakeStudy] = {
     "force-plate": _plate,
-    "characterisation": _sheet("write_oscillations"),
+    "characterisation": _sheet("characterisation", "oscillation_campaign"),
     "emulator": _emulator,
-    "compaction": _sheet("write_flasks"),
-    "field": _sheet("write_walks"),
+    "compaction": _sheet("compaction", "flask_campaign"),
+    "field": _sheet("field", "walk_campaign"),
 }
 """In the order of the thesis (3.2.2, 4.2.6, 4.3, 5.1.2, 2.2.3); a new one is a function and a line here."""

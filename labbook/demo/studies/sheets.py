@@ -7,15 +7,31 @@ from __future__ import annotations
 
 import json
 import math
-import shlex
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from labbook.analysis.studies.characterisation import Oscillation
+from labbook.book.opening import CONFIGURATION
+from labbook.demo.running import Stopwatch, make_book_of, new_folder
 
+_TEMPLATE = """\
+# Demonstration: a campaign that is kept as a sheet, drawn with known truth (truth.json). Nothing in it was measured.
+
+[study]
+name = "{name}"
+kind = "{kind}"
+reference_voltage_v = 15.4
+jumps_nominal = 25
+time_zone = "America/New_York"
+
+[people]
+"Ada Nwosu" = "AN"
+
+"""
 FLASK_RADII_MM, GRAIN_MM = (15.0, 20.0, 30.0, 45.0, 60.0), 3.4
 LOOSE, COMPACTED, WALLS = 0.61, 0.63, (-0.25, -0.2)
 """Volume fractions without walls (thesis 5.1.2), and their change with grain size / flask radius (assumed)."""
@@ -72,52 +88,70 @@ def oscillations(
             v_m_s = -(envelope_m * turned).real
             x_m = x_m + chance.normal(0.0, position_sd_m, time_s.size)
             v_m_s = v_m_s + chance.normal(0.0, velocity_sd_m_s, time_s.size)
-            name = f"{gain:g}_{mass_kg:g}.csv"
+            name = f"{gain:g}_{mass_kg:g}kg.csv"
             found.append(Oscillation(name, gain, damping_gain, 0.2, mass_kg, time_s, x_m, v_m_s))
     return found
 
 
-def write_flasks(folder: Path, seed: int) -> str:
-    """Write flasks.csv and truth.json; returns the command that reads them."""
-    _write(folder / "flasks.csv", flasks(_chance(seed)))
-    _write_truth(folder, {"loose": LOOSE, "compacted": COMPACTED, "difference": COMPACTED - LOOSE})
-    return shlex.join(["labbook", "study", "compaction", str(folder / "flasks.csv"), "--grain", f"{GRAIN_MM:g}"])
+@dataclass(frozen=True, slots=True)
+class SheetCampaign:
+    """A campaign that is kept as a sheet: what its book is called and of which kind, its files by name, what is true.
+
+    `tables` are those of labbook.toml that the study needs.
+    """
+
+    name: str
+    kind: str
+    tables: str
+    files: Mapping[str, str]
+    truth: Mapping[str, float]
 
 
-def write_walks(folder: Path, seed: int) -> str:
-    """Write walks.csv and truth.json; returns the command that reads them."""
-    _write(folder / "walks.csv", walks(_chance(seed)))
-    _write_truth(folder, {"thin": THIN, "wide": WIDE, "wide / thin": WIDE / THIN})
-    return shlex.join(["labbook", "study", "field", str(folder / "walks.csv")])
+def flask_campaign(seed: int) -> SheetCampaign:
+    """Draw flasks of grains, poured and compacted."""
+    truth = {"loose": LOOSE, "compacted": COMPACTED, "difference": COMPACTED - LOOSE}
+    tables = f"[studies.compaction]\ngrain_mm = {GRAIN_MM:g}\n"
+    return SheetCampaign("grains in flasks", "bed", tables, {"flasks.csv": flasks(_chance(seed))}, truth)
 
 
-def write_oscillations(folder: Path, seed: int) -> str:
-    """Write trials.csv, the logs that it names, and truth.json; returns the command that reads them."""
-    sheet = ["file,gain,damping_gain,mass_kg,neutral_cm"]
+def walk_campaign(seed: int) -> SheetCampaign:
+    """Draw walks of two robots."""
+    truth = {"thin": THIN, "wide": WIDE, "wide / thin": WIDE / THIN}
+    return SheetCampaign("two robots in the field", "field", "", {"walks.csv": walks(_chance(seed))}, truth)
+
+
+def oscillation_campaign(seed: int) -> SheetCampaign:
+    """Draw trials of a leg's gains, and the log of each."""
+    sheet, files = ["file,gain,damping_gain,mass_kg,neutral_cm"], {}
     for one in oscillations(_chance(seed)):
         sheet.append(f"{one.file},{one.gain:g},{one.damping_gain:g},{one.mass_kg:g},20")
         rows = np.column_stack([1e3 * one.time_s, 1e3 * one.displacement_m, one.velocity_m_s])
         log = ["time_ms,position_mm,velocity (m/s)", *(f"{t:.3f},{x:.4f},{v:.5f}" for t, x, v in rows.tolist())]
-        _write(folder / one.file, "\n".join(log) + "\n")
-    _write(folder / "trials.csv", "\n".join(sheet) + "\n")
-    _write_truth(
-        folder,
-        {
-            **{f"stiffness at gain {gain:g} (N/m)": STIFFNESS[0] * gain + STIFFNESS[1] for gain, _ in GAINS},
-            **{f"damping at gain {gain:g} (kg/s)": DAMPING[0] * gain + DAMPING[1] for _, gain in GAINS},
-        },
-    )
-    return shlex.join(["labbook", "study", "characterisation", str(folder / "trials.csv")])
+        files[one.file] = "\n".join(log) + "\n"
+    files["trials.csv"] = "\n".join(sheet) + "\n"
+    truth = {
+        **{f"stiffness at gain {gain:g} (N/m)": STIFFNESS[0] * gain + STIFFNESS[1] for gain, _ in GAINS},
+        **{f"damping at gain {gain:g} (kg/s)": DAMPING[0] * gain + DAMPING[1] for _, gain in GAINS},
+    }
+    tables = '[profiles.oscillation]\nfiles = "*kg.csv"\nformat = "oscillation_log"\n'
+    return SheetCampaign("a leg's gains", "emulator", tables, files, truth)
+
+
+def make_sheet_book(
+    folder: Path, campaign: SheetCampaign, step: Callable[[str], None], say: Callable[[str], None]
+) -> Path:
+    """Write a campaign's files below a new folder and ingest them into a book; returns the book's folder."""
+    new_folder(folder)
+    clock, instruments = Stopwatch(say), folder / "instruments"
+    instruments.mkdir(parents=True)
+    text = _TEMPLATE.format(name=f"{campaign.name} (synthetic)", kind=campaign.kind) + campaign.tables
+    (folder / CONFIGURATION).write_text(text, encoding="utf-8")
+    for name, written in campaign.files.items():
+        (instruments / name).write_text(written, encoding="utf-8")
+    (folder / "truth.json").write_text(json.dumps(campaign.truth, indent=1) + "\n", encoding="utf-8")
+    clock.lap(f"wrote the campaign's files to {instruments}")
+    return make_book_of(folder, step, clock, lambda _book, _runs: None)
 
 
 def _chance(seed: int) -> np.random.Generator:
     return np.random.default_rng(np.random.SeedSequence([seed, 6]))
-
-
-def _write(path: Path, text: str) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, encoding="utf-8")
-
-
-def _write_truth(folder: Path, truth: Mapping[str, float]) -> None:
-    _write(folder / "truth.json", json.dumps(truth, indent=1) + "\n")

@@ -118,6 +118,9 @@ override_units = true
 complete = true
 no_robot_check = true
 
+[studies.compaction]
+grain_mm = 3.4
+
 [database]
 url = "postgresql+psycopg://ada@server/labbook"
 
@@ -126,6 +129,7 @@ path = "/mnt/lab/book"
 """
 
 OPTIONAL = {
+    "grain_mm",
     *('unit = "1"', "control", "run_duration_s", "detector", "exclude_first_jumps", "exclude_gap_jumps"),
     *("charger_resolution_mah", "idle_minutes", "zero", "make", "model", "serial", "run_pattern", "time", "columns"),
     *("encoding", "delimiter", "decimal", "header_row", "units_row", "first_row", "comment", "footer", "date", "clock"),

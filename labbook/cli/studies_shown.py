@@ -1,0 +1,160 @@
+"""What each study shows: its data, sentences, table and figure, computed from a sheet or from the book.
+
+An option that is None is as `[studies.NAME]` of labbook.toml says, or as is usual.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from labbook.terminal import progress
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, slots=True)
+class ShownStudy:
+    """What a study gives: data for programs, sentences with the answer first, a table, and a figure with its caption.
+
+    `sources` are the sheets, or the book, that it comes from.
+    """
+
+    title: str
+    data: dict[str, Any]
+    said: list[str]
+    draw: Callable[[], Figure]
+    caption: str
+    sources: Sequence[tuple[str, str]]
+    head: Sequence[str] = ()
+    rows: Sequence[Sequence[str]] = ()
+
+
+def compaction_shown(
+    file: Path | None, grain: float | None, level: float | None, decimal: str | None, book: Path | None
+) -> ShownStudy:
+    """Show how densely the grains lie, from a sheet of flasks."""
+    from labbook.actions.studies.compaction import compaction_of
+    from labbook.actions.studies.sheet_source import sheet_source
+    from labbook.presenting.studies.compaction import as_data, drawn, sentences
+    from reports.figures.compaction import draw_compaction
+
+    with sheet_source("compaction", file, book, decimal) as sheets:
+        text, level = sheets.text(sheets.sheet), sheets.level(level)
+        study = compaction_of(text, sheets.sheet, sheets.grain_mm(grain), level, sheets.decimal)
+    return ShownStudy(
+        "How densely the grains lie",
+        as_data(study),
+        sentences(study),
+        lambda: draw_compaction(drawn(study)),
+        "Volume fractions over grain size / flask radius: flasks, lines, and the intervals without walls (at 0).",
+        sheets.sources,
+    )
+
+
+def field_shown(file: Path | None, level: float | None, decimal: str | None, book: Path | None) -> ShownStudy:
+    """Show what two robots need on the same walks, from a sheet of walks."""
+    from labbook.actions.studies.field import field_study_of
+    from labbook.actions.studies.sheet_source import sheet_source
+    from labbook.presenting.studies.field import as_data, drawn, sentences
+    from reports.figures.field import draw_field
+
+    with sheet_source("field", file, book, decimal) as sheets:
+        study = field_study_of(sheets.text(sheets.sheet), sheets.sheet, sheets.level(level), sheets.decimal)
+    return ShownStudy(
+        "What two robots need on the same walks",
+        as_data(study),
+        sentences(study),
+        lambda: draw_field(drawn(study)),
+        "Specific resistance of both robots: each walk a line, and the means with their intervals.",
+        sheets.sources,
+    )
+
+
+def characterisation_shown(
+    file: Path | None, level: float | None, decimal: str | None, book: Path | None
+) -> ShownStudy:
+    """Show what a leg's gains are, from a sheet of trials and their logs."""
+    from labbook.actions.studies.characterisation import characterisation_of
+    from labbook.actions.studies.sheet_source import sheet_source
+    from labbook.presenting.studies.characterisation import HEAD, as_data, drawn, rows, sentences
+    from reports.figures.characterisation import draw_characterisation
+
+    with sheet_source("characterisation", file, book, decimal) as sheets:
+        study = characterisation_of(sheets.sheet, sheets.text, sheets.level(level), sheets.decimal)
+    return ShownStudy(
+        "What the leg's gains are in N/m and kg/s",
+        as_data(study),
+        sentences(study),
+        lambda: draw_characterisation(*drawn(study)),
+        "Stiffness over position gain and damping over velocity gain, by neutral length, with intervals and lines.",
+        sheets.sources,
+        HEAD,
+        rows(study),
+    )
+
+
+def force_plate_shown(
+    where: str | None, window: int | None, level: float | None, book: Path | None, visible: bool
+) -> ShownStudy:
+    """Show the book's joules by plate and leg beside the battery's."""
+    from labbook.actions.studies.force_plate import force_plate_of
+    from labbook.presenting.studies.force_plate import HEAD, as_data, drawn, rows, sentences
+    from reports.figures.force_plate import draw_force_plate
+
+    with progress("study force-plate", None, shown=visible) as step:
+        found = force_plate_of(book, where, window, level, step)
+    study = found.study
+    return ShownStudy(
+        "Joules of plate and leg against the battery's",
+        as_data(study),
+        sentences(study),
+        lambda: draw_force_plate(*drawn(study)),
+        "Force and leg length of one hop on one clock; joules estimated over measured, hops and line; the moving "
+        "average's window, its corner, and the slope over it.",
+        found.sources,
+        HEAD,
+        rows(study),
+    )
+
+
+def emulator_shown(
+    where: str | None,
+    constant: float | None,
+    ratio: float | None,
+    same: float | None,
+    level: float | None,
+    book: Path | None,
+    visible: bool,
+) -> ShownStudy:
+    """Show what active damping saves at each gain of the book."""
+    from labbook.actions.studies.emulator import emulator_study_of
+    from labbook.presenting.studies.emulator import HEAD, as_data, drawn, rows, sentences
+    from reports.figures.emulator import draw_emulator
+
+    with progress("study emulator", None, shown=visible) as step:
+        found = emulator_study_of(book, where, constant, ratio, same, level, step)
+    study = found.study
+    return ShownStudy(
+        "What active damping saves at each gain",
+        as_data(study),
+        sentences(study),
+        lambda: draw_emulator(*drawn(study)),
+        "Joules and apexes by extension gain, means and standard errors over runs; savings over the apex under CE.",
+        found.sources,
+        HEAD,
+        rows(study),
+    )
+
+
+FROM_BOOK: Mapping[str, Callable[[Path | None, bool], ShownStudy]] = {
+    "force-plate": lambda book, visible: force_plate_shown(None, None, None, book, visible),
+    "characterisation": lambda book, _visible: characterisation_shown(None, None, None, book),
+    "emulator": lambda book, visible: emulator_shown(None, None, None, None, None, book, visible),
+    "compaction": lambda book, _visible: compaction_shown(None, None, None, None, book),
+    "field": lambda book, _visible: field_shown(None, None, None, book),
+}
+"""Each study of a book, by name; `visible`: it shows its progress."""

@@ -1,0 +1,171 @@
+"""Sheets of studies in a book: kept, of no run, found by their study, and asked with what labbook.toml says."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from labbook.demo.studies.sheets import flasks, oscillation_campaign, walks
+from tests.cli.shell import good, labbook, refused
+from tests.helpers.books import SmallBook
+from tests.helpers.study_pages import DOCS
+
+GRAIN = "[studies.compaction]\ngrain_mm = 3.4\n"
+
+
+@pytest.fixture
+def book(tmp_path: Path) -> Path:
+    """A new book, and beside it two sheets of flasks and one of walks."""
+    good(labbook("init", "book", "--as", "Ada Nwosu", at=tmp_path))
+    for seed, name in enumerate(("flasks.csv", "later.csv")):
+        (tmp_path / name).write_text(flasks(np.random.default_rng(seed)), encoding="utf-8")
+    (tmp_path / "walks.csv").write_text(walks(np.random.default_rng(1)), encoding="utf-8")
+    return tmp_path / "book"
+
+
+def configure(book: Path, table: str) -> None:
+    path = book / "labbook.toml"
+    path.write_text(path.read_text(encoding="utf-8") + table, encoding="utf-8")
+
+
+def asked(book: Path, *words: str) -> dict[str, object]:
+    found: dict[str, object] = good(labbook("study", *words, "--json", at=book)).json
+    return found
+
+
+def test_a_sheet_in_the_book_says_what_the_file_says(book: Path) -> None:
+    good(labbook("ingest", "../flasks.csv", "../walks.csv", at=book))
+    configure(book, GRAIN)
+    (book.parent / "flasks.csv").rename(book.parent / "gone.csv")
+    alone = asked(book, "compaction", "../gone.csv", "--grain", "3.4")
+    assert asked(book, "compaction") == alone
+    assert asked(book, "compaction", "--grain", "3.0") != alone
+    assert asked(book, "field") == asked(book, "field", "../walks.csv")
+    assert "in the inbox" not in good(labbook("today", at=book)).out
+    assert good(labbook("runs", "inbox", "--json", at=book)).json == []
+    good(labbook("rebuild", at=book))
+    assert asked(book, "compaction") == alone
+
+
+def test_of_several_sheets_one_is_named_or_the_others_are_withdrawn(book: Path) -> None:
+    good(labbook("ingest", "../flasks.csv", "../later.csv", at=book))
+    uid = good(labbook("files", "list", "--json", at=book)).json[-1]["reading"]["file_uid"]
+    refused(labbook("study", "compaction", "--grain", "3.4", at=book), 2, "2 sheets", "flasks.csv", f'sheet = "{uid}"')
+    configure(book, f'{GRAIN}sheet = "{uid}"\nlevel = 0.9\n')
+    later = asked(book, "compaction", "../later.csv", "--grain", "3.4", "--level", "0.9")
+    assert asked(book, "compaction") == later
+    toml = book / "labbook.toml"
+    toml.write_text(toml.read_text(encoding="utf-8").replace(f'sheet = "{uid}"', ""), encoding="utf-8")
+    good(labbook("files", "withdraw", "flasks.csv", "--why", "measured again", at=book))
+    assert asked(book, "compaction") == later
+
+
+def test_what_is_missing_is_said(book: Path) -> None:
+    refused(labbook("study", "compaction", at=book), 2, "no sheet", "radius_mm,state,water_ml")
+    good(labbook("ingest", "../flasks.csv", at=book))
+    refused(labbook("study", "compaction", at=book), 2, "--grain 3.4", "grain_mm = 3.4", "[studies.compaction]")
+    refused(labbook("study", "compaction", "../flasks.csv", "--book", ".", at=book), 2, "--book")
+    refused(labbook("study", "field", at=book.parent), 2, "no book", "--book DIR")
+
+
+def test_a_sheet_belongs_to_no_run(stated: SmallBook) -> None:
+    run = good(labbook("runs", "list", "--json", at=stated.folder)).json[0]["name"]
+    sheet = stated.folder.parent / f"{run}_flasks.csv"
+    sheet.write_text(flasks(np.random.default_rng(1)), encoding="utf-8")
+    refused(labbook("ingest", sheet, "--run", run, at=stated.folder), 2, sheet.name, "no run")
+    good(labbook("ingest", sheet, at=stated.folder))
+    refused(labbook("assign", sheet.name, run, at=stated.folder), 2, "belongs to no run")
+    assert sheet.name not in good(labbook("show", run, at=stated.folder)).out
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [("15,loose", "last line"), ("15,loose\n15,loose,6.2,1\n", "number of cells")],
+    ids=["cut", "ragged"],
+)
+def test_a_sheet_that_is_damaged_is_not_taken_in(book: Path, more: str, said: str) -> None:
+    path = book.parent / "flasks.csv"
+    path.write_text(path.read_text(encoding="utf-8") + more, encoding="utf-8")
+    answer = labbook("ingest", path, at=book)
+    assert (answer.code, said in answer.out) == (2, True)
+    assert good(labbook("files", "list", "--json", at=book)).json == []
+
+
+def test_the_decimal_sign_is_the_one_declared_with_the_sheet(book: Path) -> None:
+    text = (book.parent / "flasks.csv").read_text(encoding="utf-8")
+    (book.parent / "comma.csv").write_text(text.replace(",", ";").replace(".", ","), encoding="utf-8")
+    good(labbook("ingest", "../comma.csv", "--decimal", ",", at=book))
+    found = asked(book, "compaction", "--grain", "3.4")
+    assert found == asked(book, "compaction", "../flasks.csv", "--grain", "3.4")
+
+
+def test_trials_find_their_logs_in_the_book(book: Path) -> None:
+    campaign = oscillation_campaign(2)
+    for name, text in campaign.files.items():
+        (book.parent / name).write_text(text, encoding="utf-8")
+    trials = book.parent / "trials.csv"
+    good(labbook("ingest", trials, at=book))
+    refused(labbook("study", "characterisation", at=book), 2, "60_1kg.csv")
+    logs = [book.parent / name for name in campaign.files if name != "trials.csv"]
+    good(labbook("ingest", *logs, "--format", "oscillation_log", at=book))
+    assert asked(book, "characterisation") == asked(book, "characterisation", str(trials))
+    assert good(labbook("runs", "inbox", "--json", at=book)).json == []
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ("[studies.compactoin]\n", ("compactoin", "compaction")),
+        ("[studies.compaction]\ngrain = 3\n", ("grain", "grain_mm")),
+        ("[studies.compaction]\ngrain_mm = 0\n", ("grain_mm", "greater than 0")),
+        ("[studies.field]\nlevel = 95\n", ("level", "between 0 and 1")),
+        ("[studies.force-plate]\nwindow = 2.5\n", ("window", "whole number")),
+        ("[studies.emulator]\nsame_percent = 100\n", ("same_percent", "100")),
+        ("[studies.emulator]\nwhere = 3\n", ("where", "text")),
+    ],
+)
+def test_a_protocol_that_is_none_is_refused(book: Path, table: str, said: tuple[str, ...]) -> None:
+    configure(book, table)
+    refused(labbook("study", "field", at=book), 2, *said)
+
+
+def test_all_studies_of_a_book_are_shown_and_one_that_cannot_be_made_is_named(book: Path) -> None:
+    refused(labbook("study", "all", at=book), 2, "no study", "[studies.NAME]")
+    good(labbook("ingest", "../flasks.csv", "../walks.csv", at=book))
+    without_grain = labbook("study", "all", "--json", at=book)
+    assert (without_grain.code, set(without_grain.json)) == (2, {"compaction", "field"})
+    assert "grain_mm" in without_grain.json["compaction"]["refused"]
+    configure(book, GRAIN)
+    found = good(labbook("study", "all", "--pages", "pages", "--json", at=book)).json
+    assert {name: one["page"] for name, one in found.items()} == {
+        name: f"pages/{name}.html" for name in ("compaction", "field")
+    }
+    assert asked(book, "field") == {key: value for key, value in found["field"].items() if key != "page"}
+    assert "SHA-256" in (book / "pages" / "compaction.html").read_text(encoding="utf-8")
+    assert good(labbook("study", "all", at=book)).out.index("compaction:") == 0
+
+
+def test_the_page_works_as_it_says(book: Path) -> None:
+    text = (DOCS / "studies.md").read_text(encoding="utf-8")
+    sheets, logs, *asks = (shlex.split(line) for line in re.findall(r"^ {7}labbook (.*)$", text, re.MULTILINE))
+    (book / "logs").mkdir()
+    for name, written in oscillation_campaign(2).files.items():
+        (book / ("." if name == "trials.csv" else "logs") / name).write_text(written, encoding="utf-8")
+    for name in ("flasks.csv", "walks.csv"):
+        shutil.copy(book.parent / name, book)
+    for words in (sheets, logs):
+        good(labbook(*words, at=book))
+    (table,) = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
+    configure(book, table)
+    answers = [good(labbook(*words, at=book)).out for words in asks]
+    assert answers[0].split("\n")[0] in answers[1]
+    assert {path.name for path in (book / "studies").iterdir()} == {
+        "compaction.html",
+        "characterisation.html",
+        "field.html",
+    }
