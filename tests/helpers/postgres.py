@@ -17,10 +17,13 @@ from pathlib import Path
 import psycopg
 import sqlalchemy as sa
 
+from tests.helpers.folders import folder_in_memory
+
 ROLE = "labbook"
 SERVER_USER = "postgres"
 START_S = 30.0
 ROOM_BYTES = 1 << 30
+"""A database is hundreds of small files, and a test makes one."""
 
 
 class NoServer(Exception):
@@ -78,7 +81,7 @@ def running_cluster() -> Iterator[Cluster]:
     binaries = _binaries()
     as_user = _as_server_user()
     # a short path: the name of a socket holds 107 bytes
-    folder = Path(tempfile.mkdtemp(prefix="labbook-pg-", dir=_quick_folder()))
+    folder = Path(tempfile.mkdtemp(prefix="labbook-pg-", dir=folder_in_memory(ROOM_BYTES)))
     try:
         if as_user:
             account = pwd.getpwnam(SERVER_USER)
@@ -116,13 +119,6 @@ def running_cluster() -> Iterator[Cluster]:
             server.wait(START_S)
     finally:
         shutil.rmtree(folder, ignore_errors=True)
-
-
-def _quick_folder() -> Path:
-    """In memory where there is room: a database is hundreds of small files, and a test makes one."""
-    memory = Path("/dev/shm")
-    roomy = memory.is_dir() and os.access(memory, os.W_OK) and shutil.disk_usage(memory).free > ROOM_BYTES
-    return memory if roomy else Path("/tmp")
 
 
 def _binaries() -> Path:
