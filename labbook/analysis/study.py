@@ -183,7 +183,11 @@ def analyse(
         effects = overall_effects(cache, groups, settings.apex_bounds, settings.alpha, scope)
     progress("what the headlines depend on")
     variations = vary(cache, detections, evidence, drains, results, conditions, swept, settings)
-    of_savings = [(item.pair, item.result) for item in compared if item.quantity is Outcome.JOULES]
+    of_savings = [
+        (item.pair, item.result if item.decided is None else item.decided.result)
+        for item in compared
+        if item.quantity is Outcome.JOULES
+    ]
     return replace(
         analysis,
         compared=compared,

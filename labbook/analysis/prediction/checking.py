@@ -20,6 +20,7 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.comparing import ComparisonResult, Pair
+from labbook.analysis.comparison.deciding import DecisionResult
 from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues
 from labbook.analysis.prediction.predicting import ACCURACY, PredictionResult, error_parts, in_all
 from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult
@@ -154,11 +155,14 @@ def check_conditions(
 
 def check_savings(
     cache: ResultCache,
-    compared: Sequence[tuple[Pair, ComparisonResult]],
+    compared: Sequence[tuple[Pair, ComparisonResult | DecisionResult]],
     predicted: AllPredicted,
     scope: Mapping[str, Any],
 ) -> list[Checked]:
-    """Ensure the check of measured savings: each level's, and all levels' pooled; nothing without predictions."""
+    """Ensure the check of measured savings: each level's, and all levels' pooled; nothing without predictions.
+
+    `compared` has the savings that the report claims: those of the deciding contrast where days decide.
+    """
     families = (pairing.EACH, pairing.POOLED)
     wanted = [
         (pair, measured, measured.savings)
@@ -188,12 +192,19 @@ def check_savings(
             pair.group,
             pair.level,
             False,
-            sum(len(condition.runs) for condition in (*pair.a, *pair.b)),
+            _runs_compared(pair, measured),
             savings,
             result,
         )
-        for (pair, _measured, savings), result in zip(wanted, results, strict=True)
+        for (pair, measured, savings), result in zip(wanted, results, strict=True)
     ]
+
+
+def _runs_compared(pair: Pair, measured: ComparisonResult | DecisionResult) -> int:
+    """Count the runs that a measured saving is of: those on shared days where days decide, else all."""
+    if isinstance(measured, DecisionResult):
+        return measured.n_control + measured.n_treated
+    return sum(len(condition.runs) for condition in (*pair.a, *pair.b))
 
 
 def side_of(conditions: Sequence[ConditionValues], predicted: AllPredicted) -> Side:
