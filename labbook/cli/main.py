@@ -6,6 +6,7 @@ command from text whenever labbook starts, which takes a tenth of the start.
 
 from __future__ import annotations
 
+import contextlib
 import gc
 import importlib
 import json
@@ -104,13 +105,24 @@ def run(words: Sequence[str] | None = None) -> NoReturn:
         if debug:
             raise
         sentence, code = explained(error)
-        if sentence:
-            if "--json" in arguments:
+        with contextlib.suppress(OSError):  # where it would be told may be full, too
+            if sentence and "--json" in arguments:
                 typer.echo(printable_json(json.dumps({"error": sentence, "exit_code": code}, ensure_ascii=False)))
-            say(f"labbook: {sentence}", err=True)
+            if sentence:
+                say(f"labbook: {sentence}", err=True)
+        _leave_unwritten()
     if code == INTERRUPTED:
         tell()
     sys.exit(code or 0)
+
+
+def _leave_unwritten() -> None:
+    """Drop what standard output and error did not take: Python would try again at the end, and change the exit code."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _tell_version(*, as_json: bool) -> None:
