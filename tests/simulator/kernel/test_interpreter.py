@@ -9,8 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from simulator.jump import limits_for
-from simulator.kernel.interpreter import Interpreter
+from simulator.jump import limits_for, parameter_row, simulate
+from simulator.kernel.build import kernel_for
+from simulator.kernel.interpreter import Interpreter, _Interpreted
+from simulator.kernel.rows import COLUMNS
 from simulator.scene_file import load_scene
 from tests.helpers.kernels import python
 
@@ -22,7 +24,7 @@ from simulator.kernel.build import is_compiled
 from simulator.scene_file import load_scene
 
 interpreter.PATIENCE_S = float(sys.argv[1])
-scene = load_scene("sim2").changed(effects_off=["motor_heat", "inertial_drag", "added_mass"])
+scene = load_scene("sim2").changed(effects_off=sys.argv[2:])
 found = simulate(scene)
 print(json.dumps([found.interpreted, is_compiled(scene.effects), found.compile_time_s > 0.0, repr(found.jump)]))
 """
@@ -42,18 +44,42 @@ sys.exit(not same)
 """
 
 
-def first(cache: Path, patience_s: float) -> tuple[list[bool], str]:
+def first(cache: Path, patience_s: float, *off: str) -> tuple[list[bool], str]:
     """Where a scene was simulated (interpreted, compiled now, told so), and its jump, in a process of its own."""
-    *where, jump = json.loads(python(["-c", FIRST, f"{patience_s}"], LABBOOK_CACHE=str(cache)))
+    *where, jump = json.loads(python(["-c", FIRST, f"{patience_s}", *off], LABBOOK_CACHE=str(cache)))
     return where, jump
 
 
+def test_a_first_jump_is_interpreted_with_the_bits_of_a_compiled_one(tmp_path: Path) -> None:
+    where, interpreted = first(tmp_path, 600.0)
+    assert where == [True, False, False]
+    scene = load_scene("sim2")
+    kernel_for(scene.effects)
+    assert interpreted == repr(simulate(scene).jump)
+
+
+def test_what_takes_long_is_left_to_the_kernel() -> None:
+    scene = load_scene("sim2")
+    kernel, impatient = kernel_for(scene.effects), _Interpreted(scene.effects, 1e-6)
+    table = parameter_row(kernel, scene)[np.newaxis]
+    filled = set()
+    for batch in (kernel.batch, impatient, impatient):
+        rows, counts = np.zeros((1, 1, len(COLUMNS))), np.zeros(1, np.int64)
+        batch(table, limits_for(1e-6), rows, counts, np.zeros((0, 4)), np.zeros((0, 0)))
+        filled.add((rows.tobytes(), counts.tobytes()))
+    assert len(filled) == 1
+    assert impatient.lost_s > 0.0
+    assert impatient.left_s == 0.0
+
+
+@pytest.mark.soak
 def test_a_first_jump_is_interpreted_and_a_long_one_compiled_with_the_same_bits(tmp_path: Path) -> None:
-    plain, interpreted = first(tmp_path, 600.0)
+    off = ("motor_heat", "inertial_drag", "added_mass")
+    plain, interpreted = first(tmp_path, 600.0, *off)
     assert plain == [True, False, False]
-    impatient, compiled = first(tmp_path, 0.01)
+    impatient, compiled = first(tmp_path, 0.01, *off)
     assert impatient == [True, True, True]
-    again, from_disk = first(tmp_path, 600.0)
+    again, from_disk = first(tmp_path, 600.0, *off)
     assert again[:2] == [False, True]
     assert interpreted == compiled == from_disk
 
