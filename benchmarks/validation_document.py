@@ -175,7 +175,9 @@ def _of_flasks(text: str) -> Intervals:
 
 
 def _of_walks(text: str) -> Intervals:
-    return {"ratio within walks": geometric(field_study_of(text, Path("walks.csv"), LEVEL, ".").log_ratio)[1]}
+    return {
+        "ratio within walks": geometric(field_study_of(Path("walks.csv"), lambda _path: text, LEVEL, ".").log_ratio)[1]
+    }
 
 
 STUDIES = {

@@ -1,4 +1,4 @@
-"""Sheets of the thesis's studies (flasks, walks, trials of a leg's gains), and the logs that a sheet of trials names.
+"""Sheets of the thesis's studies (flasks, walks, trials of a leg's gains), and the logs that such a sheet names.
 
 A sheet is kept for `labbook study`, which reads its numbers; here only its header and its rows' cells are looked at.
 """
@@ -15,27 +15,30 @@ from ingest.model import Reading
 from ingest.text.cells import split_cells
 from ingest.text.source import TextSource, numbered_lines
 
-OSCILLATION_LOG = "oscillation_log"
+STUDY_LOG = "study_log"
 _COLUMNS: Mapping[str, tuple[str, ...]] = {
     "flask_sheet": ("radius", "state", "water"),
     "walk_sheet": ("walk", "robot", "mass", "distance"),
     "trial_sheet": ("file", "gain", "damping_gain", "mass"),
-    OSCILLATION_LOG: ("time", "position", "velocity"),
+    STUDY_LOG: ("time",),
 }
 """The columns that a header has, among others, each with its unit behind its name where it has one."""
 _WHAT = {
     "flask_sheet": "Volume fractions of grains in flasks, a filling a row (`labbook study compaction`).",
     "walk_sheet": "What robots took on walks, a robot on a walk a row (`labbook study field`).",
     "trial_sheet": "Trials of a leg's gains, a log a row (`labbook study characterisation`).",
-    OSCILLATION_LOG: "Oscillation of a mass on a leg, for `labbook study characterisation`; only where declared.",
+    STUDY_LOG: "Logs that a sheet of trials or walks names: oscillations, power; only where declared.",
 }
 _CLUES = {"flask_sheet": b"radius", "walk_sheet": b"walk", "trial_sheet": b"damping_gain"}
+_SEPARATOR = re.compile(rb'\s*"?sep=."?\s*', re.IGNORECASE)
+"""A first line that spreadsheets write."""
 _DELIMITERS = (b",", b";", b"\t")
 
 
 def _header(source: TextSource, columns: tuple[str, ...]) -> tuple[int, bytes, int] | None:
     """Return the number of the first line that is not blank, its delimiter and its width, where it has the columns."""
-    line = next((line for line in source.head_lines() if line.content.strip()), None)
+    lines = (line for line in source.head_lines() if line.content.strip() and not _SEPARATOR.fullmatch(line.content))
+    line = next(lines, None)
     if line is None:
         return None
     for delimiter in _DELIMITERS:
@@ -91,13 +94,13 @@ def _declared_only(_head: Head) -> Recognition | None:
 
 
 FORMATS = (
-    *(_sheet(name) for name in _COLUMNS if name != OSCILLATION_LOG),
+    *(_sheet(name) for name in _COLUMNS if name != STUDY_LOG),
     Format(
-        OSCILLATION_LOG,
+        STUDY_LOG,
         1,
         _declared_only,
-        _reader(OSCILLATION_LOG),
-        _WHAT[OSCILLATION_LOG],
-        clue=Clue(instrument=OSCILLATION_LOG),
+        _reader(STUDY_LOG),
+        _WHAT[STUDY_LOG],
+        clue=Clue(instrument=STUDY_LOG),
     ),
 )

@@ -63,7 +63,7 @@ def field_shown(file: Path | None, level: float | None, decimal: str | None, boo
     from reports.figures.field import draw_field
 
     with sheet_source("field", file, book, decimal) as sheets:
-        study = field_study_of(sheets.text(sheets.sheet), sheets.sheet, sheets.level(level), sheets.decimal)
+        study = field_study_of(sheets.sheet, sheets.text, sheets.level(level), sheets.decimal)
     return ShownStudy(
         "What two robots need on the same walks",
         as_data(study),

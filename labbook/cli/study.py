@@ -108,8 +108,8 @@ def field_walks(
     """Compare what two robots need that walk together: specific resistance, energy over weight times distance.
 
     FILE, else the sheet in the book, has the columns walk, robot, mass_kg, distance_m and energy_Wh, or charge_mAh and
-    voltage_V, in any units that their names say. The robots are compared within walks, by the logarithm of their ratio
-    (thesis 2.2.3).
+    voltage_V, or log, a file with time_s and power_W, or current_A and voltage_V; in any units that names say. The
+    robots are compared within walks, by the logarithm of their ratio (thesis 2.2.3).
 
     Example: labbook study field walks.csv --plot field.pdf
     """

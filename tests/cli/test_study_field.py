@@ -25,10 +25,54 @@ def test_energies_and_charges_in_any_units_are_the_same() -> None:
     other = "Walk;Robot;Mass (g);Distance [km];charge_mAh;voltage_V\n" + "".join(
         f"{walk};{robot};{kg * 1000};{m / 1000};{wh / 16.8 * 1e3:.14g};16.8\n" for walk, robot, kg, m, wh in rows
     )
-    one, same = (field_study_of(given, Path("walks.csv"), 0.95, ".") for given in (text, other))
+    one, same = (
+        field_study_of(Path("walks.csv"), dict.fromkeys([Path("walks.csv")], given).__getitem__, 0.95, ".")
+        for given in (text, other)
+    )
     assert one.specific_resistance["x"][0] == pytest.approx(36000.0 / (8.0 * 9.80665 * 400.0), rel=1e-12)
     for robot in ("x", "y"):
         assert one.specific_resistance[robot] == pytest.approx(same.specific_resistance[robot], rel=1e-12)
+
+
+LOG_HEAD = "walk,robot,mass_kg,distance_m,log\n"
+
+
+def logged(tmp_path: Path, log: str, head: str = "time_s,power_W\n") -> Path:
+    """A sheet of one walk whose robots have logs: one as given, the other of 10 W over 100 s."""
+    (tmp_path / "a.csv").write_text(head + log, encoding="utf-8")
+    (tmp_path / "b.csv").write_text("time_ms;power_W\n0;10\n50000;10\n100000;10\n", encoding="utf-8")
+    (tmp_path / "walks.csv").write_text(LOG_HEAD + "w,thin,8,10,a.csv\nw,wide,8,10,b.csv\n", encoding="utf-8")
+    return tmp_path
+
+
+def test_energies_are_integrals_of_logged_power(tmp_path: Path) -> None:
+    """Power that rises by straight pieces is integrated exactly: (0 + 10) / 2 times 4 s and 10 times 6 s."""
+    current = "time_s,current_mA,voltage_V\n"
+    for head, rows in (("time_s,power_W\n", "0,0\n4,10\n10,10\n"), (current, "0,0,20\n4,500,20\n10,500,20\n")):
+        at = logged(tmp_path, rows, head)
+        found = good(labbook("study", "field", "walks.csv", "--json", at=at)).json
+        assert found["ratio"] == pytest.approx(1000.0 / 80.0, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("log", "said"),
+    [
+        ("0,5\n1,5\n1,5\n", "does not rise"),
+        ("0,5\n", "does not rise"),
+        ("".join(f"{second},5\n" for second in (*range(50), *range(80, 130))), "nothing for 31 s from line 51"),
+        ("0,-5\n1,-5\n", "turn the current's sign"),
+    ],
+    ids=["still", "one row", "gap", "turned"],
+)
+def test_a_log_without_an_energy_is_refused(tmp_path: Path, log: str, said: str) -> None:
+    refused(labbook("study", "field", "walks.csv", at=logged(tmp_path, log)), 2, "a.csv", said)
+
+
+def test_a_log_needs_power_and_a_sheet_one_way_to_say_energies(tmp_path: Path) -> None:
+    at = logged(tmp_path, "0,5\n1,5\n", "time_s,speed\n")
+    refused(labbook("study", "field", "walks.csv", at=at), 2, "a.csv", "power_W")
+    (at / "walks.csv").write_text(LOG_HEAD.replace("log", "log,energy_Wh") + "w,thin,8,400,b.csv,1\n", encoding="utf-8")
+    refused(labbook("study", "field", "walks.csv", at=at), 2, "energies and logs")
 
 
 def test_the_page_works_as_it_says(tmp_path: Path) -> None:

@@ -112,7 +112,7 @@ def test_trials_find_their_logs_in_the_book(book: Path) -> None:
     good(labbook("ingest", trials, at=book))
     refused(labbook("study", "characterisation", at=book), 2, "60_1kg.csv")
     logs = [book.parent / name for name in campaign.files if name != "trials.csv"]
-    good(labbook("ingest", *logs, "--format", "oscillation_log", at=book))
+    good(labbook("ingest", *logs, "--format", "study_log", at=book))
     assert asked(book, "characterisation") == asked(book, "characterisation", str(trials))
     assert good(labbook("runs", "inbox", "--json", at=book)).json == []
 

@@ -37,9 +37,18 @@ class StudySheet:
 
 
 def read_study_sheet(
-    text: str, file: str, quantities: Mapping[str, Quantity], words: Sequence[str], example: str, decimal: str | None
+    text: str,
+    file: str,
+    quantities: Mapping[str, Quantity],
+    words: Sequence[str],
+    example: str,
+    decimal: str | None,
+    *,
+    optional_words: Sequence[str] = (),
 ) -> StudySheet:
     """Read a sheet whose columns are named as `radius_mm` or `water (ml)`, and `state`; upper case is the same.
+
+    Of the `optional_words`, those are read that the sheet has a column of.
 
     Raises `InputRefused` for columns that are missing, units of something else, and cells that hold no positive number
     or no word, with the line.
@@ -68,7 +77,9 @@ def read_study_sheet(
                 f"{file} has no column of the {quantity.meaning}{with_unit}: name the columns as in {example}."
             )
     _check_decimals(table, list(columns.values()), decimal)
-    return StudySheet(values, {word: _cells(table, word, example) for word in words}, table.lines)
+    there = {column.lower() for column in table.columns}
+    read = (*words, *(word for word in optional_words if word in there))
+    return StudySheet(values, {word: _cells(table, word, example) for word in read}, table.lines)
 
 
 def _check_decimals(table: LongTable, columns: Sequence[str], declared: str | None) -> None:

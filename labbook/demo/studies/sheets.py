@@ -133,7 +133,7 @@ def oscillation_campaign(seed: int) -> SheetCampaign:
         **{f"stiffness at gain {gain:g} (N/m)": STIFFNESS[0] * gain + STIFFNESS[1] for gain, _ in GAINS},
         **{f"damping at gain {gain:g} (kg/s)": DAMPING[0] * gain + DAMPING[1] for _, gain in GAINS},
     }
-    tables = '[profiles.oscillation]\nfiles = "*kg.csv"\nformat = "oscillation_log"\n'
+    tables = '[profiles.study_log]\nfiles = "*kg.csv"\nformat = "study_log"\n'
     return SheetCampaign("a leg's gains", "emulator", tables, files, truth)
 
 
