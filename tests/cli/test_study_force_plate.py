@@ -211,6 +211,12 @@ def test_runs_that_lack_something_are_left_out_and_named(changed: Path) -> None:
     assert found["n"] == 7
 
 
+def test_a_charge_that_is_ten_times_off_is_named(changed: Path) -> None:
+    good(labbook("correct", "r002", "mah=9000", "--why", "a slip of the pen", "--as", "Ada Nwosu", at=changed))
+    said = " ".join(good(labbook("study", "force-plate", at=changed)).out.split())
+    assert "far from that of the other runs in r002 (0." in said
+
+
 def test_another_study_has_no_demonstration(tmp_path: Path) -> None:
     refused(labbook("demo", "--study", "force_plat", str(tmp_path / "demo"), at=tmp_path), 2, "force-plate")
     refused(labbook("demo", "--study", "force-plate", "--full", str(tmp_path / "demo"), at=tmp_path), 2, "--full")

@@ -13,19 +13,19 @@ from stats.results import counted
 
 
 def sentences(study: FieldStudy) -> list[str]:
-    """Say what either robot needs, and how much less or more the second needs than the first."""
+    """Say how much less or more the second robot needs than the first, and what either needs."""
     first, second = study.robots
     walks = counted(len(study.walks), "walk")
     needs = " and ".join(f"{_mean_text(study.log_means[robot])} {robot}" for robot in study.robots)
-    said = [f"Specific resistance, energy over weight times distance: {needs} (geometric means of {walks})."]
+    each = f"Specific resistance, energy over weight times distance: {needs} (geometric means of {walks})."
     ratio, interval = geometric(study.log_ratio)
     percent = 100.0 * (ratio - 1.0)
     change = f"{number_text(abs(percent), 2)} % {'less' if percent < 0.0 else 'more'} than" if percent else "as much as"
     if isinstance(interval, Undefined):
-        return [*said, f"{second} needed {change} {first}; no interval: {interval.reason}."]
+        return [f"{second} needed {change} {first}; no interval: {interval.reason}.", each]
     within = f"{second} / {first} {number_text(ratio)}, {_interval(interval, study.log_ratio.level)}, within {walks}"
     tells = "" if interval[1] < 1.0 or interval[0] > 1.0 else "; the difference is not significant"
-    return [*said, f"{second} needs {change} {first} ({within}){tells}."]
+    return [f"{second} needs {change} {first} ({within}){tells}.", each]
 
 
 def _interval(interval: tuple[float, float], level: float) -> str:

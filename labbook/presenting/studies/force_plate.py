@@ -8,7 +8,7 @@ import numpy as np
 
 from data_schema.rounding import error_of, interval_text, number_text
 from data_schema.vocabulary import Undefined
-from labbook.analysis.studies.force_plate import ForcePlateStudy, RunEstimate
+from labbook.analysis.studies.force_plate import ForcePlateStudy, RunEstimate, odd_runs
 from reports.figures.force_plate import HopsOfCondition, WindowChoice
 from stats.results import counted
 
@@ -42,6 +42,11 @@ def sentences(study: ForcePlateStudy) -> list[str]:
         said.append(
             f"The plate saw other stances than hops were made in {', '.join(other)}: check jumps_made, and samples "
             "that are missing."
+        )
+    if odd := odd_runs(study.runs):
+        named = ", ".join(f"{one.name} ({number_text(one.ratio, 2)})" for one in odd)
+        said.append(
+            f"Estimated over measured is far from that of the other runs in {named}: check the charge and the log."
         )
     if study.left_out:
         named = ", ".join(f"{name} ({why.reason})" for name, why in study.left_out.items())
