@@ -18,6 +18,7 @@ import sys
 from pathlib import Path
 from typing import Any, NoReturn
 
+import alembic.command
 import pandas as pd
 import pyarrow.compute
 import pyarrow.csv
@@ -31,6 +32,7 @@ import labbook.cli.ingest_lines
 from labbook.cli.main import run
 
 LOADED = (
+    alembic.command,
     pd,
     pyarrow.compute,
     pyarrow.csv,

@@ -41,8 +41,9 @@ def test_it_agrees_with_scipy_curve_fit() -> None:
     assert found.chi_squared == pytest.approx(float(np.sum(((decay(values[np.newaxis])[0] - y) / 0.05) ** 2)), rel=1e-6)
 
 
-def test_the_profile_covers_the_truth_as_often_as_it_says() -> None:
-    rng, n, covered = np.random.default_rng(2), 300, 0
+@pytest.mark.parametrize("n", [100, pytest.param(1000, marks=pytest.mark.soak)])
+def test_the_profile_covers_the_truth_as_often_as_it_says(n: int) -> None:
+    rng, covered = np.random.default_rng(2), 0
     for _ in range(n):
         y = decay(TRUTH[np.newaxis])[0] + rng.normal(0.0, 0.1, TIMES.size)
         found = fitted(y, 0.1)
@@ -87,6 +88,22 @@ def test_parameters_that_only_count_together_are_not_identified() -> None:
     assert low is not None
     assert high is not None
     assert low < 0.7 < high
+
+
+def test_three_that_count_by_two_products_are_none_of_them_identified() -> None:
+    def both(table: Floats) -> Floats:
+        first, second, third = (table[:, place : place + 1] for place in range(3))
+        return np.concatenate([first * second * np.exp(-TIMES), second * third * np.exp(-2.0 * TIMES)], axis=1)
+
+    truth, low_box, high_box = np.array([[2.0, 0.7, 1.5]]), [0.1, 0.01, 0.1], [20.0, 100.0, 20.0]
+    noise = np.random.default_rng(7).normal(0.0, 0.1, (1, 2 * TIMES.size))
+
+    def left(table: Floats) -> Floats:
+        return (both(table) - both(truth) - noise) / 0.1
+
+    found = fit_nonlinear(left, [1.0, 1.0, 1.0], low_box, high_box)
+    assert found.condition > 1e7
+    assert [profile_interval(left, found, place, low_box, high_box, 0.95) for place in range(3)] == [(None, None)] * 3
 
 
 def test_a_model_that_gives_nothing_somewhere_is_turned_back_from() -> None:

@@ -53,7 +53,7 @@ def calibrated(names: Sequence[str], seed: int = 7, resamples: int = 0) -> Calib
 
 
 def test_the_ground_that_the_runs_were_made_on_comes_back() -> None:
-    found = calibrated(list(TRUE), resamples=200)
+    found = calibrated(list(TRUE), resamples=100)  # the width of their interval is known to 10 %
     for one in found.parameters:
         low, high = one.profile
         assert low is not None
@@ -81,7 +81,7 @@ def test_what_runs_of_a_day_have_in_common_widens_the_interval() -> None:
 
 
 def test_resampling_draws_the_same_runs_with_the_same_seed() -> None:
-    assert calibrated(["kg_scale"], resamples=30) == calibrated(["kg_scale"], resamples=30)
+    assert calibrated(["kg_scale"], resamples=10) == calibrated(["kg_scale"], resamples=10)
 
 
 def test_what_no_runs_tell_is_not_identified() -> None:
@@ -91,6 +91,7 @@ def test_what_no_runs_tell_is_not_identified() -> None:
     assert found.condition > 1e7
 
 
+@pytest.mark.soak
 def test_three_that_count_by_two_products_are_none_of_them_identified() -> None:
     found = calibrated(["kg_scale", "k_sh", "sigma"])
     assert [one.identified for one in found.parameters] == [False] * 3
