@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
@@ -50,10 +50,13 @@ class Drawn:
     kernel: Kernel
     table: Row
     reference: Row
+    simulated: dict[float, Row] = field(default_factory=dict)
 
     def at(self, accuracy: float) -> tuple[Row, Flags]:
         """The jumps at an accuracy, and which of them are flagged."""
-        rows = _simulated(self.kernel, self.table, accuracy)
+        if accuracy not in self.simulated:
+            self.simulated[accuracy] = _simulated(self.kernel, self.table, accuracy)
+        rows = self.simulated[accuracy]
         flags = ill_conditioned(rows[:, COLUMN["decision_margin"]], rows[:, COLUMN["error_growth"]], accuracy)
         return rows, np.asarray(flags)
 
