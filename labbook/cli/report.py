@@ -41,6 +41,7 @@ def report(
     """
     from data_schema.queries.imported_files import inbox
     from labbook.actions.report_command import selection, write
+    from labbook.actions.studies.of_book import studies_of_book
     from labbook.book.opening import opened
 
     with opened(book) as opened_book:
@@ -52,6 +53,7 @@ def report(
             )
         with opened_book.reading() as connection:
             waiting = inbox(connection)
+            studies = studies_of_book(connection, opened_book.configuration)
     not_stored = ["nothing was stored: `labbook why` knows those of its numbers that a stored report has too."]
     emit(
         written,
@@ -61,6 +63,7 @@ def report(
             *(not_stored if unsaved else ()),
             f"{written.page}",
             *([written.pdf] if written.pdf else []),
+            *([f"studies beside it: {', '.join(studies)} (`labbook study all`)"] if studies else []),
             *([f"look again: {written.no_pdf}"] if written.no_pdf else []),
             *([f"look again: {_waiting(waiting)}"] if waiting else []),
             *([f"look again: {written.warning}"] if written.warning else []),

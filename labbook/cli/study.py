@@ -213,8 +213,10 @@ def all_studies(
     Example: labbook study all --pages studies/
     """
     from labbook.actions.studies.of_book import studies_of_book
+    from labbook.book.opening import opened
 
-    names = studies_of_book(book)
+    with opened(book) as opened_book, opened_book.reading() as connection:
+        names = studies_of_book(connection, opened_book.configuration)
     if not names:
         raise InputRefused(
             "the book has no study: ingest a study's sheet, or write [studies.NAME] in labbook.toml, NAME being one of "

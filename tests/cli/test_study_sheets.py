@@ -148,6 +148,7 @@ def test_all_studies_of_a_book_are_shown_and_one_that_cannot_be_made_is_named(bo
     assert asked(book, "field") == {key: value for key, value in found["field"].items() if key != "page"}
     assert "SHA-256" in (book / "pages" / "compaction.html").read_text(encoding="utf-8")
     assert good(labbook("study", "all", at=book)).out.index("compaction:") == 0
+    assert "compaction, field (`labbook study all`)" in good(labbook("report", at=book)).out
 
 
 def test_the_page_works_as_it_says(book: Path) -> None:

@@ -57,7 +57,7 @@ def emulator_study_of(
             evidence,
             (Outcome.JOULES, Outcome.APEX),
         )
-        sources = book_sources(connection, book.configuration, where)
+        sources = book_sources(connection, book.configuration, where or "all")
     study = book.configuration.study
     resolution_j = book.configuration.protocol.charger_resolution_mah * joules_per_mah(
         study.reference_voltage_v, study.jumps_nominal

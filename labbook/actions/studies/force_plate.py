@@ -36,4 +36,4 @@ def force_plate_of(
                 "would shift the force in time."
             )
         study = force_plate_study(connection, book.store, book.configuration, where, window, level, progress)
-        return OfBook(study, book_sources(connection, book.configuration, where))
+        return OfBook(study, book_sources(connection, book.configuration, where or "all"))

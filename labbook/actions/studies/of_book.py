@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Generic, TypeVar
 
 import sqlalchemy as sa
@@ -13,7 +12,6 @@ from data_schema import journal
 from data_schema.queries.readings import last_readings
 from data_schema.queries.runs import list_runs
 from data_schema.vocabulary import IngestStatus, StudyKind
-from labbook.book.opening import opened
 from labbook.config.parsing import Configuration
 from labbook.config.studies import STUDY_KEYS
 
@@ -46,27 +44,25 @@ def first_given(option: V | None, protocol: V | None, usual: V) -> V:
 
 
 def book_sources(
-    connection: sa.Connection, configuration: Configuration, where: str | None
+    connection: sa.Connection, configuration: Configuration, runs: str | None
 ) -> tuple[tuple[str, str], ...]:
-    """Name what a study comes from, in the reading transaction that it is computed in."""
+    """Name what a study comes from, in the reading transaction that it is computed in; `runs` says which, if any."""
     entries, head = journal.head(connection)
     return (
         ("Study", configuration.study.name),
-        ("Runs", where or "all"),
+        *((("Runs", runs),) if runs is not None else ()),
         ("labbook.toml", f"SHA-256 {configuration.sha256}"),
         ("Journal", f"{entries} entries, the last {head}, which name every file by its hash"),
     )
 
 
-def studies_of_book(book_folder: Path | None) -> list[str]:
+def studies_of_book(connection: sa.Connection, configuration: Configuration) -> list[str]:
     """Name the studies of a book, in the order of `STUDY_KEYS`.
 
     They are those that labbook.toml has a table of, those whose sheet was ingested, and the one its runs are made for.
     """
-    with opened(book_folder) as book, book.reading() as connection:
-        readers = {row.reader for row in last_readings(connection) if row.status is IngestStatus.IMPORTED}
-        kind, asked = book.configuration.study.kind, book.configuration.studies
-        has_runs = bool(list_runs(connection))
-    there = {study for study, (reader, _) in SHEETS.items() if reader in readers} | set(asked)
-    there |= {_KINDS[kind]} if kind in _KINDS and has_runs else set()
+    readers = {row.reader for row in last_readings(connection) if row.status is IngestStatus.IMPORTED}
+    there = {study for study, (reader, _) in SHEETS.items() if reader in readers} | set(configuration.studies)
+    kind = configuration.study.kind
+    there |= {_KINDS[kind]} if kind in _KINDS and list_runs(connection) else set()
     return [study for study in STUDY_KEYS if study in there]
