@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import os
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -11,7 +12,8 @@ from typing import Any
 import pytest
 
 from simulator.scene_file import load_scene, write_scene
-from tests.cli.shell import Answer, good, labbook, process, refused
+from tests.cli.shell import Answer, environment, good, labbook, process, refused
+from tests.helpers.kernels import interpreted
 
 KEYS = {
     *("scene", "effects", "accuracy", "within", "jumps_measured", "full", "alone", "pairs", "stay", "smallest_set"),
@@ -27,6 +29,16 @@ def _nothing_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
 
 
+def uncompiled(*words: str, at: Path) -> Answer:
+    """Give a command in the process in which nothing is compiled: to start one for each takes seconds."""
+    return interpreted(given, words, at)
+
+
+def given(words: tuple[str, ...], at: Path) -> Answer:
+    os.environ.update(environment())
+    return labbook(*words, at=at)
+
+
 def after_its_announcement(answer: Answer) -> Answer:
     """What a command gave back after the line that says what it will do."""
     first, _, rest = answer.err.partition("\n")
@@ -35,7 +47,7 @@ def after_its_announcement(answer: Answer) -> Answer:
 
 
 def test_data_for_programs(tmp_path: Path) -> None:
-    found = good(process("sim", "effects", *PLATE, "--within", "2%", "--timings", "--json", at=tmp_path)).json
+    found = good(uncompiled("sim", "effects", *PLATE, "--within", "2%", "--timings", "--json", at=tmp_path)).json
     assert set(found) >= KEYS
     assert found["within"] == 0.02
     assert found["jumps_measured"] == 10
@@ -56,7 +68,7 @@ def test_data_for_programs(tmp_path: Path) -> None:
 
 
 def test_tables_and_sentences_for_people(tmp_path: Path) -> None:
-    answer = process("sim", "effects", *PLATE, "--within", "2%", "--pairs", at=tmp_path)
+    answer = uncompiled("sim", "effects", *PLATE, "--within", "2%", "--pairs", at=tmp_path)
     assert answer.err.startswith("simulating without 15 sets of effects, then compiling 2 kernels ")
     shown = good(after_its_announcement(answer)).out
     for said in (
@@ -75,10 +87,10 @@ def test_tables_and_sentences_for_people(tmp_path: Path) -> None:
 
 def test_a_run_with_only_the_effects_that_matter(tmp_path: Path) -> None:
     words = ("--scene", "force_plate", "--set", "jumps=1", "--json")
-    found = good(process("sim", "run", *words, "--effects", f"auto,{OFF}", "--within", "2%", at=tmp_path)).json
+    found = good(uncompiled("sim", "run", *words, "--effects", f"auto,{OFF}", "--within", "2%", at=tmp_path)).json
     assert found["effects_left_out"] == ["short_leg_guard", "drag"]
     assert set(found["effects"]) == set(found["smallest_set"])
-    by_hand = good(process("sim", "run", *words, "--effects", f"{OFF},-short_leg_guard,-drag", at=tmp_path)).json
+    by_hand = good(uncompiled("sim", "run", *words, "--effects", f"{OFF},-short_leg_guard,-drag", at=tmp_path)).json
     assert found["jumps"] == by_hand["jumps"]
     assert by_hand["effects_left_out"] == []
 
@@ -94,7 +106,7 @@ def test_what_a_run_says_of_the_effects_it_left_out(tmp_path: Path) -> None:
 def test_a_sweep_with_only_the_effects_that_matter_keeps_those_that_read_what_is_swept(tmp_path: Path) -> None:
     def swept(out: str, over: str, effects: str, *more: str) -> Any:
         words = ("--scene", "force_plate", "--set", "jumps=1", "--over", over, "--effects", effects, "--out", out)
-        return good(process("sim", "sweep", *words, *more, at=tmp_path))
+        return good(uncompiled("sim", "sweep", *words, *more, at=tmp_path))
 
     found = swept("auto.nc", "gain=300,310", f"auto,{OFF}", "--within", "2%", "--json").json
     assert found["effects_left_out"] == ["short_leg_guard", "drag"]
@@ -113,7 +125,7 @@ def test_a_sweep_with_only_the_effects_that_matter_keeps_those_that_read_what_is
 def test_a_sweep_that_goes_too_far_for_its_effects_is_warned_of(tmp_path: Path) -> None:
     words = ("--scene", "force_plate", "--set", "jumps=1", "--effects", f"auto,{OFF}", "--within", "2%")
     over = ("--over", "gain=300,600", "--over", "initial_height=0,0.45")
-    shown = good(process("sim", "sweep", *words, *over, "--out", "far.nc", at=tmp_path)).out
+    shown = good(uncompiled("sim", "sweep", *words, *over, "--out", "far.nc", at=tmp_path)).out
     assert "Left out: short_leg_guard, drag; that changes" in shown
     start = "warning: the chosen set of effects does not stay within 2 % in all of this sweep. Of 4 corners of what is "
     (line,) = [line for line in shown.splitlines() if line.startswith(start)]
