@@ -6,17 +6,26 @@ import json
 import os
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+
+import numpy as np
 
 from benchmarks.processes import LABBOOK, run_process
 from benchmarks.section import Benchmark, Budget, Section, Table
+from benchmarks.timing import Work, in_turns
+from simulator.scene_file import load_scene
+from simulator.sweep.axes import ranges_of
+from simulator.sweep.chunks import recipe_for, simulate_rows
+from simulator.sweep.design import sobol
 
 TITLE = "A sweep of a million jumps"
 ACCURACY = 1e-4
 REPEATS = {1_000: 5, 10_000: 3, 100_000: 2, 1_000_000: 1}
 """Sweeps of so many jumps, and how often each is run."""
-MILLION_S, MILLION_MB = 60.0, 2000.0
+MILLION_S, MILLION_MB = 12.0, 2000.0
+IN_TURNS, TURNS, LANES_FASTER = 8192, 6, 1.8
+"""Jumps that both kernels simulate in turns on one thread, how often, and how much faster lanes should be."""
 _OVER = ("--over", "b_ad=0:300", "--over", "foot_radius=0.02:0.04")
 
 
@@ -34,18 +43,21 @@ class Taken:
 def measure(say: Callable[[str], None]) -> Section:
     """Run sweeps of every size, each a process of its own; the kernel is compiled and on disk before."""
     say("compiling")
+    run_process([LABBOOK, "sim", "warm", "sim2", "--lanes"])
     sweep(1)
     taken: dict[int, Taken] = {}
     for jumps, repeats in REPEATS.items():
         say(f"{jumps} jumps, {repeats} times")
         taken[jumps] = min((sweep(jumps) for _ in range(repeats)), key=lambda found: found.jump_us)
     million = taken[max(taken)]
+    say("both kernels in turns")
+    beside = {goal: _kernels(goal) for goal in (1e-4, 1e-6)}
     first, last = taken[min(taken)], million
     return Section(
         TITLE,
         f"`labbook sim sweep --scene sim2 {' '.join(_OVER)} --sobol COUNT --accuracy {ACCURACY:g} --out sweep.nc`, a "
         f"whole process on {os.cpu_count()} cores: chunks to disk with a sync each, then a NetCDF file of every number "
-        "that a jump gives. The kernel was compiled before.",
+        "that a jump gives. The kernels were compiled before; from 10000 jumps on they are in lanes.",
         (
             Budget("a million jumps, from start to exit", MILLION_S, "s", million.wall_s),
             Budget(
@@ -54,6 +66,16 @@ def measure(say: Callable[[str], None]) -> Section:
                 "MB",
                 million.peak_mb,
                 why="no /proc here" if not million.peak_mb else "",
+            ),
+            *(
+                Budget(
+                    f"processor time of a jump at {goal:g}, scalar over lanes (min)",
+                    LANES_FASTER,
+                    "×",
+                    scalar / lanes,
+                    at_least=True,
+                )
+                for goal, (scalar, lanes) in beside.items()
             ),
         ),
         (
@@ -65,8 +87,37 @@ def measure(say: Callable[[str], None]) -> Section:
                 "results: chunks go to disk as they are done, and to the file output by output; what grows is the "
                 "sample itself, 8 bytes a jump and parameter.",
             ),
+            Table(
+                ("accuracy", "scalar kernel, µs a jump", "in lanes, µs a jump", "ratio"),
+                tuple(_numbers(f"{goal:g}", scalar, lanes, scalar / lanes) for goal, (scalar, lanes) in beside.items()),
+                f"Least processor time of one thread for {IN_TURNS} of these jumps, {TURNS} times in turns, "
+                "to the same bits.",
+            ),
         ),
     )
+
+
+def _kernels(accuracy: float) -> tuple[float, float]:
+    """Return the processor time of a jump in µs, with the scalar kernel and in lanes."""
+    scene = load_scene("sim2")
+    design = sobol(ranges_of(_OVER[1::2], scene.effects), IN_TURNS, 0)
+    recipe = recipe_for(scene, design, accuracy)
+    values = design.rows(0, IN_TURNS)
+    scalar, lanes = replace(recipe, lanes=False), replace(recipe, lanes=True)
+    if not np.array_equal(simulate_rows(scalar, values), simulate_rows(lanes, values), equal_nan=True):
+        raise AssertionError("lanes and the scalar kernel differ")
+    times = in_turns(
+        {
+            "scalar": Work(lambda _: simulate_rows(scalar, values)),
+            "lanes": Work(lambda _: simulate_rows(lanes, values)),
+        },
+        TURNS,
+    )
+    return times["scalar"].cpu_minimum / IN_TURNS * 1e6, times["lanes"].cpu_minimum / IN_TURNS * 1e6
+
+
+def _numbers(name: str, *values: float) -> tuple[str, ...]:
+    return (name, *(f"{value:.3g}" for value in values))
 
 
 def sweep(jumps: int) -> Taken:

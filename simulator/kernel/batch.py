@@ -25,20 +25,13 @@ GROWTH_LOST = 1e15
 """Growth by which rounding alone decides the jump: no step is fine enough."""
 
 
-def make_batch(composition: Composition) -> Function:
-    """Compose `(table, limits, rows, counts, changes, trace)`.
+def make_tolerance_called_for(composition: Composition) -> Function:
+    """Compose `(limits, finer, result, count, repeat)`: the local error that a scene is to be simulated with again.
 
-    `table`, shape (n, declared parameters); `rows`, shape (n, jumps, columns) and `counts`, shape (n,), receive the
-    results and how many jumps there are. `changes` and `trace` (see `make_run`) are those of the last scene.
-
-    A scene is simulated again with finer steps where the sampled control lets errors grow (`make_growth`), and where
-    the energy book of a jump does not close within the accuracy; and again, where the finer one turns out no better.
-    The rows are those of the last time, and say how often it was.
+    `finer` are the limits of the last time, whose `count` jumps `result` holds; their tolerance where that was enough.
     """
-    run = make_run(composition)
-    declared, places = len(composition.parameters), composition.row_size
-    grown, evaluations, ended = COLUMN["error_growth"], COLUMN["rhs_evaluations"], COLUMN["outcome"]
-    residual, at_play, repeats = COLUMN["energy_residual_J"], COLUMN["energy_at_play_J"], COLUMN["repeats"]
+    grown, ended = COLUMN["error_growth"], COLUMN["outcome"]
+    residual, at_play = COLUMN["energy_residual_J"], COLUMN["energy_at_play_J"]
 
     @inner
     def tolerance_called_for(limits: Row, finer: Row, result: Row, count: int, repeat: int) -> float:
@@ -57,6 +50,51 @@ def make_batch(composition: Composition) -> Function:
             called_for = min(called_for, finer[TOLERANCE] / (SPARED ** (repeat + 1) * excess))
         return max(called_for, min(FINEST_TOLERANCE, finer[TOLERANCE]))
 
+    return tolerance_called_for
+
+
+def make_repeat_finer(composition: Composition) -> Function:
+    """Compose `(work, limits, finer, result, count, changes, trace)`: simulate a scene again where that is called for.
+
+    `finer` is where its limits are put together, `result` holds its `count` jumps. Returns how many there are at last.
+    """
+    run, tolerance_called_for = make_run(composition), make_tolerance_called_for(composition)
+    evaluations, repeats = COLUMN["rhs_evaluations"], COLUMN["repeats"]
+
+    @inner
+    def repeat_finer(work: Row, limits: Row, finer: Row, result: Row, count: int, changes: Row, trace: Row) -> int:
+        finer[TOLERANCE] = limits[TOLERANCE]
+        result[:count, repeats] = 0.0
+        for repeat in range(int(limits[REPEATS])):
+            called_for = tolerance_called_for(limits, finer, result, count, repeat)
+            if called_for == finer[TOLERANCE]:
+                break
+            finer[TOLERANCE], spent = called_for, result[0, evaluations]
+            changes[:, :] = -1.0
+            if trace.shape[0] > 0:
+                trace[:, 1] = 0.0
+            result[:, :] = np.nan
+            count = run(work, address_of(finer), result, changes, trace)
+            result[0, evaluations] += spent
+            result[:count, repeats] = repeat + 1.0
+        return count
+
+    return repeat_finer
+
+
+def make_batch(composition: Composition) -> Function:
+    """Compose `(table, limits, rows, counts, changes, trace)`.
+
+    `table`, shape (n, declared parameters); `rows`, shape (n, jumps, columns) and `counts`, shape (n,), receive the
+    results and how many jumps there are. `changes` and `trace` (see `make_run`) are those of the last scene.
+
+    A scene is simulated again with finer steps where the sampled control lets errors grow (`make_growth`), and where
+    the energy book of a jump does not close within the accuracy; and again, where the finer one turns out no better.
+    The rows are those of the last time, and say how often it was.
+    """
+    run, repeat_finer = make_run(composition), make_repeat_finer(composition)
+    declared, places = len(composition.parameters), composition.row_size
+
     @compiled
     def batch(table: Row, limits: Row, rows: Row, counts: Counts, changes: Row, trace: Row) -> None:
         kept, finer = np.zeros(places), limits.copy()
@@ -65,21 +103,8 @@ def make_batch(composition: Composition) -> Function:
             for i in range(declared):
                 work[PARAMETERS + i] = table[scene, i]
             result = rows[scene]
-            finer[TOLERANCE] = limits[TOLERANCE]
-            counts[scene] = run(work, address_of(finer), result, changes, trace)
-            result[: counts[scene], repeats] = 0.0
-            for repeat in range(int(limits[REPEATS])):
-                called_for = tolerance_called_for(limits, finer, result, counts[scene], repeat)
-                if called_for == finer[TOLERANCE]:
-                    break
-                finer[TOLERANCE], spent = called_for, result[0, evaluations]
-                changes[:, :] = -1.0
-                if trace.shape[0] > 0:
-                    trace[:, 1] = 0.0
-                result[:, :] = np.nan
-                counts[scene] = run(work, address_of(finer), result, changes, trace)
-                result[0, evaluations] += spent
-                result[: counts[scene], repeats] = repeat + 1.0
+            counts[scene] = run(work, address_of(limits), result, changes, trace)
+            counts[scene] = repeat_finer(work, limits, finer, result, counts[scene], changes, trace)
         kept[0] = 0.0  # until here: compiled code frees an array after its last use
 
     return batch

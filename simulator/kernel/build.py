@@ -14,6 +14,32 @@ from simulator.effects.effect import Function
 from simulator.kernel.batch import make_batch
 from simulator.kernel.cache import compiling_alone, give_unique_symbols, keep_on_disk, on_disk
 from simulator.kernel.composition import Composition, compose
+from simulator.kernel.lanes.pool import make_batch_in_lanes
+
+_SETTINGS: Any = numba.config
+IN_LANES = frozenset(
+    {
+        "active_damping",
+        "added_mass",
+        "constant_force_cap",
+        "contact_once_risen",
+        "cost_of_commanded_force",
+        "cost_of_whole_jump",
+        "drag",
+        "held_gains_in_flight",
+        "hydrostatic_stiffness",
+        "inertial_drag",
+        "leg_damping",
+        "motor_heat",
+        "passive_draw",
+        "sampled_control",
+        "short_leg_guard",
+        "torque_cap",
+    }
+)
+"""Effects that a kernel in lanes may be composed of: their functions take no branch by a number of the state."""
+IN_ALL_LANES = ("hydrostatic_stiffness", "sampled_control")
+"""Those without which the modes or the controller's instants are others than its steps know."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,24 +55,41 @@ class Kernel:
     interpreted: bool = False
 
 
-def kernel_for(effects: Iterable[str]) -> Kernel:
-    """Return the kernel for these effects, composed of them and of no others."""
-    return _kernel(frozenset(effects))
+def kernel_for(effects: Iterable[str], *, lanes: bool = False) -> Kernel:
+    """Return the kernel for these effects, composed of them and of no others.
+
+    With `lanes` it simulates scenes side by side, to the same bits, where `why_no_lanes` is None.
+    """
+    return _kernel(frozenset(effects), lanes)
+
+
+def why_no_lanes(effects: frozenset[str]) -> str | None:
+    """Return why scenes with these effects are simulated one after the other; None where lanes can take them."""
+    if _SETTINGS.DISABLE_JIT:
+        return "nothing is compiled here"
+    if others := sorted(effects - IN_LANES):
+        return f"{others[0]} has no lanes"
+    lacking = [name for name in IN_ALL_LANES if name not in effects]
+    return f"without {lacking[0]} there are no lanes" if lacking else None
 
 
 @functools.lru_cache(maxsize=64)
-def composed(effects: frozenset[str]) -> tuple[Composition, Any]:
+def composed(effects: frozenset[str], lanes: bool = False) -> tuple[Composition, Any]:
     """Compose a kernel; its entry knows its place on disk, and is not compiled yet."""
     composition = compose(effects)
-    batch = make_batch(composition)
+    batch = make_batch_in_lanes(composition) if lanes else make_batch(composition)
     if hasattr(batch, "compile"):  # with NUMBA_DISABLE_JIT=1 it is the plain function
-        keep_on_disk(batch, composition.effects)
+        keep_on_disk(batch, _name(composition, lanes))
     return composition, batch
 
 
-def is_kept(effects: frozenset[str]) -> bool:
+def _name(composition: Composition, lanes: bool) -> tuple[str, ...]:
+    return ("in lanes", *composition.effects) if lanes else composition.effects
+
+
+def is_kept(effects: frozenset[str], *, lanes: bool = False) -> bool:
     """Whether later processes need not compile a kernel: it is on disk, or nothing is ever compiled here."""
-    batch = composed(effects)[1]
+    batch = composed(effects, lanes)[1]
     return not hasattr(batch, "compile") or on_disk(batch)
 
 
@@ -56,13 +99,14 @@ def is_compiled(effects: frozenset[str]) -> bool:
 
 
 @functools.lru_cache(maxsize=64)
-def _kernel(effects: frozenset[str]) -> Kernel:
-    composition, batch = composed(effects)
+def _kernel(effects: frozenset[str], lanes: bool) -> Kernel:
+    composition, batch = composed(effects, lanes)
     started = time.perf_counter()
     if hasattr(batch, "compile"):
-        give_unique_symbols(composition.effects)
+        name = _name(composition, lanes)
+        give_unique_symbols(name)
         numbers = numba.float64
-        with compiling_alone(composition.effects):
+        with compiling_alone(name):
             batch.compile(
                 (numbers[:, ::1], numbers[::1], numbers[:, :, ::1], numba.int64[::1], numbers[:, ::1], numbers[:, ::1])
             )

@@ -14,7 +14,7 @@ from simulator.effects.effect import MODES as MODES
 from simulator.effects.registry import ENERGIES
 
 
-def _places(first: int, end: int, step: int) -> Any:
+def places(first: int, end: int, step: int) -> Any:
     """Places that functions take as arguments: of Python's integers numba would compile a function for each value."""
     return np.arange(first, end, step)
 
@@ -134,7 +134,7 @@ none of them (`Composition.guards`). Those and the first `PROMPT` are never posi
 at the start of a step, because two events fell together, happens there.
 """
 
-GUARDS_EARLIER, GUARDS_BEFORE, GUARDS_AFTER, GUARDS_BETWEEN = _places(KEPT, KEPT + 4 * GUARDS, GUARDS)
+GUARDS_EARLIER, GUARDS_BEFORE, GUARDS_AFTER, GUARDS_BETWEEN = places(KEPT, KEPT + 4 * GUARDS, GUARDS)
 """Places of the guards' values at the start of the part of a step before, of a part, at its end, and at an instant
 between."""
 
@@ -142,11 +142,11 @@ QUINTICS = KEPT + 4 * GUARDS
 """Place of the dense output's coefficients: six for the body, six for the foot, six for a platform that slides."""
 
 _STATES = QUINTICS + 18
-NOW, TRIAL, QUARTER, HALF, THREE_QUARTERS, BETWEEN = _places(_STATES, _STATES + 6 * WIDTH, WIDTH)
+NOW, TRIAL, QUARTER, HALF, THREE_QUARTERS, BETWEEN = places(_STATES, _STATES + 6 * WIDTH, WIDTH)
 """Places of states: at the start of a step, at its end, three inside it, and one interpolated."""
 
 _RATES = _STATES + 6 * WIDTH
-K1, K2, K3, K4, K5, K6, K7 = _places(_RATES, _RATES + 7 * WIDTH, WIDTH)
+K1, K2, K3, K4, K5, K6, K7 = places(_RATES, _RATES + 7 * WIDTH, WIDTH)
 """Places of rates: those of the stages of a step; the first is its start, the last its end."""
 
 ERROR = _RATES + 7 * WIDTH

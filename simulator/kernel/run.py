@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator.basics import GRAVITY_M_S2
-from simulator.compiled import inner
+from simulator.compiled import inlined, inner
 from simulator.effects.effect import Function
-from simulator.kernel.composition import Composition
+from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.control.controller import make_wants_switch
 from simulator.kernel.control.decisions import make_switch, make_tick
 from simulator.kernel.events.contact import make_lift_off, make_settle
@@ -19,11 +19,15 @@ from simulator.kernel.events.landing import make_meet_ground
 from simulator.kernel.events.standstill import GOES_ON
 from simulator.kernel.events.transitions import make_transition
 from simulator.kernel.layout import (
+    ABOVE_PRINT,
     AIRBORNE,
     ALLOWED,
+    ASLEEP,
     CARRIED_ROUND,
+    CLEARED,
     COMPRESSION,
     FLIGHT,
+    INTRUDING,
     LENGTH_UNIT,
     LIFTOFF_REACHED,
     MODE,
@@ -87,12 +91,40 @@ def make_given_up(composition: Composition) -> Function:
     return given_up
 
 
-def make_run(composition: Composition) -> Function:
-    """Compose the kernel `(work, limits, rows, changes, trace)`; it returns the number of jumps written.
+@inlined
+def steps_alone(work: Row) -> bool:
+    """Whether nothing but time passes until the next event: the foot is in the ground, or free in the air."""
+    if work[MODE] == FLIGHT:
+        return work[CLEARED] >= ABOVE_PRINT
+    return work[MODE] == INTRUDING and work[ASLEEP] == 0
 
-    `work`, shape (size of the composition,): the scene's parameters in their places. `rows`, shape (jumps, columns).
-    `changes`, shape (any, 4): jump, time, mode before, mode after. `trace`, shape (any, 4 + 4 states): the accepted
-    steps.
+
+@made_once
+def make_begin_scene(composition: Composition) -> Function:
+    """Compose `(work, limits)`: the scene before its first jump; returns the jump loop's first outcome."""
+    begin, set_near = make_begin(composition), make_set_near(composition)
+    prepare, rest = composition.prepare, composition.position["rest_length"]
+
+    @inner
+    def begin_scene(work: Row, limits: Row) -> int:
+        prepare(work)
+        begin(work)
+        work[TOLERANCE], work[ALLOWED] = limits[TOLERANCE_WANTED], EVENT_SHARE * limits[TOLERANCE_WANTED]
+        work[LENGTH_UNIT] = DECISION_SHARE * work[TOLERANCE] * work[rest]
+        work[SPEED_UNIT] = DECISION_SHARE * work[TOLERANCE] * math.sqrt(GRAVITY_M_S2 * work[rest])
+        set_near(work)
+        work[STEP] = FIRST_STEP_S
+        return TOUCHDOWN if work[NOW + X_FOOT] <= 0.0 else GOES_ON
+
+    return begin_scene
+
+
+@made_once
+def make_jump_loop(composition: Composition) -> Function:
+    """Compose `(work, limits, rows, changes, trace, jump, in_jump, outcome, pauses)`: steps from where a jump is.
+
+    `rows`, `changes` and `trace` are those of `make_run`. Returns the number of jumps written; where it `pauses`, it
+    returns -1 less the number of the jump as soon as a step has been taken and the next ones stand alone.
     """
     wants_switch, switch = make_wants_switch(composition), make_switch(composition)
     lift_off = make_lift_off(composition)
@@ -107,23 +139,23 @@ def make_run(composition: Composition) -> Function:
     )
     meet_ground = make_meet_ground(composition)
     touch_down = make_touch_down(meet_ground, settle)
-    begin, begin_jump = make_begin(composition), make_begin_jump(composition, meet_ground, settle)
-    set_near = make_set_near(composition)
-    finish, prepare, given_up = make_finish(composition), composition.prepare, make_given_up(composition)
-    rest, sampled = composition.position["rest_length"], composition.on("sampled_control")
-    rate = composition.position.get("control_rate", -1)
+    begin_jump = make_begin_jump(composition, meet_ground, settle)
+    finish, given_up = make_finish(composition), make_given_up(composition)
+    sampled, rate = composition.on("sampled_control"), composition.position.get("control_rate", -1)
 
     @inner
-    def run(work: Row, limits: Row, rows: Row, changes: Row, trace: Row) -> int:
-        prepare(work)
-        begin(work)
-        work[TOLERANCE], work[ALLOWED] = limits[TOLERANCE_WANTED], EVENT_SHARE * limits[TOLERANCE_WANTED]
-        work[LENGTH_UNIT] = DECISION_SHARE * work[TOLERANCE] * work[rest]
-        work[SPEED_UNIT] = DECISION_SHARE * work[TOLERANCE] * math.sqrt(GRAVITY_M_S2 * work[rest])
-        set_near(work)
-        work[STEP] = FIRST_STEP_S
-        jump, recorded, in_jump, row = 0, 0, False, address_of(rows[0])
-        outcome = TOUCHDOWN if work[NOW + X_FOOT] <= 0.0 else GOES_ON
+    def jump_loop(
+        work: Row,
+        limits: Row,
+        rows: Row,
+        changes: Row,
+        trace: Row,
+        jump: int,
+        in_jump: bool,
+        outcome: int,
+        pauses: bool,
+    ) -> int:
+        recorded, row = 0, address_of(rows[jump])
         while True:
             if outcome >= 0 and in_jump:
                 finish(outcome, work, row)
@@ -163,5 +195,25 @@ def make_run(composition: Composition) -> Function:
                     work[TICK] += 1
             if work[MODE] != mode:
                 note_mode(mode, jump, work, row, changes)
+            if pauses and in_jump and outcome == GOES_ON and steps_alone(work):
+                return -1 - jump
+
+    return jump_loop
+
+
+@made_once
+def make_run(composition: Composition) -> Function:
+    """Compose the kernel `(work, limits, rows, changes, trace)`; it returns the number of jumps written.
+
+    `work`, shape (size of the composition,): the scene's parameters in their places. `rows`, shape (jumps, columns).
+    `changes`, shape (any, 4): jump, time, mode before, mode after. `trace`, shape (any, 4 + 4 states): the accepted
+    steps.
+    """
+    begin_scene, jump_loop = make_begin_scene(composition), make_jump_loop(composition)
+
+    @inner
+    def run(work: Row, limits: Row, rows: Row, changes: Row, trace: Row) -> int:
+        outcome = begin_scene(work, limits)
+        return jump_loop(work, limits, rows, changes, trace, 0, False, outcome, False)
 
     return run

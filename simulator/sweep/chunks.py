@@ -1,4 +1,4 @@
-"""A chunk of a sweep: so many scenes simulated one after the other, by a thread or on another machine.
+"""A chunk of a sweep: so many scenes simulated side by side or one after the other, by a thread or another machine.
 
 The chunks depend on the sweep alone, never on who computes them, and no scene on its neighbours: the same bits come out
 whatever the number of cores and the order.
@@ -24,7 +24,7 @@ from simulator.jump import (
     rounding_share,
     under_surface,
 )
-from simulator.kernel.build import Kernel, kernel_for
+from simulator.kernel.build import Kernel, is_kept, kernel_for, why_no_lanes
 from simulator.kernel.cache import fingerprint
 from simulator.kernel.composition import compose
 from simulator.kernel.interpreter import kernel_for_few
@@ -39,6 +39,8 @@ Block = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 FEWEST_JUMPS, MOST_JUMPS, CHUNKS_WANTED = 128, 2048, 64
 """Jumps in a chunk: many enough to be worth a file, few enough that little is lost when a machine stops."""
+FEWEST_IN_LANES, WORTH_COMPILING = 10_000, 500_000
+"""Jumps of a sweep from which on it is in lanes where they are on disk, and for which they are compiled."""
 _NOT_MADE = np.array([np.nan if output.kind == "f8" else float(NOT_MADE_FLAG) for output in (*OUTPUTS, *ERRORS)])
 _REFUSED = np.where(np.arange(len(_NOT_MADE)) == PLACE["outcome"], float(REFUSED_FLAG), _NOT_MADE)
 _WITH_ERROR = [PLACE[error.name.removesuffix("_error")] for error in ERRORS]
@@ -75,7 +77,8 @@ class Recipe:
 
     `base`: the scene's parameters in the kernel's order; `places`: where among them the swept ones stand;
     `passive_place`: where the passive power does. `finer`: limits of the second and the third simulation that error
-    bars take, none without them. `simulator`: which version of it is meant.
+    bars take, none without them. `simulator`: which version of it is meant. `lanes`: whether a chunk's scenes are
+    simulated side by side, which changes no bit.
     """
 
     effects: tuple[str, ...]
@@ -87,6 +90,7 @@ class Recipe:
     finer: tuple[Row, ...]
     accuracy: float
     simulator: str
+    lanes: bool = False
 
 
 @functools.cache
@@ -112,7 +116,23 @@ def recipe_for(scene: Scene, design: Design, accuracy: float, *, error_bars: boo
         finer=tuple(others) if error_bars else (),
         accuracy=accuracy,
         simulator=simulator_here(),
+        lanes=why_scalar(scene, design) is None,
     )
+
+
+def why_scalar(scene: Scene, design: Design) -> str | None:
+    """Return why a sweep's scenes are simulated one after the other, None where they are side by side in lanes.
+
+    To compile the lanes takes as long as they save in about a million jumps.
+    """
+    if why := why_no_lanes(scene.effects):
+        return why
+    jumps = design.row_count * scene.jumps
+    if jumps < FEWEST_IN_LANES:
+        return f"lanes take {FEWEST_IN_LANES} jumps or more"
+    if jumps < WORTH_COMPILING and not is_kept(scene.effects, lanes=True):
+        return f"lanes are compiled from {WORTH_COMPILING} jumps on, or by `labbook sim warm --lanes`"
+    return None
 
 
 def recipe_of_rows(scene: Scene, accuracy: float) -> Recipe:
@@ -124,7 +144,7 @@ def recipe_of_rows(scene: Scene, accuracy: float) -> Recipe:
 def kernel_of(recipe: Recipe) -> Kernel:
     """Return the kernel of a sweep, compiled by the first thread that asks."""
     with _building:
-        return kernel_for(recipe.effects)
+        return kernel_for(recipe.effects, lanes=recipe.lanes)
 
 
 def check_simulator(recipe: Recipe, version: str) -> None:

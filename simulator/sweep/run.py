@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from data_schema.errors import UsageError
-from simulator.sweep.chunks import Block, Flags, recipe_for, with_refused
+from simulator.sweep.chunks import Block, Flags, recipe_for, why_scalar, with_refused
 from simulator.sweep.compute import Compute
 from simulator.sweep.identity import Identity, differences, identity_of
 from simulator.sweep.outputs import FLAGS, NOT_MADE, NOT_MADE_FLAG, OUTCOME_FLAGS, PLACE, REFUSED
@@ -38,7 +38,7 @@ class Finished:
     """A sweep that is done. `chunks_before` of its chunks were done by earlier runs; all where the file was there.
 
     `jumps_made`: how many jumps this run made. `compute_time_s`: simulating and keeping the chunks;
-    `write_time_s`: making the file of them.
+    `write_time_s`: making the file of them. `why_scalar`: why the scenes were not simulated side by side in lanes.
     """
 
     out: Path
@@ -49,6 +49,7 @@ class Finished:
     compile_time_s: float = 0.0
     compute_time_s: float = 0.0
     write_time_s: float = 0.0
+    why_scalar: str | None = None
 
 
 def run_sweep(sweep: Sweep, out: Path, compute: Compute, advance: Callable[[int], None] = lambda _: None) -> Finished:
@@ -103,6 +104,7 @@ def run_sweep(sweep: Sweep, out: Path, compute: Compute, advance: Callable[[int]
         compile_time_s=compile_time_s,
         compute_time_s=computed - started,
         write_time_s=written - computed,
+        why_scalar=None if recipe.lanes else why_scalar(sweep.scene, sweep.design),
     )
 
 

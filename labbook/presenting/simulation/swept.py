@@ -43,6 +43,7 @@ def sweep_data(done: Finished) -> dict[str, Any]:
         "compile_time_s": done.compile_time_s,
         "compute_time_s": done.compute_time_s,
         "write_time_s": done.write_time_s,
+        "in_lanes": done.why_scalar is None if done.jumps_made else None,
         "jump_time_us": 1e6 * done.compute_time_s / done.jumps_made if done.jumps_made else None,
     }
 
@@ -92,11 +93,12 @@ def _how(done: Finished) -> str:
     made, jumps = done.jumps_made, done.summary.jumps
     if not made:
         return "nothing was left to simulate."
+    beside = "side by side in lanes" if done.why_scalar is None else f"one after the other ({done.why_scalar})"
     kept = f"; {jumps - made} of {_jumps(jumps)} were there from before" if made < jumps else ""
     return (
-        f"{time_text(done.compute_time_s)}, {time_text(done.compute_time_s / made)} a jump, for a relative error "
-        f"of {done.sweep.accuracy:g}; {done.write_time_s:.2g} s for the file, after {done.compile_time_s:.2g} s of "
-        f"compiling{kept}."
+        f"{time_text(done.compute_time_s)}, {time_text(done.compute_time_s / made)} a jump, {beside}, for a relative "
+        f"error of {done.sweep.accuracy:g}; {done.write_time_s:.2g} s for the file, after {done.compile_time_s:.2g} s "
+        f"of compiling{kept}."
     )
 
 

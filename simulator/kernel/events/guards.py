@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from simulator.compiled import inlined, inner
 from simulator.effects.effect import Function
-from simulator.kernel.composition import Composition
+from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.control.controller import make_conditions, make_rule
 from simulator.kernel.events.foot_guards import make_contact_guards, make_flight_guards
 from simulator.kernel.layout import (
@@ -118,6 +118,7 @@ def make_hold_guards(composition: Composition) -> Function:
     return hold_guards
 
 
+@made_once
 def make_guards(composition: Composition) -> Function:
     """Compose `(t, work, row, place)`; guards that cannot fire in the mode read -1."""
     forces, capped = make_forces(composition), composition.has("cap_n")

@@ -112,8 +112,8 @@ def make_ground(composition: Composition) -> Function:
     return ground
 
 
-def make_rates(composition: Composition) -> Function:
-    """Rates of the whole state: `(mode, t, work, row, rates, stage)`.
+def make_rates(composition: Composition, *, creeping: bool = True) -> Function:
+    """Rates of the whole state: `(mode, t, work, row, rates, stage)`; not those of a creeping foot without `creeping`.
 
     The state is at the place `row`; the rates are written at the place `stage`, every one of them.
     """
@@ -123,6 +123,7 @@ def make_rates(composition: Composition) -> Function:
     powers, ground, creep = make_powers(composition), make_ground(composition), make_creep(composition)
     forced, losses = bool(composition.body_forces), make_force_losses(composition)
     has_loss, loss = "ground_loss" in composition.integrals, composition.integrals.get("ground_loss", -1)
+    creeps = has_loss and creeping
     has_grain, grain = "grain_energy" in composition.integrals, composition.integrals.get("grain_energy", -1)
     resistance_n = composition.slot("resistance_n")
     platform, slide, slides = make_platform(composition), make_slide(composition), composition.platform >= 0
@@ -154,7 +155,7 @@ def make_rates(composition: Composition) -> Function:
         elif follows and mode == CREEPING:
             _, loss_w, _ = ground(work, applied_n, x_f, v_f)
             a_f = following_m_s2
-        elif has_loss and mode == CREEPING:
+        elif creeps and mode == CREEPING:
             sinking = creep(work, length_m, v_b, a_b, -x_f)
             loss_w = resistance_n(work, -x_f) * sinking
         elif emulated and mode == CARRIED:

@@ -39,6 +39,7 @@ from simulator.kernel.layout import (
     X_FOOT,
 )
 from simulator.kernel.steps.oscillator import oscillator
+from simulator.kernel.working_row import choose
 
 Row = NDArray[np.float64]
 
@@ -52,12 +53,14 @@ def make_coefficients(composition: Composition) -> Function:
 
     @inner
     def coefficients(work: Row, saturated: bool) -> tuple[float, float]:
-        if saturated or (constant and work[MODE] != FLIGHT and work[ASLEEP] == 0):
+        if constant and work[MODE] != FLIGHT and work[ASLEEP] == 0:
             return 0.0, 0.0
-        damping = work[DAMPING] if damped else 0.0
+        damping = 0.0
+        if damped:
+            damping = work[DAMPING]
         if product:
             damping += work[ACTIVE_DAMPING] * work[SAMPLED_SPEED]
-        return work[STIFFNESS], damping
+        return choose(saturated, 0.0, work[STIFFNESS]), choose(saturated, 0.0, damping)
 
     return coefficients
 
@@ -85,7 +88,7 @@ def make_is_linear(composition: Composition) -> Function:
     return is_linear
 
 
-def make_linear_step(composition: Composition, rates_of: Function) -> Function:
+def make_linear_step(composition: Composition, rates_of: Function, oscillator: Function = oscillator) -> Function:
     """Compose the step `(mode, t, h, work, saturated, states, k, error)`.
 
     As the Runge-Kutta step; the places `QUARTER` to `THREE_QUARTERS` receive the exact states inside it.
@@ -127,7 +130,7 @@ def make_linear_step(composition: Composition, rates_of: Function) -> Function:
             rates_of(mode, t + (node + 1) * quarter, work, row, stage + WIDTH)
         # of a power that dies away before the second state the rule counts too much by a share that Simpson's shows
         # but a fourteenth of: it weighs the first state with 7/90 instead of 7.5/90
-        unseen = 14.0 if two_rate * quarter > 1.0 else 1.0
+        unseen = choose(two_rate * quarter > 1.0, 14.0, 1.0)
         for i in range(LEG_WORK):
             work[ERROR + i] = 0.0
             work[K7 + i] = work[K5 + i]

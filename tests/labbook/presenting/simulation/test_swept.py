@@ -33,6 +33,15 @@ def test_a_whole_one_says_nothing_of_before_and_times_in_microseconds() -> None:
     assert "before" not in sweep_lines(done)[-2]
 
 
+def test_it_says_which_kernel_took_the_scenes_and_why() -> None:
+    in_lanes = Finished(Path("a.nc"), SWEEP, SUMMARY, 0, 300, compute_time_s=1.0)
+    says(sweep_lines(in_lanes)[-2], "in lanes")
+    assert sweep_data(in_lanes)["in_lanes"] is True
+    scalar = Finished(Path("a.nc"), SWEEP, SUMMARY, 0, 300, compute_time_s=1.0, why_scalar="rail_friction has no lanes")
+    says(sweep_lines(scalar)[-2], "one after the other", "rail_friction")
+    assert sweep_data(scalar)["in_lanes"] is False
+
+
 def test_nothing_was_left() -> None:
     done = Finished(Path("a.nc"), SWEEP, SUMMARY, SWEEP.chunks.count)
     says(sweep_lines(done), "nothing was left")

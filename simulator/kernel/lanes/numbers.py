@@ -1,0 +1,262 @@
+"""Numbers of several lanes side by side, in one vector register, as compiled code sees them.
+
+Arithmetic, comparisons, `min`, `max`, `abs` and functions are done lane by lane, each rounded as a single number is: a
+lane's bits depend neither on its neighbours nor on how many there are. A comparison gives a mask, by which
+`simulator.kernel.working_row.choose` selects. Functions of the kernel that take no branch by a number compile for lanes
+as for single numbers.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.core.datamodel import models
+from numba.core.datamodel.registry import register_default
+from numba.core.imputils import lower_builtin, lower_cast
+from numba.core.typeconv.castgraph import Conversion
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.extending import intrinsic
+
+from simulator.kernel.working_row import choose
+
+_infer: Any = infer_global
+_lower: Any = lower_builtin
+_cast: Any = lower_cast
+_sign: Any = signature
+_intrinsic: Any = intrinsic
+_Template: Any = AbstractTemplate
+_pointer_to: Any = types.CPointer
+_model_of: Any = models.PrimitiveModel
+_function_in: Any = cgutils.get_or_insert_function
+_BYTES = 8
+
+
+class Lanes(types.Type):
+    """A number of each of `width` lanes."""
+
+    def __init__(self, width: int) -> None:
+        self.width = width
+        super().__init__(name=f"Lanes({width})")
+
+    def unify(self, typing_context: Any, other: Any) -> Any:
+        """A number beside one of each lane is that of all."""
+        return self if isinstance(other, types.Number) else None
+
+    def can_convert_from(self, typing_context: Any, other: Any) -> Any:
+        """A number becomes that of all lanes."""
+        return Conversion.safe if isinstance(other, types.Number) else None
+
+
+class Which(types.Type):
+    """Whether something holds, for each of `width` lanes."""
+
+    def __init__(self, width: int) -> None:
+        self.width = width
+        super().__init__(name=f"Which({width})")
+
+
+def _model(element: Any) -> Any:
+    def make(manager: Any, of: Any) -> Any:
+        return _model_of(manager, of, ir.VectorType(element, of.width))
+
+    return make
+
+
+register_default(Lanes)(_model(ir.DoubleType()))
+register_default(Which)(_model(ir.IntType(1)))
+
+
+def _width_of(arguments: Any) -> int | None:
+    widths = {each.width for each in arguments if isinstance(each, Lanes)}
+    known = all(isinstance(each, Lanes | types.Number) for each in arguments)
+    return widths.pop() if len(widths) == 1 and known else None
+
+
+def _of_lanes(operation: Any, count: int, generate: Any, result: Any = Lanes) -> None:
+    """Let an operation take lanes, and numbers beside them."""
+
+    def generic(self: Any, arguments: Any, keywords: Any) -> Any:
+        width = _width_of(arguments) if len(arguments) == count else None
+        return None if width is None else _sign(result(width), *[Lanes(width)] * count)
+
+    _infer(operation)(type("generic", (_Template,), {"generic": generic}))
+
+    def lower(context: Any, builder: Any, sign: Any, arguments: Any) -> Any:
+        return generate(builder, *arguments)
+
+    _lower(operation, *[Lanes] * count)(lower)
+
+
+def _of_masks(operation: Any, count: int, generate: Any) -> None:
+    def generic(self: Any, arguments: Any, keywords: Any) -> Any:
+        fits = len(arguments) == count and all(isinstance(each, Which) for each in arguments)
+        return _sign(arguments[0], *arguments) if fits else None
+
+    _infer(operation)(type("generic", (_Template,), {"generic": generic}))
+    _lower(operation, *[Which] * count)(lambda context, builder, sign, arguments: generate(builder, *arguments))
+
+
+def _call(name: str) -> Any:
+    def generate(builder: Any, value: Any) -> Any:
+        kind = ir.FunctionType(value.type, [value.type])
+        whole = f"llvm.{name}.v{value.type.count}f64"
+        return builder.call(_function_in(builder.module, kind, whole), [value])
+
+    return generate
+
+
+def _larger(builder: Any, first: Any, second: Any) -> Any:
+    return builder.select(builder.fcmp_ordered(">", second, first), second, first)
+
+
+def _smaller(builder: Any, first: Any, second: Any) -> Any:
+    return builder.select(builder.fcmp_ordered("<", second, first), second, first)
+
+
+for _operation, _name in (
+    (operator.add, "fadd"),
+    (operator.sub, "fsub"),
+    (operator.mul, "fmul"),
+    (operator.truediv, "fdiv"),
+):
+    _of_lanes(_operation, 2, lambda builder, a, b, _name=_name: getattr(builder, _name)(a, b))
+    _in_place = {operator.add: operator.iadd, operator.sub: operator.isub, operator.mul: operator.imul}.get(
+        _operation, operator.itruediv
+    )
+    _of_lanes(_in_place, 2, lambda builder, a, b, _name=_name: getattr(builder, _name)(a, b))
+for _operation, _name in (
+    (operator.lt, "<"),
+    (operator.le, "<="),
+    (operator.gt, ">"),
+    (operator.ge, ">="),
+    (operator.eq, "=="),
+):
+    _of_lanes(_operation, 2, lambda builder, a, b, _name=_name: builder.fcmp_ordered(_name, a, b), Which)
+_of_lanes(operator.ne, 2, lambda builder, a, b: builder.fcmp_unordered("!=", a, b), Which)
+_of_lanes(operator.neg, 1, lambda builder, a: builder.fneg(a))
+_of_lanes(abs, 1, _call("fabs"))
+_of_lanes(math.sqrt, 1, _call("sqrt"))
+_of_lanes(math.exp, 1, _call("exp"))
+_of_lanes(math.log, 1, _call("log"))
+_of_lanes(math.sin, 1, _call("sin"))
+_of_lanes(math.cos, 1, _call("cos"))
+_of_lanes(max, 2, _larger)
+_of_lanes(min, 2, _smaller)
+_of_lanes(max, 3, lambda builder, a, b, c: _larger(builder, _larger(builder, a, b), c))
+_of_lanes(min, 3, lambda builder, a, b, c: _smaller(builder, _smaller(builder, a, b), c))
+_of_masks(operator.and_, 2, lambda builder, a, b: builder.and_(a, b))
+_of_masks(operator.or_, 2, lambda builder, a, b: builder.or_(a, b))
+_of_masks(operator.iand, 2, lambda builder, a, b: builder.and_(a, b))
+_of_masks(operator.ior, 2, lambda builder, a, b: builder.or_(a, b))
+_of_masks(operator.invert, 1, lambda builder, a: builder.not_(a))
+
+
+def _spread(builder: Any, value: Any, width: int) -> Any:
+    vector = ir.VectorType(value.type, width)
+    one = builder.insert_element(ir.Constant(vector, ir.Undefined), value, ir.IntType(32)(0))
+    order = ir.Constant(ir.VectorType(ir.IntType(32), width), [0] * width)
+    return builder.shuffle_vector(one, ir.Constant(vector, ir.Undefined), order)
+
+
+def _from_number(context: Any, builder: Any, kind: Any, to: Any, value: Any) -> Any:
+    return _spread(builder, context.cast(builder, value, kind, types.float64), to.width)
+
+
+_cast(types.Number, Lanes)(_from_number)
+
+
+def _type_of_choice(self: Any, arguments: Any, keywords: Any) -> Any:
+    which, *both = arguments
+    fits = isinstance(which, Which) and all(isinstance(each, Lanes | types.Number) for each in both)
+    return _sign(Lanes(which.width), which, *[Lanes(which.width)] * 2) if fits else None
+
+
+def _choose(context: Any, builder: Any, sign: Any, arguments: Any) -> Any:
+    return builder.select(*arguments)
+
+
+_infer(choose)(type("choice", (_Template,), {"generic": _type_of_choice}))
+_lower(choose, Which, Lanes, Lanes)(_choose)
+
+
+@_intrinsic  # type: ignore[untyped-decorator]
+def lanes_in(typing_context: Any, which: Any) -> Any:
+    """Return a whole number, whose bit i says whether a mask holds in lane i: 0 where it holds in none."""
+    if not isinstance(which, Which):
+        return None
+
+    def generate(context: Any, builder: Any, sign: Any, arguments: Any) -> Any:
+        return builder.zext(builder.bitcast(arguments[0], ir.IntType(which.width)), ir.IntType(64))
+
+    return _sign(types.int64, which), generate
+
+
+@_intrinsic  # type: ignore[untyped-decorator]
+def numbers_of(typing_context: Any, row: Any) -> Any:
+    """Return the address of a row's numbers: that of a lane at a place is at place times width, plus the lane."""
+    address: Any = _pointer_to(types.float64)
+
+    def generate(context: Any, builder: Any, sign: Any, arguments: Any) -> Any:
+        return builder.bitcast(arguments[0], context.get_value_type(address))
+
+    return _sign(address, row), generate
+
+
+@_intrinsic  # type: ignore[untyped-decorator]
+def width_of(typing_context: Any, row: Any) -> Any:
+    """Return how many lanes a row has."""
+    return _sign(types.int64, row), lambda context, builder, sign, arguments: ir.IntType(64)(row.dtype.width)
+
+
+def make_lanes_of(width: int) -> Any:
+    """Compose `(block)`: the address of an array, shape (places, width), as a working row of lanes.
+
+    The array must outlive what is done with its address.
+    """
+    address: Any = _pointer_to(Lanes(width))
+
+    @_intrinsic  # type: ignore[untyped-decorator]
+    def lanes_of(typing_context: Any, block: Any) -> Any:
+        def generate(context: Any, builder: Any, sign: Any, arguments: Any) -> Any:
+            data = context.make_array(sign.args[0])(context, builder, arguments[0]).data
+            return builder.bitcast(data, context.get_value_type(address))
+
+        return _sign(address, block), generate
+
+    return lanes_of
+
+
+def _is_row(row: Any, place: Any) -> bool:
+    return isinstance(row, types.CPointer) and isinstance(row.dtype, Lanes) and isinstance(place, types.Integer)
+
+
+def _type_of_reading(self: Any, arguments: Any, keywords: Any) -> Any:
+    row, place = arguments
+    return _sign(row.dtype, row, types.intp) if _is_row(row, place) else None
+
+
+def _type_of_writing(self: Any, arguments: Any, keywords: Any) -> Any:
+    row, place, _ = arguments
+    return _sign(types.none, row, types.intp, row.dtype) if _is_row(row, place) else None
+
+
+def _read(context: Any, builder: Any, sign: Any, arguments: Any) -> Any:
+    row, place = arguments
+    return builder.load(builder.gep(row, [place]), align=_BYTES)
+
+
+def _write(context: Any, builder: Any, sign: Any, arguments: Any) -> Any:
+    row, place, value = arguments
+    builder.store(value, builder.gep(row, [place]), align=_BYTES)
+    return context.get_dummy_value()
+
+
+_infer(operator.getitem)(type("reading", (_Template,), {"generic": _type_of_reading}))
+_infer(operator.setitem)(type("writing", (_Template,), {"generic": _type_of_writing}))
+_lower(operator.getitem, types.CPointer, types.Integer)(_read)
+_lower(operator.setitem, types.CPointer, types.Integer, Lanes)(_write)

@@ -1,0 +1,129 @@
+"""Kernels in lanes: the bits of the scalar kernel, whatever the scenes beside, their order and the number of lanes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from simulator.effects.registry import EFFECTS
+from simulator.jump import limits_for, parameter_row
+from simulator.kernel.build import IN_LANES, composed, kernel_for, why_no_lanes
+from simulator.kernel.composition import compose
+from simulator.kernel.lanes.pool import LANES, make_batch_in_lanes
+from simulator.kernel.layout import OUTCOMES
+from simulator.kernel.limits import JUMPS_WANTED, MOST_STEPS
+from simulator.kernel.rows import COLUMN, COLUMNS
+from simulator.scene import Scene
+from simulator.scene_file import load_scene
+from simulator.sweep.chunks import FEWEST_IN_LANES, recipe_for, simulate_rows, why_scalar
+from tests.helpers.random_scenes import drawn
+from tests.helpers.sweeps import grid_sweep, sobol_sweep
+
+Row = NDArray[np.float64]
+SCENE = load_scene("sim2")
+FEW_STEPS = 20_000
+
+
+def table_of(scene: Scene, count: int, seed: int) -> Row:
+    """Parameters of scenes from the whole legal box."""
+    kernel = kernel_for(scene.effects)
+    return np.array([parameter_row(kernel, each) for each in drawn(scene, count, np.random.default_rng(seed))[0]])
+
+
+def simulated(batch, table: Row, accuracy: float, jumps: int = 1) -> tuple[Row, NDArray[np.int64]]:
+    """Every column of every jump, and how many jumps there are, by a kernel's entry."""
+    rows, counts = np.full((len(table), jumps, len(COLUMNS)), np.nan), np.zeros(len(table), np.int64)
+    limits, none = limits_for(accuracy), np.zeros((0, 4))
+    limits[JUMPS_WANTED], limits[MOST_STEPS] = jumps, FEW_STEPS
+    batch(table, limits, rows, counts, none, none)
+    return rows, counts
+
+
+def assert_same_bits(scene: Scene, table: Row, accuracy: float, jumps: int = 1) -> Row:
+    """Compare a kernel in lanes with the scalar one; return the latter's rows."""
+    rows, counts = simulated(kernel_for(scene.effects).batch, table, accuracy, jumps)
+    beside, counts_beside = simulated(kernel_for(scene.effects, lanes=True).batch, table, accuracy, jumps)
+    assert np.array_equal(counts, counts_beside)
+    different = ~((rows == beside) | (np.isnan(rows) & np.isnan(beside)))
+    assert not different.any(), {name: int(different[:, :, place].sum()) for place, name in enumerate(COLUMNS)}
+    return rows
+
+
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-4, 1e-6])
+def test_scenes_from_the_whole_box_have_the_bits_of_the_scalar_kernel(accuracy: float) -> None:
+    rows = assert_same_bits(SCENE, table_of(SCENE, 600, int(-np.log10(accuracy))), accuracy)
+    ended = {OUTCOMES[int(outcome)] for outcome in rows[:, 0, COLUMN["outcome"]]}
+    assert {"touchdown", "no_liftoff", "leg_folded", "leg_straight", "step_limit"} <= ended
+    assert (rows[:, 0, COLUMN["repeats"]] > 0).any()
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("accuracy", [1e-4, 1e-6])
+def test_a_hundred_thousand_scenes_have_the_bits_of_the_scalar_kernel(accuracy: float) -> None:
+    for seed in range(100, 120):
+        assert_same_bits(SCENE, table_of(SCENE, 5000, seed), accuracy)
+
+
+def test_several_jumps_have_the_bits_of_the_scalar_kernel() -> None:
+    rows = assert_same_bits(SCENE, table_of(SCENE, 100, 5), 1e-3, jumps=3)
+    assert np.isfinite(rows[:, 2, COLUMN["outcome"]]).any()
+
+
+def test_neither_neighbours_nor_their_order_change_a_bit() -> None:
+    table, batch = table_of(SCENE, 200, 6), kernel_for(SCENE.effects, lanes=True).batch
+    order = np.random.default_rng(0).permutation(len(table))
+    whole, shuffled, some = (simulated(batch, part, 1e-4)[0] for part in (table, table[order], table[: LANES - 1]))
+    assert np.array_equal(whole[order], shuffled, equal_nan=True)
+    assert np.array_equal(whole[: LANES - 1], some, equal_nan=True)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("lanes", [2, 4, 16])
+def test_any_number_of_lanes_gives_the_same_bits(lanes: int) -> None:
+    table = table_of(SCENE, 300, 7)
+    found = simulated(make_batch_in_lanes(compose(SCENE.effects), lanes), table, 1e-4)[0]
+    assert np.array_equal(found, simulated(kernel_for(SCENE.effects).batch, table, 1e-4)[0], equal_nan=True)
+
+
+OTHERS = {
+    "torque cap": (
+        {"torque_cap", "drag", "cost_of_whole_jump", "passive_draw"},
+        {"constant_force_cap", "cost_of_commanded_force"},
+    ),
+    "contact at the print": (set(), {"contact_once_risen", "held_gains_in_flight", "added_mass"}),
+}
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("name", OTHERS)
+def test_other_effects_have_the_bits_of_the_scalar_kernel(name: str) -> None:
+    on, off = OTHERS[name]
+    scene = SCENE.changed({}, on, off)
+    assert why_no_lanes(scene.effects) is None
+    assert_same_bits(scene, table_of(scene, 1000, 8), 1e-4)
+
+
+def test_effects_that_have_lanes_are_effects_and_the_others_are_named() -> None:
+    assert set(EFFECTS) > IN_LANES
+    assert why_no_lanes(SCENE.effects) is None
+    assert why_no_lanes(load_scene("bed").effects) == "latched_switching has no lanes"
+    assert "sampled_control" in str(why_no_lanes(SCENE.effects - {"sampled_control"}))
+
+
+def test_a_kernel_in_lanes_has_its_own_place_on_disk() -> None:
+    kernel, in_lanes = (composed(SCENE.effects, lanes)[1] for lanes in (False, True))
+    assert kernel._cache._cache_file._index_path != in_lanes._cache._cache_file._index_path
+
+
+def test_a_large_sweep_is_in_lanes_and_a_small_one_says_why_it_is_not() -> None:
+    kernel_for(SCENE.effects, lanes=True)
+    small, large = sobol_sweep(64), sobol_sweep(FEWEST_IN_LANES)
+    assert why_scalar(large.scene, large.design) is None
+    assert str(FEWEST_IN_LANES) in str(why_scalar(small.scene, small.design))
+    latched = grid_sweep(f"b_ad=0:100:{FEWEST_IN_LANES}", scene=load_scene("bed"))
+    assert "latched_switching" in str(why_scalar(latched.scene, latched.design))
+    recipes = [recipe_for(sweep.scene, sweep.design, sweep.accuracy) for sweep in (small, large)]
+    assert [recipe.lanes for recipe in recipes] == [False, True]
+    blocks = [simulate_rows(recipe, large.design.rows(0, 64)) for recipe in recipes]
+    assert np.array_equal(blocks[0], blocks[1], equal_nan=True)
