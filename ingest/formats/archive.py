@@ -16,7 +16,7 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import PurePosixPath
 
-from data_schema.vocabulary import Severity
+from data_schema.vocabulary import FileRole, Severity
 from ingest.channels.names import clean_name
 from ingest.declared import ABSENT
 from ingest.findings import FILE, NOTE, FindingCollector
@@ -178,6 +178,11 @@ def read_members(
     unknown = [name for name, result in results if result.role is None]
     if unknown:
         findings.add(FILE, "member_unknown", f"Member {unknown[0]!r} is no data that can be read: {instead}.")
+    elif FileRole.SHEET in roles:
+        message = (
+            "It holds the sheet of a study, which is read as a file of its own: save each as CSV and ingest those."
+        )
+        findings.add(FILE, "sheet_packed", message)
     elif len(roles) > 1:
         listed = " and ".join(sorted(str(role) for role in roles if role is not None))
         findings.add(FILE, "members_differ", f"The members hold different things ({listed}): {instead}.")

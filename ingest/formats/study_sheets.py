@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 from data_schema.vocabulary import FileRole
 from ingest.findings import FILE, FindingCollector
@@ -29,23 +30,33 @@ _WHAT = {
     "trial_sheet": "Trials of a leg's gains, a log a row (`labbook study characterisation`).",
     STUDY_LOG: "Logs that a sheet of trials or walks names: oscillations, power; only where declared.",
 }
-_CLUES = {"flask_sheet": b"radius", "walk_sheet": b"walk", "trial_sheet": b"damping_gain"}
+_CLUES = {"flask_sheet": b"radius", "walk_sheet": b"walk", "trial_sheet": b"damping"}
 _SEPARATOR = re.compile(rb'\s*"?sep=."?\s*', re.IGNORECASE)
 """A first line that spreadsheets write."""
-_DELIMITERS = (b",", b";", b"\t")
+_DELIMITERS = (b",", b";", b"\t", b"|")
+_TITLE_LINES = 10
 
 
-def _header(source: TextSource, columns: tuple[str, ...]) -> tuple[int, bytes, int] | None:
-    """Return the number of the first line that is not blank, its delimiter and its width, where it has the columns."""
-    lines = (line for line in source.head_lines() if line.content.strip() and not _SEPARATOR.fullmatch(line.content))
-    line = next(lines, None)
-    if line is None:
-        return None
-    for delimiter in _DELIMITERS:
-        cells = split_cells(line.content, delimiter)
-        names = [source.decode(cell).lower() for cell in cells or ()]
-        if all(any(re.fullmatch(rf"{name}([_ (\[].*)?", cell) for cell in names) for name in columns):
-            return line.number, delimiter, len(names)
+@dataclass(frozen=True, slots=True)
+class _Header:
+    """The line that names a sheet's columns, how they are delimited and how many they are; `above`: text before it."""
+
+    line: int
+    delimiter: bytes
+    width: int
+    above: bool
+
+
+def _header(source: TextSource, columns: tuple[str, ...]) -> _Header | None:
+    """Find the line that has the columns among the first that are not blank."""
+    named = [re.compile(rf"{name.replace('_', '[_ ]')}([_ (\[].*)?") for name in columns]
+    lines = [line for line in source.head_lines() if line.content.strip() and not _SEPARATOR.fullmatch(line.content)]
+    for place, line in enumerate(lines[:_TITLE_LINES]):
+        for delimiter in _DELIMITERS:
+            cells = split_cells(line.content, delimiter)
+            names = [source.decode(cell).lower() for cell in cells or ()]
+            if all(any(name.fullmatch(cell) for cell in names) for name in named):
+                return _Header(line.number, delimiter, len(names), above=place > 0)
     return None
 
 
@@ -58,16 +69,19 @@ def _reader(name: str) -> Reader:
                 FILE, "columns_missing", f"Its first line does not name the columns {named}: write them there."
             )
             return Reading()
-        first, delimiter, width = header
+        if header.above:
+            message = f"Line {header.line} names the columns: take out the lines above it."
+            findings.add(FILE, "header_not_first", message, lines=(header.line,))
         rows = 0
         for number, content in numbered_lines(head.source.data, head.source.start):
-            if number <= first or not content.strip():
+            if number <= header.line or not content.strip():
                 continue
             rows += 1
-            cells = split_cells(content, delimiter)
-            if cells is None or len(cells) != width:
-                message = f"The row has another number of cells than the header, which has {width}: mend it."
-                findings.add(FILE, "row_width", message, lines=(number,))
+            cells = split_cells(content, header.delimiter)
+            if cells is None or len(cells) != header.width:
+                message = f"The row has another number of cells than the header, which has {header.width}: mend it."
+                value = head.source.decode(content)
+                findings.add(FILE, "row_width", message, lines=(number,), value=value)
         if head.source.data[-1:] not in (b"\n", b"\r") and not head.declared.complete:
             message = (
                 "The last line has no line end, so that it may be cut: end it, or say `--complete` if it is whole."

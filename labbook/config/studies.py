@@ -44,7 +44,10 @@ def _protocol(table: TableReader, keys: tuple[str, ...]) -> StudyProtocol:
     values: dict[str, Any] = {key: _READERS[key](table, key) for key in keys}
     for key, most in (("level", 1.0), ("same_percent", 100.0)):
         if (number := values.get(key)) is not None and number >= most:
-            table.fault(key, f"{number:g} is too much: write a number between 0 and {most:g}.")
+            table.fault(
+                key,
+                f"{number:g} is too much: write a number between 0 and {most:g}, such as {0.95 if most == 1.0 else 2}.",
+            )
     table.finish()
     return StudyProtocol(**values)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 import shutil
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -110,7 +111,7 @@ def test_trials_find_their_logs_in_the_book(book: Path) -> None:
         (book.parent / name).write_text(text, encoding="utf-8")
     trials = book.parent / "trials.csv"
     good(labbook("ingest", trials, at=book))
-    refused(labbook("study", "characterisation", at=book), 2, "60_1kg.csv")
+    refused(labbook("study", "characterisation", at=book), 2, "60_1kg.csv", "--format study_log")
     logs = [book.parent / name for name in campaign.files if name != "trials.csv"]
     good(labbook("ingest", *logs, "--format", "study_log", at=book))
     assert asked(book, "characterisation") == asked(book, "characterisation", str(trials))
@@ -170,3 +171,38 @@ def test_the_page_works_as_it_says(book: Path) -> None:
         "characterisation.html",
         "field.html",
     }
+
+
+def test_sheets_that_are_packed_or_have_titles_are_refused_with_what_to_do(book: Path) -> None:
+    with zipfile.ZipFile(book.parent / "sheets.zip", "w") as archive:
+        archive.write(book.parent / "flasks.csv", "flasks.csv")
+    titled = book.parent / "titled.csv"
+    titled.write_text("# of 5 March\n" + (book.parent / "flasks.csv").read_text(encoding="utf-8"), encoding="utf-8")
+    for name, said in (("sheets.zip", "save each as CSV"), ("titled.csv", "Line 2 names the columns")):
+        answer = labbook("ingest", book.parent / name, at=book)
+        assert (answer.code, said in answer.out) == (2, True), answer.out
+
+
+def test_what_spreadsheets_write_is_read(book: Path) -> None:
+    """A line that names the delimiter, blanks in names, units in other letters, a page of Windows."""
+    text = (book.parent / "flasks.csv").read_text(encoding="utf-8").replace("loose", "gesch\u00fcttet")
+    odd = "sep=;\r\n" + text.replace(",", ";").replace("radius_mm", "Radius MM").replace("water_ml", "water (cm3)")
+    (book.parent / "odd.csv").write_bytes(odd.replace("\n", "\r\n").encode("cp1252"))
+    good(labbook("ingest", "../odd.csv", at=book))
+    found, plain = (
+        asked(book, "compaction", "--grain", "3.4"),
+        asked(book, "compaction", "../flasks.csv", "--grain", "3.4"),
+    )
+    assert found["difference"] == plain["difference"]
+
+
+def test_a_withdrawn_file_leaves_its_name_to_the_one_in_use(book: Path) -> None:
+    good(labbook("ingest", "../flasks.csv", at=book))
+    first = good(labbook("files", "list", "--json", at=book)).json[0]["reading"]["file_uid"]
+    shutil.copy(book.parent / "later.csv", book.parent / "flasks.csv")
+    good(labbook("ingest", "../flasks.csv", at=book))
+    said = good(labbook("files", "withdraw", first, "--why", "measured again", at=book)).out
+    assert f"files restore {first}" in said
+    configure(book, f'{GRAIN}sheet = "flasks.csv"\n[studies.field]\nsheet = "flasks.csv"\n')
+    assert asked(book, "compaction") == asked(book, "compaction", "../later.csv", "--grain", "3.4")
+    refused(labbook("study", "field", at=book), 2, "flask_sheet", "walk_sheet")

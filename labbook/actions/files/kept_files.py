@@ -11,7 +11,14 @@ import sqlalchemy as sa
 
 from data_schema.errors import UsageError
 from data_schema.queries.charges import repeating
-from data_schema.queries.imported_files import charges_of_file, file_keys, links_of_file, runs_by_file, runs_of_file
+from data_schema.queries.imported_files import (
+    charges_of_file,
+    file_keys,
+    find_files,
+    links_of_file,
+    runs_by_file,
+    runs_of_file,
+)
 from data_schema.queries.imports import FindingRow, findings_of
 from data_schema.queries.readings import (
     PartRow,
@@ -181,7 +188,8 @@ def withdraw(session: WriteSession, name: str, why: str) -> str:
     in_place = [other for of_row in standing_in.values() for other in of_row]
     lost = f", {len(charges)} charges count no more" if charges else ""
     lost += f" and {len(in_place)} rows of other sheets that say the same count instead" if in_place else ""
-    return f"{file.name} is out of use{lost}: `labbook files restore {file.name}` takes it into use again."
+    called = file.name if len(find_files(session.connection, file.name)) == 1 else file.uid
+    return f"{file.name} is out of use{lost}: `labbook files restore {called}` takes it into use again."
 
 
 def restore(session: WriteSession, name: str, why: str | None) -> str:

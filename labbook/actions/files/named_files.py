@@ -26,6 +26,9 @@ def file_named(connection: sa.Connection, name: str, *, withdrawn: bool = False)
         found = find_files(connection, hashlib.sha256(path.read_bytes()).hexdigest())
     if not found:
         raise unknown_name("imported file", name, imported_names(connection), "Ingest it first.")
+    in_use = [row for row in found if row.status is not IngestStatus.WITHDRAWN]
+    if not withdrawn and len(in_use) == 1:
+        found = in_use
     if len(found) > 1:
         listed = ", ".join(f"{row.uid} ({row.at_utc})" for row in found)
         raise UsageError(f"{len(found)} imported files are called {name!r}: name one by its uid: {listed}.")

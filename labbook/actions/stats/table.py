@@ -17,7 +17,7 @@ from ingest.text.cells import COMMA_NUMBER, NUMBER, CellFault, is_grouped, is_mi
 
 MINUS = "\N{MINUS SIGN}"
 """The typeset minus, which word processors write in place of the hyphen."""
-_COMMA_THOUSANDS = re.compile(r"[+-]?\d{1,3}(,\d{3})+")
+_COMMA_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
 _POINT_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(\.\d{3})+(,\d*)?")
 _POINT_UNCLEAR = re.compile(r"[+-]?[1-9]\d{0,2}\.\d{3}")
 _HUNDREDS = re.compile(r"[+-]?[1-9]\d\d")

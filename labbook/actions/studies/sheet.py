@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -9,6 +10,9 @@ from dataclasses import dataclass
 from data_schema.errors import InputRefused, UsageError
 from data_schema.units import conversion
 from labbook.actions.stats.table import LongTable, decimal_sign, maybe_thousands, numbers_of, read_table
+
+_SPELLINGS = {"m3": "m^3", "cm3": "cm^3", "mm3": "mm^3", "wh": "Wh", "kwh": "kWh", "mah": "mAh", "ah": "Ah"}
+"""Units as people write them in a header, in any case."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,12 +59,12 @@ def read_study_sheet(
     """
     table = read_table(text, file, f"a header such as {example} and a row for each")
     named = re.compile(
-        rf"({'|'.join(quantities)})(?:[ _]volume)?(?:_([a-z0-9^*]+)|\s*[(\[]([^)\]]+)[)\]])", re.IGNORECASE
+        rf"({'|'.join(quantities)})(?:[ _]volume)?(?:[_ ]([a-z0-9^*/]+)|\s*[(\[]([^)\]]+)[)\]])", re.IGNORECASE
     )
     values: dict[str, list[float]] = {}
     columns: dict[str, str] = {}
     for column in table.columns:
-        if (plain := column.lower()) in quantities and quantities[plain].unit == "1":
+        if (plain := column.lower().replace(" ", "_")) in quantities and quantities[plain].unit == "1":
             columns[plain] = column
             values[plain] = _values(table, column, 1.0, quantities[plain].any_sign, decimal)
         elif matched := named.fullmatch(column):
@@ -98,8 +102,11 @@ def _check_decimals(table: LongTable, columns: Sequence[str], declared: str | No
 
 
 def _factor(file: str, column: str, unit: str, target: str) -> float:
+    spelt = _SPELLINGS.get(unit.lower(), unit)
     try:
-        return conversion(unit, target)[0]
+        with contextlib.suppress(InputRefused):
+            return conversion(spelt, target)[0]
+        return conversion(spelt.lower(), target)[0]  # MM, Kg
     except InputRefused as error:
         raise InputRefused(f"column {column!r} of {file}: {error}") from error
 

@@ -5,16 +5,20 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
+import shlex
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import sqlalchemy as sa
 
 from data_schema.errors import InputRefused, UsageError
+from data_schema.queries.imported_files import find_files
 from data_schema.queries.readings import last_readings
 from data_schema.vocabulary import IngestStatus
 from ingest.store import raw_path
+from ingest.text.source import DEFAULT_PAGE
 from labbook.actions.files.named_files import decoded, file_named, read_file
 from labbook.actions.studies.of_book import LEVEL, SHEETS, book_sources, first_given
 from labbook.book.opening import Book, opened
@@ -26,6 +30,8 @@ from stats.checks import as_level
 class SheetSource:
     """A study's sheet, what labbook.toml says of the study, the sheet's decimal sign (None: as it shows), its sources.
 
+    `page` is the encoding of a text that is neither UTF-8 nor UTF-16, None where such text is refused.
+
     `text` reads the sheet and the files beside it; each that was read is among `sources`, by its hash.
     """
 
@@ -34,13 +40,19 @@ class SheetSource:
     decimal: str | None
     read: Callable[[Path], bytes]
     of_book: tuple[tuple[str, str], ...] = ()
+    page: str | None = None
     hashes: dict[str, str] = field(default_factory=dict)
 
     def text(self, path: Path) -> str:
         """Return the text of the sheet, or of a file that it names."""
         data = self.read(path)
         self.hashes[path.name] = hashlib.sha256(data).hexdigest()
-        return decoded(path, data, marked_utf_16=True)
+        try:
+            return decoded(path, data, marked_utf_16=True)
+        except InputRefused:
+            if self.page is None:
+                raise
+            return data.decode(self.page, errors="replace")
 
     def level(self, option: float | None) -> float:
         """Return the level of the intervals: the option's, else the protocol's, else 0.95."""
@@ -76,22 +88,30 @@ def sheet_source(study: str, file: Path | None, book_folder: Path | None, decima
     with opened(book_folder) as book, book.reading() as connection:
         protocol = book.configuration.studies.get(study, StudyProtocol())
         name, declared = _sheet(connection, study, protocol)
+        sheet = Path(name)
         yield SheetSource(
-            Path(name),
+            sheet,
             protocol,
-            decimal or protocol.decimal or declared,
-            lambda path: _copy(book, connection, path.name),
+            decimal or protocol.decimal or declared.get("decimal_sign"),
+            lambda path: _copy(book, connection, path.name, sheet),
             book_sources(connection, book.configuration, None),
+            declared.get("encoding") or DEFAULT_PAGE,
         )
 
 
-def _sheet(connection: sa.Connection, study: str, protocol: StudyProtocol) -> tuple[str, str | None]:
-    """Return the name or uid of the book's sheet, and the decimal sign that was declared with it."""
+def _sheet(connection: sa.Connection, study: str, protocol: StudyProtocol) -> tuple[str, dict[str, Any]]:
+    """Return the name or uid of the book's sheet, and what was declared with it."""
     format_name, header = SHEETS[study]
     rows = [row for row in last_readings(connection) if row.status is IngestStatus.IMPORTED]
     if protocol.sheet is not None:
         meant = file_named(connection, protocol.sheet).uid
         rows = [row for row in rows if row.file_uid == meant]
+        kinds = {reader for reader, _header in SHEETS.values()} - {format_name}
+        if rows and rows[0].reader in kinds:
+            raise UsageError(
+                f"sheet = {protocol.sheet!r} of [studies.{study}] in labbook.toml names a {rows[0].reader}, and the "
+                f"study needs a {format_name}: name that one, or take the line out."
+            )
     else:
         rows = [row for row in rows if row.reader == format_name]
     if not rows:
@@ -110,9 +130,14 @@ def _sheet(connection: sa.Connection, study: str, protocol: StudyProtocol) -> tu
     settings = json.loads(row.settings_json or "{}")
     names = [other.name for other in last_readings(connection)]
     name = row.name if names.count(row.name) == 1 else row.file_uid or row.name
-    return name, settings.get("declared", {}).get("decimal_sign")
+    return name, settings.get("declared", {})
 
 
-def _copy(book: Book, connection: sa.Connection, name: str) -> bytes:
+def _copy(book: Book, connection: sa.Connection, name: str, sheet: Path) -> bytes:
+    if name != sheet.name and not find_files(connection, name):
+        raise InputRefused(
+            f"the book has no log {name!r}, which {sheet.name} names: ingest it with "
+            f"`labbook ingest {shlex.quote(name)} --format study_log`."
+        )
     sha256 = file_named(connection, name).sha256
     return bytes(book.store.raw(raw_path(sha256), sha256))
