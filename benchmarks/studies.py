@@ -33,8 +33,8 @@ def measure(say: Callable[[str], None]) -> Section:
             budgets.append(Budget(f"{study}: demonstration, page and comparison", MOST_S, "s", sum(taken)))
     return Section(
         "Studies",
-        "Whole processes, one after the other, each study once: `labbook demo --study`, a page by `labbook study`, and, "
-        "where its book has runs, `labbook compare`.",
+        "Whole processes, one after the other, each study once: `labbook demo --study`, a page by `labbook study`, and "
+        "`labbook compare` where its book has runs.",
         tuple(budgets),
         (Table(("study", "demonstration (s)", "page (s)", "comparison (s)"), tuple(rows), ""),),
     )
