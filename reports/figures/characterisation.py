@@ -58,6 +58,8 @@ def draw_characterisation(
                     color=colour,
                     markersize=3.5,
                     capsize=2,
+                    clip_on=False,  # a gain of 0 stands on the axis
+                    zorder=3,
                     label=one.label,
                 )
                 if one.line is not None:
