@@ -99,6 +99,11 @@ def last_readings(connection: sa.Connection) -> list[ReadingRow]:
     return _readings(connection, LAST_READING, file.c.id)
 
 
+def readings_in_force(connection: sa.Connection, readers: Sequence[str]) -> list[ReadingRow]:
+    """Return the readings in force that some readers made, the oldest first."""
+    return _readings(connection, sa.and_(ingest.c.status == str(IngestStatus.IMPORTED), ingest.c.reader.in_(readers)))
+
+
 def shown_readings(connection: sa.Connection) -> Sequence[Sequence[Any]]:
     """List what a line of `labbook files list` says of the last reading of each file, in the order of their import.
 

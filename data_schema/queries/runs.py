@@ -110,6 +110,11 @@ _KINDS = {str(kind): kind for kind in RunKind}
 _STATES = {str(state): state for state in RunState}
 
 
+def has_runs(connection: sa.Connection) -> bool:
+    """Tell whether the book has any run."""
+    return connection.execute(sa.select(run.c.id).limit(1)).first() is not None
+
+
 def list_runs(connection: sa.Connection, where: sa.ColumnElement[bool] | None = None) -> list[RunRow]:
     """List runs by day and position, all of them or those that fulfil `where` (see `where_columns`)."""
     query = _in_order(_LISTED, where)

@@ -25,6 +25,7 @@ from ingest.model import ChargeRow, Declarations, Finding, Limits, ReadFile, Rea
 from ingest.signals import combine
 
 UNPACK = "unpack the archive and ingest its files one by one"
+_SHEET_PACKED = "It holds the sheet of a study, which is read as a file of its own: save each as CSV and ingest those."
 _FREE_BYTES = 1 << 20
 _OF_THE_SYSTEM = ("__MACOSX/", ".DS_Store", "Thumbs.db", "desktop.ini")
 _GZIP = 31  # zlib's word for: with a gzip header and checksum
@@ -84,6 +85,8 @@ def _read_gzip(head: Head, findings: FindingCollector) -> Reading:
     findings.encodings += filter(None, [result.explanation.encoding])
     for finding in result.findings:
         repeat(finding, findings)
+    if result.role is FileRole.SHEET:
+        findings.add(FILE, "sheet_packed", _SHEET_PACKED)
     return Reading(result.parts, result.charges, result.rows_read, result.rows_rejected, result.role)
 
 
@@ -179,10 +182,7 @@ def read_members(
     if unknown:
         findings.add(FILE, "member_unknown", f"Member {unknown[0]!r} is no data that can be read: {instead}.")
     elif FileRole.SHEET in roles:
-        message = (
-            "It holds the sheet of a study, which is read as a file of its own: save each as CSV and ingest those."
-        )
-        findings.add(FILE, "sheet_packed", message)
+        findings.add(FILE, "sheet_packed", _SHEET_PACKED)
     elif len(roles) > 1:
         listed = " and ".join(sorted(str(role) for role in roles if role is not None))
         findings.add(FILE, "members_differ", f"The members hold different things ({listed}): {instead}.")

@@ -13,7 +13,7 @@ from data_schema.vocabulary import FileRole
 from ingest.findings import FILE, FindingCollector
 from ingest.formats.format import LAYOUT, Clue, Format, Head, Reader, Recognition
 from ingest.model import Reading
-from ingest.text.cells import split_cells
+from ingest.text.cells import CANDIDATES, split_cells
 from ingest.text.source import TextSource, numbered_lines
 
 STUDY_LOG = "study_log"
@@ -33,7 +33,6 @@ _WHAT = {
 _CLUES = {"flask_sheet": b"radius", "walk_sheet": b"walk", "trial_sheet": b"damping"}
 _SEPARATOR = re.compile(rb'\s*"?sep=."?\s*', re.IGNORECASE)
 """A first line that spreadsheets write."""
-_DELIMITERS = (b",", b";", b"\t", b"|")
 _TITLE_LINES = 10
 
 
@@ -52,7 +51,7 @@ def _header(source: TextSource, columns: tuple[str, ...]) -> _Header | None:
     named = [re.compile(rf"{name.replace('_', '[_ ]')}([_ (\[].*)?") for name in columns]
     lines = [line for line in source.head_lines() if line.content.strip() and not _SEPARATOR.fullmatch(line.content)]
     for place, line in enumerate(lines[:_TITLE_LINES]):
-        for delimiter in _DELIMITERS:
+        for delimiter in CANDIDATES[:-1]:  # blanks stand in names
             cells = split_cells(line.content, delimiter)
             names = [source.decode(cell).lower() for cell in cells or ()]
             if all(any(name.fullmatch(cell) for cell in names) for name in named):

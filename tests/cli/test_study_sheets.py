@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import re
 import shlex
 import shutil
@@ -176,9 +177,14 @@ def test_the_page_works_as_it_says(book: Path) -> None:
 def test_sheets_that_are_packed_or_have_titles_are_refused_with_what_to_do(book: Path) -> None:
     with zipfile.ZipFile(book.parent / "sheets.zip", "w") as archive:
         archive.write(book.parent / "flasks.csv", "flasks.csv")
+    (book.parent / "flasks.csv.gz").write_bytes(gzip.compress((book.parent / "flasks.csv").read_bytes()))
     titled = book.parent / "titled.csv"
     titled.write_text("# of 5 March\n" + (book.parent / "flasks.csv").read_text(encoding="utf-8"), encoding="utf-8")
-    for name, said in (("sheets.zip", "save each as CSV"), ("titled.csv", "Line 2 names the columns")):
+    for name, said in (
+        ("sheets.zip", "save each as CSV"),
+        ("flasks.csv.gz", "save each as CSV"),
+        ("titled.csv", "Line 2 names the columns"),
+    ):
         answer = labbook("ingest", book.parent / name, at=book)
         assert (answer.code, said in answer.out) == (2, True), answer.out
 

@@ -18,7 +18,8 @@ from labbook.book.opening import CONFIGURATION, DATABASE, JOURNAL
 def file_named(connection: sa.Connection, name: str, *, withdrawn: bool = False) -> FileRow:
     """Return the one imported file meant by a name, a uid, the beginning of a hash, or a path of its bytes.
 
-    Raises where it is none, several, or (unless `withdrawn` ones will do) one that was taken out of use.
+    Of several with one name it is the one in use. Raises where it is none, several, or (unless `withdrawn` ones will
+    do) one that was taken out of use.
     """
     found = find_files(connection, name)
     path = Path(name)
@@ -90,12 +91,17 @@ def read_file(path: Path) -> bytes:
     return read_bytes(path)
 
 
-def decoded(path: Path, data: bytes, *, marked_utf_16: bool = False) -> str:
-    """Return the text of bytes in UTF-8, with or without a byte order mark; where asked for UTF-16 with such a mark."""
+def decoded(path: Path, data: bytes, *, marked_utf_16: bool = False, page: str | None = None) -> str:
+    """Return the text of bytes in UTF-8, with or without a byte order mark; where asked for UTF-16 with such a mark.
+
+    Other bytes are of the `page`, or refused where there is none.
+    """
     marked = marked_utf_16 and data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     try:
         return data.decode("utf-16" if marked else "utf-8-sig")
     except UnicodeDecodeError as error:
+        if page is not None and not marked:
+            return data.decode(page, errors="replace")
         nor = ", nor UTF-16 with a byte order mark" if marked_utf_16 else ""
         raise InputRefused(
             f"{path} is not UTF-8 text (byte {error.start}){nor}; other pages, such as Windows-1252, are not read: "

@@ -9,9 +9,9 @@ from typing import Generic, TypeVar
 import sqlalchemy as sa
 
 from data_schema import journal
-from data_schema.queries.readings import last_readings
-from data_schema.queries.runs import list_runs
-from data_schema.vocabulary import IngestStatus, StudyKind
+from data_schema.queries.readings import readings_in_force
+from data_schema.queries.runs import has_runs
+from data_schema.vocabulary import StudyKind
 from labbook.config.parsing import Configuration
 from labbook.config.studies import STUDY_KEYS
 
@@ -61,8 +61,9 @@ def studies_of_book(connection: sa.Connection, configuration: Configuration) -> 
 
     They are those that labbook.toml has a table of, those whose sheet was ingested, and the one its runs are made for.
     """
-    readers = {row.reader for row in last_readings(connection) if row.status is IngestStatus.IMPORTED}
-    there = {study for study, (reader, _) in SHEETS.items() if reader in readers} | set(configuration.studies)
+    of_reader = {reader: study for study, (reader, _header) in SHEETS.items()}
+    there = {of_reader[row.reader] for row in readings_in_force(connection, list(of_reader))}
+    there |= set(configuration.studies)
     kind = configuration.study.kind
-    there |= {_KINDS[kind]} if kind in _KINDS and list_runs(connection) else set()
+    there |= {_KINDS[kind]} if kind in _KINDS and has_runs(connection) else set()
     return [study for study in STUDY_KEYS if study in there]

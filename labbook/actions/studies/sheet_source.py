@@ -9,19 +9,17 @@ import shlex
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import sqlalchemy as sa
 
 from data_schema.errors import InputRefused, UsageError
 from data_schema.queries.imported_files import find_files
-from data_schema.queries.readings import last_readings
-from data_schema.vocabulary import IngestStatus
+from data_schema.queries.readings import ReadingRow, last_reading, readings_in_force
 from ingest.store import raw_path
 from ingest.text.source import DEFAULT_PAGE
 from labbook.actions.files.named_files import decoded, file_named, read_file
 from labbook.actions.studies.of_book import LEVEL, SHEETS, book_sources, first_given
-from labbook.book.opening import Book, opened
+from labbook.book.opening import opened
 from labbook.config.model import StudyProtocol
 from stats.checks import as_level
 
@@ -30,9 +28,8 @@ from stats.checks import as_level
 class SheetSource:
     """A study's sheet, what labbook.toml says of the study, the sheet's decimal sign (None: as it shows), its sources.
 
-    `page` is the encoding of a text that is neither UTF-8 nor UTF-16, None where such text is refused.
-
-    `text` reads the sheet and the files beside it; each that was read is among `sources`, by its hash.
+    `page` is the encoding of a text that is neither UTF-8 nor UTF-16, None where such text is refused. `text` reads the
+    sheet and the files beside it; each that was read is among `sources`, by its hash.
     """
 
     sheet: Path
@@ -47,12 +44,7 @@ class SheetSource:
         """Return the text of the sheet, or of a file that it names."""
         data = self.read(path)
         self.hashes[path.name] = hashlib.sha256(data).hexdigest()
-        try:
-            return decoded(path, data, marked_utf_16=True)
-        except InputRefused:
-            if self.page is None:
-                raise
-            return data.decode(self.page, errors="replace")
+        return decoded(path, data, marked_utf_16=True, page=self.page)
 
     def level(self, option: float | None) -> float:
         """Return the level of the intervals: the option's, else the protocol's, else 0.95."""
@@ -87,33 +79,37 @@ def sheet_source(study: str, file: Path | None, book_folder: Path | None, decima
         return
     with opened(book_folder) as book, book.reading() as connection:
         protocol = book.configuration.studies.get(study, StudyProtocol())
-        name, declared = _sheet(connection, study, protocol)
-        sheet = Path(name)
+        reading = _sheet(connection, study, protocol)
+        declared = json.loads(reading.settings_json or "{}").get("declared", {})
+        sheet = Path(reading.name)
+
+        def read(path: Path) -> bytes:
+            sha256 = reading.sha256 if path == sheet else _log(connection, path.name, reading.name)
+            return bytes(book.store.raw(raw_path(sha256), sha256))
+
         yield SheetSource(
             sheet,
             protocol,
             decimal or protocol.decimal or declared.get("decimal_sign"),
-            lambda path: _copy(book, connection, path.name, sheet),
+            read,
             book_sources(connection, book.configuration, None),
             declared.get("encoding") or DEFAULT_PAGE,
         )
 
 
-def _sheet(connection: sa.Connection, study: str, protocol: StudyProtocol) -> tuple[str, dict[str, Any]]:
-    """Return the name or uid of the book's sheet, and what was declared with it."""
+def _sheet(connection: sa.Connection, study: str, protocol: StudyProtocol) -> ReadingRow:
+    """Return the reading of the book's sheet."""
     format_name, header = SHEETS[study]
-    rows = [row for row in last_readings(connection) if row.status is IngestStatus.IMPORTED]
     if protocol.sheet is not None:
-        meant = file_named(connection, protocol.sheet).uid
-        rows = [row for row in rows if row.file_uid == meant]
-        kinds = {reader for reader, _header in SHEETS.values()} - {format_name}
-        if rows and rows[0].reader in kinds:
+        named = last_reading(connection, file_named(connection, protocol.sheet).sha256)
+        if named is None or named.reader != format_name:
+            found = "unread file" if named is None else named.reader
             raise UsageError(
-                f"sheet = {protocol.sheet!r} of [studies.{study}] in labbook.toml names a {rows[0].reader}, and the "
-                f"study needs a {format_name}: name that one, or take the line out."
+                f"sheet = {protocol.sheet!r} of [studies.{study}] in labbook.toml is read as {found}, and the study "
+                f"needs a {format_name}: name one, or take the line out."
             )
-    else:
-        rows = [row for row in rows if row.reader == format_name]
+        return named
+    rows = readings_in_force(connection, [format_name])
     if not rows:
         raise InputRefused(
             f"the book has no sheet of the {study} study: ingest one with the header {header}, or name a file as in "
@@ -126,18 +122,14 @@ def _sheet(connection: sa.Connection, study: str, protocol: StudyProtocol) -> tu
             f'sheet = "{rows[-1].file_uid}" below [studies.{study}] of labbook.toml, or withdraw the others with '
             "`labbook files withdraw`."
         )
-    (row,) = rows
-    settings = json.loads(row.settings_json or "{}")
-    names = [other.name for other in last_readings(connection)]
-    name = row.name if names.count(row.name) == 1 else row.file_uid or row.name
-    return name, settings.get("declared", {})
+    return rows[0]
 
 
-def _copy(book: Book, connection: sa.Connection, name: str, sheet: Path) -> bytes:
-    if name != sheet.name and not find_files(connection, name):
+def _log(connection: sa.Connection, name: str, sheet: str) -> str:
+    """Return the hash of a log that a sheet names."""
+    if not find_files(connection, name):
         raise InputRefused(
-            f"the book has no log {name!r}, which {sheet.name} names: ingest it with "
+            f"the book has no log {name!r}, which {sheet} names: ingest it with "
             f"`labbook ingest {shlex.quote(name)} --format study_log`."
         )
-    sha256 = file_named(connection, name).sha256
-    return bytes(book.store.raw(raw_path(sha256), sha256))
+    return file_named(connection, name).sha256
