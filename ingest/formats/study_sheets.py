@@ -1,22 +1,181 @@
 """Sheets of the thesis's studies (flasks, walks, trials of a leg's gains), and the logs that such a sheet names.
 
-A sheet is kept for `labbook study`, which reads its numbers; here only its header and its rows' cells are looked at.
+`labbook study` reads them with the functions here, and ingest does beforehand: what a study would refuse is refused
+where it can still be measured again.
 """
 
 from __future__ import annotations
 
+import contextlib
+import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
+from data_schema.errors import InputRefused, UsageError
 from data_schema.vocabulary import FileRole
-from ingest.findings import FILE, FindingCollector
+from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.format import LAYOUT, Clue, Format, Head, Reader, Recognition
 from ingest.model import Reading
+from ingest.tables.long_table import LineRefused
+from ingest.tables.study_sheet import Quantity, StudySheet, read_study_sheet
 from ingest.text.cells import CANDIDATES, split_cells
-from ingest.text.source import TextSource, numbered_lines
+from ingest.text.source import DEFAULT_PAGE, TextSource, open_text
 
-STUDY_LOG = "study_log"
+Floats = NDArray[np.float64]
+
+_FLASK = {
+    "radius": Quantity("m", "inner radius of the spherical flask"),
+    "water": Quantity("m^3", "water that filled the gaps"),
+    "flask": Quantity("m^3", "volume of the flask", needed=False),
+}
+_WALK = {
+    "mass": Quantity("kg", "robot's mass"),
+    "distance": Quantity("m", "distance walked"),
+    "energy": Quantity("J", "energy taken from the battery", needed=False),
+    "charge": Quantity("A*s", "charge put back", needed=False),
+    "voltage": Quantity("V", "battery's voltage", needed=False),
+}
+_TRIAL = {
+    "gain": Quantity("1", "position gain"),
+    "damping_gain": Quantity("1", "velocity gain", any_sign=True),
+    "mass": Quantity("kg", "mass that the leg carries"),
+    "neutral": Quantity("m", "leg's length without load", needed=False),
+}
+_OSCILLATION = {
+    "time": Quantity("s", "time", any_sign=True),
+    "position": Quantity("m", "leg's compression", any_sign=True),
+    "velocity": Quantity("m/s", "rate of compression", any_sign=True),
+}
+_POWER = {
+    "time": Quantity("s", "time", any_sign=True),
+    "power": Quantity("W", "power taken from the battery", needed=False, any_sign=True),
+    "current": Quantity("A", "battery's current", needed=False, any_sign=True),
+    "voltage": Quantity("V", "battery's voltage", needed=False),
+}
+_WALKS_EXAMPLE = "walk,robot,mass_kg,distance_m,energy_Wh (or charge_mAh,voltage_V, or log)"
+_POWER_EXAMPLE = "time_s,power_W (or current_A,voltage_V)"
+_LONGEST_STEP, _LONGEST_SHARE = 10.0, 0.01
+"""A gap of a power log that is refused: longer than so many usual steps, and than this share of the walk."""
+
+
+@dataclass(frozen=True, slots=True)
+class FlaskSheet:
+    """Fillings of flasks, one a row: radii in m, volumes of flasks and water in m^3, states of the grains."""
+
+    radii_m: Sequence[float]
+    flasks_m3: Sequence[float]
+    water_m3: Sequence[float]
+    states: Sequence[str]
+    lines: Sequence[int]
+
+
+def read_flasks(text: str, file: str, decimal: str | None) -> FlaskSheet:
+    """Read a sheet of flasks; without a column of their volumes they are spheres.
+
+    Raises `InputRefused` as `read_study_sheet` does, and for more water than a flask holds.
+    """
+    sheet = read_study_sheet(text, file, _FLASK, ("state",), "radius_mm,state,water_ml", decimal)
+    radii_m, water_m3 = sheet.values["radius"], sheet.values["water"]
+    flasks_m3 = sheet.values.get("flask", [4.0 / 3.0 * math.pi * radius_m**3 for radius_m in radii_m])
+    for radius_m, flask_m3, water, line in zip(radii_m, flasks_m3, water_m3, sheet.lines, strict=True):
+        if water > flask_m3:
+            raise LineRefused(
+                line,
+                f"line {line} of {file} has more water than the flask of {radius_m * 1e3:g} mm holds "
+                f"({water * 1e6:.4g} of {flask_m3 * 1e6:.4g} ml): check both.",
+            )
+    return FlaskSheet(radii_m, flasks_m3, water_m3, sheet.words["state"], sheet.lines)
+
+
+@dataclass(frozen=True, slots=True)
+class WalkSheet:
+    """Robots on walks, one a row: masses in kg, distances in m, and energies in J or the logs that have them."""
+
+    walks: Sequence[str]
+    robots: Sequence[str]
+    masses_kg: Sequence[float]
+    distances_m: Sequence[float]
+    energies_j: Sequence[float] | None
+    logs: Sequence[str]
+    lines: Sequence[int]
+
+
+def read_walks(text: str, file: str, decimal: str | None) -> WalkSheet:
+    """Read a sheet of walks, whose energies stand in it, or are charges times voltages, or come of logs.
+
+    Raises `InputRefused` as `read_study_sheet` does, and where it says energies in no way or in two.
+    """
+    words = ("walk", "robot")
+    sheet = read_study_sheet(text, file, _WALK, words, _WALKS_EXAMPLE, decimal, optional_words=("log",))
+    values, logs = sheet.values, sheet.words.get("log", ())
+    said = [
+        name
+        for name, there in (("energies", "energy" in values), ("charges", "charge" in values), ("logs", logs))
+        if there
+    ]
+    if len(said) > 1:
+        raise InputRefused(f"{file} has {' and '.join(said)}: keep the one that is meant.")
+    energies_j = values.get("energy")
+    if "charge" in values and "voltage" in values:
+        energies_j = [charge * volts for charge, volts in zip(values["charge"], values["voltage"], strict=True)]
+    if energies_j is None and not logs:
+        raise InputRefused(
+            f"{file} says no energies, nor charges and voltages, nor logs: name the columns as in {_WALKS_EXAMPLE}."
+        )
+    columns = (sheet.words["walk"], sheet.words["robot"], values["mass"], values["distance"])
+    return WalkSheet(*columns, energies_j, logs, sheet.lines)
+
+
+def read_trials(text: str, file: str, decimal: str | None) -> StudySheet:
+    """Read a sheet of trials: words `file`, values `gain`, `damping_gain`, `mass` in kg, perhaps `neutral` in m."""
+    return read_study_sheet(text, file, _TRIAL, ("file",), "file,gain,damping_gain,mass_kg,neutral_cm", decimal)
+
+
+def read_oscillation(text: str, file: str, decimal: str | None) -> tuple[Floats, Floats, Floats]:
+    """Read the log of a trial: times in s, displacements in m, velocities in m/s."""
+    example = "time_ms,position_mm,velocity (m/s)"
+    values = read_study_sheet(text, file, _OSCILLATION, (), example, decimal).values
+    return np.array(values["time"]), np.array(values["position"]), np.array(values["velocity"])
+
+
+def read_power(text: str, file: str, decimal: str | None) -> tuple[Floats, Floats]:
+    """Read the power log of a walk: times in s, and the power in W that is integrated by the trapezoidal rule.
+
+    Raises `InputRefused` as `read_study_sheet` does, and for a log without power, in disorder, with a gap, or of no
+    energy.
+    """
+    log = read_study_sheet(text, file, _POWER, (), _POWER_EXAMPLE, decimal)
+    time_s = np.array(log.values["time"])
+    if "power" in log.values:
+        power_w = np.array(log.values["power"])
+    elif "current" in log.values and "voltage" in log.values:
+        power_w = np.array(log.values["current"]) * np.array(log.values["voltage"])
+    else:
+        raise InputRefused(f"{file} has no power, nor current and voltage: name its columns as in {_POWER_EXAMPLE}.")
+    steps_s = np.diff(time_s)
+    if steps_s.size == 0 or steps_s.min() <= 0.0:
+        raise InputRefused(
+            f"the time of {file} does not rise from row to row: give the log of one walk as it was made."
+        )
+    place = int(steps_s.argmax())
+    gap_s, whole_s = float(steps_s[place]), float(time_s[-1] - time_s[0])
+    if gap_s > _LONGEST_STEP * np.median(steps_s) and gap_s > _LONGEST_SHARE * whole_s:
+        raise LineRefused(
+            log.lines[place],
+            f"{file} has nothing for {gap_s:g} s from line {log.lines[place]} on, so that its energy would be a guess: "
+            "give the walk's charge instead, or leave the walk out for both robots.",
+        )
+    energy_j = float(np.trapezoid(power_w, time_s))
+    if energy_j <= 0.0:
+        raise InputRefused(f"{file} says {energy_j:g} J were taken: turn the current's sign, taken is positive.")
+    return time_s, power_w
+
+
+STUDY_LOG, _TRIAL_LOG = "study_log", "log of a trial"
 _COLUMNS: Mapping[str, tuple[str, ...]] = {
     "flask_sheet": ("radius", "state", "water"),
     "walk_sheet": ("walk", "robot", "mass", "distance"),
@@ -36,69 +195,78 @@ _SEPARATOR = re.compile(rb'\s*"?sep=."?\s*', re.IGNORECASE)
 _TITLE_LINES = 10
 
 
-@dataclass(frozen=True, slots=True)
-class _Header:
-    """The line that names a sheet's columns, how they are delimited and how many they are; `above`: text before it."""
-
-    line: int
-    delimiter: bytes
-    width: int
-    above: bool
-
-
-def _header(source: TextSource, columns: tuple[str, ...]) -> _Header | None:
-    """Find the line that has the columns among the first that are not blank."""
+def _header(source: TextSource | None, columns: tuple[str, ...]) -> tuple[int, bool] | None:
+    """Return the number of the line that has the columns, and whether only blank ones stand above it."""
+    if source is None:
+        return None
     named = [re.compile(rf"{name.replace('_', '[_ ]')}([_ (\[].*)?") for name in columns]
     lines = [line for line in source.head_lines() if line.content.strip() and not _SEPARATOR.fullmatch(line.content)]
     for place, line in enumerate(lines[:_TITLE_LINES]):
         for delimiter in CANDIDATES[:-1]:  # blanks stand in names
-            cells = split_cells(line.content, delimiter)
-            names = [source.decode(cell).lower() for cell in cells or ()]
+            names = [source.decode(cell).lower() for cell in split_cells(line.content, delimiter) or ()]
             if all(any(name.fullmatch(cell) for cell in names) for name in named):
-                return _Header(line.number, delimiter, len(names), above=place > 0)
+                return line.number, place == 0
     return None
+
+
+_ROWS: Mapping[str, Callable[[str, str, str | None], Sequence[object]]] = {
+    "flask_sheet": lambda *asked: read_flasks(*asked).lines,
+    "walk_sheet": lambda *asked: read_walks(*asked).lines,
+    "trial_sheet": lambda *asked: read_trials(*asked).lines,
+    STUDY_LOG: lambda *asked: read_power(*asked)[0].tolist(),
+    _TRIAL_LOG: lambda *asked: read_oscillation(*asked)[0].tolist(),
+}
+"""The rows of each, read as the study does."""
 
 
 def _reader(name: str) -> Reader:
     def read(head: Head, findings: FindingCollector) -> Reading:
-        header = None if head.source is None else _header(head.source, _COLUMNS[name])
-        if head.source is None or header is None:
-            named = ", ".join(_COLUMNS[name])
-            findings.add(
-                FILE, "columns_missing", f"Its first line does not name the columns {named}: write them there."
-            )
+        header = _header(head.source, _COLUMNS[name])
+        if head.source is None:
+            findings.add(FILE, "sheet_refused", "The file is no text: save it as CSV in UTF-8.")
             return Reading()
-        if header.above:
-            message = f"Line {header.line} names the columns: take out the lines above it."
-            findings.add(FILE, "header_not_first", message, lines=(header.line,))
-        rows = 0
-        for number, content in numbered_lines(head.source.data, head.source.start):
-            if number <= header.line or not content.strip():
-                continue
-            rows += 1
-            cells = split_cells(content, header.delimiter)
-            if cells is None or len(cells) != header.width:
-                message = f"The row has another number of cells than the header, which has {header.width}: mend it."
-                value = head.source.decode(content)
-                findings.add(FILE, "row_width", message, lines=(number,), value=value)
+        if header is not None and not header[1]:
+            message = f"Line {header[0]} names the columns: take out the lines above it."
+            findings.add(FILE, "header_not_first", message, lines=header[:1])
+            return Reading(role=FileRole.SHEET)
         if head.source.data[-1:] not in (b"\n", b"\r") and not head.declared.complete:
             message = (
                 "The last line has no line end, so that it may be cut: end it, or say `--complete` if it is whole."
             )
             findings.add(FILE, "last_line_unended", message)
+        of_trial = name == STUDY_LOG and _header(head.source, ("position",)) is not None
+        source = open_text(head.data, head.declared.encoding or DEFAULT_PAGE, FindingCollector())
+        text, file = source.decode(source.data[source.start :]), head.declared.file_name or "the file"
+        rows = _count(_TRIAL_LOG if of_trial else name, text, file, head.declared.decimal_sign, findings)
         return Reading(rows_read=rows, role=FileRole.SHEET)
 
     return read
 
 
+def _count(name: str, text: str, file: str, decimal: str | None, findings: FindingCollector) -> int:
+    """Count the rows of a sheet, or report what the study would refuse: a note where a decimal sign is all it lacks."""
+    try:
+        return len(_ROWS[name](text, file, decimal))
+    except (InputRefused, UsageError) as error:
+        lines = (error.line,) if isinstance(error, LineRefused) else ()
+        refused = str(error)
+    for sign in (",", ".") if decimal is None else ():
+        with contextlib.suppress(InputRefused, UsageError):
+            count = len(_ROWS[name](text, file, sign))
+            findings.add(NOTE, "sheet_decimal_unclear", refused, lines=lines)
+            return count
+    findings.add(FILE, "sheet_refused", refused, lines=lines)
+    return 0
+
+
 def _sheet(name: str) -> Format:
     def recognise(head: Head) -> Recognition | None:
         """A first line with the columns of a study's sheet."""
-        if head.source is None or _header(head.source, _COLUMNS[name]) is None:
+        if _header(head.source, _COLUMNS[name]) is None:
             return None
         return Recognition(LAYOUT, f"a header with the columns {', '.join(_COLUMNS[name])}")
 
-    return Format(name, 1, recognise, _reader(name), _WHAT[name], clue=Clue(says=(_CLUES[name],)))
+    return Format(name, 2, recognise, _reader(name), _WHAT[name], clue=Clue(says=(_CLUES[name],)))
 
 
 def _declared_only(_head: Head) -> Recognition | None:
@@ -110,7 +278,7 @@ FORMATS = (
     *(_sheet(name) for name in _COLUMNS if name != STUDY_LOG),
     Format(
         STUDY_LOG,
-        1,
+        2,
         _declared_only,
         _reader(STUDY_LOG),
         _WHAT[STUDY_LOG],

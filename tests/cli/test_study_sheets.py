@@ -87,7 +87,7 @@ def test_a_sheet_belongs_to_no_run(stated: SmallBook) -> None:
 
 @pytest.mark.parametrize(
     ("more", "said"),
-    [("15,loose", "last line"), ("15,loose\n15,loose,6.2,1\n", "number of cells")],
+    [("15,loose", "last line"), ("15,loose\n15,loose,6.2,1\n", "line 12 of flasks.csv has 2 cells")],
     ids=["cut", "ragged"],
 )
 def test_a_sheet_that_is_damaged_is_not_taken_in(book: Path, more: str, said: str) -> None:
@@ -96,6 +96,61 @@ def test_a_sheet_that_is_damaged_is_not_taken_in(book: Path, more: str, said: st
     answer = labbook("ingest", path, at=book)
     assert (answer.code, said in answer.out) == (2, True)
     assert good(labbook("files", "list", "--json", at=book)).json == []
+
+
+WALK, TRIAL = "walk,robot,mass_kg,distance_m,energy_Wh\n", "file,gain,damping_gain,mass_kg\n"
+
+
+@pytest.mark.parametrize(
+    ("study", "text"),
+    [
+        ("compaction", "radius_mm,state,water_ml\n15,loose,6.3\n15,hard,5,9\n"),
+        ("compaction", "radius_mm,state,water_ml\n15,loose,6.3\n15,,5.9\n"),
+        ("compaction", "radius_mm,state,water_ml\n15,loose,-6.3\n"),
+        ("compaction", "radius_mm,state,water_ml\n15,loose,63\n"),
+        ("compaction", "radius_mm,state,water_kg\n15,loose,6.3\n"),
+        ("compaction", "radius_mm,state,water_ml\n"),
+        ("field", WALK + "dune,thin,8.1,430,12.4\ndune,wide,8.3,4x0,10.9\n"),
+        ("field", WALK.replace("energy", "power") + "dune,thin,8.1,430,12.4\n"),
+        ("field", WALK.replace("\n", ",log\n") + "dune,thin,8.1,430,12.4,a.csv\n"),
+        ("characterisation", TRIAL + "a.csv,60,0,1 kg\n"),
+        ("characterisation", TRIAL.replace("kg", "mm") + "a.csv,60,0,1\n"),
+    ],
+)
+def test_ingest_refuses_what_the_study_would_in_the_same_words(book: Path, study: str, text: str) -> None:
+    (book / "sheet.csv").write_text(text, encoding="utf-8")
+    by_study = labbook("study", study, "sheet.csv", *(("--grain", "3.4") if study == "compaction" else ()), at=book)
+    answer = labbook("ingest", "sheet.csv", "--json", at=book)
+    assert (by_study.code, answer.code) == (2, 2)
+    (finding,) = answer.json[0]["findings"]
+    assert f"labbook: {finding['message']}" in by_study.err.replace("\n", " "), by_study.err
+    if finding["line"]:
+        assert f"line {finding['line']} of sheet.csv" in finding["message"]
+
+
+@pytest.mark.parametrize(
+    ("log", "said"),
+    [
+        ("time_ms,position_mm,velocity (m/s)\n0,1,2\n0,x,2\n", "line 3"),
+        ("time_ms,position_mm\n0,1\n", "rate of compression"),
+        ("time_s,power_W\n0,1\n1,1\n2,\n", "line 4"),
+        ("time_s,power_W\n0,1\n0,1\n", "does not rise"),
+    ],
+)
+def test_ingest_refuses_logs_that_a_study_would(book: Path, log: str, said: str) -> None:
+    (book / "log.csv").write_text(log, encoding="utf-8")
+    answer = labbook("ingest", "log.csv", "--format", "study_log", at=book)
+    assert (answer.code, said in answer.out) == (2, True), answer.out
+
+
+def test_a_decimal_sign_that_the_study_may_be_told_later_is_a_note(book: Path) -> None:
+    """`decimal` of labbook.toml, or `--decimal`, settles it: the sheet is taken in, and the question is asked."""
+    rows = [("155,5", "a", "1.430"), ("155,5", "b", "1.330"), ("205,5", "a", "1.230")]
+    text = "radius_mm;state;water_ml\n" + "".join(f"{';'.join(row)}\n" for row in rows)
+    (book / "flasks.csv").write_text(text, encoding="utf-8")
+    said = good(labbook("ingest", "flasks.csv", at=book)).out
+    assert "3 rows" in said
+    assert "add --decimal , or --decimal ." in said
 
 
 def test_the_decimal_sign_is_the_one_declared_with_the_sheet(book: Path) -> None:

@@ -15,7 +15,7 @@ from data_schema.outcomes import Outcome
 from data_schema.where_parser import And, Comparison, Expression, Membership, Not, Or, parse
 from data_schema.where_tokens import COMPARE, Operator, Word
 from ingest.channels.names import parse_header
-from labbook.actions.stats.table import (
+from ingest.tables.long_table import (
     MINUS,
     LongTable,
     column_for_where,

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from data_schema.errors import InputRefused, UsageError
 from data_schema.units import conversion
-from labbook.actions.stats.table import LongTable, decimal_sign, maybe_thousands, numbers_of, read_table
+from ingest.tables.long_table import LineRefused, LongTable, decimal_sign, maybe_thousands, numbers_of, read_table
 
 _SPELLINGS = {"m3": "m^3", "cm3": "cm^3", "mm3": "mm^3", "wh": "Wh", "kwh": "kWh", "mah": "mAh", "ah": "Ah"}
 """Units as people write them in a header, in any case."""
@@ -116,7 +116,7 @@ def _values(table: LongTable, column: str, factor: float, any_sign: bool, decima
     for number, line in zip(numbers_of(table, column, "the study", decimal), table.lines, strict=True):
         if number is None or (number <= 0 and not any_sign):
             kind = "" if any_sign else "positive "
-            raise InputRefused(f"line {line} of {table.file} has no {kind}{column}: measure it, or drop the row.")
+            raise LineRefused(line, f"line {line} of {table.file} has no {kind}{column}: measure it, or drop the row.")
         found.append(float(number) * factor)
     return found
 
@@ -128,6 +128,6 @@ def _cells(table: LongTable, name: str, example: str) -> tuple[str, ...]:
     cells = table.columns[column]
     for cell, line in zip(cells, table.lines, strict=True):
         if not cell:
-            raise InputRefused(f"line {line} of {table.file} has no {name}: write it, or drop the row.")
+            raise LineRefused(line, f"line {line} of {table.file} has no {name}: write it, or drop the row.")
     first = {cell.casefold(): cell for cell in reversed(cells)}
     return tuple(first[cell.casefold()] for cell in cells)

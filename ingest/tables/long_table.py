@@ -27,6 +27,15 @@ _SEPARATOR_LINE = re.compile(r'"?sep=([,;\t|])"?', re.IGNORECASE)
 _EXAMPLE = "a header such as controller,energy_J and one value a row"
 
 
+class LineRefused(InputRefused):
+    """A line of a table cannot be used; `line` is its number in the file, from 1."""
+
+    def __init__(self, line: int, sentence: str) -> None:
+        """Take the sentence, which names the line too."""
+        super().__init__(sentence)
+        self.line = line
+
+
 @dataclass(frozen=True, slots=True)
 class LongTable:
     """Cells by column, stripped, one a row; `lines` are the rows' lines in the file, from 1.
@@ -57,7 +66,10 @@ def read_table(text: str, file: str, example: str = _EXAMPLE) -> LongTable:
     first, _end, rest = text.partition("\n")
     named = _SEPARATOR_LINE.fullmatch(first.strip())
     delimiters, text = (named[1], f"\n{rest}") if named else (DELIMITERS, text)
-    read = {delimiter: _rows(text, delimiter) for delimiter in delimiters}
+    try:
+        read = {delimiter: _rows(text, delimiter) for delimiter in delimiters}
+    except csv.Error as error:  # a cell beyond what the module takes
+        raise InputRefused(f"{file} is no table of cells ({error}): give {example}.") from error
     even = {
         delimiter: rows
         for delimiter, rows in read.items()
@@ -65,7 +77,7 @@ def read_table(text: str, file: str, example: str = _EXAMPLE) -> LongTable:
     }
     if not even:
         longest = max(read.values(), key=lambda rows: len(rows[0][1]) if rows else 0)
-        raise InputRefused(_why_uneven(longest, file, example))
+        raise _uneven(longest, file, example)
     delimiter, ((_line, header), *rows) = max(even.items(), key=lambda found: len(found[1][0][1]))
     repeated = sorted({name for name in header if name and header.count(name) > 1})
     if repeated:
@@ -83,17 +95,18 @@ def _rows(text: str, delimiter: str) -> list[tuple[int, list[str]]]:
     ]
 
 
-def _why_uneven(rows: Sequence[tuple[int, Sequence[str]]], file: str, example: str) -> str:
+def _uneven(rows: Sequence[tuple[int, Sequence[str]]], file: str, example: str) -> InputRefused:
     if not rows or len(rows[0][1]) < 2:
-        return f"{file} is no table of several columns: give {example}."
+        return InputRefused(f"{file} is no table of several columns: give {example}.")
     width = len(rows[0][1])
     line, cells = next((line, cells) for line, cells in rows if len(cells) != width)
     hint = ""
     if any(a.isdecimal() and b.isdecimal() for a, b in itertools.pairwise(cells)):
         hint = "; numbers with a decimal comma need quotes, or ; between the columns"
-    return (
+    return LineRefused(
+        line,
         f"line {line} of {file} has {len(cells)} cells and the header {width}: give every row as many cells as "
-        f"names{hint}."
+        f"names{hint}.",
     )
 
 
@@ -112,9 +125,10 @@ def numbers_of(
     for place in places:
         number = number_in(cells[place], sign, declared)
         if isinstance(number, CellFault):
-            raise InputRefused(
+            raise LineRefused(
+                table.lines[place],
                 f"{cells[place]!r} in column {name!r}, line {table.lines[place]} of {table.file}, "
-                f"{what_to_write(cells[place], sign, name)}."
+                f"{what_to_write(cells[place], sign, name)}.",
             )
         found.append(number)
     return found

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from data_schema.errors import InputRefused, UnknownName
 from data_schema.where import ColumnKind, WhereColumn, compile_where
+from ingest.tables.long_table import column_for_where, maybe_thousands, numbers_of, read_table
 from labbook.actions.stats.data import rows_where
-from labbook.actions.stats.table import column_for_where, maybe_thousands, numbers_of, read_table
 from tests.helpers.wording import refuses
 
 NUMBERS = st.decimals(-(10**9), 10**9, places=4) | st.decimals(-1, 1, places=2)
