@@ -170,7 +170,7 @@ class _Walk:
                         state,
                         method=self.method,
                         rtol=self.rtol,
-                        atol=self.rtol * _typical_sizes(work, system),
+                        atol=self.rtol * typical_sizes(work, system),
                         max_step=LONGEST_STEP_S,
                         events=[watched.event(guard) for guard in guards],
                     )
@@ -209,7 +209,7 @@ class _Walk:
             step_s *= 2.0
 
 
-def _typical_sizes(work: Row, system: HybridSystem) -> Row:
+def typical_sizes(work: Row, system: HybridSystem) -> Row:
     """Sizes that absolute tolerances are shares of: m, m/s, J."""
     at = system.composition.position
     length_m, speed_m_s = work[at["rest_length"]], math.sqrt(GRAVITY_M_S2 * work[at["rest_length"]])
