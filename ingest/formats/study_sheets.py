@@ -6,7 +6,6 @@ where it can still be measured again.
 
 from __future__ import annotations
 
-import contextlib
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -21,7 +20,7 @@ from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.format import LAYOUT, Clue, Format, Head, Reader, Recognition
 from ingest.model import Reading
 from ingest.tables.long_table import LineRefused
-from ingest.tables.study_sheet import Quantity, StudySheet, read_study_sheet
+from ingest.tables.study_sheet import Quantity, StudySheet, read_study_sheet, repeated
 from ingest.text.cells import CANDIDATES, split_cells
 from ingest.text.source import DEFAULT_PAGE, TextSource, open_text
 
@@ -60,17 +59,31 @@ _WALKS_EXAMPLE = "walk,robot,mass_kg,distance_m,energy_Wh (or charge_mAh,voltage
 _POWER_EXAMPLE = "time_s,power_W (or current_A,voltage_V)"
 _LONGEST_STEP, _LONGEST_SHARE = 10.0, 0.01
 """A gap of a power log that is refused: longer than so many usual steps, and than this share of the walk."""
+_MOST_REPEATS = 5
 
 
 @dataclass(frozen=True, slots=True)
 class FlaskSheet:
-    """Fillings of flasks, one a row: radii in m, volumes of flasks and water in m^3, states of the grains."""
+    """Fillings of flasks, one a row: radii in m, volumes of flasks and water in m^3, states of the grains.
+
+    `repeats` are as those of `StudySheet`: two fillings may give the same digits, or were pasted twice.
+    """
 
     radii_m: Sequence[float]
     flasks_m3: Sequence[float]
     water_m3: Sequence[float]
     states: Sequence[str]
     lines: Sequence[int]
+    repeats: Sequence[tuple[int, int]]
+
+    def doubt(self) -> str | None:
+        """Say which rows may have been pasted twice, None where all differ."""
+        if not self.repeats:
+            return None
+        listed = ", ".join(f"line {line} those of line {first}" for first, line in self.repeats[:_MOST_REPEATS])
+        more = len(self.repeats) - _MOST_REPEATS
+        listed += f" and {more} more" if more > 0 else ""
+        return f"Rows have the very cells of rows before ({listed}): each counts as a filling; drop what is a copy."
 
 
 def read_flasks(text: str, file: str, decimal: str | None) -> FlaskSheet:
@@ -88,7 +101,7 @@ def read_flasks(text: str, file: str, decimal: str | None) -> FlaskSheet:
                 f"line {line} of {file} has more water than the flask of {radius_m * 1e3:g} mm holds "
                 f"({water * 1e6:.4g} of {flask_m3 * 1e6:.4g} ml): check both.",
             )
-    return FlaskSheet(radii_m, flasks_m3, water_m3, sheet.words["state"], sheet.lines)
+    return FlaskSheet(radii_m, flasks_m3, water_m3, sheet.words["state"], sheet.lines, sheet.repeats)
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +120,8 @@ class WalkSheet:
 def read_walks(text: str, file: str, decimal: str | None) -> WalkSheet:
     """Read a sheet of walks, whose energies stand in it, or are charges times voltages, or come of logs.
 
-    Raises `InputRefused` as `read_study_sheet` does, and where it says energies in no way or in two.
+    Raises `InputRefused` as `read_study_sheet` does, where it says energies in no way or in two, and for a robot that
+    is twice on a walk or a log that is named twice.
     """
     words = ("walk", "robot")
     sheet = read_study_sheet(text, file, _WALK, words, _WALKS_EXAMPLE, decimal, optional_words=("log",))
@@ -126,20 +140,48 @@ def read_walks(text: str, file: str, decimal: str | None) -> WalkSheet:
         raise InputRefused(
             f"{file} says no energies, nor charges and voltages, nor logs: name the columns as in {_WALKS_EXAMPLE}."
         )
+    for first, line in repeated(zip(sheet.words["walk"], sheet.words["robot"], strict=True), sheet.lines):
+        what = f"line {line} of {file} has the walk and the robot of line {first}"
+        raise LineRefused(line, f"{what}: give each walk a name of its own, or drop the copy.")
+    _refuse_log_twice(logs, sheet.lines, file)
     columns = (sheet.words["walk"], sheet.words["robot"], values["mass"], values["distance"])
     return WalkSheet(*columns, energies_j, logs, sheet.lines)
 
 
 def read_trials(text: str, file: str, decimal: str | None) -> StudySheet:
-    """Read a sheet of trials: words `file`, values `gain`, `damping_gain`, `mass` in kg, perhaps `neutral` in m."""
-    return read_study_sheet(text, file, _TRIAL, ("file",), "file,gain,damping_gain,mass_kg,neutral_cm", decimal)
+    """Read a sheet of trials: words `file`, values `gain`, `damping_gain`, `mass` in kg, perhaps `neutral` in m.
+
+    Raises `InputRefused` as `read_study_sheet` does, and for a log that is named twice.
+    """
+    sheet = read_study_sheet(text, file, _TRIAL, ("file",), "file,gain,damping_gain,mass_kg,neutral_cm", decimal)
+    _refuse_log_twice(sheet.words["file"], sheet.lines, file)
+    return sheet
+
+
+def _refuse_log_twice(logs: Sequence[str], lines: Sequence[int], file: str) -> None:
+    """Refuse a log in two rows: what was recorded once would count twice."""
+    for first, line in repeated(logs, lines) if logs else ():
+        what = f"line {line} of {file} names the log of line {first} again"
+        raise LineRefused(line, f"{what}: name the log that was recorded, or drop the copy.")
 
 
 def read_oscillation(text: str, file: str, decimal: str | None) -> tuple[Floats, Floats, Floats]:
-    """Read the log of a trial: times in s, displacements in m, velocities in m/s."""
-    example = "time_ms,position_mm,velocity (m/s)"
-    values = read_study_sheet(text, file, _OSCILLATION, (), example, decimal).values
-    return np.array(values["time"]), np.array(values["position"]), np.array(values["velocity"])
+    """Read the log of a trial: times in s, displacements in m, velocities in m/s.
+
+    Raises `InputRefused` as `read_study_sheet` does, and for times that do not rise.
+    """
+    log = read_study_sheet(text, file, _OSCILLATION, (), "time_ms,position_mm,velocity (m/s)", decimal)
+    return _rising_s(log, file), np.array(log.values["position"]), np.array(log.values["velocity"])
+
+
+def _rising_s(log: StudySheet, file: str) -> Floats:
+    time_s = np.array(log.values["time"])
+    still = np.flatnonzero(np.diff(time_s) <= 0.0)
+    if time_s.size < 2 or still.size:
+        line = log.lines[int(still[0]) + 1 if still.size else 0]
+        what = f"the time of {file} does not rise from row to row (line {line})"
+        raise LineRefused(line, f"{what}: give the log of one walk or trial as it was made.")
+    return time_s
 
 
 def read_power(text: str, file: str, decimal: str | None) -> tuple[Floats, Floats]:
@@ -149,7 +191,7 @@ def read_power(text: str, file: str, decimal: str | None) -> tuple[Floats, Float
     energy.
     """
     log = read_study_sheet(text, file, _POWER, (), _POWER_EXAMPLE, decimal)
-    time_s = np.array(log.values["time"])
+    time_s = _rising_s(log, file)
     if "power" in log.values:
         power_w = np.array(log.values["power"])
     elif "current" in log.values and "voltage" in log.values:
@@ -157,10 +199,6 @@ def read_power(text: str, file: str, decimal: str | None) -> tuple[Floats, Float
     else:
         raise InputRefused(f"{file} has no power, nor current and voltage: name its columns as in {_POWER_EXAMPLE}.")
     steps_s = np.diff(time_s)
-    if steps_s.size == 0 or steps_s.min() <= 0.0:
-        raise InputRefused(
-            f"the time of {file} does not rise from row to row: give the log of one walk as it was made."
-        )
     place = int(steps_s.argmax())
     gap_s, whole_s = float(steps_s[place]), float(time_s[-1] - time_s[0])
     if gap_s > _LONGEST_STEP * np.median(steps_s) and gap_s > _LONGEST_SHARE * whole_s:
@@ -209,14 +247,14 @@ def _header(source: TextSource | None, columns: tuple[str, ...]) -> tuple[int, b
     return None
 
 
-_ROWS: Mapping[str, Callable[[str, str, str | None], Sequence[object]]] = {
-    "flask_sheet": lambda *asked: read_flasks(*asked).lines,
-    "walk_sheet": lambda *asked: read_walks(*asked).lines,
-    "trial_sheet": lambda *asked: read_trials(*asked).lines,
-    STUDY_LOG: lambda *asked: read_power(*asked)[0].tolist(),
-    _TRIAL_LOG: lambda *asked: read_oscillation(*asked)[0].tolist(),
+_ROWS: Mapping[str, Callable[[str, str, str | None], tuple[int, str | None]]] = {
+    "flask_sheet": lambda *asked: (len((sheet := read_flasks(*asked)).lines), sheet.doubt()),
+    "walk_sheet": lambda *asked: (len(read_walks(*asked).lines), None),
+    "trial_sheet": lambda *asked: (len(read_trials(*asked).lines), None),
+    STUDY_LOG: lambda *asked: (len(read_power(*asked)[0]), None),
+    _TRIAL_LOG: lambda *asked: (len(read_oscillation(*asked)[0]), None),
 }
-"""The rows of each, read as the study does."""
+"""How many rows each has, read as the study does, and what is doubtful about them."""
 
 
 def _reader(name: str) -> Reader:
@@ -245,16 +283,19 @@ def _reader(name: str) -> Reader:
 
 def _count(name: str, text: str, file: str, decimal: str | None, findings: FindingCollector) -> int:
     """Count the rows of a sheet, or report what the study would refuse: a note where a decimal sign is all it lacks."""
-    try:
-        return len(_ROWS[name](text, file, decimal))
-    except (InputRefused, UsageError) as error:
-        lines = (error.line,) if isinstance(error, LineRefused) else ()
-        refused = str(error)
-    for sign in (",", ".") if decimal is None else ():
-        with contextlib.suppress(InputRefused, UsageError):
-            count = len(_ROWS[name](text, file, sign))
+    refused, lines = "", tuple[int, ...]()
+    for sign in (decimal,) if decimal is not None else (None, ",", "."):
+        try:
+            rows, doubt = _ROWS[name](text, file, sign)
+        except (InputRefused, UsageError) as error:
+            if not refused:
+                refused, lines = str(error), (error.line,) if isinstance(error, LineRefused) else ()
+            continue
+        if refused:
             findings.add(NOTE, "sheet_decimal_unclear", refused, lines=lines)
-            return count
+        if doubt is not None:
+            findings.add(NOTE, "rows_repeated", doubt)
+        return rows
     findings.add(FILE, "sheet_refused", refused, lines=lines)
     return 0
 
@@ -266,7 +307,7 @@ def _sheet(name: str) -> Format:
             return None
         return Recognition(LAYOUT, f"a header with the columns {', '.join(_COLUMNS[name])}")
 
-    return Format(name, 2, recognise, _reader(name), _WHAT[name], clue=Clue(says=(_CLUES[name],)))
+    return Format(name, 3, recognise, _reader(name), _WHAT[name], clue=Clue(says=(_CLUES[name],)))
 
 
 def _declared_only(_head: Head) -> Recognition | None:
@@ -278,7 +319,7 @@ FORMATS = (
     *(_sheet(name) for name in _COLUMNS if name != STUDY_LOG),
     Format(
         STUDY_LOG,
-        2,
+        3,
         _declared_only,
         _reader(STUDY_LOG),
         _WHAT[STUDY_LOG],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from data_schema.errors import InputRefused, UsageError
@@ -33,11 +33,13 @@ class StudySheet:
     """What a sheet holds: by quantity its values in SI units, by word its cells; all as long as the sheet has rows.
 
     `lines` are the rows' lines in the file, from 1. A word in other letters (upper case) is the one that came first.
+    `repeats` are the lines of rows whose cells are all those of a row before, each after that row's line.
     """
 
     values: Mapping[str, Sequence[float]]
     words: Mapping[str, Sequence[str]]
     lines: Sequence[int]
+    repeats: Sequence[tuple[int, int]]
 
 
 def read_study_sheet(
@@ -83,7 +85,15 @@ def read_study_sheet(
     _check_decimals(table, list(columns.values()), decimal)
     there = {column.lower() for column in table.columns}
     read = (*words, *(word for word in optional_words if word in there))
-    return StudySheet(values, {word: _cells(table, word, example) for word in read}, table.lines)
+    repeats = repeated(zip(*table.columns.values(), strict=True), table.lines)
+    return StudySheet(values, {word: _cells(table, word, example) for word in read}, table.lines, repeats)
+
+
+def repeated(keys: Iterable[Hashable], lines: Sequence[int]) -> list[tuple[int, int]]:
+    """Return the lines of keys that came before: the first line of each such key, and that of its repeat."""
+    first: dict[Hashable, int] = {}
+    found = [(first.setdefault(key, line), line) for key, line in zip(keys, lines, strict=True)]
+    return [pair for pair in found if pair[0] != pair[1]]
 
 
 def _check_decimals(table: LongTable, columns: Sequence[str], declared: str | None) -> None:

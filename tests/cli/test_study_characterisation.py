@@ -88,13 +88,22 @@ def test_conditions_with_few_points_are_left_out_and_named(tmp_path: Path) -> No
         ("time_ms,position_mm\n0,1\n", ("velocity (m/s)", "rate of compression")),
         ("time_ms,position_mm,velocity_m\n0,1,2\n", ("velocity",)),
         ("time_ms,position_mm,velocity (m/s)\n0,1,2\n0,x,2\n", ("'x'", "line 3")),
+        ("time_ms,position_mm,velocity (m/s)\n0,1,2\n1,1,2\n1,1,2\n", ("a.csv", "not rise", "line 4")),
     ],
-    ids=["no velocity", "no rate", "no number"],
+    ids=["no velocity", "no rate", "no number", "a sample twice"],
 )
 def test_logs_that_say_too_little_are_refused(log: str, said: tuple[str, ...], tmp_path: Path) -> None:
     (tmp_path / "trials.csv").write_text(HEAD + "a.csv,60,0,1,20\n", encoding="utf-8")
     (tmp_path / "a.csv").write_text(log, encoding="utf-8")
     refused(labbook("study", "characterisation", "trials.csv", at=tmp_path), 2, *said)
+
+
+def test_a_log_that_is_named_twice_is_refused(tmp_path: Path) -> None:
+    """It would count as two trajectories, and shorten the intervals."""
+    written(tmp_path, oscillations(np.random.default_rng(7)))
+    with (tmp_path / "trials.csv").open("a") as sheet:
+        sheet.write("g60_1kg.csv,60,0,1.0,20\n")
+    refused(labbook("study", "characterisation", "trials.csv", at=tmp_path), 2, "line 8", "the log of line 2")
 
 
 def test_positions_that_count_against_velocities_are_refused() -> None:

@@ -15,6 +15,7 @@ from labbook.demo.studies.sheets import COMPACTED, FLASK_RADII_MM, GRAIN_MM, LOO
 from labbook.presenting.studies.compaction import sentences
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.study_pages import study_page
+from tests.helpers.wording import says
 
 
 def test_intervals_cover_the_fractions_and_their_difference() -> None:
@@ -50,6 +51,18 @@ def test_repeated_fillings_of_a_flask_are_one_flask() -> None:
     often = compaction_of("".join([*lines, *lines[1:], lines[1]]), Path("flasks.csv"), GRAIN_MM, 0.95)
     assert often.rise.n == len(FLASK_RADII_MM)
     assert often.rise.intervals()[0] == pytest.approx(once.rise.intervals()[0], rel=1e-9)
+
+
+def test_rows_that_are_the_same_are_named(tmp_path: Path) -> None:
+    """A coarse balance may give two fillings the same digits: they count, and are said."""
+    head, *rows = flasks(np.random.default_rng(4)).splitlines()
+    sheet = tmp_path / "flasks.csv"
+    sheet.write_text("\n".join([head, *rows, rows[1], ""]), encoding="utf-8")
+    asked = ("study", "compaction", "flasks.csv", "--grain", "3.4")
+    says(good(labbook(*asked, at=tmp_path)).out, "line 12", "line 3", "copy")
+    assert "line 12" in good(labbook(*asked, "--json", at=tmp_path)).json["doubt"]
+    sheet.write_text("\n".join([head + ",filling", *(f"{row},{n}" for n, row in enumerate([*rows, rows[1]])), ""]))
+    assert good(labbook(*asked, "--json", at=tmp_path)).json["doubt"] is None
 
 
 def test_loose_comes_first_and_swapped_states_are_said() -> None:

@@ -113,6 +113,8 @@ WALK, TRIAL = "walk,robot,mass_kg,distance_m,energy_Wh\n", "file,gain,damping_ga
         ("field", WALK + "dune,thin,8.1,430,12.4\ndune,wide,8.3,4x0,10.9\n"),
         ("field", WALK.replace("energy", "power") + "dune,thin,8.1,430,12.4\n"),
         ("field", WALK.replace("\n", ",log\n") + "dune,thin,8.1,430,12.4,a.csv\n"),
+        ("field", WALK + "dune,thin,8.1,430,12.4\n" * 2),
+        ("characterisation", TRIAL + "a.csv,60,0,1\n" * 2),
         ("characterisation", TRIAL + "a.csv,60,0,1 kg\n"),
         ("characterisation", TRIAL.replace("kg", "mm") + "a.csv,60,0,1\n"),
     ],
@@ -126,6 +128,12 @@ def test_ingest_refuses_what_the_study_would_in_the_same_words(book: Path, study
     assert f"labbook: {finding['message']}" in by_study.err.replace("\n", " "), by_study.err
     if finding["line"]:
         assert f"line {finding['line']} of sheet.csv" in finding["message"]
+
+
+def test_ingest_names_fillings_that_are_the_same(book: Path) -> None:
+    text = (book.parent / "flasks.csv").read_text(encoding="utf-8")
+    (book.parent / "flasks.csv").write_text(text + text.splitlines(keepends=True)[3], encoding="utf-8")
+    assert "line 12 those of line 4" in good(labbook("ingest", "../flasks.csv", at=book)).out
 
 
 @pytest.mark.parametrize(

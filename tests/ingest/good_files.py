@@ -17,6 +17,12 @@ from tests.ingest.formats.test_amti_bsf import bsf
 from tests.ingest.synthetic import LOG_HEADER, SHEET, bertec_acquire, icharger_rows, robot_rows, text
 from tests.ingest.synthetic_c3d import c3d_bytes, platform
 
+
+def lines_of(head: str, *rows: str) -> bytes:
+    """A sheet of nine times these rows, each numbered from 15 on."""
+    return "\n".join([head, *(row.format(15 + n) for n in range(9) for row in rows), ""]).encode()
+
+
 GOOD_FILES: Mapping[str, Callable[[], bytes]] = {
     "delimited_log": lambda: text(LOG_HEADER, robot_rows(24)),
     "debug_lines": lambda: "".join(f"motor1: {7 * n % 13}\nmotor2: {n}\n" for n in range(30)).encode(),
@@ -31,9 +37,9 @@ GOOD_FILES: Mapping[str, Callable[[], bytes]] = {
     "opensim": lambda: plates.opensim(n=12),
     "c3d": lambda: c3d_bytes(np.tile(np.arange(1.0, 9.0), (10, 1)), platform(2)),
     "amti_bsf": lambda: bsf(n=6),
-    "flask_sheet": lambda: b"radius_mm,state,water_ml\n" + b"15,loose,6.29\n15,compacted,5.85\n" * 9,
-    "walk_sheet": lambda: b"walk;robot;mass_kg;distance (km);energy_Wh\n" + b"dune;thin;8.1;0.43;12.4\n" * 9,
-    "trial_sheet": lambda: b"file,gain,damping_gain,mass_kg\n" + b"a.csv,60,0,1.0\n" * 9,
+    "flask_sheet": lambda: lines_of("radius_mm,state,water_ml", "{0},loose,6.29", "{0},compacted,5.85"),
+    "walk_sheet": lambda: lines_of("walk;robot;mass_kg;distance (km);energy_Wh", "dune {0};thin;8.1;0.43;12.4"),
+    "trial_sheet": lambda: lines_of("file,gain,damping_gain,mass_kg", "{0}.csv,60,0,1.0"),
     "charger_sheet": SHEET.encode,
     "icharger_log": lambda: ("\n".join(icharger_rows(14)) + "\n").encode(),
     "icharger_serial": lambda: chargers.lines(chargers.serial_rows(14)),

@@ -24,4 +24,4 @@ def compaction_of(text: str, file: Path, grain_mm: float, level: float, decimal:
         sheet.states, sheet.radii_m, sheet.flasks_m3, sheet.water_m3, strict=True
     ):
         by_state.setdefault(state, []).append((radius_m, fraction_from_water(flask_m3, water_m3).fraction))
-    return compaction(by_state, grain_mm / 1e3, level)
+    return compaction(by_state, grain_mm / 1e3, level, sheet.doubt())

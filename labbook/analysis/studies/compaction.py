@@ -32,16 +32,21 @@ class StateOfGrains:
 class Compaction:
     """Both states, in the order of the sheet, and how much denser the last is than the first.
 
-    `rise` is the line through the differences within flasks: a flask's own error is the same in both states.
+    `rise` is the line through the differences within flasks: a flask's own error is the same in both states. `doubt`
+    is what is to be looked at in the sheet.
     """
 
     states: tuple[StateOfGrains, ...]
     rise: LinearFit
     grain_m: float
+    doubt: str | None = None
 
 
 def compaction(
-    measured: Mapping[str, Sequence[tuple[float, float]]], grain_m: float, level: float = 0.95
+    measured: Mapping[str, Sequence[tuple[float, float]]],
+    grain_m: float,
+    level: float = 0.95,
+    doubt: str | None = None,
 ) -> Compaction:
     """Extrapolate the fractions of each state to an infinite container.
 
@@ -75,6 +80,7 @@ def compaction(
         states=tuple(_state(name, rows, grain_m, level) for name, rows in states.items()),
         rise=fit_linear(rises, {WALL: [grain_m / radius_m for radius_m in radii_m]}, level=level),
         grain_m=grain_m,
+        doubt=doubt,
     )
 
 

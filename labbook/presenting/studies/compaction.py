@@ -43,6 +43,8 @@ def sentences(study: Compaction) -> list[str]:
     of_walls = [state.unbounded.fit.intervals()[1] for state in study.states]
     if any(not isinstance(interval, Undefined) and interval[0] > 0.0 for interval in of_walls):
         said.append("The fraction rises towards smaller flasks, where walls should lower it: look at the small flasks.")
+    if study.doubt is not None:
+        said.append(study.doubt)
     return said
 
 
@@ -71,6 +73,7 @@ def as_data(study: Compaction) -> dict[str, Any]:
             for state in study.states
         ],
         "difference": study.rise.to_dict(),
+        "doubt": study.doubt,
     }
 
 
