@@ -233,6 +233,15 @@ _SEPARATOR = re.compile(rb'\s*"?sep=."?\s*', re.IGNORECASE)
 _TITLE_LINES = 10
 
 
+def may_be_cut(text: str, file: str) -> str | None:
+    """Say that the last line of a sheet or log may be cut, as it has no line end; None where it has one."""
+    if text.endswith(("\n", "\r")):
+        return None
+    return (
+        f"The last line of {file} has no line end, so that it may be cut: end it, or say `--complete` if it is whole."
+    )
+
+
 def _header(source: TextSource | None, columns: tuple[str, ...]) -> tuple[int, bool] | None:
     """Return the number of the line that has the columns, and whether only blank ones stand above it."""
     if source is None:
@@ -267,14 +276,11 @@ def _reader(name: str) -> Reader:
             message = f"Line {header[0]} names the columns: take out the lines above it."
             findings.add(FILE, "header_not_first", message, lines=header[:1])
             return Reading(role=FileRole.SHEET)
-        if head.source.data[-1:] not in (b"\n", b"\r") and not head.declared.complete:
-            message = (
-                "The last line has no line end, so that it may be cut: end it, or say `--complete` if it is whole."
-            )
-            findings.add(FILE, "last_line_unended", message)
         of_trial = name == STUDY_LOG and _header(head.source, ("position",)) is not None
         source = open_text(head.data, head.declared.encoding or DEFAULT_PAGE, FindingCollector())
         text, file = source.decode(source.data[source.start :]), head.declared.file_name or "the file"
+        if not head.declared.complete and (unended := may_be_cut(text, file)) is not None:
+            findings.add(FILE, "last_line_unended", unended)
         rows = _count(_TRIAL_LOG if of_trial else name, text, file, head.declared.decimal_sign, findings)
         return Reading(rows_read=rows, role=FileRole.SHEET)
 

@@ -34,7 +34,12 @@ class ShownStudy:
 
 
 def compaction_shown(
-    file: Path | None, grain: float | None, level: float | None, decimal: str | None, book: Path | None
+    file: Path | None,
+    grain: float | None,
+    level: float | None,
+    decimal: str | None,
+    book: Path | None,
+    complete: bool = False,
 ) -> ShownStudy:
     """Show how densely the grains lie, from a sheet of flasks."""
     from labbook.actions.studies.compaction import compaction_of
@@ -42,7 +47,7 @@ def compaction_shown(
     from labbook.presenting.studies.compaction import as_data, drawn, sentences
     from reports.figures.compaction import draw_compaction
 
-    with sheet_source("compaction", file, book, decimal) as sheets:
+    with sheet_source("compaction", file, book, decimal, complete=complete) as sheets:
         text, level = sheets.text(sheets.sheet), sheets.level(level)
         study = compaction_of(text, sheets.sheet, sheets.grain_mm(grain), level, sheets.decimal)
     return ShownStudy(
@@ -55,14 +60,16 @@ def compaction_shown(
     )
 
 
-def field_shown(file: Path | None, level: float | None, decimal: str | None, book: Path | None) -> ShownStudy:
+def field_shown(
+    file: Path | None, level: float | None, decimal: str | None, book: Path | None, complete: bool = False
+) -> ShownStudy:
     """Show what two robots need on the same walks, from a sheet of walks."""
     from labbook.actions.studies.field import field_study_of
     from labbook.actions.studies.sheet_source import sheet_source
     from labbook.presenting.studies.field import as_data, drawn, sentences
     from reports.figures.field import draw_field
 
-    with sheet_source("field", file, book, decimal) as sheets:
+    with sheet_source("field", file, book, decimal, complete=complete) as sheets:
         study = field_study_of(sheets.sheet, sheets.text, sheets.level(level), sheets.decimal)
     return ShownStudy(
         "What two robots need on the same walks",
@@ -75,7 +82,7 @@ def field_shown(file: Path | None, level: float | None, decimal: str | None, boo
 
 
 def characterisation_shown(
-    file: Path | None, level: float | None, decimal: str | None, book: Path | None
+    file: Path | None, level: float | None, decimal: str | None, book: Path | None, complete: bool = False
 ) -> ShownStudy:
     """Show what a leg's gains are, from a sheet of trials and their logs."""
     from labbook.actions.studies.characterisation import characterisation_of
@@ -83,7 +90,7 @@ def characterisation_shown(
     from labbook.presenting.studies.characterisation import HEAD, as_data, drawn, rows, sentences
     from reports.figures.characterisation import draw_characterisation
 
-    with sheet_source("characterisation", file, book, decimal) as sheets:
+    with sheet_source("characterisation", file, book, decimal, complete=complete) as sheets:
         study = characterisation_of(sheets.sheet, sheets.text, sheets.level(level), sheets.decimal)
     return ShownStudy(
         "What the leg's gains are in N/m and kg/s",

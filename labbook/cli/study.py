@@ -23,7 +23,9 @@ PlotOption = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help=
 DecimalOption = Annotated[
     str | None, typer.Option("--decimal", metavar="SIGN", help="The table's decimal sign, where it is unclear.")
 ]
-
+CompleteOption = Annotated[
+    bool, typer.Option("--complete", help="The last line of a file is whole, though it has no line end.")
+]
 PageOption = Annotated[Path | None, typer.Option("--page", metavar="FILE", help="Write it as a page: a .html file.")]
 
 app = typer.Typer(no_args_is_help=True)
@@ -77,6 +79,7 @@ def compaction(
     plot: PlotOption = None,
     page: PageOption = None,
     decimal: DecimalOption = None,
+    complete: CompleteOption = False,
     book: BookOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -89,7 +92,7 @@ def compaction(
     Example: labbook study compaction flasks.csv --grain 3.4 --plot compaction.pdf
     """
     _check_files(plot, page)
-    _show(compaction_shown(file, grain, level, decimal, book), plot, page, as_json)
+    _show(compaction_shown(file, grain, level, decimal, book, complete), plot, page, as_json)
 
 
 @app.command("field")
@@ -102,6 +105,7 @@ def field_walks(
     plot: PlotOption = None,
     page: PageOption = None,
     decimal: DecimalOption = None,
+    complete: CompleteOption = False,
     book: BookOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -114,7 +118,7 @@ def field_walks(
     Example: labbook study field walks.csv --plot field.pdf
     """
     _check_files(plot, page)
-    _show(field_shown(file, level, decimal, book), plot, page, as_json)
+    _show(field_shown(file, level, decimal, book, complete), plot, page, as_json)
 
 
 @app.command()
@@ -126,6 +130,7 @@ def characterisation(
     plot: PlotOption = None,
     page: PageOption = None,
     decimal: DecimalOption = None,
+    complete: CompleteOption = False,
     book: BookOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -139,7 +144,7 @@ def characterisation(
     Example: labbook study characterisation trials.csv --plot gains.pdf
     """
     _check_files(plot, page)
-    _show(characterisation_shown(file, level, decimal, book), plot, page, as_json)
+    _show(characterisation_shown(file, level, decimal, book, complete), plot, page, as_json)
 
 
 @app.command("force-plate")

@@ -161,6 +161,18 @@ def test_a_decimal_sign_that_the_study_may_be_told_later_is_a_note(book: Path) -
     assert "add --decimal , or --decimal ." in said
 
 
+def test_a_last_line_that_may_be_cut_is_refused_of_a_file_too(book: Path) -> None:
+    """430 of 4300: nothing shows that a digit is gone, as with a file for ingest."""
+    path = book.parent / "walks.csv"
+    path.write_text(path.read_text(encoding="utf-8").rstrip("\n"), encoding="utf-8")
+    refused(labbook("study", "field", path, at=book), 2, "walks.csv has no line end", "--complete")
+    good(labbook("study", "field", path, "--complete", at=book))
+    for name, text in oscillation_campaign(2).files.items():
+        (book / name).write_text(text if name == "trials.csv" else text.rstrip("\n"), encoding="utf-8")
+    refused(labbook("study", "characterisation", "trials.csv", at=book), 2, "60_1kg.csv has no line end")
+    good(labbook("study", "characterisation", "trials.csv", "--complete", at=book))
+
+
 def test_the_decimal_sign_is_the_one_declared_with_the_sheet(book: Path) -> None:
     text = (book.parent / "flasks.csv").read_text(encoding="utf-8")
     (book.parent / "comma.csv").write_text(text.replace(",", ";").replace(".", ","), encoding="utf-8")

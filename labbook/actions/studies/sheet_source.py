@@ -15,6 +15,7 @@ import sqlalchemy as sa
 from data_schema.errors import InputRefused, UsageError
 from data_schema.queries.imported_files import find_files
 from data_schema.queries.readings import ReadingRow, last_reading, readings_in_force
+from ingest.formats.study_sheets import may_be_cut
 from ingest.store import raw_path
 from ingest.text.source import DEFAULT_PAGE
 from labbook.actions.files.named_files import decoded, file_named, read_file
@@ -28,8 +29,9 @@ from stats.checks import as_level
 class SheetSource:
     """A study's sheet, what labbook.toml says of the study, the sheet's decimal sign (None: as it shows), its sources.
 
-    `page` is the encoding of a text that is neither UTF-8 nor UTF-16, None where such text is refused. `text` reads the
-    sheet and the files beside it; each that was read is among `sources`, by its hash.
+    `page` is the encoding of a text that is neither UTF-8 nor UTF-16, None where such text is refused; `complete`, that
+    a last line without line end is whole. `text` reads the sheet and the files beside it; each that was read is among
+    `sources`, by its hash.
     """
 
     sheet: Path
@@ -38,13 +40,17 @@ class SheetSource:
     read: Callable[[Path], bytes]
     of_book: tuple[tuple[str, str], ...] = ()
     page: str | None = None
+    complete: bool = True
     hashes: dict[str, str] = field(default_factory=dict)
 
     def text(self, path: Path) -> str:
-        """Return the text of the sheet, or of a file that it names."""
+        """Return the text of the sheet, or of a file that it names; raises `InputRefused` where it may be cut."""
         data = self.read(path)
         self.hashes[path.name] = hashlib.sha256(data).hexdigest()
-        return decoded(path, data, marked_utf_16=True, page=self.page)
+        text = decoded(path, data, marked_utf_16=True, page=self.page)
+        if not self.complete and text and (unended := may_be_cut(text, str(path))) is not None:
+            raise InputRefused(unended)
+        return text
 
     def level(self, option: float | None) -> float:
         """Return the level of the intervals: the option's, else the protocol's, else 0.95."""
@@ -67,15 +73,17 @@ class SheetSource:
 
 
 @contextlib.contextmanager
-def sheet_source(study: str, file: Path | None, book_folder: Path | None, decimal: str | None) -> Iterator[SheetSource]:
-    """Open the sheet of a study: `file` as it is, or without one the book's.
+def sheet_source(
+    study: str, file: Path | None, book_folder: Path | None, decimal: str | None, *, complete: bool = False
+) -> Iterator[SheetSource]:
+    """Open the sheet of a study: `file` as it is, or without one the book's, of which ingest knew whether it is whole.
 
     Raises `UsageError` where both are named or the book has several, `InputRefused` where it has none.
     """
     if file is not None:
         if book_folder is not None:
             raise UsageError(f"{file} is read as it is, without a book: leave out --book, or the file.")
-        yield SheetSource(file, StudyProtocol(), decimal, read_file)
+        yield SheetSource(file, StudyProtocol(), decimal, read_file, complete=complete)
         return
     with opened(book_folder) as book, book.reading() as connection:
         protocol = book.configuration.studies.get(study, StudyProtocol())
