@@ -228,6 +228,16 @@ def test_all_studies_of_a_book_are_shown_and_one_that_cannot_be_made_is_named(bo
     assert "compaction, field (`labbook study all`)" in good(labbook("report", at=book)).out
 
 
+def test_a_study_without_its_sheet_is_named_and_the_others_are_made(book: Path) -> None:
+    good(labbook("ingest", "../walks.csv", at=book))
+    configure(book, f"{GRAIN}[studies.characterisation]\n[studies.force-plate]\n")
+    answer = labbook("study", "all", "--pages", "pages", "--json", at=book)
+    assert (answer.code, [name for name, one in answer.json.items() if "refused" not in one]) == (2, ["field"])
+    assert "no sheet of the compaction study" in answer.json["compaction"]["refused"]
+    assert "no sheet of the characterisation study" in answer.json["characterisation"]["refused"]
+    assert [page.name for page in (book / "pages").iterdir()] == ["field.html"]
+
+
 def test_the_page_works_as_it_says(book: Path) -> None:
     text = (DOCS / "studies.md").read_text(encoding="utf-8")
     sheets, logs, *asks = (shlex.split(line) for line in re.findall(r"^ {7}labbook (.*)$", text, re.MULTILINE))
