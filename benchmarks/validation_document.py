@@ -180,6 +180,8 @@ def _of_walks(text: str) -> Intervals:
     }
 
 
+FEW_MAH = "saving, scaled active damping, gain 100"
+"""At 25 mAh of a hundred jumps the charger's last digit is 4 %."""
 STUDIES = {
     "compaction": ClosedLoop(
         "five flasks, an error of 0.002 a flask and of 0.0015 a filling",
@@ -227,6 +229,12 @@ STUDIES = {
         from_charges,
         intervals,
         true_changes,
+    ),
+    "emulator, 150 jumps": ClosedLoop(
+        "the same, of 150 jumps a run",
+        lambda chance: from_charges(chance, 150),
+        lambda study: {FEW_MAH: intervals(study)[FEW_MAH]},
+        lambda: {FEW_MAH: true_changes(150)[FEW_MAH]},
     ),
     "emulator": ClosedLoop(
         "four days of 14 conditions, 100 jumps a run, through files and ingest; the same scatter",

@@ -37,9 +37,9 @@ LEVEL, SAME_PERCENT = 0.95, 2.0
 SHOWN = ((100.0, Controller.SCALED), (300.0, Controller.CONSTANT), (500.0, Controller.SCALED))
 
 
-def true_changes() -> dict[str, float]:
+def true_changes(jumps: int = JUMPS) -> dict[str, float]:
     """Return what is true of the savings and of the apexes lost that are looked at."""
-    known = {(one.gain, one.damping_gain): one for one in truths()}
+    known = {(one.gain, one.damping_gain): one for one in truths(jumps)}
     found = {}
     for gain, controller in SHOWN:
         damping = CONSTANT if controller is Controller.CONSTANT else round(gain / RATIO)
@@ -75,13 +75,13 @@ def emulator_book(chance: np.random.Generator) -> EmulatorStudy:
         return emulator_study_of(book, None, CONSTANT, RATIO, SAME_PERCENT, LEVEL, lambda _what: None).study
 
 
-def from_charges(chance: np.random.Generator) -> EmulatorStudy:
+def from_charges(chance: np.random.Generator, jumps: int = JUMPS) -> EmulatorStudy:
     """Draw what the charger says, and run means of apexes, without files."""
-    campaign = emulator_campaign(int(chance.integers(2**31)), logs=False)
+    campaign = emulator_campaign(int(chance.integers(2**31)), jumps=jumps, logs=False)
     idle = [(run.duration_s, run.charge_mah) for run in campaign if run.condition is None]
     line = fit_passive_drain([seconds for seconds, _ in idle], [mah for _, mah in idle], resolution_mah=1.0)
-    worth_j = joules_per_mah(VOLTAGE_V, JUMPS)
-    known = {(one.gain, one.damping_gain): one for one in truths()}
+    worth_j = joules_per_mah(VOLTAGE_V, jumps)
+    known = {(one.gain, one.damping_gain): one for one in truths(jumps)}
     joules, apexes = [], []
     for run in campaign:
         if run.condition is None:
@@ -136,7 +136,7 @@ def _row(run: EmulatorRun) -> RunRow:
         battery="A",
         started_utc=None,
         duration_s=run.duration_s,
-        jumps_made=JUMPS,
+        jumps_made=run.jumps,
         starts=1,
         planned=False,
     )
