@@ -64,7 +64,7 @@ def demo(
 ) -> None:
     """Make the demonstration: synthetic instruments' files, a book, everything ingested, and the report.
 
-    The campaign is the thesis's chapter 5, drawn from a model with known truth (truth.json, docs/demonstration.md), or
+    The campaign is the thesis's chapter 5, of simulated jumps with known truth (truth.json, docs/demonstration.md), or
     that of a study.
 
     Example: labbook demo demo-book

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from labbook.demo.campaign import BATTERIES, JUMPS_PER_RUN
 from labbook.demo.schedule import IDLE_MINUTES
-from labbook.demo.truth import CONTROL_GAIN, Truth
+from labbook.demo.truth import CONTROL_GAIN, FOOT_RADIUS_M, Truth
 
 FACTORS = ("foot", "k_gain", "b_ad_gain")
 ROBOT = "hopper"
 
-_FOOT_RADIUS_M = {"small": 0.038, "large": 0.051}
-
 _TEMPLATE = """\
-# Demonstration: a synthetic campaign of the size of chapter 5, drawn from a model with known truth.
-# Nothing in it was measured. The model is described in docs/demonstration.md.
+# Demonstration: a synthetic campaign of the size of chapter 5, of simulated jumps with known truth.
+# Nothing in it was measured. What is true is described in docs/demonstration.md.
 
 [study]
 name = "granular bed (synthetic)"
@@ -149,7 +147,7 @@ def book_toml(truth: Truth, *, predicted: bool = True, decided: bool = True) -> 
     text = _TEMPLATE.format(
         voltage=truth.reference_voltage_v,
         jumps=JUMPS_PER_RUN,
-        feet=", ".join(f"{foot} = {{ radius_m = {_FOOT_RADIUS_M[foot]} }}" for foot in feet),
+        feet=", ".join(f"{foot} = {{ radius_m = {FOOT_RADIUS_M[foot]} }}" for foot in feet),
         k_gains=sorted({group.k_gain for group in truth.groups}),
         ad_gains=[CONTROL_GAIN, *truth.ad_gains],
         control=CONTROL_GAIN,

@@ -76,7 +76,7 @@ def _day_runs(
             drawn.notes.insert(0, f"rail within 1 degree, rod oiled{cycled}")
         nominal_s = truth.run_duration_s if slot.idle_minutes is None else 60 * slot.idle_minutes
         duration_s = int(nominal_s + rng.integers(-2, 5))
-        charge_mah = truth.passive_charge_mah(duration_s) + drawn.charge_mah
+        charge_mah = truth.drain.charge_mah(duration_s) + drawn.charge_mah
         charge_mah += rng.normal(0, truth.scatter.recharge_mah)
         recharge_minutes = int(np.ceil(charge_mah / _CHARGER_MAH_PER_MINUTE)) + _BALANCING_MINUTES
         off = (clock + dt.timedelta(seconds=duration_s)).replace(second=0)

@@ -17,8 +17,8 @@ from data_schema.units import MAH_TO_COULOMB
 from data_schema.vocabulary import RunKind
 from labbook.demo.book_toml import FACTORS, ROBOT, book_toml
 from labbook.demo.logger import DECIMALS, RunLog, run_log
-from labbook.demo.plate import plate_record
 from labbook.demo.records import Campaign, DemoRun
+from labbook.demo.studies.force_plate import hopping_record
 from labbook.demo.writers import (
     Recharge,
     RunRow,
@@ -85,7 +85,7 @@ def write_campaign(campaign: Campaign, folder: Path, *, full: bool = False, prog
     minutes (16 MB each) in place of about 80 seconds.
     """
     logged = campaign.of_kind(RunKind.JUMPS)
-    plated = campaign.of_kind(RunKind.CHARACTERISATION)
+    plated = [(run, run.condition) for run in campaign.of_kind(RunKind.CHARACTERISATION) if run.condition is not None]
     sheets = list(_charger_sheets(campaign))
     total = len(logged) + len(sheets) + 2 * len(plated) + 3
     written = 0
@@ -103,8 +103,8 @@ def write_campaign(campaign: Campaign, folder: Path, *, full: bool = False, prog
     write("instruments/runs.csv", run_sheet(FACTORS, _run_rows(campaign)))
     for name, content in sheets:
         write(name, content)
-    for run in plated:
-        plate = plate_record(campaign.seed, run.jumps_made)
+    for run, condition in plated:
+        plate = hopping_record(campaign.seed, condition.k_gain, run.jumps_made)
         course = recharge_course(campaign.seed, run.charge_mah, run.end_voltage_v)
         write(
             f"instruments/force/{run.name}_bertec_{MARK}.txt",

@@ -1,228 +1,93 @@
-"""Kinematics of one hop from a height: drop, stance on yielding or rigid ground, flight.
+"""One jump from a height as the simulator has it: drop, stance, flight.
 
-A prescribed motion, not a solution of the equations of motion: ballistic phases are exact parabolas, so the
-apex is known exactly. In stance the leg's force is prescribed over time: it sets in at touchdown, jumps at the
-switch from soft to stiff spring and fades to nothing at lift-off; its size follows from the speeds and the travel.
-The controller is the thesis's (4.2.5, 5.1.1): compression until the leg stops shortening, extension until it is
-at its rest length. The foot's mass is neglected: body and centre of mass move alike in flight.
+What jumps of a condition differ by, the height of the drop and the apex, stretches drop and flight as gravity would
+have it, their times by the root of their heights; the stance is the simulated one.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from data_schema.errors import UsageError
-from data_schema.units import STANDARD_GRAVITY_M_S2
-
 FloatArray = NDArray[np.float64]
-
-_COMPRESSION_POWER = 12
-_EXTENSION_POWER = 3
-"""The force at a time t from the switch is in proportion to 1 - (t / duration)^power: the damper of a compressing
-leg makes it nearly constant, an extending spring lets it fade."""
-_INTRUDING_SHARE = 0.55
-"""Part of the extension during which the foot still sinks before the ground jams again (thesis 3.1.6)."""
-_FOOT_RINGING_RAD_S = 60.0
-_FOOT_RINGING_DAMPING = 0.35
-
-
-@dataclass(frozen=True, slots=True)
-class Hop:
-    """What defines a hop. Heights are of the body above the undisturbed ground.
-
-    `jamming_time_s` is how long the ground takes to stop the foot after touchdown (0: rigid ground), and
-    `extension_intrusion_m` how much deeper the extending leg pushes it.
-    Raises `UsageError` when the phases cannot follow each other.
-    """
-
-    drop_height_m: float
-    apex_height_m: float
-    rest_length_m: float = 0.27
-    compression_m: float = 0.105
-    jamming_time_s: float = 0.03
-    extension_intrusion_m: float = 0.02
-
-    def __post_init__(self) -> None:
-        if self.drop_height_m <= self.rest_length_m:
-            raise UsageError(
-                f"a drop from {self.drop_height_m} m starts with the foot in the ground: "
-                f"give a drop height above the rest length {self.rest_length_m} m."
-            )
-        if self.apex_height_m <= self.lift_off_height_m:
-            raise UsageError(
-                f"an apex of {self.apex_height_m} m lies below lift-off at {self.lift_off_height_m:.4f} m: "
-                "give a higher apex or less intrusion."
-            )
-        if not 0 <= self.jamming_time_s < self.compression_duration_s:
-            raise UsageError(
-                f"a jamming time of {self.jamming_time_s} s must be at least 0 and shorter than the "
-                f"compression, {self.compression_duration_s:.4f} s."
-            )
-
-    @property
-    def touchdown_speed_m_s(self) -> float:
-        """Speed of the body when the foot meets the ground."""
-        return math.sqrt(2 * STANDARD_GRAVITY_M_S2 * (self.drop_height_m - self.rest_length_m))
-
-    @property
-    def compression_intrusion_m(self) -> float:
-        """Depth of the foot when the ground first jams: its speed dies quadratically."""
-        return self.touchdown_speed_m_s * self.jamming_time_s / 3
-
-    @property
-    def lift_off_height_m(self) -> float:
-        """Body height at lift-off: the leg at rest length, the foot at its deepest."""
-        return self.rest_length_m - self.compression_intrusion_m - self.extension_intrusion_m
-
-    @property
-    def lift_off_speed_m_s(self) -> float:
-        """Speed of the body at lift-off that carries it to the apex."""
-        return math.sqrt(2 * STANDARD_GRAVITY_M_S2 * (self.apex_height_m - self.lift_off_height_m))
-
-    @property
-    def switch_height_m(self) -> float:
-        """Lowest body height, where the soft spring is exchanged for the stiff one."""
-        return self.rest_length_m - self.compression_m - self.compression_intrusion_m
-
-    @property
-    def touchdown_s(self) -> float:
-        """Time from the drop to the first touch of the ground."""
-        return self.touchdown_speed_m_s / STANDARD_GRAVITY_M_S2
-
-    @property
-    def compression_duration_s(self) -> float:
-        """Time from touchdown to the switch."""
-        return _push_duration_s(self.touchdown_speed_m_s, self.rest_length_m - self.switch_height_m, _COMPRESSION_POWER)
-
-    @property
-    def extension_duration_s(self) -> float:
-        """Time from the switch to lift-off."""
-        return _push_duration_s(
-            self.lift_off_speed_m_s, self.lift_off_height_m - self.switch_height_m, _EXTENSION_POWER
-        )
-
-    @property
-    def switch_s(self) -> float:
-        """Time from the drop to the switch."""
-        return self.touchdown_s + self.compression_duration_s
-
-    @property
-    def lift_off_s(self) -> float:
-        """Time from the drop to lift-off."""
-        return self.switch_s + self.extension_duration_s
-
-    @property
-    def apex_s(self) -> float:
-        """Time from the drop to the apex."""
-        return self.lift_off_s + self.lift_off_speed_m_s / STANDARD_GRAVITY_M_S2
-
-    @property
-    def landing_s(self) -> float:
-        """Time from the drop until the body is back at rest length above the undisturbed ground."""
-        fall_m = max(self.apex_height_m - self.rest_length_m, 0.0)
-        return self.apex_s + math.sqrt(2 * fall_m / STANDARD_GRAVITY_M_S2)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HopMotion:
-    """A hop sampled in time; all arrays of the shape of `time_s`, SI units, up positive."""
+    """A hop sampled in time: arrays of one shape, SI units, up positive."""
 
-    time_s: FloatArray
     body_height_m: FloatArray
-    body_velocity_m_s: FloatArray
-    body_acceleration_m_s2: FloatArray
     leg_length_m: FloatArray
     leg_velocity_m_s: FloatArray
     extending: NDArray[np.bool_]
 
 
-def hop_motion(hop: Hop, time_s: FloatArray) -> HopMotion:
-    """Sample a hop at `time_s`, seconds after the drop, rising; after the apex the fall goes on for ever."""
-    g = STANDARD_GRAVITY_M_S2
-    drop, compression, extension, flight = (
-        slice(start, stop) for start, stop in _between(time_s, hop.touchdown_s, hop.switch_s, hop.lift_off_s)
+@dataclass(frozen=True, slots=True, eq=False)
+class Hop:
+    """A hop from its drop to its second touchdown: heights of the body above the undisturbed ground, times since the
+    drop. The switch is where the leg is shortest. `motion` samples the hop at times, rising, to its end at most.
+    """
+
+    rest_length_m: float
+    lift_off_height_m: float
+    apex_height_m: float
+    switch_height_m: float
+    switch_leg_m: float
+    switch_s: float
+    apex_s: float
+    landing_s: float
+    motion: Callable[[FloatArray], HopMotion]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SimulatedJump:
+    """A jump of the simulator: arrays of shape (samples,) from its drop to its second touchdown."""
+
+    joules: float
+    time_s: FloatArray
+    height_m: FloatArray
+    leg_m: FloatArray
+    touchdown_s: float
+    lift_off_s: float
+    lift_off_height_m: float
+    apex_s: float
+    apex_height_m: float
+
+
+def simulated_hop(jump: SimulatedJump, rest_length_m: float, start_m: float, apex_height_m: float) -> Hop:
+    """Return the simulated jump, begun at `start_m` and reaching `apex_height_m`."""
+    low_m, end_s = jump.lift_off_height_m, float(jump.time_s[-1])
+    drop_share = (start_m - rest_length_m) / (float(jump.height_m[0]) - rest_length_m)
+    rise_share = (apex_height_m - low_m) / (jump.apex_height_m - low_m)
+    touchdown_s = math.sqrt(drop_share) * jump.touchdown_s
+    lift_off_s = touchdown_s + jump.lift_off_s - jump.touchdown_s
+    apex_s, landing_s = (
+        lift_off_s + math.sqrt(rise_share) * (simulated_s - jump.lift_off_s) for simulated_s in (jump.apex_s, end_s)
     )
-    height, velocity, acceleration = (np.empty_like(time_s) for _ in range(3))
-    foot_height, foot_velocity = np.zeros_like(time_s), np.zeros_like(time_s)
-    leg_length, leg_velocity = np.full_like(time_s, hop.rest_length_m), np.zeros_like(time_s)
+    shortest = int(np.argmin(jump.leg_m))
+    switch_s = touchdown_s + float(jump.time_s[shortest]) - jump.touchdown_s
 
-    height[drop] = hop.drop_height_m - g * time_s[drop] ** 2 / 2
-    velocity[drop], acceleration[drop] = -g * time_s[drop], -g
+    def motion(time_s: FloatArray) -> HopMotion:
+        times_s = [0.0, touchdown_s, lift_off_s, landing_s]
+        simulated_s = np.interp(time_s, times_s, [0.0, jump.touchdown_s, jump.lift_off_s, end_s])
+        height_m, leg_m = (np.interp(simulated_s, jump.time_s, values) for values in (jump.height_m, jump.leg_m))
+        dropping, flying = time_s < touchdown_s, time_s > lift_off_s
+        height_m[dropping] = rest_length_m + drop_share * (height_m[dropping] - rest_length_m)
+        height_m[flying] = low_m + rise_share * (height_m[flying] - low_m)
+        return HopMotion(height_m, leg_m, np.gradient(leg_m, time_s), (time_s > switch_s) & ~flying)
 
-    since = time_s[compression] - hop.touchdown_s
-    # Compression is an extension seen backwards in time.
-    rise, speed, acceleration[compression] = _push(
-        hop.switch_s - time_s[compression],
-        hop.compression_duration_s,
-        hop.touchdown_speed_m_s,
-        _COMPRESSION_POWER,
+    return Hop(
+        rest_length_m=rest_length_m,
+        lift_off_height_m=low_m,
+        apex_height_m=apex_height_m,
+        switch_height_m=float(jump.height_m[shortest]),
+        switch_leg_m=float(jump.leg_m[shortest]),
+        switch_s=switch_s,
+        apex_s=apex_s,
+        landing_s=landing_s,
+        motion=motion,
     )
-    height[compression], velocity[compression] = hop.switch_height_m + rise, -speed
-    if hop.jamming_time_s > 0:
-        left = np.clip(hop.jamming_time_s - since, 0, hop.jamming_time_s) / hop.jamming_time_s
-        foot_height[compression] = -hop.compression_intrusion_m * (1 - left**3)
-        foot_velocity[compression] = -hop.touchdown_speed_m_s * left**2
-
-    since = time_s[extension] - hop.switch_s
-    rise, velocity[extension], acceleration[extension] = _push(
-        since, hop.extension_duration_s, hop.lift_off_speed_m_s, _EXTENSION_POWER
-    )
-    height[extension] = hop.switch_height_m + rise
-    intruding_s = _INTRUDING_SHARE * hop.extension_duration_s
-    share = np.clip(since / intruding_s, 0, 1)
-    foot_height[extension] = -hop.compression_intrusion_m - hop.extension_intrusion_m * share**2 * (3 - 2 * share)
-    foot_velocity[extension] = -hop.extension_intrusion_m * 6 * share * (1 - share) / intruding_s
-
-    for stance in (compression, extension):
-        leg_length[stance] = height[stance] - foot_height[stance]
-        leg_velocity[stance] = velocity[stance] - foot_velocity[stance]
-
-    since = time_s[flight] - hop.apex_s
-    height[flight], velocity[flight], acceleration[flight] = hop.apex_height_m - g * since**2 / 2, -g * since, -g
-    ringing_m, leg_velocity[flight] = _ringing(time_s[flight] - hop.lift_off_s, hop.lift_off_speed_m_s)
-    leg_length[flight] += ringing_m
-
-    extending = np.zeros(time_s.shape, dtype=np.bool_)
-    extending[extension] = True
-    return HopMotion(time_s, height, velocity, acceleration, leg_length, leg_velocity, extending)
-
-
-def _push_duration_s(speed_m_s: float, travel_m: float, power: int) -> float:
-    """Time in which the force of `_push` brings a body at rest to `speed_m_s` within `travel_m`."""
-    linear = (power + 3) * speed_m_s
-    return (math.sqrt(linear**2 + 8 * (power + 2) * STANDARD_GRAVITY_M_S2 * travel_m) - linear) / (
-        2 * STANDARD_GRAVITY_M_S2
-    )
-
-
-def _push(
-    time_s: FloatArray, duration_s: float, speed_m_s: float, power: int
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Rise, velocity and acceleration of a body pushed from rest to `speed_m_s`, the force fading to nothing."""
-    g = STANDARD_GRAVITY_M_S2
-    greatest_m_s2 = (power + 1) / power * (speed_m_s / duration_s + g)
-    faded = (time_s / duration_s) ** power
-    acceleration = greatest_m_s2 * (1 - faded) - g
-    velocity = time_s * (greatest_m_s2 * (1 - faded / (power + 1)) - g)
-    rise = time_s**2 * (greatest_m_s2 * (0.5 - faded / ((power + 1) * (power + 2))) - g / 2)
-    return rise, velocity, acceleration
-
-
-def _between(time_s: FloatArray, *edges_s: float) -> list[tuple[int, int]]:
-    """Index ranges of the phases that `edges_s` separate in a rising `time_s`."""
-    cuts = [0, *(int(cut) for cut in np.searchsorted(time_s, edges_s)), time_s.size]
-    return list(pairwise(cuts))
-
-
-def _ringing(since_s: FloatArray, speed_m_s: float) -> tuple[FloatArray, FloatArray]:
-    """Length over rest length and velocity of the leg in flight: the light foot rings on the soft spring."""
-    decay_1_s = _FOOT_RINGING_DAMPING * _FOOT_RINGING_RAD_S
-    omega_rad_s = _FOOT_RINGING_RAD_S * math.sqrt(1 - _FOOT_RINGING_DAMPING**2)
-    envelope = speed_m_s * np.exp(-decay_1_s * since_s)
-    sine, cosine = np.sin(omega_rad_s * since_s), np.cos(omega_rad_s * since_s)
-    return envelope * sine / omega_rad_s, envelope * (cosine - decay_1_s / omega_rad_s * sine)

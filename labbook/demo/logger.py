@@ -58,7 +58,7 @@ def run_log(seed: int, truth: Truth, run: DemoRun, *, full: bool = False) -> Run
         raise UsageError(f"run {run.name} made no jumps: ask for the log of a run with a condition.")
     rng = np.random.default_rng(np.random.SeedSequence([seed, 1, int(run.name.lstrip("r"))]))
     group = truth.group(run.condition.foot, run.condition.k_gain)
-    motion = body_motion(rng, group, run.apex_heights_m, run.misfired, FULL if full else SHORT)
+    motion = body_motion(rng, group, run.condition.b_ad_gain, run.apex_heights_m, run.misfired, FULL if full else SHORT)
     # The clock counts from the boot of the controller and shows whole milliseconds: steps of 3, 3, 4.
     boot_ms = int(rng.integers(15_000, 40_000))
     time_ms = boot_ms + np.arange(motion.height_m.size) * 1000 // RATE_HZ

@@ -1,7 +1,7 @@
 """The log of one run: what the string potentiometer and the robot would have recorded (thesis 5.1.3, 5.1.5).
 
 Per jump: rest on the clamp, lowering by hand to just past the 0.42 m mark, drop, stance, flight, a catch after
-the apex and before the second touchdown, lifting back to the clamp. The hop itself is `labbook.demo.hop`. Motions of
+the apex and before the second touchdown, lifting back to the clamp. The hop itself is that of the group. Motions of
 the hand are closed forms on arrays of seconds since each began; each starts and ends at rest, save the catch, which
 begins at the speed of the fall.
 """
@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.units import STANDARD_GRAVITY_M_S2
-from labbook.demo.hop import Hop, hop_motion
-from labbook.demo.truth import Group
+from labbook.demo.hop import Hop
+from labbook.demo.truth import REST_LENGTH_M, Group
 
 FloatArray = NDArray[np.float64]
 
@@ -63,7 +63,6 @@ def catch_m(time_s: FloatArray, start_m: float, speed_m_s: float, distance_m: fl
 RATE_HZ = 300
 CLAMP_HEIGHT_M = 0.46
 START_MARK_M = 0.42
-REST_LENGTH_M = 0.27
 
 _MISFIRE_LEG_M = 0.215
 _MISFIRE_RAD_S = 22.0
@@ -151,11 +150,14 @@ class _Track:
 def body_motion(
     rng: np.random.Generator,
     group: Group,
+    b_ad_gain: int,
     apex_heights_m: FloatArray,
     misfired: NDArray[np.bool_],
     pace: Pace,
 ) -> BodyMotion:
-    """Draw the motion of a run from the true apexes of its jumps (`apex_heights_m` and `misfired`, one a jump)."""
+    """Draw the motion of a run of a group, with an active-damping gain, from the true apexes of its jumps
+    (`apex_heights_m` and `misfired`, one a jump).
+    """
     track = _Track()
     apexes, starts, ends = [], [], []
     track.rest(pace.lead_in_s)
@@ -163,14 +165,7 @@ def body_motion(
         start_m = START_MARK_M - abs(rng.normal(0.001, 0.0015))
         _lower(rng, track, start_m)
         starts.append(track.time_s)
-        hop = Hop(
-            start_m,
-            float(apex_m),
-            rest_length_m=REST_LENGTH_M,
-            compression_m=0.105 + rng.normal(0, 0.002),
-            jamming_time_s=group.jamming_time_s,
-            extension_intrusion_m=group.extension_intrusion_m * rng.normal(1, 0.05),
-        )
+        hop = group.hop(rng, b_ad_gain, start_m, float(apex_m))
         leg_m = REST_LENGTH_M
         if misfire:
             low_m, leg_m = _misfire(rng, track, hop)
@@ -203,7 +198,7 @@ def _lower(rng: np.random.Generator, track: _Track, start_m: float) -> None:
 def _fly_and_catch(rng: np.random.Generator, track: _Track, hop: Hop) -> float:
     """Drop, stance, flight and catch; returns the height at which the hand has stopped the body."""
     falling_s = rng.uniform(*_CATCH_SHARES) * (hop.landing_s - hop.apex_s)
-    motion = hop_motion(hop, track.stretch(hop.apex_s + falling_s))
+    motion = hop.motion(track.stretch(hop.apex_s + falling_s))
     track.add(motion.body_height_m, motion.leg_length_m, motion.leg_velocity_m_s, motion.extending)
     caught_m = hop.apex_height_m - STANDARD_GRAVITY_M_S2 * falling_s**2 / 2
     speed_m_s = STANDARD_GRAVITY_M_S2 * falling_s
@@ -218,7 +213,7 @@ def _misfire(rng: np.random.Generator, track: _Track, hop: Hop) -> tuple[float, 
 
     Returns the heights of the body and the length of the leg at the end.
     """
-    motion = hop_motion(hop, track.stretch(hop.switch_s))
+    motion = hop.motion(track.stretch(hop.switch_s))
     track.add(motion.body_height_m, motion.leg_length_m, motion.leg_velocity_m_s, motion.extending)
     since_s = track.stretch(rng.uniform(0.5, 0.9))
     damped_rad_s = _MISFIRE_RAD_S * math.sqrt(1 - _MISFIRE_DAMPING**2)
@@ -229,8 +224,7 @@ def _misfire(rng: np.random.Generator, track: _Track, hop: Hop) -> tuple[float, 
     depth_m = hop.rest_length_m - hop.lift_off_height_m
     settled_m = _MISFIRE_LEG_M - depth_m
     height_m = settled_m - (settled_m - hop.switch_height_m) * swing
-    leg_start_m = hop.switch_height_m + hop.compression_intrusion_m
-    leg_m = _MISFIRE_LEG_M - (_MISFIRE_LEG_M - leg_start_m) * swing
+    leg_m = _MISFIRE_LEG_M - (_MISFIRE_LEG_M - hop.switch_leg_m) * swing
     track.add(height_m, leg_m, np.gradient(leg_m, 1 / RATE_HZ), np.ones(since_s.shape, np.bool_))
     return float(height_m[-1]), float(leg_m[-1])
 

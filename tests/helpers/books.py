@@ -27,21 +27,20 @@ from labbook.book.opening import Book, opened
 from labbook.demo.book_toml import FACTORS, ROBOT, book_toml
 from labbook.demo.logger import DECIMALS, run_log
 from labbook.demo.records import DemoRun
-from labbook.demo.truth import CHAPTER_5, Condition
+from labbook.demo.truth import Condition
 from labbook.demo.writers import RunRow, SheetRow, charger_sheet, run_sheet, string_pot_log
 from tests.helpers.once import made_once
 from tests.helpers.postgres import cluster_of
+from tests.helpers.stated_campaign import GROUPS, STATED
 
 ADA = "Ada Nwosu"
 BEN = "Ben Ode"
 SEED = 3
 JUMPS = 3
 TRUTH = replace(
-    CHAPTER_5,
+    STATED,
     # Ten times the energy of a jump, so that three of them stand out from a charger's whole mAh.
-    groups=tuple(
-        replace(group, control_joules_per_jump=10 * group.control_joules_per_jump) for group in CHAPTER_5.groups[::2]
-    ),
+    groups=tuple(replace(group, control_joules_per_jump=10 * group.control_joules_per_jump) for group in GROUPS[::2]),
     ad_gains=(100,),
 )
 DAYS = (dt.date(2021, 6, 14), dt.date(2021, 6, 16))
@@ -220,7 +219,7 @@ def _run(
     minutes: int,
 ) -> DemoRun:
     jumps = JUMPS if condition else 0
-    charge_mah = TRUTH.passive_charge_mah(60 * minutes) + rng.normal(0, 1.5)
+    charge_mah = TRUTH.drain.charge_mah(60 * minutes) + rng.normal(0, 1.5)
     apexes_m = np.zeros(jumps)
     if condition:
         charge_mah += jumps * TRUTH.jump_charge_mah(TRUTH.joules_per_jump(condition))

@@ -13,10 +13,14 @@ from labbook.demo.campaign import make_campaign
 from labbook.demo.records import Campaign
 from labbook.demo.running import DemoDone, run_demo
 from tests.helpers.once import made_once
+from tests.helpers.stated_campaign import STATED
 
 CAMPAIGNS: Mapping[str, Callable[[], Campaign]] = {
-    "two_runs_a_condition": lambda: make_campaign(1, runs_per_condition=2, extra_controls=4, jumps_per_run=3),
-    "demonstration": lambda: make_campaign(1),
+    "two_runs_a_condition": lambda: make_campaign(
+        1, truth=STATED, runs_per_condition=2, extra_controls=4, jumps_per_run=3
+    ),
+    "demonstration": lambda: make_campaign(1, truth=STATED),
+    "simulated": lambda: make_campaign(1),
 }
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.units import MAH_TO_COULOMB
-from labbook.demo.truth import CHAPTER_5
+from labbook.demo.truth import Drain
 
 FloatArray = NDArray[np.float64]
 GAINS = (100, 200, 300, 400, 500)
@@ -130,7 +130,7 @@ def emulator_campaign(
 def _charge_mah(rng: np.random.Generator, duration_s: int, joules: float, scatter: EmulatorScatter) -> int:
     """Return what the charger's display says was put back."""
     jumps_mah = joules / (MAH_TO_COULOMB * VOLTAGE_V)
-    return round(CHAPTER_5.passive_charge_mah(duration_s) + jumps_mah + rng.normal(0.0, scatter.recharge_mah))
+    return round(Drain().charge_mah(duration_s) + jumps_mah + rng.normal(0.0, scatter.recharge_mah))
 
 
 def _log(

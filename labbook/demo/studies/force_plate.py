@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from data_schema.units import MAH_TO_COULOMB, STANDARD_GRAVITY_M_S2
 from labbook.demo.plate import RATE_HZ, PlateRecord, record_of
-from labbook.demo.truth import CHAPTER_5
+from labbook.demo.truth import Drain
 
 FloatArray = NDArray[np.float64]
 GAINS = (300, 600, 500, 400)
@@ -162,10 +162,21 @@ def plate_campaign(
     return runs
 
 
+def hopping_record(seed: int, gain: int, hops: int) -> PlateRecord:
+    """Record `hops` settled jumps at a gain, the plate unloaded for a second before and after."""
+    rng = np.random.default_rng(np.random.SeedSequence([seed, 2]))
+    settled = pieces(gain)[1]
+    made = [settled[which] for which in rng.integers(len(settled), size=hops)]
+    ends_s = np.cumsum([0.0, *(piece.time_s[-1] for piece in made)]) + _HELD_S
+    time_s = np.arange(0.0, ends_s[-1] + _HELD_S, 1.0 / RATE_HZ)
+    force_n = _sampled(made, ends_s, "force_n", time_s, float(ends_s[-1]), 0.0, 0.0)
+    return record_of(rng, force_n + _impacts(rng, made, ends_s, time_s))
+
+
 def charge_mah(rng: np.random.Generator, duration_s: int, joules: float, scatter: PlateScatter) -> int:
     """Return what the charger's display says was put back."""
     jumps_mah = joules / (MAH_TO_COULOMB * VOLTAGE_V)
-    return round(CHAPTER_5.passive_charge_mah(duration_s) + jumps_mah + rng.normal(0.0, scatter.recharge_mah))
+    return round(Drain().charge_mah(duration_s) + jumps_mah + rng.normal(0.0, scatter.recharge_mah))
 
 
 def _jump_run(

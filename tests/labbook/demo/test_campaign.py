@@ -51,7 +51,7 @@ def test_charges_are_whole_milliamperehours_about_the_model() -> None:
         for run in make_campaign(seed).of_kind(RunKind.JUMPS):
             assert run.condition is not None
             joules = CHAPTER_5.joules_per_jump(run.condition)
-            expected = CHAPTER_5.passive_charge_mah(run.duration_s)
+            expected = CHAPTER_5.drain.charge_mah(run.duration_s)
             expected += run.jumps_made * CHAPTER_5.jump_charge_mah(joules)
             residuals.append(run.charge_mah - expected)
             apexes.append(run.reached_apexes_m.mean() - CHAPTER_5.apex_height_m(run.condition))

@@ -55,7 +55,7 @@ def coverage_of(seed: int) -> dict[str, list[bool]]:
     drain = drain_of(campaign)
     at_run = drain.at(truth.run_duration_s, LEVEL)
     covered: dict[str, list[bool]] = {
-        "passive charge": [covers(at_run.ci_low, at_run.ci_high, truth.passive_charge_mah(truth.run_duration_s))]
+        "passive charge": [covers(at_run.ci_low, at_run.ci_high, truth.drain.charge_mah(truth.run_duration_s))]
     }
     joules: defaultdict[Condition, list[float]] = defaultdict(list)
     shared: defaultdict[Condition, list[SharedError]] = defaultdict(list)
@@ -82,6 +82,8 @@ def coverage_of(seed: int) -> dict[str, list[bool]]:
         treated = [Condition(group.foot, group.k_gain, gain) for gain in truth.ad_gains]
         for kind, sides in (("saving", [[one] for one in treated]), ("pooled saving", [treated])):
             for side in sides:
+                gain = side[0].b_ad_gain if kind == "saving" else None
+                true = truth.saving(group.foot, group.k_gain, gain)
                 saving = percent_savings(
                     joules[control],
                     np.concatenate([joules[one] for one in side]),
@@ -90,7 +92,7 @@ def coverage_of(seed: int) -> dict[str, list[bool]]:
                     level=LEVEL,
                 )
                 assert not isinstance(saving.percent_ci, Undefined)
-                covered[kind].append(covers(*saving.percent_ci, 100 * truth.saving(group.foot, group.k_gain)))
+                covered[kind].append(covers(*saving.percent_ci, 100 * true))
     return covered
 
 

@@ -2,13 +2,21 @@ import numpy as np
 import pytest
 
 from data_schema.units import STANDARD_GRAVITY_M_S2
-from labbook.demo.plate import ROBOT_MASS_KG, plate_record
+from labbook.demo.plate import PlateRecord
+from labbook.demo.studies.force_plate import hopping_record
+from simulator.scene_file import load_scene
+
+
+def plate_record(seed: int, hops: int) -> PlateRecord:
+    return hopping_record(seed, 400, hops)
 
 
 def test_mean_force_over_the_hops_is_the_robots_weight() -> None:
     record = plate_record(1, 40)
     fz_n = record.force_n[1000:-1000, 2]
-    assert fz_n.mean() == pytest.approx(ROBOT_MASS_KG * STANDARD_GRAVITY_M_S2, rel=0.02)
+    scene = load_scene("force_plate")
+    weight_n = (scene["body_mass"] + scene["foot_mass"]) * STANDARD_GRAVITY_M_S2
+    assert fz_n.mean() == pytest.approx(weight_n, rel=0.02)
 
 
 def test_plate_is_unloaded_before_and_after_and_in_flight() -> None:

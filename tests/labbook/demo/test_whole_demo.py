@@ -1,4 +1,4 @@
-"""Two campaigns (five in a soak) through files, database and report: what is reported is what was drawn."""
+"""Two campaigns (five in a soak) through files, database and report: what was drawn is reported, its ground found."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ import sqlalchemy as sa
 from data_schema.outcomes import Outcome
 from data_schema.tables.results import result_number
 from data_schema.vocabulary import RunKind
+from labbook.actions.simulate.calibrating import calibrate_book
 from labbook.actions.upkeep.recomputing import recompute
 from labbook.analysis.comparison.pairing import POOLED
 from labbook.analysis.outcomes.energy import joules_per_jump
@@ -23,7 +24,7 @@ from labbook.config.model import Bounds
 from labbook.demo.campaign import make_campaign
 from labbook.demo.records import Campaign
 from labbook.demo.running import Stopwatch, make_demo_book
-from labbook.demo.truth import Condition
+from labbook.demo.truth import GROUND, Condition
 from labbook.presenting.report.content import MadeReport, make_report
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
 from tests.helpers.demos import CAMPAIGNS, made_demo
@@ -57,7 +58,7 @@ def joules_drawn(campaign: Campaign) -> dict[str, float]:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_a_campaign_through_files_gives_what_was_drawn(seed: int, tmp_path: Path) -> None:
+def test_a_campaign_through_files_gives_what_was_drawn_and_its_ground(seed: int, tmp_path: Path) -> None:
     campaign = make_campaign(seed, runs_per_condition=1, extra_controls=4, jumps_per_run=JUMPS)
     said: list[str] = []
     folder = make_demo_book(tmp_path / "demo", campaign, False, lambda _step: None, Stopwatch(said.append))
@@ -65,6 +66,7 @@ def test_a_campaign_through_files_gives_what_was_drawn(seed: int, tmp_path: Path
 
     with opened(folder) as book:
         content = analysed(book).content
+        calibrated = calibrate_book(book, None, ["kg_scale"], 0, 1, 0.999, lambda _step: None)
     drawn = joules_drawn(campaign)
     conditions = {run.name: run.condition for run in campaign.of_kind(RunKind.JUMPS)}
     reported: dict[str, float] = {}
@@ -89,6 +91,11 @@ def test_a_campaign_through_files_gives_what_was_drawn(seed: int, tmp_path: Path
     # jumps that touch a gap are left out of a run's mean, so single runs of 4 jumps differ by the scatter of jumps
     assert abs(float(np.median(errors))) < 0.2e-3
     assert float(np.abs(errors).max()) < 6e-3
+    (ground,) = calibrated.calibration.parameters
+    low, high = ground.profile
+    assert low is not None
+    assert high is not None
+    assert low < GROUND["kg_scale"] < high < low + 0.3
     misfired = sum(int(run.misfired.sum()) for run in campaign.of_kind(RunKind.JUMPS))
     assert content.flow.jumps_made - content.flow.jumps_detected <= misfired + 2
     assert content.flow.jumps_detected <= content.flow.jumps_made

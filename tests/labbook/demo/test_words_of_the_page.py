@@ -40,7 +40,7 @@ class RunningText(HTMLParser):
     ("name", "most"),
     [
         ("two_runs_a_condition", MOST_WITHIN_DAYS),
-        pytest.param("demonstration", MOST_WORDS, marks=pytest.mark.soak),
+        pytest.param("simulated", MOST_WORDS, marks=pytest.mark.soak),
     ],
 )
 def test_the_page_of_the_demonstration_has_few_words_outside_folds_and_tables(name: str, most: int) -> None:

@@ -97,7 +97,7 @@ def _runs() -> list[DemoRun]:
                 started=run.started + later,
                 recharge_ended=run.recharge_ended + later,
                 duration_s=60 * minutes,
-                charge_mah=round(TRUTH.passive_charge_mah(60 * minutes)),
+                charge_mah=round(TRUTH.drain.charge_mah(60 * minutes)),
             )
         )
     return made

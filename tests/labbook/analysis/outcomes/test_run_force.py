@@ -14,7 +14,6 @@ from data_schema.outcomes import Outcome
 from data_schema.vocabulary import RunKind, Undefined
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.report_command import MadeReport, state_report
-from labbook.demo.plate import plate_record
 from labbook.demo.writers import bertec_text
 from reports.figures.registry import figures_of
 from reports.tables.as_csv import csv_bytes
@@ -24,6 +23,7 @@ from stats.force_plate import Contact, find_contacts, jump_heights
 from tests.helpers.books import ADA, SmallBook, small_book, small_runs
 from tests.helpers.commands import Commands
 from tests.helpers.pages import quick_page
+from tests.helpers.stated_campaign import plate_record
 from tests.helpers.wording import says
 
 HOPS = 6

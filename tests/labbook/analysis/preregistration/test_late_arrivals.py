@@ -17,10 +17,10 @@ from labbook.analysis.comparison.pairing import POOLED
 from labbook.analysis.preregistration.departures import DepartureKind
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.book.rebuilding import rebuild_database
-from labbook.demo.plate import plate_record
 from labbook.demo.writers import bertec_text
 from tests.helpers.books import ADA, SmallBook, copy_of, ingest_all, small_book
 from tests.helpers.decided import DECIDED, decided_book
+from tests.helpers.stated_campaign import plate_record
 from tests.helpers.statements import gives_charge
 from tests.helpers.wording import says
 
