@@ -98,7 +98,7 @@ def _moves(one: AssumedInput, quantity: PredictedQuantity) -> float:
         PredictedQuantity.JOULES: one.joules,
         PredictedQuantity.APEX: one.apex,
         PredictedQuantity.SAVINGS: one.savings,
-    }[quantity]
+    }.get(quantity)
     return part if isinstance(part, float) else 0.0
 
 

@@ -74,6 +74,8 @@ class PredictedQuantity(StrEnum):
 
     JOULES = "joules a jump"
     APEX = "apex height"
+    CONTACT_TIME = "contact time"
+    IMPULSE_HEIGHT = "jump height from impulse"
     SAVINGS = "savings"
 
 

@@ -25,7 +25,7 @@ from labbook.analysis.outcomes.run_energy import Drain, passive_drains, run_ener
 from labbook.analysis.prediction.bias import Biases, judge
 from labbook.analysis.prediction.checking import Checked, check_conditions, check_savings
 from labbook.analysis.prediction.hypotheses import Tested, judge_hypotheses
-from labbook.analysis.prediction.predicting import SIMULATED, PredictionResult, predictions
+from labbook.analysis.prediction.predicting import ALWAYS, SIMULATED, PredictionResult, predictions
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.analysis.results.codec import StoredResult
 from labbook.analysis.results.result_cache import ResultCache, RunResults
@@ -122,10 +122,11 @@ def analyse(
     packs = pack_deviations(cache, conditions[Outcome.JOULES], scope)
     of_a_joule = budget(cache, evidence, conditions[Outcome.JOULES], scope)
     measured = list(dict.fromkeys(item.key for several in conditions.values() for item in several))
-    predicted = predictions(cache, evidence, measured, progress)
+    simulated = [outcome for outcome in SIMULATED if outcome in ALWAYS or conditions.get(outcome)]
+    predicted = predictions(cache, evidence, measured, progress, simulated)
     checks = {
         outcome: check_conditions(cache, conditions[outcome], predicted, outcome, swept, scope)
-        for outcome in SIMULATED
+        for outcome in simulated
         if predicted
     }
     checked = [one for several in checks.values() for one in several]

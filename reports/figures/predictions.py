@@ -28,6 +28,8 @@ _APART = 0.17
 _AXES = {
     PredictedQuantity.JOULES: ("Energy", "J a jump", "J"),
     PredictedQuantity.APEX: ("Apex", "mm", "m"),
+    PredictedQuantity.CONTACT_TIME: ("Contact", "ms", "s"),
+    PredictedQuantity.IMPULSE_HEIGHT: ("Impulse height", "mm", "m"),
     PredictedQuantity.SAVINGS: ("Savings", "%", "%"),
 }
 _RowKey = tuple[str, str]

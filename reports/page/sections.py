@@ -20,6 +20,7 @@ from reports.naming import (
 from reports.page.references import software_sentence
 from reports.remarks import NOT_FROM_DAYS, by_day_sentences, days_claim, gains_text, prediction_sentences
 from reports.run_points import run_anchors
+from reports.tables.predictions import PREDICTED
 from reports.trust import flow_sentence, robustness_sentences, trust_sentences
 from reports.wording import count_text, list_text
 
@@ -216,7 +217,7 @@ def _predicted(content: ReportContent) -> Section:
 def _predictions_in_full(content: ReportContent) -> Section:
     parts: list[Part] = [TableHere("hypotheses_in_full")] if content.hypotheses else []
     if content.predictions.items:
-        tables = ("predicted_joules", "predicted_apex", "predicted_savings", "predicted_inputs", "assumed")
+        tables = (*(kind.name for kind in PREDICTED), "predicted_inputs", "assumed")
         parts += [*map(Paragraph, prediction_sentences(content)), *map(TableHere, tables)]
     return Section("predictions", "Predictions in full", tuple(parts), folded=True)
 

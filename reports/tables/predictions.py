@@ -27,10 +27,18 @@ from reports.tables.table import (
     words,
 )
 
-_STORED_UNITS = {PredictedQuantity.JOULES: "J", PredictedQuantity.APEX: "m", PredictedQuantity.SAVINGS: "%"}
+_STORED_UNITS = {
+    PredictedQuantity.JOULES: "J",
+    PredictedQuantity.APEX: "m",
+    PredictedQuantity.CONTACT_TIME: "s",
+    PredictedQuantity.IMPULSE_HEIGHT: "m",
+    PredictedQuantity.SAVINGS: "%",
+}
 _TITLES = {
     PredictedQuantity.JOULES: "Energy of a jump",
     PredictedQuantity.APEX: "Apex height",
+    PredictedQuantity.CONTACT_TIME: "Contact time",
+    PredictedQuantity.IMPULSE_HEIGHT: "Jump height from impulse",
     PredictedQuantity.SAVINGS: "Savings against the control",
 }
 LEGEND = (
@@ -161,11 +169,11 @@ def _changes(one: AssumedInput) -> tuple[tuple[Value | None, int, float], ...]:
     return (one.joules, 2, 1.0), (one.apex, 1, shown_unit("m")[1]), (one.savings, 2, 1.0)
 
 
-PREDICTED_JOULES = TableKind(
-    "predicted_joules", lambda content: _make(content, PredictedQuantity.JOULES, "predicted_joules")
-)
-PREDICTED_APEX = TableKind("predicted_apex", lambda content: _make(content, PredictedQuantity.APEX, "predicted_apex"))
-PREDICTED_SAVINGS = TableKind(
-    "predicted_savings", lambda content: _make(content, PredictedQuantity.SAVINGS, "predicted_savings")
-)
+def _table_kind(quantity: PredictedQuantity) -> TableKind:
+    name = f"predicted_{quantity.name.lower()}"
+    return TableKind(name, lambda content: _make(content, quantity, name))
+
+
+PREDICTED = tuple(map(_table_kind, PredictedQuantity))
+"""A table a quantity."""
 PREDICTED_INPUTS = TableKind("predicted_inputs", _assumed)

@@ -21,7 +21,7 @@ from reports.tables.measured import (
     UNCERTAINTY_BUDGET,
 )
 from reports.tables.prediction_bias import PREDICTION_BIAS
-from reports.tables.predictions import PREDICTED_APEX, PREDICTED_INPUTS, PREDICTED_JOULES, PREDICTED_SAVINGS
+from reports.tables.predictions import PREDICTED, PREDICTED_INPUTS
 from reports.tables.table import TableKind
 from reports.tables.tests_in_full import ANOVAS, EQUIVALENCE, TESTS, TESTS_JUMPS
 
@@ -37,9 +37,7 @@ TABLES: dict[str, TableKind] = {
         HYPOTHESES,
         HYPOTHESES_IN_FULL,
         PREDICTION_BIAS,
-        PREDICTED_JOULES,
-        PREDICTED_APEX,
-        PREDICTED_SAVINGS,
+        *PREDICTED,
         PREDICTED_INPUTS,
         UNCERTAINTY_BUDGET,
         PASSIVE_DRAIN,

@@ -64,6 +64,23 @@ def test_clocks_and_joules_of_the_campaign_are_found(book: Path) -> None:
         assert 1.0 < one["estimated_j"] / true["joules_in_stance"] < 1.12
 
 
+def test_contact_and_jumps_of_the_plate_are_compared_with_what_the_simulator_predicts(book: Path) -> None:
+    predictions = good(labbook("compare", "--json", at=book)).json["predictions"]
+    for quantity in ("contact time", "jump height from impulse"):
+        of_it = [one for one in predictions if one["quantity"] == quantity]
+        assert len(of_it) == len(force_plate.GAINS)
+        for one in of_it:
+            assert one["agrees"]
+            # Its first jumps, in which the robot settles, are a third of so short a run.
+            assert one["measured"]["value"] == pytest.approx(one["predicted"]["value"], rel=0.1)
+    assert {one["quantity"] for one in predictions} == {
+        "joules a jump",
+        "apex height",
+        "contact time",
+        "jump height from impulse",
+    }
+
+
 def test_intervals_of_slopes_cover_where_recharges_scatter() -> None:
     """The count lies in the 99.9 % binomial band."""
     assert not outside(covered(STUDIES["force-plate, charges"], 200))

@@ -36,7 +36,7 @@ def shown(table, row):
     return [cell.text.replace("\u00a0", " ") for cell in table.cells(row)]
 
 
-@pytest.mark.parametrize("quantity", PredictedQuantity)
+@pytest.mark.parametrize("quantity", NAMES)
 def test_a_table_has_every_prediction_unrounded(content, quantity):
     name, slug = NAMES[quantity]
     items = content.predictions.of(quantity)

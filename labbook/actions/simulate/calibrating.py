@@ -12,7 +12,7 @@ from labbook.analysis.outcomes.conditions import conditions_by_outcome
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.prediction.calibrating import FITTED, Calibration, calibrate, measured_means
 from labbook.analysis.prediction.condition_scenes import ROBOT_PARAMETERS, condition_scene, study_scene
-from labbook.analysis.prediction.predicting import SIMULATED
+from labbook.analysis.prediction.predicting import ALWAYS
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import gather
 from labbook.book.opening import Book
@@ -48,7 +48,7 @@ def calibrate_book(
     with book.reading() as connection:
         evidence = gather(connection, configuration, where)
         cache, detections = ResultCache(connection), Detections(connection, book.store, step)
-        conditions = conditions_by_outcome(cache, detections, evidence, SIMULATED)
+        conditions = conditions_by_outcome(cache, detections, evidence, ALWAYS)
         runs = {
             item.run.condition_key: item.run for several in conditions.values() for one in several for item in one.runs
         }

@@ -21,7 +21,7 @@ from reports.numbers import Number, Value
 from reports.predicted import Hypothesis, PredictedQuantity, Verdict
 from reports.remarks import numerical_text
 from reports.tables.hypotheses import verdict_sentence
-from reports.tables.predictions import LEGEND, level_text_of, title_text
+from reports.tables.predictions import LEGEND, PREDICTED, level_text_of, title_text
 from reports.tables.registry import TABLES
 from reports.tables.table import Table
 from reports.wording import list_text, sentence_start
@@ -31,9 +31,7 @@ if TYPE_CHECKING:
 
 _TABLES = {
     "hypotheses_in_full": None,
-    "predicted_joules": title_text(PredictedQuantity.JOULES),
-    "predicted_apex": title_text(PredictedQuantity.APEX),
-    "predicted_savings": title_text(PredictedQuantity.SAVINGS),
+    **{kind.name: title_text(quantity) for kind, quantity in zip(PREDICTED, PredictedQuantity, strict=True)},
     "predicted_inputs": None,
 }
 """The tables in their order, and the title of each; None: its caption."""
@@ -101,12 +99,13 @@ def _shares_lines(shares: Sequence[Shares]) -> list[str]:
     """Return a line for each assumed input: its total indices, the middle and the ends over conditions."""
     if not shares:
         return []
+    quantities = [quantity for quantity in PredictedQuantity if any(one.quantity is quantity for one in shares)]
     rows = [
         [
             name,
             *(
                 _range_text([one.total for one in shares if (one.input, one.quantity) == (name, quantity)])
-                for quantity in PredictedQuantity
+                for quantity in quantities
             ),
         ]
         for name in dict.fromkeys(one.input for one in shares)
@@ -115,7 +114,7 @@ def _shares_lines(shares: Sequence[Shares]) -> list[str]:
         "Share of a prediction's variance that stays if this input alone is not known (Sobol's total index, %; median",
         "over conditions, and range):",
         "",
-        *columns(("input", *map(str, PredictedQuantity)), rows),
+        *columns(("input", *map(str, quantities)), rows),
         "",
     ]
 

@@ -21,7 +21,7 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.prediction.many_scenes import ManyScenes, many_scenes
-from labbook.analysis.prediction.predicting import SIMULATED
+from labbook.analysis.prediction.predicting import ALWAYS
 from simulator.declared import all_parameters
 from simulator.scene import Scene
 from stats.compare.shared_error import SharedError
@@ -119,7 +119,7 @@ def measured_means(
             tuple(item.run.day for item in one.runs),
             tuple(item.shared for item in one.runs),
         )
-        for outcome in SIMULATED
+        for outcome in ALWAYS
         for one in conditions.get(outcome, ())
     ]
 

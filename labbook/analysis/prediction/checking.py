@@ -22,7 +22,7 @@ from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.comparing import ComparisonResult, Pair
 from labbook.analysis.comparison.deciding import DecisionResult
 from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues
-from labbook.analysis.prediction.predicting import ACCURACY, PredictionResult, error_parts, in_all
+from labbook.analysis.prediction.predicting import ACCURACY, SIMULATED, PredictionResult, error_parts, in_all
 from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult
 from labbook.analysis.results.result_cache import Request, ResultCache, result_fingerprint
 from reports.numbers import Number, Value
@@ -99,7 +99,7 @@ AllPredicted = Mapping[tuple[str, str], PredictionResult]
 Side = Sequence[tuple[PredictionResult, int]]
 """Predictions with the number of runs that each stands for."""
 
-_PREDICTED = {Outcome.JOULES: PredictedQuantity.JOULES, Outcome.APEX: PredictedQuantity.APEX}
+_PREDICTED = {outcome: PredictedQuantity(outcome) for outcome in SIMULATED}
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""What a simulation gives for each condition and robot: joules a jump and apex height, with the error of both.
+"""What a simulation gives for each condition and robot: joules a jump, apex height and what a plate tells, with errors.
 
 The error has three kinds of parts, added in quadrature: the accuracy asked of the simulator, or what rounding grows to
 where that is more; each assumed parameter raised and lowered by the part that the study states (the larger of the two
@@ -23,6 +23,7 @@ from data_schema.queries.facts import read_fact
 from data_schema.queries.predictions import PredictionRow, add_predictions
 from data_schema.queries.runs import RunRow
 from data_schema.reasons import Reason
+from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import Undefined
 from labbook.analysis.prediction.condition_scenes import ROBOT_PARAMETERS, condition_scene, study_scene
 from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult, decode
@@ -36,8 +37,11 @@ if TYPE_CHECKING:
     from simulator.scene import Scene
 
 
-SIMULATED = (Outcome.JOULES, Outcome.APEX)
-"""The outcomes that a simulation has."""
+ALWAYS = (Outcome.JOULES, Outcome.APEX)
+SIMULATED = (*ALWAYS, Outcome.CONTACT_TIME, Outcome.IMPULSE_HEIGHT)
+"""The outcomes that a simulation has: those of a plate where it was measured. A peak force is none of them: the foot's
+impact is an impulse there, and a peak on the plate.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,16 +62,18 @@ class Simulated:
     branch: Mapping[str, float | None] | None = None
 
 
-def varied(scene: Scene, name: str, factor: float, accuracy: float) -> Mapping[str, float | None]:
+def varied(
+    scene: Scene, name: str, factor: float, accuracy: float, outcomes: Sequence[Outcome] = ALWAYS
+) -> Mapping[str, float | None]:
     """Simulate with one parameter times a factor; nothing comes of what no scene can have."""
     try:
         changed = scene.changed({name: scene[name] * factor})
     except LabbookError:
-        return dict.fromkeys(map(str, SIMULATED))
-    return simulated(changed, accuracy).values
+        return dict.fromkeys(map(str, outcomes))
+    return simulated(changed, accuracy, outcomes).values
 
 
-def simulated(scene: Scene, accuracy: float) -> Simulated:
+def simulated(scene: Scene, accuracy: float, outcomes: Sequence[Outcome] = ALWAYS) -> Simulated:
     """Simulate a scene and take the mean over its jumps."""
     from simulator.jump import close_decision, grown_rounding, simulate
 
@@ -75,10 +81,10 @@ def simulated(scene: Scene, accuracy: float) -> Simulated:
     ended = next((jump.outcome for jump in jumps if jump.apex_height_m is None), jumps[-1].outcome)
     branch = None
     if any(jump.other_branch is not None for jump in jumps):
-        branch = _means([jump.other_branch or jump for jump in jumps])
+        branch = _means(scene, [jump.other_branch or jump for jump in jumps], outcomes)
     rounding = max(grown_rounding(jump, accuracy) for jump in jumps)
     return Simulated(
-        _means(jumps),
+        _means(scene, jumps, outcomes),
         ended,
         any(map(close_decision, jumps)),
         rounding,
@@ -88,12 +94,32 @@ def simulated(scene: Scene, accuracy: float) -> Simulated:
     )
 
 
-def _means(jumps: Sequence[JumpResult]) -> dict[str, float | None]:
-    heights = [jump.apex_height_m for jump in jumps if jump.apex_height_m is not None]
-    if len(heights) < len(jumps):
-        return dict.fromkeys(map(str, SIMULATED))
-    joules = math.fsum(jump.cost_J for jump in jumps)
-    return {str(Outcome.JOULES): joules / len(jumps), str(Outcome.APEX): math.fsum(heights) / len(jumps)}
+def _means(scene: Scene, jumps: Sequence[JumpResult], outcomes: Sequence[Outcome]) -> dict[str, float | None]:
+    found: dict[str, float | None] = dict.fromkeys(map(str, outcomes))
+    if any(jump.apex_height_m is None for jump in jumps):
+        return found
+    for outcome in outcomes:
+        known = [value for jump in jumps if (value := _VALUES[outcome](scene, jump)) is not None]
+        found[outcome] = math.fsum(known) / len(jumps) if len(known) == len(jumps) else None
+    return found
+
+
+def _impulse_height_m(scene: Scene, jump: JumpResult) -> float | None:
+    """Return how high the centre of mass rises above lift-off by its speed there, as a plate's impulses tell it."""
+    body_m_s, foot_m_s = jump.liftoff_body_velocity_m_s, jump.liftoff_foot_velocity_m_s
+    if body_m_s is None or foot_m_s is None:
+        return None
+    body_kg, foot_kg = scene["body_mass"], scene["foot_mass"]
+    speed_m_s = (body_kg * body_m_s + foot_kg * foot_m_s) / (body_kg + foot_kg)
+    return speed_m_s**2 / (2.0 * STANDARD_GRAVITY_M_S2)
+
+
+_VALUES: Mapping[Outcome, Callable[[Scene, JumpResult], float | None]] = {
+    Outcome.JOULES: lambda _scene, jump: jump.cost_J,
+    Outcome.APEX: lambda _scene, jump: jump.apex_height_m,
+    Outcome.CONTACT_TIME: lambda _scene, jump: jump.liftoff_time_s,
+    Outcome.IMPULSE_HEIGHT: _impulse_height_m,
+}
 
 
 ACCURACY = "accuracy"
@@ -185,11 +211,15 @@ ALGORITHM = Algorithm("prediction", 17, PredictionResult)
 
 
 def predictions(
-    cache: ResultCache, evidence: StudyData, keys: Sequence[str], progress: Callable[[str], None]
+    cache: ResultCache,
+    evidence: StudyData,
+    keys: Sequence[str],
+    progress: Callable[[str], None],
+    outcomes: Sequence[Outcome] = ALWAYS,
 ) -> dict[tuple[str, str], PredictionResult]:
     """Ensure a prediction for each condition that is named by its key and each robot that ran it, by key and robot uid.
 
-    Empty where the study names no scene.
+    `outcomes` are predicted, of `SIMULATED`. Empty where the study names no scene.
     """
     settings = evidence.configuration.simulation
     if settings is None or not keys:
@@ -201,7 +231,9 @@ def predictions(
         uid: read_fact(cache.connection, "robot", uid, list(ROBOT_PARAMETERS.values()))
         for uid in sorted({uid for _key, uid in wanted})
     }
-    requests = [_request(evidence, settings, start, run, facts[uid], progress) for (_key, uid), run in wanted.items()]
+    requests = [
+        _request(evidence, settings, start, run, facts[uid], outcomes, progress) for (_key, uid), run in wanted.items()
+    ]
     return dict(zip(wanted, cache.ensure(requests), strict=True))
 
 
@@ -230,6 +262,7 @@ def _request(
     start: Scene,
     run: RunRow,
     facts: Mapping[str, float],
+    outcomes: Sequence[Outcome],
     progress: Callable[[str], None],
 ) -> Request[PredictionResult]:
     from simulator.scene_file import write_scene
@@ -246,8 +279,13 @@ def _request(
             fingerprint("robot", "robot_body", run.robot_uid, repr(sorted(facts.items()))),
             fingerprint("scene", "scene", start.name, settings.scene_toml or write_scene(start)),
         ),
-        {"scene": write_scene(scene), "accuracy": settings.accuracy, "varied_by": _parts(settings, scene)},
-        lambda: _predicted(scene, settings, progress),
+        {
+            "scene": write_scene(scene),
+            "accuracy": settings.accuracy,
+            "varied_by": _parts(settings, scene),
+            **({"outcomes": list(map(str, outcomes))} if tuple(outcomes) != ALWAYS else {}),
+        },
+        lambda: _predicted(scene, settings, outcomes, progress),
     )
 
 
@@ -261,7 +299,9 @@ def _parts(settings: SimulationSettings, scene: Scene) -> dict[str, float]:
     return {name: settings.varied.get(name, settings.varied_by) for name in _unsourced(scene)}
 
 
-def _predicted(scene: Scene, settings: SimulationSettings, progress: Callable[[str], None]) -> PredictionResult:
+def _predicted(
+    scene: Scene, settings: SimulationSettings, outcomes: Sequence[Outcome], progress: Callable[[str], None]
+) -> PredictionResult:
     from simulator.declared import all_parameters
     from simulator.error_bars import simulate_finer
     from simulator.kernel.build import kernel_for
@@ -270,16 +310,16 @@ def _predicted(scene: Scene, settings: SimulationSettings, progress: Callable[[s
     progress("compiling the simulator, up to 30 s")
     kernel_for(scene.effects)
     progress("simulating each condition")
-    found, parts = simulated(scene, settings.accuracy), _parts(settings, scene)
+    found, parts = simulated(scene, settings.accuracy, outcomes), _parts(settings, scene)
     error = max(settings.accuracy, found.rounding)
     otherwise = {
-        name: [varied(scene, name, 1.0 + sign * part, settings.accuracy) for sign in (-1.0, 1.0)]
+        name: [varied(scene, name, 1.0 + sign * part, settings.accuracy, outcomes) for sign in (-1.0, 1.0)]
         for name, part in parts.items()
     }
     if found.branch is not None:
         otherwise[BRANCH] = [found.branch]
     predicted: dict[str, Number] = {}
-    for quantity in SIMULATED:
+    for quantity in outcomes:
         value, name = found.values[quantity], quantity.number_name
         if value is None:
             none = Undefined(Reason.SIMULATED_ENDS_OTHERWISE, ends=found.outcome)
@@ -309,6 +349,6 @@ def _predicted(scene: Scene, settings: SimulationSettings, progress: Callable[[s
             for name, part in parts.items()
         },
         values=dict(found.values),
-        finer=_means(simulate_finer(scene, settings.accuracy).jumps),
+        finer=_means(scene, simulate_finer(scene, settings.accuracy).jumps, outcomes),
         otherwise={source: tuple(several) for source, several in otherwise.items()},
     )
