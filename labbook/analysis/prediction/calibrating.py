@@ -339,7 +339,11 @@ def _held_out(
             continue
         slopes = sensitivities(problem.predicted, other.values, *bounds)[out]
         of_fit = np.zeros_like(slopes.T @ slopes) if isinstance(other.covariance, Undefined) else other.covariance
-        errors = np.sqrt(other.spread * np.diag(covariance)[out] + np.sum((slopes @ of_fit) * slopes, axis=1))
+        own = other.spread * np.diag(covariance)[out] + np.sum((slopes @ of_fit) * slopes, axis=1)
+        # Days that the others share with what is held out moved the fit the same way.
+        root, beside = np.linalg.cholesky(covariance[np.ix_(~out, ~out)]), covariance[np.ix_(~out, out)]
+        followed = np.sum((other.sensitivities @ of_fit @ slopes.T) * np.linalg.solve(root, beside), axis=0)
+        errors = np.sqrt(own - 2.0 * followed)
         differences[out] = problem.predicted(other.values[np.newaxis, :])[0][out] - means[out]
         ratios[out] = differences[out] / (t_quantile(level, other.df) * errors)
     told = np.isfinite(ratios)

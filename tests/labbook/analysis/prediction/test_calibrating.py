@@ -3,53 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from benchmarks.validation_calibration import TRUE, conditions, measured
 from data_schema.errors import InputRefused, UsageError
 from data_schema.outcomes import Outcome
-from labbook.analysis.prediction.calibrating import Calibration, Measured, calibrate
-from simulator.jump import simulate
-from simulator.scene import Scene
+from labbook.analysis.prediction.calibrating import Calibration, calibrate
 from simulator.scene_file import load_scene
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.books import SmallBook, small_book
 from tests.helpers.wording import refuses, says
 
-TRUE = {"kg_scale": 1.1, "bg_scale": 1.3}
-RUN_SD = {Outcome.JOULES: 1.0, Outcome.APEX: 0.003}
-
-
-def conditions() -> list[tuple[str, Scene]]:
-    """Two feet by two stiffnesses, with and without active damping; the group is foot and stiffness."""
-    scene = load_scene("bed")
-    return [
-        (f"{radius_m} {k_n_m}", scene.changed({"foot_radius": radius_m, "k_extension": k_n_m, "b_ad": b_ad}))
-        for radius_m in (0.038, 0.051)
-        for k_n_m in (835.0, 1091.0)
-        for b_ad in (0.0, 350.0)
-    ]
-
-
-def measured(seed: int, n: int = 6, day_share: float = 0.0) -> list[Measured]:
-    """Runs of each condition as the scene with the true ground has them, one a day, and scatter."""
-    rng, found = np.random.default_rng(seed), []
-    day_effects = {outcome: rng.normal(0.0, day_share * sd, 12) for outcome, sd in RUN_SD.items()}
-    for place, (group, scene) in enumerate(conditions()):
-        jump = simulate(scene.changed(TRUE)).jump
-        assert jump.apex_height_m is not None
-        for outcome, value in ((Outcome.JOULES, jump.cost_J), (Outcome.APEX, jump.apex_height_m)):
-            values = rng.normal(value, RUN_SD[outcome], n) + day_effects[outcome][:n]
-            found.append(
-                Measured(outcome, place, group, tuple(values.tolist()), tuple(f"day {run}" for run in range(n)))
-            )
-    return found
+SCENES = [scene for _group, scene in conditions()]
 
 
 def calibrated(names: Sequence[str], seed: int = 7, resamples: int = 0) -> Calibration:
-    return calibrate([scene for _group, scene in conditions()], measured(seed), names, resamples=resamples)
+    return calibrate(SCENES, measured(np.random.default_rng(seed)), names, resamples=resamples)
 
 
 def test_the_ground_that_the_runs_were_made_on_comes_back() -> None:
@@ -71,13 +44,29 @@ def test_the_ground_that_the_runs_were_made_on_comes_back() -> None:
 
 def test_what_runs_of_a_day_have_in_common_widens_the_interval() -> None:
     """A day that moves all conditions together is no scatter between them: means count as so many days, not as runs."""
-    scenes = [scene for _group, scene in conditions()]
     alone, together = (
-        calibrate(scenes, measured(3, day_share=share), ["kg_scale"], resamples=0).parameters[0] for share in (0.0, 3.0)
+        calibrate(SCENES, measured(np.random.default_rng(3), day_share=share), ["kg_scale"], resamples=0).parameters[0]
+        for share in (0.0, 3.0)
     )
     assert isinstance(alone.se, float)
     assert isinstance(together.se, float)
     assert together.se > 2.0 * alone.se
+
+
+def test_days_in_common_hide_no_group_that_the_scene_does_not_describe() -> None:
+    """They move what is held out and the fit to the rest alike, which makes the difference's error smaller."""
+    drawn = measured(np.random.default_rng(3), day_share=3.0)
+    group = drawn[0].group
+    moved = [
+        replace(one, values=tuple(value + 0.007 for value in one.values))
+        if one.outcome is Outcome.APEX and one.group == group
+        else one
+        for one in drawn
+    ]
+    of_apex = [calibrate(SCENES, runs, list(TRUE), resamples=0).held_out[1] for runs in (drawn, moved)]
+    assert [one.outcome for one in of_apex] == [Outcome.APEX] * 2
+    assert of_apex[0].within == of_apex[0].of
+    assert of_apex[1].within < 6
 
 
 def test_resampling_draws_the_same_runs_with_the_same_seed() -> None:
@@ -113,7 +102,7 @@ def test_what_cannot_be_fitted_is_refused(names: list[str], facts: tuple[str, ..
 
 def test_one_run_a_condition_tells_no_scatter() -> None:
     with refuses(InputRefused, "two runs"):
-        calibrate([scene for _group, scene in conditions()], measured(1, n=1), ["kg_scale"], resamples=0)
+        calibrate(SCENES, measured(np.random.default_rng(1), n=1), ["kg_scale"], resamples=0)
 
 
 @pytest.fixture(scope="module")
