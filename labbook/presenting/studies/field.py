@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from data_schema.rounding import level_text, number_text
+from data_schema.rounding import error_of, interval_text, level_text, number_text
 from data_schema.vocabulary import Undefined
 from labbook.analysis.studies.field import FieldStudy, geometric
 from reports.figures.field import RobotWalks
@@ -16,25 +16,23 @@ def sentences(study: FieldStudy) -> list[str]:
     """Say how much less or more the second robot needs than the first, and what either needs."""
     first, second = study.robots
     walks = counted(len(study.walks), "walk")
-    needs = " and ".join(f"{_mean_text(study.log_means[robot])} {robot}" for robot in study.robots)
+    needs = " and ".join(f"{_with_interval(study.log_means[robot], ' ({})')} {robot}" for robot in study.robots)
     each = f"Specific resistance, energy over weight times distance: {needs} (geometric means of {walks})."
     ratio, interval = geometric(study.log_ratio)
     percent = 100.0 * (ratio - 1.0)
     change = f"{number_text(abs(percent), 2)} % {'less' if percent < 0.0 else 'more'} than" if percent else "as much as"
     if isinstance(interval, Undefined):
         return [f"{second} needed {change} {first}; no interval: {interval.reason}.", each]
-    within = f"{second} / {first} {number_text(ratio)}, {_interval(interval, study.log_ratio.level)}, within {walks}"
+    within = f"{second} / {first} {_with_interval(study.log_ratio, ', {}')}, within {walks}"
     tells = "" if interval[1] < 1.0 or interval[0] > 1.0 else "; the difference is not significant"
     return [f"{second} needs {change} {first} ({within}){tells}.", each]
 
 
-def _interval(interval: tuple[float, float], level: float) -> str:
-    return f"{level_text(level)} CI {number_text(interval[0])} to {number_text(interval[1])}"
-
-
-def _mean_text(logs: Summary) -> str:
+def _with_interval(logs: Summary, after: str) -> str:
+    """Write the geometric mean, and after it its interval where there is one."""
     mean, interval = geometric(logs)
-    return number_text(mean) + ("" if isinstance(interval, Undefined) else f" ({_interval(interval, logs.level)})")
+    text = number_text(mean, error=error_of(interval))
+    return text if isinstance(interval, Undefined) else text + after.format(interval_text(interval, logs.level))
 
 
 def as_data(study: FieldStudy) -> dict[str, Any]:
