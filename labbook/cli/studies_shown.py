@@ -48,8 +48,8 @@ def compaction_shown(
     from reports.figures.compaction import draw_compaction
 
     with sheet_source("compaction", file, book, decimal, complete=complete) as sheets:
-        text, level = sheets.text(sheets.sheet), sheets.level(level)
-        study = compaction_of(text, sheets.sheet, sheets.grain_mm(grain), level, sheets.decimal)
+        path, level = sheets.sheet, sheets.level(level)
+        study = compaction_of(sheets.text(path), path, sheets.grain_mm(grain), level, sheets.decimal(path))
     return ShownStudy(
         "How densely the grains lie",
         as_data(study),
@@ -70,7 +70,8 @@ def field_shown(
     from reports.figures.field import draw_field
 
     with sheet_source("field", file, book, decimal, complete=complete) as sheets:
-        study = field_study_of(sheets.sheet, sheets.text, sheets.level(level), sheets.decimal)
+        path, level = sheets.sheet, sheets.level(level)
+        study = field_study_of(path, sheets.text, level, sheets.decimal(path), sheets.decimal)
     return ShownStudy(
         "What two robots need on the same walks",
         as_data(study),

@@ -194,6 +194,37 @@ def test_trials_find_their_logs_in_the_book(book: Path) -> None:
     assert good(labbook("runs", "inbox", "--json", at=book)).json == []
 
 
+def test_each_log_of_a_book_has_its_own_decimal_sign(book: Path) -> None:
+    """A sheet from a spreadsheet has commas, logs from a logger have points that could be thousands."""
+    rows = [f"{walk};{robot};8,1;430,5;{robot}{walk}.csv" for walk in (1, 2) for robot in ("thin", "wide")]
+    sheet = "\n".join(["walk;robot;mass_kg;distance_m;log", *rows]) + "\n"
+    (book.parent / "walks.csv").write_text(sheet, encoding="utf-8")
+    for number, row in enumerate(rows):
+        log = [f"{second}.000,120.{200 + second + number}" for second in range(1, 60)]
+        (book.parent / row.split(";")[-1]).write_text("\n".join(["time_s,power_W", *log]) + "\n", encoding="utf-8")
+    good(labbook("ingest", "../walks.csv", "--decimal", ",", at=book))
+    logs = [f"../{row.split(';')[-1]}" for row in rows]
+    good(labbook("ingest", *logs, "--format", "study_log", "--decimal", ".", at=book))
+    assert asked(book, "field") == asked(book, "field", "../walks.csv")
+
+
+def test_a_log_that_two_names_mean_is_refused(book: Path) -> None:
+    """A book knows logs without their folders: one of the same name that was not ingested would count as the other."""
+    campaign = oscillation_campaign(2)
+    (book.parent / "day1").mkdir()
+    for name, text in campaign.files.items():
+        (book.parent / "day1" / name).write_text(text, encoding="utf-8")
+    head, *rows = campaign.files["trials.csv"].splitlines()
+    sheet = "\n".join([head, *(f"day1/{row}" for row in rows), f"day2/{rows[0]}"]) + "\n"
+    (book.parent / "trials.csv").write_text(sheet, encoding="utf-8")
+    logs = [f"../day1/{name}" for name in campaign.files if name != "trials.csv"]
+    good(labbook("ingest", *logs, "--format", "study_log", at=book))
+    good(labbook("ingest", "../trials.csv", at=book))
+    refused(labbook("study", "characterisation", at=book), 2, "day1/60_1kg.csv", "day2/60_1kg.csv", "count twice")
+    shutil.copytree(book.parent / "day1", book.parent / "day2")
+    refused(labbook("study", "characterisation", "../trials.csv", at=book), 2, "day2/60_1kg.csv", "same bytes")
+
+
 @pytest.mark.parametrize(
     ("table", "said"),
     [

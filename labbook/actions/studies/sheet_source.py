@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import hashlib
 import json
 import shlex
@@ -27,30 +28,42 @@ from stats.checks import as_level
 
 @dataclass(frozen=True, slots=True)
 class SheetSource:
-    """A study's sheet, what labbook.toml says of the study, the sheet's decimal sign (None: as it shows), its sources.
+    """A study's sheet, what labbook.toml says of the study, and the decimal sign asked for, of all its files.
 
-    `page` is the encoding of a text that is neither UTF-8 nor UTF-16, None where such text is refused; `complete`, that
-    a last line without line end is whole. `text` reads the sheet and the files beside it; each that was read is among
-    `sources`, by its hash.
+    `read` gives a file's bytes. `declared` gives what a file of the book was ingested with: the page of a text that is
+    neither UTF-8 nor UTF-16, None where such text is refused, and its decimal sign, None where it shows. `complete`
+    says that a last line without line end is whole. `paths` are the files that were read, by their hash.
     """
 
     sheet: Path
     protocol: StudyProtocol
-    decimal: str | None
+    asked: str | None
     read: Callable[[Path], bytes]
+    declared: Callable[[Path], tuple[str | None, str | None]] = lambda _path: (None, None)
     of_book: tuple[tuple[str, str], ...] = ()
-    page: str | None = None
     complete: bool = True
-    hashes: dict[str, str] = field(default_factory=dict)
+    paths: dict[str, Path] = field(default_factory=dict)
 
     def text(self, path: Path) -> str:
-        """Return the text of the sheet, or of a file that it names; raises `InputRefused` where it may be cut."""
+        """Return the text of the sheet, or of a log that it names.
+
+        Raises `InputRefused` where it may be cut, or has the bytes of a file before: it would count twice.
+        """
         data = self.read(path)
-        self.hashes[path.name] = hashlib.sha256(data).hexdigest()
-        text = decoded(path, data, marked_utf_16=True, page=self.page)
+        sha256 = hashlib.sha256(data).hexdigest()
+        if (before := self.paths.setdefault(sha256, path)) != path:
+            raise InputRefused(
+                f"{self.sheet} names {before} and {path}, which are the same bytes: what was recorded once would count "
+                "twice; name, or ingest, the log that was recorded, or drop the row."
+            )
+        text = decoded(path, data, marked_utf_16=True, page=self.declared(path)[0])
         if not self.complete and text and (unended := may_be_cut(text, str(path))) is not None:
             raise InputRefused(unended)
         return text
+
+    def decimal(self, path: Path) -> str | None:
+        """Return the decimal sign of the sheet, or of a log that it names; None: as it shows."""
+        return self.asked or self.declared(path)[1]
 
     def level(self, option: float | None) -> float:
         """Return the level of the intervals: the option's, else the protocol's, else 0.95."""
@@ -69,7 +82,7 @@ class SheetSource:
     @property
     def sources(self) -> tuple[tuple[str, str], ...]:
         """What the study comes from, by name."""
-        return (*self.of_book, *(("File", f"{name}, SHA-256 {sha256}") for name, sha256 in self.hashes.items()))
+        return (*self.of_book, *(("File", f"{path.name}, SHA-256 {sha256}") for sha256, path in self.paths.items()))
 
 
 @contextlib.contextmanager
@@ -87,22 +100,23 @@ def sheet_source(
         return
     with opened(book_folder) as book, book.reading() as connection:
         protocol = book.configuration.studies.get(study, StudyProtocol())
-        reading = _sheet(connection, study, protocol)
-        declared = json.loads(reading.settings_json or "{}").get("declared", {})
-        sheet = Path(reading.name)
+        found = _sheet(connection, study, protocol)
+        sheet = Path(found.name)
+
+        @functools.cache
+        def reading_of(path: Path) -> ReadingRow:
+            return found if path == sheet else _log(connection, path.name, found.name)
 
         def read(path: Path) -> bytes:
-            sha256 = reading.sha256 if path == sheet else _log(connection, path.name, reading.name)
+            sha256 = reading_of(path).sha256
             return bytes(book.store.raw(raw_path(sha256), sha256))
 
-        yield SheetSource(
-            sheet,
-            protocol,
-            decimal or protocol.decimal or declared.get("decimal_sign"),
-            read,
-            book_sources(connection, book.configuration, None),
-            declared.get("encoding") or DEFAULT_PAGE,
-        )
+        def declared(path: Path) -> tuple[str | None, str | None]:
+            said = json.loads(reading_of(path).settings_json or "{}").get("declared", {})
+            return said.get("encoding") or DEFAULT_PAGE, said.get("decimal_sign")
+
+        sources = book_sources(connection, book.configuration, None)
+        yield SheetSource(sheet, protocol, decimal or protocol.decimal, read, declared, sources)
 
 
 def _sheet(connection: sa.Connection, study: str, protocol: StudyProtocol) -> ReadingRow:
@@ -133,11 +147,12 @@ def _sheet(connection: sa.Connection, study: str, protocol: StudyProtocol) -> Re
     return rows[0]
 
 
-def _log(connection: sa.Connection, name: str, sheet: str) -> str:
-    """Return the hash of a log that a sheet names."""
-    if not find_files(connection, name):
+def _log(connection: sa.Connection, name: str, sheet: str) -> ReadingRow:
+    """Return the reading of a log that a sheet names."""
+    named = last_reading(connection, file_named(connection, name).sha256) if find_files(connection, name) else None
+    if named is None:
         raise InputRefused(
             f"the book has no log {name!r}, which {sheet} names: ingest it with "
             f"`labbook ingest {shlex.quote(name)} --format study_log`."
         )
-    return file_named(connection, name).sha256
+    return named
