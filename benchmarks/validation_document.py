@@ -20,6 +20,9 @@ import scipy.stats
 
 from benchmarks.document import table_text
 from benchmarks.section import Table
+from benchmarks.validation_calibration import from_means
+from benchmarks.validation_calibration import intervals as calibration_intervals
+from benchmarks.validation_calibration import truths as calibration_truths
 from benchmarks.validation_emulator import emulator_book, from_charges, intervals, true_changes
 from data_schema.vocabulary import Undefined
 from labbook.actions.studies.compaction import compaction_of
@@ -242,6 +245,20 @@ STUDIES = {
         intervals,
         true_changes,
         campaigns=20,
+    ),
+    "calibrate": ClosedLoop(
+        "means of eight conditions on six days, one run of each a day; days and runs scatter by 1 J and 3 mm",
+        lambda chance: from_means(chance, 1.0),
+        calibration_intervals,
+        calibration_truths,
+        campaigns=200,
+    ),
+    "calibrate, days alike": ClosedLoop(
+        "the same, on days that do not differ",
+        lambda chance: from_means(chance, 0.0),
+        calibration_intervals,
+        calibration_truths,
+        campaigns=200,
     ),
 }
 

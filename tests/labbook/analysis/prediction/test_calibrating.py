@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from benchmarks.validation_calibration import TRUE, conditions, measured
+from benchmarks.validation_document import STUDIES, covered, outside
 from data_schema.errors import InputRefused, UsageError
 from data_schema.outcomes import Outcome
 from labbook.analysis.prediction.calibrating import Calibration, calibrate
@@ -51,6 +52,12 @@ def test_what_runs_of_a_day_have_in_common_widens_the_interval() -> None:
     assert isinstance(alone.se, float)
     assert isinstance(together.se, float)
     assert together.se > 2.0 * alone.se
+
+
+@pytest.mark.soak
+def test_intervals_cover_the_ground_and_what_is_held_out() -> None:
+    """Each count lies in the 99.9 % binomial band."""
+    assert not outside(covered(STUDIES["calibrate"], 40))
 
 
 def test_days_in_common_hide_no_group_that_the_scene_does_not_describe() -> None:
