@@ -130,6 +130,8 @@ def oscillation_campaign(seed: int) -> SheetCampaign:
         files[one.file] = "\n".join(log) + "\n"
     files["trials.csv"] = "\n".join(sheet) + "\n"
     truth = {
+        "stiffness per gain (N/m)": STIFFNESS[0],
+        "damping per gain (kg/s)": DAMPING[0],
         **{f"stiffness at gain {gain:g} (N/m)": STIFFNESS[0] * gain + STIFFNESS[1] for gain, _ in GAINS},
         **{f"damping at gain {gain:g} (kg/s)": DAMPING[0] * gain + DAMPING[1] for _, gain in GAINS},
     }
