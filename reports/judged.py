@@ -94,11 +94,7 @@ def _side(raises: bool | None, biases: Sequence[float]) -> str:
 
 def _moves(one: AssumedInput, quantity: PredictedQuantity) -> float:
     """Return by how much varying an input changed a quantity; 0 where that is not known."""
-    part = {
-        PredictedQuantity.JOULES: one.joules,
-        PredictedQuantity.APEX: one.apex,
-        PredictedQuantity.SAVINGS: one.savings,
-    }.get(quantity)
+    part = one.changes.get(quantity)
     return part if isinstance(part, float) else 0.0
 
 

@@ -147,8 +147,8 @@ class Judged:
 class AssumedInput:
     """A parameter of the scene without a source: its value, why it was taken, and the most that varying it changed.
 
-    It was raised and lowered by the part `varied_by`; `joules` and `apex` are the largest parts of any condition's
-    error, `savings` of any savings'. `raises` says of a quantity whether more of the input means more of it, and
+    It was raised and lowered by the part `varied_by`; `changes` has the largest part of any condition's error by
+    quantity. `raises` says of a quantity whether more of the input means more of it, and
     nothing where that depends on the condition.
     """
 
@@ -157,9 +157,7 @@ class AssumedInput:
     unit: str
     why: str
     varied_by: float
-    joules: Value | None
-    apex: Value | None
-    savings: Value | None
+    changes: Mapping[PredictedQuantity, Value | None]
     raises: Mapping[PredictedQuantity, bool] = field(default_factory=dict)
 
 

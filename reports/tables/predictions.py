@@ -9,7 +9,7 @@ from reports.content import ReportContent
 from reports.display import DASH, common_places, level_text, shown_unit, stated_text, with_unit
 from reports.evidence import POOLED
 from reports.naming import level_name, levels_name, swept_factor, swept_words
-from reports.numbers import Number, Value
+from reports.numbers import Number
 from reports.predicted import AssumedInput, PredictedQuantity, Prediction
 from reports.tables.table import (
     PROVENANCE,
@@ -41,6 +41,14 @@ _TITLES = {
     PredictedQuantity.IMPULSE_HEIGHT: "Jump height from impulse",
     PredictedQuantity.SAVINGS: "Savings against the control",
 }
+_HEADS = {
+    PredictedQuantity.JOULES: "energy",
+    PredictedQuantity.APEX: "apex",
+    PredictedQuantity.CONTACT_TIME: "contact",
+    PredictedQuantity.IMPULSE_HEIGHT: "impulse height",
+    PredictedQuantity.SAVINGS: "savings",
+}
+_ALWAYS = (PredictedQuantity.JOULES, PredictedQuantity.APEX, PredictedQuantity.SAVINGS)
 LEGEND = (
     "std. error: one standard uncertainty of the prediction (two are about 95 %); difference: predicted less measured; "
     "ratio: difference over the expanded uncertainty of both, half the measured interval and two standard "
@@ -137,14 +145,16 @@ def _make(content: ReportContent, quantity: PredictedQuantity, name: str) -> Tab
 
 
 def _assumed(content: ReportContent) -> Table:
+    quantities = [of for of in PredictedQuantity if of in _ALWAYS or content.predictions.of(of)]
     columns = (
         Column("input", ("input",), numeric=False),
         Column("value", ("value", "unit"), numeric=False),
         Column("why", ("why",), numeric=False, prose=True),
         Column("varied by", ("varied_by",), "%"),
-        Column("energy", ("joules_j",), "J"),
-        Column("apex", ("apex_m",), "mm"),
-        Column("savings", ("savings_percent",), "%"),
+        *(
+            Column(_HEADS[of], (f"{of.name.lower()}_{unit_slug(_STORED_UNITS[of])}",), shown_unit(_STORED_UNITS[of])[0])
+            for of in quantities
+        ),
     )
     rows = tuple(
         Row(
@@ -153,7 +163,7 @@ def _assumed(content: ReportContent) -> Table:
                 Cell(with_unit(stated_text(one.value), one.unit), (one.value, one.unit)),
                 words(one.why),
                 Cell(stated_text(100.0 * one.varied_by), (one.varied_by,)),
-                *(value_cell(value, places, factor) for value, places, factor in _changes(one)),
+                *(_change(one, of) for of in quantities),
             )
         )
         for one in content.predictions.assumed
@@ -165,8 +175,9 @@ def _assumed(content: ReportContent) -> Table:
     return Table("predicted_inputs", caption, columns, rows)
 
 
-def _changes(one: AssumedInput) -> tuple[tuple[Value | None, int, float], ...]:
-    return (one.joules, 2, 1.0), (one.apex, 1, shown_unit("m")[1]), (one.savings, 2, 1.0)
+def _change(one: AssumedInput, quantity: PredictedQuantity) -> Cell:
+    factor = shown_unit(_STORED_UNITS[quantity])[1]
+    return value_cell(one.changes.get(quantity), 2 if factor == 1.0 else 1, factor)
 
 
 def _table_kind(quantity: PredictedQuantity) -> TableKind:

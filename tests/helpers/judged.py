@@ -9,7 +9,7 @@ from reports.numbers import Number
 from reports.predicted import Judged, JudgedGroup, PredictedQuantity
 from stats.exact.tails import normal_two_sided
 
-QUANTITIES = (PredictedQuantity.JOULES, PredictedQuantity.APEX)
+QUANTITIES = (PredictedQuantity.JOULES, PredictedQuantity.APEX, PredictedQuantity.CONTACT_TIME)
 DAYS = 5
 
 

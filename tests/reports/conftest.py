@@ -332,9 +332,13 @@ def _predictions(maker, conditions, comparisons):
     return Predictions(
         "bed", 1e-6, ("active_damping", "motor_heat"), ("surface",), {"b_ad_gain": "kg/m"}, tuple(items),
         judged(items, lambda what: maker.id(what, 60)),
-        (AssumedInput("kg_scale", 1.4, "1", "fitted", 0.1, 1.25, 0.0042, 0.61),
-         AssumedInput("foot_mass", 0.2, "kg", "a tenth of the robot", 0.05, 0.3,
-                      Undefined(Reason.AS_SAID, said="it folds"), None)),
+        (AssumedInput("kg_scale", 1.4, "1", "fitted", 0.1, {
+             PredictedQuantity.JOULES: 1.25, PredictedQuantity.APEX: 0.0042, PredictedQuantity.CONTACT_TIME: 0.002,
+             PredictedQuantity.SAVINGS: 0.61,
+         }),
+         AssumedInput("foot_mass", 0.2, "kg", "a tenth of the robot", 0.05, {
+             PredictedQuantity.JOULES: 0.3, PredictedQuantity.APEX: Undefined(Reason.AS_SAID, said="it folds"),
+         })),
         branched=1, on_edge=2, grown=3,
     )  # fmt: skip
 
@@ -438,6 +442,23 @@ def make_log():
 @pytest.fixture(scope="session")
 def content():
     return make_content()
+
+
+@pytest.fixture(scope="session")
+def plated(content):
+    """The content with contact times and jump heights of a plate, predicted a tenth too large."""
+    about, plate = content.predictions, (PredictedQuantity.CONTACT_TIME, PredictedQuantity.IMPULSE_HEIGHT)
+    more = [
+        dataclasses.replace(
+            item,
+            quantity=quantity,
+            measured=Number(0.2, unit, se=0.001, ci_low=0.198, ci_high=0.202, n=item.n),
+            predicted=Number(0.22, unit, se=0.0001),
+        )
+        for quantity, unit in zip(plate, ("s", "m"), strict=True)
+        for item in about.of(PredictedQuantity.JOULES)
+    ]
+    return dataclasses.replace(content, predictions=dataclasses.replace(about, items=(*about.items, *more)))
 
 
 @pytest.fixture(scope="session")

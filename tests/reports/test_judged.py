@@ -63,6 +63,16 @@ def test_the_side_to_which_an_input_must_move_is_said(content):
     assert "40 % off" in of(None, 5.0)
 
 
+def test_what_would_explain_a_plate_s_quantity_is_said_as_of_joules(content, plated):
+    """Contact times that are predicted 20 ms too long, and an input that changes them by 2 ms."""
+    told = judging(content, plated.predictions.of(PredictedQuantity.CONTACT_TIME))
+    says(said(told), "kg_scale", "100 % off", "(contact time)")
+    table = TABLES["predicted_inputs"].make(told)
+    heads = [column.title for column in table.columns]
+    assert table.rows[0].cells[heads.index("contact")].text == "2.0"
+    assert "contact" not in [column.title for column in TABLES["predicted_inputs"].make(content).columns]
+
+
 def test_without_bias_nothing_is_missing(content):
     text = said(shifted(content, {}))
     says(text, ".999", "τ = 1.00", "no group significantly")

@@ -29,6 +29,13 @@ from reports.wording import list_text, sentence_start
 if TYPE_CHECKING:
     from labbook.analysis.prediction.shares import Shares
 
+_MOST = {
+    PredictedQuantity.JOULES: "most_joules",
+    PredictedQuantity.APEX: "most_apex_m",
+    PredictedQuantity.CONTACT_TIME: "most_contact_time_s",
+    PredictedQuantity.IMPULSE_HEIGHT: "most_impulse_height_m",
+    PredictedQuantity.SAVINGS: "most_savings_percent",
+}
 _TABLES = {
     "hypotheses_in_full": None,
     **{kind.name: title_text(quantity) for kind, quantity in zip(PREDICTED, PredictedQuantity, strict=True)},
@@ -183,9 +190,7 @@ def as_data(compared: ComparedPredictions) -> dict[str, Any]:
                 "unit": one.unit,
                 "why": one.why,
                 "varied_by": one.varied_by,
-                "most_joules": _value(one.joules),
-                "most_apex_m": _value(one.apex),
-                "most_savings_percent": _value(one.savings),
+                **{key: _value(one.changes.get(quantity)) for quantity, key in _MOST.items()},
             }
             for one in about.assumed
         ],

@@ -168,7 +168,7 @@ class PredictionResult(StoredResult):
 
     `predicted` has the numbers by the names of their outcomes' numbers; `values`, and those that came of each variation
     (`otherwise`, by what was varied), are by outcome, None where the jump has no apex. `outcome` says how the simulated
-    jump ended. `close_decision`, `under_surface` and `open_book` are those of `simulated_values.Simulated`;
+    jump ended. `close_decision`, `under_surface` and `open_book` are those of `Simulated`;
     `relative_error` is the accuracy, or what rounding grows to where that is more. `finer` has the values of a
     simulation a hundred times finer.
     """

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
-from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.analysis.prediction.bias import BiasOfGroup
 from labbook.analysis.prediction.checking import Checked
-from labbook.analysis.prediction.predicting import PredictionResult
+from labbook.analysis.prediction.predicting import SIMULATED, PredictionResult
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.numbers import Shown
 from labbook.presenting.report.campaign import factor_title
@@ -167,10 +166,8 @@ def _assumed(analysis: StudyAnalysis) -> tuple[AssumedInput, ...]:
             about.unit,
             about.why,
             about.varied_by,
-            joules=_most(analysis, PredictedQuantity.JOULES, name),
-            apex=_most(analysis, PredictedQuantity.APEX, name),
-            savings=_most(analysis, PredictedQuantity.SAVINGS, name),
-            raises=_raises(analysis, name),
+            {quantity: _most(analysis, quantity, name) for quantity in PredictedQuantity},
+            _raises(analysis, name),
         )
         for name, about in inputs.items()
     )
@@ -190,11 +187,11 @@ def _raises(analysis: StudyAnalysis, name: str) -> dict[PredictedQuantity, bool]
     """Return whether an input, raised, raises what is predicted; nothing of what it raises in some conditions alone."""
     of_input = [one for one in analysis.predicted.values() if name in one.assumed]
     found = {}
-    for quantity, outcome in ((PredictedQuantity.JOULES, Outcome.JOULES), (PredictedQuantity.APEX, Outcome.APEX)):
+    for outcome in SIMULATED:
         ways = {
             None if less is None or more is None else more > less
-            for less, more in (one.varied(outcome)[name] for one in of_input)
+            for less, more in (one.varied(outcome)[name] for one in of_input if outcome in one.values)
         }
         if len(ways) == 1 and (way := ways.pop()) is not None:
-            found[quantity] = way
+            found[PredictedQuantity(outcome)] = way
     return found

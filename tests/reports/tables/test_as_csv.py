@@ -65,8 +65,8 @@ def test_fields_of_one_column_and_the_block():
 
 
 @pytest.mark.parametrize("name", TABLE_NAMES)
-def test_every_table_has_one_field_a_column_name(content, name):
-    table = TABLES[name].make(content)
+def test_every_table_has_one_field_a_column_name(plated, name):
+    table = TABLES[name].make(plated)
     data = csv_bytes(table)
     lines = list(csv.reader(io.StringIO(data.decode("utf-8"), newline="")))
     assert len(lines) == len(table.rows) + 1 > 1
