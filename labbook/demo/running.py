@@ -22,6 +22,8 @@ from labbook.book.opening import CONFIGURATION, Book, opened
 from labbook.demo.files import write_campaign
 from labbook.demo.records import Campaign, DemoRun
 
+RUN_SHEET = "runs.csv"
+
 
 @dataclass(frozen=True, slots=True)
 class DemoDone:
@@ -71,7 +73,7 @@ def make_book_of(
     (folder / CONFIGURATION).rename(book_folder / CONFIGURATION)
     make_book(book_folder, None)
     with opened(book_folder) as book:
-        (state_runs or _import_runs)(book, folder / "instruments" / "runs.csv")
+        (state_runs or _import_runs)(book, folder / "instruments" / RUN_SHEET)
         clock.lap(f"made the book {book_folder} and stated its runs")
         counts = _ingest(book, folder / "instruments", step)
         clock.lap("ingested " + ", ".join(f"{count} {status}" for status, count in sorted(counts.items())))
@@ -79,6 +81,8 @@ def make_book_of(
 
 
 def _import_runs(book: Book, sheet: Path) -> None:
+    if not sheet.exists():
+        return
     with book.session(None) as session:
         import_runs(book, session, sheet.read_text(encoding="utf-8"), str(sheet))
 
@@ -117,7 +121,7 @@ def _levels(run: DemoRun) -> dict[str, str] | None:
 
 
 def _ingest(book: Book, folder: Path, step: Callable[[str], None]) -> Counter[str]:
-    files = [path for path in files_of([folder], book.folder) if path.name != "runs.csv"]
+    files = [path for path in files_of([folder], book.folder) if path.name != RUN_SHEET]
     counts: Counter[str] = Counter()
     for position, path in enumerate(files, start=1):
         step(f"ingesting {position} of {len(files)}")

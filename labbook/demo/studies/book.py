@@ -1,10 +1,10 @@
-"""What the campaigns of studies that are kept in a book have in common: labbook.toml, sheets, and making the book."""
+"""What the campaigns of studies have in common: labbook.toml, the sheets of runs, and making the book."""
 
 from __future__ import annotations
 
 import datetime as dt
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
@@ -13,13 +13,10 @@ from typing import Any
 from data_schema.vocabulary import RunKind
 from labbook.book.opening import CONFIGURATION
 from labbook.demo.files import MARK
-from labbook.demo.running import Stopwatch, make_book_of, new_folder
+from labbook.demo.running import RUN_SHEET, Stopwatch, make_book_of
 from labbook.demo.writers import RunRow, SheetRow, charger_sheet, run_sheet
 
-_TEMPLATE = """\
-# Demonstration: the {study} study of the thesis ({section}), simulated with known truth (truth.json).
-# Nothing in it was measured. What it says is described in docs/{study}.md.
-
+STUDY_TOML = """\
 [study]
 name = "{name} (synthetic)"
 kind = "{kind}"
@@ -30,6 +27,15 @@ time_zone = "America/New_York"
 [people]
 "Ada Nwosu" = "AN"
 
+"""
+RUNS_TOML = (
+    """\
+# Demonstration: the {study} study of the thesis ({section}), simulated with known truth (truth.json).
+# Nothing in it was measured. What it says is described in docs/{study}.md.
+
+"""
+    + STUDY_TOML
+    + """\
 [factors.k_gain]
 kind = "number"
 title = "extension stiffness"
@@ -64,6 +70,7 @@ capacity_mah = {capacity_mah}
 run_pattern = '^(?P<run>r\\d+)'
 
 """
+)
 _FIRST_AT, _APART = dt.time(9, 0), dt.timedelta(minutes=25)
 
 
@@ -87,35 +94,41 @@ class StudyRun:
 
 @dataclass(frozen=True, slots=True)
 class StudyFiles:
-    """What is written of a campaign: its configuration, its runs, logs and records by path, and what is true."""
+    """What is written of a campaign: its configuration, its sheets, logs and records, and what is true.
+
+    `records` are paths below `instruments` and contents, made one after the other. `runs`, if there are any, are made
+    with `factors`, from batteries of `voltage_v`.
+    """
 
     configuration: str
-    voltage_v: float
-    factors: tuple[str, ...]
-    runs: Sequence[StudyRun]
-    write_records: Callable[[Path, Callable[[str], None]], None]
+    records: Iterable[tuple[str, bytes]]
     truth: Mapping[str, Any]
-
-
-def configuration(further: str, **values: object) -> str:
-    """Write labbook.toml: the values that studies differ by, and the tables that a study has `further`."""
-    return _TEMPLATE.format(**values) + further
+    runs: Sequence[StudyRun] = ()
+    factors: tuple[str, ...] = ()
+    voltage_v: float = 0.0
 
 
 def make_study_book(folder: Path, files: StudyFiles, step: Callable[[str], None], say: Callable[[str], None]) -> Path:
     """Write a campaign's files below a new folder and ingest them into a book; returns the book's folder."""
-    new_folder(folder)
     clock, instruments = Stopwatch(say), folder / "instruments"
-    (instruments / "charger").mkdir(parents=True)
+    instruments.mkdir(parents=True)
     (folder / CONFIGURATION).write_text(files.configuration, encoding="utf-8")
-    (instruments / "runs.csv").write_bytes(run_sheet(files.factors, map(_row, files.runs)))
+    for path, content in (*_sheets(files), *files.records):
+        step(f"writing {path}")
+        (instruments / path).parent.mkdir(exist_ok=True)
+        (instruments / path).write_bytes(content)
+    (folder / "truth.json").write_text(json.dumps(files.truth, indent=1) + "\n", encoding="utf-8")
+    clock.lap(f"wrote the campaign's files to {instruments}")
+    return make_book_of(folder, step, clock)
+
+
+def _sheets(files: StudyFiles) -> Iterator[tuple[str, bytes]]:
+    """Write the run sheet, and the charger's sheet of each day."""
+    if files.runs:
+        yield RUN_SHEET, run_sheet(files.factors, map(_row, files.runs))
     for date, of_day in groupby(files.runs, key=lambda run: run.date):
         sheet = charger_sheet([_recharge(run, files.voltage_v) for run in of_day])
-        (instruments / "charger" / f"{date:%Y-%m-%d}_charger_{MARK}.csv").write_bytes(sheet)
-    files.write_records(instruments, step)
-    (folder / "truth.json").write_text(json.dumps(files.truth, indent=1) + "\n", encoding="utf-8")
-    clock.lap(f"wrote the instruments' files of {len(files.runs)} runs to {instruments}")
-    return make_book_of(folder, step, clock)
+        yield f"charger/{date:%Y-%m-%d}_charger_{MARK}.csv", sheet
 
 
 def _row(run: StudyRun) -> RunRow:

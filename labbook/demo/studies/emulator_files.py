@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
 from labbook.demo.files import MARK
-from labbook.demo.studies.book import StudyFiles, StudyRun, configuration, make_study_book
+from labbook.demo.studies.book import RUNS_TOML, StudyFiles, StudyRun, make_study_book
 from labbook.demo.studies.emulator import GAINS, IDLE_S, REST_LENGTH_M, VOLTAGE_V, EmulatorRun, dampings, truths
 from labbook.demo.writers import string_pot_log
 
@@ -73,8 +73,7 @@ def make_emulator_book(
     """Write the campaign's files and ingest them into a new book; returns the book's folder."""
     jumps = max(run.jumps for run in campaign)
     further = _FURTHER.format(dampings=sorted({damping for gain in GAINS for damping in dampings(gain)}))
-    text = configuration(
-        further,
+    text = RUNS_TOML.format(
         study="emulator",
         section="4.3",
         name="ground emulator",
@@ -88,18 +87,15 @@ def make_emulator_book(
         rest_length_m=REST_LENGTH_M,
         capacity_mah=7200,
     )
-
-    def write_logs(instruments: Path, step: Callable[[str], None]) -> None:
-        (instruments / "logs").mkdir()
-        for number, run in enumerate(campaign, start=1):
-            step(f"writing run {number} of {len(campaign)}")
-            if run.log_ms is not None and run.channels is not None:
-                log = string_pot_log(run.log_ms, run.channels, dict.fromkeys(_FACTORS, 1))
-                (instruments / "logs" / f"{run.name}_{MARK}.csv").write_bytes(log)
-
     truth = {"conditions": [asdict(one) for one in truths(jumps)]}
-    files = StudyFiles(text, VOLTAGE_V, _FACTORS, list(map(_run, campaign)), write_logs, truth)
+    files = StudyFiles(text + further, _logs(campaign), truth, list(map(_run, campaign)), _FACTORS, VOLTAGE_V)
     return make_study_book(folder, files, step, say)
+
+
+def _logs(campaign: Sequence[EmulatorRun]) -> Iterator[tuple[str, bytes]]:
+    for run in campaign:
+        if run.log_ms is not None and run.channels is not None:
+            yield f"logs/{run.name}_{MARK}.csv", string_pot_log(run.log_ms, run.channels, dict.fromkeys(_FACTORS, 1))
 
 
 def _run(run: EmulatorRun) -> StudyRun:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from labbook.demo.files import MARK
-from labbook.demo.studies.book import StudyFiles, StudyRun, configuration, make_study_book
+from labbook.demo.studies.book import RUNS_TOML, StudyFiles, StudyRun, make_study_book
 from labbook.demo.studies.force_plate import GAINS, HOPS, IDLE_S, VOLTAGE_V, PlateStudyRun
 from labbook.demo.writers import bertec_text, string_pot_log
 
@@ -25,8 +25,7 @@ def make_plate_book(
     folder: Path, campaign: Sequence[PlateStudyRun], step: Callable[[str], None], say: Callable[[str], None]
 ) -> Path:
     """Write the campaign's files and ingest them into a new book; returns the book's folder."""
-    text = configuration(
-        _FURTHER,
+    text = RUNS_TOML.format(
         study="force-plate",
         section="3.2.2",
         name="force plate",
@@ -40,23 +39,17 @@ def make_plate_book(
         rest_length_m=0.27,
         capacity_mah=6600,
     )
-    jumped = [run for run in campaign if run.gain is not None]
-
-    def write_records(instruments: Path, step: Callable[[str], None]) -> None:
-        for part in ("force", "logs"):
-            (instruments / part).mkdir()
-        for number, run in enumerate(jumped, start=1):
-            step(f"writing run {number} of {len(jumped)}")
-            if run.plate is None or run.log_ms is None or run.channels is None:
-                continue
-            record = bertec_text(run.plate.time_ms, run.plate.force_n, run.plate.moment_nm, run.plate.cop_m)
-            (instruments / "force" / f"{run.name}_bertec_{MARK}.txt").write_bytes(record)
-            log = string_pot_log(run.log_ms, run.channels, {"k_gain": 1})
-            (instruments / "logs" / f"{run.name}_{MARK}.csv").write_bytes(log)
-
-    truth = {"runs": list(map(_truth, jumped))}
-    files = StudyFiles(text, VOLTAGE_V, ("k_gain",), list(map(_run, campaign)), write_records, truth)
+    truth = {"runs": [_truth(run) for run in campaign if run.gain is not None]}
+    files = StudyFiles(text + _FURTHER, _records(campaign), truth, list(map(_run, campaign)), ("k_gain",), VOLTAGE_V)
     return make_study_book(folder, files, step, say)
+
+
+def _records(campaign: Sequence[PlateStudyRun]) -> Iterator[tuple[str, bytes]]:
+    for run in campaign:
+        if (plate := run.plate) is not None and run.log_ms is not None and run.channels is not None:
+            record = bertec_text(plate.time_ms, plate.force_n, plate.moment_nm, plate.cop_m)
+            yield f"force/{run.name}_bertec_{MARK}.txt", record
+            yield f"logs/{run.name}_{MARK}.csv", string_pot_log(run.log_ms, run.channels, {"k_gain": 1})
 
 
 def _run(run: PlateStudyRun) -> StudyRun:

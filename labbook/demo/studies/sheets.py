@@ -5,7 +5,6 @@ Nothing is simulated: what is true is drawn with normal errors, and written as p
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -15,21 +14,10 @@ import numpy as np
 
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from labbook.analysis.studies.characterisation import Oscillation
-from labbook.book.opening import CONFIGURATION
-from labbook.demo.running import Stopwatch, make_book_of, new_folder
+from labbook.demo.studies.book import STUDY_TOML, StudyFiles, make_study_book
 
-_TEMPLATE = """\
+_TITLE = """\
 # Demonstration: a campaign that is kept as a sheet, drawn with known truth (truth.json). Nothing in it was measured.
-
-[study]
-name = "{name}"
-kind = "{kind}"
-reference_voltage_v = 15.4
-jumps_nominal = 25
-time_zone = "America/New_York"
-
-[people]
-"Ada Nwosu" = "AN"
 
 """
 FLASK_RADII_MM, GRAIN_MM = (15.0, 20.0, 30.0, 45.0, 60.0), 3.4
@@ -143,16 +131,9 @@ def make_sheet_book(
     folder: Path, campaign: SheetCampaign, step: Callable[[str], None], say: Callable[[str], None]
 ) -> Path:
     """Write a campaign's files below a new folder and ingest them into a book; returns the book's folder."""
-    new_folder(folder)
-    clock, instruments = Stopwatch(say), folder / "instruments"
-    instruments.mkdir(parents=True)
-    text = _TEMPLATE.format(name=f"{campaign.name} (synthetic)", kind=campaign.kind) + campaign.tables
-    (folder / CONFIGURATION).write_text(text, encoding="utf-8")
-    for name, written in campaign.files.items():
-        (instruments / name).write_text(written, encoding="utf-8")
-    (folder / "truth.json").write_text(json.dumps(campaign.truth, indent=1) + "\n", encoding="utf-8")
-    clock.lap(f"wrote the campaign's files to {instruments}")
-    return make_book_of(folder, step, clock, lambda _book, _runs: None)
+    text = _TITLE + STUDY_TOML.format(name=campaign.name, kind=campaign.kind, voltage_v=15.4, jumps=25)
+    records = ((name, written.encode("utf-8")) for name, written in campaign.files.items())
+    return make_study_book(folder, StudyFiles(text + campaign.tables, records, campaign.truth), step, say)
 
 
 def _chance(seed: int) -> np.random.Generator:
