@@ -30,7 +30,7 @@ from simulator.jump import (
     rounding_share,
 )
 from simulator.kernel.build import Kernel, kernel_for
-from simulator.kernel.layout import OUTCOMES, STEP_LIMIT
+from simulator.kernel.layout import OUTCOMES, STEP_LIMIT, TOO_STIFF
 from simulator.kernel.limits import MOST_STEPS
 from simulator.kernel.rows import COLUMN, COLUMNS, COST_PARTS
 from simulator.parameter import Parameter
@@ -173,7 +173,7 @@ def soft() -> tuple[Kernel, Row]:
 def barred(kernel: Kernel, table: Row) -> list[Barred]:
     """What error bars find of random scenes, at each goal."""
     finest = _simulated(kernel, table, REFERENCE, FEW_STEPS)
-    known = finest[:, 0] != STEP_LIMIT
+    known = ~np.isin(finest[:, 0], (STEP_LIMIT, TOO_STIFF))
     table, finest, found = table[known], finest[known], []
     simulated: dict[float, Row] = {}
     for goal in GOALS:

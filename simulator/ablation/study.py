@@ -117,7 +117,7 @@ def ablation_of_effects(
 def outputs_without(scene: Scene, accuracy: float, steps_more: int = STEPS_MORE) -> OutputsWithout:
     """Return the function that simulates a scene without some of its effects, each set once.
 
-    A jump that takes `steps_more` times the steps of any with all effects ends in `step_limit`.
+    A jump that takes `steps_more` times the steps of any with all effects is given up (`step_limit`, `too_stiff`).
     """
 
     @cache

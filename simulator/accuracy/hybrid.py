@@ -222,7 +222,7 @@ def _changing(composition: Composition) -> dict[str, tuple[Function, tuple[objec
         return outcome
 
     def given_up(work: Row) -> int:
-        outcome: int = end(work, MOST_STEPS)
+        outcome: int = end(work, MOST_STEPS, False)
         return outcome
 
     def finish(outcome: int, work: Row, row: Row) -> None:

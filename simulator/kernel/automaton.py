@@ -145,7 +145,7 @@ OTHERS = (
         f"t - {LONGEST_STANCE_S:g} s; in flight t - {LONGEST_FLIGHT_S:g} s; steps",
         "the jump is given up",
         _from(MODES, ENDS),
-        ("no_liftoff", "no_trigger", "carried", "timeout", "step_limit"),
+        ("no_liftoff", "no_trigger", "carried", "timeout", "step_limit", "too_stiff"),
     ),
 )
 """Those of the controller, the clocks and the method."""

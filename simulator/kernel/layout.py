@@ -97,12 +97,14 @@ sunk below its print."""
     COST_CAPPED,
     ASLEEP,
     CANCELLED,
+    LOOK,
     HOLDS,
-) = range(30, 55)
+) = range(30, 56)
 """Whole numbers that stay between events: modes, phases, what the next step must know, counts, whether the platform
 moves on without the foot, whether a flying leg is longer than its links, the sign of the force at the cap of the cost,
-whether the controller sleeps until the foot has risen and met the ground again, lift-offs that were cancelled, and
-(from `HOLDS` on) which conditions of the rule hold by which a controller without a clock changes its phase."""
+whether the controller sleeps until the foot has risen and met the ground again, lift-offs that were cancelled, the
+number of the step before which it is looked ahead how many there will be, and (from `HOLDS` on) which conditions of the
+rule hold by which a controller without a clock changes its phase."""
 
 CONDITIONS = 4
 """How many conditions such a rule has at most."""
@@ -170,6 +172,7 @@ OUTCOMES = (
     "step_limit",
     "no_trigger",
     "carried",
+    "too_stiff",
 )
 (
     LIFTOFF_REACHED,
@@ -182,4 +185,5 @@ OUTCOMES = (
     STEP_LIMIT,
     NO_TRIGGER,
     CARRIED_ROUND,
-) = range(10)
+    TOO_STIFF,
+) = range(11)

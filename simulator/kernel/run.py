@@ -30,6 +30,7 @@ from simulator.kernel.layout import (
     INTRUDING,
     LENGTH_UNIT,
     LIFTOFF_REACHED,
+    LOOK,
     MODE,
     NO_LIFTOFF,
     NO_TRIGGER,
@@ -43,12 +44,15 @@ from simulator.kernel.layout import (
     TIME,
     TIMEOUT,
     TOLERANCE,
+    TOO_STIFF,
     TOUCHDOWN,
     X_FOOT,
 )
 from simulator.kernel.limits import (
     DECISION_SHARE,
     EVENT_SHARE,
+    FIRST_LOOK,
+    FIXED_STEP_S,
     FLIP_TICK,
     JUMPS_WANTED,
     LONGEST_FLIGHT_S,
@@ -56,10 +60,12 @@ from simulator.kernel.limits import (
     MOST_STEPS,
     STOP_AFTER,
     STOP_AFTER_LIFTOFF,
+    SURE,
 )
 from simulator.kernel.limits import TOLERANCE as TOLERANCE_WANTED
 from simulator.kernel.report import make_finish
 from simulator.kernel.start import make_begin, make_begin_jump
+from simulator.kernel.steps.forecast import make_forecast
 from simulator.kernel.steps.step_loop import (
     make_control,
     make_finish_step,
@@ -75,13 +81,29 @@ FIRST_STEP_S = 1e-3
 
 
 def make_given_up(composition: Composition) -> Function:
-    """Compose `(work, most_steps)`: the outcome of a jump that does not end by itself, or `GOES_ON`."""
-    lasting = composition.on("touchdown_impact")
+    """Compose `(work, most_steps, forecasts)`: the outcome of a jump that does not end by itself, or `GOES_ON`.
+
+    Where it `forecasts`, a jump whose steps to come are more than are left ends before them: the first look ahead is
+    after `FIRST_LOOK` steps, and each later one after twice as many.
+    """
+    lasting, forecast = composition.on("touchdown_impact"), make_forecast(composition)
 
     @inner
-    def given_up(work: Row, most_steps: float) -> int:
+    def look(work: Row, most_steps: float, forecasts: bool) -> int:
         if work[STEPS] >= most_steps:
             return STEP_LIMIT
+        too_many = SURE * (most_steps - work[STEPS])
+        if forecasts and work[STEPS] >= FIRST_LOOK and forecast(work, too_many) >= too_many:
+            return TOO_STIFF
+        work[LOOK] = min(max(FIRST_LOOK, 2.0 * work[STEPS]), most_steps)
+        return GOES_ON
+
+    @inner
+    def given_up(work: Row, most_steps: float, forecasts: bool) -> int:
+        if work[STEPS] >= work[LOOK]:
+            outcome = look(work, most_steps, forecasts)
+            if outcome != GOES_ON:
+                return outcome
         if work[MODE] != FLIGHT and work[TIME] >= LONGEST_STANCE_S:
             if lasting and work[AIRBORNE] == 1:
                 return CARRIED_ROUND
@@ -175,7 +197,7 @@ def make_jump_loop(composition: Composition) -> Function:
                 control(work, limits[FLIP_TICK])
                 if work[MODE] != mode:
                     note_mode(mode, jump, work, row, changes)
-            outcome = given_up(work, limits[MOST_STEPS])
+            outcome = given_up(work, limits[MOST_STEPS], limits[FIXED_STEP_S] == 0.0)
             if work[MODE] == FLIGHT and work[AIRBORNE] == 1 and limits[STOP_AFTER] == STOP_AFTER_LIFTOFF:
                 outcome = LIFTOFF_REACHED
             if outcome >= 0:

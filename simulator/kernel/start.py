@@ -34,6 +34,7 @@ from simulator.kernel.layout import (
     KEPT,
     LEG_WORK,
     LONGEST,
+    LOOK,
     LOWEST,
     MARGIN,
     MARGIN_TICK,
@@ -124,7 +125,7 @@ def make_begin_jump(composition: Composition, meet_ground: Function, settle: Fun
         work[TICK], work[AIRBORNE], work[STEPS], work[EVALUATIONS], work[EVENTS] = 0, 0, 0, 0, 0
         work[BOTTOMED], work[TOUCHED_DURING_RESET], work[TOUCHED_BEFORE_HOLD] = 0, 0, 0
         work[RELEASE_MISSED], work[GUARD_SWITCHES] = 0, 0
-        work[ASLEEP], work[CANCELLED], work[UNRESISTED] = 0, 0, 0.0
+        work[ASLEEP], work[CANCELLED], work[UNRESISTED], work[LOOK] = 0, 0, 0.0, 0
         work[START_ENERGY] = energy(work[MODE], work)
         if lands:
             meet_ground(work)

@@ -137,7 +137,7 @@ def test_it_closes_at_the_first_run(name: str, accuracy: float) -> None:
 def test_the_energy_book_closes(name: str, accuracy: float) -> None:
     _, jumps = runs(name)[accuracy]
     for jump in jumps:
-        assert jump.outcome != "step_limit"
+        assert jump.outcome not in ("step_limit", "too_stiff")
         assert abs(jump.energy_residual_J) < accuracy * turned_over_j(jump)
 
 

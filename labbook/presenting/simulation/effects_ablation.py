@@ -16,7 +16,7 @@ from simulator.scene import Scene
 
 FLAG = "*"
 NOTHING = "-"
-STEP_LIMIT = "step_limit"
+GIVEN_UP = ("step_limit", "too_stiff")
 _ILL_CONDITIONED = "is ill-conditioned, and less accurate than asked for: see labbook sim run."
 
 
@@ -74,8 +74,9 @@ def footnotes(ablation: Ablation) -> list[str]:
     flagged = any(item.outputs.ill_conditioned for item in (*ablation.alone.values(), *ablation.pairs.values()))
     together = "most together with: without both the change is this, not that of both factors multiplied."
     mark = f"{FLAG} an ill-conditioned jump: labbook sim run shows what it hangs on."
-    given_up = any(item.outputs.outcome == STEP_LIMIT for item in (*ablation.alone.values(), *ablation.pairs.values()))
-    limit = f"{STEP_LIMIT}: given up after {STEPS_MORE} times the steps of a jump with all effects."
+    ended = {item.outputs.outcome for item in (*ablation.alone.values(), *ablation.pairs.values())}
+    given_up = [outcome for outcome in GIVEN_UP if outcome in ended]
+    limit = f"{' and '.join(given_up)}: given up after {STEPS_MORE} times the steps of a jump with all effects."
     return [
         *([together] if any(worst_together(ablation, name) for name in ablation.alone) else []),
         *([mark] if flagged else []),

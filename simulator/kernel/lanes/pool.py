@@ -33,7 +33,6 @@ from simulator.kernel.layout import (
     STALE,
     TIME,
 )
-from simulator.kernel.limits import MOST_STEPS
 from simulator.kernel.run import make_begin_scene, make_jump_loop
 from simulator.kernel.working_row import address_of
 
@@ -110,10 +109,7 @@ def make_batch_in_lanes(composition: Composition, lanes: int = LANES) -> Functio
                     enter(address_of(work[slot_in[block, lane]]), blocks[block], lane)
                     occupied[block, lane] = 1.0
                     used[block] += 1
-            if block == 0:
-                leaving = in_ground(occupied_by[0], limits[MOST_STEPS], ground)
-            else:
-                leaving = in_air(occupied_by[1], limits[MOST_STEPS], air)
+            leaving = in_ground(occupied_by[0], ground) if block == 0 else in_air(occupied_by[1], air)
             for lane in range(lanes if leaving != 0 else 0):
                 if leaving >> lane & 1:
                     slot, row = slot_in[block, lane], address_of(work[slot_in[block, lane]])

@@ -32,6 +32,7 @@ from simulator.kernel.layout import (
     K1,
     LEG_WORK,
     LONGEST,
+    LOOK,
     LOWEST,
     MARGIN,
     MARGIN_TICK,
@@ -233,7 +234,7 @@ def make_note_extremes(composition: Composition) -> Function:
 
 
 def make_step(composition: Composition, mode: int) -> Function:
-    """Compose `(occupied, most_steps, work)`: a step of every occupied lane, a number that is 1 where it is.
+    """Compose `(occupied, work)`: a step of every occupied lane, a number that is 1 where it is.
 
     Returns as bits in which lanes something may happen; nothing has been done there but, perhaps, the tick.
     """
@@ -261,13 +262,13 @@ def make_step(composition: Composition, mode: int) -> Function:
     prompt, last_s = PROMPT[mode], LONGEST_STANCE_S if intruding else LONGEST_FLIGHT_S
 
     @inner
-    def step(occupied: Lanes, most_steps: float, work: Row) -> int:
+    def step(occupied: Lanes, work: Row) -> int:
         active = occupied == 1.0
         leaves = active & ~active
         if intruding:
             leaves = tick(active, work)
         t = work[TIME]
-        leaves |= active & ((work[STEPS] >= most_steps) | (t >= last_s))
+        leaves |= active & ((work[STEPS] >= work[LOOK]) | (t >= last_s))
         rates_of(mode, t, work, NOW, K1)
         guards(work, NOW, AT_START)
         for guard in prompt:
