@@ -105,7 +105,7 @@ def test_without_the_foot_s_weight_joules_are_those_of_the_motors_in_stance() ->
 
 def test_without_impacts_and_smoothing_the_whole_chain_gives_the_motors_joules(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two clocks, 3 ms between lengths and a plate at 1 kHz cost 0.2 %."""
-    monkeypatch.setattr(force_plate, "_impacts", lambda _rng, _made, _begins_s, time_s: np.zeros(time_s.size))
+    monkeypatch.setattr(force_plate._Hopping, "impacts", lambda _hopping, _rng, time_s: np.zeros(time_s.size))
     campaign = plate_campaign(2, days=1, hops=40, scatter=PlateScatter(0.0, 0.0, 0.0), noise=0.0)
     study = compare_joules([in_memory(run, run.stance_j) for run in campaign if run.gain], 1)
     assert study.slope_without_foot == pytest.approx(1.0, abs=0.004)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import datetime as dt
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -158,7 +158,10 @@ def plate_campaign(
                 )
                 continue
             share = (1.0 + day_share) * (1.0 + rng.normal(0.0, scatter.run))
-            runs.append(_jump_run(rng, name, date, position, what, hops, share, scatter, noise))
+            settling, settled = pieces(what)
+            jumps = [*settling, *(settled[which] for which in rng.integers(len(settled), size=hops))][:hops]
+            run = _recorded(rng, _Hopping.of(jumps), PlateStudyRun(name, date, position, what, 0, 0, hops=hops), noise)
+            runs.append(replace(run, charge_mah=charge_mah(rng, run.duration_s, share * run.cost_j * hops, scatter)))
     return runs
 
 
@@ -166,11 +169,10 @@ def hopping_record(seed: int, gain: int, hops: int) -> PlateRecord:
     """Record `hops` settled jumps at a gain, the plate unloaded for a second before and after."""
     rng = np.random.default_rng(np.random.SeedSequence([seed, 2]))
     settled = pieces(gain)[1]
-    made = [settled[which] for which in rng.integers(len(settled), size=hops)]
-    ends_s = np.cumsum([0.0, *(piece.time_s[-1] for piece in made)]) + _HELD_S
-    time_s = np.arange(0.0, ends_s[-1] + _HELD_S, 1.0 / RATE_HZ)
-    force_n = _sampled(made, ends_s, "force_n", time_s, float(ends_s[-1]), 0.0, 0.0)
-    return record_of(rng, force_n + _impacts(rng, made, ends_s, time_s))
+    hopping = _Hopping.of([settled[which] for which in rng.integers(len(settled), size=hops)])
+    end_s = float(hopping.begins_s[-1])
+    time_s = np.arange(0.0, end_s + _HELD_S, 1.0 / RATE_HZ)
+    return record_of(rng, replace(hopping, last_s=end_s).sampled("force_n", time_s) + hopping.impacts(rng, time_s))
 
 
 def charge_mah(rng: np.random.Generator, duration_s: int, joules: float, scatter: PlateScatter) -> int:
@@ -179,91 +181,80 @@ def charge_mah(rng: np.random.Generator, duration_s: int, joules: float, scatter
     return round(Drain().charge_mah(duration_s) + jumps_mah + rng.normal(0.0, scatter.recharge_mah))
 
 
-def _jump_run(
-    rng: np.random.Generator,
-    name: str,
-    date: dt.date,
-    position: int,
-    gain: int,
-    hops: int,
-    share: float,
-    scatter: PlateScatter,
-    noise: float,
-) -> PlateStudyRun:
-    settling, settled = pieces(gain)
-    made = [*settling, *(settled[which] for which in rng.integers(len(settled), size=hops))][:hops]
-    ends_s = np.cumsum([0.0, *(piece.time_s[-1] for piece in made)]) + _HELD_S
-    apex = int(np.argmax(made[-1].body_m * (made[-1].force_n == 0.0)))
-    last_s = float(ends_s[-2] + made[-1].time_s[apex])
-    duration_s = int(last_s) + _OVERHEAD_S
-    cost_j = float(np.mean([piece.cost_j for piece in made]))
+@dataclass(frozen=True, slots=True, eq=False)
+class _Hopping:
+    """Jumps one after the other, s since the robot was let go: when each begins, the last one's end behind them, and
+    when the robot is held again.
+    """
+
+    jumps: Sequence[Piece]
+    begins_s: FloatArray
+    last_s: float
+
+    @classmethod
+    def of(cls, jumps: Sequence[Piece]) -> _Hopping:
+        """Put jumps one behind the other, the last one caught at its apex."""
+        begins_s = np.cumsum([0.0, *(piece.time_s[-1] for piece in jumps)]) + _HELD_S
+        return cls(jumps, begins_s, float(begins_s[-2] + jumps[-1].time_s[_apex(jumps[-1])]))
+
+    def sampled(self, what: str, time_s: FloatArray, before: float = 0.0, after: float = 0.0) -> FloatArray:
+        """Read a motion at times; before the first touchdown and from `last_s` on the robot is held."""
+        begun = zip(self.jumps, self.begins_s[:-1], strict=True)
+        times = np.concatenate([piece.time_s + begin for piece, begin in begun])
+        values = np.concatenate([getattr(piece, what) for piece in self.jumps])
+        found = np.interp(time_s, times, values)
+        return np.where(time_s < self.begins_s[0], before, np.where(time_s > self.last_s, after, found))
+
+    def impacts(self, rng: np.random.Generator, time_s: FloatArray) -> FloatArray:
+        """Return the force that stops the foot at each touchdown: half a sine of some milliseconds."""
+        force_n = np.zeros(time_s.size)
+        for piece, begin_s in zip(self.jumps, self.begins_s[:-1].tolist(), strict=True):
+            length_s = rng.uniform(*_IMPACT_S)
+            first, last = np.searchsorted(time_s, [begin_s, begin_s + length_s])
+            phase = np.pi * (time_s[first:last] - begin_s) / length_s
+            force_n[first:last] += 0.5 * np.pi * piece.impulse_n_s / length_s * np.sin(phase)
+        return force_n
+
+
+def _apex(piece: Piece) -> int:
+    return int(np.argmax(piece.body_m * (piece.force_n == 0.0)))
+
+
+def _recorded(rng: np.random.Generator, hopping: _Hopping, run: PlateStudyRun, noise: float) -> PlateStudyRun:
+    """Record a run by both instruments; its charge is not drawn."""
+    jumps, last_s = hopping.jumps, hopping.last_s
     # The plate's clock is true but for its stamps; the log's runs slow by its drift.
     begin_s, log_begin_s = rng.uniform(0.0, _WATCHED_S, 2).tolist()
     drift = _LOG_DRIFT + float(rng.normal(0.0, _LOG_DRIFT_SD))
     plate_s = np.arange(begin_s, last_s + _HELD_S, 1.0 / RATE_HZ)
     log_s = np.arange(log_begin_s, last_s + _HELD_S, LOG_STEP_S * (1.0 + drift))
-    boot_ms = int(rng.integers(15_000, 40_000))
-    log_ms = boot_ms + np.arange(log_s.size) * round(1000 * LOG_STEP_S)
-    force_n = _sampled(made, ends_s, "force_n", plate_s, last_s, 0.0, 0.0)
-    force_n += _impacts(rng, made, ends_s, plate_s) + noise * _PLATE_CREEP_N_S * plate_s
+    n = log_s.size
+    log_ms = int(rng.integers(15_000, 40_000)) + np.arange(n) * round(1000 * LOG_STEP_S)
+    force_n = hopping.sampled("force_n", plate_s)
+    force_n += hopping.impacts(rng, plate_s) + noise * _PLATE_CREEP_N_S * plate_s
     plate = record_of(rng, force_n, noise)
     per_plate = float((plate.time_ms[-1] - plate.time_ms[0]) / 1e3 / (plate_s[-1] - plate_s[0]))
-    rate = 1.0 / (1.0 + drift) / per_plate
-    offset_s = (begin_s - log_begin_s) / (1.0 + drift)
-    n = log_s.size
-    rest_m = float(made[0].leg_m[0])
+    rest_m, caught_m = float(jumps[0].leg_m[0]), float(jumps[-1].body_m[_apex(jumps[-1])])
     channels = {
-        "body_height [m]": _sampled(made, ends_s, "body_m", log_s, last_s, rest_m, float(made[-1].body_m[apex]))
-        + noise * rng.normal(0.0, _HEIGHT_NOISE_M, n),
-        "leg_length [m]": _sampled(made, ends_s, "leg_m", log_s, last_s, rest_m, rest_m)
-        + noise * rng.normal(0.0, _LEG_NOISE_M, n),
-        "leg_velocity [m/s]": _sampled(made, ends_s, "leg_rate_m_s", log_s, last_s, 0.0, 0.0)
-        + noise * rng.normal(0.0, _LEG_RATE_NOISE_M_S, n),
-        "k_gain": np.full(n, float(gain)),
+        channel: hopping.sampled(what, log_s, before, after) + noise * rng.normal(0.0, sd, n)
+        for channel, what, before, after, sd in (
+            ("body_height [m]", "body_m", rest_m, caught_m, _HEIGHT_NOISE_M),
+            ("leg_length [m]", "leg_m", rest_m, rest_m, _LEG_NOISE_M),
+            ("leg_velocity [m/s]", "leg_rate_m_s", 0.0, 0.0, _LEG_RATE_NOISE_M_S),
+        )
     }
-    kept = _kept(rng, n, hops, noise)
-    return PlateStudyRun(
-        name=name,
-        date=date,
-        position=position,
-        gain=gain,
-        duration_s=duration_s,
-        charge_mah=charge_mah(rng, duration_s, share * cost_j * hops, scatter),
-        cost_j=cost_j,
-        stance_j=float(np.mean([piece.stance_j for piece in made])),
-        hops=hops,
-        clocks=(offset_s, rate - 1.0),
+    channels["k_gain"] = np.full(n, float(run.gain or 0))
+    kept = _kept(rng, n, run.hops, noise)
+    return replace(
+        run,
+        duration_s=int(last_s) + _OVERHEAD_S,
+        cost_j=float(np.mean([piece.cost_j for piece in jumps])),
+        stance_j=float(np.mean([piece.stance_j for piece in jumps])),
+        clocks=((begin_s - log_begin_s) / (1.0 + drift), 1.0 / (1.0 + drift) / per_plate - 1.0),
         plate=plate,
         log_ms=log_ms[kept],
         channels={channel: values[kept] for channel, values in channels.items()},
     )
-
-
-def _sampled(
-    made: Sequence[Piece],
-    begins_s: FloatArray,
-    what: str,
-    time_s: FloatArray,
-    last_s: float,
-    before: float,
-    after: float,
-) -> FloatArray:
-    """Read a motion at times; before the first touchdown and from `last_s` on the robot is held."""
-    times = np.concatenate([piece.time_s + begin for piece, begin in zip(made, begins_s[:-1], strict=True)])
-    values = np.concatenate([getattr(piece, what) for piece in made])
-    found = np.interp(time_s, times, values)
-    return np.where(time_s < begins_s[0], before, np.where(time_s > last_s, after, found))
-
-
-def _impacts(rng: np.random.Generator, made: Sequence[Piece], begins_s: FloatArray, time_s: FloatArray) -> FloatArray:
-    """Return the force that stops the foot at each touchdown: half a sine of some milliseconds."""
-    force_n = np.zeros(time_s.size)
-    for piece, begin_s in zip(made, begins_s[:-1].tolist(), strict=True):
-        length_s = rng.uniform(*_IMPACT_S)
-        first, last = np.searchsorted(time_s, [begin_s, begin_s + length_s])
-        phase = np.pi * (time_s[first:last] - begin_s) / length_s
-        force_n[first:last] += 0.5 * np.pi * piece.impulse_n_s / length_s * np.sin(phase)
-    return force_n
 
 
 def _kept(rng: np.random.Generator, n: int, hops: int, noise: float) -> NDArray[np.bool_]:
