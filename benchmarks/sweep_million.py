@@ -103,7 +103,7 @@ def _kernels(accuracy: float) -> tuple[float, float]:
     design = sobol(ranges_of(_OVER[1::2], scene.effects), IN_TURNS, 0)
     recipe = recipe_for(scene, design, accuracy)
     values = design.rows(0, IN_TURNS)
-    scalar, lanes = replace(recipe, lanes=False), replace(recipe, lanes=True)
+    scalar, lanes = replace(recipe, why_scalar="asked"), replace(recipe, why_scalar=None)
     if not np.array_equal(simulate_rows(scalar, values), simulate_rows(lanes, values), equal_nan=True):
         raise AssertionError("lanes and the scalar kernel differ")
     times = in_turns(

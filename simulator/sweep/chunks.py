@@ -77,8 +77,8 @@ class Recipe:
 
     `base`: the scene's parameters in the kernel's order; `places`: where among them the swept ones stand;
     `passive_place`: where the passive power does. `finer`: limits of the second and the third simulation that error
-    bars take, none without them. `simulator`: which version of it is meant. `lanes`: whether a chunk's scenes are
-    simulated side by side, which changes no bit.
+    bars take, none without them. `simulator`: which version of it is meant. `why_scalar`: why a chunk's scenes
+    are simulated one after the other, None where they are side by side in lanes, which changes no bit.
     """
 
     effects: tuple[str, ...]
@@ -90,7 +90,7 @@ class Recipe:
     finer: tuple[Row, ...]
     accuracy: float
     simulator: str
-    lanes: bool = False
+    why_scalar: str | None
 
 
 @functools.cache
@@ -116,7 +116,7 @@ def recipe_for(scene: Scene, design: Design, accuracy: float, *, error_bars: boo
         finer=tuple(others) if error_bars else (),
         accuracy=accuracy,
         simulator=simulator_here(),
-        lanes=why_scalar(scene, design) is None,
+        why_scalar=why_scalar(scene, design),
     )
 
 
@@ -144,7 +144,7 @@ def recipe_of_rows(scene: Scene, accuracy: float) -> Recipe:
 def kernel_of(recipe: Recipe) -> Kernel:
     """Return the kernel of a sweep, compiled by the first thread that asks."""
     with _building:
-        return kernel_for(recipe.effects, lanes=recipe.lanes)
+        return kernel_for(recipe.effects, lanes=recipe.why_scalar is None)
 
 
 def check_simulator(recipe: Recipe, version: str) -> None:

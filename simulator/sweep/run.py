@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from data_schema.errors import UsageError
-from simulator.sweep.chunks import Block, Flags, recipe_for, why_scalar, with_refused
+from simulator.sweep.chunks import Block, Flags, recipe_for, with_refused
 from simulator.sweep.compute import Compute
 from simulator.sweep.identity import Identity, differences, identity_of
 from simulator.sweep.outputs import FLAGS, NOT_MADE, NOT_MADE_FLAG, OUTCOME_FLAGS, PLACE, REFUSED
@@ -104,7 +104,7 @@ def run_sweep(sweep: Sweep, out: Path, compute: Compute, advance: Callable[[int]
         compile_time_s=compile_time_s,
         compute_time_s=computed - started,
         write_time_s=written - computed,
-        why_scalar=None if recipe.lanes else why_scalar(sweep.scene, sweep.design),
+        why_scalar=recipe.why_scalar,
     )
 
 

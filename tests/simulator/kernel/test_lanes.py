@@ -124,6 +124,6 @@ def test_a_large_sweep_is_in_lanes_and_a_small_one_says_why_it_is_not() -> None:
     latched = grid_sweep(f"b_ad=0:100:{FEWEST_IN_LANES}", scene=load_scene("bed"))
     assert "latched_switching" in str(why_scalar(latched.scene, latched.design))
     recipes = [recipe_for(sweep.scene, sweep.design, sweep.accuracy) for sweep in (small, large)]
-    assert [recipe.lanes for recipe in recipes] == [False, True]
+    assert [recipe.why_scalar is None for recipe in recipes] == [False, True]
     blocks = [simulate_rows(recipe, large.design.rows(0, 64)) for recipe in recipes]
     assert np.array_equal(blocks[0], blocks[1], equal_nan=True)
