@@ -134,13 +134,26 @@ def _excludes_zero(number: Number) -> bool:
 
 
 @dataclass(frozen=True, slots=True)
+class Limits:
+    """Predicted less measured over conditions: the mean difference, and its limits of agreement."""
+
+    mean: Number
+    low: Number
+    high: Number
+
+
+@dataclass(frozen=True, slots=True)
 class Judged:
-    """One quantity: its groups, the p of no bias in any of them, and Kendall's tau of their order, of several."""
+    """One quantity: its groups, the p of no bias in any of them, and Kendall's tau of their order, of several.
+
+    `limits` are those of three conditions or more.
+    """
 
     quantity: PredictedQuantity
     groups: tuple[JudgedGroup, ...]
     joint_p: Number
     tau: Number | None
+    limits: Limits | None = None
 
 
 @dataclass(frozen=True, slots=True)

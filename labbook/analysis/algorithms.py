@@ -33,6 +33,7 @@ ALGORITHMS: tuple[Algorithm[Any], ...] = (
     checking.ALGORITHM,
     bias.BIAS,
     bias.JOINT_BIAS,
+    bias.LIMITS,
     hypotheses.ALGORITHM,
 )
 """The registry: a new kind of result is a dataclass, a function that makes it, and a line here."""

@@ -7,6 +7,7 @@ from reports.figures.by_damping import BY_DAMPING
 from reports.figures.estimation_of_report import ESTIMATIONS
 from reports.figures.flow import FLOW
 from reports.figures.kind import FigureKind
+from reports.figures.limits_of_agreement import LIMITS_OF_AGREEMENT
 from reports.figures.order import DAY_ORDER, PACKS
 from reports.figures.passive_drain import PASSIVE_DRAIN
 from reports.figures.predictions import PREDICTIONS
@@ -19,6 +20,7 @@ FIGURES: dict[str, FigureKind] = {
         SAVINGS,
         *(kind for of_outcome in zip(BY_DAMPING, ESTIMATIONS, strict=True) for kind in of_outcome),
         PREDICTIONS,
+        LIMITS_OF_AGREEMENT,
         FLOW,
         PASSIVE_DRAIN,
         DAY_ORDER,

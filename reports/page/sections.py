@@ -217,8 +217,9 @@ def _predicted(content: ReportContent) -> Section:
 def _predictions_in_full(content: ReportContent) -> Section:
     parts: list[Part] = [TableHere("hypotheses_in_full")] if content.hypotheses else []
     if content.predictions.items:
-        tables = (*(kind.name for kind in PREDICTED), "predicted_inputs", "assumed")
-        parts += [*map(Paragraph, prediction_sentences(content)), *map(TableHere, tables)]
+        tables = ("limits_of_agreement", *(kind.name for kind in PREDICTED), "predicted_inputs", "assumed")
+        parts += [*map(Paragraph, prediction_sentences(content)), FigureHere("limits_of_agreement")]
+        parts += map(TableHere, tables)
     return Section("predictions", "Predictions in full", tuple(parts), folded=True)
 
 

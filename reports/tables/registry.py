@@ -8,6 +8,7 @@ from reports.tables.conditions import BY_CONDITION, RUN_VALUES
 from reports.tables.each_run import EACH_RUN
 from reports.tables.headlines import HEADLINES
 from reports.tables.hypotheses import HYPOTHESES, HYPOTHESES_IN_FULL
+from reports.tables.limits_of_agreement import LIMITS_OF_AGREEMENT
 from reports.tables.measured import (
     ASSUMED,
     DAYS,
@@ -37,6 +38,7 @@ TABLES: dict[str, TableKind] = {
         HYPOTHESES,
         HYPOTHESES_IN_FULL,
         PREDICTION_BIAS,
+        LIMITS_OF_AGREEMENT,
         *PREDICTED,
         PREDICTED_INPUTS,
         UNCERTAINTY_BUDGET,

@@ -6,7 +6,8 @@ import statistics
 
 from reports.evidence import POOLED
 from reports.numbers import Number
-from reports.predicted import Judged, JudgedGroup, PredictedQuantity
+from reports.predicted import Judged, JudgedGroup, Limits, PredictedQuantity
+from stats.compare.limits_of_agreement import FEWEST, limits_of_agreement
 from stats.exact.tails import normal_two_sided
 
 QUANTITIES = (PredictedQuantity.JOULES, PredictedQuantity.APEX, PredictedQuantity.CONTACT_TIME)
@@ -23,7 +24,11 @@ def judged(items, identity=lambda what: ""):
                 levels.setdefault(tuple(item.group.items()), []).append(item)
         groups = tuple(_group(dict(group), each, quantity, identity) for group, each in levels.items())
         if groups:
-            found.append(_together(quantity, groups, identity))
+            found.append(
+                _together(
+                    quantity, groups, _limits([item for each in levels.values() for item in each], identity), identity
+                )
+            )
     return tuple(found)
 
 
@@ -43,7 +48,21 @@ def _group(group, items, quantity, identity):
     return JudgedGroup(group, number(se), number(of_measured), p, Number(measured, unit), Number(predicted, unit), DAYS)
 
 
-def _together(quantity, groups, identity):
+def _limits(items, identity):
+    differences = [item.predicted.value - item.measured.value for item in items]
+    if len(differences) < FEWEST:
+        return None
+    found, unit = limits_of_agreement(differences), items[0].measured.unit
+    key = identity(f"limits of agreement of {items[0].quantity}")
+
+    def number(value, ci):
+        return Number(value, unit, ci_low=ci[0], ci_high=ci[1], ci_level=0.95, n=found.n, provenance=key)
+
+    ends = (found.mean, found.ci), (found.low, found.low_ci), (found.high, found.high_ci)
+    return Limits(*(number(value, ci) for value, ci in ends))
+
+
+def _together(quantity, groups, limits, identity):
     signs = [
         math.copysign(1, (b.measured.value - a.measured.value) * (b.predicted.value - a.predicted.value))
         for a, b in itertools.combinations(groups, 2)
@@ -51,4 +70,4 @@ def _together(quantity, groups, identity):
     p = min(1.0, len(groups) * min(group.p.value for group in groups))
     key = identity(f"joint bias of {quantity}")
     tau = Number(statistics.fmean(signs), "1", provenance=key) if signs else None
-    return Judged(quantity, groups, Number(p, "1", provenance=key), tau)
+    return Judged(quantity, groups, Number(p, "1", provenance=key), tau, limits)

@@ -39,6 +39,7 @@ _MOST = {
 _TABLES = {
     "hypotheses_in_full": None,
     **{kind.name: title_text(quantity) for kind, quantity in zip(PREDICTED, PredictedQuantity, strict=True)},
+    "limits_of_agreement": None,
     "predicted_inputs": None,
 }
 """The tables in their order, and the title of each; None: its caption."""
@@ -172,6 +173,18 @@ def as_data(compared: ComparedPredictions) -> dict[str, Any]:
                 "agrees": item.agrees,
             }
             for item in about.items
+        ],
+        "limits_of_agreement": [
+            {
+                "quantity": str(one.quantity),
+                "unit": one.limits.mean.unit,
+                "n": one.limits.mean.n,
+                "mean": _number(one.limits.mean),
+                "low": _number(one.limits.low),
+                "high": _number(one.limits.high),
+            }
+            for one in about.judged
+            if one.limits is not None
         ],
         "shares": [
             {

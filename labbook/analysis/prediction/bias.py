@@ -18,6 +18,7 @@ from labbook.analysis.results.codec import Algorithm, StoredResult
 from labbook.analysis.results.result_cache import Request, ResultCache, fingerprint, result_fingerprint
 from reports.numbers import Number
 from reports.predicted import PredictedQuantity
+from stats.compare.limits_of_agreement import FEWEST, limits_of_agreement
 from stats.days.bias import Bias, Interval, PredictedRun, bias_by_day, joint_p
 
 
@@ -41,8 +42,18 @@ class JointBiasResult(StoredResult):
     tau: Number | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class LimitsResult(StoredResult):
+    """Predicted less measured over conditions: the mean, and the limits of agreement below and above it."""
+
+    mean_difference: Number
+    lower_limit: Number
+    upper_limit: Number
+
+
 BIAS = Algorithm("prediction_bias", 1, BiasResult)
 JOINT_BIAS = Algorithm("joint_bias", 1, JointBiasResult)
+LIMITS = Algorithm("limits_of_agreement", 1, LimitsResult)
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +71,7 @@ class Biases:
     quantity: PredictedQuantity
     groups: tuple[BiasOfGroup, ...]
     joint: JointBiasResult
+    limits: LimitsResult | None
 
 
 def judge(
@@ -69,8 +81,9 @@ def judge(
     outcome: Outcome,
     scope: Mapping[str, Any],
 ) -> list[Biases]:
-    """Ensure the bias of every group, and the joint test; `checked` has the check of each condition.
+    """Ensure the bias of every group, the joint test, and limits of agreement over three conditions or more.
 
+    `checked` has the check of each condition.
     Conditions without a prediction are left out; without one that has one, nothing is judged.
     """
     groups: dict[str, list[tuple[ConditionValues, Checked]]] = {}
@@ -103,7 +116,32 @@ def judge(
         )
     )
     judged = tuple(BiasOfGroup(groups[label][0][1].group, result) for label, result in found.items())
-    return [Biases(checked[0].quantity, judged, joint)]
+    return [Biases(checked[0].quantity, judged, joint, _limits(cache, checked, about, outcome.unit))]
+
+
+def _limits(cache: ResultCache, checked: Sequence[Checked], about: Mapping[str, Any], unit: str) -> LimitsResult | None:
+    known = [(check, value) for check in checked if isinstance(value := check.result.difference.value, float)]
+    if len(known) < FEWEST:
+        return None
+    return cache.ensure_one(
+        Request(
+            LIMITS,
+            about,
+            tuple(result_fingerprint("predicted", check.result) for check, _value in known),
+            {},
+            lambda: _limits_result([value for _check, value in known], unit),
+        )
+    )
+
+
+def _limits_result(differences: Sequence[float], unit: str) -> LimitsResult:
+    found = limits_of_agreement(differences)
+    n, level = found.n, found.level
+    return LimitsResult(
+        Number(found.mean, unit, found.se, None, *found.ci, level, df=n - 1, n=n),
+        Number(found.low, unit, found.limit_se, None, *found.low_ci, level, df=n - 1, n=n),
+        Number(found.high, unit, found.limit_se, None, *found.high_ci, level, df=n - 1, n=n),
+    )
 
 
 def _inputs(items: Sequence[tuple[ConditionValues, Checked]]) -> list[InputRow]:

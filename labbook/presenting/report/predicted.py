@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from data_schema.vocabulary import Undefined
-from labbook.analysis.prediction.bias import BiasOfGroup
+from labbook.analysis.prediction.bias import BiasOfGroup, LimitsResult
 from labbook.analysis.prediction.checking import Checked
 from labbook.analysis.prediction.predicting import SIMULATED, PredictionResult
 from labbook.analysis.study import StudyAnalysis
@@ -19,6 +19,7 @@ from reports.predicted import (
     HypothesisPart,
     Judged,
     JudgedGroup,
+    Limits,
     PredictedQuantity,
     Prediction,
     Predictions,
@@ -138,9 +139,14 @@ def _judged(analysis: StudyAnalysis, shown: Shown) -> tuple[Judged, ...]:
             tuple(_judged_group(each, shown) for each in _by_level(analysis, one.groups)),
             shown.number(one.joint.p),
             None if one.joint.tau is None else shown.number(one.joint.tau),
+            None if one.limits is None else _limits(one.limits, shown),
         )
         for one in analysis.biases
     )
+
+
+def _limits(found: LimitsResult, shown: Shown) -> Limits:
+    return Limits(*(shown.number(each) for each in (found.mean_difference, found.lower_limit, found.upper_limit)))
 
 
 def _judged_group(each: BiasOfGroup, shown: Shown) -> JudgedGroup:

@@ -224,7 +224,7 @@ def test_what_is_assumed_is_listed_with_its_reason_and_what_it_changes(reported:
             if item.quantity is PredictedQuantity.JOULES
         ]
         assert len(parts) == 4
-        assert one.joules == max(value for value in parts if isinstance(value, float))
+        assert one.changes[PredictedQuantity.JOULES] == max(value for value in parts if isinstance(value, float))
 
 
 def test_whether_more_of_an_input_raises_a_prediction_is_told_where_all_conditions_agree(reported: Reported) -> None:

@@ -1,0 +1,101 @@
+"""Differences of predictions from measurements over their mean, with limits of agreement (Bland and Altman)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from reports.content import ReportContent
+from reports.display import as_shown, general_text, number_text, with_unit
+from reports.evidence import POOLED
+from reports.figures.kind import FigureKind
+from reports.figures.style import BLACK, BLUE, PALE, is_narrow, light_grid, new_figure, plain_ticks
+from reports.numbers import Number
+from reports.predicted import Judged, Limits, Predictions
+from reports.wording import count_text
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def _judged(content: ReportContent) -> list[tuple[Judged, Limits]]:
+    return [(one, one.limits) for one in content.predictions.judged if one.limits is not None]
+
+
+def draw(content: ReportContent, width_in: float) -> Figure:
+    """Draw a panel a quantity: a dot a condition, the mean difference and both limits with their intervals."""
+    found, narrow = _judged(content), is_narrow(width_in)
+    figure = new_figure(width_in, 2.2 * len(found) if narrow else 2.6)
+    shape = (len(found), 1) if narrow else (1, len(found))
+    for axes, (one, limits) in zip(figure.subplots(*shape, squeeze=False).flat, found, strict=True):
+        _draw_panel(axes, content, one, limits)
+    return figure
+
+
+def _draw_panel(axes: Axes, content: ReportContent, one: Judged, limits: Limits) -> None:
+    for number, style in ((limits.mean, "-"), (limits.low, "--"), (limits.high, "--")):
+        shown = as_shown(number)
+        if isinstance(shown.ci_low, float) and isinstance(shown.ci_high, float):
+            axes.axhspan(shown.ci_low, shown.ci_high, color=PALE, alpha=0.5, linewidth=0)
+        axes.axhline(_value(shown), color=BLACK, linestyle=style, linewidth=0.8)
+    pairs = [
+        (_value(as_shown(item.measured)), _value(as_shown(item.predicted)))
+        for item in content.predictions.of(one.quantity)
+        if item.level != POOLED and isinstance(item.difference.value, float)
+    ]
+    axes.plot(
+        [(measured + predicted) / 2.0 for measured, predicted in pairs],
+        [predicted - measured for measured, predicted in pairs],
+        "o",
+        color=BLUE,
+        markersize=3.2,
+        markeredgewidth=0,
+    )
+    unit = as_shown(limits.mean).unit
+    axes.set_xlabel(f"Mean of both, {one.quantity} ({unit})")
+    axes.set_ylabel(f"Predicted less measured ({unit})")
+    axes.xaxis.set_major_locator(plain_ticks())
+    light_grid(axes)
+
+
+def _value(number: Number) -> float:
+    return number.value if isinstance(number.value, int | float) else float("nan")
+
+
+def caption(_content: ReportContent) -> str:
+    """Say what is drawn."""
+    return (
+        "Predicted less measured over the mean of both, a dot a condition (Bland and Altman): mean difference (line) "
+        "and limits of agreement (dashed), each with its 95 % CI."
+    )
+
+
+def alternative(content: ReportContent) -> str:
+    """Describe the plot in words: of each quantity the mean difference and its limits."""
+    sentences = []
+    for one, limits in _judged(content):
+        low, high = (as_shown(each) for each in (limits.low, limits.high))
+        ends = f"{general_text(_value(low))} to {with_unit(general_text(_value(high)), low.unit)}"
+        conditions = count_text(limits.mean.n or 0, "condition")
+        sentences.append(f"{one.quantity}: mean {number_text(limits.mean)}, limits {ends}, {conditions}.")
+    return f"Differences of predictions from measurements. {' '.join(sentences)}"
+
+
+def absent(content: ReportContent) -> str | None:
+    """Give the reason where there are no limits."""
+    if _judged(content):
+        return None
+    return "No limits of agreement: fewer than three conditions were predicted."
+
+
+def shows(content: ReportContent) -> dict[str, object]:
+    """Return what is drawn of a report."""
+    found = content.predictions
+    judged = tuple(replace(one, groups=(), tau=None) for one in found.judged)
+    return {"predictions": Predictions(items=found.items, judged=judged)}
+
+
+LIMITS_OF_AGREEMENT = FigureKind(
+    "limits_of_agreement", "Limits of agreement", draw, caption, alternative, absent, shows
+)
