@@ -75,15 +75,14 @@ def _uncertainty(content: ReportContent) -> str:
         return ""
     of_runs = math.sqrt(math.fsum(squares)) / len(squares)
     shown, factor = shown_unit(number.unit)
-    places = decimals_for(min(number.se, of_runs) * factor)
-    total, runs, drain = (
+    places = decimals_for(number.se * factor)
+    total, drain = (
         with_unit(decimal_text(each * factor, places), shown)
-        for each in (number.se, of_runs, number.shared_se if isinstance(number.shared_se, float) else 0.0)
+        for each in (number.se, number.shared_se if isinstance(number.shared_se, float) else 0.0)
     )
     mostly, helps = ("runs' scatter", "runs") if 2.0 * of_runs**2 >= number.se**2 else ("days acting unlike", "days")
-    common = f"; the passive drain's is {drain}" if isinstance(number.shared_se, float) else ""
-    error = f"The answer's standard error, {total}, is mostly {mostly} (runs alone: {runs})"
-    return f"{error}: more {helps} narrow it{common}."
+    common = f"; the passive drain's part is {drain}" if isinstance(number.shared_se, float) else ""
+    return f"The answer's standard error, {total}, is mostly {mostly}: more {helps} narrow it{common}."
 
 
 def _of_runs(comparison: Comparison) -> float | None:
@@ -109,7 +108,7 @@ def _one_day_less(content: ReportContent) -> str:
     if not shifts:
         return ""
     unclaimed = {label for each in of_unit for label in _days(each) if _loses_its_interval(each, label)}
-    lost = f"; without one of {count_text(len(unclaimed), 'day')} a group has no claim" if unclaimed else ""
+    lost = f"; {count_text(len(unclaimed), 'day')} cannot be left out, or a group has no test" if unclaimed else ""
     moved = _moved(max(shifts), of_unit[0], 1)
     return f"Leaving out any one day moves the {_what(of_unit[0])} of a group by at most {moved}{lost}."
 

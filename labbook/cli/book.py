@@ -69,12 +69,14 @@ def demo(
 
     Example: labbook demo demo-book
     """
-    from labbook.demo.campaign import make_campaign
-    from labbook.demo.running import run_demo
+    from labbook.demo.running import new_folder, run_demo
 
+    new_folder(folder)
     if study is not None:
         _study_demo(folder, study, seed, full, as_json)
         return
+    from labbook.demo.campaign import make_campaign
+
     with progress("demonstration", None, shown=not as_json) as step:
         done = run_demo(folder, make_campaign(seed), full, step, lambda line: None if as_json else say(line))
     emit(done, [f"the report: {done.page}"], as_json)

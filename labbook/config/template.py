@@ -49,7 +49,7 @@ run_duration_s = 720
 # robust, or published: the one of the thesis.
 detector = "robust"
 exclude_first_jumps = 0
-# Leave out jumps that touch a dropped packet.
+# Leave out jumps with a dropped packet in flight.
 exclude_gap_jumps = true
 charger_resolution_mah = 1
 # Runs without jumps, from which the passive drain is fitted.

@@ -416,4 +416,4 @@ def test_compare_leads_with_the_test_by_shared_days(
     first, second, *_notes = good(labbook("stats", words[0], path, *words[1:], at=tmp_path)).out.splitlines()
     says(first, "shared days", rule)
     assert said in first
-    says(second, "Days left out")
+    says(second, "Ignoring days")

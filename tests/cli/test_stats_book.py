@@ -104,7 +104,7 @@ def test_compare_leads_with_the_deciding_test_of_the_report(reported: Reported, 
     assert evidence is not None
     claims = [claim.text.replace("\u00a0", " ").replace("\u2212", "-") for claim in reported.content.claims]
     assert [claim for claim in claims if evidence[0] in claim]
-    assert second.startswith("Days left out: ")
+    assert second.startswith("Ignoring days: ")
 
 
 def test_savings_are_those_of_the_report(reported: Reported) -> None:

@@ -42,7 +42,7 @@ def compare(question: Question, route: str) -> Answer:
     for label, result in found.items():
         own = result.sentence(names[label], control, observed.unit)
         own = with_days_said(own, days_untold(observed, (label, observed.control)))
-        sentences += [own] if by_days is None else [by_days.sentence(label), f"Days left out: {own}"]
+        sentences += [own] if by_days is None else [by_days.sentence(label), f"Ignoring days: {own}"]
     told = Answer(
         sentences,
         {

@@ -62,7 +62,7 @@ levels = [400, 500]
 within_percent = 2
 """
 _PROTOCOL = """\
-# The first two jumps, and those that touch a dropped packet, are left out (thesis 4.3.3).
+# The first two jumps, and those with a dropped packet in flight, are left out (thesis 4.3.3).
 [protocol]
 exclude_first_jumps = 2"""
 

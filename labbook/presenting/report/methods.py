@@ -238,8 +238,8 @@ def _rules(analysis: StudyAnalysis) -> str:
     if protocol.exclude_first_jumps:
         rules.append(f"the first {protocol.exclude_first_jumps} jumps of a run are left out")
     rules.append(
-        "jumps that touch a dropped packet are left out"
+        "jumps with a dropped packet in flight are left out"
         if protocol.exclude_gap_jumps
-        else "jumps that touch a dropped packet are kept"
+        else "jumps with a dropped packet in flight are kept"
     )
     return "; ".join(rules) + "."
