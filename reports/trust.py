@@ -6,9 +6,8 @@ import math
 from collections.abc import Iterable
 
 from data_schema.outcomes import Outcome
-from data_schema.rounding import decimals_for
 from reports.content import Comparison, ReportContent, Sensitivity
-from reports.display import as_shown, common_places, decimal_text, shown_unit, with_unit
+from reports.display import as_shown, common_places, decimal_text, general_text, shown_unit, with_unit
 from reports.numbers import Number
 from reports.wording import count_text, list_text, sentence_start
 
@@ -75,13 +74,12 @@ def _uncertainty(content: ReportContent) -> str:
         return ""
     of_runs = math.sqrt(math.fsum(squares)) / len(squares)
     shown, factor = shown_unit(number.unit)
-    places = decimals_for(number.se * factor)
     total, drain = (
-        with_unit(decimal_text(each * factor, places), shown)
-        for each in (number.se, number.shared_se if isinstance(number.shared_se, float) else 0.0)
+        with_unit(general_text(each * factor, 2), shown) if isinstance(each, float) else ""
+        for each in (number.se, number.shared_se)
     )
     mostly, helps = ("runs' scatter", "runs") if 2.0 * of_runs**2 >= number.se**2 else ("days acting unlike", "days")
-    common = f"; the passive drain's part is {drain}" if isinstance(number.shared_se, float) else ""
+    common = f"; the passive drain's part is {drain}" if drain else ""
     return f"The answer's standard error, {total}, is mostly {mostly}: more {helps} narrow it{common}."
 
 

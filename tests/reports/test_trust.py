@@ -36,7 +36,7 @@ def by_runs(comparison):
 def test_the_third_line_says_what_the_uncertainty_comes_from_and_what_narrows_it(content, times, said):
     se = times * by_runs(content.pooled[0])
     third = plain(trust_sentences(of_one_group(content, se)))[-1]
-    assert third.startswith(f"The answer's standard error, {se:.1f} %, is mostly {said}: more ")
+    assert third.startswith(f"The answer's standard error, {se:.2g} %, is mostly {said}: more ")
     assert third.endswith(f"{'runs' if times < 2 else 'days'} narrow it; the passive drain's part is 0.1 %.")
 
 
