@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from data_schema.errors import InputRefused, UsageError
+from data_schema.errors import InputRefused, UsageError, nearest
 from data_schema.vocabulary import FileRole
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.format import LAYOUT, Clue, Format, Head, Reader, Recognition
@@ -89,9 +90,10 @@ class FlaskSheet:
 def read_flasks(text: str, file: str, decimal: str | None) -> FlaskSheet:
     """Read a sheet of flasks; without a column of their volumes they are spheres.
 
-    Raises `InputRefused` as `read_study_sheet` does, and for more water than a flask holds.
+    Raises `InputRefused` as `read_study_sheet` does, for a third state, and for more water than a flask holds.
     """
     sheet = read_study_sheet(text, file, _FLASK, ("state",), "radius_mm,state,water_ml", decimal)
+    _refuse_third("state", sheet, file)
     radii_m, water_m3 = sheet.values["radius"], sheet.values["water"]
     flasks_m3 = sheet.values.get("flask", [4.0 / 3.0 * math.pi * radius_m**3 for radius_m in radii_m])
     for radius_m, flask_m3, water, line in zip(radii_m, flasks_m3, water_m3, sheet.lines, strict=True):
@@ -120,8 +122,8 @@ class WalkSheet:
 def read_walks(text: str, file: str, decimal: str | None) -> WalkSheet:
     """Read a sheet of walks, whose energies stand in it, or are charges times voltages, or come of logs.
 
-    Raises `InputRefused` as `read_study_sheet` does, where it says energies in no way or in two, and for a robot that
-    is twice on a walk or a log that is named twice.
+    Raises `InputRefused` as `read_study_sheet` does, where it says energies in no way or in two, for a third robot, and
+    for a robot that is twice on a walk or a log that is named twice.
     """
     words = ("walk", "robot")
     sheet = read_study_sheet(text, file, _WALK, words, _WALKS_EXAMPLE, decimal, optional_words=("log",))
@@ -140,12 +142,29 @@ def read_walks(text: str, file: str, decimal: str | None) -> WalkSheet:
         raise InputRefused(
             f"{file} says no energies, nor charges and voltages, nor logs: name the columns as in {_WALKS_EXAMPLE}."
         )
+    _refuse_third("robot", sheet, file)
     for first, line in repeated(zip(sheet.words["walk"], sheet.words["robot"], strict=True), sheet.lines):
         what = f"line {line} of {file} has the walk and the robot of line {first}"
         raise LineRefused(line, f"{what}: give each walk a name of its own, or drop the copy.")
     _refuse_log_twice(logs, sheet.lines, file)
     columns = (sheet.words["walk"], sheet.words["robot"], values["mass"], values["distance"])
     return WalkSheet(*columns, energies_j, logs, sheet.lines)
+
+
+def _refuse_third(word: str, sheet: StudySheet, file: str) -> None:
+    """Refuse a third word where two are compared, at the first line of the one that is written least often."""
+    cells = sheet.words[word]
+    counts = Counter(reversed(cells))  # of those as rare, the last to come in
+    if len(counts) > 2:
+        odd = min(counts, key=lambda cell: counts[cell])
+        others = [cell for cell in dict.fromkeys(cells) if cell != odd]
+        line, close = sheet.lines[cells.index(odd)], nearest(odd, others)
+        hint = "keep a sheet for each two." if close is None else f"did you mean {close!r}?"
+        raise LineRefused(
+            line,
+            f"line {line} of {file} has the {word} {odd!r} beside {', '.join(map(repr, others))}; compare two {word}s: "
+            f"{hint}",
+        )
 
 
 def read_trials(text: str, file: str, decimal: str | None) -> StudySheet:

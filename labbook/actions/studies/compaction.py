@@ -19,9 +19,8 @@ def compaction_of(text: str, file: Path, grain_mm: float, level: float, decimal:
     if not 0.0 < grain_mm < math.inf:
         raise UsageError(f"--grain {grain_mm:g}: give the grains' diameter in mm, such as --grain 3.4.")
     sheet = read_flasks(text, str(file), decimal)
-    by_state: dict[str, list[tuple[float, float]]] = {}
-    for state, radius_m, flask_m3, water_m3 in zip(
-        sheet.states, sheet.radii_m, sheet.flasks_m3, sheet.water_m3, strict=True
-    ):
-        by_state.setdefault(state, []).append((radius_m, fraction_from_water(flask_m3, water_m3).fraction))
+    by_state: dict[str, list[tuple[float, float, int]]] = {}
+    columns = (sheet.radii_m, sheet.flasks_m3, sheet.water_m3)
+    for state, radius_m, flask_m3, water_m3, line in zip(sheet.states, *columns, sheet.lines, strict=True):
+        by_state.setdefault(state, []).append((radius_m, fraction_from_water(flask_m3, water_m3).fraction, line))
     return compaction(by_state, grain_mm / 1e3, level, sheet.doubt())

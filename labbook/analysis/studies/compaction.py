@@ -43,16 +43,16 @@ class Compaction:
 
 
 def compaction(
-    measured: Mapping[str, Sequence[tuple[float, float]]],
+    measured: Mapping[str, Sequence[tuple[float, float, int]]],
     grain_m: float,
     level: float = 0.95,
     doubt: str | None = None,
 ) -> Compaction:
     """Extrapolate the fractions of each state to an infinite container.
 
-    `measured` has by state the radius of each flask in m and the volume fraction in it. Repeated fillings of a flask
-    are averaged first: they share the flask's error, and flasks are what scatters. Raises `InputRefused` for other than
-    two states, flasks that were not measured in both, and fewer than three sizes.
+    `measured` has by state the radius of each flask in m, the volume fraction in it, and its line in the sheet.
+    Repeated fillings of a flask are averaged first: they share the flask's error, and flasks are what scatters. Raises
+    `InputRefused` for other than two states, flasks that were not measured in both, and fewer than three sizes.
     """
     if len(measured) != 2:
         found = ", ".join(map(repr, measured))
@@ -63,8 +63,10 @@ def compaction(
     radii_m = [radius_m for radius_m, _ in before]
     if alone := sorted({*radii_m} ^ {radius_m for radius_m, _ in after}):
         radius_m, missing = alone[0], last if alone[0] in radii_m else first
+        lines = [line for rows in measured.values() for radius, _fraction, line in rows if radius == radius_m]
         raise InputRefused(
-            f"the flask of {radius_m * 1e3:g} mm was not measured {missing!r}: measure it, or drop its rows."
+            f"the flask of {radius_m * 1e3:g} mm (line {lines[0]}) was not measured {missing!r}: measure it, or drop "
+            "its rows."
         )
     if len(radii_m) < FEWEST_FLASKS:
         raise InputRefused(
@@ -84,10 +86,10 @@ def compaction(
     )
 
 
-def _means(rows: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+def _means(rows: Sequence[tuple[float, float, int]]) -> list[tuple[float, float]]:
     """Return the mean fraction of each flask, in the order of radii."""
     by_flask: dict[float, list[float]] = {}
-    for radius_m, fraction in rows:
+    for radius_m, fraction, _line in rows:
         by_flask.setdefault(radius_m, []).append(fraction)
     return [(radius_m, math.fsum(several) / len(several)) for radius_m, several in sorted(by_flask.items())]
 

@@ -18,13 +18,14 @@ PLAUSIBLE = (0.01, 100.0)
 
 @dataclass(frozen=True, slots=True)
 class Walk:
-    """One robot on one walk: what it took from its battery, its mass, and how far it came."""
+    """One robot on one walk: what it took from its battery, its mass, how far it came, and its line in the sheet."""
 
     robot: str
     walk: str
     energy_j: float
     mass_kg: float
     distance_m: float
+    line: int
 
     @property
     def specific_resistance(self) -> float:
@@ -74,18 +75,21 @@ def field_study(measured: Sequence[Walk], level: float = 0.95) -> FieldStudy:
     for walk in walks:
         for robot in robots:
             if (robot, walk) not in found:
-                raise InputRefused(f"{robot!r} did not make the walk {walk!r}: give what both made together.")
-        distances_m = [one.distance_m for one in measured if one.walk == walk]
-        if max(distances_m) > FARTHEST_APART * min(distances_m):
+                line = next(one.line for one in measured if one.walk == walk)
+                raise InputRefused(
+                    f"{robot!r} did not make the walk {walk!r} (line {line}): give what both made together."
+                )
+        distances_m = {one.line: one.distance_m for one in measured if one.walk == walk}
+        if max(distances_m.values()) > FARTHEST_APART * min(distances_m.values()):
+            came = " and the other ".join(f"{metres:g} m (line {line})" for line, metres in distances_m.items())
             raise InputRefused(
-                f"on {walk!r} one robot came {min(distances_m):g} m and the other {max(distances_m):g} m: compare what "
-                "both walked together, and check the distances."
+                f"on {walk!r} one robot came {came}: compare what both walked together, and check the distances."
             )
     for one in measured:
         if not PLAUSIBLE[0] < one.specific_resistance < PLAUSIBLE[1]:
             raise InputRefused(
-                f"{one.robot!r} has a specific resistance of {one.specific_resistance:.3g} on {one.walk!r}, and robots "
-                "have some 0.1 to 10: check the units of mass, distance and energy."
+                f"{one.robot!r} has a specific resistance of {one.specific_resistance:.3g} on {one.walk!r} (line "
+                f"{one.line}), and robots have some 0.1 to 10: check the units of mass, distance and energy."
             )
     first, second = ([found[robot, walk] for walk in walks] for robot in robots)
     return FieldStudy(
