@@ -11,6 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
+import sqlalchemy as sa
+
 from data_schema.queries.runs import RunRow, list_runs, runs_named, runs_of_conditions
 from data_schema.queries.signals import SignalRow
 from data_schema.reasons import Reason
@@ -22,7 +24,7 @@ from labbook.actions.runs.remarks import remarks_on
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections
 from labbook.analysis.outcomes.energy import joules_per_jump
 from labbook.analysis.outcomes.run_apexes import jumps_found_in_run, usable_logs
-from labbook.analysis.outcomes.run_energy import drain_lines, usable_charge
+from labbook.analysis.outcomes.run_energy import below_drain, drain_lines, usable_charge
 from labbook.analysis.study_data import StudyData, gather_about
 from labbook.book.opening import Book
 from labbook.statements.importing import PreparedImport
@@ -33,6 +35,8 @@ LIMIT_SDS = 3.0
 """Control limits lie three standard deviations from the mean of the condition's earlier runs (Shewhart 1931)."""
 LIMITS_FROM_RUNS = 5
 """Fewer earlier runs than this give no limits: their standard deviation is too uncertain."""
+OF_JOULES = frozenset({"charge_mah", "duration_s", "jumps_made", "condition", "mode", "run"})
+"""Columns of a run and its charge whose correction changes its joules a jump, or with which others they compare."""
 _RIG_GAPS = (GapKind.DROPPED, GapKind.HELD)
 """The gaps that say something of the radio or the sensor: a pause was made, and rejected rows are findings."""
 
@@ -43,8 +47,8 @@ Lines: TypeAlias = Mapping[str, PassiveDrain | Undefined]
 class RigLine:
     """What is said of a run; `jumps_off` is by how many the jumps found differ from those made.
 
-    `charge_odd`: its charge is one that the pack cannot have taken after it; `outside`: its joules are out of their
-    control limits.
+    `charge_odd`: its charge is one that the pack cannot have taken after it, or less than the electronics alone draw;
+    `outside`: its joules are out of their control limits.
     """
 
     text: str
@@ -70,10 +74,7 @@ def rig_lines_of(book: Book, outcomes: Sequence[FileOutcome]) -> list[list[RigLi
     if not files:
         return found
     with book.reading() as connection:
-        about = runs_named(connection, list(files))
-        conditions = sorted({run.condition_uid for run in about if run.condition_uid is not None})
-        earlier = runs_of_conditions(connection, conditions)
-        evidence = gather_about(connection, book.configuration, about, earlier)
+        evidence = _evidence(book, connection, list(files))
         for name, line in rig_lines(Detections(connection, book.store), files, evidence).items():
             found[last[name]].append(line)
         charged = [name for name, prepared in files.items() if any(each.read.charges for each in prepared)]
@@ -84,6 +85,22 @@ def rig_lines_of(book: Book, outcomes: Sequence[FileOutcome]) -> list[list[RigLi
         if run.name in last:
             found[last[run.name]] += _logs_too_many(run, evidence)
     return found
+
+
+def rig_lines_of_runs(book: Book, names: Sequence[str]) -> list[RigLine]:
+    """Return how runs of jumps do, given by name, after a correction: their joules and nothing of their logs."""
+    if not names:
+        return []
+    with book.reading() as connection:
+        evidence = _evidence(book, connection, names)
+        return list(rig_lines(Detections(connection, book.store), dict.fromkeys(names, ()), evidence).values())
+
+
+def _evidence(book: Book, connection: sa.Connection, names: Sequence[str]) -> StudyData:
+    """Read the facts of runs, given by name, and of the others of their conditions."""
+    about = runs_named(connection, names)
+    conditions = sorted({run.condition_uid for run in about if run.condition_uid is not None})
+    return gather_about(connection, book.configuration, about, runs_of_conditions(connection, conditions))
 
 
 def _logs_too_many(run: RunRow, evidence: StudyData) -> list[RigLine]:
@@ -128,9 +145,11 @@ def _line(
     if logs:
         parts.append(f"{_gaps(logs)}{_where(files, evidence.logs.get(run.uid, []))},")
     joules, outside = _joules(run, evidence, drains)
-    if isinstance(found, Undefined):
-        return RigLine(" ".join([*parts, joules]), logs_do_not_count=True, outside=outside)
-    return RigLine(" ".join([*parts, joules]), abs(found - run.jumps_made), outside=outside)
+    too_little = too_little_charged(run, evidence, drains)
+    text = " ".join([*parts, joules]) + (f"; look again: {too_little}" if too_little else "")
+    unknown = isinstance(found, Undefined)
+    off = 0 if isinstance(found, Undefined) else abs(found - run.jumps_made)
+    return RigLine(text, off, logs_do_not_count=unknown, charge_odd=too_little is not None, outside=outside)
 
 
 def _jumps(run: RunRow, found: int | Undefined, logs: Sequence[SignalRow]) -> str:
@@ -166,7 +185,10 @@ def _where(files: Sequence[PreparedImport], in_book: Sequence[SignalRow]) -> str
 
 
 def _joules(run: RunRow, evidence: StudyData, drains: Lines) -> tuple[str, bool]:
-    """Say a run's joules a jump beside those of its condition before, and whether they are out of the limits."""
+    """Say a run's joules a jump beside those of its condition before, and whether they are out of the limits.
+
+    Limits begin at 0 J or above: a jump takes energy, and a run whose joules are negative is out of them.
+    """
     joules = joules_of(run, evidence, drains)
     if isinstance(joules, Undefined):
         return f"joules unknown: {joules.reason}", False
@@ -184,10 +206,24 @@ def _joules(run: RunRow, evidence: StudyData, drains: Lines) -> tuple[str, bool]
     if about.n < LIMITS_FROM_RUNS or isinstance(about.mean, Undefined) or isinstance(about.sd, Undefined):
         runs = "run" if about.n == 1 else "runs"
         return f"{joules:.1f} J a jump, n = {about.n} {runs} so far, no limits yet", False
-    low, high = about.mean - LIMIT_SDS * about.sd, about.mean + LIMIT_SDS * about.sd
+    low, high = max(about.mean - LIMIT_SDS * about.sd, 0.0), about.mean + LIMIT_SDS * about.sd
+    if high <= 0.0:
+        return f"{joules:.1f} J a jump, no limits: those of the earlier runs are below 0 J (n = {about.n})", False
     outside = not low <= joules <= high
     verdict = "OUTSIDE" if outside else "within"
-    return f"{joules:.1f} J a jump, {verdict} the control limits {low:.1f} to {high:.1f} J (n = {about.n})", outside
+    lowest = f"{low:.1f}" if low else "0"
+    return f"{joules:.1f} J a jump, {verdict} the control limits {lowest} to {high:.1f} J (n = {about.n})", outside
+
+
+def too_little_charged(run: RunRow, evidence: StudyData, drains: Lines) -> str | None:
+    """Say that a run's charge is below what the electronics alone draw in its duration; None where it is not."""
+    found = below_drain(run, evidence.charges.get(run.uid, []), drains[run.robot_uid])
+    if found is None or run.duration_s is None:
+        return None
+    return (
+        f"its charge of {found[0]:g} mAh is below the {found[1]:.1f} mAh that the electronics alone draw in its "
+        f"{run.duration_s / 60.0:.3g} min: check the charge and the duration (`labbook show {run.name}`)"
+    )
 
 
 def joules_of(run: RunRow, evidence: StudyData, drains: Lines) -> float | Undefined:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from zoneinfo import ZoneInfo
 
 from data_schema.errors import UsageError
@@ -19,7 +19,7 @@ from data_schema.queries.runs import RunRow, runs_of_day
 from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.queries.study import checks_by_day
 from data_schema.vocabulary import CheckKind, FileRole, RunKind, RunState, Undefined
-from labbook.actions.runs.rig_line import joules_of
+from labbook.actions.runs.rig_line import Lines, joules_of, too_little_charged
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, rest_length_m
 from labbook.analysis.outcomes.run_apexes import as_protocol, judge, usable_logs
 from labbook.analysis.outcomes.run_energy import drain_lines
@@ -33,8 +33,8 @@ class ToDo:
     """What a day needs; runs by name. `planned_not_done` is of all plans, whatever their days.
 
     `logs_do_not_count` says why, by run, though the run has logs with a body height; `no_joules` and `no_apexes` say of
-    every run of jumps that lacks a number why it does. `analysis_undecided`: nothing is decided about the
-    analysis, and nothing measured yet.
+    every run of jumps that lacks a number why it does; `too_little_charged` says of a run what its charge is below.
+    `analysis_undecided`: nothing is decided about the analysis, and nothing measured yet.
     """
 
     day: str
@@ -50,6 +50,7 @@ class ToDo:
     checks_not_made: tuple[str, ...]
     inbox: int
     analysis_undecided: bool
+    too_little_charged: Mapping[str, str] = field(default_factory=dict)
     files_waiting: tuple[str, ...] = ()
     verdicts_waiting: tuple[str, ...] = ()
 
@@ -72,6 +73,7 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
 
     jumped = [run for run in runs if _needs_log(run)]
     evidence = gather_about(connection, configuration, jumped) if jumped else None
+    drains = {} if evidence is None else drain_lines(evidence)
     idle_uncharged = tuple(run.name for run in runs if run.kind is RunKind.IDLE and run.uid not in charged)
     return ToDo(
         day=date.isoformat(),
@@ -88,7 +90,8 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
             for said in [_why_not(run, logs[run.uid])]
             if said is not None
         },
-        no_joules={} if evidence is None else without_joules(evidence, jumped),
+        no_joules={} if evidence is None else without_joules(evidence, jumped, drains),
+        too_little_charged={} if evidence is None else _too_little_charged(evidence, jumped, drains),
         no_apexes={} if evidence is None else without_apexes(detections, evidence, jumped, logs),
         checks_not_made=tuple(str(kind) for kind in CheckKind if kind not in made),
         inbox=len(inbox(connection)),
@@ -114,6 +117,7 @@ def to_do_lines(found: ToDo) -> list[str]:
     lines += _by_reason("logs that do not count", found.logs_do_not_count, ())
     uncharged, unlogged = {*found.log_without_charge, *found.neither}, {*found.charge_without_log, *found.neither}
     lines += _by_reason("no joules", found.no_joules, uncharged)
+    lines += [f"too little charged: {name}: {what}" for name, what in found.too_little_charged.items()]
     lines += _by_reason("no apexes", found.no_apexes, {*unlogged, *found.logs_do_not_count})
     lines += [f"{reason}." for reason in found.files_waiting]
     lines += found.verdicts_waiting
@@ -154,11 +158,15 @@ def _date(text: str) -> datetime.date:
         raise UsageError(f"--day {text!r} is not a date: write it as 2021-06-01.") from None
 
 
-def without_joules(evidence: StudyData, runs: Sequence[RunRow]) -> dict[str, str]:
-    """Return why runs have no joules a jump, by name."""
-    drains = drain_lines(evidence) if runs else {}
+def without_joules(evidence: StudyData, runs: Sequence[RunRow], drains: Lines) -> dict[str, str]:
+    """Return why runs have no joules a jump, by name; `drains` are the robots' lines by uid."""
     said = {run.name: joules_of(run, evidence, drains) for run in runs}
     return {name: why.reason for name, why in said.items() if isinstance(why, Undefined)}
+
+
+def _too_little_charged(evidence: StudyData, runs: Sequence[RunRow], drains: Lines) -> dict[str, str]:
+    said = {run.name: too_little_charged(run, evidence, drains) for run in runs}
+    return {name: what for name, what in said.items() if what is not None}
 
 
 def without_apexes(

@@ -201,6 +201,18 @@ def usable_charge(run: RunRow, charges: list[ChargeOfRun]) -> ChargeOfRun | Unde
     return charge if isinstance(charge, Undefined) or run.jumps_made else Undefined(Reason.NO_JUMP_MADE)
 
 
+def below_drain(run: RunRow, charges: list[ChargeOfRun], line: PassiveDrain | Undefined) -> tuple[float, float] | None:
+    """Return a run's charge and its passive charge, in mAh, where the charge is the lesser and joules are negative.
+
+    None where it is not, or where one of them is unknown.
+    """
+    charge = usable_charge(run, charges)
+    if isinstance(charge, Undefined) or isinstance(line, Undefined) or run.duration_s is None:
+        return None
+    passive_mah = line.at(run.duration_s).charge_mah
+    return (charge.charge_mah, passive_mah) if charge.charge_mah < passive_mah else None
+
+
 def run_energies(
     cache: ResultCache, evidence: StudyData, drains: Mapping[str, Drain], variant: str | None = None
 ) -> RunResults[RunEnergy]:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import ChargeMode, FileRole, Undefined
-from labbook.analysis.outcomes.run_energy import Drain, unused_idle
+from labbook.analysis.outcomes.run_energy import Drain, below_drain, unused_idle
 from labbook.analysis.study import StudyAnalysis
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import UnitOfAnalysis
@@ -125,6 +125,7 @@ def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:
             notes.append(
                 f"{_count(len(names), 'run', 'runs')} ({_names(names)}) {_have(names)} no {outcome.plural}: {cause}."
             )
+    notes += _too_little_charged(analysis)
     notes += _lost_fits(analysis)
     mismatched = jumps_mismatched(analysis)
     if differing := [f"{run.name}: {found} of {run.jumps_made}" for run, found in mismatched if run.jumps_made]:
@@ -189,6 +190,18 @@ def _conflicting(evidence: StudyData) -> list[RunRow]:
         for run in (*evidence.runs, *evidence.idle)
         if sum(charge.mode == ChargeMode.CHARGE for charge in evidence.charges.get(run.uid, [])) > 1
     ]
+
+
+def _too_little_charged(analysis: StudyAnalysis) -> list[str]:
+    """Name the runs whose charge is below their passive charge."""
+    charges, drains = analysis.evidence.charges, analysis.drains
+    runs = [
+        run
+        for run in analysis.evidence.runs
+        if run.robot_uid in drains and below_drain(run, charges.get(run.uid, []), drains[run.robot_uid].line)
+    ]
+    which = f"{_count(len(runs), 'run', 'runs')} ({_names(runs)})"
+    return [f"The charge of {which} is below the passive charge: negative joules a jump."] if runs else []
 
 
 def _lost_fits(analysis: StudyAnalysis) -> list[str]:

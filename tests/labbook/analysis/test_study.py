@@ -224,6 +224,18 @@ def test_conflicting_charges_are_named_with_the_way_out(analysis: StudyAnalysis)
     assert not any("conflicting" in note for note in limitations(analysis))
 
 
+def test_runs_charged_with_less_than_the_passive_charge_are_named(analysis: StudyAnalysis) -> None:
+    evidence = analysis.evidence
+    uids = {run.uid for run in evidence.runs if run.name in ("r001", "r002")}
+    little = {
+        uid: [replace(item, charge_mah=10.0) for item in items] if uid in uids else items
+        for uid, items in evidence.charges.items()
+    }
+    notes = limitations(replace(analysis, evidence=replace(evidence, charges=little)))
+    says(notes, "below the passive charge", "2 runs (r001, r002)")
+    assert not any("below the passive charge" in note for note in limitations(analysis))
+
+
 def test_idle_runs_that_are_not_in_the_fit_are_listed_with_the_reason(analysis: StudyAnalysis) -> None:
     evidence = analysis.evidence
     first, second, *others = evidence.idle

@@ -15,9 +15,10 @@ from labbook.actions.files.ingesting import FileOutcome, IngestRequest, ingest_f
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct
 from labbook.actions.runs.jump_review import review, without_apex
-from labbook.actions.runs.rig_line import rig_lines_of
+from labbook.actions.runs.rig_line import rig_lines_of, rig_lines_of_runs
 from labbook.actions.runs.run_plot import plot_run
 from labbook.actions.runs.run_view import run_view, view_lines
+from labbook.actions.runs.to_do import to_do, to_do_lines
 from labbook.analysis.outcomes.detection import Detections
 from labbook.book.opening import Book
 from tests.helpers.books import ADA, small_book
@@ -130,3 +131,41 @@ def test_held_samples_are_gaps_and_one_while_standing_costs_no_jump(book: Book, 
     with book.reading() as connection:
         jumps = review(book, connection, RUN).jumps
     assert [item.jump.number for item in jumps if item.excluded == "touches a gap"] == [6]
+
+
+def test_a_charge_below_the_passive_drain_is_said_of_the_run_and_of_its_day(tmp_path: Path) -> None:
+    """It was "-286.0 J a jump, within the control limits -7970.8 to 10196.7 J", and not a word."""
+    with small_book(tmp_path).open() as book:
+        (fine,) = rig_lines_of_runs(book, ["r002"])
+        with book.session(ADA) as session:
+            correct(book, session, "r002", ["mah=10"], "the run of this test")
+        (line,) = rig_lines_of_runs(book, ["r002"])
+        with book.reading() as connection:
+            day = to_do_lines(to_do(Detections(connection, book.store), book.configuration, "2021-06-14"))
+    assert (fine.charge_odd, line.charge_odd) == (False, True)
+    says(line.text, "10 mAh", "86.2 mAh", "12 min", "labbook show r002")
+    says(day, "too little charged", "r002", "86.2 mAh")
+
+
+def test_control_limits_begin_at_0_joules(tmp_path: Path) -> None:
+    """The scatter of two levels among the earlier runs put the lower limit at -7970.8 J, which tells nothing."""
+    with small_book(tmp_path).open() as book:
+        with book.session(ADA) as session:
+            for run, mah in {"r003": "120", "r004": "90", "r005": "300"}.items():
+                fields = [f"mah={mah}", "foot=small", "b_ad_gain=0"]
+                correct(book, session, run, fields, "the runs of this test")
+        (few,) = rig_lines_of_runs(book, ["r009"])
+        (line,) = rig_lines_of_runs(book, ["r014"])
+        with book.session(ADA) as session:
+            correct(book, session, "r014", ["mah=50"], "the runs of this test")
+        (below,) = rig_lines_of_runs(book, ["r014"])
+        with book.session(ADA) as session:
+            for run in ("r001", "r003", "r004", "r005", "r006", "r009"):
+                correct(book, session, run, ["mah=1"], "the runs of this test")
+        (none,) = rig_lines_of_runs(book, ["r014"])
+    assert not few.outside
+    says(line.text, "within the control limits 0 to")
+    assert below.outside
+    says(below.text, "OUTSIDE the control limits 0 to")
+    assert not none.outside
+    says(none.text, "no limits")
