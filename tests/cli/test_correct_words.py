@@ -6,6 +6,7 @@ import pytest
 
 from tests.cli.shell import good, labbook, refused, rows, unchanged
 from tests.helpers.books import SmallBook
+from tests.helpers.wording import says
 
 RUN = (
     "SELECT day.date_local, started_utc, duration_s, jumps_made, position_in_day FROM run JOIN day ON run.day = day.id"
@@ -49,6 +50,16 @@ def test_mah_is_the_charge_of_a_run(whole: SmallBook) -> None:
     assert correct(whole, f"charge:{charge['uid']}", "mah=800")["charge_mah"] == [812.5, 800.0]
     with unchanged(whole.folder):
         assert "says that already" in good(labbook("correct", "r001", "mah=800", "--why", "x", at=whole.folder)).out
+
+
+def test_the_old_value_is_shown_and_what_becomes_of_the_runs_joules(whole: SmallBook) -> None:
+    """It said "r002: mah=812." and no more."""
+    lines = good(labbook("correct", "r002", "mah=812", "--why", "misread", at=whole.folder)).out.splitlines()
+    says(lines, "changed", "charge_mah", "105 to 812")
+    says(lines, "run r002", "J a jump")
+    told = good(labbook("correct", "r002", "foot=large", "--why", "typed", at=whole.folder)).out.splitlines()
+    says(told, "changed", "foot=small", "to foot=large")
+    assert "J a jump" not in good(labbook("correct", "r002", "starts=2", "--why", "x", at=whole.folder)).out
 
 
 @pytest.mark.parametrize(
