@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ingest.formats import study_sheets
 from labbook.demo.studies.sheets import flasks, oscillation_campaign, walks
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.books import SmallBook
@@ -65,6 +66,18 @@ def test_of_several_sheets_one_is_named_or_the_others_are_withdrawn(book: Path) 
     toml.write_text(toml.read_text(encoding="utf-8").replace(f'sheet = "{uid}"', ""), encoding="utf-8")
     good(labbook("files", "withdraw", "flasks.csv", "--why", "measured again", at=book))
     assert asked(book, "compaction") == later
+
+
+def test_of_several_sheets_one_that_can_be_read_is_suggested(book: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A sheet that was taken in before it would be refused."""
+    later = book.parent / "later.csv"
+    later.write_text(later.read_text(encoding="utf-8").replace("compacted", "compactd", 1), encoding="utf-8")
+    with monkeypatch.context() as earlier:
+        earlier.setattr(study_sheets, "_refuse_third", lambda *_: None)
+        good(labbook("ingest", "../flasks.csv", later, at=book))
+    uid = good(labbook("files", "list", "--json", at=book)).json[0]["reading"]["file_uid"]
+    asks = labbook("study", "compaction", "--grain", "3.4", at=book)
+    refused(asks, 2, f"flasks.csv ({uid})", "later.csv (", "cannot be read", f'sheet = "{uid}"')
 
 
 def test_what_is_missing_is_said(book: Path) -> None:

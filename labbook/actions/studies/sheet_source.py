@@ -16,8 +16,8 @@ import sqlalchemy as sa
 from data_schema.errors import InputRefused, UsageError
 from data_schema.queries.imported_files import find_files
 from data_schema.queries.readings import ReadingRow, last_reading, readings_in_force
-from ingest.formats.study_sheets import may_be_cut
-from ingest.store import raw_path
+from ingest.formats.study_sheets import is_readable, may_be_cut
+from ingest.store import Store, raw_path
 from ingest.text.source import DEFAULT_PAGE
 from labbook.actions.files.named_files import decoded, file_named, read_file
 from labbook.actions.studies.of_book import LEVEL, SHEETS, book_sources, first_given
@@ -100,7 +100,7 @@ def sheet_source(
         return
     with opened(book_folder) as book, book.reading() as connection:
         protocol = book.configuration.studies.get(study, StudyProtocol())
-        found = _sheet(connection, study, protocol)
+        found = _sheet(connection, book.store, study, protocol)
         sheet = Path(found.name)
 
         @functools.cache
@@ -108,18 +108,33 @@ def sheet_source(
             return found if path == sheet else _log(connection, path.name, found.name)
 
         def read(path: Path) -> bytes:
-            sha256 = reading_of(path).sha256
-            return bytes(book.store.raw(raw_path(sha256), sha256))
+            return _bytes(book.store, reading_of(path))
 
         def declared(path: Path) -> tuple[str | None, str | None]:
-            said = json.loads(reading_of(path).settings_json or "{}").get("declared", {})
-            return said.get("encoding") or DEFAULT_PAGE, said.get("decimal_sign")
+            return _declared(reading_of(path))
 
         sources = book_sources(connection, book.configuration, None)
         yield SheetSource(sheet, protocol, decimal or protocol.decimal, read, declared, sources)
 
 
-def _sheet(connection: sa.Connection, study: str, protocol: StudyProtocol) -> ReadingRow:
+def _declared(reading: ReadingRow) -> tuple[str, str | None]:
+    """Return the page that a file was ingested with, and its decimal sign."""
+    said = json.loads(reading.settings_json or "{}").get("declared", {})
+    return said.get("encoding") or DEFAULT_PAGE, said.get("decimal_sign")
+
+
+def _bytes(store: Store, reading: ReadingRow) -> bytes:
+    return bytes(store.raw(raw_path(reading.sha256), reading.sha256))
+
+
+def _is_readable(store: Store, reading: ReadingRow) -> bool:
+    """Whether a sheet that an earlier labbook may have taken in is one that the study can read."""
+    page, decimal = _declared(reading)
+    text = decoded(Path(reading.name), _bytes(store, reading), marked_utf_16=True, page=page)
+    return is_readable(reading.reader, text, reading.name, decimal)
+
+
+def _sheet(connection: sa.Connection, store: Store, study: str, protocol: StudyProtocol) -> ReadingRow:
     """Return the reading of the book's sheet."""
     format_name, header = SHEETS[study]
     if protocol.sheet is not None:
@@ -138,11 +153,14 @@ def _sheet(connection: sa.Connection, study: str, protocol: StudyProtocol) -> Re
             f"`labbook study {study} sheet.csv`."
         )
     if len(rows) > 1:
-        listed = ", ".join(f"{row.name} ({row.file_uid})" for row in rows)
+        readable = [row for row in rows if _is_readable(store, row)]
+        listed = ", ".join(
+            f"{row.name} ({row.file_uid}{'' if row in readable else ', which cannot be read'})" for row in rows
+        )
         raise UsageError(
             f"the book has {len(rows)} sheets of the {study} study, {listed}: say which one is meant with "
-            f'sheet = "{rows[-1].file_uid}" below [studies.{study}] of labbook.toml, or withdraw the others with '
-            "`labbook files withdraw`."
+            f'sheet = "{(readable or rows)[-1].file_uid}" below [studies.{study}] of labbook.toml, or withdraw the '
+            "others with `labbook files withdraw`."
         )
     return rows[0]
 
