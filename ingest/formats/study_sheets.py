@@ -61,6 +61,8 @@ _POWER_EXAMPLE = "time_s,power_W (or current_A,voltage_V)"
 _LONGEST_STEP, _LONGEST_SHARE = 10.0, 0.01
 """A gap of a power log that is refused: longer than so many usual steps, and than this share of the walk."""
 _MOST_REPEATS = 5
+_FULLEST = 0.95
+"""A fraction that is refused: spheres of one size fill 0.7405 at most, the broadest mixtures of sizes some 0.9."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +92,8 @@ class FlaskSheet:
 def read_flasks(text: str, file: str, decimal: str | None) -> FlaskSheet:
     """Read a sheet of flasks; without a column of their volumes they are spheres.
 
-    Raises `InputRefused` as `read_study_sheet` does, for a third state, and for more water than a flask holds.
+    Raises `InputRefused` as `read_study_sheet` does, for a third state, for more water than a flask holds, and for less
+    than any grains leave room for.
     """
     sheet = read_study_sheet(text, file, _FLASK, ("state",), "radius_mm,state,water_ml", decimal)
     _refuse_third("state", sheet, file)
@@ -102,6 +105,12 @@ def read_flasks(text: str, file: str, decimal: str | None) -> FlaskSheet:
                 line,
                 f"line {line} of {file} has more water than the flask of {radius_m * 1e3:g} mm holds "
                 f"({water * 1e6:.4g} of {flask_m3 * 1e6:.4g} ml): check both.",
+            )
+        if water < (1.0 - _FULLEST) * flask_m3:
+            raise LineRefused(
+                line,
+                f"line {line} of {file} leaves {water * 1e6:.4g} ml for water in a flask of {radius_m * 1e3:g} mm and "
+                f"{flask_m3 * 1e6:.4g} ml, which no grains fill beyond {_FULLEST:g}: check the units of both.",
             )
     return FlaskSheet(radii_m, flasks_m3, water_m3, sheet.words["state"], sheet.lines, sheet.repeats)
 

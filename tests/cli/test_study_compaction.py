@@ -73,6 +73,13 @@ def test_loose_comes_first_and_swapped_states_are_said() -> None:
     assert any("swapped" in line for line in sentences(found))
 
 
+def test_a_fraction_beyond_equal_spheres_is_said_first() -> None:
+    head, *rows = (line.split(",") for line in flasks(np.random.default_rng(5)).splitlines())
+    dense = [",".join([*row[:2], f"{float(row[2]) / 2:.2f}"]) for row in rows]
+    found = compaction_of("\n".join([",".join(head), *dense]), Path("flasks.csv"), GRAIN_MM, 0.95)
+    says(sentences(found)[0], "A flask is 0.8", "0.7405")
+
+
 def test_points_that_could_be_thousands_are_refused(tmp_path: Path) -> None:
     text = "radius_mm;state;water_ml\n" + "".join(
         f"{radius};{state};{water}\n"
@@ -116,10 +123,11 @@ HEAD = "radius_mm,state,water_ml\n"
         (HEAD + ROWS + "1,loose,0.0016\n1,hard,0.0015\n", ("3.4 mm", "1 mm", "units")),
         (HEAD + ROWS + "30,loose,\n", ("line 6", "water_ml")),
         (HEAD + ROWS + "30,loose,4700\n", ("line 6", "4700", "30 mm")),
+        (HEAD.replace("mm", "m") + ROWS, ("line 2", "6.3 ml", "15000 mm", "0.95", "units")),
     ],
     ids=[
         *("no water", "no state", "no length", "two sizes", "one state only", "three states", "small", "empty"),
-        "too much water",
+        *("too much water", "metres for millimetres"),
     ],
 )
 def test_refused_with_what_to_measure(text: str, said: tuple[str, ...], tmp_path: Path) -> None:

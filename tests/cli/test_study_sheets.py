@@ -125,6 +125,7 @@ WALK, TRIAL = "walk,robot,mass_kg,distance_m,energy_Wh\n", "file,gain,damping_ga
         ("compaction", "radius_mm,state,water_kg\n15,loose,6.3\n"),
         ("compaction", "radius_mm,state,water_ml\n"),
         ("field", WALK + "dune,thin,8.1,430,12.4\ndune,wide,8.3,4x0,10.9\n"),
+        ("compaction", "radius_m,state,water_ml\n15,loose,6.3\n15,compacted,5.9\n"),
         ("field", WALK + "dune,thin,8.1,430,12\ndune,wide,8,430,11\nmoor,thin,8.1,430,12\nmoor,wade,8,430,12\n"),
         ("field", WALK.replace("energy", "power") + "dune,thin,8.1,430,12.4\n"),
         ("field", WALK.replace("\n", ",log\n") + "dune,thin,8.1,430,12.4,a.csv\n"),
@@ -168,7 +169,7 @@ def test_ingest_refuses_logs_that_a_study_would(book: Path, log: str, said: str)
 
 def test_a_decimal_sign_that_the_study_may_be_told_later_is_a_note(book: Path) -> None:
     """`decimal` of labbook.toml, or `--decimal`, settles it: the sheet is taken in, and the question is asked."""
-    rows = [("155,5", "a", "1.430"), ("155,5", "b", "1.330"), ("205,5", "a", "1.230")]
+    rows = [("155,5", "a", "6.430"), ("155,5", "b", "6.130"), ("205,5", "a", "14.230")]
     text = "radius_mm;state;water_ml\n" + "".join(f"{';'.join(row)}\n" for row in rows)
     (book / "flasks.csv").write_text(text, encoding="utf-8")
     said = good(labbook("ingest", "flasks.csv", at=book)).out

@@ -19,7 +19,10 @@ _POINTS = 101
 
 
 def sentences(study: Compaction) -> list[str]:
-    """Say how densely the grains lie in either state, how much that differs, and what the thesis found."""
+    """Say how densely the grains lie in either state, how much that differs, and what the thesis found.
+
+    First, where it is so, that no grains of one size lie as densely.
+    """
     first, last = study.states
     of_states = [f"{_fraction_text(state.unbounded)} {state.name}" for state in study.states]
     rise = study.rise
@@ -32,14 +35,14 @@ def sentences(study: Compaction) -> list[str]:
     if abs(study.grain_m / PUBLISHED_GRAIN_M - 1.0) < 0.05:
         known = " and ".join(f"{value:g} {name}" for name, value in PUBLISHED)
         said.append(f"The thesis found {known} (5.1.2; five flasks, to two digits).")
+    dense = max(max(state.fractions) for state in study.states)
+    if dense > DENSEST:
+        said.insert(
+            0, f"A flask is {dense:.3g} full, and equal spheres fill 0.7405 at most: check its water and its size."
+        )
     interval = rise.intervals()[0]
     if not isinstance(interval, Undefined) and interval[1] < 0.0:
         said.append(f"{first.name} came out denser than {last.name}: are the states swapped?")
-    dense = max(max(state.fractions) for state in study.states)
-    if dense > DENSEST:
-        said.append(
-            f"A flask is {dense:.3g} full, and equal spheres fill 0.7405 at most: check its water and its size."
-        )
     of_walls = [state.unbounded.fit.intervals()[1] for state in study.states]
     if any(not isinstance(interval, Undefined) and interval[0] > 0.0 for interval in of_walls):
         said.append("The fraction rises towards smaller flasks, where walls should lower it: look at the small flasks.")
