@@ -120,10 +120,10 @@ def _judge_rows(reading: Reading, findings: FindingCollector) -> None:
         if not findings.refuse:
             findings.add(FILE, "no_rows_kept", f"None of the {reading.rows_read} rows could be read.")
     else:
-        share = 100 * reading.rows_rejected / reading.rows_read
+        share = min(100 * reading.rows_rejected / reading.rows_read, 99.9)
         findings.add(
             FILE,
             "too_many_rejected",
-            f"{reading.rows_rejected} of {reading.rows_read} rows ({share:.2g} %) are rejected, more than 1 %: "
-            "mend the file's source, or read the findings and export it again.",
+            f"{reading.rows_rejected} of {reading.rows_read} rows ({share:.3g} %) are rejected, more than 1 %: "
+            "correct the lines that the findings name, or export the file again.",
         )

@@ -30,7 +30,7 @@ from ingest.tables.layout import too_wide
 from ingest.text.cells import COMMA_NUMBER, NUMBER, CellFault, split_cells
 from ingest.text.source import numbered_lines
 from ingest.timebase.clock import to_utc
-from ingest.timebase.clock_formats import Unclear, date_order, iso_text, parse_stamp
+from ingest.timebase.clock_formats import Unclear, date_order, day_of, iso_text, parse_stamp
 
 _SUMMARIES = frozenset({"total", "totals", "sum", "mean", "average", "summe", "mittel"})
 _UNCLEAR_COMMA = re.compile(rb"[1-9]\d{0,2},\d{3}")
@@ -325,10 +325,21 @@ def _charge(
         amounts["duration"].value if "duration" in amounts else None,
         amounts["end_voltage"].value if "end_voltage" in amounts else None,
         mode or ChargeMode.CHARGE,
-        None if ended is None else to_utc(iso_text(ended, dates or "y-m-d"), head.declared.time_zone, findings),
+        None if ended is None else _instant(ended, dates, line, head, findings),
         ended,
         line,
     )
+
+
+def _instant(ended: str, dates: str | None, line: int, head: Head, findings: FindingCollector) -> str | None:
+    """Return the instant at which a recharge ended, None, noted, where the text tells none; `dates` is their order."""
+    stamp = parse_stamp(ended)
+    if dates is not None and stamp is not None and stamp.date is not None and day_of(stamp, dates) is None:
+        *parts, sign = stamp.date
+        message = f"There is no day {sign.join(parts)}, read as {dates}: {ended!r} is kept as text only."
+        findings.add(NOTE, "instant_unknown", message, lines=[line], value=ended)
+        return None
+    return to_utc(iso_text(ended, dates or "y-m-d"), head.declared.time_zone, findings)
 
 
 def _note_repeated_runs(charges: list[ChargeRow], findings: FindingCollector) -> None:

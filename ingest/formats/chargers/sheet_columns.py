@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from data_schema.vocabulary import ChargeMode
-from ingest.channels.names import normal_unit, parse_header, squash, strip_comment
+from ingest.channels.names import is_unit, normal_unit, parse_header, squash, strip_comment
 from ingest.declared import declared_columns, without
 from ingest.model import ColumnDeclaration, Declarations
 from ingest.text.cells import CANDIDATES, CellFault, parse_cell, split_cells
@@ -29,6 +29,8 @@ LIMITS = {"charge": (0.0, 1e5), "duration": (1.0, 172_800.0), "end_voltage": (0.
 
 # No other blank: a damaged digit may be one.
 _QUANTITY = re.compile("([+-]?[\\d.,' ]*\\d[.,]?)[ \t\u00a0\u202f]*([A-Za-zµ*.]*)")
+_SHOWN = 60
+"""Characters of a cell that a finding shows."""
 _CLOCK = re.compile(r"(?:(\d+):)?(\d+):(\d\d)")
 _MODES = {
     "": None, "charge": ChargeMode.CHARGE, "charging": ChargeMode.CHARGE, "chg": ChargeMode.CHARGE,
@@ -39,8 +41,6 @@ _MODES = {
 }  # fmt: skip
 
 UNIT_MISSING = CellFault("unit_missing", "The unit is neither in the header nor in the cell; the row is left out.")
-UNIT_OTHER = CellFault("unit_differs", "The cell names another unit than its column; the row is left out.")
-NO_QUANTITY = CellFault("not_a_number", "A cell is no number; the row is left out.")
 THOUSAND = CellFault(
     "thousands_separator",
     "A whole number of mAh with three decimals may be thousands; the row is left out; write 1234 or 1.2.",
@@ -62,10 +62,10 @@ def parse_quantity(role: str, text: str, unit: str | None, decimal: bytes) -> Qu
         return _from_clock(clock, unit)
     match = _QUANTITY.fullmatch(text)
     if match is None:
-        return NO_QUANTITY
+        return CellFault("not_a_number", f"{text[:_SHOWN]!r} is no number; the row is left out.")
     own = normal_unit(match[2]) if match[2] else None
     if own is not None and unit is not None and own != unit:
-        return UNIT_OTHER
+        return _other_unit(text[:_SHOWN], match[2], unit)
     factor = FACTORS[role].get(own or unit or "")
     if factor is None:
         return UNIT_MISSING
@@ -81,6 +81,14 @@ def parse_quantity(role: str, text: str, unit: str | None, decimal: bytes) -> Qu
     if not low <= abs(value) <= high:
         return OUT_OF_RANGE
     return Quantity(value, factor * 10.0**-decimals)
+
+
+def _other_unit(text: str, own: str, unit: str) -> CellFault:
+    """Say what is wrong with letters behind a number: another unit than the column's, or none at all, as in `39,l`."""
+    if is_unit(own):
+        message = f"{text!r} is in {own} and its column in {unit}; the row is left out; give one unit a column."
+        return CellFault("unit_differs", message)
+    return CellFault("not_a_number", f"{text!r} is no number, for {own!r} is no unit; the row is left out.")
 
 
 def _from_clock(clock: re.Match[str], unit: str | None) -> Quantity | CellFault:

@@ -91,6 +91,41 @@ def test_a_row_that_cannot_be_read_is_left_out_and_named(row: str, rule: str) ->
     assert (result.rows_kept, result.rows_rejected, result.refused) == (200, 1, False)
 
 
+@pytest.mark.parametrize(
+    ("cell", "rule", "said"),
+    [
+        ("39,l", "not_a_number", "'39,l' is no number, for 'l' is no unit"),
+        ("ERR", "not_a_number", "'ERR' is no number"),
+        ("461 V", "unit_differs", "'461 V' is in V and its column in mAh"),
+    ],
+)
+def test_a_cell_that_cannot_be_read_is_shown(cell: str, rule: str, said: str) -> None:
+    """It was `unit_differs: The cell names another unit than its column` for the letter l in 39,l."""
+    rows = "".join(f"r{number};461,5\n" for number in range(3))
+    findings = {finding.rule: finding for finding in read(f"run;mAh\n{rows}r9;{cell}\n").findings}
+    assert said in findings[rule].message
+    assert (findings[rule].line, findings[rule].value) == (5, cell)
+    assert "1 of 4 rows (25 %)" in findings["too_many_rejected"].message
+    assert "correct the lines" in findings["too_many_rejected"].message
+
+
+def test_a_share_of_rows_is_a_percentage_below_100() -> None:
+    """It was "2682 of 2687 rows (1e+02 %)"."""
+    rows = "".join(f"r{number},ERR\n" for number in range(2687))
+    messages = [finding.message for finding in read(f"run,mAh\n{rows}r1,461\n").findings]
+    assert any("2687 of 2688 rows (99.9 %)" in message for message in messages)
+
+
+def test_a_day_that_the_calendar_lacks_is_said_with_its_line() -> None:
+    """It was `'31.02.2024 11:35' is no ISO date and time`, of a sheet read as d.m.y."""
+    declared = Declarations(time_zone="America/New_York", date_format="d.m.y")
+    result = read("run,mAh,ended\nr1,461,28.02.2024 11:35\nr2,461,31.02.2024 11:35\n", declared)
+    assert [charge.ended_utc for charge in result.charges] == ["2024-02-28T16:35:00.000000Z", None]
+    (finding,) = [finding for finding in result.findings if finding.rule == "instant_unknown"]
+    assert finding.line == 3
+    assert finding.message == "There is no day 31.02.2024, read as d.m.y: '31.02.2024 11:35' is kept as text only."
+
+
 @pytest.mark.parametrize("minutes", ["0", "0:00"])
 def test_a_recharge_that_took_no_time_is_left_out(minutes: str) -> None:
     """The book has no place for it: its sheet could not be stored."""
