@@ -127,6 +127,15 @@ class WalkSheet:
     logs: Sequence[str]
     lines: Sequence[int]
 
+    def doubt(self) -> str | None:
+        """Say where a robot is of more kg than it walked m, None where none is: their product would not show it."""
+        for mass_kg, distance_m, line in zip(self.masses_kg, self.distances_m, self.lines, strict=True):
+            if mass_kg > distance_m:
+                return (
+                    f"Line {line} has a robot of {mass_kg:g} kg walk {distance_m:g} m: are mass and distance swapped?"
+                )
+        return None
+
 
 def read_walks(text: str, file: str, decimal: str | None) -> WalkSheet:
     """Read a sheet of walks, whose energies stand in it, or are charges times voltages, or come of logs.
@@ -286,12 +295,15 @@ def _header(source: TextSource | None, columns: tuple[str, ...]) -> tuple[int, b
 
 _ROWS: Mapping[str, Callable[[str, str, str | None], tuple[int, str | None]]] = {
     "flask_sheet": lambda *asked: (len((sheet := read_flasks(*asked)).lines), sheet.doubt()),
-    "walk_sheet": lambda *asked: (len(read_walks(*asked).lines), None),
+    "walk_sheet": lambda *asked: (len((sheet := read_walks(*asked)).lines), sheet.doubt()),
     "trial_sheet": lambda *asked: (len(read_trials(*asked).lines), None),
     STUDY_LOG: lambda *asked: (len(read_power(*asked)[0]), None),
     _TRIAL_LOG: lambda *asked: (len(read_oscillation(*asked)[0]), None),
 }
 """How many rows each has, read as the study does, and what is doubtful about them."""
+
+
+_DOUBTS = {"flask_sheet": "rows_repeated", "walk_sheet": "columns_swapped"}
 
 
 def _reader(name: str) -> Reader:
@@ -335,7 +347,7 @@ def _count(name: str, text: str, file: str, decimal: str | None, findings: Findi
         if refused:
             findings.add(NOTE, "sheet_decimal_unclear", refused, lines=lines)
         if doubt is not None:
-            findings.add(NOTE, "rows_repeated", doubt)
+            findings.add(NOTE, _DOUBTS[name], doubt)
         return rows
     findings.add(FILE, "sheet_refused", refused, lines=lines)
     return 0

@@ -8,6 +8,7 @@ import shlex
 import shutil
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from labbook.demo.studies.sheets import flasks, oscillation_campaign, walks
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.books import SmallBook
 from tests.helpers.study_pages import DOCS
+from tests.helpers.wording import says
 
 GRAIN = "[studies.compaction]\ngrain_mm = 3.4\n"
 
@@ -36,8 +38,8 @@ def configure(book: Path, table: str) -> None:
     path.write_text(path.read_text(encoding="utf-8") + table, encoding="utf-8")
 
 
-def asked(book: Path, *words: str) -> dict[str, object]:
-    found: dict[str, object] = good(labbook("study", *words, "--json", at=book)).json
+def asked(book: Path, *words: str) -> dict[str, Any]:
+    found: dict[str, Any] = good(labbook("study", *words, "--json", at=book)).json
     return found
 
 
@@ -150,6 +152,19 @@ def test_ingest_names_fillings_that_are_the_same(book: Path) -> None:
     text = (book.parent / "flasks.csv").read_text(encoding="utf-8")
     (book.parent / "flasks.csv").write_text(text + text.splitlines(keepends=True)[3], encoding="utf-8")
     assert "line 12 those of line 4" in good(labbook("ingest", "../flasks.csv", at=book)).out
+
+
+def test_mass_and_distance_that_may_be_swapped_are_named(book: Path) -> None:
+    """Their product is the same: no number of the study would show it."""
+    swapped = WALK.replace("mass_kg,distance_m", "distance_m,mass_kg")
+    head, *rows = (book.parent / "walks.csv").read_text(encoding="utf-8").splitlines(keepends=True)
+    assert head == WALK
+    (book / "swapped.csv").write_text("".join([swapped, *rows]), encoding="utf-8")
+    said = good(labbook("ingest", "swapped.csv", at=book)).out
+    says(said, "Line 2", "are mass and distance swapped?")
+    assert "are mass and distance swapped?" in good(labbook("study", "field", at=book)).out
+    assert "swapped" in asked(book, "field")["doubt"]
+    assert asked(book, "field", "../walks.csv")["doubt"] is None
 
 
 @pytest.mark.parametrize(

@@ -31,4 +31,4 @@ def field_study_of(
         logs = [read_power(read(path), name, decimal_of_log(path)) for name, path in paths.items()]
         energies_j = [float(np.trapezoid(power_w, time_s)) for time_s, power_w in logs]
     rows = zip(sheet.robots, sheet.walks, energies_j, sheet.masses_kg, sheet.distances_m, sheet.lines, strict=True)
-    return field_study([Walk(*row) for row in rows], level)
+    return field_study([Walk(*row) for row in rows], level, sheet.doubt())

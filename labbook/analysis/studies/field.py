@@ -38,7 +38,8 @@ class FieldStudy:
     """Two robots on the same walks.
 
     `specific_resistance` has by robot the values in the order of `walks`, `log_means` the mean of their logarithms with
-    interval; `log_ratio` that of the second over the first, within walks.
+    interval; `log_ratio` that of the second over the first, within walks. `doubt` is what is to be looked at in the
+    sheet.
     """
 
     robots: tuple[str, str]
@@ -46,6 +47,7 @@ class FieldStudy:
     specific_resistance: Mapping[str, tuple[float, ...]]
     log_means: Mapping[str, Summary]
     log_ratio: Summary
+    doubt: str | None = None
 
 
 def geometric(logs: Summary) -> tuple[float, tuple[float, float] | Undefined]:
@@ -59,7 +61,7 @@ def geometric(logs: Summary) -> tuple[float, tuple[float, float] | Undefined]:
     )
 
 
-def field_study(measured: Sequence[Walk], level: float = 0.95) -> FieldStudy:
+def field_study(measured: Sequence[Walk], level: float = 0.95, doubt: str | None = None) -> FieldStudy:
     """Compare two robots that walked together, walk by walk: ground and pace are the same for both.
 
     Ratios are compared, as a harder ground asks more of both in proportion. Raises `InputRefused` for other than two
@@ -101,4 +103,5 @@ def field_study(measured: Sequence[Walk], level: float = 0.95) -> FieldStudy:
             for robot, values in zip(robots, (first, second), strict=True)
         },
         log_ratio=describe([math.log(b / a) for a, b in zip(first, second, strict=True)], level),
+        doubt=doubt,
     )

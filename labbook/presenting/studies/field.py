@@ -13,19 +13,20 @@ from stats.results import counted
 
 
 def sentences(study: FieldStudy) -> list[str]:
-    """Say how much less or more the second robot needs than the first, and what either needs."""
+    """Say how much less or more the second robot needs than the first, and what either needs; last what is doubtful."""
     first, second = study.robots
     walks = counted(len(study.walks), "walk")
     needs = " and ".join(f"{_with_interval(study.log_means[robot], ' ({})')} {robot}" for robot in study.robots)
     each = f"Specific resistance, energy over weight times distance: {needs} (geometric means of {walks})."
+    doubt = [] if study.doubt is None else [study.doubt]
     ratio, interval = geometric(study.log_ratio)
     percent = 100.0 * (ratio - 1.0)
     change = f"{number_text(abs(percent), 2)} % {'less' if percent < 0.0 else 'more'} than" if percent else "as much as"
     if isinstance(interval, Undefined):
-        return [f"{second} needed {change} {first}; no interval: {interval.reason}.", each]
+        return [f"{second} needed {change} {first}; no interval: {interval.reason}.", each, *doubt]
     within = f"{second} / {first} {_with_interval(study.log_ratio, ', {}')}, within {walks}"
     tells = "" if interval[1] < 1.0 or interval[0] > 1.0 else "; the difference is not significant"
-    return [f"{second} needs {change} {first} ({within}){tells}.", each]
+    return [f"{second} needs {change} {first} ({within}){tells}.", each, *doubt]
 
 
 def _with_interval(logs: Summary, after: str) -> str:
@@ -50,6 +51,7 @@ def as_data(study: FieldStudy) -> dict[str, Any]:
         "ratio": ratio,
         "ratio_ci": None if isinstance(interval, Undefined) else list(interval),
         "log_ratio": study.log_ratio.to_dict(),
+        "doubt": study.doubt,
     }
 
 
