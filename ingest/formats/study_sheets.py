@@ -95,7 +95,7 @@ def read_flasks(text: str, file: str, decimal: str | None) -> FlaskSheet:
     Raises `InputRefused` as `read_study_sheet` does, for a third state, for more water than a flask holds, and for less
     than any grains leave room for.
     """
-    sheet = read_study_sheet(text, file, _FLASK, ("state",), "radius_mm,state,water_ml", decimal)
+    sheet = read_study_sheet(text, file, _FLASK, ("state",), "radius_mm,state,water_ml (and flask_ml)", decimal)
     _refuse_third("state", sheet, file)
     radii_m, water_m3 = sheet.values["radius"], sheet.values["water"]
     flasks_m3 = sheet.values.get("flask", [4.0 / 3.0 * math.pi * radius_m**3 for radius_m in radii_m])

@@ -74,7 +74,12 @@ def read_study_sheet(
             if name in columns:
                 raise InputRefused(f"columns {columns[name]!r} and {column!r} of {file} both are {name}: keep one.")
             columns[name] = column
-            factor = _factor(file, column, matched[2] or matched[3], quantities[name].unit)
+            factor = _factor(matched[2] or matched[3], quantities[name].unit)
+            if factor is None:
+                raise InputRefused(
+                    f"column {column!r} of {file} is in no unit of the {quantities[name].meaning}: name the columns as "
+                    f"in {example}."
+                )
             values[name] = _values(table, column, factor, quantities[name].any_sign, decimal)
     for name, quantity in quantities.items():
         if quantity.needed and name not in values:
@@ -111,14 +116,13 @@ def _check_decimals(table: LongTable, columns: Sequence[str], declared: str | No
             )
 
 
-def _factor(file: str, column: str, unit: str, target: str) -> float:
+def _factor(unit: str, target: str) -> float | None:
+    """Return what a value in `unit` is multiplied with, None where the unit is of something else."""
     spelt = _SPELLINGS.get(unit.lower(), unit)
-    try:
+    for spelling in (spelt, spelt.lower()):  # MM, Kg
         with contextlib.suppress(InputRefused):
-            return conversion(spelt, target)[0]
-        return conversion(spelt.lower(), target)[0]  # MM, Kg
-    except InputRefused as error:
-        raise InputRefused(f"column {column!r} of {file}: {error}") from error
+            return conversion(spelling, target)[0]
+    return None
 
 
 def _values(table: LongTable, column: str, factor: float, any_sign: bool, decimal: str | None) -> list[float]:

@@ -117,6 +117,7 @@ HEAD = "radius_mm,state,water_ml\n"
         ("radius_mm,state\n15,loose\n", ("water", "radius_mm,state,water_ml")),
         ("radius_mm,water_ml\n15,6\n", ("state",)),
         ("radius_kg,state,water_ml\n" + ROWS, ("kg",)),
+        ("radius_mm,state,water_kg\n" + ROWS, ("'water_kg'", "water_ml")),
         (HEAD + ROWS, ("only 2", "at least 3")),
         (HEAD + ROWS + "30,loose,47\n", ("30 mm", "line 6", "'hard'")),
         (HEAD + ROWS + "30,lose,47\n", ("line 6", "'lose'", "did you mean 'loose'")),
@@ -126,7 +127,17 @@ HEAD = "radius_mm,state,water_ml\n"
         (HEAD.replace("mm", "m") + ROWS, ("line 2", "6.3 ml", "15000 mm", "0.95", "units")),
     ],
     ids=[
-        *("no water", "no state", "no length", "two sizes", "one state only", "three states", "small", "empty"),
+        *(
+            "no water",
+            "no state",
+            "no length",
+            "water by mass",
+            "two sizes",
+            "one state only",
+            "three states",
+            "small",
+            "empty",
+        ),
         *("too much water", "metres for millimetres"),
     ],
 )
