@@ -11,6 +11,7 @@ import gc
 import importlib
 import json
 import os
+import re
 import sys
 from collections.abc import Collection, Sequence
 from typing import NoReturn
@@ -146,6 +147,15 @@ def _words_to_complete() -> list[str]:
     return [word for name in ("COMP_WORDS", "_TYPER_COMPLETE_ARGS") for word in os.environ.get(name, "").split()]
 
 
+def _formatted(error: typer.TyperException) -> str:
+    """Return what the library says; of a number with a decimal comma, how it is written."""
+    for fault in getattr(error.__cause__, "errors", tuple)():
+        given = str(fault["input"])
+        if fault["type"] == "float_parsing" and re.fullmatch(r"[+-]?\d*,\d+", given):
+            error.message = f"{given!r} has a decimal comma, write {given.replace(',', '.')}"
+    return error.format_message()
+
+
 def explained(error: Exception) -> tuple[str, int]:
     """Return the sentence that tells a user what went wrong and what to do, and the exit code."""
     match error:
@@ -156,7 +166,7 @@ def explained(error: Exception) -> tuple[str, int]:
             return f"{error.strerror or error}{where}: check the path, its permissions and the disk.", 2
         case typer.TyperException():
             command = getattr(getattr(error, "ctx", None), "command_path", "labbook")
-            said = " ".join(error.format_message().split()).rstrip(".")
+            said = " ".join(_formatted(error).split()).rstrip(".")
             if not said:
                 return "", 2  # a group without a command has shown its help instead
             end = "" if said.endswith("?") else "."
