@@ -225,6 +225,24 @@ def test_trials_find_their_logs_in_the_book(book: Path) -> None:
     assert good(labbook("runs", "inbox", "--json", at=book)).json == []
 
 
+def test_logs_that_a_sheet_names_are_known_for_what_they_are(book: Path) -> None:
+    """They were asked for a body height, which no log of a trial has."""
+    campaign = oscillation_campaign(2)
+    (book / "logs").mkdir()
+    for name, text in campaign.files.items():
+        (book / ("." if name == "trials.csv" else "logs") / name).write_text(text, encoding="utf-8")
+    good(labbook("ingest", "trials.csv", at=book))
+    said = good(labbook("ingest", "logs", at=book)).out
+    assert "body_height" not in said
+    says(said, "trials.csv names this log", "--format study_log --again")
+    found = asked(book, "characterisation")
+    (command,) = re.findall(r"`labbook (ingest [^`]*)`", said)
+    path = shlex.split(command)[1]
+    good(labbook(*shlex.split(command), at=book))
+    assert Path(path).name not in good(labbook("runs", "inbox", at=book)).out
+    assert asked(book, "characterisation") == found
+
+
 def test_each_log_of_a_book_has_its_own_decimal_sign(book: Path) -> None:
     """A sheet from a spreadsheet has commas, logs from a logger have points that could be thousands."""
     rows = [f"{walk};{robot};8,1;430,5;{robot}{walk}.csv" for walk in (1, 2) for robot in ("thin", "wide")]

@@ -9,6 +9,7 @@ import difflib
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TypeAlias
 
 import sqlalchemy as sa
@@ -21,6 +22,7 @@ from ingest.channels.names import channel_kind, squash
 from ingest.model import ChannelData, ReadFile
 from labbook.actions.files.ingesting import FileOutcome
 from labbook.actions.runs.remarks import remarks_on
+from labbook.actions.studies.sheet_source import logs_of_sheets
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections
 from labbook.analysis.outcomes.energy import joules_per_jump
 from labbook.analysis.outcomes.run_apexes import jumps_found_in_run, usable_logs
@@ -250,27 +252,40 @@ _QUOTED = set('"$`\\!')
 
 @dataclass(frozen=True, slots=True)
 class MissingHeight:
-    """The columns of a log as (name in the file, kept as, nearest channel or None), and how to declare one of them."""
+    """The columns of a log as (name in the file, kept as, nearest channel or None), and how to declare one of them.
+
+    `named_by` is the sheet of a study that names the log, which needs no height then; `command` says that it is such.
+    """
 
     columns: tuple[tuple[str, str, str | None], ...]
     command: str
+    named_by: str | None = None
 
 
 def missing_heights(book: Book, outcomes: Sequence[FileOutcome]) -> list[MissingHeight | None]:
     """Find the logs among files just read that lack a body height and belong to a run of jumps, or to none yet."""
     lacking = [_is_log_without_height(outcome) for outcome in outcomes]
     jumped: set[str] = set()
+    named: dict[str, str] = {}
     if any(lacking):
         with book.reading() as connection:
             jumped = {run.name for run in list_runs(connection) if run.kind is RunKind.JUMPS}
+            named = logs_of_sheets(connection, book.store)
     return [
-        _missing(outcome) if lacks and (not outcome.runs or jumped & set(outcome.runs)) else None
+        _missing(outcome, named.get(Path(outcome.path).name))
+        if lacks and (not outcome.runs or jumped & set(outcome.runs))
+        else None
         for outcome, lacks in zip(outcomes, lacking, strict=True)
     ]
 
 
 def missing_height_lines(path: str, missing: MissingHeight) -> list[str]:
     """Say it for people, before anything else of the file."""
+    if missing.named_by is not None:
+        return [
+            f"{path}: {missing.named_by} names this log, and its study reads it; so that it waits for no run: "
+            f"`{missing.command}`."
+        ]
     columns = [
         f"{name!r}" + (f" (kept as {kept}{'' if near is None else f', nearest channel {near}'})" if kept else "")
         for name, kept, near in missing.columns[:_MOST_COLUMNS]
@@ -298,7 +313,7 @@ def _is_log_without_height(outcome: FileOutcome) -> bool:
     )
 
 
-def _missing(outcome: FileOutcome) -> MissingHeight:
+def _missing(outcome: FileOutcome, named_by: str | None) -> MissingHeight:
     assert outcome.read is not None  # noqa: S101 - it was looked at
     channels = {channel.source_name: channel for part in outcome.read.parts for channel in part.channels}
     columns = tuple(
@@ -307,6 +322,9 @@ def _missing(outcome: FileOutcome) -> MissingHeight:
         else (name, channel.name, None if channel_kind(channel.name) else _nearest_channel(channel.name))
         for name, channel in channels.items()
     )
+    if named_by is not None and not outcome.runs:
+        command = f"labbook ingest {shlex.quote(outcome.path)} --format study_log --again"
+        return MissingHeight(columns, command, named_by)
     name, unit = _likeliest(list(channels.values()))
     column = f"{name}={BODY_HEIGHT}:{unit}"
     quoted = shlex.quote(column) if set(column) & _QUOTED else f'"{column}"'

@@ -7,16 +7,16 @@ import functools
 import hashlib
 import json
 import shlex
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import sqlalchemy as sa
 
-from data_schema.errors import InputRefused, UsageError
+from data_schema.errors import InputRefused, LabbookError, UsageError
 from data_schema.queries.imported_files import find_files
 from data_schema.queries.readings import ReadingRow, last_reading, readings_in_force
-from ingest.formats.study_sheets import is_readable, may_be_cut
+from ingest.formats.study_sheets import is_readable, may_be_cut, read_trials, read_walks
 from ingest.store import Store, raw_path
 from ingest.text.source import DEFAULT_PAGE
 from labbook.actions.files.named_files import decoded, file_named, read_file
@@ -127,11 +127,27 @@ def _bytes(store: Store, reading: ReadingRow) -> bytes:
     return bytes(store.raw(raw_path(reading.sha256), reading.sha256))
 
 
-def _is_readable(store: Store, reading: ReadingRow) -> bool:
-    """Whether a sheet that an earlier labbook may have taken in is one that the study can read."""
+def _asked(store: Store, reading: ReadingRow) -> tuple[str, str, str | None]:
+    """Return what reads the sheet of a book: its text, its name, its decimal sign."""
     page, decimal = _declared(reading)
-    text = decoded(Path(reading.name), _bytes(store, reading), marked_utf_16=True, page=page)
-    return is_readable(reading.reader, text, reading.name, decimal)
+    return decoded(Path(reading.name), _bytes(store, reading), marked_utf_16=True, page=page), reading.name, decimal
+
+
+def logs_of_sheets(connection: sa.Connection, store: Store) -> dict[str, str]:
+    """Return by name, without folders, the logs that sheets in the book name, and the sheet; none of damaged sheets."""
+    found: dict[str, str] = {}
+    for row in readings_in_force(connection, list(_LOGS)):
+        for sign in (",", "."):  # words are the same with either
+            with contextlib.suppress(LabbookError):
+                text, name, decimal = _asked(store, row)
+                found |= {Path(log).name: name for log in _LOGS[row.reader](text, name, decimal or sign)}
+    return found
+
+
+_LOGS: Mapping[str, Callable[[str, str, str | None], Sequence[str]]] = {
+    "walk_sheet": lambda *asked: read_walks(*asked).logs,
+    "trial_sheet": lambda *asked: read_trials(*asked).words["file"],
+}
 
 
 def _sheet(connection: sa.Connection, store: Store, study: str, protocol: StudyProtocol) -> ReadingRow:
@@ -153,7 +169,7 @@ def _sheet(connection: sa.Connection, store: Store, study: str, protocol: StudyP
             f"`labbook study {study} sheet.csv`."
         )
     if len(rows) > 1:
-        readable = [row for row in rows if _is_readable(store, row)]
+        readable = [row for row in rows if is_readable(row.reader, *_asked(store, row))]
         listed = ", ".join(
             f"{row.name} ({row.file_uid}{'' if row in readable else ', which cannot be read'})" for row in rows
         )
