@@ -1,13 +1,9 @@
 """`labbook report`: from the book to one page."""
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
-
-if TYPE_CHECKING:
-    from data_schema.queries.imported_files import InboxItem
 
 from labbook.cli.common import AsOption, BookOption, JsonOption, WhereOption, options_given
 from labbook.terminal import emit, progress
@@ -40,6 +36,7 @@ def report(
     labbook report --summary --pdf
     """
     from data_schema.queries.imported_files import inbox
+    from labbook.actions.files.kept_files import waiting_lines, why_waiting
     from labbook.actions.report_command import selection, write
     from labbook.actions.studies.of_book import studies_of_book
     from labbook.book.opening import opened
@@ -52,7 +49,7 @@ def report(
                 opened_book, text, folder, person, step, unsaved=unsaved, summary=summary, pdf=pdf, every_figure=figures
             )
         with opened_book.reading() as connection:
-            waiting = inbox(connection)
+            waiting = waiting_lines(why_waiting(connection, inbox(connection)))
             studies = studies_of_book(connection, opened_book.configuration)
     not_stored = ["nothing was stored: `labbook why` knows those of its numbers that a stored report has too."]
     emit(
@@ -65,20 +62,10 @@ def report(
             *([written.pdf] if written.pdf else []),
             *([f"studies beside it: {', '.join(studies)} (`labbook study all`)"] if studies else []),
             *([f"look again: {written.no_pdf}"] if written.no_pdf else []),
-            *([f"look again: {_waiting(waiting)}"] if waiting else []),
+            *(f"look again: {line}" for line in waiting),
             *([f"look again: {written.warning}"] if written.warning else []),
         ],
         as_json,
-    )
-
-
-def _waiting(items: "Sequence[InboxItem]") -> str:
-    """Say that files and charges belong to no run, and what gives them one."""
-    first = items[0].name
-    more = f" and {len(items) - 1} more belong" if len(items) > 1 else " belongs"
-    return (
-        f"{first}{more} to no run, so that no number rests on what waits: state the runs with `labbook runs import`, "
-        "and see `labbook runs inbox`."
     )
 
 

@@ -150,15 +150,22 @@ def restore_command(
 
 @app.command("inbox")
 def inbox_command(book: BookOption = None, as_json: JsonOption = False) -> None:
-    """List files and charges whose run is unknown; `labbook assign` gives them one.
+    """List files and charges that belong to no run, and why, where it is known; `labbook assign` gives them one.
+
+    Of a run that has another charge, correct that one (`labbook correct RUN mah=VALUE`) or dismiss the row.
 
     Example: labbook runs inbox
     """
     from data_schema.queries.imported_files import inbox
+    from labbook.actions.files.kept_files import why_waiting
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:
-        items = inbox(connection)
-    rows = [(item.what, item.name, item.stated_run or "", item.detail) for item in items]
-    lines = columns(("what", "name", "stated run", "detail"), rows) if rows else ["the inbox is empty."]
-    emit(items, lines, as_json)
+        waiting = why_waiting(connection, inbox(connection))
+    rows = [
+        (each.item.what, each.item.name, each.item.stated_run or "", each.item.detail, each.why or "")
+        for each in waiting
+    ]
+    head = ("what", "name", "stated run", "detail", "waits because")
+    lines = columns(head, rows) if rows else ["the inbox is empty."]
+    emit([{**plain(each.item), "why": each.why} for each in waiting], lines, as_json)

@@ -8,9 +8,11 @@ repeat counts no more, and give way when it is back.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
+
+import sqlalchemy as sa
 
 from data_schema.queries.charges import SheetRow, repeating, rows_about, rows_with_uids
 from data_schema.queries.facts import read_fact, update_fact
@@ -18,29 +20,44 @@ from data_schema.queries.readings import said_of_charges
 from data_schema.queries.runs import run_uids_named
 from data_schema.vocabulary import Action, ChargeMode, ChargeState, Severity
 from ingest.findings import MORE_LINES
-from ingest.model import Finding
+from ingest.model import ChargeRow, Finding
 from labbook.statements.apply_context import ApplyContext
 from labbook.statements.importing import finding_values
 
 
 @dataclass
 class Placed:
-    """What placing rows came to: the runs concerned, and which rows are known or contradict what a run has."""
+    """What placing rows came to: the runs concerned, and which rows are known or contradict what a run has.
+
+    `copies` are the uids of known rows that repeat a row of no run: one that waits in the inbox, or was dismissed.
+    """
 
     runs: list[str] = field(default_factory=list)
     known: list[SheetRow] = field(default_factory=list)
+    copies: set[str] = field(default_factory=set)
     findings: list[dict[str, Any]] = field(default_factory=list)
 
     def all_findings(self) -> list[dict[str, Any]]:
         """Return the findings, those on known rows folded into one."""
         if not self.known:
             return self.findings
-        lines = [row.line for row in self.known if row.line is not None]
-        what = "1 row is" if len(self.known) == 1 else f"{len(self.known)} rows are"
-        message = f"{what} known already: the book has these charges of these runs, so nothing is added."
-        first, more = (lines[0], tuple(lines[1 : MORE_LINES + 1])) if lines else (None, ())
-        folded = Finding(Severity.NOTE, "charge_known", message, first, None, None, len(self.known), more)
-        return [*self.findings, finding_values(folded)]
+        return [*self.findings, finding_values(_known_already(self.known, self.copies))]
+
+
+def _known_already(known: Sequence[SheetRow], copies: Collection[str]) -> Finding:
+    """Say that rows are known, and whether what they repeat is a charge of their run."""
+    lines = [row.line for row in known if row.line is not None]
+    what = "1 row is" if len(known) == 1 else f"{len(known)} rows are"
+    repeated = sum(row.uid in copies for row in known)
+    if not repeated:
+        why = "the book has these charges of these runs"
+    elif repeated < len(known):
+        why = f"the book has these charges, {repeated} of them of no run (`labbook runs inbox`)"
+    else:
+        why = f"the book has {'it' if repeated == 1 else 'them'} as of no run (`labbook runs inbox`)"
+    message = f"{what} known already: {why}, so nothing is added."
+    first, more = (lines[0], tuple(lines[1 : MORE_LINES + 1])) if lines else (None, ())
+    return Finding(Severity.NOTE, "charge_known", message, first, None, None, len(known), more)
 
 
 def lose(context: ApplyContext, rows: Sequence[SheetRow], placed: Placed) -> None:
@@ -98,18 +115,54 @@ def _place(context: ApplyContext, around: RowsAround, row: SheetRow, run_uid: st
     if same is not None and not said.assigned:
         around.set(row, ChargeState.KNOWN, None, same.uid)
         placed.known.append(row)
+        placed.copies |= {row.uid} if same.run_uid is None else set()
         return
     standing = [other for other in about if other.run_uid is not None and (not said.assigned or _second(row, other))]
     around.set(row, ChargeState.COUNTED, None if standing else run_uid, row.repeats)
     if standing:
         name = read_fact(context.connection, "run", standing[0].run_uid or "", ["name"])["name"]
-        message = (
-            f"Run {name} has a charge of {standing[0].charge_mah:g} mAh (charge:{standing[0].uid}); this "
-            f"row waits in the inbox: correct that charge if it is wrong."
-        )
-        placed.findings.append(note_on("charge_contradicts", row.charge_mah, row.line, message))
+        placed.findings.append(finding_values(_contradicts(row, name, standing[0], f"charge:{standing[0].uid}")))
     elif run_uid is not None:
         placed.runs.append(run_uid)
+
+
+def _contradicts(row: SheetRow, run: str, other: SheetRow, where: str) -> Finding:
+    """Say that a run has another charge than a row says."""
+    message = (
+        f"Run {run} has a charge of {other.charge_mah:g} mAh ({where}); this row waits in the inbox: correct that "
+        "charge if it is wrong."
+    )
+    return Finding(Severity.NOTE, "charge_contradicts", message, row.line, None, f"{row.charge_mah:g} mAh", 1, ())
+
+
+def foreseen(connection: sa.Connection, charges: Sequence[ChargeRow]) -> list[Finding]:
+    """Say of the charges of a file that the book has not which ones `place` would call known or contradicting."""
+    uids = run_uids_named(connection, sorted({row.stated_run for row in charges if row.stated_run is not None}))
+    names = {uid: name for name, uid in uids.items()}
+    about: dict[str, list[SheetRow]] = {}
+    for row in rows_about(connection, sorted(names), sorted(uids)):
+        about.setdefault(names.get(row.run_uid or "") or row.stated_run or "", []).append(row)
+    found, known, copies = [], [], set()
+    for read in charges:
+        if read.stated_run not in uids:
+            continue
+        row = SheetRow(
+            0, f"row {read.row_number}", False, read.row_number, read.line, None, read.stated_run, None,
+            ChargeState.COUNTED, read.charge_mah, read.end_voltage_v, read.mode,
+        )  # fmt: skip
+        others = about.setdefault(read.stated_run, [])
+        same = next((other for other in others if _same(row, other)), None)
+        standing = next((other for other in others if other.run_uid is not None), None)
+        if same is not None:
+            known.append(row)
+            copies |= {row.uid} if same.run_uid is None else set()
+        elif standing is not None:
+            where = standing.uid if standing.uid.startswith("row ") else f"charge:{standing.uid}"
+            found.append(_contradicts(row, read.stated_run, standing, where))
+            others.append(row)
+        else:
+            others.append(replace(row, run_uid=uids[read.stated_run]))
+    return [*found, *([_known_already(known, copies)] if known else [])]
 
 
 def _give_way(around: RowsAround, row: SheetRow, run_uid: str | None, placed: Placed) -> list[str]:

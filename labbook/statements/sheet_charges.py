@@ -16,7 +16,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.queries import imports
-from data_schema.queries.charges import SheetRow, rows_of_file
+from data_schema.queries.charges import SheetRow, rows_of_file, rows_with_uids
 from data_schema.queries.facts import find_uid, insert_fact, update_fact
 from data_schema.queries.readings import reading_entries
 from data_schema.vocabulary import ChargeState
@@ -72,7 +72,11 @@ def update_charges(
     lose(context, lost, placed)
     others = [*changed, *(row.uid for row in lost)]
     only = of_file if len(read.charges) == 1 else None
+    staying = [row for row in placed.known if row.repeats is not None]
     place(context, moving, placed, back=frozenset(back), others=others, of_file=only)
+    repeated = rows_with_uids(context.connection, sorted({row.repeats or "" for row in staying}))
+    loose = {row.uid for row in repeated if row.run_uid is None}
+    placed.copies |= {row.uid for row in staying if row.repeats in loose}
     imports.add_findings(context.connection, ingest_key, placed.all_findings())
     return placed.runs
 

@@ -180,3 +180,25 @@ def test_charge_follows_the_file_that_holds_nothing_else(stated: SmallBook, tmp_
     before = contents(stated.folder).rows
     good(labbook("rebuild", at=stated.folder))
     assert contents(stated.folder).rows == before
+
+
+def test_what_contradicts_a_charge_waits_with_the_reason_and_the_cure(whole: SmallBook, tmp_path: Path) -> None:
+    """The report said "state the runs with `labbook runs import`" of rows whose runs are there."""
+    sheet = tmp_path / "dup.csv"
+    rows = ["r002,333,12,16.8,B", "r002,333,12,16.8,B", "r001,112,12,16.8,A", "r099,120,12,16.8,A", ",120,12,16.8,A"]
+    sheet.write_text("\n".join(["run,mAh,minutes,end_voltage,pack", *rows]) + "\n")
+    before = good(labbook("ingest", sheet, "--dry-run", at=whole.folder)).out.splitlines()
+    with_notes = good(labbook("ingest", sheet, at=whole.folder)).out.splitlines()
+    assert [line for line in before if "note:" in line] == [line for line in with_notes if "note:" in line]
+    says(before, "run_repeated", "one charge of a run counts")
+    says(before, "charge_contradicts", "Run r002", "105 mAh")
+    says(before, "charge_known", "2 rows", "1 of them of no run")
+    listed = good(labbook("runs", "inbox", at=whole.folder)).out.splitlines()
+    assert "run r002 has a charge of 105 mAh" in listed[1]
+    assert "the book has no run r099" in listed[2]
+    assert "it names no run" in listed[3]
+    told = [line for line in good(labbook("report", at=whole.folder)).out.splitlines() if "look again" in line]
+    says(told[0], "dup.csv#1 waits in the inbox", "run r002 has a charge of 105 mAh", "labbook runs dismiss dup.csv#1")
+    says(told[1], "dup.csv#4 and 1 more belong to no run", "labbook runs import")
+    again = good(labbook("files", "reread", "dup.csv", at=whole.folder)).out
+    says(again, "charge_known", "1 of them of no run")

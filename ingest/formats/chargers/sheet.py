@@ -346,8 +346,14 @@ def _note_repeated_runs(charges: list[ChargeRow], findings: FindingCollector) ->
     seen: set[str] = set()
     for charge in charges:
         if charge.stated_run is not None and charge.stated_run in seen:
-            message = "A run has more than one recharge: all are kept."
-            findings.add(NOTE, "run_repeated", message, value=charge.stated_run)
+            message = "A run stands in more than one row: all are read, and one charge of a run counts."
+            findings.add(
+                NOTE,
+                "run_repeated",
+                message,
+                lines=() if charge.line is None else [charge.line],
+                value=charge.stated_run,
+            )
         seen.add(charge.stated_run or "")
 
 

@@ -34,6 +34,7 @@ from labbook.actions.files.against_book import (
 from labbook.actions.files.rereading import take_known
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, new_uid
+from labbook.statements.counted_charges import foreseen
 from labbook.statements.importing import (
     PreparedImport,
     as_read,
@@ -118,6 +119,8 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
         if request.dry_run:
             status = IngestStatus.REFUSED if read.refused else IngestStatus.IMPORTED
             runs = () if read.refused else _runs_meant(connection, of_run, read)
+            if not read.refused and read.charges:
+                read = replace(read, findings=(*read.findings, *foreseen(connection, read.charges)))
             return FileOutcome(readable(path), sha256, status, read, runs)
     prepared = store_reading(book.store, data, sha256, read, settings)
     modified_utc = datetime.fromtimestamp(modified_s, UTC).isoformat(timespec="seconds")

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import sqlalchemy as sa
 
 from data_schema.errors import UsageError
-from data_schema.queries.charges import repeating
+from data_schema.queries.charges import charges_of_runs, repeating
 from data_schema.queries.imported_files import (
+    InboxItem,
     charges_of_file,
     file_keys,
     find_files,
@@ -30,6 +31,7 @@ from data_schema.queries.readings import (
     said_last,
     shown_readings,
 )
+from data_schema.queries.runs import run_uids_named
 from data_schema.vocabulary import Action, ChargeState, IngestStatus
 from labbook.actions.files.assigning import charge_of
 from labbook.actions.files.named_files import file_named
@@ -219,6 +221,62 @@ def dismiss(session: WriteSession, what: str, why: str) -> str:
         raise UsageError(f"{what} is not in the inbox ({charge.state}): `labbook runs inbox` lists what is.")
     session.state(Statement(Action.DISMISS, "charge", charge.uid, reason=why))
     return f"{what} is dismissed: `labbook runs restore {what}` brings it back."
+
+
+@dataclass(frozen=True, slots=True)
+class Waiting:
+    """An item of the inbox, and why it waits; None where nothing is known, as where a person took it off its run.
+
+    `contradicts`: its run has another charge.
+    """
+
+    item: InboxItem
+    why: str | None = None
+    contradicts: bool = False
+
+
+def why_waiting(connection: sa.Connection, items: Sequence[InboxItem]) -> list[Waiting]:
+    """Say why each item of the inbox waits, as far as the book tells."""
+    uids = run_uids_named(connection, sorted({item.stated_run for item in items if item.stated_run is not None}))
+    charges = charges_of_runs(connection, sorted(uids.values()))
+    found = []
+    for item in items:
+        of_run = charges.get(uids.get(item.stated_run or "", ""), ())
+        if item.stated_run is None:
+            found.append(Waiting(item, "it names no run: `labbook assign` gives it one"))
+        elif item.stated_run not in uids:
+            found.append(Waiting(item, f"the book has no run {item.stated_run}: `labbook runs import` states it"))
+        elif item.what == "charge" and of_run:
+            why = f"run {item.stated_run} has a charge of {of_run[0].charge_mah:g} mAh"
+            found.append(Waiting(item, why, contradicts=True))
+        else:
+            found.append(Waiting(item))
+    return found
+
+
+def waiting_lines(waiting: Sequence[Waiting]) -> list[str]:
+    """Say after a report which items of the inbox it lacks and what mends it: a sentence for each cause."""
+    lines = []
+    contradicting = [each for each in waiting if each.contradicts]
+    others = [each for each in waiting if not each.contradicts]
+    if contradicting:
+        first = contradicting[0]
+        lines.append(
+            f"{_and_more(contradicting, 'wait')} in the inbox, since {first.why}: correct that charge if it is wrong "
+            "(`labbook correct RUN mah=VALUE --why ...`), and dismiss the row (`labbook runs dismiss "
+            f"{first.item.name} --why ...`); `labbook runs inbox` lists all."
+        )
+    if others:
+        lines.append(
+            f"{_and_more(others, 'belong')} to no run, so that no number rests on what waits: state the runs with "
+            "`labbook runs import`, and see `labbook runs inbox`."
+        )
+    return lines
+
+
+def _and_more(waiting: Sequence[Waiting], verb: str) -> str:
+    first, more = waiting[0].item.name, len(waiting) - 1
+    return f"{first} and {more} more {verb}" if more else f"{first} {verb}s"
 
 
 def restore_item(session: WriteSession, what: str, why: str | None) -> str:
