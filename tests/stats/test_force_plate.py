@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import Undefined
-from labbook.demo.hop import Hop, hop_motion
 from simulator.basics import GRAVITY_M_S2
 from simulator.jump import simulate
 from simulator.kernel.layout import FLIGHT
 from simulator.scene_file import load_scene
 from stats.force_plate import Contact, find_contacts, jump_heights
+from tests.helpers.stated_campaign import PrescribedHop, hop_motion
 
 MASS_KG = 2.0
 RATE_HZ = 1000
@@ -33,7 +33,8 @@ class Hops:
         self.random = np.random.default_rng(seed)
         apexes_m = self.random.normal(apex_m, apex_sd_m, hops + 1)
         self.each = [
-            Hop(float(a), float(b), jamming_time_s=0.0, extension_intrusion_m=0.0) for a, b in pairwise(apexes_m)
+            PrescribedHop(float(a), float(b), jamming_time_s=0.0, extension_intrusion_m=0.0)
+            for a, b in pairwise(apexes_m)
         ]
         empty, late_s = np.zeros(RATE_HZ), 0.0
         pieces = [empty]
