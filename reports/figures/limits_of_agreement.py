@@ -19,17 +19,21 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+_ROW_IN, _COLUMNS = 2.4, 2
+
+
 def _judged(content: ReportContent) -> list[tuple[Judged, Limits]]:
     return [(one, one.limits) for one in content.predictions.judged if one.limits is not None]
 
 
 def draw(content: ReportContent, width_in: float) -> Figure:
     """Draw a panel a quantity: a dot a condition, the mean difference and both limits with their intervals."""
-    found, narrow = _judged(content), is_narrow(width_in)
-    figure = new_figure(width_in, 2.2 * len(found) if narrow else 2.6)
-    shape = (len(found), 1) if narrow else (1, len(found))
-    for axes, (one, limits) in zip(figure.subplots(*shape, squeeze=False).flat, found, strict=True):
-        _draw_panel(axes, content, one, limits)
+    found = _judged(content)
+    columns = 1 if is_narrow(width_in) else min(len(found), _COLUMNS)
+    rows = -(-len(found) // columns)
+    figure = new_figure(width_in, _ROW_IN * rows)
+    for place, (one, limits) in enumerate(found, start=1):
+        _draw_panel(figure.add_subplot(rows, columns, place), content, one, limits)
     return figure
 
 

@@ -90,7 +90,7 @@ def _draw_panel(
         draw_estimate(axes, item.measured, place - _APART, scale=scale)
         draw_estimate(axes, _expanded(item.predicted), place + _APART, colour=VERMILLION, marker="D", scale=0.8 * scale)
     title, unit, _stored = _AXES[quantity]
-    axes.set_xlabel(f"{title}\n({unit})" if narrow else f"{title} ({unit})")
+    axes.set_xlabel("\n".join((*title.split(), f"({unit})")) if narrow else f"{title} ({unit})")
     axes.xaxis.set_major_locator(MaxNLocator(3 if narrow else 5))
     axes.margins(x=0.08)
     light_grid(axes, "x")

@@ -63,7 +63,7 @@ class Simulated:
 
 
 def varied(
-    scene: Scene, name: str, factor: float, accuracy: float, outcomes: Sequence[Outcome] = ALWAYS
+    scene: Scene, name: str, factor: float, accuracy: float, outcomes: Sequence[Outcome]
 ) -> Mapping[str, float | None]:
     """Simulate with one parameter times a factor; nothing comes of what no scene can have."""
     try:
@@ -73,7 +73,7 @@ def varied(
     return simulated(changed, accuracy, outcomes).values
 
 
-def simulated(scene: Scene, accuracy: float, outcomes: Sequence[Outcome] = ALWAYS) -> Simulated:
+def simulated(scene: Scene, accuracy: float, outcomes: Sequence[Outcome]) -> Simulated:
     """Simulate a scene and take the mean over its jumps."""
     from simulator.jump import close_decision, grown_rounding, simulate
 
@@ -215,7 +215,7 @@ def predictions(
     evidence: StudyData,
     keys: Sequence[str],
     progress: Callable[[str], None],
-    outcomes: Sequence[Outcome] = ALWAYS,
+    outcomes: Sequence[Outcome],
 ) -> dict[tuple[str, str], PredictionResult]:
     """Ensure a prediction for each condition that is named by its key and each robot that ran it, by key and robot uid.
 

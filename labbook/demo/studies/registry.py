@@ -6,8 +6,6 @@ import shlex
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from labbook.demo.running import new_folder
-
 Step = Callable[[str], None]
 MakeBook = Callable[[Path, int, Step, Step], Path]
 MakeStudy = Callable[[Path, int, Step, Step], str]
@@ -39,7 +37,6 @@ def _sheet(campaign: str) -> MakeBook:
 
 def _study(name: str, make: MakeBook) -> MakeStudy:
     def made(folder: Path, seed: int, step: Step, say: Step) -> str:
-        new_folder(folder)
         step("drawing the campaign")
         return shlex.join(["labbook", "study", name, "--book", str(make(folder, seed, step, say))])
 
