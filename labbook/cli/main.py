@@ -148,11 +148,13 @@ def _words_to_complete() -> list[str]:
 
 
 def _formatted(error: typer.TyperException) -> str:
-    """Return what the library says; of a number with a decimal comma, how it is written."""
+    """Return what the library says, but for a number that it cannot read: how it is written."""
     for fault in getattr(error.__cause__, "errors", tuple)():
         given = str(fault["input"])
         if fault["type"] == "float_parsing" and re.fullmatch(r"[+-]?\d*,\d+", given):
             error.message = f"{given!r} has a decimal comma, write {given.replace(',', '.')}"
+        elif fault["type"] == "int_parsing":
+            error.message = f"{given!r} is no whole number"
     return error.format_message()
 
 

@@ -61,6 +61,12 @@ def _write_page(shown: ShownStudy, page: Path) -> None:
     write_whole(page, study_page(made).encode("utf-8"))
 
 
+def _make_folder(folder: Path) -> None:
+    if folder.exists() and not folder.is_dir():
+        raise UsageError(f"--pages {folder} is a file: name a folder; it is made where there is none.")
+    folder.mkdir(parents=True, exist_ok=True)
+
+
 def _check_files(plot: Path | None, page: Path | None) -> None:
     from reports.figures.kind import check_form
 
@@ -220,6 +226,8 @@ def all_studies(
     from labbook.actions.studies.of_book import studies_of_book
     from labbook.book.opening import opened
 
+    if pages is not None:
+        _make_folder(pages)
     with opened(book) as opened_book, opened_book.reading() as connection:
         names = studies_of_book(connection, opened_book.configuration)
     if not names:
@@ -239,7 +247,6 @@ def all_studies(
         found[name] = dict(shown.data)
         lines += [f"{name}: {shown.title}", *within_width(shown.said)]
         if pages is not None:
-            pages.mkdir(parents=True, exist_ok=True)
             page = pages / f"{name}.html"
             _write_page(shown, page)
             found[name]["page"] = str(page)

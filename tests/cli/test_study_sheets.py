@@ -293,6 +293,7 @@ def test_a_protocol_that_is_none_is_refused(book: Path, table: str, said: tuple[
 
 def test_all_studies_of_a_book_are_shown_and_one_that_cannot_be_made_is_named(book: Path) -> None:
     refused(labbook("study", "all", at=book), 2, "no study", "[studies.NAME]")
+    refused(labbook("study", "all", "--pages", "../flasks.csv", at=book), 2, "--pages ../flasks.csv", "name a folder")
     good(labbook("ingest", "../flasks.csv", "../walks.csv", at=book))
     without_grain = labbook("study", "all", "--json", at=book)
     assert (without_grain.code, set(without_grain.json)) == (2, {"compaction", "field"})

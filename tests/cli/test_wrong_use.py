@@ -25,6 +25,7 @@ WRONG_WORDS = {
     "option missing": ("void r001", "missing option '--reason'", "`labbook void --help`"),
     "option without value": ("note r001 x --as", "'--as' requires an argument", "--help"),
     "decimal comma": ("study compaction --grain 3,4", "'--grain'", "write 3.4."),
+    "no whole number": ("study force-plate --window 3,5", "'--window'", "'3,5' is no whole number."),
     "number expected": ("check rail_angle --value steep", "invalid value for '--value'", "valid number"),
     "jump number expected": ("jumps reject r001 first --reason misfire", "'first' names no jump", "3-5"),
     "group without command": ("db status extra", "unexpected extra argument", "`labbook db status --help`"),
