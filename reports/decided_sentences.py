@@ -24,7 +24,7 @@ from reports.evidence import Decision, Equivalence, OverallEquivalence, OverallS
 from reports.naming import levels_name, swept_factor, swept_words, treatment_name
 from reports.numbers import Number
 from reports.sentences import bounds_text, exploratory_text, lost_by_holm, sides_text, where_text
-from reports.wording import count_text, list_text, sentence_start
+from reports.wording import count_text, in_sentence, list_text, sentence_start
 
 ELSEWHERE = "That it holds on other days is not shown."
 """What follows a claim that holds for the days measured."""
@@ -144,7 +144,7 @@ def saving_text(treatment: str, value: float, size: str, where: str) -> str:
 
 
 def _outcome(quantity: Outcome) -> str:
-    return f"the {quantity.heading[0].lower()}{quantity.heading[1:]}"
+    return f"the {in_sentence(quantity.heading)}"
 
 
 def _sizes(value: float, number: Number) -> tuple[str, str]:

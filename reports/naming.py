@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from reports.content import Comparison, Condition, Factor, Level, ReportContent
 from reports.display import EQUALS, MINUS, NO_BREAK, general_text, stated_text, with_unit
-from reports.wording import count_text, list_text
+from reports.wording import count_text, in_sentence, list_text
 
 _MEANINGS = {"kg/s": "Damping coefficient", "N/m": "Stiffness"}
 
@@ -37,7 +37,7 @@ def swept_words(factor: Factor | None) -> SweptWords:
     if factor is not None and (_ACTIVE_DAMPING.search(factor.title) or _ACTIVE_DAMPING.search(factor.name)):
         long = "compression-extension (CE)"
         return SweptWords("active damping", "AD", "CE", "CE", long, "active-damping coefficient", True)
-    coefficient = "condition" if factor is None else title_of(factor).lower()
+    coefficient = "condition" if factor is None else in_sentence(title_of(factor))
     control = f"control ({_control_label(factor)})" if factor is not None and factor.control is not None else "control"
     return SweptWords("the treatment", "treatment", "control", control, control, coefficient)
 
@@ -91,7 +91,7 @@ def is_number(level: Level) -> bool:
 def level_name(factor: Factor, level: Level, *, gain: bool = False) -> str:
     """Name a level: "small foot", "drop height = 45 cm", "k = 1091 N/m"; with `gain`, "k = 1091 N/m (gain 400)"."""
     if level.gain is None:
-        name = factor.title.lower()
+        name = in_sentence(factor.title)
         return f"{name}{EQUALS}{physical_text(level)}" if is_number(level) else f"{level.label} {name}"
     beside = f" (gain{NO_BREAK}{stated_text(level.gain)})" if gain else ""
     return f"{factor.symbol or factor.title}{EQUALS}{physical_text(level)}{beside}"
@@ -186,11 +186,11 @@ def _levels_in_brackets(factor: Factor, levels: list[Level]) -> str:
     if len(levels) == 1:
         return level_name(factor, levels[0])
     if len(levels) > _FEW_LEVELS:
-        return f"{count_text(len(levels), 'level')} of the {title_of(factor).lower()}"
+        return f"{count_text(len(levels), 'level')} of the {in_sentence(title_of(factor))}"
     if levels[0].gain is None and not is_number(levels[0]):
-        return f"{list_text([level.label for level in levels])} {factor.title.lower()}"
+        return f"{list_text([level.label for level in levels])} {in_sentence(factor.title)}"
     values = list_text([level_value(level) for level in levels])
-    name = factor.symbol or factor.title.lower()
+    name = factor.symbol or in_sentence(factor.title)
     return f"{name}{EQUALS}{with_unit(values, levels[0].unit)}"
 
 

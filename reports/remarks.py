@@ -9,7 +9,7 @@ from data_schema.vocabulary import Undefined
 from reports.content import Claim, Comparison, Level, ReportContent
 from reports.display import stated_text, with_unit
 from reports.naming import formula_text, is_number, level_of, level_value, levels_name, physical_text, title_of
-from reports.wording import count_text, list_text, sentence_start
+from reports.wording import count_text, in_sentence, list_text, sentence_start
 
 NOT_FROM_DAYS = "cannot be told from a difference between days"
 """The mark in claims and other sentences."""
@@ -72,7 +72,9 @@ def _which(content: ReportContent, found: list[Comparison], total: int) -> str:
 
 def gains_text(content: ReportContent) -> str:
     """Say what gains stand for and what sizes the levels of other factors have; "" where neither is known."""
-    formulas = [f"{title_of(factor).lower()} {text}" for factor in content.factors if (text := formula_text(factor))]
+    formulas = [
+        f"{in_sentence(title_of(factor))} {text}" for factor in content.factors if (text := formula_text(factor))
+    ]
     found = {
         (level.factor, level.label): physical_text(level) if is_number(level) else _size_text(level)
         for condition in content.conditions

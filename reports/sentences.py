@@ -24,7 +24,7 @@ from reports.display import (
 from reports.evidence import Decision, Equivalence
 from reports.naming import control_name, level_names, swept_factor, swept_words, treatment_name
 from reports.remarks import NOT_FROM_DAYS
-from reports.wording import count_text, list_text, sentence_start
+from reports.wording import count_text, in_sentence, list_text, sentence_start
 
 
 def where_text(content: ReportContent, comparison: Comparison) -> str:
@@ -139,7 +139,7 @@ def difference_claim(content: ReportContent, comparison: Comparison) -> Claim:
     """Say how a quantity differed between control and treatment, and whether zero lies in the interval."""
     difference = as_shown(comparison.welch_difference)
     where = where_text(content, comparison)
-    what = f"The {comparison.quantity.heading[0].lower()}{comparison.quantity.heading[1:]}"
+    what = f"The {in_sentence(comparison.quantity.heading)}"
     if isinstance(difference.value, Undefined):
         return Claim(f"{what}{where}: the difference is {value_text(difference.value)}.", (difference.provenance,))
     comparative = comparison.quantity.comparative[0 if difference.value >= 0 else 1]

@@ -16,6 +16,12 @@ def sentence_start(text: str) -> str:
     return text if symbol else text[:1].upper() + text[1:]
 
 
+def in_sentence(title: str) -> str:
+    """Return a title as it stands within a sentence: "Foot size" as "foot size", but "PWM duty" and "K" as they are."""
+    first = title.split(" ", 1)[0]
+    return title if len(first) < 2 or first[1:] != first[1:].lower() else f"{title[:1].lower()}{title[1:]}"
+
+
 def list_text(words: tuple[str, ...] | list[str]) -> str:
     """Join words as a sentence does: "a, b and c"."""
     if len(words) < 2:

@@ -26,6 +26,7 @@ from reports.figures.style import (
     plain_ticks,
     publication_style,
 )
+from reports.wording import in_sentence
 from stats.groups.residuals import NormalQuantiles
 
 
@@ -50,7 +51,7 @@ def draw_quantiles(quantiles: Quantiles, width_in: float = ONE_COLUMN_IN) -> Fig
     `quantiles.found` is what `stats.normal_quantiles` returns; `width_in` is the figure's width in inches. Returns a
     matplotlib figure; where all residuals are 0 it says that there is nothing to draw.
     """
-    about = f"{quantiles.quantity[:1].lower()}{quantiles.quantity[1:]}"
+    about = in_sentence(quantiles.quantity)
     if not any(quantiles.found.observed):
         return draw_words(f"Nothing to draw: all residuals of {about} are 0.", width_in)
     with publication_style():

@@ -34,6 +34,7 @@ from reports.figures.style import (
     plain_ticks,
     publication_style,
 )
+from reports.wording import in_sentence
 
 _LABEL_PT = 4.0
 _MOST_LABELS = 12
@@ -72,7 +73,7 @@ def draw_residuals(plot: ResidualPlot, width_in: float = TWO_COLUMNS_IN) -> Figu
     `width_in` is the figure's width in inches. Returns a matplotlib figure; where all residuals are 0 it says that
     there is nothing to draw.
     """
-    quantity = f"{plot.quantity[:1].lower()}{plot.quantity[1:]}"
+    quantity = in_sentence(plot.quantity)
     if not any(plot.residuals):
         return draw_words(f"Nothing to draw: all residuals of {quantity} are 0.", width_in)
     with publication_style():
@@ -104,7 +105,7 @@ def draw_residuals(plot: ResidualPlot, width_in: float = TWO_COLUMNS_IN) -> Figu
 def _line(plot: ResidualPlot) -> str:
     """Say what the short lines are, where there are any, and whether not every residual is drawn."""
     of = [
-        f"{against.name[:1].lower()}{against.name[1:]}"
+        in_sentence(against.name)
         for against in plot.against
         if against.means and against.at and isinstance(against.at[0], str)
     ]

@@ -22,7 +22,7 @@ from reports.remarks import NOT_FROM_DAYS, by_day_sentences, days_claim, gains_t
 from reports.run_points import run_anchors
 from reports.tables.predictions import PREDICTED
 from reports.trust import flow_sentence, robustness_sentences, trust_sentences
-from reports.wording import count_text, list_text
+from reports.wording import count_text, in_sentence, list_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +128,7 @@ def _why_no_claim(content: ReportContent) -> str:
         )
     return (
         f"no group of its conditions has runs of both {control_name(content)} and another level of the "
-        f"{title_of(swept).lower()}"
+        f"{in_sentence(title_of(swept))}"
     )
 
 

@@ -1,4 +1,6 @@
-from reports.wording import count_text, list_text, sentence_start
+import pytest
+
+from reports.wording import count_text, in_sentence, list_text, sentence_start
 
 
 def test_counts_and_lists():
@@ -15,3 +17,10 @@ def test_counts_and_lists():
 
 def test_the_start_of_a_sentence_keeps_capitals_within():
     assert [sentence_start(text) for text in ("the apex", "AD gain", "")] == ["The apex", "AD gain", ""]
+
+
+@pytest.mark.parametrize(
+    ("title", "within"), [("Foot size", "foot size"), ("PWM duty", "PWM duty"), ("K", "K"), ("pH", "pH"), ("", "")]
+)
+def test_a_title_within_a_sentence_keeps_its_abbreviations(title: str, within: str) -> None:
+    assert in_sentence(title) == within

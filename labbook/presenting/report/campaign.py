@@ -31,7 +31,7 @@ from reports.content import (
     Summary,
 )
 from reports.naming import levels_name
-from reports.wording import list_text
+from reports.wording import in_sentence, list_text
 
 
 def factors(analysis: StudyAnalysis) -> tuple[Factor, ...]:
@@ -234,7 +234,7 @@ def confounded_with_day(analysis: StudyAnalysis, *, told: bool = False) -> list[
             named.add(factor.name)
             if told and factor.name == analysis.swept:
                 continue
-            title = factor_title(analysis, factor.name).lower()
+            title = in_sentence(factor_title(analysis, factor.name))
             sentences.append(
                 f"{_days(single, len(days_of))} all runs had one level of the {title}: "
                 f"differences between its levels are {_confounded(single, len(days_of))} differences between days."

@@ -24,6 +24,7 @@ from reports.content import Anova, Comparison, ReportContent, Sensitivity, Varia
 from reports.evidence import ByDay, Decision, Equivalence, OverallEquivalence, OverallSavings, OverGroups, Side
 from reports.naming import levels_name
 from reports.numbers import Number, SignificanceTest
+from reports.wording import in_sentence
 from stats.days.blocked_result import MIXED_MODEL, exact_method
 from stats.days.decision import Rule
 
@@ -82,7 +83,7 @@ def _family(analysis: StudyAnalysis, item: Compared) -> str:
     for name in analysis.evidence.configuration.factors:
         for pattern in (pairing.ACROSS, pairing.BETWEEN):
             if item.pair.family == pattern.format(factor=name):
-                return pattern.format(factor=factor_title(analysis, name).lower())
+                return pattern.format(factor=in_sentence(factor_title(analysis, name)))
     return item.pair.family
 
 

@@ -16,7 +16,7 @@ from labbook.presenting.stats.days import has_days
 from reports.decided_sentences import ELSEWHERE, Words, decided_text, saving_text
 from reports.display import MINUS, NO_BREAK, shown_unit
 from reports.numbers import Number
-from reports.wording import count_text
+from reports.wording import count_text, in_sentence
 from stats.days.decision import Rule, contrast_by_day
 from stats.groups.multiple import HolmFamily, holm
 
@@ -135,7 +135,7 @@ def _words(observed: Observations, name: str, control: str) -> Words:
         )
     what, (more, less) = observed.quantity, ("higher", "lower")
     if observed.plan is not None:
-        what, (more, less) = f"the {what[:1].lower()}{what[1:]}", observed.measured.comparative
+        what, (more, less) = f"the {in_sentence(what)}", observed.measured.comparative
     elif shown_unit(observed.unit)[1] != 1.0:
         what = f"{what} ({observed.unit})"
     return Words(

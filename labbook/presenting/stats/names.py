@@ -9,6 +9,7 @@ from labbook.analysis.observations import Observations
 from reports.content import Factor, Level
 from reports.display import NO_BREAK
 from reports.naming import level_name, swept_words, title_of
+from reports.wording import in_sentence
 
 LONGEST = 48
 """Letters of a name that a figure has room for."""
@@ -25,7 +26,7 @@ def as_shown_to_people(observed: Observations) -> Observations:
     if len(set(shown.values())) < len(shown):
         return observed
     factor = _factor(observed)
-    return replace(observed, shown=shown, shown_by="" if factor is None else title_of(factor).lower())
+    return replace(observed, shown=shown, shown_by="" if factor is None else in_sentence(title_of(factor)))
 
 
 def drawn_axis(observed: Observations) -> str:
