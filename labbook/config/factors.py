@@ -35,13 +35,21 @@ def read_factors(top: TableReader) -> dict[str, FactorSettings]:
     return factors
 
 
+def unknown_factor(name: str, factors: Iterable[str], kind: FactorKind | None = None) -> str:
+    """Return the sentence for a factor that is none of `factors`, of some kind, with the section to write."""
+    of_kind, keys = ("", "kind") if kind is None else (f" of kind {kind}", f'kind = "{kind}"')
+    known = list(factors)
+    remedy = f"{'Or write' if known else 'Write'} [factors.{name}] with {keys} and levels."
+    return str(unknown_name(f"factor{of_kind}", name, known, remedy))
+
+
 def read_gains(top: TableReader, factors: Mapping[str, FactorSettings]) -> dict[str, GainSettings]:
     """Read every `[gains.FACTOR]`."""
     numbers = [name for name, factor in factors.items() if factor.kind is FactorKind.NUMBER]
     gains: dict[str, GainSettings] = {}
     for name, table in top.tables("gains"):
         if name not in numbers:
-            table.fault("factor", str(unknown_name("factor of kind number", name, numbers)))
+            table.fault("factor", unknown_factor(name, numbers, FactorKind.NUMBER))
         gains[name] = GainSettings(
             symbol=table.text("symbol"),
             slope=table.number("slope"),

@@ -16,6 +16,7 @@ from collections.abc import Mapping
 
 from data_schema.errors import unknown_name
 from data_schema.outcomes import Outcome
+from labbook.config.factors import unknown_factor
 from labbook.config.model import ClaimKind, FactorSettings, HypothesisSettings, Side, number_label
 from labbook.config.tables import TableReader, as_number
 
@@ -96,7 +97,7 @@ def _outcome(table: TableReader, claim: ClaimKind) -> Outcome:
 def _factor(table: TableReader, factors: Mapping[str, FactorSettings]) -> str:
     name = table.text("between")
     if name and name not in factors:
-        table.fault("between", str(unknown_name("factor", name, factors)))
+        table.fault("between", unknown_factor(name, factors))
         return ""
     return name
 
@@ -113,7 +114,7 @@ def _group(table: TableReader, factors: Mapping[str, FactorSettings]) -> dict[st
     found = {}
     for name in table.names():
         if name not in factors:
-            table.fault(name, str(unknown_name("factor", name, factors)))
+            table.fault(name, unknown_factor(name, factors))
             continue
         found[name] = _label(table.value(name))
         _check_levels(table, name, name, [found[name]], factors)

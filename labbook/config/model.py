@@ -49,9 +49,16 @@ class FactorSettings:
     control: str | None
 
 
+JUMP_RULES = ("exclude_first_jumps", "exclude_gap_jumps")
+"""Keys of `[protocol]` that say which jumps are left out without asking."""
+
+
 @dataclass(frozen=True, slots=True)
 class ProtocolSettings:
-    """`[protocol]`: how a run is made and what of it is used. `run_duration_s` is None where no time is kept."""
+    """`[protocol]`: how a run is made and what of it is used.
+
+    `run_duration_s` is None where no time is kept; `stated` has those of `JUMP_RULES` that are written.
+    """
 
     run_duration_s: float | None
     detector: Detector
@@ -59,6 +66,7 @@ class ProtocolSettings:
     exclude_gap_jumps: bool
     charger_resolution_mah: float
     idle_minutes: tuple[float, ...]
+    stated: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,6 +18,7 @@ from labbook.config.analysis import read_analysis
 from labbook.config.factors import read_factors, read_gains
 from labbook.config.hypotheses import read_hypotheses
 from labbook.config.model import (
+    JUMP_RULES,
     LIMITS,
     BatterySettings,
     Configuration,
@@ -130,6 +131,7 @@ def _protocol(table: TableReader) -> ProtocolSettings:
         exclude_gap_jumps=table.flag("exclude_gap_jumps", True),
         charger_resolution_mah=table.number("charger_resolution_mah", 1.0, above=0.0),
         idle_minutes=tuple(minutes),
+        stated=frozenset(key for key in JUMP_RULES if table.value(key) is not None),
     )
     table.finish()
     return settings

@@ -32,6 +32,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from data_schema.errors import unknown_name
+from labbook.config.factors import unknown_factor
 from labbook.config.model import FactorSettings, SimulationSettings
 from labbook.config.tables import TableReader, is_plain
 
@@ -160,4 +161,4 @@ def _levels(table: TableReader, factor: str, factors: Mapping[str, FactorSetting
 
 def _check_factor(table: TableReader, name: str, factors: Mapping[str, FactorSettings]) -> None:
     if name not in factors:
-        table.fault(name, str(unknown_name("factor", name, factors)))
+        table.fault(name, unknown_factor(name, factors))

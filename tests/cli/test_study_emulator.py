@@ -149,6 +149,25 @@ def test_books_without_what_it_takes_are_refused_with_the_line_to_write(changed:
     refused(labbook("study", "emulator", at=changed), 2, "[factors.b_ad_gain]", "control = 0")
 
 
+def test_which_jumps_are_left_out_has_to_be_stated(changed: Path) -> None:
+    jumps = study(changed)["jumps"]
+    assert jumps["made"] == DAYS * 14 * JUMPS
+    assert jumps["excluded"]["among the first 2"] == DAYS * 14 * 2
+    assert jumps["counted"] == jumps["made"] - sum(jumps["excluded"].values())
+    says(good(labbook("study", "emulator", at=changed)).out, "Apexes are those of", "112 among the first 2", "packet")
+    without(changed, r"\nexclude_first_jumps = 2\n", "\n")
+    refused(labbook("study", "emulator", at=changed), 2, "[protocol]", "exclude_first_jumps = 2")
+    without(changed, r"\nexclude_gap_jumps = true\n", "\n")
+    refused(labbook("study", "emulator", at=changed), 2, "exclude_first_jumps = 2 and exclude_gap_jumps = true")
+    without(changed, r"\n\[protocol\]\n", "\n[protocol]\nexclude_first_jumps = 0\nexclude_gap_jumps = false\n")
+    assert study(changed)["jumps"]["counted"] > jumps["counted"]
+
+
+def test_a_factor_that_is_named_and_not_there_is_told_with_its_section(changed: Path) -> None:
+    without(changed, r"\[factors.k_gain\].*?\n\n")
+    refused(labbook("study", "emulator", at=changed), 2, "Or write [factors.k_gain] with kind and levels")
+
+
 def test_the_page_s_commands_work(book: Path, tmp_path: Path) -> None:
     page = (DOCS / "emulator.md").read_text(encoding="utf-8")
     demo, ask, compare = (line.split() for line in re.findall(r"^ {4}labbook (.*)$", page, re.MULTILINE))

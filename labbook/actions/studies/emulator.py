@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from data_schema.errors import UsageError
+from data_schema.errors import InputRefused, UsageError
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import FactorKind
 from labbook.actions.studies.of_book import LEVEL, OfBook, book_sources, first_given
@@ -38,7 +38,8 @@ def emulator_study_of(
     """Open the book and compare the controllers at each extension gain; None is what `[studies.emulator]` or usage say.
 
     Raises `UsageError` for a book whose factors are not an extension gain and an active-damping gain with a control,
-    and for options that are none; `InputRefused` as `emulator_study` does.
+    and for options that are none; `InputRefused` as `emulator_study` does, and for a book whose `[protocol]` does not say
+    which jumps are left out.
     """
     with opened(book_folder) as book, book.reading() as connection:
         protocol = book.configuration.studies.get("emulator", StudyProtocol())
@@ -49,6 +50,7 @@ def emulator_study_of(
         if ratio <= 0.0 or not 0.0 < same_percent < 100.0:
             raise UsageError("--ratio is above 0 and --same between 0 and 100, in percent: give such numbers.")
         gain, damping = _factors(book.configuration)
+        _check_protocol(book.configuration)
         progress("joules and apex heights")
         evidence = gather(connection, book.configuration, where)
         conditions = conditions_by_outcome(
@@ -73,6 +75,17 @@ def emulator_study_of(
         level=level,
     )
     return OfBook(found, sources)
+
+
+def _check_protocol(configuration: Configuration) -> None:
+    """Refuse a book that does not say which jumps are left out: silence is no decision."""
+    lines = {"exclude_first_jumps": "exclude_first_jumps = 2", "exclude_gap_jumps": "exclude_gap_jumps = true"}
+    missing = [line for key, line in lines.items() if key not in configuration.protocol.stated]
+    if missing:
+        raise InputRefused(
+            "labbook.toml does not say which jumps the study leaves out: write under [protocol] "
+            f"{' and '.join(missing)} (thesis 4.3.3; 0 and false leave none out)."
+        )
 
 
 def _factors(configuration: Configuration) -> tuple[str, str]:

@@ -8,6 +8,7 @@ the rise is below a bound is shown by a one-sided test, which a mere lack of sig
 from __future__ import annotations
 
 import itertools
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -20,6 +21,7 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.comparing import Pair
 from labbook.analysis.comparison.deciding import contrast_of
 from labbook.analysis.outcomes.conditions import ConditionValues
+from labbook.analysis.outcomes.run_apexes import RunApexes
 from stats.days.decision_result import Bounded, Estimate
 from stats.exact.tails import t_quantile
 
@@ -78,10 +80,24 @@ class Trend:
 
 
 @dataclass(frozen=True, slots=True)
+class Jumps:
+    """How many of the compared runs' jumps count, and of the others how many do not, by reason."""
+
+    counted: int
+    excluded: Mapping[str, int]
+
+    @property
+    def made(self) -> int:
+        """All that were looked at."""
+        return self.counted + sum(self.excluded.values())
+
+
+@dataclass(frozen=True, slots=True)
 class EmulatorStudy:
     """What came of it: `rows` of all gains, those `left_out` among them; `rises` from each gain to the next.
 
-    At `coarse` gains the charger's last digit is so much of the joules that the same digits repeat.
+    At `coarse` gains the charger's last digit is so much of the joules that the same digits repeat. `jumps` are those
+    that apexes rest on.
     """
 
     rows: tuple[AtGain, ...]
@@ -89,6 +105,7 @@ class EmulatorStudy:
     left_out: tuple[float, ...]
     trends: tuple[Trend, ...]
     coarse: tuple[float, ...]
+    jumps: Jumps
     level: float
     same_percent: float
 
@@ -161,7 +178,9 @@ def emulator_study(
         for controller in (Controller.CONSTANT, Controller.SCALED)
         if placed[controller]
     )
-    return EmulatorStudy(rows, rises, left_out, trends, coarse, level, same_percent)
+    apexes = found[Outcome.APEX]
+    jumps = _jumps([apexes[place] for place in sorted({(row.gain, row.damping_gain) for row in rows})])
+    return EmulatorStudy(rows, rises, left_out, trends, coarse, jumps, level, same_percent)
 
 
 _Place = tuple[float, float]
@@ -201,6 +220,14 @@ def _at_gain(found: _Found, at: float, damped: float, controller: Controller, le
         None if is_control else contrast_of(_pair(control[Outcome.JOULES], joules)).savings(level),
         None if is_control else contrast_of(_pair(control[Outcome.APEX], apexes)).savings(level),
     )
+
+
+def _jumps(conditions: Sequence[ConditionValues]) -> Jumps:
+    of_runs = [run.result for one in conditions for run in one.runs if isinstance(run.result, RunApexes)]
+    excluded: Counter[str] = Counter()
+    for run in of_runs:
+        excluded.update(run.excluded)
+    return Jumps(sum(len(run.heights_m) for run in of_runs), dict(excluded))
 
 
 def _mean(one: ConditionValues) -> Mean:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Any
 
 from data_schema.rounding import level_text
 from data_schema.vocabulary import Undefined
-from labbook.analysis.studies.emulator import AtGain, Controller, EmulatorStudy, Rise, Trend, no_rise
+from labbook.analysis.studies.emulator import AtGain, Controller, EmulatorStudy, Jumps, Rise, Trend, no_rise
 from reports.figures.emulator import ControllerPoints
 from reports.wording import list_text
 from stats.days.decision_result import Bounded, Estimate
@@ -30,6 +31,8 @@ def sentences(study: EmulatorStudy) -> list[str]:
         for one in (Controller.CONSTANT, Controller.SCALED)
         if one not in run
     ]
+    if study.jumps.made:
+        said.append(_jumps_text(study.jumps))
     losses = [row for trend in study.trends for row in study.analysed(trend.controller)]
     said.append(_lost(losses))
     said.append(_left_out(study))
@@ -39,6 +42,23 @@ def sentences(study: EmulatorStudy) -> list[str]:
             "digits repeat from day to day, and intervals of savings are too narrow. Let the robot jump longer there."
         )
     return said
+
+
+def _jumps_text(jumps: Jumps) -> str:
+    """Say how many jumps count, and why the others do not."""
+    out: Counter[str] = Counter()
+    for reason, n in jumps.excluded.items():
+        out[_excluded_text(reason)] += n
+    why = f"; left out: {list_text([f'{n} {reason}' for reason, n in out.most_common()])}" if out else ""
+    return f"Apexes are those of {jumps.counted} of {jumps.made} jumps{why}."
+
+
+def _excluded_text(reason: str) -> str:
+    if reason == "touches a gap":
+        return "with a dropped packet in flight"
+    if reason.startswith("among the first"):
+        return f"{reason} of a run"
+    return reason if reason.startswith("rejected") else "without an apex"
 
 
 def _saves(study: EmulatorStudy, trend: Trend) -> str:
@@ -166,6 +186,7 @@ def as_data(study: EmulatorStudy) -> dict[str, Any]:
         "level": study.level,
         "left_out": list(study.left_out),
         "coarse": list(study.coarse),
+        "jumps": {"counted": study.jumps.counted, "made": study.jumps.made, "excluded": dict(study.jumps.excluded)},
         "gains": [
             {
                 "gain": row.gain,
