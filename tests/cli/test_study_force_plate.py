@@ -19,7 +19,7 @@ from labbook.analysis.studies.force_plate import PlateRun, compare_joules
 from labbook.demo.studies import force_plate
 from labbook.demo.studies.force_plate import PlateScatter, plate_campaign
 from labbook.demo.studies.force_plate_files import make_plate_book
-from labbook.presenting.studies.force_plate import drawn
+from labbook.presenting.studies.force_plate import as_data, drawn
 from reports.figures.force_plate import draw_force_plate
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.once import made_once
@@ -57,6 +57,8 @@ def test_clocks_and_joules_of_the_campaign_are_found(book: Path) -> None:
     assert [one["run"] for one in found] == [one["run"] for one in truth]
     for one, true in zip(found, truth, strict=True):
         assert one["clocks"]["offset_s"] == pytest.approx(true["clock_offset_s"], abs=1e-3)
+        low_s, high_s = one["clocks"]["offset_ci"]
+        assert low_s < true["clock_offset_s"] < high_s
         assert one["clocks"]["drift"] == pytest.approx(true["clock_drift"], abs=3e-5)
         assert one["measured_j"] == pytest.approx(true["joules_per_jump"], rel=0.08)
         assert len(one["hops_j"]) <= one["stances"] == one["hops_made"] == HOPS
@@ -86,6 +88,20 @@ def test_contact_and_jumps_of_the_plate_are_compared_with_what_the_simulator_pre
 def test_intervals_of_slopes_cover_where_recharges_scatter() -> None:
     """The count lies in the 99.9 % binomial band."""
     assert not outside(covered(STUDIES["force-plate, charges"], 200))
+
+
+def test_intervals_of_both_clocks_cover_what_is_true() -> None:
+    """Offsets' always, as they hold all that a touchdown's definition leaves open; drifts' in the 99.9 % band of 8."""
+    drifts = 0
+    for seed in (11, 12):
+        runs = [run for run in plate_campaign(seed, days=1, hops=40) if run.gain]
+        study = compare_joules([in_memory(run, 40.0) for run in runs], 13)
+        for run, one in zip(runs, study.runs, strict=True):
+            data = as_data(study)["runs"][study.runs.index(one)]["clocks"]
+            assert data["offset_ci"][0] < run.clocks[0] < data["offset_ci"][1]
+            assert data["offset_ci"][1] - data["offset_ci"][0] < 2e-3
+            drifts += data["drift_ci"][0] < run.clocks[1] < data["drift_ci"][1]
+    assert drifts >= 5  # fewer have a chance of .0004
 
 
 @pytest.mark.soak

@@ -38,8 +38,8 @@ def emulator_study_of(
     """Open the book and compare the controllers at each extension gain; None is what `[studies.emulator]` or usage say.
 
     Raises `UsageError` for a book whose factors are not an extension gain and an active-damping gain with a control,
-    and for options that are none; `InputRefused` as `emulator_study` does, and for a book whose `[protocol]` does not say
-    which jumps are left out.
+    and for options that are none; `InputRefused` as `emulator_study` does, and for a book whose `[protocol]` does not
+    say which jumps are left out.
     """
     with opened(book_folder) as book, book.reading() as connection:
         protocol = book.configuration.studies.get("emulator", StudyProtocol())

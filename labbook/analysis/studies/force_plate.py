@@ -35,6 +35,8 @@ Floats = NDArray[np.float64]
 WINDOWS = tuple(range(1, 53, 2))
 """Samples of the moving averages that are tried, up to 51 ms at 1 kHz; odd, so that none shifts the force in time."""
 SHOWN_HOPS = 20
+TOUCHDOWN_S = 0.0005
+"""Plate and leg may see the same touchdown so far apart, always to the same side: it is in no scatter."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,6 +82,12 @@ class RunEstimate:
     def estimated_j(self) -> float:
         """Mean over the hops."""
         return float(np.mean(self.hops_j))
+
+    @property
+    def offset_ci(self) -> tuple[float, float] | Undefined:
+        """The interval of the clocks' offset: that of the line, and what a touchdown's definition leaves open."""
+        ci = self.clocks.at_zero_ci
+        return ci if isinstance(ci, Undefined) else (ci[0] - TOUCHDOWN_S, ci[1] + TOUCHDOWN_S)
 
     @property
     def ratio(self) -> float:
@@ -141,7 +149,7 @@ def compare_joules(
     forces in stance of all runs. Raises `InputRefused` for records whose clocks cannot be aligned, and for a leg out of
     reach.
     """
-    stances = [_stances(run) for run in runs]
+    stances = [_stances(run, level) for run in runs]
     steps_s = [float(np.median(np.diff(run.plate_time_s))) for run in runs]
     for run, step_s in zip(runs, steps_s, strict=True):
         if abs(step_s / steps_s[0] - 1.0) > 0.01:
@@ -261,14 +269,14 @@ class _Stances:
         return HopTraces(self.run.condition, np.arange(longest) * step_s, force, length)
 
 
-def _stances(run: PlateRun) -> _Stances:
+def _stances(run: PlateRun, level: float) -> _Stances:
     contacts = find_contacts(run.plate_time_s, run.force_n)
     above_n = force_above_zero(run.plate_time_s, run.force_n)
     if isinstance(contacts, Undefined) or isinstance(above_n, Undefined):
         why = [one.reason for one in (contacts, above_n) if isinstance(one, Undefined)]
         raise InputRefused(f"run {run.name}: no stance on the plate, {why[0]}: record flights and contacts.")
     try:
-        clocks = align_clocks([one.start_s for one in contacts], leg_touchdowns(run.leg_time_s, run.length_m))
+        clocks = align_clocks([one.start_s for one in contacts], leg_touchdowns(run.leg_time_s, run.length_m), level)
     except InputRefused as error:
         raise InputRefused(f"run {run.name}: plate and leg cannot be aligned; {error}.") from error
     leg_s = clocks.second_s(run.plate_time_s)

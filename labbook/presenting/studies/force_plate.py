@@ -8,7 +8,7 @@ import numpy as np
 
 from data_schema.rounding import error_of, interval_text, number_text
 from data_schema.vocabulary import Undefined
-from labbook.analysis.studies.force_plate import ForcePlateStudy, RunEstimate, odd_runs
+from labbook.analysis.studies.force_plate import TOUCHDOWN_S, ForcePlateStudy, RunEstimate, odd_runs
 from reports.figures.force_plate import HopsOfCondition, WindowChoice
 from stats.results import counted
 
@@ -93,7 +93,8 @@ def _clocks_text(study: ForcePlateStudy) -> str:
     spreads = [1e3 * one.clocks.residual_sd_s for one in study.runs]
     return (
         f"The log's clock drifts by {min(drifts):.0f} to {max(drifts):.0f} ppm against the plate's; touchdowns lie "
-        f"{max(spreads):.2g} ms or less from one line (standard deviation, by run)."
+        f"{max(spreads):.2g} ms or less from one line (standard deviation, by run). The offsets' intervals have "
+        f"{1e3 * TOUCHDOWN_S:g} ms more on either side, as plate and leg see a touchdown up to so far apart."
     )
 
 
@@ -160,7 +161,7 @@ def _run(one: RunEstimate) -> dict[str, Any]:
         "stances": one.stances,
         "clocks": {
             "offset_s": clocks.at_zero_s,
-            "offset_ci": _ends(clocks.at_zero_ci),
+            "offset_ci": _ends(one.offset_ci),
             "drift": clocks.drift,
             "drift_ci": _ends(clocks.drift_ci),
             "residual_sd_s": clocks.residual_sd_s,
