@@ -128,7 +128,7 @@ def level_of(content: ReportContent, comparison: Comparison) -> str:
     """Name the level that a comparison sets against its control: "d = 186 kg/s (gain 50)" or "pooled".
 
     Between two levels of a further factor the level carries the other, and its side: "k = 1091 N/m less k = 835 N/m,
-    treated".
+    treated", or the level of the swept factor.
     """
     swept = swept_factor(content)
     if swept is not None:
@@ -143,6 +143,8 @@ def level_of(content: ReportContent, comparison: Comparison) -> str:
         if further is not None:
             other = _only_other(content, further, comparison.group)
             less = "" if other is None else f" less {level_name(factor, other)}"
+            at = None if swept is None else known.get((swept.name, side.removeprefix(f"{swept.name} ")))
+            side = side if swept is None or at is None else level_name(swept, at)
             return f"{level_name(factor, further)}{less}, {side}"
     return comparison.level
 

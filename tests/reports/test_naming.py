@@ -55,6 +55,8 @@ def test_a_level_of_a_further_factor_carries_its_physical_value(content, headlin
     says(plain(level_of(content, between)), "1091 N/m", "less k =", "835 N/m")
     reverse = dataclasses.replace(between, level="300, control")
     says(plain(level_of(content, reverse)), "835 N/m", "less k =", "1091 N/m")
+    one = dataclasses.replace(between, level="400, b_ad_gain 50")
+    says(plain(level_of(content, one)), "1091 N/m", "less k =", "835 N/m, d = 186 kg/s")
     one_level = tuple(c for c in content.conditions if c.levels[1].label == "400")
     says(plain(level_of(dataclasses.replace(content, conditions=one_level), between)), "1091 N/m", "treated")
 

@@ -96,13 +96,15 @@ def pairs_across(conditions: Sequence[ConditionValues], swept: str) -> list[Pair
 
 
 def pairs_between(conditions: Sequence[ConditionValues], swept: str) -> list[Pair]:
-    """Pair the levels of a further factor with its first level, for the control and for all treated together."""
+    """Pair the levels of a further factor with its first level: for all treated together, the control, each treated."""
     found = []
     for factor in other_factors(conditions, swept):
         kept = [name for name in other_factors(conditions, swept) if name != factor]
         for group, items in by_levels(conditions, kept):
             levels = list(dict.fromkeys(item.levels[factor] for item in items))
-            for name, side in zip(("treated", "control"), treated_and_control(items), strict=True):
+            treated, control = treated_and_control(items)
+            sides = {"treated": treated, "control": control} | _by_level(treated, swept)
+            for name, side in sides.items():
                 of_level = {level: [item for item in side if item.levels[factor] == level] for level in levels}
                 for level in levels[1:]:
                     if of_level[levels[0]] and of_level[level]:
@@ -113,6 +115,13 @@ def pairs_between(conditions: Sequence[ConditionValues], swept: str) -> list[Pai
                                  tuple(of_level[level]), against_control=False)
                         )  # fmt: skip
     return found
+
+
+def _by_level(treated: Sequence[ConditionValues], swept: str) -> dict[str, list[ConditionValues]]:
+    """Return the treated conditions of each level of the swept factor, where there are several, by a name for it."""
+    labels = sorted({item.levels[swept] for item in treated}, key=_order)
+    found = {f"{swept} {label}": [item for item in treated if item.levels[swept] == label] for label in labels}
+    return found if len(found) > 1 else {}
 
 
 def other_factors(conditions: Sequence[ConditionValues], swept: str) -> list[str]:

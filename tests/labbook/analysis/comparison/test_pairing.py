@@ -1,0 +1,46 @@
+"""The families of comparisons of the thesis (5.2.1) come of any study with a control."""
+
+from __future__ import annotations
+
+import itertools
+
+from labbook.analysis.comparison.pairing import BETWEEN, pairs_between
+from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues
+from reports.numbers import Number
+
+NONE = Number(0.0, "J")
+GAINS = ("0", "50", "100", "150", "200", "250")
+
+
+def conditions() -> list[ConditionValues]:
+    return [
+        ConditionValues(
+            f"{foot} {stiffness} {gain}",
+            gain == "0",
+            {"foot": foot, "k_gain": stiffness, "b_ad_gain": gain},
+            (),
+            ConditionSummary(NONE, NONE, ()),
+        )
+        for foot, stiffness, gain in itertools.product(("large", "small"), ("300", "400"), GAINS)
+    ]
+
+
+def test_feet_are_compared_at_every_level_of_active_damping_as_well_as_pooled() -> None:
+    found = [pair for pair in pairs_between(conditions(), "b_ad_gain") if pair.family == BETWEEN.format(factor="foot")]
+    sides = [
+        (pair.group["k_gain"], tuple(side.levels["b_ad_gain"] for side in pair.a), tuple(side.key for side in pair.b))
+        for pair in found
+    ]
+    wanted = [GAINS[1:], *((gain,) for gain in GAINS)]
+    assert sides == [
+        (stiffness, gains, tuple(f"small {stiffness} {gain}" for gain in gains))
+        for stiffness in ("300", "400")
+        for gains in wanted
+    ]
+    assert [pair.level for pair in found[:3]] == ["small, treated", "small, control", "small, b_ad_gain 50"]
+
+
+def test_one_treated_level_is_compared_once() -> None:
+    few = [item for item in conditions() if item.levels["b_ad_gain"] in ("0", "50")]
+    found = [pair for pair in pairs_between(few, "b_ad_gain") if pair.family == BETWEEN.format(factor="foot")]
+    assert len(found) == 4  # treated and control, at two stiffnesses
