@@ -355,6 +355,11 @@ def test_sheets_that_are_packed_or_have_titles_are_refused_with_what_to_do(book:
         assert (answer.code, said in answer.out) == (2, True), answer.out
 
 
+def test_nothing_of_sheets_is_compared_with_a_simulation(book: Path) -> None:
+    good(labbook("ingest", "../walks.csv", at=book))
+    refused(labbook("compare", at=book), 2, "field", "of sheets", "labbook study all")
+
+
 def test_what_spreadsheets_write_is_read(book: Path) -> None:
     """A line that names the delimiter, blanks in names, units in other letters, a page of Windows."""
     text = (book.parent / "flasks.csv").read_text(encoding="utf-8").replace("loose", "gesch\u00fcttet")

@@ -16,6 +16,7 @@ from labbook.analysis.prediction.predicting import ALWAYS
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import gather
 from labbook.book.opening import Book
+from reports.wording import list_text
 from simulator.scene import Scene, Value
 
 
@@ -70,7 +71,10 @@ def calibrate_book(
     measured = measured_means(conditions, list(runs), swept_factor(configuration))
     wanted = list(names) or [name for name in FITTED if name in start.read]
     if not wanted:
-        raise UsageError(f"the scene {start.name} reads neither {' nor '.join(FITTED)}: name what to fit with --fit.")
+        raise UsageError(
+            f"the scene {start.name} reads neither {' nor '.join(FITTED)}: name what to fit with --fit, such as what "
+            f"it assumes ({list_text(start.assumed) or 'nothing'})."
+        )
     found = calibrate(scenes, measured, wanted, resamples=resamples, seed=seed, level=level, progress=step)
     cited = (
         f"fitted to {configuration.study.name}: {len(measured)} means of {len(runs)} conditions, configuration "

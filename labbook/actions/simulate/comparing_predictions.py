@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from data_schema.errors import UsageError
 from data_schema.outcomes import Outcome
+from data_schema.queries.runs import has_runs
 from data_schema.vocabulary import Undefined
+from labbook.actions.studies.of_book import studies_of_book
 from labbook.book.opening import Book
 from labbook.book.write_session import now_utc
 from labbook.presenting.report.content import make_report
@@ -39,6 +41,7 @@ _MOST = {
 _TABLES = {
     "hypotheses_in_full": None,
     **{kind.name: title_text(quantity) for kind, quantity in zip(PREDICTED, PredictedQuantity, strict=True)},
+    "prediction_bias": None,
     "limits_of_agreement": None,
     "predicted_inputs": None,
 }
@@ -62,6 +65,13 @@ def compare_predictions(
     Raises `UsageError` where there is nothing to predict or nothing to compare with, and as `shares_of_inputs` does.
     """
     if book.configuration.simulation is None:
+        with book.reading() as connection:
+            studies = [] if has_runs(connection) else studies_of_book(connection, book.configuration)
+        if studies:
+            raise UsageError(
+                f"nothing of this book is simulated: its studies ({list_text(studies)}) are of sheets; "
+                "`labbook study all` shows them."
+            )
         raise UsageError(
             'labbook.toml names no scene to predict with: write scene = "bed" under [simulation], and which factor is '
             "which parameter."
@@ -118,12 +128,18 @@ def _shares_lines(shares: Sequence[Shares]) -> list[str]:
         ]
         for name in dict.fromkeys(one.input for one in shares)
     ]
+    errors = [100.0 * one.total_se for one in shares if not isinstance(one.total_se, Undefined)]
+    drawn = [
+        f"Std. error of an index by its sample: up to {max(errors, default=0.0):.0f} percentage points, half as much "
+        "by four times the sample."
+    ]
     return [
         "Share of a prediction's variance that stays if this input alone is not known (Sobol's total index, %; median",
         "over conditions, and range):",
         "",
         *columns(("input", *map(str, quantities)), rows),
         "",
+        *([*drawn, ""] if errors else []),
     ]
 
 
@@ -174,6 +190,21 @@ def as_data(compared: ComparedPredictions) -> dict[str, Any]:
             }
             for item in about.items
         ],
+        "bias": [
+            {
+                "quantity": str(one.quantity),
+                "unit": group.bias.unit,
+                "group": dict(group.group),
+                "days": group.days,
+                "bias": _number(group.bias),
+                "by_measurement_alone": _number(group.of_measured),
+                "p": _value(group.p.value),
+                "joint_p": _value(one.joint_p.value),
+                "kendall_tau": None if one.tau is None else _value(one.tau.value),
+            }
+            for one in about.judged
+            for group in one.groups
+        ],
         "limits_of_agreement": [
             {
                 "quantity": str(one.quantity),
@@ -193,6 +224,7 @@ def as_data(compared: ComparedPredictions) -> dict[str, Any]:
                 "condition": one.condition,
                 "first_order": _value(one.first_order),
                 "total": _value(one.total),
+                "total_se": _value(one.total_se),
             }
             for one in compared.shares
         ],

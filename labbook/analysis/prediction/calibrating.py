@@ -75,6 +75,12 @@ class Calibrated:
         """Whether the profile has both ends within what a scene can have."""
         return None not in self.profile
 
+    @property
+    def at_bound(self) -> bool:
+        """Whether the value is the least or the largest that a scene can have."""
+        about = all_parameters()[self.name]
+        return any(math.isclose(self.value, bound, rel_tol=1e-6) for bound in (about.low, about.high))
+
 
 @dataclass(frozen=True, slots=True)
 class HeldOut:

@@ -26,18 +26,22 @@ from reports.predicted import PredictedQuantity
 from simulator.scene_file import parse_scene
 
 Floats = NDArray[np.float64]
-_FEWEST = 32
+_FEWEST, _RESAMPLES = 32, 200
 
 
 @dataclass(frozen=True, slots=True)
 class Shares:
-    """The indices of one input in one quantity of one condition: Undefined where the robot does not always jump."""
+    """The indices of one input in one quantity of one condition: Undefined where the robot does not always jump.
+
+    `total_se` is the total index's standard error by the sample (bootstrap).
+    """
 
     input: str
     quantity: PredictedQuantity
     condition: str
     first_order: float | Undefined
     total: float | Undefined
+    total_se: float | Undefined
 
 
 def shares_of_inputs(
@@ -81,6 +85,7 @@ def shares_of_inputs(
     spread = [stats.uniform(1.0 - parts[name], 2.0 * parts[name]) for name in names]
     with np.errstate(invalid="ignore", divide="ignore"):
         found = stats.sobol_indices(func=outputs, n=size, dists=spread, rng=np.random.default_rng(seed))
+        errors = found.bootstrap(n_resamples=_RESAMPLES).total_order.standard_error
     about = [
         *((PredictedQuantity.JOULES, key) for key in keys),
         *((PredictedQuantity.APEX, key) for key in keys),
@@ -93,6 +98,7 @@ def shares_of_inputs(
             key,
             _known(found.first_order[row, column]),
             _known(found.total_order[row, column]),
+            _known(errors[row, column]),
         )
         for (row, (quantity, key)), column in itertools.product(enumerate(about), range(len(names)))
     ]

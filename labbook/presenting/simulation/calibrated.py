@@ -37,7 +37,13 @@ def sentences(found: Calibration) -> list[str]:
         )
     unknown = [one.name for one in found.parameters if not one.identified]
     if unknown:
-        said.append(f"These data do not identify {list_text(unknown)}: fix what you know better, or fit fewer.")
+        number = f" (condition number {found.condition:.2g})" if math.isfinite(found.condition) else ""
+        said.append(f"These data do not identify {list_text(unknown)}{number}: fix what you know better, or fit fewer.")
+    said += [
+        f"{one.name} is at {one.value:.5g}, a bound of what a scene can have: its interval ends there, too."
+        for one in found.parameters
+        if one.at_bound
+    ]
     said += [
         f"Held out group by group, {one.within} of {one.of} means of {one.outcome} lie within their "
         f"{level_text_of(found.level)} intervals (root mean square "
@@ -95,6 +101,7 @@ def as_data(found: Calibration) -> dict[str, Any]:
                 **asdict(one),
                 "se": None if isinstance(one.se, Undefined) else one.se,
                 "identified": one.identified,
+                "at_bound": one.at_bound,
             }
             for one in found.parameters
         ],

@@ -13,7 +13,8 @@ from benchmarks.validation_calibration import TRUE, conditions, measured
 from benchmarks.validation_document import STUDIES, covered, outside
 from data_schema.errors import InputRefused, UsageError
 from data_schema.outcomes import Outcome
-from labbook.analysis.prediction.calibrating import Calibration, calibrate
+from labbook.analysis.prediction.calibrating import Calibration, Measured, calibrate
+from labbook.presenting.simulation.calibrated import sentences
 from simulator.scene_file import load_scene
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.books import SmallBook, small_book
@@ -105,6 +106,17 @@ def test_three_that_count_by_two_products_are_none_of_them_identified() -> None:
 def test_what_cannot_be_fitted_is_refused(names: list[str], facts: tuple[str, ...]) -> None:
     with refuses(UsageError, *facts):
         calibrated(names)
+
+
+def test_a_value_at_the_bound_of_what_a_scene_can_have_is_named() -> None:
+    shallow = [replace(one, values=tuple(1.2 * value for value in one.values)) for one in measured_apexes()]
+    found = calibrate(SCENES, shallow, ["phi"], resamples=0)
+    assert found.parameters[0].at_bound
+    says(" ".join(sentences(found)), "phi is at", "bound")
+
+
+def measured_apexes() -> list[Measured]:
+    return [one for one in measured(np.random.default_rng(7)) if one.outcome is Outcome.APEX]
 
 
 def test_one_run_a_condition_tells_no_scatter() -> None:

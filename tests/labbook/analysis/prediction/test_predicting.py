@@ -329,6 +329,11 @@ def test_compare_prints_the_tables_and_says_whether_all_is_met(reported: Reporte
         assert not item["imprecise"]
         assert 0.0 < item["numerical_error"] < item["predicted"]["se"]
         assert item["difference"] == item["predicted"]["value"] - item["measured"]["value"]
+    assert {one["quantity"] for one in found["bias"]} == {"joules a jump", "apex height"}
+    for one in found["bias"]:
+        differences = [item["difference"] for item in found["predictions"] if item["quantity"] == one["quantity"]]
+        assert min(differences) <= one["bias"]["value"] <= max(differences)
+        assert one["bias"]["ci_low"] < one["bias"]["value"] < one["by_measurement_alone"]["ci_high"]
     answer = labbook("compare", "--check", at=reported.book.folder)
     assert (answer.code, answer.err) == (1, "")
     assert answer.out == good(labbook("compare", at=reported.book.folder)).out

@@ -73,6 +73,7 @@ def test_they_are_those_of_integrals(book: SmallBook, shares: list[dict[str, Any
     assert {one["input"] for one in controls} == set(VARIED)
     for one in controls:
         assert (one["first_order"], one["total"]) == pytest.approx(expected[one["input"]], abs=0.06)
+        assert abs(one["total"] - expected[one["input"]][1]) < 4.0 * one["total_se"] < 0.4
 
 
 def test_each_quantity_has_them_and_a_first_share_is_no_more_than_the_whole(shares: list[dict[str, Any]]) -> None:
