@@ -110,6 +110,7 @@ def force_plate_shown(
 ) -> ShownStudy:
     """Show the book's joules by plate and leg beside the battery's."""
     from labbook.actions.studies.force_plate import force_plate_of
+    from labbook.analysis.studies.force_plate import FIRST_HOPS, SHOWN_HOPS
     from labbook.presenting.studies.force_plate import HEAD, as_data, drawn, rows, sentences
     from reports.figures.force_plate import draw_force_plate
 
@@ -121,8 +122,10 @@ def force_plate_shown(
         as_data(study),
         sentences(study),
         lambda: draw_force_plate(*drawn(study)),
-        "Force and leg length of one hop on one clock; joules estimated over measured, hops and line; the moving "
-        "average's window, its corner, and the slope over it.",
+        f"Force and leg length of up to {SHOWN_HOPS} hops of one run a condition, on one clock, since touchdown (bold "
+        f"line); the first {FIRST_HOPS} (dashed, hollow) start from the hand, and lower. Joules of each hop and means "
+        "of runs, over the measured ones; the line goes through the origin. What the next wider moving average changes "
+        "of the force in stance, relative to the narrowest; the window used; the slope by window.",
         found.sources,
         HEAD,
         rows(study),

@@ -1,25 +1,37 @@
-"""The page of a study: its verdict, its figure, its table, and which bytes it comes from, on one sheet."""
+"""The page of a study: its verdict, its figure, its table, and which bytes it comes from, on one sheet.
+
+A long table and a long list of files stand behind it.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import importlib.metadata
 import io
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from matplotlib.figure import Figure
 
+from reports.display import MINUS
 from reports.figures.style import publication_style
 from reports.page.sections import Bullets, Paragraph
 from reports.page.writing import environment, inline_svg
 from reports.tables.table import Column, Row, Table, words
+
+MOST_ROWS, MOST_FILES = 15, 8
+"""A longer table, and a longer list of files, stand behind page one, which is one sheet."""
+_FILE = "File"
+_MINUS = re.compile(r"(?<![\w.)+-])-(?=\.?\d)")
 
 
 @dataclass(frozen=True, slots=True)
 class StudyPage:
     """What a page shows: `said` with the answer first, a figure with its caption, a table that may have no rows.
 
-    `sources` are the inputs by name: files with their hashes, a book with its configuration.
+    `sources` are the inputs by name: files with their hashes ("File", "NAME, SHA-256 HASH"), a book with its
+    configuration, its name ("Study") and the runs that were selected ("Runs"). `made_at` is a UTC time stamp.
     """
 
     title: str
@@ -34,17 +46,62 @@ class StudyPage:
 
 def study_page(page: StudyPage) -> str:
     """Return the page's HTML, which asks nothing of the network."""
-    answer, *others = page.said
+    answer, *others = map(_typeset, page.said)
     parts: list[dict[str, object]] = [{"kind": "Paragraph", "part": Paragraph(answer, lead=True)}]
+    behind: list[dict[str, object]] = []
     if others:
         parts.append({"kind": "Bullets", "part": Bullets(tuple(map(Paragraph, others)))})
     drawing = inline_svg(_svg(page.draw), "study", page.title, page.caption)
-    parts.append({"kind": "FigureHere", "number": 1, "name": "study", "caption": page.caption, "drawing": drawing})
+    caption = _typeset(page.caption)
+    parts.append({"kind": "FigureHere", "number": 1, "name": "study", "caption": caption, "drawing": drawing})
     if page.rows:
-        parts.append({"kind": "TableHere", "number": 1, "table": _table(page)})
-    facts = [*page.sources, ("Software", f"labbook {importlib.metadata.version('robot-labbook')}")]
-    template = environment().get_template("study.html.j2")
-    return template.render(title=page.title, made_at=page.made_at, parts=parts, facts=facts, known_ids=set())
+        place = parts if len(page.rows) <= MOST_ROWS else behind
+        place.append({"kind": "TableHere", "number": 1, "table": _table(page)})
+    facts, files = _facts(page.sources)
+    return (
+        environment()
+        .get_template("study.html.j2")
+        .render(
+            title=page.title,
+            summary=_summary(page),
+            parts=parts,
+            behind=behind,
+            facts=[*facts, ("Software", f"labbook {importlib.metadata.version('robot-labbook')}")],
+            files=files,
+            known_ids=set(),
+        )
+    )
+
+
+def _typeset(text: str) -> str:
+    """Set true minus signs; hyphens of dates and names stay."""
+    return _MINUS.sub(MINUS, text)
+
+
+def _summary(page: StudyPage) -> str:
+    """Return the line under the title: which study and runs, and of when the page is."""
+    of = dict(page.sources)
+    runs = of.get("Runs")
+    about = [text for text in (of.get("Study"), "all runs" if runs == "all" else runs) if text]
+    date, _t, clock = page.made_at.partition("T")
+    made = f"{'page' if about else 'Page'} of {date}, {clock[:5]} UTC"
+    return f"{'; '.join([*about, made])}."
+
+
+def _facts(sources: Sequence[tuple[str, str]]) -> tuple[list[tuple[str, str]], str]:
+    """Return what page one says of the sources, and the list of their files where it is long.
+
+    The list is as `sha256sum -c` reads it, and page one has its hash.
+    """
+    facts = [(name, text) for name, text in sources if name not in (_FILE, "Study", "Runs")]
+    files = [text for name, text in sources if name == _FILE]
+    if len(files) <= MOST_FILES:
+        return facts + [(_FILE, text) for text in files], ""
+    pairs = (text.rpartition(", SHA-256 ") for text in files)
+    listed = "".join(f"{sha256}  {name}\n" for name, _word, sha256 in pairs)
+    digest = hashlib.sha256(listed.encode("utf-8")).hexdigest()
+    first = files[0].partition(", SHA-256 ")[0]
+    return [*facts, ("Files", f"{first} and {len(files) - 1} more, SHA-256 of their list {digest}")], listed
 
 
 def _svg(draw: Callable[[], Figure]) -> bytes:
@@ -56,6 +113,5 @@ def _svg(draw: Callable[[], Figure]) -> bytes:
 
 def _table(page: StudyPage) -> Table:
     columns = tuple(Column(head, (head,), numeric=place > 0) for place, head in enumerate(page.head))
-    return Table(
-        "study", "What was measured and found", columns, tuple(Row(tuple(map(words, row))) for row in page.rows)
-    )
+    rows = tuple(Row(tuple(words(_typeset(cell)) for cell in row)) for row in page.rows)
+    return Table("study", "What was measured and found", columns, rows)

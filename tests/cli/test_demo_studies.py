@@ -14,6 +14,7 @@ import pytest
 
 from labbook.demo.studies.registry import STUDIES
 from tests.cli.shell import good, labbook, refused
+from tests.helpers.study_pages import prints_page_one_on_a_sheet
 
 
 def made(tmp_path: Path, study: str) -> tuple[dict[str, float], Any]:
@@ -55,6 +56,7 @@ def test_a_study_s_page_has_its_answer_figure_and_the_hash_of_its_sheet(tmp_path
     assert hashlib.sha256(sheet.read_bytes()).hexdigest() in text
     assert "http" not in re.sub(r'xmlns(:\w+)?="[^"]*"', "", text)
     refused(labbook(*shlex.split(command)[1:], "--page", "page.pdf", at=tmp_path), 2, "--page", ".html")
+    prints_page_one_on_a_sheet(page)
 
 
 def test_the_same_seed_makes_the_same_files(tmp_path: Path) -> None:

@@ -23,7 +23,7 @@ from labbook.presenting.studies.force_plate import as_data, drawn
 from reports.figures.force_plate import draw_force_plate
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.once import made_once
-from tests.helpers.study_pages import DOCS
+from tests.helpers.study_pages import DOCS, prints_page_one_on_a_sheet
 from tests.helpers.tomls import without
 
 DAYS, HOPS = 2, 24
@@ -128,11 +128,27 @@ def test_without_impacts_and_smoothing_the_whole_chain_gives_the_motors_joules(m
 
 
 def test_its_figure_fits_a_column_too() -> None:
-    study = compare_joules([in_memory(run, 40.0) for run in plate_campaign(6, days=1, hops=16) if run.gain])
+    runs = [in_memory(run, 40.0) for run in plate_campaign(6, days=1, hops=16) if run.gain]
+    study = compare_joules([replace(run, title=f"extension {run.condition[-3:]}") for run in runs])
     figure = draw_force_plate(*drawn(study), width_in=3.4)
     labels = " ".join(axes.get_xlabel() + axes.get_ylabel() for axes in figure.axes)
     for said in ("Force on the plate (N)", "Leg length (cm)", "Measured joules", "Estimated joules", "Window", "Slope"):
         assert said in labels
+    shown = [text.get_text() for text in (*figure.legends[0].get_texts(), *figure.axes[3].texts)]
+    assert [text for text in shown if "extension" in text] == [
+        f"extension {gain}" for gain in sorted(force_plate.GAINS)
+    ]
+    assert {"the first hops of a run", f"corner: {study.window} samples"} <= set(shown)
+    assert all(2 <= one.first <= 3 for one in study.runs)  # a packet may be missing
+
+
+def test_page_one_of_its_page_is_a_sheet(book: Path, tmp_path: Path) -> None:
+    page = tmp_path / "plate.html"
+    good(labbook("study", "force-plate", "--page", str(page), at=book))
+    text = page.read_text(encoding="utf-8")
+    assert not re.findall(r">\s*-\d", text)
+    assert "all runs; page of 20" in text
+    prints_page_one_on_a_sheet(page)
 
 
 def test_a_log_of_another_run_cannot_be_aligned() -> None:

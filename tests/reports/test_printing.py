@@ -1,13 +1,18 @@
 """Page one alone, and both pages as PDF: one sheet of A4, and a sentence where no browser is."""
 
+import hashlib
+import html
 import re
 
 import pytest
 
+from reports.figures.style import TWO_COLUMNS_IN, new_figure
 from reports.page import printing
 from reports.page.printing import NO_BROWSER, browser, print_pdf
+from reports.page.study import StudyPage, study_page
 from reports.page.writing import report_files, write_report
 from tests.helpers.pages import quick_page
+from tests.helpers.study_pages import prints_page_one_on_a_sheet
 from tests.helpers.wording import says
 
 needs_browser = pytest.mark.skipif(browser() is None, reason="Chromium is not installed: nothing is printed")
@@ -54,3 +59,32 @@ def test_a_browser_that_prints_nothing_is_told_of(content, tmp_path, monkeypatch
     page = tmp_path / "page.html"
     page.write_text(quick_page(content), encoding="utf-8")
     says(print_pdf(page, tmp_path / "page.pdf"), "did not print", "1")
+
+
+def test_a_study_s_long_table_and_list_of_files_stand_behind_page_one(tmp_path):
+    logs = [(f"log_{place}.csv", hashlib.sha256(bytes([place])).hexdigest()) for place in range(60)]
+    made = StudyPage(
+        title="What came of it",
+        said=["The slope is -0.5 (2026-11-02, k-3)."],
+        draw=lambda: new_figure(TWO_COLUMNS_IN, 3.0),
+        caption="Nothing.",
+        head=("run", "offset s"),
+        rows=[(f"r{place:03d}", "-0.1") for place in range(60)],
+        sources=[
+            ("Study", "legs"),
+            ("Runs", "all"),
+            *(("File", f"{name}, SHA-256 {sha256}") for name, sha256 in logs),
+        ],
+        made_at="2026-11-26T16:44:46Z",
+    )
+    text = study_page(made)
+    first, behind = text.split('<section class="behind">')
+    listed = "".join(f"{sha256}  {name}\n" for name, sha256 in logs)
+    assert html.unescape(re.findall(r"<pre>(.*?)</pre>", behind, re.DOTALL)[0]) == listed
+    assert f"log_0.csv and 59 more, SHA-256 of their list {hashlib.sha256(listed.encode()).hexdigest()}" in first
+    assert "legs; all runs; page of 2026-11-26, 16:44 UTC." in first
+    assert "The slope is \u22120.5 (2026-11-02, k-3)." in first
+    assert behind.count("\u22120.1") == 60
+    page = tmp_path / "page.html"
+    page.write_text(text, encoding="utf-8")
+    prints_page_one_on_a_sheet(page)

@@ -34,7 +34,8 @@ from stats.lines.through_origin import SlopeThroughOrigin, slope_through_origin
 Floats = NDArray[np.float64]
 WINDOWS = tuple(range(1, 53, 2))
 """Samples of the moving averages that are tried, up to 51 ms at 1 kHz; odd, so that none shifts the force in time."""
-SHOWN_HOPS = 20
+SHOWN_HOPS, FIRST_HOPS = 20, 3
+"""Hops whose traces are drawn, and of a run those in which a robot that is let go from the hand comes to its height."""
 TOUCHDOWN_S = 0.0005
 """Plate and leg may see the same touchdown so far apart, always to the same side: it is in no scatter."""
 
@@ -45,7 +46,8 @@ class PlateRun:
 
     `plate_time_s` and `force_n` (upward positive, NaN where samples are missing) have shape (n,), `leg_time_s` and
     `length_m` (m,), by either instrument's clock. `shared` is the error of the joules that other runs have too, `hops`
-    how many the battery gave, and the foot of `foot_mass_kg` is what the plate carries beside the leg's force.
+    how many the battery gave, and the foot of `foot_mass_kg` is what the plate carries beside the leg's force. `title`
+    is the condition in words, as a person calls its factors.
     """
 
     name: str
@@ -60,13 +62,15 @@ class PlateRun:
     force_n: Floats
     leg_time_s: Floats
     length_m: Floats
+    title: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class RunEstimate:
     """A run's joules a hop, estimated and measured.
 
-    `hops_j` are those of each stance that both records hold whole; of `hops_made` the plate saw `stances`.
+    `hops_j` are those of each stance that both records hold whole, the foremost `first` of them of the run's first
+    hops (`FIRST_HOPS`); of `hops_made` the plate saw `stances`.
     """
 
     name: str
@@ -74,6 +78,7 @@ class RunEstimate:
     condition: str
     measured_j: float
     hops_j: tuple[float, ...]
+    first: int
     hops_made: int
     stances: int
     clocks: Clocks
@@ -107,9 +112,13 @@ def odd_runs(runs: Sequence[RunEstimate]) -> list[RunEstimate]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HopTraces:
-    """Smoothed force and leg length of one run's hops over the time since touchdown; missing where a hop has ended."""
+    """Smoothed force and leg length of one run's hops over the time since touchdown; missing where a hop has ended.
+
+    The foremost `first` are of the run's first hops.
+    """
 
     condition: str
+    first: int
     time_s: Floats
     force_n: Floats
     length_m: Floats
@@ -122,7 +131,7 @@ class ForcePlateStudy:
     `window` is in samples of `sample_s`, `by_corner` whether the rule chose it. By window of `windows`, `differences`
     (N, all but the first) are the sums of absolute differences from the force smoothed with the window before, and
     `slopes` what the slope would be; `slope_without_foot` is the slope where the foot's weight is taken off the force.
-    `ratios` are estimated over measured joules by condition.
+    `ratios` are estimated over measured joules by condition, `titles` the conditions in words.
     """
 
     runs: tuple[RunEstimate, ...]
@@ -130,6 +139,7 @@ class ForcePlateStudy:
     slope_without_foot: float
     rmse: RmseOverIqr
     ratios: Mapping[str, float]
+    titles: Mapping[str, str]
     window: int
     by_corner: bool
     sample_s: float
@@ -188,6 +198,7 @@ def compare_joules(
                 run.condition,
                 run.measured_j,
                 tuple(hops.tolist()),
+                one.first,
                 run.hops,
                 one.stances,
                 one.clocks,
@@ -198,6 +209,7 @@ def compare_joules(
         slope_without_foot=slope([one.joules(one.force_n(chosen) - one.foot_weight_n) for one in stances]).slope,
         rmse=rmse_over_iqr(every, expected),
         ratios={condition: _ratio(condition, runs, at_window) for condition in conditions},
+        titles={run.condition: run.title or run.condition for run in runs},
         window=chosen,
         by_corner=window is None,
         sample_s=steps_s[0],
@@ -226,7 +238,8 @@ class _Stances:
     """The stances of a run that both records hold whole, one after another.
 
     `above_n` is the plate's force above its zero in all samples; `at` are those in stance, in which the leg has the
-    levers and speeds, and which count for `weights_s` in an integral; each stance begins at one of `begins`.
+    levers and speeds, and which count for `weights_s` in an integral; each stance begins at one of `begins`. Of all
+    `stances` on the plate, so many of the first `FIRST_HOPS` are among these as `first` says.
     """
 
     run: PlateRun
@@ -239,6 +252,7 @@ class _Stances:
     speed_m_s: Floats
     weights_s: Floats
     stances: int
+    first: int
 
     @property
     def foot_weight_n(self) -> float:
@@ -266,7 +280,7 @@ class _Stances:
             force[row, : part.stop - part.start] = force_n[part]
             length[row, : part.stop - part.start] = self.length_m[part]
         step_s = float(np.median(np.diff(self.run.plate_time_s)))
-        return HopTraces(self.run.condition, np.arange(longest) * step_s, force, length)
+        return HopTraces(self.run.condition, self.first, np.arange(longest) * step_s, force, length)
 
 
 def _stances(run: PlateRun, level: float) -> _Stances:
@@ -300,6 +314,7 @@ def _stances(run: PlateRun, level: float) -> _Stances:
         speed_m_s=speed_m_s[at],
         weights_s=weights_s,
         stances=len(contacts),
+        first=sum(one is not None for one in whole[:FIRST_HOPS]),
     )
 
 

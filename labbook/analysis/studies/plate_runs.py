@@ -146,6 +146,7 @@ def _plate_run(
         name=run.name,
         day=run.day,
         condition=", ".join(f"{factor} {label}" for factor, label in run.levels.items()),
+        title=", ".join(_level_words(data.configuration, factor, label) for factor, label in run.levels.items()),
         measured_j=measured_j,
         shared=energy.shared_error,
         hops=run.jumps_made,
@@ -156,6 +157,11 @@ def _plate_run(
         leg_time_s=samples["time"][known],
         length_m=samples[LEG_LENGTH][known],
     )
+
+
+def _level_words(configuration: Configuration, factor: str, label: str) -> str:
+    about = configuration.factors[factor]
+    return f"{about.title or factor} {label}{f' {about.unit}' if about.unit else ''}"
 
 
 def _drive(settings: SimulationSettings | None, robot: RobotSettings) -> Drive:

@@ -8,7 +8,7 @@ import numpy as np
 
 from data_schema.rounding import error_of, interval_text, number_text
 from data_schema.vocabulary import Undefined
-from labbook.analysis.studies.force_plate import TOUCHDOWN_S, ForcePlateStudy, RunEstimate, odd_runs
+from labbook.analysis.studies.force_plate import ForcePlateStudy, RunEstimate, odd_runs
 from reports.figures.force_plate import HopsOfCondition, WindowChoice
 from stats.results import counted
 
@@ -93,8 +93,7 @@ def _clocks_text(study: ForcePlateStudy) -> str:
     spreads = [1e3 * one.clocks.residual_sd_s for one in study.runs]
     return (
         f"The log's clock drifts by {min(drifts):.0f} to {max(drifts):.0f} ppm against the plate's; touchdowns lie "
-        f"{max(spreads):.2g} ms or less from one line (standard deviation, by run). The offsets' intervals have "
-        f"{1e3 * TOUCHDOWN_S:g} ms more on either side, as plate and leg see a touchdown up to so far apart."
+        f"{max(spreads):.2g} ms or less from one line (standard deviation, by run)."
     )
 
 
@@ -175,15 +174,20 @@ def drawn(study: ForcePlateStudy) -> tuple[list[HopsOfCondition], float, str, Wi
     """Return what the figure shows."""
     hops = [
         HopsOfCondition(
-            label=traces.condition,
+            label=study.titles[traces.condition],
+            first=traces.first,
             time_s=traces.time_s.tolist(),
             force_n=traces.force_n.tolist(),
             length_m=traces.length_m.tolist(),
             measured_j=[one.measured_j for one in study.runs if one.condition == traces.condition],
-            estimated_j=[one.hops_j for one in study.runs if one.condition == traces.condition],
+            hops_j=[
+                (one.hops_j[: one.first], one.hops_j[one.first :])
+                for one in study.runs
+                if one.condition == traces.condition
+            ],
         )
         for traces in study.traces
     ]
     relative = (np.array(study.differences) / study.differences[0]).tolist()
-    choice = WindowChoice(study.windows[1:], relative, study.slopes[1:], study.window)
+    choice = WindowChoice(study.windows[1:], relative, study.slopes[1:], study.window, study.by_corner)
     return hops, study.slope.slope, f"slope {_slope_text(study)}", choice
