@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy.optimize
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
@@ -207,29 +208,63 @@ class GainLine(Result):
     offset_ci: tuple[float, float] | Undefined
     """Student's interval of the offset."""
     fit: LinearFit
-    """All that least squares says of the line."""
+    """All that least squares says of the line; with weights, of coefficients over their standard deviations."""
+    gains: tuple[float, float]
+    """Least and largest gain."""
+    scatter_sd: float = 0.0
+    """Standard deviation about the line beside the standard errors given, in N/m (or kg/s); 0 without them."""
 
     def at(self, gain: float, level: float = 0.95) -> Response:
         """Return the physical coefficient that a gain stands for, with the line's uncertainty there."""
-        return self.fit.at({"gain": gain}, level)
+        if self.fit.intercept:
+            return self.fit.at({"gain": gain}, level)
+        extrapolated = not self.gains[0] <= gain <= self.gains[1]
+        return replace(self.fit.at({"offset": 1.0, "gain": gain}, level), extrapolated=extrapolated)
 
     def sentence(self, what: str = "the coefficient", unit: str = "") -> str:
         """Return the line in words: both coefficients with intervals and p, R squared, residual SD, n."""
-        return self.fit.sentence(what, unit)
+        if self.fit.intercept:
+            return self.fit.sentence(what, unit)
+        return self.fit.sentence(f"{what} over its standard deviation")
 
 
 def fit_gain_line(
-    gain: ArrayLike, coefficient: ArrayLike, *, level: float = 0.95, missing: Missing = "refuse"
+    gain: ArrayLike,
+    coefficient: ArrayLike,
+    *,
+    standard_error: ArrayLike | None = None,
+    level: float = 0.95,
+    missing: Missing = "refuse",
 ) -> GainLine:
     """Fit physical stiffness (N/m) or damping (kg/s) of several conditions over their gains, both of shape (n,).
 
+    With standard errors, shape (n,), in the coefficients' unit, conditions weigh by the inverse of their variance: that
+    of their error, and where they scatter more than their errors, a variance common to all, with which their squares
+    about the line are as many as its degrees of freedom (Paule and Mandel 1982). Intervals are Student's, of the
+    scatter about the line (Knapp and Hartung 2003).
     Raises `InputRefused` for fewer than 3 conditions, a single gain, lengths that differ, infinite values, for NaN
-    unless `missing` is "drop" (which leaves out conditions), and where an uncertainty is beyond the doubles.
+    unless `missing` is "drop" (which leaves out conditions), for a standard error that is not above 0, and where an
+    uncertainty is beyond the doubles.
     """
-    (gain, coefficient), left_out = complete_rows([gain, coefficient], missing)
+    given = [gain, coefficient] if standard_error is None else [gain, coefficient, standard_error]
+    (gain, coefficient, *errors), left_out = complete_rows(given, missing)
     if np.shape(gain) == np.shape(coefficient):
         refuse_few(np.size(gain), "conditions", left_out)
-    fit = fit_linear(coefficient, {"gain": gain}, level=level)
+    scatter_sd = 0.0
+    if errors:
+        gains, values = as_values("the gains", gain), as_values("the coefficients", coefficient)
+        error = as_values("the standard errors", errors[0])
+        if not gains.size == values.size == error.size or (error <= 0.0).any():
+            raise InputRefused(
+                f"there are {gains.size} gains, {values.size} coefficients and {error.size} standard errors: give one "
+                "of each a condition, standard errors above 0."
+            )
+        scatter_sd = _scatter_sd(gains, values, error)
+        weights = 1.0 / np.hypot(error, scatter_sd)
+        columns = {"offset": weights, "gain": gains * weights}
+        fit = fit_linear(values * weights, columns, intercept=False, level=level)
+    else:
+        fit = fit_linear(coefficient, {"gain": gain}, level=level)
     (offset_se, slope_se), _sd = fit.spread("the line")
     offset_ci, slope_ci = fit.intervals()
     offset, slope = fit.coefficients
@@ -241,4 +276,20 @@ def fit_gain_line(
         offset_se=offset_se,
         offset_ci=offset_ci,
         fit=replace(fit, missing=left_out),
+        gains=(float(np.min(gain)), float(np.max(gain))),
+        scatter_sd=scatter_sd,
     )
+
+
+def _scatter_sd(gains: Floats, values: Floats, errors: Floats) -> float:
+    """Return the standard deviation with which the weighted squares about the line are its degrees of freedom."""
+
+    def excess(sd: float) -> float:
+        weights = 1.0 / np.hypot(errors, sd)
+        columns = np.stack([weights, gains * weights], axis=1)
+        solution, *_ = np.linalg.lstsq(columns, values * weights, rcond=None)
+        return float(np.sum((values * weights - columns @ solution) ** 2)) - (gains.size - 2)
+
+    if excess(0.0) <= 0.0:
+        return 0.0
+    return float(scipy.optimize.brentq(excess, 0.0, float(np.ptp(values)) * gains.size))

@@ -144,6 +144,54 @@ def test_gains_come_out_of_simulated_characterisation():
     assert line.offset == pytest.approx(67.36, rel=0.05)
 
 
+ERRORS = np.array([0.2, 0.5, 1.0, 2.0, 3.0])
+
+
+def test_conditions_weigh_by_their_errors():
+    """Where they scatter by less than their errors, the line is that of exact arithmetic on weighted rows."""
+    values = 67.36 + 2.56 * GAINS + ERRORS * np.array([0.5, -0.4, 0.6, -0.3, 0.2])
+    truth = exact_fit(values / ERRORS, [1.0 / ERRORS, GAINS / ERRORS], intercept=False)
+    found = fit_gain_line(GAINS, values, standard_error=ERRORS)
+    assert found.scatter_sd == 0.0
+    for value, se, true, variance in zip(
+        (found.offset, found.slope), (found.offset_se, found.slope_se), truth.coefficients, truth.variances, strict=True
+    ):
+        assert relative_error(value, true) < 1e-12
+        assert relative_error(se, root(variance)) < 1e-12
+    assert found.at(150.0).value == pytest.approx(found.offset + 150.0 * found.slope, rel=1e-12)
+    assert [found.at(gain).extrapolated for gain in (49.0, 50.0, 250.0, 251.0)] == [True, False, False, True]
+    says(found.sentence("the stiffness"), "over its standard deviation", "gain 2.5")
+
+
+def test_conditions_that_scatter_more_than_their_errors_weigh_nearly_alike():
+    """The scatter is such that the weighted squares about the line are its degrees of freedom (Paule and Mandel)."""
+    values = 67.36 + 2.56 * GAINS + np.array([20.0, -30.0, 10.0, -25.0, 15.0])
+    found, plain = fit_gain_line(GAINS, values, standard_error=ERRORS), fit_gain_line(GAINS, values)
+    left = (values - found.offset - found.slope * GAINS) / np.hypot(ERRORS, found.scatter_sd)
+    assert left @ left == pytest.approx(found.fit.df, rel=1e-9)
+    assert found.slope == pytest.approx(plain.slope, rel=1e-3)
+    assert found.slope_se == pytest.approx(plain.slope_se, rel=0.02)
+
+
+@pytest.mark.parametrize("scatter", [0.0, 10.0])
+def test_intervals_of_weighted_lines_cover_what_was_put_in(scatter):
+    """Without weights the offset's covered .99 of lines through points whose errors differ."""
+    rng, covered = np.random.default_rng(11), np.zeros(2)
+    for _ in range(600):
+        values = 67.36 + 2.56 * GAINS + rng.normal(0.0, ERRORS) + rng.normal(0.0, scatter, GAINS.size)
+        found = fit_gain_line(GAINS, values, standard_error=ERRORS)
+        for place, (interval, true) in enumerate(((found.offset_ci, 67.36), (found.slope_ci, 2.56))):
+            covered[place] += interval[0] <= true <= interval[1]
+    assert np.all(np.abs(covered / 600 - 0.95) < 3.29 * (0.95 * 0.05 / 600) ** 0.5)
+
+
+def test_errors_that_weigh_nothing_are_refused():
+    with refuses(InputRefused, "standard errors", "above 0"):
+        fit_gain_line(GAINS, GAINS, standard_error=np.zeros(5))
+    with refuses(InputRefused, "5 gains", "4 standard errors"):
+        fit_gain_line(GAINS, GAINS, standard_error=np.ones(4))
+
+
 def test_planes_and_lines_without_a_rest_have_no_intervals():
     line = fit_gain_line([1.0, 2.0, 3.0], [1.0, 2.0, 3.0])
     assert (line.slope, line.slope_se) == (1.0, 0.0)
