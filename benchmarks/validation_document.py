@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import scipy.stats
 
+from benchmarks import validation_sheets as sheets
 from benchmarks.document import table_text
 from benchmarks.section import Table
 from benchmarks.validation_calibration import from_means
@@ -25,12 +26,8 @@ from benchmarks.validation_calibration import intervals as calibration_intervals
 from benchmarks.validation_calibration import truths as calibration_truths
 from benchmarks.validation_emulator import emulator_book, from_charges, intervals, true_changes
 from data_schema.vocabulary import Undefined
-from labbook.actions.studies.compaction import compaction_of
-from labbook.actions.studies.field import field_study_of
 from labbook.actions.studies.force_plate import force_plate_of
 from labbook.analysis.outcomes.energy import joules_per_mah
-from labbook.analysis.studies.characterisation import Oscillation, characterisation
-from labbook.analysis.studies.field import geometric
 from labbook.analysis.studies.force_plate import ForcePlateStudy, PlateRun, compare_joules
 from labbook.demo.studies.force_plate import (
     DAYS,
@@ -43,19 +40,6 @@ from labbook.demo.studies.force_plate import (
     plate_campaign,
 )
 from labbook.demo.studies.force_plate_files import make_plate_book
-from labbook.demo.studies.sheets import (
-    COMPACTED,
-    DAMPING,
-    GAINS,
-    GRAIN_MM,
-    LOOSE,
-    STIFFNESS,
-    THIN,
-    WIDE,
-    flasks,
-    oscillations,
-    walks,
-)
 from simulator.motor_power import MOTOR_PARAMETERS, Drive
 from simulator.scene_file import load_scene
 from stats.compare.shared_error import SharedError
@@ -78,15 +62,6 @@ class ClosedLoop:
     intervals: Callable[[Any], Intervals]
     truths: Mapping[str, float] | Callable[[], Mapping[str, float]]
     campaigns: int = CAMPAIGNS
-
-
-def _of_oscillations(drawn: list[Oscillation]) -> Intervals:
-    study = characterisation(drawn, LEVEL)
-    found: dict[str, tuple[float, float] | Undefined] = {}
-    for one in study.conditions:
-        found[f"stiffness, gain {one.gain:g}"] = one.stiffness.ci
-        found[f"damping, gain {one.damping_gain:g}"] = one.damping.ci
-    return found
 
 
 SLOPE, DRIFT = "slope less that without errors", "drift of a log's clock less the true one"
@@ -171,45 +146,47 @@ def _less(interval: tuple[float, float] | Undefined, true: float) -> tuple[float
     return interval if isinstance(interval, Undefined) else (interval[0] - true, interval[1] - true)
 
 
-def _of_flasks(text: str) -> Intervals:
-    found = compaction_of(text, Path("flasks.csv"), GRAIN_MM, LEVEL, ".")
-    by_state = {f"fraction, {state.name}": state.unbounded.ci for state in found.states}
-    return {**by_state, "difference within flasks": found.rise.intervals()[0]}
-
-
-def _of_walks(text: str) -> Intervals:
-    return {
-        "ratio within walks": geometric(field_study_of(Path("walks.csv"), lambda _path: text, LEVEL, ".").log_ratio)[1]
-    }
-
-
 FEW_MAH = "saving, scaled active damping, gain 100"
 """At 25 mAh of a hundred jumps the charger's last digit is 4 %."""
 STUDIES = {
     "compaction": ClosedLoop(
-        "five flasks, an error of 0.002 a flask and of 0.0015 a filling",
-        flasks,
-        _of_flasks,
-        {
-            "fraction, loose": LOOSE,
-            "fraction, compacted": COMPACTED,
-            "difference within flasks": COMPACTED - LOOSE,
-        },
+        "five flasks, an error of 0.002 a flask and of 0.0015 a filling; water read to 0.1 ml, above 100 ml to 1 ml",
+        sheets.flasks_read,
+        sheets.of_flasks,
+        sheets.FRACTIONS,
+    ),
+    "compaction, ingested": ClosedLoop(
+        "the same, through files and ingest",
+        sheets.flasks_ingested,
+        sheets.of_flasks,
+        sheets.FRACTIONS,
+        campaigns=20,
     ),
     "field": ClosedLoop(
-        "four walks that differ by 30 %, robots that scatter by 3 %",
-        walks,
-        _of_walks,
-        {"ratio within walks": WIDE / THIN},
+        "four walks that differ by 30 %, robots that scatter by 3 %; charges to 1 mAh, distances to 0.1 m",
+        sheets.walks_read,
+        sheets.of_walks,
+        sheets.RESISTANCES,
+    ),
+    "field, ingested": ClosedLoop(
+        "the same, through files and ingest",
+        sheets.walks_ingested,
+        sheets.of_walks,
+        sheets.RESISTANCES,
+        campaigns=20,
     ),
     "characterisation": ClosedLoop(
-        "two masses on three pairs of gains, 300 Hz for 0.5 s; 0.1 mm and 5 mm/s",
-        oscillations,
-        _of_oscillations,
-        {
-            **{f"stiffness, gain {gain:g}": STIFFNESS[0] * gain + STIFFNESS[1] for gain, _ in GAINS},
-            **{f"damping, gain {gain:g}": DAMPING[0] * gain + DAMPING[1] for _, gain in GAINS},
-        },
+        "three masses on four pairs of gains, 300 Hz for 0.5 s; 0.1 mm and 5 mm/s, 1 % of packets lost",
+        sheets.oscillations_read,
+        sheets.of_oscillations,
+        sheets.GAINS_AND_LINES,
+    ),
+    "characterisation, ingested": ClosedLoop(
+        "the same, twice each, at three neutral lengths, through files and ingest",
+        sheets.oscillations_ingested,
+        sheets.of_lines,
+        sheets.LINES,
+        campaigns=20,
     ),
     "force-plate, charges": ClosedLoop(
         "four days of four gains; days and runs scatter by 1 %, recharges by 0.35 mAh, read to 1 mAh",

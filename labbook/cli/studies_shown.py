@@ -98,7 +98,8 @@ def characterisation_shown(
         as_data(study),
         sentences(study),
         lambda: draw_characterisation(*drawn(study)),
-        "Stiffness over position gain and damping over velocity gain, by neutral length, with intervals and lines.",
+        "Force over compression where the leg is damped least, measured and fitted, one trajectory a mass; stiffness "
+        "over position gain and damping over velocity gain, points of one mass each, lines through fits of all masses.",
         sheets.sources,
         HEAD,
         rows(study),

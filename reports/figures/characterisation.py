@@ -1,16 +1,22 @@
-"""Measured stiffness and damping over the gains that were set, with their lines (thesis fig. 4.5)."""
+"""Trajectories of masses on a leg, and its stiffness and damping over the gains that were set (thesis fig. 4.5)."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 
+import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
 from reports.figures.style import (
     BLACK,
     BLUE,
     GREEN,
+    GREY,
     ORANGE,
     TWO_COLUMNS_IN,
     VERMILLION,
@@ -20,55 +26,97 @@ from reports.figures.style import (
     publication_style,
 )
 
-_COLOURS, _MARKERS = (BLACK, BLUE, VERMILLION, GREEN, ORANGE), "os^vD"
+_COLOURS, _STYLES, _MARKERS = (VERMILLION, BLACK, BLUE, GREEN, ORANGE), ("-", "--", ":", "-."), "osD^v"
+_ASIDE = 0.006
+"""How far beside each other points of one gain stand, in the range of gains."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trajectory:
+    """A mass on the leg: compressions in m and forces in N, as measured, and as fitted in order of time.
+
+    `place` is that of its neutral length among those shown.
+    """
+
+    label: str
+    place: int
+    measured_m: NDArray[np.float64]
+    measured_n: NDArray[np.float64]
+    fitted_m: NDArray[np.float64]
+    fitted_n: NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
 class OverGain:
-    """One neutral length: gains, coefficients with their intervals, and the line's ends, none where there is none."""
+    """One neutral length: gains, masses in kg, coefficients with intervals, and the line's ends, if there is one."""
 
     label: str
     gains: Sequence[float]
+    masses_kg: Sequence[float]
     values: Sequence[float]
     intervals: Sequence[tuple[float, float]]
     line: tuple[tuple[float, float], tuple[float, float]] | None
 
 
 def draw_characterisation(
-    stiffness: Sequence[OverGain], damping: Sequence[OverGain], width_in: float = TWO_COLUMNS_IN
+    trajectories: Sequence[Trajectory],
+    stiffness: Sequence[OverGain],
+    damping: Sequence[OverGain],
+    width_in: float = TWO_COLUMNS_IN,
 ) -> Figure:
-    """Draw stiffness over position gain and damping over velocity gain, side by side."""
+    """Draw trajectories with their fits, stiffness over position gain, and damping over velocity gain."""
+    masses = sorted(set(chain.from_iterable(one.masses_kg for one in stiffness)))
     with publication_style():
         narrow = is_narrow(width_in)
-        figure = new_figure(width_in, 4.8 if narrow else 2.7)
-        panels = figure.subplots(2, 1) if narrow else figure.subplots(1, 2)
+        figure = new_figure(width_in, 7.0 if narrow else 2.7)
+        of_motion, *panels = figure.subplots(3, 1) if narrow else figure.subplots(1, 3)
+        for one in trajectories:
+            of_motion.plot(100.0 * one.measured_m, one.measured_n, ".", color=GREY, markersize=2)
+            of_motion.plot(100.0 * one.fitted_m, one.fitted_n, color=_COLOURS[one.place % len(_COLOURS)], linewidth=0.9)
+        of_motion.set_xlabel("Compression (cm)")
+        of_motion.set_ylabel("Force of the leg (N)")
+        of_motion.set_title(trajectories[0].label)
+        light_grid(of_motion)
         labels = (("Position gain", "Stiffness (N/m)"), ("Velocity gain", "Damping (kg/s)"))
         for axes, series, (across, up) in zip(panels, (stiffness, damping), labels, strict=True):
-            for place, one in enumerate(series):
-                colour, marker = _COLOURS[place % len(_COLOURS)], _MARKERS[place % len(_MARKERS)]
-                ends = [
-                    [value - low for value, (low, _) in zip(one.values, one.intervals, strict=True)],
-                    [high - value for value, (_, high) in zip(one.values, one.intervals, strict=True)],
-                ]
-                axes.errorbar(
-                    one.gains,
-                    one.values,
-                    yerr=ends,
-                    fmt=marker,
-                    color=colour,
-                    markersize=3.5,
-                    capsize=2,
-                    clip_on=False,  # a gain of 0 stands on the axis
-                    zorder=3,
-                    label=one.label,
-                )
-                if one.line is not None:
-                    axes.plot(*one.line, color=colour, linewidth=0.9)
+            _draw_over_gain(axes, series, masses)
             axes.set_xlabel(across)
             axes.set_ylabel(up)
-            axes.set_xlim(left=0.0)
             axes.set_ylim(bottom=0.0)
             light_grid(axes)
-        handles, names = panels[0].get_legend_handles_labels()
-        figure.legend(handles, names, loc="outside lower center", ncols=1 if narrow else 4)
+        handles = [
+            Line2D([], [], color=_COLOURS[place % len(_COLOURS)], ls=_STYLES[place % len(_STYLES)])
+            for place in range(len(stiffness))
+        ]
+        names = [one.label for one in stiffness]
+        handles += [Line2D([], [], color=GREY, marker=_marker(mass, masses), linestyle="") for mass in masses]
+        names += [f"{mass:g} kg" for mass in masses]
+        figure.legend(handles, names, loc="outside lower center", ncols=2 if narrow else 6)
         return figure
+
+
+def _marker(mass_kg: float, masses: Sequence[float]) -> str:
+    return _MARKERS[masses.index(mass_kg) % len(_MARKERS)]
+
+
+def _draw_over_gain(axes: Axes, series: Sequence[OverGain], masses: Sequence[float]) -> None:
+    """Draw each length's line, and the points of each mass beside each other."""
+    widest = max((max(one.gains) for one in series if one.gains), default=1.0) or 1.0
+    beside = len(series) * len(masses)
+    for place, one in enumerate(series):
+        colour = _COLOURS[place % len(_COLOURS)]
+        for gain, mass, value, (low, high) in zip(one.gains, one.masses_kg, one.values, one.intervals, strict=True):
+            step = place * len(masses) + masses.index(mass) - 0.5 * (beside - 1)
+            axes.errorbar(
+                [gain + _ASIDE * widest * step],
+                [value],
+                yerr=[[value - low], [high - value]],
+                fmt=_marker(mass, masses),
+                color=colour,
+                markerfacecolor="white",
+                markersize=3,
+                capsize=1.5,
+                zorder=3,
+            )
+        if one.line is not None:
+            axes.plot(*one.line, color=colour, linestyle=_STYLES[place % len(_STYLES)], linewidth=0.9)

@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from labbook.demo.studies.registry import STUDIES
+from labbook.demo.studies.sheets import flask_campaign, walk_campaign
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.study_pages import prints_page_one_on_a_sheet
 
@@ -37,10 +38,25 @@ def test_walks_lead_to_the_ratio_of_both_robots(tmp_path: Path) -> None:
 
 def test_oscillations_lead_to_stiffness_and_damping(tmp_path: Path) -> None:
     truth, found = made(tmp_path, "characterisation")
+    assert {one["neutral_m"] for one in found["lines"]} == {0.15, 0.2, 0.29}
     for one in found["conditions"]:
-        stiffness, damping = one["stiffness_n_m"]["value"], one["damping_kg_s"]["value"]
-        assert stiffness == pytest.approx(truth[f"stiffness at gain {one['gain']:g} (N/m)"], rel=0.02)
-        assert damping == pytest.approx(truth[f"damping at gain {one['damping_gain']:g} (kg/s)"], rel=0.1)
+        length = f"{100.0 * one['neutral_m']:g} cm"
+        for of_all in (one, *one["masses"]):
+            stiffness, damping = of_all["stiffness_n_m"]["value"], of_all["damping_kg_s"]["value"]
+            assert stiffness == pytest.approx(truth[f"stiffness at gain {one['gain']:g}, {length} (N/m)"], rel=0.02)
+            assert damping == pytest.approx(truth[f"damping at gain {one['damping_gain']:g}, {length} (kg/s)"], rel=0.1)
+        assert (one["trajectories"], one["masses_kg"]) == (6, [1.0, 1.5, 2.0])
+        assert 6 * 140 < one["n"] < 6 * 150, "packets are dropped"
+
+
+def test_instruments_of_a_demonstration_have_their_resolution() -> None:
+    """A person reads no microlitre, and a charger no hundredth of a mAh."""
+    for seed in range(5):
+        head, *rows = (line.split(",") for line in walk_campaign(seed).files["walks.csv"].splitlines())
+        assert head[3:] == ["distance_m", "charge_mAh", "voltage_V"]
+        assert all(re.fullmatch(r"\d+\.\d", row[3]) and row[4].isdigit() for row in rows)
+        waters = [line.split(",")[2] for line in flask_campaign(seed).files["flasks.csv"].splitlines()[1:]]
+        assert all(len(water.partition(".")[2]) <= (float(water) < 100.0) for water in waters)
 
 
 @pytest.mark.parametrize("study", ["compaction", "field", "characterisation"])

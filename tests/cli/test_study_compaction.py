@@ -24,7 +24,7 @@ def test_intervals_cover_the_fractions_and_their_difference() -> None:
 
 
 def test_without_errors_the_fractions_are_found_to_rounding() -> None:
-    found = compaction_of(flasks(np.random.default_rng(0), 0.0, 0.0), Path("flasks.csv"), GRAIN_MM, 0.95)
+    found = compaction_of(flasks(np.random.default_rng(0), 0.0, 0.0, lambda ml: ml), Path("flasks.csv"), GRAIN_MM, 0.95)
     assert [state.unbounded.fraction for state in found.states] == pytest.approx([LOOSE, COMPACTED], rel=1e-7)
     assert [state.unbounded.wall_effect for state in found.states] == pytest.approx(WALLS, rel=1e-6)
     assert found.rise.coefficients[0] == pytest.approx(COMPACTED - LOOSE, rel=1e-6)

@@ -156,9 +156,9 @@ def test_ingest_names_fillings_that_are_the_same(book: Path) -> None:
 
 def test_mass_and_distance_that_may_be_swapped_are_named(book: Path) -> None:
     """Their product is the same: no number of the study would show it."""
-    swapped = WALK.replace("mass_kg,distance_m", "distance_m,mass_kg")
     head, *rows = (book.parent / "walks.csv").read_text(encoding="utf-8").splitlines(keepends=True)
-    assert head == WALK
+    swapped = head.replace("mass_kg,distance_m", "distance_m,mass_kg")
+    assert swapped != head
     (book / "swapped.csv").write_text("".join([swapped, *rows]), encoding="utf-8")
     said = good(labbook("ingest", "swapped.csv", at=book)).out
     says(said, "Line 2", "are mass and distance swapped?")
@@ -200,7 +200,7 @@ def test_a_last_line_that_may_be_cut_is_refused_of_a_file_too(book: Path) -> Non
     good(labbook("study", "field", path, "--complete", at=book))
     for name, text in oscillation_campaign(2).files.items():
         (book / name).write_text(text if name == "trials.csv" else text.rstrip("\n"), encoding="utf-8")
-    refused(labbook("study", "characterisation", "trials.csv", at=book), 2, "60_1kg.csv has no line end")
+    refused(labbook("study", "characterisation", "trials.csv", at=book), 2, "15cm_60_1kg_1.csv has no line end")
     good(labbook("study", "characterisation", "trials.csv", "--complete", at=book))
 
 
@@ -218,7 +218,7 @@ def test_trials_find_their_logs_in_the_book(book: Path) -> None:
         (book.parent / name).write_text(text, encoding="utf-8")
     trials = book.parent / "trials.csv"
     good(labbook("ingest", trials, at=book))
-    refused(labbook("study", "characterisation", at=book), 2, "60_1kg.csv", "--format study_log")
+    refused(labbook("study", "characterisation", at=book), 2, "15cm_60_1kg_1.csv", "--format study_log")
     logs = [book.parent / name for name in campaign.files if name != "trials.csv"]
     good(labbook("ingest", *logs, "--format", "study_log", at=book))
     assert asked(book, "characterisation") == asked(book, "characterisation", str(trials))
@@ -269,9 +269,15 @@ def test_a_log_that_two_names_mean_is_refused(book: Path) -> None:
     logs = [f"../day1/{name}" for name in campaign.files if name != "trials.csv"]
     good(labbook("ingest", *logs, "--format", "study_log", at=book))
     good(labbook("ingest", "../trials.csv", at=book))
-    refused(labbook("study", "characterisation", at=book), 2, "day1/60_1kg.csv", "day2/60_1kg.csv", "count twice")
+    refused(
+        labbook("study", "characterisation", at=book),
+        2,
+        "day1/15cm_60_1kg_1.csv",
+        "day2/15cm_60_1kg_1.csv",
+        "count twice",
+    )
     shutil.copytree(book.parent / "day1", book.parent / "day2")
-    refused(labbook("study", "characterisation", "../trials.csv", at=book), 2, "day2/60_1kg.csv", "same bytes")
+    refused(labbook("study", "characterisation", "../trials.csv", at=book), 2, "day2/15cm_60_1kg_1.csv", "same bytes")
 
 
 @pytest.mark.parametrize(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import contextlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.optimize
@@ -58,23 +59,60 @@ class Coefficient:
 
 
 @dataclass(frozen=True, slots=True)
+class OfMass:
+    """What the trajectories of one mass say of a condition, and the number of their points."""
+
+    mass_kg: float
+    n: int
+    stiffness: Coefficient
+    damping: Coefficient
+
+
+@dataclass(frozen=True, slots=True)
+class Plane:
+    """The thesis's fit, forces by differences over position and velocity, with standard errors of such forces.
+
+    Forces between three samples share the error of the one in the middle. `bias` is what differences, and errors of
+    position and velocity, put on stiffness and damping on the motion that was fitted; the intervals are without it.
+    """
+
+    fit: Stiffness
+    bias: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FittedMotion:
+    """One trajectory in the plane of force over compression, in N and m: as measured, and as fitted.
+
+    Measured forces are differences of velocities, between samples; fitted ones stand at the samples.
+    """
+
+    mass_kg: float
+    displacement_m: Floats
+    force_n: Floats
+    fitted_m: Floats
+    fitted_n: Floats
+
+
+@dataclass(frozen=True, slots=True)
 class MeasuredGains:
-    """One condition: its gains, and the leg's stiffness in N/m and damping in kg/s.
+    """One condition: its gains, and the leg's stiffness in N/m and damping in kg/s, of all masses and of each.
 
     `residual_lag1` is the correlation of neighbouring velocities' residuals: above 0 the leg is no linear spring
-    and the intervals are too short. `plane` is the thesis's fit to forces by differences, errors shared by neighbours.
+    and the intervals are too short.
     """
 
     neutral_m: float | None
     gain: float
     damping_gain: float
-    masses_kg: tuple[float, ...]
+    masses: tuple[OfMass, ...]
     trajectories: int
     n: int
     stiffness: Coefficient
     damping: Coefficient
     residual_lag1: float | Undefined
-    plane: Stiffness
+    plane: Plane
+    motions: tuple[FittedMotion, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,77 +157,153 @@ def characterisation(oscillations: Sequence[Oscillation], level: float = 0.95) -
     lengths = dict.fromkeys(one.neutral_m for one in conditions)
     return Characterisation(
         conditions=conditions,
-        lines=tuple(_lines([one for one in conditions if one.neutral_m == length]) for length in lengths),
+        lines=tuple(_lines([one for one in conditions if one.neutral_m == length], level) for length in lengths),
         too_few={key: count for key, count in points.items() if key not in enough},
         level=level,
     )
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Fit:
+    """Stiffness, damping and the force at no compression, the spreads of positions and velocities, and residuals."""
+
+    values: Floats
+    spreads: tuple[float, float]
+    stiffness: Coefficient
+    damping: Coefficient
+    residuals: Sequence[Floats]
+
+
 def _measured(several: Sequence[Oscillation], level: float) -> MeasuredGains:
-    forces = [force_points(one.time_s, one.displacement_m, one.velocity_m_s, one.mass_kg) for one in several]
-    weights_n = [one.mass_kg * STANDARD_GRAVITY_M_S2 for one in several]
-    columns = (
-        [one.displacement_m for one in forces],
-        [one.velocity_m_s for one in forces],
-        [one.force_n + weight_n for one, weight_n in zip(forces, weights_n, strict=True)],
-    )
-    plane = fit_stiffness(*(np.concatenate(column) for column in columns), level=level)
-    stiffness, damping, lag1 = _fitted(several, plane, level)
-    first = several[0]
-    return MeasuredGains(
-        neutral_m=first.neutral_m,
-        gain=first.gain,
-        damping_gain=first.damping_gain,
-        masses_kg=tuple(sorted({one.mass_kg for one in several})),
-        trajectories=len(several),
-        n=sum(one.time_s.size for one in several),
-        stiffness=stiffness,
-        damping=damping,
-        residual_lag1=lag1,
-        plane=plane,
-    )
-
-
-def _fitted(
-    several: Sequence[Oscillation], plane: Stiffness, level: float
-) -> tuple[Coefficient, Coefficient, float | Undefined]:
-    """Fit k, d and F by least squares, from the plane's on; starts are linear and projected out.
-
-    The standard deviations of positions and velocities weigh them; they are estimated anew after each fit.
-    """
+    points = [_force_points(one) for one in several]
+    plane = fit_stiffness(*(np.concatenate(column) for column in zip(*points, strict=True)), level=level)
     start = np.array([plane.stiffness_n_m, plane.damping_kg_s, plane.force_at_zero_n])
     if start[0] <= 0.0:
         raise InputRefused(
             f"the force does not rise with the compression in {several[0].file}: give positions that grow as it is "
             "compressed, and velocities that are their rate."
         )
+    found = _fitted(several, start, (1.0, 1.0), level)
+    for _ in range(_WEIGHINGS):
+        weighed = found.spreads
+        found = _fitted(several, found.values, weighed, level)
+        if np.allclose(found.spreads, weighed, rtol=1e-3, atol=0.0):
+            break
+    first = several[0]
+    return MeasuredGains(
+        neutral_m=first.neutral_m,
+        gain=first.gain,
+        damping_gain=first.damping_gain,
+        masses=tuple(_of_masses(several, found, level)),
+        trajectories=len(several),
+        n=sum(one.time_s.size for one in several),
+        stiffness=found.stiffness,
+        damping=found.damping,
+        residual_lag1=autocorrelation(np.concatenate([of_one[1] for of_one in found.residuals])).r,
+        plane=_with_errors(plane, several, points, found),
+        motions=tuple(
+            _motion(one, residuals, found.values) for one, residuals in zip(several, found.residuals, strict=True)
+        ),
+    )
+
+
+def _force_points(one: Oscillation) -> tuple[Floats, Floats, Floats]:
+    """Return displacement, velocity and the leg's force between samples."""
+    found = force_points(one.time_s, one.displacement_m, one.velocity_m_s, one.mass_kg)
+    return found.displacement_m, found.velocity_m_s, found.force_n + one.mass_kg * STANDARD_GRAVITY_M_S2
+
+
+def _of_masses(several: Sequence[Oscillation], pooled: _Fit, level: float) -> Iterator[OfMass]:
+    """Fit the trajectories of each mass alone, with the weights of all; none where they do not tell."""
+    for mass_kg in sorted({one.mass_kg for one in several}):
+        same = [one for one in several if one.mass_kg == mass_kg]
+        n = sum(one.time_s.size for one in same)
+        if len(same) == len(several):
+            yield OfMass(mass_kg, n, pooled.stiffness, pooled.damping)
+            continue
+        with contextlib.suppress(InputRefused):
+            alone = _fitted(same, pooled.values, pooled.spreads, level)
+            yield OfMass(mass_kg, n, alone.stiffness, alone.damping)
+
+
+def _fitted(several: Sequence[Oscillation], start: Floats, spreads: tuple[float, float], level: float) -> _Fit:
+    """Fit k, d and F by least squares of residuals in their spreads; the starts of motion are projected out."""
     scale = np.maximum(np.abs(start), (1.0, 0.1, 0.1))
 
-    def left(shares: Floats, spreads: tuple[float, float]) -> Floats:
+    def left(shares: Floats, spreads: tuple[float, float]) -> list[Floats]:
         k, d, force_n = (shares * scale).tolist()
-        return np.concatenate([_left(one, k, d, force_n, spreads) for one in several], axis=1)
+        return [_left(one, k, d, force_n, spreads) for one in several]
 
-    shares = start / scale
-    for _ in range(_WEIGHINGS):
-        parts = left(shares, (1.0, 1.0))
-        spreads = max(float(np.std(parts[0])), _LEAST), max(float(np.std(parts[1])), _LEAST)
-        fit = scipy.optimize.least_squares(lambda tried, of=spreads: left(tried, of).ravel(), shares, x_scale="jac")
-        shares = fit.x
-    points = sum(one.time_s.size for one in several)
-    df = 2 * points - 3 - 2 * len(several)
-    try:
-        covariance = np.linalg.inv(fit.jac.T @ fit.jac) * 2.0 * fit.cost / df
-    except np.linalg.LinAlgError:
-        names = ", ".join(one.file for one in several[:3])
-        raise InputRefused(
-            f"the leg does not move enough in {names} to tell stiffness from damping: displace it more."
-        ) from None
+    def flat(shares: Floats) -> Floats:
+        return np.concatenate([of_one.ravel() for of_one in left(shares, spreads)])
+
+    fit = scipy.optimize.least_squares(flat, start / scale, x_scale="jac")
+    df = 2 * sum(one.time_s.size for one in several) - 3 - 2 * len(several)
+    names = ", ".join(one.file for one in several[:3])
+    if df < 1 or not np.linalg.matrix_rank(fit.jac) == start.size:
+        raise InputRefused(f"the leg does not move enough in {names} to tell stiffness from damping: displace it more.")
+    covariance = np.linalg.inv(fit.jac.T @ fit.jac) * 2.0 * fit.cost / df
     half = float(scipy.stats.t.ppf(0.5 + 0.5 * level, df))
-    found = [
+    stiffness, damping = (
         Coefficient(float(value), float(se), (float(value - half * se), float(value + half * se)))
-        for value, se in zip((shares * scale)[:2], (np.sqrt(np.diag(covariance)) * scale)[:2], strict=True)
+        for value, se in zip((fit.x * scale)[:2], (np.sqrt(np.diag(covariance)) * scale)[:2], strict=True)
+    )
+    residuals = left(fit.x, (1.0, 1.0))
+    found = (max(float(np.std(np.concatenate([of_one[row] for of_one in residuals]))), _LEAST) for row in (0, 1))
+    return _Fit(fit.x * scale, (next(found), next(found)), stiffness, damping, residuals)
+
+
+def _with_errors(
+    plane: Stiffness, several: Sequence[Oscillation], points: Sequence[tuple[Floats, Floats, Floats]], found: _Fit
+) -> Plane:
+    """Carry the errors of positions and velocities, which are independent, to the plane; measure its bias.
+
+    The bias is that of the fitted motion's plane to which the errors' squares were added, as they are expected.
+    """
+    k, d, _force_n = found.values.tolist()
+    squares, meat, of_motion, rises = (np.zeros(shape) for shape in ((3, 3), (3, 3), (3, 3), 3))
+    for one, of_one, residuals in zip(several, points, found.residuals, strict=True):
+        design = np.stack([*of_one[:2], np.ones(of_one[0].size)], axis=1)
+        squares += design.T @ design
+        per_step = one.mass_kg / np.diff(one.time_s)[:, np.newaxis]
+        for spread, before, after in zip(
+            found.spreads, (-0.5 * k, per_step - 0.5 * d), (-0.5 * k, -per_step - 0.5 * d), strict=True
+        ):
+            of_samples = np.zeros((one.time_s.size, 3))
+            of_samples[:-1] += design * before
+            of_samples[1:] += design * after
+            meat += spread**2 * of_samples.T @ of_samples
+        still = replace(
+            one, displacement_m=one.displacement_m - residuals[0], velocity_m_s=one.velocity_m_s - residuals[1]
+        )
+        position_m, velocity_m_s, force_n = _force_points(still)
+        design = np.stack([position_m, velocity_m_s, np.ones(position_m.size)], axis=1)
+        of_motion += design.T @ design + np.diag([*(0.5 * position_m.size * np.square(found.spreads)), 0.0])
+        rises += design.T @ force_n
+    inverse = np.linalg.inv(squares)
+    errors = np.sqrt(np.diag(inverse @ meat @ inverse)).tolist()
+    bias = (np.linalg.solve(of_motion, rises) - found.values)[:2].tolist()
+    half = float(scipy.stats.t.ppf(0.5 + 0.5 * plane.level, plane.df))
+    intervals = [
+        (value - off - half * se, value - off + half * se)
+        for value, off, se in zip((plane.stiffness_n_m, plane.damping_kg_s), bias, errors[:2], strict=True)
     ]
-    return found[0], found[1], autocorrelation(left(shares, (1.0, 1.0))[1]).r
+    fit = replace(
+        plane,
+        stiffness_se=errors[0],
+        stiffness_ci=intervals[0],
+        damping_se=errors[1],
+        damping_ci=intervals[1],
+        force_at_zero_se=errors[2],
+    )
+    return Plane(fit, (bias[0], bias[1]))
+
+
+def _motion(one: Oscillation, residuals: Floats, values: Floats) -> FittedMotion:
+    fitted_m, fitted_m_s = np.stack([one.displacement_m, one.velocity_m_s]) - residuals
+    measured_m, _velocity, force_n = _force_points(one)
+    fitted_n = values @ np.stack([fitted_m, fitted_m_s, np.ones(fitted_m.size)])
+    return FittedMotion(one.mass_kg, measured_m, force_n, fitted_m, fitted_n)
 
 
 def _left(one: Oscillation, k: float, d: float, force_n: float, spreads: tuple[float, float]) -> Floats:
@@ -209,15 +323,17 @@ def _left(one: Oscillation, k: float, d: float, force_n: float, spreads: tuple[f
     return np.asarray(measured - (design @ starts).reshape(measured.shape))
 
 
-def _lines(conditions: Sequence[MeasuredGains]) -> GainLines:
+def _lines(conditions: Sequence[MeasuredGains], level: float) -> GainLines:
     return GainLines(
         neutral_m=conditions[0].neutral_m,
-        stiffness=_line([one.gain for one in conditions], [one.stiffness.value for one in conditions]),
-        damping=_line([one.damping_gain for one in conditions], [one.damping.value for one in conditions]),
+        stiffness=_line([one.gain for one in conditions], [one.stiffness for one in conditions], level),
+        damping=_line([one.damping_gain for one in conditions], [one.damping for one in conditions], level),
     )
 
 
-def _line(gains: Sequence[float], values: Sequence[float]) -> GainLine | Undefined:
+def _line(gains: Sequence[float], found: Sequence[Coefficient], level: float) -> GainLine | Undefined:
     if len(set(gains)) < FEWEST_GAINS:
         return Undefined(Reason.TOO_FEW_GAINS, n=len(set(gains)), least=FEWEST_GAINS)
-    return fit_gain_line(gains, values)
+    errors = [one.se for one in found]
+    weighted = errors if min(errors) > 0.0 else None
+    return fit_gain_line(gains, [one.value for one in found], standard_error=weighted, level=level)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from data_schema.rounding import error_of, interval_text, number_text
 from data_schema.vocabulary import Undefined
-from labbook.analysis.studies.characterisation import Characterisation, Coefficient, GainLines, MeasuredGains
-from reports.figures.characterisation import OverGain
+from labbook.analysis.studies.characterisation import Characterisation, Coefficient, GainLines, MeasuredGains, OfMass
+from reports.figures.characterisation import OverGain, Trajectory
 from stats.lines.stiffness import GainLine
 
 PUBLISHED = "The thesis's leg: stiffness 2.56 N/m x gain + 67.36 N/m, damping 3.32 kg/s x gain + 19.67 kg/s (5.1.1)."
@@ -25,7 +26,7 @@ def sentences(study: Characterisation) -> list[str]:
             _line_text(f"Stiffness{where}", lines.stiffness, "N/m"),
             _line_text(f"Damping{where}", lines.damping, "kg/s"),
         ]
-    said.append(PUBLISHED)
+    said += [PUBLISHED, _plane_text(study.conditions)]
     for (_, gain, damping_gain), count in study.too_few.items():
         said.append(f"Left out, as 250 points are needed: gain {gain:g}, damping gain {damping_gain:g} with {count}.")
     odd = [f"gain {one.gain:g}" for one in study.conditions if _goes_on(one.residual_lag1)]
@@ -34,6 +35,23 @@ def sentences(study: Characterisation) -> list[str]:
             f"Neighbouring residuals go together ({', '.join(odd)}): no linear spring; its interval is too short."
         )
     return said
+
+
+def _plane_text(conditions: Sequence[MeasuredGains]) -> str:
+    """Say how far the thesis's planes are from the fitted motion, and what of that is their bias."""
+    most = max(conditions, key=lambda one: abs(one.plane.fit.stiffness_n_m / one.stiffness.value - 1.0))
+    plane, motion = (
+        number_text(value, error=most.plane.fit.stiffness_se)
+        for value in (most.plane.fit.stiffness_n_m, most.stiffness.value)
+    )
+    damping = max(abs(one.plane.fit.damping_kg_s - one.damping.value) for one in conditions)
+    biases = [max(abs(one.plane.bias[row]) for one in conditions) for row in (0, 1)]
+    return (
+        f"Planes through forces by differences of velocities (thesis 4.2.6, in --json) differ most at gain "
+        f"{most.gain:g}, with {plane} N/m where the motion has {motion} N/m, and in damping by up to "
+        f"{number_text(damping, 2)} kg/s; of that, differences of noisy data bias them by up to "
+        f"{number_text(biases[0], 2)} N/m and {number_text(biases[1], 2)} kg/s."
+    )
 
 
 def _goes_on(lag1: float | Undefined) -> bool:
@@ -92,15 +110,24 @@ def _condition(one: MeasuredGains) -> dict[str, Any]:
         "neutral_m": one.neutral_m,
         "gain": one.gain,
         "damping_gain": one.damping_gain,
-        "masses_kg": list(one.masses_kg),
+        "masses_kg": [of_mass.mass_kg for of_mass in one.masses],
         "trajectories": one.trajectories,
         "n": one.n,
         "residual_lag1": None if isinstance(one.residual_lag1, Undefined) else one.residual_lag1,
-        **{
-            name: {"value": found.value, "se": found.se, "ci": list(found.ci)}
-            for name, found in (("stiffness_n_m", one.stiffness), ("damping_kg_s", one.damping))
+        **_coefficients(one),
+        "masses": [{"mass_kg": mass.mass_kg, "n": mass.n, **_coefficients(mass)} for mass in one.masses],
+        "plane": {
+            **one.plane.fit.to_dict(),
+            "stiffness_bias_n_m": one.plane.bias[0],
+            "damping_bias_kg_s": one.plane.bias[1],
         },
-        "plane": one.plane.to_dict(),
+    }
+
+
+def _coefficients(one: MeasuredGains | OfMass) -> dict[str, Any]:
+    return {
+        name: {"value": found.value, "se": found.se, "ci": list(found.ci)}
+        for name, found in (("stiffness_n_m", one.stiffness), ("damping_kg_s", one.damping))
     }
 
 
@@ -114,21 +141,31 @@ def _lines_data(one: GainLines) -> dict[str, Any]:
     }
 
 
-def drawn(study: Characterisation) -> tuple[list[OverGain], list[OverGain]]:
-    """Return what the figure shows of stiffness and of damping."""
+def drawn(study: Characterisation) -> tuple[list[Trajectory], list[OverGain], list[OverGain]]:
+    """Return what the figure shows: a trajectory of each mass where the leg is damped least, stiffness, and damping."""
+    least = min(study.conditions, key=lambda one: one.damping.value / one.stiffness.value**0.5)
+    of_masses = {one.mass_kg: one for one in reversed(least.motions)}  # the first of each
+    where = "" if least.neutral_m is None else f", {_length_text(least.neutral_m)}"
+    place = [lines.neutral_m for lines in study.lines].index(least.neutral_m)
+    motions = [
+        Trajectory(f"Gain {least.gain:g}{where}", place, one.displacement_m, one.force_n, one.fitted_m, one.fitted_n)
+        for one in of_masses.values()
+    ]
     series: tuple[list[OverGain], list[OverGain]] = ([], [])
     for lines in study.lines:
         same = [one for one in study.conditions if one.neutral_m == lines.neutral_m]
         label = "measured" if lines.neutral_m is None else f"neutral length {_length_text(lines.neutral_m)}"
+        points = [(one, mass) for one in same for mass in one.masses]
+        masses = [mass.mass_kg for _, mass in points]
         both = (
-            ([one.gain for one in same], [one.stiffness for one in same], lines.stiffness),
-            ([one.damping_gain for one in same], [one.damping for one in same], lines.damping),
+            ([one.gain for one, _ in points], [mass.stiffness for _, mass in points], lines.stiffness),
+            ([one.damping_gain for one, _ in points], [mass.damping for _, mass in points], lines.damping),
         )
         for found, (gains, coefficients, line) in zip(series, both, strict=True):
             ends = None
             if not isinstance(line, Undefined):
-                low, high = min(gains), max(gains)
+                low, high = line.gains
                 ends = (low, high), (line.slope * low + line.offset, line.slope * high + line.offset)
             values, intervals = [one.value for one in coefficients], [one.ci for one in coefficients]
-            found.append(OverGain(label, gains, values, intervals, ends))
-    return series
+            found.append(OverGain(label, gains, masses, values, intervals, ends))
+    return motions, *series
