@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 class ShownStudy:
     """What a study gives: data for programs, sentences with the answer first, a table, and a figure with its caption.
 
-    `sources` are the sheets, or the book, that it comes from.
+    `sources` are the sheets, or the book, that it comes from; `beside` has rows of what was measured, simulated and
+    published.
     """
 
     title: str
@@ -31,6 +32,7 @@ class ShownStudy:
     sources: Sequence[tuple[str, str]]
     head: Sequence[str] = ()
     rows: Sequence[Sequence[str]] = ()
+    beside: Sequence[Sequence[str]] = ()
 
 
 def compaction_shown(
@@ -112,7 +114,7 @@ def force_plate_shown(
     """Show the book's joules by plate and leg beside the battery's."""
     from labbook.actions.studies.force_plate import force_plate_of
     from labbook.analysis.studies.force_plate import FIRST_HOPS, SHOWN_HOPS
-    from labbook.presenting.studies.force_plate import HEAD, as_data, drawn, rows, sentences
+    from labbook.presenting.studies.force_plate import HEAD, as_data, beside, drawn, rows, sentences
     from reports.figures.force_plate import draw_force_plate
 
     with progress("study force-plate", None, shown=visible) as step:
@@ -130,6 +132,7 @@ def force_plate_shown(
         found.sources,
         HEAD,
         rows(study),
+        beside(study),
     )
 
 
@@ -144,7 +147,7 @@ def emulator_shown(
 ) -> ShownStudy:
     """Show what active damping saves at each gain of the book."""
     from labbook.actions.studies.emulator import emulator_study_of
-    from labbook.presenting.studies.emulator import HEAD, as_data, drawn, rows, sentences
+    from labbook.presenting.studies.emulator import HEAD, as_data, beside, drawn, rows, sentences
     from reports.figures.emulator import draw_emulator
 
     with progress("study emulator", None, shown=visible) as step:
@@ -155,10 +158,12 @@ def emulator_shown(
         as_data(study),
         sentences(study),
         lambda: draw_emulator(*drawn(study)),
-        "Joules and apexes by extension gain, means and standard errors over runs; savings over the apex under CE.",
+        "Joules and apexes by extension gain, means and standard errors over runs (where no bar is seen, it is smaller "
+        "than the mark); savings over the apex under CE, with their line; apex lost. Controllers stand side by side.",
         found.sources,
         HEAD,
         rows(study),
+        beside(study),
     )
 
 

@@ -39,8 +39,14 @@ def _show(shown: ShownStudy, plot: Path | None, page: Path | None, as_json: bool
     if page is not None:
         _write_page(shown, page)
     files = {name: str(path) for name, path in (("plot", plot), ("page", page)) if path is not None}
-    table = ["", *columns(shown.head, shown.rows)] if shown.rows and not as_json else []
-    emit({**shown.data, **files}, [*within_width(shown.said), *table, *files.values()], as_json)
+    emit({**shown.data, **files}, [*within_width(shown.said), *_tables(shown), *files.values()], as_json)
+
+
+def _tables(shown: ShownStudy) -> list[str]:
+    from reports.page.study import BESIDE
+
+    tables = (shown.head, shown.rows), (BESIDE, shown.beside)
+    return [line for head, rows in tables if rows for line in ("", *columns(head, rows))]
 
 
 def _write_page(shown: ShownStudy, page: Path) -> None:
@@ -57,6 +63,7 @@ def _write_page(shown: ShownStudy, page: Path) -> None:
         shown.rows,
         shown.sources,
         now_utc().split(".")[0] + "Z",
+        shown.beside,
     )
     write_whole(page, study_page(made).encode("utf-8"))
 

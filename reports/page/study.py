@@ -20,8 +20,10 @@ from reports.page.sections import Bullets, Paragraph
 from reports.page.writing import environment, inline_svg
 from reports.tables.table import Column, Row, Table, words
 
-MOST_ROWS, MOST_FILES = 15, 8
-"""A longer table, and a longer list of files, stand behind page one, which is one sheet."""
+MOST_ROWS, MOST_FILES = 12, 8
+"""Longer tables in all, and a longer list of files, stand behind page one, which is one sheet."""
+BESIDE = ("quantity", "measured", "simulated", "published")
+"""Heads of the table of what was measured beside what the simulator gives and what the thesis says."""
 _FILE = "File"
 _MINUS = re.compile(r"(?<![\w.)+-])-(?=\.?\d)")
 
@@ -32,6 +34,7 @@ class StudyPage:
 
     `sources` are the inputs by name: files with their hashes ("File", "NAME, SHA-256 HASH"), a book with its
     configuration, its name ("Study") and the runs that were selected ("Runs"). `made_at` is a UTC time stamp.
+    `beside` has rows of `BESIDE`.
     """
 
     title: str
@@ -42,6 +45,7 @@ class StudyPage:
     rows: Sequence[Sequence[str]]
     sources: Sequence[tuple[str, str]]
     made_at: str
+    beside: Sequence[Sequence[str]] = ()
 
 
 def study_page(page: StudyPage) -> str:
@@ -54,9 +58,15 @@ def study_page(page: StudyPage) -> str:
     drawing = inline_svg(_svg(page.draw), "study", page.title, page.caption)
     caption = _typeset(page.caption)
     parts.append({"kind": "FigureHere", "number": 1, "name": "study", "caption": caption, "drawing": drawing})
-    if page.rows:
-        place = parts if len(page.rows) <= MOST_ROWS else behind
-        place.append({"kind": "TableHere", "number": 1, "table": _table(page)})
+    tables = [
+        (_table("beside", "Beside the simulator and the thesis", BESIDE, page.beside), parts),
+        (
+            _table("study", "What was measured and found", page.head, page.rows),
+            parts if len(page.rows) + len(page.beside) <= MOST_ROWS else behind,
+        ),
+    ]
+    for number, (table, place) in enumerate((one for one in tables if one[0].rows), start=1):
+        place.append({"kind": "TableHere", "number": number, "table": table})
     facts, files = _facts(page.sources)
     return (
         environment()
@@ -111,7 +121,6 @@ def _svg(draw: Callable[[], Figure]) -> bytes:
     return written.getvalue()
 
 
-def _table(page: StudyPage) -> Table:
-    columns = tuple(Column(head, (head,), numeric=place > 0) for place, head in enumerate(page.head))
-    rows = tuple(Row(tuple(words(_typeset(cell)) for cell in row)) for row in page.rows)
-    return Table("study", "What was measured and found", columns, rows)
+def _table(name: str, caption: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
+    columns = tuple(Column(title, (title,), numeric=place > 0) for place, title in enumerate(head))
+    return Table(name, caption, columns, tuple(Row(tuple(words(_typeset(cell)) for cell in row)) for row in rows))

@@ -121,7 +121,6 @@ def test_its_page_is_one_sheet(book: Path, tmp_path: Path) -> None:
     text = page.read_text(encoding="utf-8")
     assert text.count("<svg") == 1
     assert "ground emulator (synthetic)" in text
-    assert 'class="behind"' not in text
     prints_page_one_on_a_sheet(page)
 
 
@@ -130,8 +129,18 @@ def test_its_figure_names_axes_units_and_what_bars_are() -> None:
     found = replace(found, left_out=(500.0,))
     figure = draw_emulator(*drawn(found))
     labels = " ".join(axes.get_xlabel() + axes.get_ylabel() for axes in figure.axes)
-    for said in ("Energy of a jump (J)", "Apex height (cm)", "Extension gain", "Saving (%)", "95 % CI"):
+    for said in (
+        "Energy of a jump (J)",
+        "Apex height (cm)",
+        "Extension gain",
+        "Saving (%)",
+        "95 % CI",
+        "Apex lost (%)",
+    ):
         assert said in labels.replace("\u00a0", " ")
+    assert [text.get_text() for text in figure.legends[0].get_texts()].count("left out") == 1
+    _energy, savings, _height, lost = figure.axes
+    assert len(savings.get_lines()) > len(lost.get_lines())  # the lines of savings
     assert 500.0 not in [row.gain for row in found.analysed(Controller.SCALED)]
     assert found.coarse == (100.0,)
     assert len(sentences(found)) == 5
@@ -144,6 +153,23 @@ def test_books_without_what_it_takes_are_refused_with_the_line_to_write(changed:
     without(changed, r"\n\[hypotheses\.saves\].*", "\n")
     without(changed, r"\ncontrol = 0\n", "\n")
     refused(labbook("study", "emulator", at=changed), 2, "[factors.b_ad_gain]", "control = 0")
+
+
+def test_what_was_measured_stands_beside_the_simulator_and_the_thesis(book: Path, changed: Path) -> None:
+    truth = json.loads((book.parent / "truth.json").read_text(encoding="utf-8"))["conditions"]
+    found = study(book)
+    for true in truth:
+        of_it = [
+            one for one in found["gains"] if (one["gain"], one["damping_gain"]) == (true["gain"], true["damping_gain"])
+        ]
+        assert of_it[0]["simulated"]["apex_m"] == pytest.approx(true["apex_m"], abs=0.005)  # other first jumps
+        assert 0.0 < of_it[0]["apex_sd_m"] < 0.0075
+    beside = {one["quantity"]: one for one in found["beside"]}
+    assert beside["apex under CE at gain 400 (cm)"]["published"] == "49.3"
+    assert beside["largest SD of the apexes of a condition (mm)"]["published"] == "< 7.5"
+    without(changed, r"\n\[simulation\].*?\n\n", "\n")
+    says(good(labbook("study", "emulator", at=changed)).out, "Not simulated", "[simulation]")
+    assert {one["simulated"] for one in study(changed)["beside"]} == {"–"}
 
 
 def test_which_jumps_are_left_out_has_to_be_stated(changed: Path) -> None:

@@ -142,6 +142,14 @@ def test_its_figure_fits_a_column_too() -> None:
     assert all(2 <= one.first <= 3 for one in study.runs)  # a packet may be missing
 
 
+def test_joules_stand_beside_the_simulator_and_the_slope_beside_the_thesis(book: Path) -> None:
+    beside = {one["quantity"]: one for one in study(book)["beside"]}
+    assert beside["slope, estimated over measured joules"]["published"] == "1.35"
+    for gain in force_plate.GAINS:
+        one = beside[f"joules a hop at extension stiffness {gain}"]
+        assert float(one["simulated"]) == pytest.approx(float(one["measured"]), rel=0.1)
+
+
 def test_page_one_of_its_page_is_a_sheet(book: Path, tmp_path: Path) -> None:
     page = tmp_path / "plate.html"
     good(labbook("study", "force-plate", "--page", str(page), at=book))

@@ -13,6 +13,7 @@ from labbook.analysis.comparison.pairing import swept_factor
 from labbook.analysis.outcomes.conditions import conditions_by_outcome
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.energy import joules_per_mah
+from labbook.analysis.prediction.predicting import plain_predictions
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.studies.emulator import EmulatorStudy, emulator_study
 from labbook.analysis.study_data import gather
@@ -59,6 +60,7 @@ def emulator_study_of(
             evidence,
             (Outcome.JOULES, Outcome.APEX),
         )
+        simulated = plain_predictions(connection, evidence, progress)
         sources = book_sources(connection, book.configuration, where or "all")
     study = book.configuration.study
     resolution_j = book.configuration.protocol.charger_resolution_mah * joules_per_mah(
@@ -73,6 +75,7 @@ def emulator_study_of(
         same_percent=same_percent,
         resolution_j=resolution_j,
         level=level,
+        simulated=simulated,
     )
     return OfBook(found, sources)
 

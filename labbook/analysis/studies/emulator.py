@@ -22,9 +22,11 @@ from labbook.analysis.comparison.comparing import Pair
 from labbook.analysis.comparison.deciding import contrast_of
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.outcomes.run_apexes import RunApexes
+from labbook.analysis.prediction.predicting import PlainPredictions
 from stats.days.decision_result import Bounded, Estimate
 from stats.exact.tails import t_quantile
 
+_NOTHING = PlainPredictions({})
 _COARSE = 0.03
 """Share of a jump's joules from which on the charger's last digit is said to be coarse: at 4 % intervals cover .92."""
 
@@ -48,7 +50,11 @@ class Mean:
 
 @dataclass(frozen=True, slots=True)
 class AtGain:
-    """A controller at an extension gain; `saving` and `apex_loss` against CE, in percent, None of CE itself."""
+    """A controller at an extension gain; `saving` and `apex_loss` against CE, in percent, None of CE itself.
+
+    `apex_sd_m` is the standard deviation over all jumps of the condition; `simulated_j` and `simulated_apex_m` are what
+    the simulator gives. Each is None where it is not known.
+    """
 
     gain: float
     damping_gain: float
@@ -57,6 +63,9 @@ class AtGain:
     apex_m: Mean
     saving: Estimate | None
     apex_loss: Estimate | None
+    apex_sd_m: float | None
+    simulated_j: float | None
+    simulated_apex_m: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,12 +80,16 @@ class Rise:
 
 @dataclass(frozen=True, slots=True)
 class Trend:
-    """The line of savings over the apex under CE at these gains, in percentage points a centimetre; None of two."""
+    """The line of savings over the apex under CE at these gains, in percentage points a centimetre; None of two.
+
+    It goes through `middle`, an apex in cm and a saving in percent.
+    """
 
     controller: Controller
     gains: tuple[float, ...]
     slope: float | None
     slope_ci: tuple[float, float] | None
+    middle: tuple[float, float] | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +110,7 @@ class EmulatorStudy:
     """What came of it: `rows` of all gains, those `left_out` among them; `rises` from each gain to the next.
 
     At `coarse` gains the charger's last digit is so much of the joules that the same digits repeat. `jumps` are those
-    that apexes rest on.
+    that apexes rest on; `not_simulated` is why there is nothing of the simulator, empty where there is.
     """
 
     rows: tuple[AtGain, ...]
@@ -108,6 +121,11 @@ class EmulatorStudy:
     jumps: Jumps
     level: float
     same_percent: float
+    not_simulated: str
+
+    def control(self, gain: float) -> AtGain | None:
+        """Return CE at a gain."""
+        return next((row for row in self.rows if (row.gain, row.controller) == (gain, Controller.CE)), None)
 
     def analysed(self, controller: Controller) -> list[AtGain]:
         """Return a controller at the gains that are not left out."""
@@ -124,6 +142,7 @@ def emulator_study(
     same_percent: float,
     resolution_j: float,
     level: float,
+    simulated: PlainPredictions = _NOTHING,
 ) -> EmulatorStudy:
     """Compare the controllers at each gain.
 
@@ -135,6 +154,7 @@ def emulator_study(
     ratio : extension gain over the active-damping gain that is scaled with it; whole gains may be rounded
     same_percent : a rise of the apex below it is not appreciable
     resolution_j : joules a jump that the charger's last digit is worth
+    simulated : what `plain_predictions` gives
 
     Raises
     ------
@@ -158,7 +178,7 @@ def emulator_study(
             "which active damping was run."
         )
     rows = tuple(
-        _at_gain(found, at, placed[controller][at], controller, level)
+        _at_gain(found, at, placed[controller][at], controller, level, simulated)
         for at in gains
         for controller in Controller
         if at in placed[controller]
@@ -180,7 +200,7 @@ def emulator_study(
     )
     apexes = found[Outcome.APEX]
     jumps = _jumps([apexes[place] for place in sorted({(row.gain, row.damping_gain) for row in rows})])
-    return EmulatorStudy(rows, rises, left_out, trends, coarse, jumps, level, same_percent)
+    return EmulatorStudy(rows, rises, left_out, trends, coarse, jumps, level, same_percent, simulated.why_not)
 
 
 _Place = tuple[float, float]
@@ -207,7 +227,14 @@ def _dampings(places: set[_Place], at: float, controller: Controller, constant: 
     return sorted(run, key=lambda damped: abs(damped - wanted))[:1]
 
 
-def _at_gain(found: _Found, at: float, damped: float, controller: Controller, level: float) -> AtGain:
+def _at_gain(
+    found: _Found,
+    at: float,
+    damped: float,
+    controller: Controller,
+    level: float,
+    simulated: PlainPredictions,
+) -> AtGain:
     joules, apexes = (found[outcome][at, damped] for outcome in (Outcome.JOULES, Outcome.APEX))
     control = {outcome: found[outcome][at, 0.0] for outcome in (Outcome.JOULES, Outcome.APEX)}
     is_control = controller is Controller.CE
@@ -219,7 +246,17 @@ def _at_gain(found: _Found, at: float, damped: float, controller: Controller, le
         _mean(apexes),
         None if is_control else contrast_of(_pair(control[Outcome.JOULES], joules)).savings(level),
         None if is_control else contrast_of(_pair(control[Outcome.APEX], apexes)).savings(level),
+        _sd(apexes),
+        simulated.value(joules.key, Outcome.JOULES),
+        simulated.value(joules.key, Outcome.APEX),
     )
+
+
+def _sd(apexes: ConditionValues) -> float | None:
+    heights_m = [
+        height_m for run in apexes.runs if isinstance(run.result, RunApexes) for height_m in run.result.heights_m
+    ]
+    return float(np.std(heights_m, ddof=1)) if len(heights_m) > 1 else None
 
 
 def _jumps(conditions: Sequence[ConditionValues]) -> Jumps:
@@ -270,13 +307,14 @@ def _trend(controller: Controller, rows: Sequence[AtGain], coarse: Sequence[floa
         if isinstance(row.saving.value, float) and isinstance(row.saving.se, float) and row.saving.se > 0.0
     ]
     if len(savings) < 3:
-        return Trend(controller, (), None, None)
+        return Trend(controller, (), None, None, None)
     gains, height, saving, se = np.array(savings).T
     weights = 1.0 / se**2
-    centred = 100.0 * (height - np.average(height, weights=weights))
+    middle = 100.0 * float(np.average(height, weights=weights)), float(np.average(saving, weights=weights))
+    centred = 100.0 * height - middle[0]
     slope = float(np.sum(weights * centred * saving) / np.sum(weights * centred**2))
-    left = saving - np.average(saving, weights=weights) - slope * centred
+    left = saving - middle[1] - slope * centred
     df = len(savings) - 2
     spread = max(1.0, float(np.sum(weights * left**2)) / df)
     half = t_quantile(level, df) * float(np.sqrt(spread / np.sum(weights * centred**2)))
-    return Trend(controller, tuple(gains.tolist()), slope, (slope - half, slope + half))
+    return Trend(controller, tuple(gains.tolist()), slope, (slope - half, slope + half), middle)

@@ -24,6 +24,7 @@ from data_schema.errors import InputRefused
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.pairing import sort_key
+from labbook.analysis.prediction.predicting import PlainPredictions
 from simulator.motor_power import Drive
 from stats.clocks import Clocks, align_clocks, corner, leg_touchdowns, moving_average
 from stats.compare.shared_error import SharedError
@@ -131,7 +132,8 @@ class ForcePlateStudy:
     `window` is in samples of `sample_s`, `by_corner` whether the rule chose it. By window of `windows`, `differences`
     (N, all but the first) are the sums of absolute differences from the force smoothed with the window before, and
     `slopes` what the slope would be; `slope_without_foot` is the slope where the foot's weight is taken off the force.
-    `ratios` are estimated over measured joules by condition, `titles` the conditions in words.
+    `ratios` are estimated over measured joules by condition, `titles` the conditions in words. `simulated`
+    is by condition, None where nobody asked.
     """
 
     runs: tuple[RunEstimate, ...]
@@ -148,6 +150,7 @@ class ForcePlateStudy:
     slopes: tuple[float, ...]
     traces: tuple[HopTraces, ...]
     left_out: Mapping[str, Undefined]
+    simulated: PlainPredictions | None = None
 
 
 def compare_joules(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 import sqlalchemy as sa
@@ -17,6 +18,7 @@ from labbook.analysis.outcomes.detection import heeded_gaps
 from labbook.analysis.outcomes.run_energy import RunEnergy, passive_drains, run_energies
 from labbook.analysis.outcomes.run_force import usable_force, vertical_force
 from labbook.analysis.prediction.condition_scenes import study_scene
+from labbook.analysis.prediction.predicting import plain_predictions
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.studies.force_plate import ForcePlateStudy, PlateRun, compare_joules
 from labbook.analysis.study_data import StudyData, gather
@@ -83,7 +85,11 @@ def force_plate_study(
             "joules: run other extension gains too."
         )
     progress("estimating joules")
-    return compare_joules(found, window, level, left_out)
+    study = compare_joules(found, window, level, left_out)
+    simulated = plain_predictions(connection, data, progress)
+    names = {run.condition_key: _condition(run) for run in data.runs}
+    by_condition = {names[key]: values for key, values in simulated.values.items()}
+    return replace(study, simulated=replace(simulated, values=by_condition))
 
 
 def _check_study(configuration: Configuration, runs: Sequence[RunRow], legs: Mapping[str, Sequence[SignalRow]]) -> None:
@@ -145,7 +151,7 @@ def _plate_run(
     return PlateRun(
         name=run.name,
         day=run.day,
-        condition=", ".join(f"{factor} {label}" for factor, label in run.levels.items()),
+        condition=_condition(run),
         title=", ".join(_level_words(data.configuration, factor, label) for factor, label in run.levels.items()),
         measured_j=measured_j,
         shared=energy.shared_error,
@@ -157,6 +163,10 @@ def _plate_run(
         leg_time_s=samples["time"][known],
         length_m=samples[LEG_LENGTH][known],
     )
+
+
+def _condition(run: RunRow) -> str:
+    return ", ".join(f"{factor} {label}" for factor, label in run.levels.items())
 
 
 def _level_words(configuration: Configuration, factor: str, label: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -11,6 +11,7 @@ from data_schema.rounding import level_text
 from data_schema.vocabulary import Undefined
 from labbook.analysis.studies.emulator import AtGain, Controller, EmulatorStudy, Jumps, Rise, Trend, no_rise
 from reports.figures.emulator import ControllerPoints
+from reports.page.study import BESIDE
 from reports.wording import list_text
 from stats.days.decision_result import Bounded, Estimate
 
@@ -36,12 +37,61 @@ def sentences(study: EmulatorStudy) -> list[str]:
     losses = [row for trend in study.trends for row in study.analysed(trend.controller)]
     said.append(_lost(losses))
     said.append(_left_out(study))
+    if study.not_simulated:
+        said.append(f"Not simulated: {study.not_simulated}.")
     if study.coarse:
         said.append(
             f"At {_gains(study.coarse)} the charger's last digit is more than 3 % of what the jumps took: the same "
             "digits repeat from day to day, and intervals of savings are too narrow. Let the robot jump longer there."
         )
     return said
+
+
+def beside(study: EmulatorStudy) -> list[tuple[str, ...]]:
+    """Return what was measured beside what the simulator gives and what the thesis says (4.3, 4.4)."""
+    found = []
+    for gain, published_cm in ((100.0, 25.6), (400.0, 49.3)):
+        if (row := study.control(gain)) is not None:
+            cells = [_cm(row.apex_m.value), _cm(row.simulated_apex_m), _fixed(published_cm, 1)]
+            found.append((f"apex under CE at gain {gain:g} (cm)", *cells))
+    kept = [row for row in study.rows if row.gain not in study.left_out]
+    if sds := [1e3 * row.apex_sd_m for row in kept if row.apex_sd_m is not None]:
+        found.append(("largest SD of the apexes of a condition (mm)", _fixed(max(sds), 1), "–", "< 7.5"))
+    for trend in study.trends:
+        savings = [row.saving for row in study.analysed(trend.controller) if row.saving is not None]
+        simulated = _simulated_changes(study, trend.controller, lambda row: row.simulated_j)
+        cells = [_ends_text(_values(savings)), _ends_text(simulated), _PUBLISHED[trend.controller]]
+        found.append((f"saving, {trend.controller} (%)", *cells))
+    rows = [row for trend in study.trends for row in study.analysed(trend.controller)]
+    lost = [row.apex_loss for row in rows if row.apex_loss is not None]
+    simulated = [
+        change
+        for trend in study.trends
+        for change in _simulated_changes(study, trend.controller, lambda row: row.simulated_apex_m)
+    ]
+    found.append(("apex lost (%)", _ends_text(_values(lost)), _ends_text(simulated), "< 6"))
+    return found
+
+
+def _values(found: Iterable[Estimate]) -> list[float]:
+    return [one.value for one in found if isinstance(one.value, float)]
+
+
+def _simulated_changes(
+    study: EmulatorStudy, controller: Controller, of: Callable[[AtGain], float | None]
+) -> list[float]:
+    """Return by how many percent less a controller has of something than CE, in the simulation."""
+    pairs = [(of(row), study.control(row.gain)) for row in study.analysed(controller)]
+    known = [(value, of(control)) for value, control in pairs if control is not None]
+    return [100.0 * (1.0 - value / of_ce) for value, of_ce in known if value is not None and of_ce]
+
+
+def _ends_text(values: Sequence[float]) -> str:
+    return _range(min(values), max(values)) if values else "–"
+
+
+def _cm(metres: float | None) -> str:
+    return "–" if metres is None else _fixed(100.0 * metres, 2)
 
 
 def _jumps_text(jumps: Jumps) -> str:
@@ -186,6 +236,7 @@ def as_data(study: EmulatorStudy) -> dict[str, Any]:
         "level": study.level,
         "left_out": list(study.left_out),
         "coarse": list(study.coarse),
+        "beside": [dict(zip(BESIDE, one, strict=True)) for one in beside(study)],
         "jumps": {"counted": study.jumps.counted, "made": study.jumps.made, "excluded": dict(study.jumps.excluded)},
         "gains": [
             {
@@ -194,6 +245,8 @@ def as_data(study: EmulatorStudy) -> dict[str, Any]:
                 "controller": str(row.controller),
                 "joules": asdict(row.joules),
                 "apex_m": asdict(row.apex_m),
+                "apex_sd_m": row.apex_sd_m,
+                "simulated": {"joules": row.simulated_j, "apex_m": row.simulated_apex_m},
                 "saving_percent": _data(row.saving),
                 "apex_loss_percent": _data(row.apex_loss),
             }
@@ -227,6 +280,7 @@ def _data(found: Estimate | Bounded | None) -> dict[str, Any] | None:
 def drawn(study: EmulatorStudy) -> tuple[list[ControllerPoints], tuple[float, ...], str]:
     """Return what the figure shows."""
     heights = {row.gain: 100.0 * row.apex_m.value for row in study.rows if row.controller is Controller.CE}
+    trends = {trend.controller: trend for trend in study.trends}
     points = []
     for controller in Controller:
         own = [row for row in study.rows if row.controller is controller]
@@ -237,14 +291,23 @@ def drawn(study: EmulatorStudy) -> tuple[list[ControllerPoints], tuple[float, ..
                 [(row.joules.value, row.joules.se or 0.0) for row in own],
                 [(100.0 * row.apex_m.value, 100.0 * (row.apex_m.se or 0.0)) for row in own],
                 [heights[row.gain] for row in own],
-                [_drawn_saving(row) if row.gain not in study.left_out else None for row in own],
+                [_ends(row.saving) if row.gain not in study.left_out else None for row in own],
+                [_ends(row.apex_loss) if row.gain not in study.left_out else None for row in own],
+                _drawn_trend(trends.get(controller), heights),
             )
         )
     return points, study.left_out, f"{level_text(study.level)} CI"
 
 
-def _drawn_saving(row: AtGain) -> tuple[float, float, float] | None:
-    saving = row.saving
-    if saving is None or isinstance(saving.value, Undefined) or isinstance(saving.ci, Undefined):
+def _ends(found: Estimate | None) -> tuple[float, float, float] | None:
+    if found is None or isinstance(found.value, Undefined) or isinstance(found.ci, Undefined):
         return None
-    return saving.value, *saving.ci
+    return found.value, *found.ci
+
+
+def _drawn_trend(trend: Trend | None, heights_cm: Mapping[float, float]) -> list[tuple[float, float]]:
+    """Return the ends of the line, nothing where there is none."""
+    if trend is None or trend.slope is None or trend.middle is None:
+        return []
+    across = [heights_cm[gain] for gain in trend.gains]
+    return [(x, trend.middle[1] + trend.slope * (x - trend.middle[0])) for x in (min(across), max(across))]

@@ -6,14 +6,16 @@ from typing import Any
 
 import numpy as np
 
+from data_schema.outcomes import Outcome
 from data_schema.rounding import error_of, interval_text, number_text
 from data_schema.vocabulary import Undefined
 from labbook.analysis.studies.force_plate import ForcePlateStudy, RunEstimate, odd_runs
 from reports.figures.force_plate import HopsOfCondition, WindowChoice
+from reports.page.study import BESIDE
 from stats.results import counted
 
-PUBLISHED_SLOPE, PUBLISHED_RMSE = 1.35, 0.63
-"""Thesis 3.2.2, four runs of one day, window 15."""
+PUBLISHED_SLOPE, PUBLISHED_RMSE, PUBLISHED_WINDOW = 1.35, 0.63, 15
+"""Thesis 3.2.2, four runs of one day."""
 HEAD = ("run", "day", "condition", "measured J", "estimated J", "hops", "offset s", "drift ppm", "ms")
 
 
@@ -51,9 +53,27 @@ def sentences(study: ForcePlateStudy) -> list[str]:
     if study.left_out:
         named = ", ".join(f"{name} ({why.reason})" for name, why in study.left_out.items())
         said.append(f"Left out: {named}.")
+    if study.simulated is not None and study.simulated.why_not:
+        said.append(f"Not simulated: {study.simulated.why_not}.")
     if len({one.day for one in study.runs}) == 1:
         said.append("All runs are of one day, and the interval says nothing of other days.")
     return said
+
+
+def beside(study: ForcePlateStudy) -> list[tuple[str, ...]]:
+    """Return what was measured beside what the simulator gives and what the thesis says (3.2.2)."""
+    ratio = "–" if isinstance(study.rmse.ratio, Undefined) else number_text(study.rmse.ratio, 2)
+    found: list[tuple[str, ...]] = [
+        ("slope, estimated over measured joules", _slope_text(study), "–", f"{PUBLISHED_SLOPE:g}"),
+        ("RMSE/IQR about it", ratio, "–", f"{PUBLISHED_RMSE:g}"),
+        ("moving average (samples)", str(study.window), "–", str(PUBLISHED_WINDOW)),
+    ]
+    for condition in study.ratios:
+        of_it = [one.measured_j for one in study.runs if one.condition == condition]
+        simulated = None if study.simulated is None else study.simulated.value(condition, Outcome.JOULES)
+        cells = f"{np.mean(of_it):.2f}", "–" if simulated is None else f"{simulated:.2f}"
+        found.append((f"joules a hop at {study.titles[condition]}", *cells, "–"))
+    return found
 
 
 def _slope_text(study: ForcePlateStudy) -> str:
@@ -129,6 +149,7 @@ def as_data(study: ForcePlateStudy) -> dict[str, Any]:
         "n": slope.n,
         "rmse": study.rmse.to_dict(),
         "ratios": dict(study.ratios),
+        "beside": [dict(zip(BESIDE, one, strict=True)) for one in beside(study)],
         "window": study.window,
         "window_by_corner": study.by_corner,
         "sample_s": study.sample_s,
