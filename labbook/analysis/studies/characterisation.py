@@ -230,12 +230,12 @@ def _fitted(several: Sequence[Oscillation], start: Floats, spreads: tuple[float,
     """Fit k, d and F by least squares of residuals in their spreads; the starts of motion are projected out."""
     scale = np.maximum(np.abs(start), (1.0, 0.1, 0.1))
 
-    def left(shares: Floats, spreads: tuple[float, float]) -> list[Floats]:
+    def left(shares: Floats) -> list[Floats]:
         k, d, force_n = (shares * scale).tolist()
         return [_left(one, k, d, force_n, spreads) for one in several]
 
     def flat(shares: Floats) -> Floats:
-        return np.concatenate([of_one.ravel() for of_one in left(shares, spreads)])
+        return np.concatenate([of_one.ravel() for of_one in left(shares)])
 
     fit = scipy.optimize.least_squares(flat, start / scale, x_scale="jac")
     df = 2 * sum(one.time_s.size for one in several) - 3 - 2 * len(several)
@@ -248,7 +248,7 @@ def _fitted(several: Sequence[Oscillation], start: Floats, spreads: tuple[float,
         Coefficient(float(value), float(se), (float(value - half * se), float(value + half * se)))
         for value, se in zip((fit.x * scale)[:2], (np.sqrt(np.diag(covariance)) * scale)[:2], strict=True)
     )
-    residuals = left(fit.x, (1.0, 1.0))
+    residuals = [of_one * np.array(spreads)[:, np.newaxis] for of_one in left(fit.x)]
     found = (max(float(np.std(np.concatenate([of_one[row] for of_one in residuals]))), _LEAST) for row in (0, 1))
     return _Fit(fit.x * scale, (next(found), next(found)), stiffness, damping, residuals)
 
