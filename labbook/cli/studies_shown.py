@@ -46,7 +46,7 @@ def compaction_shown(
     """Show how densely the grains lie, from a sheet of flasks."""
     from labbook.actions.studies.compaction import compaction_of
     from labbook.actions.studies.sheet_source import sheet_source
-    from labbook.presenting.studies.compaction import as_data, drawn, sentences
+    from labbook.presenting.studies.compaction import HEAD, as_data, drawn, rows, sentences
     from reports.figures.compaction import draw_compaction
 
     with sheet_source("compaction", file, book, decimal, complete=complete) as sheets:
@@ -59,6 +59,8 @@ def compaction_shown(
         lambda: draw_compaction(drawn(study)),
         "Volume fractions over grain size / flask radius: flasks, lines, and the intervals without walls (at 0).",
         sheets.sources,
+        HEAD,
+        rows(study),
     )
 
 
@@ -78,8 +80,9 @@ def field_shown(
         "What two robots need on the same walks",
         as_data(study),
         sentences(study),
-        lambda: draw_field(drawn(study)),
-        "Specific resistance of both robots: each walk a line, and the means with their intervals.",
+        lambda: draw_field(*drawn(study)),
+        "Specific resistance of both robots, each walk a line, and their ratio on each walk; geometric means with "
+        "intervals, and the thesis's values.",
         sheets.sources,
     )
 

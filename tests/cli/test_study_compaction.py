@@ -24,7 +24,7 @@ def test_intervals_cover_the_fractions_and_their_difference() -> None:
 
 
 def test_without_errors_the_fractions_are_found_to_rounding() -> None:
-    found = compaction_of(flasks(np.random.default_rng(0), 0.0, 0.0, lambda ml: ml), Path("flasks.csv"), GRAIN_MM, 0.95)
+    found = compaction_of(flasks(np.random.default_rng(0), 0.0, 0.0, str), Path("flasks.csv"), GRAIN_MM, 0.95)
     assert [state.unbounded.fraction for state in found.states] == pytest.approx([LOOSE, COMPACTED], rel=1e-7)
     assert [state.unbounded.wall_effect for state in found.states] == pytest.approx(WALLS, rel=1e-6)
     assert found.rise.coefficients[0] == pytest.approx(COMPACTED - LOOSE, rel=1e-6)
@@ -92,7 +92,9 @@ def test_points_that_could_be_thousands_are_refused(tmp_path: Path) -> None:
 def test_the_page_works_as_it_says(tmp_path: Path) -> None:
     page = study_page("compaction.md")
     (tmp_path / "flasks.csv").write_text(page.sheet, encoding="utf-8")
-    assert good(labbook(*page.words, at=tmp_path)).out == f"{page.said}compaction.pdf\n"
+    told = good(labbook(*page.words, at=tmp_path)).out
+    assert told == f"{page.said}compaction.pdf\n"
+    assert len(told.split("\n\n")[1].splitlines()) == 12, "a head, ten measurements, and the file"
     assert (tmp_path / "compaction.pdf").read_bytes().startswith(b"%PDF")
 
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from benchmarks.validation_document import STUDIES, covered, outside
 from labbook.actions.studies.field import field_study_of
+from labbook.analysis.studies.field import Walk, field_study
+from labbook.presenting.studies.field import drawn
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.study_pages import study_page
 
@@ -136,3 +139,15 @@ ROWS = "a,thin,8,430,12\na,wide,8,430,10\n"
 def test_refused_with_what_to_write(text: str, said: tuple[str, ...], tmp_path: Path) -> None:
     (tmp_path / "walks.csv").write_text(text, encoding="utf-8")
     refused(labbook("study", "field", "walks.csv", at=tmp_path), 2, *said)
+
+
+def test_the_thesis_s_values_stand_beside_in_words_data_and_figure(tmp_path: Path) -> None:
+    (tmp_path / "walks.csv").write_text(HEAD + ROWS + "b,thin,8,300,9\nb,wide,8,300,8\n", encoding="utf-8")
+    assert "The thesis: 1.3 thin and 1.1 wide" in good(labbook("study", "field", "walks.csv", at=tmp_path)).out
+    found = good(labbook("study", "field", "walks.csv", "--json", at=tmp_path)).json
+    assert found["published"] == {"field.sr_thin": 1.3, "field.sr_wide": 1.1}
+    rows = [Walk(robot, walk, 3e4 + 1e3 * len(robot + walk), 8.0, 400.0, 2) for walk in "ab" for robot in ("THIN", "x")]
+    (thin, other), ratio, label = drawn(field_study([*rows[:3], replace(rows[3], energy_j=2e4)]))
+    assert (thin.published, other.published, ratio.published, label) == (1.3, None, None, "mean, 95 % CI")
+    assert ratio.name == "x / THIN"
+    assert ratio.values == pytest.approx([b / a for a, b in zip(thin.values, other.values, strict=True)])

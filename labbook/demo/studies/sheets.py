@@ -32,16 +32,16 @@ ROBOTS_V = 37.0
 """Of the robots' batteries (assumed)."""
 
 
-def as_read_ml(water_ml: float) -> float:
-    """Return a volume as it is read from a measuring cylinder: of 100 ml to 0.1 ml, of larger ones to 1 ml."""
-    return round(water_ml, 1 if water_ml < 100.0 else 0)
+def as_read(water_ml: float) -> str:
+    """Write a volume as it is read from a measuring cylinder: of 100 ml to 0.1 ml, of larger ones to 1 ml."""
+    return f"{water_ml:.1f}" if water_ml < 100.0 else f"{water_ml:.0f}"
 
 
 def flasks(
     chance: np.random.Generator,
     of_flask: float = 0.002,
     of_filling: float = 0.0015,
-    read_ml: Callable[[float], float] = as_read_ml,
+    read: Callable[[float], str] = as_read,
 ) -> str:
     """Draw a sheet of flasks with normal errors of their fractions: one of each flask, and one of each filling."""
     lines = ["radius_mm,state,water_ml"]
@@ -49,7 +49,7 @@ def flasks(
         volume_ml, shared = 4.0 / 3.0 * math.pi * radius_mm**3 / 1e3, chance.normal(0.0, of_flask)
         for state, fraction, wall in zip(("loose", "compacted"), (LOOSE, COMPACTED), WALLS, strict=True):
             filled = fraction + wall * GRAIN_MM / radius_mm + shared + chance.normal(0.0, of_filling)
-            lines.append(f"{radius_mm:g},{state},{read_ml(volume_ml * (1.0 - filled)):.9g}")
+            lines.append(f"{radius_mm:g},{state},{read(volume_ml * (1.0 - filled))}")
     return "\n".join(lines) + "\n"
 
 

@@ -27,10 +27,11 @@ def sentences(study: Compaction) -> list[str]:
     of_states = [f"{_fraction_text(state.unbounded)} {state.name}" for state in study.states]
     rise = study.rise
     difference = number_text(rise.coefficients[0], error=_error(rise.standard_errors))
+    within = f"within flasks, n = {rise.n}, df = {rise.df}"
     said = [
         f"Without walls the grains fill {' and '.join(of_states)}.",
-        f"{last.name} less {first.name}: {difference} ({interval_text(rise.intervals()[0], rise.level)}; within "
-        f"flasks, n = {rise.n}, df = {rise.df}).",
+        f"Difference, {last.name} less {first.name}: {difference} "
+        f"({interval_text(rise.intervals()[0], rise.level)}; {within}).",
     ]
     if abs(study.grain_m / PUBLISHED_GRAIN_M - 1.0) < 0.05:
         known = " and ".join(f"{value:g} {name}" for name, value in PUBLISHED)
@@ -42,7 +43,7 @@ def sentences(study: Compaction) -> list[str]:
         )
     interval = rise.intervals()[0]
     if not isinstance(interval, Undefined) and interval[1] < 0.0:
-        said.append(f"{first.name} came out denser than {last.name}: are the states swapped?")
+        said.append(f"The state {first.name} came out denser than {last.name}: are the states swapped?")
     of_walls = [state.unbounded.fit.intervals()[1] for state in study.states]
     if any(not isinstance(interval, Undefined) and interval[0] > 0.0 for interval in of_walls):
         said.append("The fraction rises towards smaller flasks, where walls should lower it: look at the small flasks.")
@@ -58,6 +59,18 @@ def _fraction_text(packing: UnboundedPacking) -> str:
 
 def _error(errors: tuple[float, ...] | Undefined) -> float:
     return 0.0 if isinstance(errors, Undefined) else errors[0]
+
+
+HEAD = ("state", "flask radius (mm)", "grain / radius", "volume fraction")
+
+
+def rows(study: Compaction) -> list[tuple[str, ...]]:
+    """Return the table of the measurements: the mean of each flask in each state."""
+    return [
+        (state.name, f"{1e3 * study.grain_m / wall:.4g}", f"{wall:.4f}", f"{fraction:.4f}")
+        for state in study.states
+        for wall, fraction in zip(state.wall, state.fractions, strict=True)
+    ]
 
 
 def as_data(study: Compaction) -> dict[str, Any]:

@@ -7,9 +7,12 @@ from typing import Any
 from data_schema.rounding import error_of, interval_text, level_text, number_text
 from data_schema.vocabulary import Undefined
 from labbook.analysis.studies.field import FieldStudy, geometric
-from reports.figures.field import RobotWalks
+from reports.figures.field import OnWalks
 from stats.compare.summary import Summary
 from stats.results import counted
+
+PUBLISHED = {"thin": ("field.sr_thin", 1.3), "wide": ("field.sr_wide", 1.1)}
+"""Of the thesis's RHex by its legs (2.2.3): what docs/published.md calls it, and its specific resistance."""
 
 
 def sentences(study: FieldStudy) -> list[str]:
@@ -17,16 +20,18 @@ def sentences(study: FieldStudy) -> list[str]:
     first, second = study.robots
     walks = counted(len(study.walks), "walk")
     needs = " and ".join(f"{_with_interval(study.log_means[robot], ' ({})')} {robot}" for robot in study.robots)
+    thesis = " and ".join(f"{value:g} {legs}" for legs, (_known, value) in PUBLISHED.items())
+    known = f"The thesis: {thesis}, on one walk of 430 m (2.2.3; {' and '.join(dict(PUBLISHED.values()))})."
     each = f"Specific resistance, energy over weight times distance: {needs} (geometric means of {walks})."
-    doubt = [] if study.doubt is None else [study.doubt]
+    others = [each, known] if study.doubt is None else [each, known, study.doubt]
     ratio, interval = geometric(study.log_ratio)
     percent = 100.0 * (ratio - 1.0)
     change = f"{number_text(abs(percent), 2)} % {'less' if percent < 0.0 else 'more'} than" if percent else "as much as"
     if isinstance(interval, Undefined):
-        return [f"{second} needed {change} {first}; no interval: {interval.reason}.", each, *doubt]
+        return [f"On these walks {second} needed {change} {first}; no interval: {interval.reason}.", *others]
     within = f"{second} / {first} {_with_interval(study.log_ratio, ', {}')}, within {walks}"
     tells = "" if interval[1] < 1.0 or interval[0] > 1.0 else "; the difference is not significant"
-    return [f"{second} needs {change} {first} ({within}){tells}.", each, *doubt]
+    return [f"On the same walks {second} needs {change} {first} ({within}){tells}.", *others]
 
 
 def _with_interval(logs: Summary, after: str) -> str:
@@ -51,6 +56,7 @@ def as_data(study: FieldStudy) -> dict[str, Any]:
         "ratio": ratio,
         "ratio_ci": None if isinstance(interval, Undefined) else list(interval),
         "log_ratio": study.log_ratio.to_dict(),
+        "published": dict(PUBLISHED.values()),
         "doubt": study.doubt,
     }
 
@@ -60,8 +66,20 @@ def _geometric_data(logs: Summary) -> dict[str, Any]:
     return {"geometric_mean": mean, "ci": None if isinstance(interval, Undefined) else list(interval), "n": logs.n}
 
 
-def drawn(study: FieldStudy) -> list[RobotWalks]:
-    """Return what the figure shows."""
-    label = f"mean, {level_text(study.log_ratio.level)} CI"
-    means = {robot: geometric(logs) for robot, logs in study.log_means.items()}
-    return [RobotWalks(robot, study.specific_resistance[robot], *means[robot], label) for robot in study.robots]
+def drawn(study: FieldStudy) -> tuple[list[OnWalks], OnWalks, str]:
+    """Return what the figure shows: the robots, their ratio, and what their means are."""
+    first, second = study.robots
+    published = [_published(robot) for robot in study.robots]
+    robots = [
+        OnWalks(robot, study.specific_resistance[robot], *geometric(study.log_means[robot]), value)
+        for robot, value in zip(study.robots, published, strict=True)
+    ]
+    of_thesis = None if published[0] is None or published[1] is None else published[1] / published[0]
+    ratios = [b / a for a, b in zip(robots[0].values, robots[1].values, strict=True)]
+    ratio = OnWalks(f"{second} / {first}", ratios, *geometric(study.log_ratio), of_thesis)
+    return robots, ratio, f"mean, {level_text(study.log_ratio.level)} CI"
+
+
+def _published(robot: str) -> float | None:
+    """Return the thesis's value for a robot that is named by its legs as there."""
+    return next((value for legs, (_known, value) in PUBLISHED.items() if legs in robot.casefold()), None)
