@@ -161,8 +161,8 @@ def emulator_shown(
         as_data(study),
         sentences(study),
         lambda: draw_emulator(*drawn(study)),
-        "Joules and apexes by extension gain, means and standard errors over runs (where no bar is seen, it is smaller "
-        "than the mark); savings over the apex under CE, with their line; apex lost. Controllers stand side by side.",
+        "Joules and apexes by extension gain, means and standard errors over runs; savings over the apex under CE, and "
+        "their line; apex lost. A mark without a bar has none, or one smaller than itself; controllers stand apart.",
         found.sources,
         HEAD,
         rows(study),

@@ -20,7 +20,8 @@ class ControllerPoints:
     """A controller at each gain: joules and apexes with standard errors, savings and apexes lost in percent.
 
     `ce_apexes_cm` are the apexes under the control; `savings` and `losses` have their intervals, and are None of the
-    control, or where there is none. `trend` has the ends of the line of savings over apexes, or is empty.
+    control. Errors and ends of intervals are NaN where there are none. `trend` has the ends of the line of savings over
+    apexes, or is empty.
     """
 
     name: str

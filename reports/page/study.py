@@ -50,13 +50,13 @@ class StudyPage:
 
 def study_page(page: StudyPage) -> str:
     """Return the page's HTML, which asks nothing of the network."""
-    answer, *others = map(_typeset, page.said)
+    answer, *others = map(true_minus, page.said)
     parts: list[dict[str, object]] = [{"kind": "Paragraph", "part": Paragraph(answer, lead=True)}]
     behind: list[dict[str, object]] = []
     if others:
         parts.append({"kind": "Bullets", "part": Bullets(tuple(map(Paragraph, others)))})
     drawing = inline_svg(_svg(page.draw), "study", page.title, page.caption)
-    caption = _typeset(page.caption)
+    caption = true_minus(page.caption)
     parts.append({"kind": "FigureHere", "number": 1, "name": "study", "caption": caption, "drawing": drawing})
     tables = [
         (_table("beside", "Beside the simulator and the thesis", BESIDE, page.beside), parts),
@@ -83,7 +83,7 @@ def study_page(page: StudyPage) -> str:
     )
 
 
-def _typeset(text: str) -> str:
+def true_minus(text: str) -> str:
     """Set true minus signs; hyphens of dates and names stay."""
     return _MINUS.sub(MINUS, text)
 
@@ -123,4 +123,4 @@ def _svg(draw: Callable[[], Figure]) -> bytes:
 
 def _table(name: str, caption: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
     columns = tuple(Column(title, (title,), numeric=place > 0) for place, title in enumerate(head))
-    return Table(name, caption, columns, tuple(Row(tuple(words(_typeset(cell)) for cell in row)) for row in rows))
+    return Table(name, caption, columns, tuple(Row(tuple(words(true_minus(cell)) for cell in row)) for row in rows))

@@ -255,7 +255,7 @@ def plain_predictions(
     """Simulate each condition once, as its first robot ran it; nothing is varied or stored, and nothing is refused."""
     settings = evidence.configuration.simulation
     if settings is None:
-        return PlainPredictions({}, "labbook.toml has no [simulation]")
+        return PlainPredictions({}, "labbook.toml has no [simulation].")
     progress("simulating each condition (compiling the simulator before, up to 30 s)")
     found: dict[str, Mapping[str, float | None]] = {}
     try:
@@ -266,7 +266,7 @@ def plain_predictions(
                 scene = condition_scene(start, evidence.configuration, evidence.factors, run.levels, (run.robot, facts))
                 found[run.condition_key] = simulated(scene, settings.accuracy, ALWAYS).values
     except LabbookError as error:
-        return PlainPredictions({}, str(error).removesuffix("."))
+        return PlainPredictions({}, str(error))
     return PlainPredictions(found)
 
 

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
+import numpy as np
+
 from data_schema.rounding import level_text
 from data_schema.vocabulary import Undefined
 from labbook.analysis.studies.emulator import AtGain, Controller, EmulatorStudy, Jumps, Rise, Trend, no_rise
@@ -38,7 +40,7 @@ def sentences(study: EmulatorStudy) -> list[str]:
     said.append(_lost(losses))
     said.append(_left_out(study))
     if study.not_simulated:
-        said.append(f"Not simulated: {study.not_simulated}.")
+        said.append(f"Not simulated: {study.not_simulated}")
     if study.coarse:
         said.append(
             f"At {_gains(study.coarse)} the charger's last digit is more than 3 % of what the jumps took: the same "
@@ -288,8 +290,8 @@ def drawn(study: EmulatorStudy) -> tuple[list[ControllerPoints], tuple[float, ..
             ControllerPoints(
                 _SHORT[controller] if controller is Controller.CE else str(controller),
                 [row.gain for row in own],
-                [(row.joules.value, row.joules.se or 0.0) for row in own],
-                [(100.0 * row.apex_m.value, 100.0 * (row.apex_m.se or 0.0)) for row in own],
+                [(row.joules.value, _known(row.joules.se)) for row in own],
+                [(100.0 * row.apex_m.value, 100.0 * _known(row.apex_m.se)) for row in own],
                 [heights[row.gain] for row in own],
                 [_ends(row.saving) if row.gain not in study.left_out else None for row in own],
                 [_ends(row.apex_loss) if row.gain not in study.left_out else None for row in own],
@@ -299,10 +301,15 @@ def drawn(study: EmulatorStudy) -> tuple[list[ControllerPoints], tuple[float, ..
     return points, study.left_out, f"{level_text(study.level)} CI"
 
 
+def _known(se: float | None) -> float:
+    return np.nan if se is None else se
+
+
 def _ends(found: Estimate | None) -> tuple[float, float, float] | None:
-    if found is None or isinstance(found.value, Undefined) or isinstance(found.ci, Undefined):
+    """Return a value and the ends of its interval, NaN where it has none."""
+    if found is None or isinstance(found.value, Undefined):
         return None
-    return found.value, *found.ci
+    return found.value, *((np.nan, np.nan) if isinstance(found.ci, Undefined) else found.ci)
 
 
 def _drawn_trend(trend: Trend | None, heights_cm: Mapping[float, float]) -> list[tuple[float, float]]:

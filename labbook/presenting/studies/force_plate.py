@@ -11,7 +11,7 @@ from data_schema.rounding import error_of, interval_text, number_text
 from data_schema.vocabulary import Undefined
 from labbook.analysis.studies.force_plate import ForcePlateStudy, RunEstimate, odd_runs
 from reports.figures.force_plate import HopsOfCondition, WindowChoice
-from reports.page.study import BESIDE
+from reports.page.study import BESIDE, true_minus
 from stats.results import counted
 
 PUBLISHED_SLOPE, PUBLISHED_RMSE, PUBLISHED_WINDOW = 1.35, 0.63, 15
@@ -54,7 +54,7 @@ def sentences(study: ForcePlateStudy) -> list[str]:
         named = ", ".join(f"{name} ({why.reason})" for name, why in study.left_out.items())
         said.append(f"Left out: {named}.")
     if study.simulated is not None and study.simulated.why_not:
-        said.append(f"Not simulated: {study.simulated.why_not}.")
+        said.append(f"Not simulated: {study.simulated.why_not}")
     if len({one.day for one in study.runs}) == 1:
         said.append("All runs are of one day, and the interval says nothing of other days.")
     return said
@@ -103,7 +103,7 @@ def _window_text(study: ForcePlateStudy) -> str:
     return (
         f"The force is smoothed over {counted(study.window, 'sample')} "
         f"({1e3 * study.sample_s * study.window:.3g} ms; {how}). One sample more changes the slope by "
-        f"{number_text(steep, 2)} there: from {number_text(slopes[0], 3)} without smoothing to "
+        f"{true_minus(number_text(steep, 2))} there: from {number_text(slopes[0], 3)} without smoothing to "
         f"{number_text(slopes[-1], 3)} over {windows[-1]} samples{at_1}."
     )
 
@@ -111,9 +111,10 @@ def _window_text(study: ForcePlateStudy) -> str:
 def _clocks_text(study: ForcePlateStudy) -> str:
     drifts = [1e6 * one.clocks.drift for one in study.runs]
     spreads = [1e3 * one.clocks.residual_sd_s for one in study.runs]
+    between = true_minus(f"{min(drifts):.0f} to {max(drifts):.0f}")
     return (
-        f"The log's clock drifts by {min(drifts):.0f} to {max(drifts):.0f} ppm against the plate's; touchdowns lie "
-        f"{max(spreads):.2g} ms or less from one line (standard deviation, by run)."
+        f"The log's clock drifts by {between} ppm against the plate's; touchdowns lie {max(spreads):.2g} ms or less "
+        "from one line (standard deviation, by run)."
     )
 
 
@@ -127,8 +128,8 @@ def rows(study: ForcePlateStudy) -> list[tuple[str, ...]]:
             f"{one.measured_j:.2f}",
             f"{one.estimated_j:.2f}",
             f"{len(one.hops_j)} of {one.hops_made}",
-            f"{one.clocks.at_zero_s:.4f}",
-            f"{1e6 * one.clocks.drift:.1f}",
+            true_minus(f"{one.clocks.at_zero_s:.4f}"),
+            true_minus(f"{1e6 * one.clocks.drift:.1f}"),
             f"{1e3 * one.clocks.residual_sd_s:.2f}",
         )
         for one in study.runs
