@@ -91,7 +91,11 @@ def measure(say: Callable[[str], None]) -> Section:
                 ("accuracy", "scalar kernel, µs a jump", "in lanes, µs a jump", "ratio"),
                 tuple(_numbers(f"{goal:g}", scalar, lanes, scalar / lanes) for goal, (scalar, lanes) in beside.items()),
                 f"Least processor time of one thread for {IN_TURNS} of these jumps, {TURNS} times in turns, "
-                "to the same bits.",
+                "to the same bits. Counted once: of the 148 steps of such a jump at 1e-4 (226 at 1e-6) 130 (204) are "
+                "taken in lanes, the others with nine events by the scalar kernel. Where registers hold four numbers "
+                "(AVX2) a step in lanes takes at most 0.28 µs against 0.65 µs, and the scalar steps a quarter of the "
+                "time. A million jumps in 12 s would be 24 µs of processor time a jump with all that a sweep writes: "
+                "fewer steps, which the clock of the sampled controller forbids, or registers of eight numbers.",
             ),
         ),
     )
