@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from benchmarks.document import table_text
 from benchmarks.section import Table
 from data_schema.errors import UsageError
-from simulator.error_bars import finer_accuracy
+from simulator.error_bars import finer_accuracies
 from simulator.jump import (
     FINEST_ACCURACY,
     ILL_CONDITIONED_BELOW,
@@ -181,14 +181,15 @@ def barred(kernel: Kernel, table: Row) -> list[Barred]:
     simulated = {FINEST: _simulated(kernel, table, FINEST)}
     doubt = _apart(simulated[FINEST], finest)
     for goal in GOALS:
-        finer = finer_accuracy(goal)
-        for accuracy in {goal, finer} - simulated.keys():
+        first, *others = finer_accuracies(goal)
+        for accuracy in {goal, first} - simulated.keys():
             simulated[accuracy] = _simulated(kernel, table, accuracy)
-        coarse, fine = simulated[goal], simulated[finer].copy()
-        close = fine[:, COLUMN["decision_margin"]] < ILL_CONDITIONED_BELOW
-        fine[close] = _simulated(kernel, table[close], finer_accuracy(finer))
+        coarse, fine = simulated[goal], simulated[first].copy()
+        for finer in others:
+            close = _hangs(fine)
+            fine[close] = _simulated(kernel, table[close], finer)
         rounding = rounding_share(fine[:, COLUMN["error_growth"]])
-        flags = np.maximum(_apart(coarse, fine), rounding) > goal
+        flags = (np.maximum(_apart(coarse, fine), rounding) > goal) | _hangs(fine)
         off, certain = _apart(coarse, finest), doubt <= goal
         missed, keeps = certain & (off > 10.0 * goal), certain & (_apart(fine, finest) <= goal)
         found.append(
@@ -204,6 +205,10 @@ def barred(kernel: Kernel, table: Row) -> list[Barred]:
             )
         )
     return found
+
+
+def _hangs(rows: Row) -> NDArray[np.bool_]:
+    return rows[:, COLUMN["decision_margin"]] < ILL_CONDITIONED_BELOW
 
 
 def _within(parameter: Parameter, random: np.random.Generator) -> float:

@@ -2,7 +2,7 @@
 
 The difference is the bound, and the finer values are the result: a coarser second run, or a margin of the controller's
 decisions, does not see a jump that ends in another way. What the margins, the growth of errors and the number of steps
-say are the reasons for a large one. Where the finer simulation itself hangs on a decision, a third one tells.
+say are the reasons for a large one. Where the finer simulation itself hangs on a decision, still finer ones tell.
 """
 
 from __future__ import annotations
@@ -36,15 +36,23 @@ def finer_accuracy(accuracy: float) -> float:
     return max(accuracy / FINER, FINEST_ACCURACY)
 
 
+def finer_accuracies(accuracy: float) -> tuple[float, ...]:
+    """Return the accuracies, each a hundred times finer, down to 1e-13, at which a jump is simulated until it does not
+    hang on a decision; none where there is nothing finer.
+    """
+    finer = finer_accuracy(accuracy)
+    return () if finer >= accuracy else (finer, *finer_accuracies(finer))
+
+
 def simulate_finer(scene: Scene, accuracy: float, trajectory: bool = False) -> SceneResult:
-    """Simulate a scene a hundred times finer than `accuracy`, and as much finer again where that hangs on a decision.
+    """Simulate a scene a hundred times finer than `accuracy`, and so on while that hangs on a decision.
 
     The result's `accuracy` is the one that was taken, never finer than 1e-13.
     """
     finer = finer_accuracy(accuracy)
     found = simulate(scene, finer, trajectory)
     if finer > FINEST_ACCURACY and any(map(close_decision, found.jumps)):
-        return simulate(scene, finer_accuracy(finer), trajectory)
+        return simulate_finer(scene, finer, trajectory)
     return found
 
 
@@ -61,9 +69,9 @@ def simulate_with_errors(scene: Scene, accuracy: float = 1e-6, trajectory: bool 
     -------
     The jumps simulated to a hundredth of `accuracy` (`simulate_finer`). Of each, `errors` has by output the absolute
     difference to the simulation to `accuracy`, in the output's unit. It is `ill_conditioned` where that of
-    depth, lift-off time, apex height or cost is above the accuracy, or where it ends otherwise: `coarser` is then the
-    jump to `accuracy`; so is every jump after such a one. A jump that only the finer simulation makes has no errors. At
-    an accuracy of 1e-13 there is nothing finer, and no error.
+    depth, lift-off time, apex height or cost is above the accuracy, where it hangs on a decision at 1e-13, too, or
+    where it ends otherwise: `coarser` is then the jump to `accuracy`; so is every jump after such a one. A jump that
+    only the finer simulation makes has no errors. At an accuracy of 1e-13 there is nothing finer, and no error.
 
     Raises
     ------
@@ -100,7 +108,7 @@ def _with_errors(jump: JumpResult, coarse: JumpResult | None, accuracy: float) -
     return replace(
         jump,
         errors=errors,
-        ill_conditioned=otherwise or largest_share(jump, errors) > accuracy,
+        ill_conditioned=otherwise or close_decision(jump) or largest_share(jump, errors) > accuracy,
         coarser=coarse if otherwise else None,
         open_book=bool(open_book(jump.energy_residual_J, jump.energy_at_play_J, accuracy)),
     )

@@ -16,7 +16,7 @@ from simulator.accuracy.methods import LABBOOK, METHODS, Attempt, Found, Method,
 from simulator.accuracy.outputs import outputs_of, relative_errors
 from simulator.accuracy.peers import PeerGaveUp
 from simulator.accuracy.reference_of import Reference, reference_of
-from simulator.error_bars import finer_accuracy
+from simulator.error_bars import finer_accuracies
 from simulator.jump import ILL_CONDITIONED_BELOW, rounding_share
 from simulator.kernel.build import kernel_for
 from simulator.kernel.rows import COLUMN
@@ -131,7 +131,7 @@ def _point(attempt: Attempt, setting: float, reference: Reference, quick: bool) 
 
 def _estimated(scene: Scene, setting: float, stop_after: int, found: Found) -> dict[str, float | None]:
     """Return the relative difference to a finer run, as `simulator.error_bars` has it."""
-    for finer in (finer_accuracy(setting), finer_accuracy(finer_accuracy(setting))):
+    for finer in finer_accuracies(setting) or (setting,):
         kernel = KernelRun(scene, finer, stop_after)
         kernel.run()
         row = kernel.row()

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
-from simulator.error_bars import JUDGED, finer_accuracy
+from simulator.error_bars import JUDGED, finer_accuracies
 from simulator.jump import (
     ILL_CONDITIONED_BELOW,
     ill_conditioned,
@@ -101,8 +101,7 @@ def simulator_here() -> str:
 
 def recipe_for(scene: Scene, design: Design, accuracy: float, *, error_bars: bool = False) -> Recipe:
     """Return the recipe of a sweep. Raises `UsageError` for an accuracy that cannot be had."""
-    finer = finer_accuracy(accuracy)
-    limits, *others = [limits_for(each) for each in (accuracy, finer, finer_accuracy(finer))]
+    limits, *others = [limits_for(each) for each in (accuracy, *finer_accuracies(accuracy))]
     for each in (limits, *others):
         each[JUMPS_WANTED] = scene.jumps
     names = [parameter.name for parameter in compose(scene.effects).parameters]
@@ -184,18 +183,21 @@ def _with_errors(accuracy: float, coarse: Block, fine: Block) -> Block:
     with np.errstate(divide="ignore", invalid="ignore"):
         above = ~(errors[:, :, _JUDGED] / judged <= accuracy) & (judged > 0.0)
     ends, before = fine[:, :, PLACE["outcome"]], coarse[:, :, PLACE["outcome"]]
-    flags = np.logical_or.accumulate(above.any(axis=2) | (ends != before), axis=1)
+    hangs = fine[:, :, PLACE["decision_margin"]] < ILL_CONDITIONED_BELOW
+    flags = np.logical_or.accumulate(above.any(axis=2) | hangs | (ends != before), axis=1)
     fine[:, :, PLACE["ill_conditioned"]] = np.where(ends == NOT_MADE_FLAG, NOT_MADE_FLAG, flags)
     return np.concatenate([fine, errors], axis=2)
 
 
 def _finer(recipe: Recipe, table: Block) -> Block:
     """Simulate finer, and finer still where that hangs on a decision, as `simulator.error_bars.simulate_finer` does."""
-    finer, finest = recipe.finer
-    found = _simulated(recipe, finer, table)
-    close = (found[:, :, PLACE["decision_margin"]] < ILL_CONDITIONED_BELOW).any(axis=1)
-    if close.any():
-        found[close] = _simulated(recipe, finest, table[close])
+    first, *others = recipe.finer
+    found = _simulated(recipe, first, table)
+    for finer in others:
+        close = (found[:, :, PLACE["decision_margin"]] < ILL_CONDITIONED_BELOW).any(axis=1)
+        if not close.any():
+            break
+        found[close] = _simulated(recipe, finer, table[close])
     return found
 
 

@@ -22,10 +22,14 @@ from simulator.kernel.layout import (
     DEPTH,
     FLIGHT,
     INTRUDING,
+    LENGTH_UNIT,
+    MARGIN,
+    MARGIN_TICK,
     MODE,
     NO_LIFTOFF,
     NOW,
     SLIDES,
+    SPEED_UNIT,
     TIME,
     TOUCHDOWN,
     V_BODY,
@@ -40,6 +44,13 @@ from simulator.kernel.rows import COLUMN
 Row = NDArray[np.float64]
 
 
+@inner
+def note_near(distance: float, unit: float, work: Row) -> None:
+    """Note how far another event was, in local errors of its guard, where that would have gone on otherwise."""
+    if abs(distance) < unit * work[MARGIN]:
+        work[MARGIN], work[MARGIN_TICK] = abs(distance) / unit, -1.0
+
+
 def make_touches(composition: Composition) -> Function:
     """The foot meets the ground in flight: `(work)`. On grains a rising body goes on with its stance."""
     granular = composition.on("hydrostatic_stiffness")
@@ -50,6 +61,7 @@ def make_touches(composition: Composition) -> Function:
     def touches(work: Row) -> int:
         if not granular:
             return TOUCHDOWN
+        note_near(work[NOW + V_BODY], work[SPEED_UNIT], work)
         if work[NOW + V_BODY] < 0.0:
             return TOUCHDOWN
         if work[CLEARED] == CLEAR:  # the foot dips below the surface while the body rises: its old print lies deeper
@@ -110,11 +122,15 @@ def make_unsettles(composition: Composition, settle: Function, lift_off: Functio
 def make_falls(composition: Composition) -> Function:
     """The body turns and falls: `(work, row, stop_after)`. On the ground it then never leaves it."""
     apex_height, apex_time = COLUMN["apex_height_m"], COLUMN["apex_time_s"]
+    granular = composition.on("hydrostatic_stiffness")
 
     @inner
     def falls(work: Row, row: Row, stop_after: float) -> int:
         if work[MODE] != FLIGHT:
             return NO_LIFTOFF
+        if granular:  # had the foot touched before, its stance would go on
+            met_m = 0.0 if work[CLEARED] == CLEAR else work[DEEPEST]
+            note_near(work[NOW + X_FOOT] - met_m, work[LENGTH_UNIT], work)
         if np.isnan(row[apex_height]) and work[AIRBORNE] == 1:
             row[apex_height], row[apex_time] = work[NOW + X_BODY], work[TIME]
             if stop_after == STOP_AFTER_APEX:
