@@ -41,7 +41,7 @@ def finer_accuracies(accuracy: float) -> tuple[float, ...]:
     hang on a decision; none where there is nothing finer.
     """
     finer = finer_accuracy(accuracy)
-    return () if finer >= accuracy else (finer, *finer_accuracies(finer))
+    return (finer, *finer_accuracies(finer)) if finer < accuracy else ()
 
 
 def simulate_finer(scene: Scene, accuracy: float, trajectory: bool = False) -> SceneResult:

@@ -37,7 +37,7 @@ from simulator.kernel.layout import (
     X_BODY,
     X_FOOT,
 )
-from simulator.kernel.limits import STOP_AFTER_APEX
+from simulator.kernel.limits import NEAR_PEAK, STOP_AFTER_APEX
 from simulator.kernel.mechanics.platform import make_stop_platform
 from simulator.kernel.rows import COLUMN
 
@@ -46,8 +46,8 @@ Row = NDArray[np.float64]
 
 @inner
 def note_near(distance: float, unit: float, work: Row) -> None:
-    """Note how far another event was, in local errors of its guard, where that would have gone on otherwise."""
-    if abs(distance) < unit * work[MARGIN]:
+    """Note how near another event was, in local errors of its guard, by which the jump would have gone on otherwise."""
+    if abs(distance) < unit * min(work[MARGIN], NEAR_PEAK):
         work[MARGIN], work[MARGIN_TICK] = abs(distance) / unit, -1.0
 
 
