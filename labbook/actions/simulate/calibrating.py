@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+from data_schema import journal
 from data_schema.errors import UsageError
 from data_schema.queries.facts import read_fact
 from labbook.analysis.comparison.pairing import swept_factor
@@ -48,6 +49,7 @@ def calibrate_book(
     start = study_scene(configuration.simulation)
     with book.reading() as connection:
         evidence = gather(connection, configuration, where)
+        entries, head = journal.head(connection)
         cache, detections = ResultCache(connection), Detections(connection, book.store, step)
         conditions = conditions_by_outcome(cache, detections, evidence, ALWAYS)
         runs = {
@@ -78,7 +80,8 @@ def calibrate_book(
     found = calibrate(scenes, measured, wanted, resamples=resamples, seed=seed, level=level, progress=step)
     cited = (
         f"fitted to {configuration.study.name}: {len(measured)} means of {len(runs)} conditions, configuration "
-        f"{configuration.sha256[:12]}; that these runs agree with it is no test"
+        f"{configuration.sha256[:12]}, journal of {entries} entries to {head[:12]}; that these runs agree with it is "
+        "no test"
     )
     values = {one.name: Value(one.value, why=cited) for one in found.parameters}
     scene = replace(start, title=f"{start.title}, calibrated", values={**start.values, **values})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -136,7 +137,8 @@ def test_a_books_ground_is_a_scene_that_cites_it_and_predicts(book: SmallBook) -
     told = good(labbook("calibrate", "--fit", "kg_scale", "--resamples", "25", "--out", "own.toml", at=book.folder)).out
     says(told, "F(")
     scene = load_scene(book.folder / "own.toml")
-    assert "fitted to" in scene.values["kg_scale"].why
+    last = (book.folder / "journal.jsonl").read_text(encoding="utf-8").splitlines()[-1]
+    assert f"to {json.loads(last)['hash'][:12]}" in scene.values["kg_scale"].why
     says(told, "own.toml", "varied", "kg_scale")
     data = good(labbook("calibrate", "--fit", "kg_scale", "--resamples", "0", "--json", at=book.folder)).json
     assert data["parameters"][0]["value"] == pytest.approx(scene["kg_scale"], rel=1e-12)
