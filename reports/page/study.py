@@ -25,6 +25,7 @@ MOST_ROWS, MOST_FILES = 12, 8
 BESIDE = ("quantity", "measured", "simulated", "published")
 """Heads of the table of what was measured beside what the simulator gives and what the thesis says."""
 _FILE = "File"
+_NUMBER = re.compile(r"[<+\u2212\u2013-]? ?\d|\u2013$")
 _MINUS = re.compile(r"(?<![\w.)+-])-(?=\.?\d)")
 
 
@@ -122,5 +123,9 @@ def _svg(draw: Callable[[], Figure]) -> bytes:
 
 
 def _table(name: str, caption: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
-    columns = tuple(Column(title, (title,), numeric=place > 0) for place, title in enumerate(head))
+    cells = list(zip(*rows, strict=True)) if rows else [()] * len(head)
+    columns = tuple(
+        Column(title, (title,), numeric=place > 0 and all(map(_NUMBER.match, column)))
+        for place, (title, column) in enumerate(zip(head, cells, strict=True))
+    )
     return Table(name, caption, columns, tuple(Row(tuple(words(true_minus(cell)) for cell in row)) for row in rows))
