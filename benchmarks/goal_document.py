@@ -186,10 +186,10 @@ def barred(kernel: Kernel, table: Row) -> list[Barred]:
             simulated[accuracy] = _simulated(kernel, table, accuracy)
         coarse, fine = simulated[goal], simulated[first].copy()
         for finer in others:
-            close = _hangs(fine)
+            close = fine[:, COLUMN["decision_margin"]] < ILL_CONDITIONED_BELOW
             fine[close] = _simulated(kernel, table[close], finer)
         rounding = rounding_share(fine[:, COLUMN["error_growth"]])
-        flags = (np.maximum(_apart(coarse, fine), rounding) > goal) | _hangs(fine)
+        flags = np.maximum(_apart(coarse, fine), rounding) > goal
         off, certain = _apart(coarse, finest), doubt <= goal
         missed, keeps = certain & (off > 10.0 * goal), certain & (_apart(fine, finest) <= goal)
         found.append(
@@ -205,10 +205,6 @@ def barred(kernel: Kernel, table: Row) -> list[Barred]:
             )
         )
     return found
-
-
-def _hangs(rows: Row) -> NDArray[np.bool_]:
-    return rows[:, COLUMN["decision_margin"]] < ILL_CONDITIONED_BELOW
 
 
 def _within(parameter: Parameter, random: np.random.Generator) -> float:

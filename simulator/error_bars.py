@@ -69,9 +69,9 @@ def simulate_with_errors(scene: Scene, accuracy: float = 1e-6, trajectory: bool 
     -------
     The jumps simulated to a hundredth of `accuracy` (`simulate_finer`). Of each, `errors` has by output the absolute
     difference to the simulation to `accuracy`, in the output's unit. It is `ill_conditioned` where that of
-    depth, lift-off time, apex height or cost is above the accuracy, where it hangs on a decision at 1e-13, too, or
-    where it ends otherwise: `coarser` is then the jump to `accuracy`; so is every jump after such a one. A jump that
-    only the finer simulation makes has no errors. At an accuracy of 1e-13 there is nothing finer, and no error.
+    depth, lift-off time, apex height or cost is above the accuracy, or where it ends otherwise: `coarser` is then the
+    jump to `accuracy`; so is every jump after such a one. A jump that only the finer simulation makes has no errors. At
+    an accuracy of 1e-13 there is nothing finer, and no error.
 
     Raises
     ------
@@ -108,7 +108,7 @@ def _with_errors(jump: JumpResult, coarse: JumpResult | None, accuracy: float) -
     return replace(
         jump,
         errors=errors,
-        ill_conditioned=otherwise or close_decision(jump) or largest_share(jump, errors) > accuracy,
+        ill_conditioned=otherwise or largest_share(jump, errors) > accuracy,
         coarser=coarse if otherwise else None,
         open_book=bool(open_book(jump.energy_residual_J, jump.energy_at_play_J, accuracy)),
     )

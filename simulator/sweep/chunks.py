@@ -183,8 +183,7 @@ def _with_errors(accuracy: float, coarse: Block, fine: Block) -> Block:
     with np.errstate(divide="ignore", invalid="ignore"):
         above = ~(errors[:, :, _JUDGED] / judged <= accuracy) & (judged > 0.0)
     ends, before = fine[:, :, PLACE["outcome"]], coarse[:, :, PLACE["outcome"]]
-    hangs = fine[:, :, PLACE["decision_margin"]] < ILL_CONDITIONED_BELOW
-    flags = np.logical_or.accumulate(above.any(axis=2) | hangs | (ends != before), axis=1)
+    flags = np.logical_or.accumulate(above.any(axis=2) | (ends != before), axis=1)
     fine[:, :, PLACE["ill_conditioned"]] = np.where(ends == NOT_MADE_FLAG, NOT_MADE_FLAG, flags)
     return np.concatenate([fine, errors], axis=2)
 
