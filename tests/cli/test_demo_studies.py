@@ -12,6 +12,8 @@ from typing import Any
 
 import pytest
 
+from benchmarks.validation_document import STUDIES as STUDIES_OF_VALIDATION
+from benchmarks.validation_document import covered, outside
 from labbook.demo.studies.registry import STUDIES
 from labbook.demo.studies.sheets import flask_campaign, walk_campaign
 from tests.cli.shell import good, labbook, refused
@@ -91,3 +93,11 @@ def test_another_study_and_a_folder_that_is_not_empty_are_refused(tmp_path: Path
     (tmp_path / "there" / "note.txt").write_text("mine")
     for study in STUDIES:
         refused(labbook("demo", "--study", study, str(tmp_path / "there"), at=tmp_path), 2, "not empty")
+
+
+@pytest.mark.parametrize(("study", "campaigns"), [("compaction", 3), ("field", 3), ("characterisation", 1)])
+def test_intervals_of_ingested_campaigns_are_those_that_are_counted(study: str, campaigns: int) -> None:
+    """A smaller one of docs/validation.md: through files and a book, each quantity has an interval of its own."""
+    counts = covered(STUDIES_OF_VALIDATION[f"{study}, ingested"], campaigns)
+    assert not outside(counts)
+    assert sum(count for count, _ in counts.values()) > 0
