@@ -5,6 +5,7 @@ Also where its text contradicts itself.
 
 from __future__ import annotations
 
+import functools
 import importlib.resources
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -82,6 +83,12 @@ def published_results() -> tuple[PublishedResult, ...]:
     """Return every published result, in the order of the chapters."""
     found = _read()
     return tuple(_result(entry, found["why"]) for entry in found["result"])
+
+
+@functools.cache
+def published_numbers() -> Mapping[str, float]:
+    """Return the number of each published result that has one, by its id and in its unit."""
+    return {result.id: result.published for result in published_results() if result.published is not None}
 
 
 def contradictions() -> tuple[Contradiction, ...]:

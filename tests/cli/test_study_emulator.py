@@ -20,6 +20,7 @@ from labbook.demo.studies.emulator import emulator_campaign
 from labbook.demo.studies.emulator_files import make_emulator_book
 from labbook.presenting.studies.emulator import drawn, sentences
 from reports.figures.emulator import draw_emulator
+from simulator.steady.published_results import published_numbers
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.once import made_once
 from tests.helpers.study_pages import DOCS, prints_page_one_on_a_sheet
@@ -165,8 +166,9 @@ def test_what_was_measured_stands_beside_the_simulator_and_the_thesis(book: Path
         assert of_it[0]["simulated"]["apex_m"] == pytest.approx(true["apex_m"], abs=0.005)  # other first jumps
         assert 0.0 < of_it[0]["apex_sd_m"] < 0.0075
     beside = {one["quantity"]: one for one in found["beside"]}
-    assert beside["apex under CE at gain 400 (cm)"]["published"] == "49.3"
-    assert beside["largest SD of the apexes of a condition (mm)"]["published"] == "< 7.5"
+    largest_mm = 1e3 * published_numbers()["emu.apex_sd"]
+    assert beside["apex under CE at gain 400 (cm)"]["published"] == f"{100.0 * published_numbers()['emu.apex_high']:g}"
+    assert beside["largest SD of the apexes of a condition (mm)"]["published"] == f"< {largest_mm:g}"
     without(changed, r"\n\[simulation\].*?\n\n", "\n")
     says(good(labbook("study", "emulator", at=changed)).out, "Not simulated", "[simulation]")
     assert {one["simulated"] for one in study(changed)["beside"]} == {"–"}

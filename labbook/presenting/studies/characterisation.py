@@ -9,9 +9,9 @@ from data_schema.rounding import error_of, interval_text, number_text
 from data_schema.vocabulary import Undefined
 from labbook.analysis.studies.characterisation import Characterisation, Coefficient, GainLines, MeasuredGains, OfMass
 from reports.figures.characterisation import OverGain, Trajectory
+from simulator.steady.published_results import published_numbers
 from stats.lines.stiffness import GainLine
 
-PUBLISHED = "The thesis's leg: stiffness 2.56 N/m x gain + 67.36 N/m, damping 3.32 kg/s x gain + 19.67 kg/s (5.1.1)."
 SHARED = 0.3
 """Correlation of neighbouring residuals from which on they are told of."""
 HEAD = ("neutral", "gain", "damping gain", "stiffness N/m", "CI", "damping kg/s", "CI", "points")
@@ -26,7 +26,7 @@ def sentences(study: Characterisation) -> list[str]:
             _line_text(f"Stiffness{where}", lines.stiffness, "N/m"),
             _line_text(f"Damping{where}", lines.damping, "kg/s"),
         ]
-    said += [PUBLISHED, _plane_text(study.conditions)]
+    said += [_published(), _plane_text(study.conditions)]
     for (_, gain, damping_gain), count in study.too_few.items():
         said.append(f"Left out, as 250 points are needed: gain {gain:g}, damping gain {damping_gain:g} with {count}.")
     odd = [f"gain {one.gain:g}" for one in study.conditions if _goes_on(one.residual_lag1)]
@@ -35,6 +35,15 @@ def sentences(study: Characterisation) -> list[str]:
             f"Neighbouring residuals go together ({', '.join(odd)}): no linear spring; its interval is too short."
         )
     return said
+
+
+def _published() -> str:
+    known = published_numbers()
+    lines = (
+        f"{what} {known[f'gain.{what}']:g} {unit} x gain + {known[f'gain.{what}0']:g} {unit}"
+        for what, unit in (("stiffness", "N/m"), ("damping", "kg/s"))
+    )
+    return f"The thesis's leg: {', '.join(lines)} (5.1.1)."
 
 
 def _plane_text(conditions: Sequence[MeasuredGains]) -> str:

@@ -10,10 +10,11 @@ from data_schema.rounding import interval_text, level_text, number_text
 from data_schema.vocabulary import Undefined
 from labbook.analysis.studies.compaction import Compaction, StateOfGrains
 from reports.figures.compaction import FractionLine
+from simulator.steady.published_results import published_numbers
 from stats.packing import DENSEST, WALL, UnboundedPacking
 
-PUBLISHED = (("loose", 0.61), ("compacted", 0.63))
-"""Of 3.4 mm glass beads (thesis 5.1.2), to two digits."""
+PUBLISHED = {"loose": "bed.phi_loose", "compacted": "bed.phi_hard"}
+"""What docs/published.md calls the fractions of 3.4 mm glass beads (thesis 5.1.2), to two digits."""
 PUBLISHED_GRAIN_M = 3.4e-3
 _POINTS = 101
 
@@ -34,7 +35,7 @@ def sentences(study: Compaction) -> list[str]:
         f"({interval_text(rise.intervals()[0], rise.level)}; {within}).",
     ]
     if abs(study.grain_m / PUBLISHED_GRAIN_M - 1.0) < 0.05:
-        known = " and ".join(f"{value:g} {name}" for name, value in PUBLISHED)
+        known = " and ".join(f"{published_numbers()[one]:g} {name}" for name, one in PUBLISHED.items())
         said.append(f"The thesis found {known} (5.1.2; five flasks, to two digits).")
     dense = max(max(state.fractions) for state in study.states)
     if dense > DENSEST:

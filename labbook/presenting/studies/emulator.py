@@ -15,14 +15,17 @@ from labbook.analysis.studies.emulator import AtGain, Controller, EmulatorStudy,
 from reports.figures.emulator import ControllerPoints
 from reports.page.study import BESIDE
 from reports.wording import list_text
+from simulator.steady.published_results import published_numbers
 from stats.days.decision_result import Bounded, Estimate
 
 HEAD = ("gain", "controller", "n", "joules (J)", "saving (%)", "apex (cm)", "apex lost (%)")
 _SHORT = {Controller.CE: "CE", Controller.CONSTANT: "constant", Controller.SCALED: "scaled"}
-_PUBLISHED = {
-    Controller.CONSTANT: "most at the lowest gain, very little at the highest",
-    Controller.SCALED: "a consistent 20 %",
-}
+
+
+def _published_saving(controller: Controller) -> str:
+    if controller is Controller.CONSTANT:
+        return "most at the lowest gain, very little at the highest"
+    return f"a consistent {100.0 * published_numbers()['emu.saving_scaled']:g} %"
 
 
 def sentences(study: EmulatorStudy) -> list[str]:
@@ -51,18 +54,19 @@ def sentences(study: EmulatorStudy) -> list[str]:
 
 def beside(study: EmulatorStudy) -> list[tuple[str, ...]]:
     """Return what was measured beside what the simulator gives and what the thesis says (4.3, 4.4)."""
-    found = []
-    for gain, published_cm in ((100.0, 25.6), (400.0, 49.3)):
+    found, published = [], published_numbers()
+    for gain, apex in ((100.0, "emu.apex_low"), (400.0, "emu.apex_high")):
         if (row := study.control(gain)) is not None:
-            cells = [_cm(row.apex_m.value), _cm(row.simulated_apex_m), _fixed(published_cm, 1)]
+            cells = [_cm(row.apex_m.value), _cm(row.simulated_apex_m), _fixed(100.0 * published[apex], 1)]
             found.append((f"apex under CE at gain {gain:g} (cm)", *cells))
     kept = [row for row in study.rows if row.gain not in study.left_out]
     if sds := [1e3 * row.apex_sd_m for row in kept if row.apex_sd_m is not None]:
-        found.append(("largest SD of the apexes of a condition (mm)", _fixed(max(sds), 1), "–", "< 7.5"))
+        below = f"< {1e3 * published['emu.apex_sd']:g}"
+        found.append(("largest SD of the apexes of a condition (mm)", _fixed(max(sds), 1), "–", below))
     for trend in study.trends:
         savings = [row.saving for row in study.analysed(trend.controller) if row.saving is not None]
         simulated = _simulated_changes(study, trend.controller, lambda row: row.simulated_j)
-        cells = [_ends_text(_values(savings)), _ends_text(simulated), _PUBLISHED[trend.controller]]
+        cells = [_ends_text(_values(savings)), _ends_text(simulated), _published_saving(trend.controller)]
         found.append((f"saving, {trend.controller} (%)", *cells))
     rows = [row for trend in study.trends for row in study.analysed(trend.controller)]
     lost = [row.apex_loss for row in rows if row.apex_loss is not None]
@@ -71,7 +75,7 @@ def beside(study: EmulatorStudy) -> list[tuple[str, ...]]:
         for trend in study.trends
         for change in _simulated_changes(study, trend.controller, lambda row: row.simulated_apex_m)
     ]
-    found.append(("apex lost (%)", _ends_text(_values(lost)), _ends_text(simulated), "< 6"))
+    found.append(("apex lost (%)", _ends_text(_values(lost)), _ends_text(simulated), f"< {_published_loss():g}"))
     return found
 
 
@@ -125,7 +129,7 @@ def _saves(study: EmulatorStudy, trend: Trend) -> str:
     shown = sum(_excludes_zero(saving) for saving in tested)
     text = (
         f"{name} saves {_range(min(values), max(values))} % at gains {_listed(savings)} (thesis: "
-        f"{_PUBLISHED[trend.controller]})"
+        f"{_published_saving(trend.controller)})"
     )
     text += f"; the saving is significant at {shown} of {len(tested)}." if tested else "."
     if without:
@@ -164,11 +168,16 @@ def _lost(rows: list[AtGain]) -> str:
     ends = [loss.ci[1] for loss in found if not isinstance(loss.ci, Undefined)]
     if not values:
         return "No apex is compared with that under CE."
-    below = sum(end < 6.0 for end in ends)
+    below = sum(end < _published_loss() for end in ends)
     shown = f", which {below} of {len(ends)} intervals show" if ends else ""
     return (
-        f"Active damping costs {_range(min(values), max(values))} % of the apex height (thesis: less than 6 %{shown})."
+        f"Active damping costs {_range(min(values), max(values))} % of the apex height (thesis: less than "
+        f"{_published_loss():g} %{shown})."
     )
+
+
+def _published_loss() -> float:
+    return 100.0 * published_numbers()["emu.apex_loss"]
 
 
 def _left_out(study: EmulatorStudy) -> str:
@@ -290,8 +299,8 @@ def drawn(study: EmulatorStudy) -> tuple[list[ControllerPoints], tuple[float, ..
             ControllerPoints(
                 _SHORT[controller] if controller is Controller.CE else str(controller),
                 [row.gain for row in own],
-                [(row.joules.value, _known(row.joules.se)) for row in own],
-                [(100.0 * row.apex_m.value, 100.0 * _known(row.apex_m.se)) for row in own],
+                [(row.joules.value, _or_nan(row.joules.se)) for row in own],
+                [(100.0 * row.apex_m.value, 100.0 * _or_nan(row.apex_m.se)) for row in own],
                 [heights[row.gain] for row in own],
                 [_ends(row.saving) if row.gain not in study.left_out else None for row in own],
                 [_ends(row.apex_loss) if row.gain not in study.left_out else None for row in own],
@@ -301,7 +310,7 @@ def drawn(study: EmulatorStudy) -> tuple[list[ControllerPoints], tuple[float, ..
     return points, study.left_out, f"{level_text(study.level)} CI"
 
 
-def _known(se: float | None) -> float:
+def _or_nan(se: float | None) -> float:
     return np.nan if se is None else se
 
 

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from data_schema.rounding import error_of, interval_text, level_text, number_text
 from data_schema.vocabulary import Undefined
 from labbook.analysis.studies.field import FieldStudy, geometric
 from reports.figures.field import OnWalks
+from simulator.steady.published_results import published_numbers
 from stats.compare.summary import Summary
 from stats.results import counted
 
-PUBLISHED = {"thin": ("field.sr_thin", 1.3), "wide": ("field.sr_wide", 1.1)}
-"""Of the thesis's RHex by its legs (2.2.3): what docs/published.md calls it, and its specific resistance."""
+PUBLISHED = {"thin": "field.sr_thin", "wide": "field.sr_wide"}
+"""What docs/published.md calls the specific resistance of the thesis's RHex, by its legs (2.2.3)."""
 
 
 def sentences(study: FieldStudy) -> list[str]:
@@ -20,8 +22,8 @@ def sentences(study: FieldStudy) -> list[str]:
     first, second = study.robots
     walks = counted(len(study.walks), "walk")
     needs = " and ".join(f"{_with_interval(study.log_means[robot], ' ({})')} {robot}" for robot in study.robots)
-    thesis = " and ".join(f"{value:g} {legs}" for legs, (_known, value) in PUBLISHED.items())
-    known = f"The thesis: {thesis}, on one walk of 430 m (2.2.3; {' and '.join(dict(PUBLISHED.values()))})."
+    thesis = " and ".join(f"{published_numbers()[name]:g} {legs}" for legs, name in PUBLISHED.items())
+    known = f"The thesis: {thesis}, on one walk of 430 m (2.2.3; {' and '.join(PUBLISHED.values())})."
     each = f"Specific resistance, energy over weight times distance: {needs} (geometric means of {walks})."
     others = [each, known] if study.doubt is None else [each, known, study.doubt]
     ratio, interval = geometric(study.log_ratio)
@@ -56,7 +58,7 @@ def as_data(study: FieldStudy) -> dict[str, Any]:
         "ratio": ratio,
         "ratio_ci": None if isinstance(interval, Undefined) else list(interval),
         "log_ratio": study.log_ratio.to_dict(),
-        "published": dict(PUBLISHED.values()),
+        "published": {name: published_numbers()[name] for name in PUBLISHED.values()},
         "doubt": study.doubt,
     }
 
@@ -81,5 +83,6 @@ def drawn(study: FieldStudy) -> tuple[list[OnWalks], OnWalks, str]:
 
 
 def _published(robot: str) -> float | None:
-    """Return the thesis's value for a robot that is named by its legs as there."""
-    return next((value for legs, (_known, value) in PUBLISHED.items() if legs in robot.casefold()), None)
+    """Return the thesis's value for a robot that is named by its legs as there: a word of it is theirs."""
+    words = re.findall(r"[^\W\d_]+", robot.casefold())
+    return next((published_numbers()[name] for legs, name in PUBLISHED.items() if legs in words), None)

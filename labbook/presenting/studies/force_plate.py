@@ -12,22 +12,23 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis.studies.force_plate import ForcePlateStudy, RunEstimate, odd_runs
 from reports.figures.force_plate import HopsOfCondition, WindowChoice
 from reports.page.study import BESIDE, true_minus
+from simulator.steady.published_results import published_numbers
 from stats.results import counted
 
-PUBLISHED_SLOPE, PUBLISHED_RMSE, PUBLISHED_WINDOW = 1.35, 0.63, 15
-"""Thesis 3.2.2, four runs of one day."""
 HEAD = ("run", "day", "condition", "measured J", "estimated J", "hops", "offset s", "drift ppm", "ms")
 
 
 def sentences(study: ForcePlateStudy) -> list[str]:
     """Say the slope, then what it rests on: runs, clocks, window, and what was left out."""
+    published = published_numbers()
     said = [
         f"Estimated joules are {_slope_text(study)} times the measured ones ({_unit_text(study)}); the thesis found "
-        f"{PUBLISHED_SLOPE:g} (3.2.2)."
+        f"{published['plate.slope']:g} (3.2.2)."
     ]
     ratio = "undefined" if isinstance(study.rmse.ratio, Undefined) else number_text(study.rmse.ratio, 2)
     said.append(
-        f"RMSE/IQR of the hops about this line: {ratio} (n = {study.rmse.n} hops); the thesis {PUBLISHED_RMSE:g}."
+        f"RMSE/IQR of the hops about this line: {ratio} (n = {study.rmse.n} hops); the thesis "
+        f"{published['plate.rmse_iqr']:g}."
     )
     by_condition = ", ".join(f"{number_text(ratio, 3)} at {condition}" for condition, ratio in study.ratios.items())
     said.append(f"Estimated over measured: {by_condition}.")
@@ -63,10 +64,11 @@ def sentences(study: ForcePlateStudy) -> list[str]:
 def beside(study: ForcePlateStudy) -> list[tuple[str, ...]]:
     """Return what was measured beside what the simulator gives and what the thesis says (3.2.2)."""
     ratio = "–" if isinstance(study.rmse.ratio, Undefined) else number_text(study.rmse.ratio, 2)
+    slope, rmse, window = (f"{published_numbers()[f'plate.{of}']:g}" for of in ("slope", "rmse_iqr", "window"))
     found: list[tuple[str, ...]] = [
-        ("slope, estimated over measured joules", _slope_text(study), "–", f"{PUBLISHED_SLOPE:g}"),
-        ("RMSE/IQR about it", ratio, "–", f"{PUBLISHED_RMSE:g}"),
-        ("moving average (samples)", str(study.window), "–", str(PUBLISHED_WINDOW)),
+        ("slope, estimated over measured joules", _slope_text(study), "–", slope),
+        ("RMSE/IQR about it", ratio, "–", rmse),
+        ("moving average (samples)", str(study.window), "–", window),
     ]
     for condition in study.ratios:
         of_it = [one.measured_j for one in study.runs if one.condition == condition]
