@@ -78,8 +78,8 @@ class Stiffness(Result):
     r_squared: float | Undefined
     """About the mean."""
     residual_lag1: float | Undefined
-    """Correlation of neighbouring residuals r. The standard errors assume 0; near 1 they are too small, by about
-    sqrt((1 + r) / (1 - r))."""
+    """Correlation of neighbouring residuals r. The standard errors of `fit_stiffness` assume 0; near 1 they are too
+    small, by about sqrt((1 + r) / (1 - r))."""
     condition: float
     """Of the plane's columns (`stats.lines.fit.Fit.condition`)."""
     df: int

@@ -72,8 +72,9 @@ class OfMass:
 class Plane:
     """The thesis's fit, forces by differences over position and velocity, with standard errors of such forces.
 
-    Forces between three samples share the error of the one in the middle. `bias` is what differences, and errors of
-    position and velocity, put on stiffness and damping on the motion that was fitted; the intervals are without it.
+    Forces between three samples share the error of the one in the middle, which the errors of `fit` take into account.
+    `bias` is what differences, and errors of position and velocity, put on stiffness and damping on the motion that was
+    fitted. The intervals are without it: their middle is the coefficient less its bias.
     """
 
     fit: Stiffness
@@ -258,7 +259,9 @@ def _with_errors(
 ) -> Plane:
     """Carry the errors of positions and velocities, which are independent, to the plane; measure its bias.
 
-    The bias is that of the fitted motion's plane to which the errors' squares were added, as they are expected.
+    With errors p and e of positions and velocities, step i has m/dt (e_i - e_{i+1}) - d/2 (e_i + e_{i+1})
+    - k/2 (p_i + p_{i+1}) of force that is not the plane's. The bias is that of the fitted motion's plane to which the
+    errors' squares were added, as they are expected.
     """
     k, d, _force_n = found.values.tolist()
     squares, meat, of_motion, rises = (np.zeros(shape) for shape in ((3, 3), (3, 3), (3, 3), 3))
