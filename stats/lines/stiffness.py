@@ -21,7 +21,7 @@ from stats.checks import Missing, as_level, as_number, as_values, complete_rows,
 from stats.exact.numbers import Floats, greatest, refuse_beyond
 from stats.lines.fit import Response
 from stats.lines.regression import LinearFit, fit_linear
-from stats.results import Result, bounded_texts, missing_text, share_text
+from stats.results import Result, bounded_texts, missing_text, share_text, with_unit
 
 MINIMUM_POINTS = 250
 """Thesis 4.2.6: planes were fitted only to conditions with at least this many points."""
@@ -222,10 +222,20 @@ class GainLine(Result):
         return replace(self.fit.at({"offset": 1.0, "gain": gain}, level), extrapolated=extrapolated)
 
     def sentence(self, what: str = "the coefficient", unit: str = "") -> str:
-        """Return the line in words: both coefficients with intervals and p, R squared, residual SD, n."""
+        """Return the line in words: both coefficients with intervals, and n.
+
+        Without standard errors p, R squared and residual SD too; with them, the scatter beside them.
+        """
         if self.fit.intercept:
             return self.fit.sentence(what, unit)
-        return self.fit.sentence(f"{what} over its standard deviation")
+        slope, slope_ci = bounded_texts(self.slope, self.slope_ci, self.slope_se, self.fit.level, unit)
+        offset, offset_ci = bounded_texts(self.offset, self.offset_ci, self.offset_se, self.fit.level, unit)
+        return (
+            f"Weighted least squares of {what}: gain {slope}{with_unit(unit)} ({slope_ci}); offset "
+            f"{offset}{with_unit(unit)} ({offset_ci}); scatter SD beside the standard errors "
+            f"{number_text(self.scatter_sd)}{with_unit(unit)}, df = {self.fit.df}, n = {self.fit.n}"
+            f"{missing_text(self.fit.missing)}."
+        )
 
 
 def fit_gain_line(
@@ -250,7 +260,7 @@ def fit_gain_line(
     (gain, coefficient, *errors), left_out = complete_rows(given, missing)
     if np.shape(gain) == np.shape(coefficient):
         refuse_few(np.size(gain), "conditions", left_out)
-    scatter_sd = 0.0
+    scatter_sd, fit = 0.0, fit_linear(coefficient, {"gain": gain}, level=level)
     if errors:
         gains, values = as_values("the gains", gain), as_values("the coefficients", coefficient)
         error = as_values("the standard errors", errors[0])
@@ -263,8 +273,6 @@ def fit_gain_line(
         weights = 1.0 / np.hypot(error, scatter_sd)
         columns = {"offset": weights, "gain": gains * weights}
         fit = fit_linear(values * weights, columns, intercept=False, level=level)
-    else:
-        fit = fit_linear(coefficient, {"gain": gain}, level=level)
     (offset_se, slope_se), _sd = fit.spread("the line")
     offset_ci, slope_ci = fit.intervals()
     offset, slope = fit.coefficients

@@ -160,7 +160,9 @@ def test_conditions_weigh_by_their_errors():
         assert relative_error(se, root(variance)) < 1e-12
     assert found.at(150.0).value == pytest.approx(found.offset + 150.0 * found.slope, rel=1e-12)
     assert [found.at(gain).extrapolated for gain in (49.0, 50.0, 250.0, 251.0)] == [True, False, False, True]
-    says(found.sentence("the stiffness"), "over its standard deviation", "gain 2.5")
+    sentence = found.sentence("the stiffness", "N/m")
+    says(sentence, "gain 2.5", " N/m (95 % CI", "offset 67.", "scatter SD", "0 N/m", "df = 3", "n = 5")
+    assert "R squared" not in sentence, "uncentred, it would be near 1 whatever the scatter"
 
 
 def test_conditions_that_scatter_more_than_their_errors_weigh_nearly_alike():
@@ -209,8 +211,9 @@ def test_too_few_gains_are_refused():
         fit_gain_line([100.0, 200.0, 300.0], [1.0, 2.0, np.nan], missing="drop")
     with pytest.raises(InputRefused, match="has the shape"):
         fit_gain_line([100.0, 200.0], [1.0, 2.0, 3.0])
-    with pytest.raises(InputRefused, match="'gain' is constant"):
-        fit_gain_line([100.0] * 3, [1.0, 2.0, 3.0])
+    for errors in (None, [1.0, 2.0, 3.0]):
+        with pytest.raises(InputRefused, match="'gain' is constant"):
+            fit_gain_line([100.0] * 3, [1.0, 2.0, 3.0], standard_error=errors)
 
 
 @pytest.mark.parametrize(
