@@ -104,7 +104,8 @@ def characterisation_shown(
         sentences(study),
         lambda: draw_characterisation(*drawn(study)),
         "Force over compression where the leg is damped least, measured and fitted, one trajectory a mass; stiffness "
-        "over position gain and damping over velocity gain, points of one mass each, lines through fits of all masses.",
+        "over position gain and damping over velocity gain, points of one mass each, filled where it has 250 points "
+        "alone, lines through fits of all masses.",
         sheets.sources,
         HEAD,
         rows(study),

@@ -48,13 +48,17 @@ class Trajectory:
 
 @dataclass(frozen=True, slots=True)
 class OverGain:
-    """One neutral length: gains, masses in kg, coefficients with intervals, and the line's ends, if there is one."""
+    """One neutral length: gains, masses in kg, coefficients with intervals, and the line's ends, if there is one.
+
+    `filled` are the marks of coefficients that rest on as many points as a condition needs.
+    """
 
     label: str
     gains: Sequence[float]
     masses_kg: Sequence[float]
     values: Sequence[float]
     intervals: Sequence[tuple[float, float]]
+    filled: Sequence[bool]
     line: tuple[tuple[float, float], tuple[float, float]] | None
 
 
@@ -105,7 +109,8 @@ def _draw_over_gain(axes: Axes, series: Sequence[OverGain], masses: Sequence[flo
     beside = len(series) * len(masses)
     for place, one in enumerate(series):
         colour = _COLOURS[place % len(_COLOURS)]
-        for gain, mass, value, (low, high) in zip(one.gains, one.masses_kg, one.values, one.intervals, strict=True):
+        points = zip(one.gains, one.masses_kg, one.values, one.intervals, one.filled, strict=True)
+        for gain, mass, value, (low, high), filled in points:
             step = place * len(masses) + masses.index(mass) - 0.5 * (beside - 1)
             axes.errorbar(
                 [gain + _ASIDE * widest * step],
@@ -113,7 +118,7 @@ def _draw_over_gain(axes: Axes, series: Sequence[OverGain], masses: Sequence[flo
                 yerr=[[value - low], [high - value]],
                 fmt=_marker(mass, masses),
                 color=colour,
-                markerfacecolor="white",
+                markerfacecolor=colour if filled else "white",
                 markersize=3,
                 capsize=1.5,
                 zorder=3,

@@ -90,10 +90,22 @@ def test_conditions_with_few_points_are_left_out_and_named(tmp_path: Path) -> No
     drawn = [one for one in oscillations(np.random.default_rng(5), dropped=0.0) if one.gain < 300.0]
     written(tmp_path, drawn[:4])
     shown = good(labbook("study", "characterisation", "trials.csv", at=tmp_path)).out
-    assert "Left out, as 250 points are needed: gain 200, damping gain 1.5 with 150." in shown
+    assert "Left out, as 250 points are needed: gain 200, damping gain 1.5 at 20 cm, with 150." in shown
     assert "no line, there are 1 gains" in shown
     (tmp_path / "trials.csv").write_text(HEAD + "g200_1kg.csv,200,1.5,1,20\n", encoding="utf-8")
     refused(labbook("study", "characterisation", "trials.csv", at=tmp_path), 2, "250 points", "150")
+
+
+def test_a_mass_that_tells_nothing_alone_is_named(tmp_path: Path) -> None:
+    first, *others = oscillations(np.random.default_rng(9))
+    columns = {name: getattr(first, name)[:2] for name in ("time_s", "displacement_m", "velocity_m_s")}
+    written(tmp_path, [replace(first, **columns), *others])
+    shown = good(labbook("study", "characterisation", "trials.csv", at=tmp_path)).out
+    assert "No coefficients of 1 kg alone, gain 60, damping gain 0 at 20 cm: the leg does not move" in shown
+    assert "differ most in stiffness for gain" in shown
+    condition, *_ = good(labbook("study", "characterisation", "trials.csv", "--json", at=tmp_path)).json["conditions"]
+    assert [one["mass_kg"] for one in condition["masses_left_out"]] == [1.0]
+    assert condition["masses_kg"] == [1.0, *(one["mass_kg"] for one in condition["masses"])]
 
 
 @pytest.mark.parametrize(

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -99,14 +98,15 @@ class FittedMotion:
 class MeasuredGains:
     """One condition: its gains, and the leg's stiffness in N/m and damping in kg/s, of all masses and of each.
 
-    `residual_lag1` is the correlation of neighbouring velocities' residuals: above 0 the leg is no linear spring
-    and the intervals are too short.
+    `masses_left_out` says why masses in kg tell nothing alone. `residual_lag1` is the correlation of neighbouring
+    velocities' residuals: above 0 the leg is no linear spring and the intervals are too short.
     """
 
     neutral_m: float | None
     gain: float
     damping_gain: float
     masses: tuple[OfMass, ...]
+    masses_left_out: Mapping[float, str]
     trajectories: int
     n: int
     stiffness: Coefficient
@@ -191,11 +191,13 @@ def _measured(several: Sequence[Oscillation], level: float) -> MeasuredGains:
         if np.allclose(found.spreads, weighed, rtol=1e-3, atol=0.0):
             break
     first = several[0]
+    masses, masses_left_out = _of_masses(several, found, level)
     return MeasuredGains(
         neutral_m=first.neutral_m,
         gain=first.gain,
         damping_gain=first.damping_gain,
-        masses=tuple(_of_masses(several, found, level)),
+        masses=masses,
+        masses_left_out=masses_left_out,
         trajectories=len(several),
         n=sum(one.time_s.size for one in several),
         stiffness=found.stiffness,
@@ -214,17 +216,23 @@ def _force_points(one: Oscillation) -> tuple[Floats, Floats, Floats]:
     return found.displacement_m, found.velocity_m_s, found.force_n + one.mass_kg * STANDARD_GRAVITY_M_S2
 
 
-def _of_masses(several: Sequence[Oscillation], pooled: _Fit, level: float) -> Iterator[OfMass]:
-    """Fit the trajectories of each mass alone, with the weights of all; none where they do not tell."""
+def _of_masses(
+    several: Sequence[Oscillation], pooled: _Fit, level: float
+) -> tuple[tuple[OfMass, ...], dict[float, str]]:
+    """Fit the trajectories of each mass alone, with the weights of all; also why masses do not tell."""
+    found, left_out = [], dict[float, str]()
     for mass_kg in sorted({one.mass_kg for one in several}):
         same = [one for one in several if one.mass_kg == mass_kg]
         n = sum(one.time_s.size for one in same)
         if len(same) == len(several):
-            yield OfMass(mass_kg, n, pooled.stiffness, pooled.damping)
-            continue
-        with contextlib.suppress(InputRefused):
+            return (OfMass(mass_kg, n, pooled.stiffness, pooled.damping),), {}
+        try:
             alone = _fitted(same, pooled.values, pooled.spreads, level)
-            yield OfMass(mass_kg, n, alone.stiffness, alone.damping)
+        except InputRefused as error:
+            left_out[mass_kg] = str(error)
+        else:
+            found.append(OfMass(mass_kg, n, alone.stiffness, alone.damping))
+    return tuple(found), left_out
 
 
 def _fitted(several: Sequence[Oscillation], start: Floats, spreads: tuple[float, float], level: float) -> _Fit:

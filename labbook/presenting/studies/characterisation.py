@@ -10,7 +10,7 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis.studies.characterisation import Characterisation, Coefficient, GainLines, MeasuredGains, OfMass
 from reports.figures.characterisation import OverGain, Trajectory
 from simulator.steady.published_results import published_numbers
-from stats.lines.stiffness import GainLine
+from stats.lines.stiffness import MINIMUM_POINTS, GainLine
 
 SHARED = 0.3
 """Correlation of neighbouring residuals from which on they are told of."""
@@ -27,14 +27,26 @@ def sentences(study: Characterisation) -> list[str]:
             _line_text(f"Damping{where}", lines.damping, "kg/s"),
         ]
     said += [_published(), _plane_text(study.conditions)]
-    for (_, gain, damping_gain), count in study.too_few.items():
-        said.append(f"Left out, as 250 points are needed: gain {gain:g}, damping gain {damping_gain:g} with {count}.")
-    odd = [f"gain {one.gain:g}" for one in study.conditions if _goes_on(one.residual_lag1)]
+    for condition, count in study.too_few.items():
+        said.append(f"Left out, as {MINIMUM_POINTS} points are needed: {_condition_text(*condition)}, with {count}.")
+    for one in study.conditions:
+        for mass_kg, why in one.masses_left_out.items():
+            said.append(f"No coefficients of {mass_kg:g} kg alone, {_of(one)}: {why}")
+    odd = [_of(one) for one in study.conditions if _goes_on(one.residual_lag1)]
     if odd:
         said.append(
-            f"Neighbouring residuals go together ({', '.join(odd)}): no linear spring; its interval is too short."
+            f"Neighbouring residuals go together ({'; '.join(odd)}): no linear spring; its interval is too short."
         )
     return said
+
+
+def _condition_text(neutral_m: float | None, gain: float, damping_gain: float) -> str:
+    where = "" if neutral_m is None else f" at {_length_text(neutral_m)}"
+    return f"gain {gain:g}, damping gain {damping_gain:g}{where}"
+
+
+def _of(one: MeasuredGains) -> str:
+    return _condition_text(one.neutral_m, one.gain, one.damping_gain)
 
 
 def _published() -> str:
@@ -47,19 +59,24 @@ def _published() -> str:
 
 
 def _plane_text(conditions: Sequence[MeasuredGains]) -> str:
-    """Say how far the thesis's planes are from the fitted motion, and what of that is their bias."""
-    most = max(conditions, key=lambda one: abs(one.plane.fit.stiffness_n_m / one.stiffness.value - 1.0))
-    plane, motion = (
-        number_text(value, error=most.plane.fit.stiffness_se)
-        for value in (most.plane.fit.stiffness_n_m, most.stiffness.value)
-    )
-    damping = max(abs(one.plane.fit.damping_kg_s - one.damping.value) for one in conditions)
-    biases = [max(abs(one.plane.bias[row]) for one in conditions) for row in (0, 1)]
+    """Say how far the thesis's planes are from the fitted motion, and what of that is their bias there."""
+    stiffness = max(conditions, key=lambda one: abs(one.plane.fit.stiffness_n_m / one.stiffness.value - 1.0))
+    damping = max(conditions, key=lambda one: abs(one.plane.fit.damping_kg_s - one.damping.value))
+    in_stiffness, in_damping = stiffness.plane.fit, damping.plane.fit
+    of_stiffness = in_stiffness.stiffness_n_m, stiffness.stiffness.value, stiffness.plane.bias[0]
+    of_damping = in_damping.damping_kg_s, damping.damping.value, damping.plane.bias[1]
     return (
-        f"Planes through forces by differences of velocities (thesis 4.2.6, in --json) differ most at gain "
-        f"{most.gain:g}, with {plane} N/m where the motion has {motion} N/m, and in damping by up to "
-        f"{number_text(damping, 2)} kg/s; of that, differences of noisy data bias them by up to "
-        f"{number_text(biases[0], 2)} N/m and {number_text(biases[1], 2)} kg/s."
+        "Planes through forces by differences of velocities (thesis 4.2.6, in --json) differ most in stiffness for "
+        f"{_off_text(stiffness, of_stiffness, in_stiffness.stiffness_se, 'N/m')}, and in damping for "
+        f"{_off_text(damping, of_damping, in_damping.damping_se, 'kg/s')}."
+    )
+
+
+def _off_text(one: MeasuredGains, values: tuple[float, float, float], error: float, unit: str) -> str:
+    plane, motion, bias = (number_text(value, error=error) for value in values)
+    return (
+        f"{_of(one)}: {plane} {unit} where the motion has {motion} {unit}, with a bias by differences of noisy data of "
+        f"{bias} {unit}"
     )
 
 
@@ -119,12 +136,13 @@ def _condition(one: MeasuredGains) -> dict[str, Any]:
         "neutral_m": one.neutral_m,
         "gain": one.gain,
         "damping_gain": one.damping_gain,
-        "masses_kg": [of_mass.mass_kg for of_mass in one.masses],
+        "masses_kg": sorted({motion.mass_kg for motion in one.motions}),
         "trajectories": one.trajectories,
         "n": one.n,
         "residual_lag1": None if isinstance(one.residual_lag1, Undefined) else one.residual_lag1,
         **_coefficients(one),
         "masses": [{"mass_kg": mass.mass_kg, "n": mass.n, **_coefficients(mass)} for mass in one.masses],
+        "masses_left_out": [{"mass_kg": mass_kg, "why": why} for mass_kg, why in one.masses_left_out.items()],
         "plane": {
             **one.plane.fit.to_dict(),
             "stiffness_bias_n_m": one.plane.bias[0],
@@ -166,6 +184,7 @@ def drawn(study: Characterisation) -> tuple[list[Trajectory], list[OverGain], li
         label = "measured" if lines.neutral_m is None else f"neutral length {_length_text(lines.neutral_m)}"
         points = [(one, mass) for one in same for mass in one.masses]
         masses = [mass.mass_kg for _, mass in points]
+        filled = [mass.n >= MINIMUM_POINTS for _, mass in points]
         both = (
             ([one.gain for one, _ in points], [mass.stiffness for _, mass in points], lines.stiffness),
             ([one.damping_gain for one, _ in points], [mass.damping for _, mass in points], lines.damping),
@@ -176,5 +195,5 @@ def drawn(study: Characterisation) -> tuple[list[Trajectory], list[OverGain], li
                 low, high = line.gains
                 ends = (low, high), (line.slope * low + line.offset, line.slope * high + line.offset)
             values, intervals = [one.value for one in coefficients], [one.ci for one in coefficients]
-            found.append(OverGain(label, gains, masses, values, intervals, ends))
+            found.append(OverGain(label, gains, masses, values, intervals, filled, ends))
     return motions, *series
