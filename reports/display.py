@@ -20,6 +20,9 @@ NO_BREAK = "\u00a0"
 DASH = "\u2013"
 EQUALS = f"{NO_BREAK}={NO_BREAK}"
 
+BESIDE = ("quantity", "measured", "simulated", "published")
+"""Heads of a study's table of what was measured beside what the simulator gives and what the thesis says."""
+
 _SHOWN_UNITS = {"m": ("mm", 1000.0), "s": ("ms", 1000.0)}
 """Stored unit -> unit shown and its factor: apex heights are stored in m and differ by millimetres."""
 
@@ -51,6 +54,12 @@ def as_shown(number: Number) -> Number:
 
 
 _POWER = re.compile(r"(\d)e([+-]?\d+)")
+_MINUS = re.compile(r"(?<![\w.)+-])-(?=\.?\d)")
+
+
+def true_minus(text: str) -> str:
+    """Set the true minus signs of a sentence or cell; hyphens of dates and names stay."""
+    return _MINUS.sub(MINUS, text)
 
 
 def typeset(text: str) -> str:

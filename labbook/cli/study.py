@@ -39,11 +39,12 @@ def _show(shown: ShownStudy, plot: Path | None, page: Path | None, as_json: bool
     if page is not None:
         _write_page(shown, page)
     files = {name: str(path) for name, path in (("plot", plot), ("page", page)) if path is not None}
-    emit({**shown.data, **files}, [*within_width(shown.said), *_tables(shown), *files.values()], as_json)
+    lines = [] if as_json else [*within_width(shown.said), *_tables(shown), *files.values()]
+    emit({**shown.data, **files}, lines, as_json)
 
 
 def _tables(shown: ShownStudy) -> list[str]:
-    from reports.page.study import BESIDE
+    from reports.display import BESIDE
 
     tables = (shown.head, shown.rows), (BESIDE, shown.beside)
     return [line for head, rows in tables if rows for line in ("", *columns(head, rows))]

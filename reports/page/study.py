@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from matplotlib.figure import Figure
 
-from reports.display import MINUS
+from reports.display import BESIDE, true_minus
 from reports.figures.style import publication_style
 from reports.page.sections import Bullets, Paragraph
 from reports.page.writing import environment, inline_svg
@@ -22,11 +22,8 @@ from reports.tables.table import Column, Row, Table, words
 
 MOST_ROWS, MOST_FILES = 12, 8
 """Longer tables in all, and a longer list of files, stand behind page one, which is one sheet."""
-BESIDE = ("quantity", "measured", "simulated", "published")
-"""Heads of the table of what was measured beside what the simulator gives and what the thesis says."""
 _FILE = "File"
 _NUMBER = re.compile(r"[<+\u2212\u2013-]? ?\d|\u2013$")
-_MINUS = re.compile(r"(?<![\w.)+-])-(?=\.?\d)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,11 +79,6 @@ def study_page(page: StudyPage) -> str:
             known_ids=set(),
         )
     )
-
-
-def true_minus(text: str) -> str:
-    """Set true minus signs; hyphens of dates and names stay."""
-    return _MINUS.sub(MINUS, text)
 
 
 def _summary(page: StudyPage) -> str:

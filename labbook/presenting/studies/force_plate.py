@@ -10,8 +10,8 @@ from data_schema.outcomes import Outcome
 from data_schema.rounding import error_of, interval_text, number_text
 from data_schema.vocabulary import Undefined
 from labbook.analysis.studies.force_plate import ForcePlateStudy, RunEstimate, odd_runs
+from reports.display import BESIDE, true_minus
 from reports.figures.force_plate import HopsOfCondition, WindowChoice
-from reports.page.study import BESIDE, true_minus
 from simulator.steady.published_results import published_numbers
 from stats.results import counted
 
