@@ -236,7 +236,10 @@ def _of_masses(
 
 
 def _fitted(several: Sequence[Oscillation], start: Floats, spreads: tuple[float, float], level: float) -> _Fit:
-    """Fit k, d and F by least squares of residuals in their spreads; the starts of motion are projected out."""
+    """Fit k, d and F by least squares of residuals in their spreads; the starts of motion are projected out.
+
+    Squares of positions and of velocities each have half of the degrees of freedom.
+    """
     scale = np.maximum(np.abs(start), (1.0, 0.1, 0.1))
 
     def left(shares: Floats) -> list[Floats]:
@@ -258,7 +261,8 @@ def _fitted(several: Sequence[Oscillation], start: Floats, spreads: tuple[float,
         for value, se in zip((fit.x * scale)[:2], (np.sqrt(np.diag(covariance)) * scale)[:2], strict=True)
     )
     residuals = [of_one * np.array(spreads)[:, np.newaxis] for of_one in left(fit.x)]
-    found = (max(float(np.std(np.concatenate([of_one[row] for of_one in residuals]))), _LEAST) for row in (0, 1))
+    squares = (sum(float(of_one[row] @ of_one[row]) for of_one in residuals) for row in (0, 1))
+    found = (max((2.0 * square / df) ** 0.5, _LEAST) for square in squares)
     return _Fit(fit.x * scale, (next(found), next(found)), stiffness, damping, residuals)
 
 
