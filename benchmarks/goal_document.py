@@ -226,18 +226,25 @@ def _apart(one: Row, other: Row) -> Row:
     return np.where(one[:, 0] == other[:, 0], np.max(apart, axis=0), np.inf)
 
 
+BOXES = {
+    "sim2, legal box": lambda: legal("sim2"),
+    "bed, legal box": lambda: legal("bed"),
+    "soft, realistic": soft,
+    "sim1, legal box": lambda: legal("sim1"),
+}
+
+
 def bars() -> Iterator[str]:
     """What error bars find, a table a box, as Markdown."""
     yield textwrap.fill(
         f"Measured on {datetime.datetime.now(datetime.UTC).date()} with {SCENES} random jumps each: over the whole "
-        f"legal box of `sim2` and of `bed`, and over the box above with soft gains in flight. Reference: the same jump "
-        f"at {FINEST_ACCURACY:g}; jumps of which that takes more than {FEW_STEPS} steps are left out, and "
+        f"legal box of `sim2`, `bed` and `sim1`, and over the box above with soft gains in flight. Reference: the same "
+        f"jump at {FINEST_ACCURACY:g}; jumps of which that takes more than {FEW_STEPS} steps are left out, and "
         f"so are those that at {FINEST:g} differ from it by more than the goal, whose reference is uncertain.",
         120,
         break_on_hyphens=False,
     )
-    boxes = {"sim2, legal box": lambda: legal("sim2"), "bed, legal box": lambda: legal("bed"), "soft, realistic": soft}
-    for name, draw in boxes.items():
+    for name, draw in BOXES.items():
         print(f"== error bars, {name}", flush=True)
         yield f"\n**{name}**\n"
         rows = [

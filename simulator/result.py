@@ -35,7 +35,8 @@ class JumpResult:
 
     `decision_margin` is the distance of the closest decision of the sampled controller, in units of the local error, or
     of the closest event that was nearly missed or nearly met (lift-off, touchdown, a leg that folds or is straight, a
-    switch without a clock; `decision_tick` is None then). Below 10 the jump is `ill_conditioned`, and `other_branch` is
+    switch without a clock) or came nearly after another (the foot meets the grains, the body turns; `decision_tick` is
+    None for both). Below 10 the jump is `ill_conditioned`, and `other_branch` is
     the jump with the other decision at a tick. It is also `ill_conditioned` where sampled damping amplifies errors
     (`error_growth`) until rounding alone takes half of the accuracy.
 

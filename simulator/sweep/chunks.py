@@ -76,8 +76,8 @@ class Recipe:
     """All that is needed to simulate rows of a sweep, small enough to send with every chunk.
 
     `base`: the scene's parameters in the kernel's order; `places`: where among them the swept ones stand;
-    `passive_place`: where the passive power does. `finer`: limits of the second and the third simulation that error
-    bars take, none without them. `simulator`: which version of it is meant. `why_scalar`: why a chunk's scenes
+    `passive_place`: where the passive power does. `finer`: limits of the finer simulations that error bars take one
+    after the other, none without them. `simulator`: which version of it is meant. `why_scalar`: why a chunk's scenes
     are simulated one after the other, None where they are side by side in lanes, which changes no bit.
     """
 

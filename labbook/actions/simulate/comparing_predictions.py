@@ -129,17 +129,19 @@ def _shares_lines(shares: Sequence[Shares]) -> list[str]:
         for name in dict.fromkeys(one.input for one in shares)
     ]
     errors = [100.0 * one.total_se for one in shares if not isinstance(one.total_se, Undefined)]
-    drawn = [
-        f"Std. error of an index by its sample: up to {max(errors, default=0.0):.0f} percentage points, half as much "
-        "by four times the sample."
-    ]
+    by_sample = ""
+    if errors:
+        by_sample = (
+            f"Std. error of an index by its sample: up to {max(errors):.0f} percentage points, half as much by four "
+            "times the sample."
+        )
     return [
         "Share of a prediction's variance that stays if this input alone is not known (Sobol's total index, %; median",
         "over conditions, and range):",
         "",
         *columns(("input", *map(str, quantities)), rows),
         "",
-        *([*drawn, ""] if errors else []),
+        *([by_sample, ""] if by_sample else []),
     ]
 
 

@@ -207,7 +207,7 @@ class PredictionResult(StoredResult):
         return any((value is None) != (self.finer[name] is None) for name, value in self.values.items())
 
 
-ALGORITHM = Algorithm("prediction", 17, PredictionResult)
+ALGORITHM = Algorithm("prediction", 18, PredictionResult)
 
 
 def predictions(

@@ -8,7 +8,7 @@ not. Both come from Saltelli's sample as scipy has it (`scipy.stats.sobol_indice
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -82,10 +82,12 @@ def shares_of_inputs(
         saved = [100.0 * (1.0 - joules[treated] / joules[control]) for control, treated in pairs]
         return np.concatenate([joules, apex, np.array(saved).reshape(len(pairs), factors.shape[1])])
 
-    spread = [stats.uniform(1.0 - parts[name], 2.0 * parts[name]) for name in names]
+    rng = np.random.default_rng(seed)
+    drawn = _sampled(outputs, np.array([parts[name] for name in names]), size, rng)
     with np.errstate(invalid="ignore", divide="ignore"):
-        found = stats.sobol_indices(func=outputs, n=size, dists=spread, rng=np.random.default_rng(seed))
-        errors = found.bootstrap(n_resamples=_RESAMPLES).total_order.standard_error
+        found = stats.sobol_indices(func=drawn, n=size)
+        again = [_drawn_again(drawn, rng.integers(0, size, size)) for _ in range(_RESAMPLES)]
+        errors = np.std([stats.sobol_indices(func=one, n=size).total_order for one in again], axis=0)
     about = [
         *((PredictedQuantity.JOULES, key) for key in keys),
         *((PredictedQuantity.APEX, key) for key in keys),
@@ -102,6 +104,24 @@ def shares_of_inputs(
         )
         for (row, (quantity, key)), column in itertools.product(enumerate(about), range(len(names)))
     ]
+
+
+def _sampled(
+    outputs: Callable[[Floats], Floats], parts: Floats, size: int, rng: np.random.Generator
+) -> dict[str, Floats]:
+    """Return the outputs of Saltelli's sample: of two samples A and B, and of A with one input at a time from B."""
+    from scipy.stats import qmc
+
+    inputs = len(parts)
+    points = qmc.Sobol(2 * inputs, rng=rng).random(size).T
+    a, b = (1.0 + parts[:, np.newaxis] * (2.0 * one - 1.0) for one in (points[:inputs], points[inputs:]))
+    mixed = [np.where(np.arange(inputs)[:, np.newaxis] == column, b, a) for column in range(inputs)]
+    f_a, f_b, *f_ab = np.split(outputs(np.concatenate([a, b, *mixed], axis=1)), inputs + 2, axis=1)
+    return {"f_A": f_a, "f_B": f_b, "f_AB": np.array(f_ab)}
+
+
+def _drawn_again(drawn: Mapping[str, Floats], rows: NDArray[np.int64]) -> dict[str, Floats]:
+    return {name: values[..., rows] for name, values in drawn.items()}
 
 
 def _known(index: float) -> float | Undefined:

@@ -40,7 +40,7 @@ def sentences(found: Calibration) -> list[str]:
         number = f" (condition number {found.condition:.2g})" if math.isfinite(found.condition) else ""
         said.append(f"These data do not identify {list_text(unknown)}{number}: fix what you know better, or fit fewer.")
     said += [
-        f"{one.name} is at {one.value:.5g}, a bound of what a scene can have: its interval ends there, too."
+        f"{one.name} is at {one.value:.5g}, a bound of what a scene can have: on that side the data set no end."
         for one in found.parameters
         if one.at_bound
     ]

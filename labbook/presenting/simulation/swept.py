@@ -72,8 +72,9 @@ def _error_bars(done: Finished) -> list[str]:
     if not sweep.error_bars:
         return []
     return [
-        f"error bars: on {sweep.barred_rows} of {sweep.legal_rows} scenes, simulated a second time to "
-        f"{finer_accuracy(sweep.accuracy):g}; there the columns NAME_error hold them, and ill_conditioned is by them."
+        f"error bars: on {sweep.barred_rows} of {sweep.legal_rows} scenes, simulated again to "
+        f"{finer_accuracy(sweep.accuracy):g} or finer; there the columns NAME_error hold them, and ill_conditioned is "
+        "by them."
     ]
 
 

@@ -46,7 +46,7 @@ Row = NDArray[np.float64]
 
 @inner
 def note_near(distance: float, unit: float, work: Row) -> None:
-    """Note how near another event was, in local errors of its guard, by which the jump would have gone on otherwise."""
+    """Note how near another event was, in local errors of the state, by which the jump would have gone on otherwise."""
     if abs(distance) < unit * min(work[MARGIN], NEAR_PEAK):
         work[MARGIN], work[MARGIN_TICK] = abs(distance) / unit, -1.0
 
@@ -128,7 +128,7 @@ def make_falls(composition: Composition) -> Function:
     def falls(work: Row, row: Row, stop_after: float) -> int:
         if work[MODE] != FLIGHT:
             return NO_LIFTOFF
-        if granular:  # had the foot touched before, its stance would go on
+        if granular:  # had the foot touched before, its stance might go on
             met_m = 0.0 if work[CLEARED] == CLEAR else work[DEEPEST]
             note_near(work[NOW + X_FOOT] - met_m, work[LENGTH_UNIT], work)
         if np.isnan(row[apex_height]) and work[AIRBORNE] == 1:

@@ -86,3 +86,8 @@ def test_they_are_said_on_request_and_a_sample_is_a_power_of_two(book: SmallBook
     says(good(labbook("compare", "--shares", "32", at=book.folder)).out, "Sobol")
     assert "Sobol" not in good(labbook("compare", at=book.folder)).out
     refused(labbook("compare", "--shares", "100", at=book.folder), 2, "power of two", "100")
+
+
+def test_the_same_sample_is_drawn_again(book: SmallBook) -> None:
+    found = [good(labbook("compare", "--shares", "32", "--json", at=book.folder)).json["shares"] for _ in range(2)]
+    assert found[0] == found[1]
