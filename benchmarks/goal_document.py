@@ -10,7 +10,7 @@ from __future__ import annotations
 import datetime
 import sys
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -226,7 +226,7 @@ def _apart(one: Row, other: Row) -> Row:
     return np.where(one[:, 0] == other[:, 0], np.max(apart, axis=0), np.inf)
 
 
-BOXES = {
+BOXES: Mapping[str, Callable[[], tuple[Kernel, Row]]] = {
     "sim2, legal box": lambda: legal("sim2"),
     "bed, legal box": lambda: legal("bed"),
     "soft, realistic": soft,
