@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 class ShownStudy:
     """What a study gives: data for programs, sentences with the answer first, a table, and a figure with its caption.
 
-    `sources` are the sheets, or the book, that it comes from; `beside` has rows of what was measured, simulated and
-    published.
+    `sources` says of which book it is, `files` has names and SHA-256 of its sheets and logs; `beside` has rows of what
+    was measured, simulated and published.
     """
 
     title: str
@@ -33,6 +33,7 @@ class ShownStudy:
     head: Sequence[str] = ()
     rows: Sequence[Sequence[str]] = ()
     beside: Sequence[Sequence[str]] = ()
+    files: Sequence[tuple[str, str]] = ()
 
 
 def compaction_shown(
@@ -58,9 +59,10 @@ def compaction_shown(
         sentences(study),
         lambda: draw_compaction(drawn(study)),
         "Volume fractions over grain size / flask radius: flasks, lines, and the intervals without walls (at 0).",
-        sheets.sources,
+        sheets.of_book,
         HEAD,
         rows(study),
+        files=sheets.files,
     )
 
 
@@ -83,7 +85,8 @@ def field_shown(
         lambda: draw_field(*drawn(study)),
         "Specific resistance of both robots, each walk a line, and their ratio on each walk; geometric means with "
         "intervals, and the thesis's values.",
-        sheets.sources,
+        sheets.of_book,
+        files=sheets.files,
     )
 
 
@@ -106,9 +109,10 @@ def characterisation_shown(
         "Force over compression where the leg is damped least, measured and fitted, one trajectory a mass; stiffness "
         "over position gain and damping over velocity gain, points of one mass each, filled where it has 250 points "
         "alone, lines through fits of all masses.",
-        sheets.sources,
+        sheets.of_book,
         HEAD,
         rows(study),
+        files=sheets.files,
     )
 
 

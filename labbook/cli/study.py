@@ -65,6 +65,7 @@ def _write_page(shown: ShownStudy, page: Path) -> None:
         shown.sources,
         now_utc().split(".")[0] + "Z",
         shown.beside,
+        shown.files,
     )
     write_whole(page, study_page(made).encode("utf-8"))
 

@@ -49,8 +49,8 @@ class FactorSettings:
     control: str | None
 
 
-JUMP_RULES = ("exclude_first_jumps", "exclude_gap_jumps")
-"""Keys of `[protocol]` that say which jumps are left out without asking."""
+JUMP_RULES = {"exclude_first_jumps": "2", "exclude_gap_jumps": "true"}
+"""Keys of `[protocol]` that say which jumps are left out without asking, and what the thesis has for them."""
 
 
 @dataclass(frozen=True, slots=True)

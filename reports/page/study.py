@@ -22,7 +22,6 @@ from reports.tables.table import Column, Row, Table, words
 
 MOST_ROWS, MOST_FILES = 12, 8
 """Longer tables in all, and a longer list of files, stand behind page one, which is one sheet."""
-_FILE = "File"
 _NUMBER = re.compile(r"[<+\u2212\u2013-]? ?\d|\u2013$")
 
 
@@ -30,9 +29,8 @@ _NUMBER = re.compile(r"[<+\u2212\u2013-]? ?\d|\u2013$")
 class StudyPage:
     """What a page shows: `said` with the answer first, a figure with its caption, a table that may have no rows.
 
-    `sources` are the inputs by name: files with their hashes ("File", "NAME, SHA-256 HASH"), a book with its
-    configuration, its name ("Study") and the runs that were selected ("Runs"). `made_at` is a UTC time stamp.
-    `beside` has rows of `BESIDE`.
+    `sources` are of its book, by name: its configuration, its title ("Study"), the runs that were selected ("Runs").
+    `files` has name and SHA-256 of each file read. `made_at` is a UTC time stamp. `beside` has rows of `BESIDE`.
     """
 
     title: str
@@ -44,6 +42,7 @@ class StudyPage:
     sources: Sequence[tuple[str, str]]
     made_at: str
     beside: Sequence[Sequence[str]] = ()
+    files: Sequence[tuple[str, str]] = ()
 
 
 def study_page(page: StudyPage) -> str:
@@ -65,7 +64,7 @@ def study_page(page: StudyPage) -> str:
     ]
     for number, (table, place) in enumerate((one for one in tables if one[0].rows), start=1):
         place.append({"kind": "TableHere", "number": number, "table": table})
-    facts, files = _facts(page.sources)
+    facts, files = _facts(page)
     return (
         environment()
         .get_template("study.html.j2")
@@ -91,20 +90,17 @@ def _summary(page: StudyPage) -> str:
     return f"{'; '.join([*about, made])}."
 
 
-def _facts(sources: Sequence[tuple[str, str]]) -> tuple[list[tuple[str, str]], str]:
+def _facts(page: StudyPage) -> tuple[list[tuple[str, str]], str]:
     """Return what page one says of the sources, and the list of their files where it is long.
 
     The list is as `sha256sum -c` reads it, and page one has its hash.
     """
-    facts = [(name, text) for name, text in sources if name not in (_FILE, "Study", "Runs")]
-    files = [text for name, text in sources if name == _FILE]
+    facts, files = [(name, text) for name, text in page.sources if name not in ("Study", "Runs")], page.files
     if len(files) <= MOST_FILES:
-        return facts + [(_FILE, text) for text in files], ""
-    pairs = (text.rpartition(", SHA-256 ") for text in files)
-    listed = "".join(f"{sha256}  {name}\n" for name, _word, sha256 in pairs)
+        return facts + [("File", f"{name}, SHA-256 {sha256}") for name, sha256 in files], ""
+    listed = "".join(f"{sha256}  {name}\n" for name, sha256 in files)
     digest = hashlib.sha256(listed.encode("utf-8")).hexdigest()
-    first = files[0].partition(", SHA-256 ")[0]
-    return [*facts, ("Files", f"{first} and {len(files) - 1} more, SHA-256 of their list {digest}")], listed
+    return [*facts, ("Files", f"{files[0][0]} and {len(files) - 1} more, SHA-256 of their list {digest}")], listed
 
 
 def _svg(draw: Callable[[], Figure]) -> bytes:

@@ -13,12 +13,12 @@ from labbook.analysis.comparison.pairing import swept_factor
 from labbook.analysis.outcomes.conditions import conditions_by_outcome
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.energy import joules_per_mah
-from labbook.analysis.prediction.predicting import plain_predictions
+from labbook.analysis.prediction.plain import plain_predictions
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.studies.emulator import EmulatorStudy, emulator_study
 from labbook.analysis.study_data import gather
 from labbook.book.opening import opened
-from labbook.config.model import StudyProtocol
+from labbook.config.model import JUMP_RULES, StudyProtocol
 from labbook.config.parsing import Configuration
 from stats.checks import as_level
 
@@ -82,8 +82,7 @@ def emulator_study_of(
 
 def _check_protocol(configuration: Configuration) -> None:
     """Refuse a book that does not say which jumps are left out: silence is no decision."""
-    lines = {"exclude_first_jumps": "exclude_first_jumps = 2", "exclude_gap_jumps": "exclude_gap_jumps = true"}
-    missing = [line for key, line in lines.items() if key not in configuration.protocol.stated]
+    missing = [f"{key} = {usual}" for key, usual in JUMP_RULES.items() if key not in configuration.protocol.stated]
     if missing:
         raise InputRefused(
             "labbook.toml does not say which jumps the study leaves out: write under [protocol] "

@@ -80,9 +80,9 @@ class SheetSource:
         return found
 
     @property
-    def sources(self) -> tuple[tuple[str, str], ...]:
-        """What the study comes from, by name."""
-        return (*self.of_book, *(("File", f"{path.name}, SHA-256 {sha256}") for sha256, path in self.paths.items()))
+    def files(self) -> tuple[tuple[str, str], ...]:
+        """The files that were read, by name, with their SHA-256."""
+        return tuple((path.name, sha256) for sha256, path in self.paths.items())
 
 
 @contextlib.contextmanager

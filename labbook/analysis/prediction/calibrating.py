@@ -79,7 +79,7 @@ class Calibrated:
     def at_bound(self) -> bool:
         """Whether the value is the least or the largest that a scene can have."""
         about = all_parameters()[self.name]
-        return min(self.value - about.low, about.high - self.value) < 1e-6 * abs(self.value)
+        return min(self.value - about.low, about.high - self.value) <= 1e-6 * abs(self.value)
 
 
 @dataclass(frozen=True, slots=True)

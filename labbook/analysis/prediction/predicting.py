@@ -237,39 +237,6 @@ def predictions(
     return dict(zip(wanted, cache.ensure(requests), strict=True))
 
 
-@dataclass(frozen=True, slots=True)
-class PlainPredictions:
-    """Joules a jump and apex height (`ALWAYS`) by the condition's key, without errors; or why there are none."""
-
-    values: Mapping[str, Mapping[str, float | None]]
-    why_not: str = ""
-
-    def value(self, condition_key: str, outcome: Outcome) -> float | None:
-        """Return what is predicted, None where nothing is."""
-        return self.values.get(condition_key, {}).get(outcome)
-
-
-def plain_predictions(
-    connection: sa.Connection, evidence: StudyData, progress: Callable[[str], None]
-) -> PlainPredictions:
-    """Simulate each condition once, as its first robot ran it; nothing is varied or stored, and nothing is refused."""
-    settings = evidence.configuration.simulation
-    if settings is None:
-        return PlainPredictions({}, "labbook.toml has no [simulation].")
-    progress("simulating each condition (compiling the simulator before, up to 30 s)")
-    found: dict[str, Mapping[str, float | None]] = {}
-    try:
-        start = study_scene(settings)
-        for run in evidence.runs:
-            if run.levels and run.condition_key not in found:
-                facts = read_fact(connection, "robot", run.robot_uid, list(ROBOT_PARAMETERS.values()))
-                scene = condition_scene(start, evidence.configuration, evidence.factors, run.levels, (run.robot, facts))
-                found[run.condition_key] = simulated(scene, settings.accuracy, ALWAYS).values
-    except LabbookError as error:
-        return PlainPredictions({}, str(error))
-    return PlainPredictions(found)
-
-
 def keep_predictions(connection: sa.Connection, cache: ResultCache) -> None:
     """Store what was simulated for the results that a workbench computed, in a writing transaction after them."""
     rows = [row for row in cache.computed.values() if row.algorithm == ALGORITHM.kind]

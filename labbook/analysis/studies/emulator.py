@@ -22,7 +22,7 @@ from labbook.analysis.comparison.comparing import Pair
 from labbook.analysis.comparison.deciding import contrast_of
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.outcomes.run_apexes import RunApexes
-from labbook.analysis.prediction.predicting import PlainPredictions
+from labbook.analysis.prediction.plain import PlainPredictions
 from stats.days.decision_result import Bounded, Estimate
 from stats.exact.tails import t_quantile
 

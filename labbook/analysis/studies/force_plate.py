@@ -24,7 +24,7 @@ from data_schema.errors import InputRefused
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.pairing import sort_key
-from labbook.analysis.prediction.predicting import PlainPredictions
+from labbook.analysis.prediction.plain import PlainPredictions
 from simulator.motor_power import Drive
 from stats.clocks import Clocks, align_clocks, corner, leg_touchdowns, moving_average
 from stats.compare.shared_error import SharedError

@@ -18,7 +18,7 @@ from labbook.analysis.outcomes.detection import heeded_gaps
 from labbook.analysis.outcomes.run_energy import RunEnergy, passive_drains, run_energies
 from labbook.analysis.outcomes.run_force import usable_force, vertical_force
 from labbook.analysis.prediction.condition_scenes import study_scene
-from labbook.analysis.prediction.predicting import plain_predictions
+from labbook.analysis.prediction.plain import plain_predictions
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.studies.force_plate import ForcePlateStudy, PlateRun, compare_joules
 from labbook.analysis.study_data import StudyData, gather
