@@ -70,12 +70,9 @@ def test_a_study_s_long_table_and_list_of_files_stand_behind_page_one(tmp_path):
         caption="Nothing.",
         head=("run", "offset s"),
         rows=[(f"r{place:03d}", "-0.1") for place in range(60)],
-        sources=[
-            ("Study", "legs"),
-            ("Runs", "all"),
-            *(("File", f"{name}, SHA-256 {sha256}") for name, sha256 in logs),
-        ],
+        sources=[("Study", "legs"), ("Runs", "all")],
         made_at="2026-11-26T16:44:46Z",
+        files=logs,
     )
     text = study_page(made)
     first, behind = text.split('<section class="behind">')
