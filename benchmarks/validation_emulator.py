@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import datetime
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -22,7 +23,6 @@ from labbook.demo.studies.emulator import (
     RATIO,
     REST_LENGTH_M,
     VOLTAGE_V,
-    EmulatorRun,
     EmulatorScatter,
     Truth,
     emulator_campaign,
@@ -31,7 +31,7 @@ from labbook.demo.studies.emulator import (
 from labbook.demo.studies.emulator_files import make_emulator_book
 from reports.numbers import Number
 from stats.compare.shared_error import SharedError
-from stats.lines.passive_drain import fit_passive_drain
+from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
 
 LEVEL, SAME_PERCENT = 0.95, 2.0
 SHOWN = ((100.0, Controller.SCALED), (300.0, Controller.CONSTANT), (500.0, Controller.SCALED))
@@ -86,12 +86,13 @@ def from_charges(chance: np.random.Generator, jumps: int = JUMPS) -> EmulatorStu
     for run in campaign:
         if run.condition is None:
             continue
-        at = line.at(run.duration_s)
-        shared = {("drain", term): -worth_j * mah for term, mah in line.error_terms_mah(run.duration_s).items()}
-        value_j = worth_j * (run.charge_mah - at.charge_mah)
-        joules.append((run, value_j, SharedError(shared, {"drain": line.df})))
-        apexes.append((run, _apex_m(chance, known[run.condition]), SharedError()))
-    conditions = {Outcome.JOULES: list(_conditions(joules)), Outcome.APEX: list(_conditions(apexes))}
+        levels = dict(zip(("k_gain", "b_ad_gain"), map(str, run.condition), strict=True))
+        row = run_row(run.name, run.date, run.duration_s, levels, is_control=run.condition[1] == 0)
+        shared = drain_error(line, run.duration_s, worth_j)
+        value_j = worth_j * (run.charge_mah - line.at(run.duration_s).charge_mah)
+        joules.append(RunNumber(row, value_j, shared, StoredResult()))
+        apexes.append(RunNumber(row, _apex_m(chance, known[run.condition]), SharedError(), StoredResult()))
+    conditions = {Outcome.JOULES: conditions_of(joules), Outcome.APEX: conditions_of(apexes)}
     return emulator_study(
         conditions,
         "k_gain",
@@ -108,35 +109,45 @@ def _apex_m(chance: np.random.Generator, truth: Truth) -> float:
     return truth.apex_m + chance.normal(0.0, EmulatorScatter().run_height) * (truth.apex_m - REST_LENGTH_M)
 
 
-def _conditions(values: list[tuple[EmulatorRun, float, SharedError]]) -> Iterator[ConditionValues]:
-    by_condition: dict[tuple[int, int], list[RunNumber]] = {}
-    for run, value, shared in values:
-        assert run.condition is not None
-        by_condition.setdefault(run.condition, []).append(RunNumber(_row(run), value, shared, StoredResult()))
+def drain_error(line: PassiveDrain, duration_s: float, worth_j: float) -> SharedError:
+    """Return what the error of the drain line makes of a run's joules; `worth_j` is those of 1 mAh."""
+    terms = {("drain", term): -worth_j * mah for term, mah in line.error_terms_mah(duration_s).items()}
+    return SharedError(terms, {"drain": line.df})
+
+
+def conditions_of(runs: Sequence[RunNumber]) -> list[ConditionValues]:
+    """Return runs by condition."""
+    by_condition: dict[str, list[RunNumber]] = {}
+    for one in runs:
+        by_condition.setdefault(one.run.condition_key, []).append(one)
     none = Number(0.0, "1")
-    for (gain, damping), runs in by_condition.items():
-        levels = {"k_gain": str(gain), "b_ad_gain": str(damping)}
-        yield ConditionValues(f"{gain} {damping}", damping == 0, levels, tuple(runs), ConditionSummary(none, none, ()))
+    return [
+        ConditionValues(key, own[0].run.is_control, own[0].run.levels, tuple(own), ConditionSummary(none, none, ()))
+        for key, own in by_condition.items()
+    ]
 
 
-def _row(run: EmulatorRun) -> RunRow:
+def run_row(
+    name: str, date: datetime.date, duration_s: float, levels: Mapping[str, str], *, is_control: bool
+) -> RunRow:
+    """Return a drawn run as a book has it."""
     return RunRow(
-        uid=run.name,
-        name=run.name,
+        uid=name,
+        name=name,
         kind=RunKind.JUMPS,
         state=RunState.COMPLETE,
-        day=run.date.isoformat(),
-        position_in_day=run.position,
+        day=date.isoformat(),
+        position_in_day=1,
         condition_uid=None,
-        condition_key="",
-        is_control=False,
-        levels={},
+        condition_key=" ".join(levels.values()),
+        is_control=is_control,
+        levels=levels,
         robot="hopper",
         robot_uid="",
         battery="A",
         started_utc=None,
-        duration_s=run.duration_s,
-        jumps_made=run.jumps,
+        duration_s=duration_s,
+        jumps_made=1,
         starts=1,
         planned=False,
     )

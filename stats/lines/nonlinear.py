@@ -95,8 +95,7 @@ def fit_nonlinear(residuals: Residuals, start: ArrayLike, low: ArrayLike, high: 
         ftol=1e-8,
         gtol=1e-10,
     )
-    values = found.x * begin
-    left, slopes = values_at(found.x), sensitivities(residuals, values, *bounds)
+    values, left, slopes = found.x * begin, found.fun, found.jac / begin
     scaled = slopes * values
     condition = float(np.linalg.cond(scaled)) if np.isfinite(scaled).all() else math.inf
     chi_squared, df = float(left @ left), left.size - begin.size
@@ -115,7 +114,8 @@ def profile_interval(
     likelihood, Venzon and Moolgavkar 1988). There is none where a bound comes first, its own or that of another
     parameter, which is then not identified.
     """
-    profile = _Profile(residuals, fit, place, np.asarray(low, np.float64), np.asarray(high, np.float64))
+    minimum = {float(fit.values[place]): (0.0, np.delete(fit.values, place))}
+    profile = _Profile(residuals, fit, place, np.asarray(low, np.float64), np.asarray(high, np.float64), minimum)
     rise = fit.spread * t_quantile(level, fit.df) ** 2
     se = fit.values[place] if isinstance(fit.ses, Undefined) else float(fit.ses[place])
     below, above = (_end(profile, rise, sign * se * t_quantile(level, fit.df)) for sign in (-1.0, 1.0))
@@ -124,32 +124,55 @@ def profile_interval(
 
 @dataclass(slots=True)
 class _Profile:
-    """The least chi squared with one parameter held; each fit of the others begins where the one before ended."""
+    """The least chi squared with one parameter held, and the other parameters there, by its value.
+
+    Each fit of the others begins where the nearest one ended, or where the fit of all would have them move from there.
+    """
 
     residuals: Residuals
     fit: NonlinearFit
     place: int
     low: Floats
     high: Floats
+    known: dict[float, tuple[float, Floats]]
 
-    def rise(self, value: float, others: Floats) -> tuple[float, Floats]:
-        """Return by how much chi squared is above its minimum, and the other parameters there."""
-        free = np.arange(self.fit.values.size) != self.place
+    @property
+    def _free(self) -> NDArray[np.bool_]:
+        return np.asarray(np.arange(self.fit.values.size) != self.place)
+
+    def rise(self, value: float) -> float:
+        """Return by how much chi squared is above its minimum."""
+        if value not in self.known:
+            self.known[value] = self._fitted(value)
+        return self.known[value][0]
+
+    def _fitted(self, value: float) -> tuple[float, Floats]:
+        free = self._free
 
         def held(table: Floats) -> Floats:
             return self.residuals(np.insert(table, self.place, value, axis=1))
 
+        nearest = min(self.known, key=lambda one: abs(one - value))
+        others = self.known[nearest][1]
         if not free.any():
             left = _known(held(np.empty((1, 0))))[0]
             return float(left @ left) - self.fit.chi_squared, others
-        if not np.isfinite(held(others[np.newaxis, :])).all():
+        starts = [others]
+        if not isinstance(self.fit.covariance, Undefined):
+            moved = self.fit.covariance[free, self.place] / self.fit.covariance[self.place, self.place]
+            starts.append(np.clip(others + moved * (value - nearest), self.low[free], self.high[free]))
+        squares = [
+            float(np.sum(_known(left) ** 2)) if np.isfinite(left).all() else math.inf for left in held(np.array(starts))
+        ]
+        begin = starts[int(np.argmin(squares))]
+        if not math.isfinite(min(squares)):
             return math.inf, others
-        found = fit_nonlinear(held, others, self.low[free], self.high[free])
+        found = fit_nonlinear(held, begin, self.low[free], self.high[free])
         return found.chi_squared - self.fit.chi_squared, found.values
 
-    def at_bounds(self, others: Floats) -> bool:
+    def at_bounds(self, value: float) -> bool:
         """Whether another parameter stands at the end of its range: what ends the interval then is that, not data."""
-        free = np.arange(self.fit.values.size) != self.place
+        free, others = self._free, self.known[value][1]
         low, high = self.low[free], self.high[free]
         return bool(np.any((others <= low * (1.0 + _CLOSE)) | (others >= high * (1.0 - _CLOSE))))
 
@@ -162,24 +185,22 @@ def _end(profile: _Profile, wanted: float, step: float) -> float | None:
     """
     from scipy.optimize import brentq
 
-    free = np.arange(profile.fit.values.size) != profile.place
     bound = float((profile.low if step < 0.0 else profile.high)[profile.place])
-    inside, others = float(profile.fit.values[profile.place]), profile.fit.values[free]
+    inside = float(profile.fit.values[profile.place])
 
     def beyond(value: float) -> float:
-        rise = profile.rise(value, others)[0]
-        return math.sqrt(min(max(rise, 0.0), 1e4 * wanted)) - math.sqrt(wanted)
+        return math.sqrt(min(max(profile.rise(value), 0.0), 1e4 * wanted)) - math.sqrt(wanted)
 
     while True:
         outside = inside + step if step < 0.0 else min(inside + step, bound)
         outside = max(outside, 0.5 * inside, bound) if step < 0.0 else min(outside, 2.0 * inside)
-        rise, there = profile.rise(outside, others)
-        if rise >= wanted:
+        if profile.rise(outside) >= wanted:
             end = float(brentq(beyond, inside, outside, xtol=_CLOSE * abs(outside), rtol=_CLOSE))
-            return None if profile.at_bounds(profile.rise(end, others)[1]) else end
+            profile.rise(end)
+            return None if profile.at_bounds(end) else end
         if outside == bound:
             return None
-        inside, others, step = outside, there, 2.0 * step
+        inside, step = outside, 2.0 * step
 
 
 def sensitivities(residuals: Residuals, values: Floats, low: Floats, high: Floats) -> Floats:

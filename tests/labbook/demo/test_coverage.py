@@ -5,7 +5,7 @@ rate explains; and the mean coverage of a kind of quantity must agree with 95 % 
 (quantities of one campaign share its drain fit, seeds share nothing).
 """
 
-from collections import defaultdict
+from dataclasses import astuple
 from pathlib import Path
 
 import numpy as np
@@ -13,33 +13,17 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats as reference
 
-from data_schema.vocabulary import RunKind, Undefined
-from labbook.analysis.outcomes.energy import joules_per_jump, joules_per_mah
+from benchmarks.validation_bed import as_charged, drain_of, intervals, truths
+from data_schema.outcomes import Outcome
+from data_schema.vocabulary import Undefined
 from labbook.demo.campaign import make_campaign
-from labbook.demo.records import Campaign
 from labbook.demo.truth import CHAPTER_5, CONTROL_GAIN, Condition
 from stats.compare.savings import percent_savings
 from stats.compare.shared_error import SharedError, describe_shared, shared_of_mean
 from stats.compare.summary import describe
-from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
 from tests.helpers.once import made_once
 
 LEVEL = 0.95
-RESOLUTION_MAH = 1.0
-
-
-def drain_of(campaign: Campaign) -> PassiveDrain:
-    idle = campaign.of_kind(RunKind.IDLE)
-    drain = fit_passive_drain([run.duration_s for run in idle], [run.charge_mah for run in idle], RESOLUTION_MAH)
-    assert isinstance(drain, PassiveDrain)
-    return drain
-
-
-def shared_error(drain: PassiveDrain, duration_s: float, voltage_v: float, jumps: int) -> SharedError:
-    """What the drain line's error makes of a run's joules."""
-    worth_j = joules_per_mah(voltage_v, jumps)
-    terms = {("drain", term): -worth_j * mah for term, mah in drain.error_terms_mah(duration_s).items()}
-    return SharedError(terms, {"drain": drain.df})
 
 
 def covers(low: float | Undefined, high: float | Undefined, truth: float) -> bool:
@@ -52,29 +36,27 @@ def coverage_of(seed: int) -> dict[str, list[bool]]:
     """Whether each interval of one campaign covers its truth, by kind."""
     campaign = make_campaign(seed)
     truth = campaign.truth
-    drain = drain_of(campaign)
-    at_run = drain.at(truth.run_duration_s, LEVEL)
+    at_run = drain_of(campaign).at(truth.run_duration_s, LEVEL)
     covered: dict[str, list[bool]] = {
         "passive charge": [covers(at_run.ci_low, at_run.ci_high, truth.drain.charge_mah(truth.run_duration_s))]
     }
-    joules: defaultdict[Condition, list[float]] = defaultdict(list)
-    shared: defaultdict[Condition, list[SharedError]] = defaultdict(list)
-    apexes: defaultdict[Condition, list[float]] = defaultdict(list)
-    for run in campaign.of_kind(RunKind.JUMPS):
-        assert run.condition is not None
-        value = joules_per_jump(
-            run.charge_mah, drain.at(run.duration_s).charge_mah, truth.reference_voltage_v, run.jumps_made
-        )
-        assert isinstance(value, float)
-        joules[run.condition].append(value)
-        shared[run.condition].append(shared_error(drain, run.duration_s, truth.reference_voltage_v, run.jumps_made))
-        apexes[run.condition].append(float(run.reached_apexes_m.mean()))
+    drawn = as_charged(campaign)
+    joules, apexes = ({one.key: one for one in drawn[outcome]} for outcome in (Outcome.JOULES, Outcome.APEX))
 
+    def runs(*conditions: Condition) -> tuple[list[float], SharedError]:
+        of_all = [run for one in conditions for run in joules[" ".join(map(str, astuple(one)))].runs]
+        return [run.value for run in of_all], shared_of_mean([run.shared for run in of_all])
+
+    true = truths()
+    covered["decided by the report"] = []
+    for name, interval in intervals(drawn).items():
+        assert not isinstance(interval, Undefined), name
+        covered["decided by the report"].append(covers(*interval, true[name]))
     covered |= {"joules a jump": [], "apex height": [], "saving": [], "pooled saving": []}
     for condition in truth.conditions:
-        mean = describe_shared(joules[condition], shared_of_mean(shared[condition]), LEVEL)
+        mean = describe_shared(*runs(condition), LEVEL)
         covered["joules a jump"].append(covers(mean.ci_low, mean.ci_high, truth.joules_per_jump(condition)))
-        apex = describe(apexes[condition], LEVEL)
+        apex = describe(apexes[" ".join(map(str, astuple(condition)))].values, LEVEL)
         covered["apex height"].append(covers(apex.ci_low, apex.ci_high, truth.apex_height_m(condition)))
 
     for group in truth.groups:
@@ -83,16 +65,17 @@ def coverage_of(seed: int) -> dict[str, list[bool]]:
         for kind, sides in (("saving", [[one] for one in treated]), ("pooled saving", [treated])):
             for side in sides:
                 gain = side[0].b_ad_gain if kind == "saving" else None
-                true = truth.saving(group.foot, group.k_gain, gain)
+                saved = truth.saving(group.foot, group.k_gain, gain)
+                (of_control, shared_in_control), (of_side, shared_in_treated) = runs(control), runs(*side)
                 saving = percent_savings(
-                    joules[control],
-                    np.concatenate([joules[one] for one in side]),
-                    shared_in_control=shared_of_mean(shared[control]),
-                    shared_in_treated=shared_of_mean([error for one in side for error in shared[one]]),
+                    of_control,
+                    of_side,
+                    shared_in_control=shared_in_control,
+                    shared_in_treated=shared_in_treated,
                     level=LEVEL,
                 )
                 assert not isinstance(saving.percent_ci, Undefined)
-                covered[kind].append(covers(*saving.percent_ci, 100 * true))
+                covered[kind].append(covers(*saving.percent_ci, 100 * saved))
     return covered
 
 
@@ -109,6 +92,7 @@ def coverage(request: pytest.FixtureRequest) -> dict[str, NDArray[np.bool_]]:
 
 KINDS = {
     "passive charge": 1,
+    "decided by the report": 19,
     "joules a jump": len(CHAPTER_5.conditions),
     "apex height": len(CHAPTER_5.conditions),
     "saving": len(CHAPTER_5.groups) * len(CHAPTER_5.ad_gains),
