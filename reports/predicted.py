@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 from data_schema.vocabulary import Undefined
 from reports.numbers import Number, Value
+
+if TYPE_CHECKING:
+    from simulator.steady.published_results import PublishedResult
 
 COVERAGE_FACTOR = 2.0
 """Standard uncertainties of a prediction that count as its expanded uncertainty, about 95 % (JCGM 100, 6.3)."""
@@ -88,7 +92,8 @@ class Prediction:
     `difference` (predicted less measured) over the expanded uncertainty of both (the E_n of ISO 13528): they agree
     where it lies within -1 to 1. `agrees` is None where there is none. `numerical_error`, in the unit of `predicted`,
     is by how much a simulation a hundred times finer differs, None where it ends otherwise; the prediction is
-    `imprecise` where that is above what its standard uncertainty has for it, and a tenth of that or more.
+    `imprecise` where that is above what its standard uncertainty has for it, and a tenth of that or more. `published`
+    is what the thesis has of it.
     """
 
     quantity: PredictedQuantity
@@ -103,6 +108,7 @@ class Prediction:
     agrees: bool | None
     numerical_error: float | None = None
     imprecise: bool = False
+    published: PublishedResult | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from data_schema.vocabulary import Undefined
 from reports.content import ReportContent
-from reports.display import DASH, common_places, level_text, shown_unit, stated_text, with_unit
+from reports.display import DASH, common_places, level_text, p_text, shown_unit, stated_text, with_unit
 from reports.evidence import POOLED
 from reports.naming import level_name, levels_name, swept_factor, swept_words
 from reports.numbers import Number
@@ -101,8 +101,22 @@ def _error(number: Number, places: int) -> Cell:
     return value_cell(number.se, places, shown_unit(number.unit)[1])
 
 
+def _published(item: Prediction) -> Cell:
+    """Make a cell of what the thesis has of it, with its section: "about 15 % (5.2.1)", "p = .041 (5.2.1)"."""
+    found = item.published
+    if found is None or found.published is None:
+        return Cell("", (None, None, None))
+    unit, factor = ("%", 100.0) if item.measured.unit == "%" else shown_unit(item.measured.unit)
+    text = f"{found.relation} {with_unit(stated_text(factor * found.published), unit)}".strip()
+    if found.unit == "p":
+        text = p_text(found.published)
+    return Cell(f"{text} ({found.where})", (found.published, found.unit, found.where))
+
+
 def _make(content: ReportContent, quantity: PredictedQuantity, name: str) -> Table:
     items = content.predictions.of(quantity)
+    published = [Column("published (thesis)", ("published", "published_unit", "published_in"), numeric=False)]
+    published = published if any(item.published for item in items) else []
     stored = _STORED_UNITS[quantity]
     unit, slug = shown_unit(stored)[0], unit_slug(stored)
     places = common_places([item.measured for item in items])
@@ -119,6 +133,7 @@ def _make(content: ReportContent, quantity: PredictedQuantity, name: str) -> Tab
         Column("difference", (f"difference_{slug}",), unit),
         Column("ratio", ("error_ratio",)),
         Column("agree", ("agrees",), numeric=False),
+        *published,
         PROVENANCE,
     )
     rows = tuple(
@@ -134,6 +149,7 @@ def _make(content: ReportContent, quantity: PredictedQuantity, name: str) -> Tab
                 number_cell(item.difference, places),
                 value_cell(item.error_ratio, 2),
                 _VERDICTS[item.agrees],
+                *(_published(item) for _column in published),
                 provenance_cell(item.predicted.provenance),
             ),
             block=block_of(content, item),

@@ -26,7 +26,8 @@ class PublishedResult:
     """A published result. `published` is its number, in `unit` ("p": a p value), to which `relation` belongs.
 
     `why` it cannot be tested: empty where the claim of the same id judges it, whose statement it then has. A p value of
-    the bed is about the saving of one `foot` and extension `gain` over `damping_gains`. `note`: what else to know.
+    the bed is about the saving of one `foot` and extension `gain` over `damping_gains`. `at` has foot ("": none), gain
+    and damping gains (0: CE) of the conditions that it is of, nothing where it is of none. `note`: what else to know.
     """
 
     id: str
@@ -40,6 +41,12 @@ class PublishedResult:
     foot: str = ""
     gain: float = 0.0
     damping_gains: tuple[float, ...] = ()
+    at: tuple[tuple[str | float, ...], ...] = ()
+
+    @property
+    def of_apex(self) -> bool:
+        """Whether it is an apex height; one of certain conditions is a saving else, or the p of one."""
+        return self.unit == "m"
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,10 +86,20 @@ class Contradiction:
     text: str
 
 
+@functools.cache
 def published_results() -> tuple[PublishedResult, ...]:
     """Return every published result, in the order of the chapters."""
     found = _read()
     return tuple(_result(entry, found["why"]) for entry in found["result"])
+
+
+def result_of(foot: str, gain: float, damping_gains: tuple[float, ...], *, of_apex: bool) -> PublishedResult | None:
+    """Return what is published of an apex, or a saving, at these gains: of the bed with a `foot`, "" of the emulator.
+
+    `damping_gains` is (0,) for CE, and has several, in order, where these are pooled.
+    """
+    found = (result for result in published_results() if result.of_apex is of_apex)
+    return next((result for result in found if (foot, gain, *damping_gains) in result.at), None)
 
 
 @functools.cache
@@ -136,7 +153,9 @@ def _result(entry: Mapping[str, Any], why: Mapping[str, str]) -> PublishedResult
     own = dict(entry)
     own["why"] = why[own["why"]] if "why" in own else ""
     own["damping_gains"] = tuple(float(gain) for gain in own.get("damping_gains", ()))
+    own["at"] = tuple(map(tuple, own.get("at", ())))
     if own.get("foot"):
+        own["at"] = ((own["foot"], own["gain"], *own["damping_gains"]),)
         gains = own["damping_gains"]
         damped = f"damping gain {gains[0]:g}" if len(gains) == 1 else "all damping gains"
         own["statement"] = f"active damping against CE: {own['foot']} foot, gain {own['gain']}, {damped}"

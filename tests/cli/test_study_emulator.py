@@ -199,7 +199,10 @@ def test_the_page_s_commands_work(book: Path, tmp_path: Path) -> None:
     assert demo[:3] == ["demo", "--study", "emulator"]
     plot = [str(tmp_path / "drawn.pdf") if word == "emulator.pdf" else word for word in ask]
     good(labbook(*plot, at=book))
-    says(good(labbook(*compare, at=book)).out, "same at gains 400 and 500")
+    compared = good(labbook(*compare, at=book)).out
+    says(compared, "same at gains 400 and 500")
+    published = re.findall(r"\d+ (?:mm|%) \([\d.]+\)$", compared, re.MULTILINE)
+    assert {*published} == {"20 % (4.3.2)", "256 mm (4.4)", "493 mm (4.4)"}
     (own,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
     assert set(tomllib.loads(own)["factors"]) == {"k_gain", "b_ad_gain"}
     refused(labbook("demo", "--study", "emulater", str(tmp_path / "none"), at=tmp_path), 2, "emulator")

@@ -20,7 +20,7 @@ from reports.content import ReportContent
 from reports.display import DASH
 from reports.judged import verdict_text
 from reports.numbers import Number, Value
-from reports.predicted import Hypothesis, PredictedQuantity, Verdict
+from reports.predicted import Hypothesis, PredictedQuantity, Prediction, Verdict
 from reports.remarks import numerical_text
 from reports.tables.hypotheses import verdict_sentence
 from reports.tables.predictions import LEGEND, PREDICTED, level_text_of, title_text
@@ -189,6 +189,7 @@ def as_data(compared: ComparedPredictions) -> dict[str, Any]:
                 "difference": _value(item.difference.value),
                 "error_ratio": _value(item.error_ratio),
                 "agrees": item.agrees,
+                "published": _published(item),
             }
             for item in about.items
         ],
@@ -242,6 +243,13 @@ def as_data(compared: ComparedPredictions) -> dict[str, Any]:
             for one in about.assumed
         ],
     }
+
+
+def _published(item: Prediction) -> dict[str, Any] | None:
+    found = item.published
+    if found is None:
+        return None
+    return {name: getattr(found, name) for name in ("id", "where", "published", "unit", "relation")}
 
 
 def _hypothesis(one: Hypothesis) -> dict[str, Any]:

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
-from data_schema.vocabulary import Undefined
+from data_schema.outcomes import Outcome
+from data_schema.vocabulary import StudyKind, Undefined
 from labbook.analysis.prediction.bias import BiasOfGroup, LimitsResult
 from labbook.analysis.prediction.checking import Checked
 from labbook.analysis.prediction.predicting import SIMULATED, PredictionResult
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.numbers import Shown
 from labbook.presenting.report.campaign import factor_title
+from reports.evidence import POOLED
 from reports.numbers import Value
 from reports.predicted import (
     AssumedInput,
@@ -25,6 +28,9 @@ from reports.predicted import (
     Predictions,
 )
 
+if TYPE_CHECKING:
+    from simulator.steady.published_results import PublishedResult
+
 
 def predictions(analysis: StudyAnalysis, shown: Shown) -> Predictions:
     """Return what was predicted; nothing where the study names no scene or has nothing measured."""
@@ -34,7 +40,7 @@ def predictions(analysis: StudyAnalysis, shown: Shown) -> Predictions:
         return Predictions()
     from simulator.declared import all_parameters
 
-    items = tuple(_prediction(item, shown) for item in _in_order(analysis))
+    items = tuple(_prediction(analysis, item, shown) for item in _in_order(analysis))
     measured = {name for several in analysis.conditions.values() for item in several for name in item.levels}
     mapped = {*settings.factors, *settings.levels}
     return Predictions(
@@ -115,7 +121,7 @@ def _place(analysis: StudyAnalysis, group: Mapping[str, str]) -> list[int]:
     ]
 
 
-def _prediction(item: Checked, shown: Shown) -> Prediction:
+def _prediction(analysis: StudyAnalysis, item: Checked, shown: Shown) -> Prediction:
     return Prediction(
         quantity=item.quantity,
         group=item.group,
@@ -129,7 +135,33 @@ def _prediction(item: Checked, shown: Shown) -> Prediction:
         agrees=item.result.agrees,
         numerical_error=item.result.numerical_error,
         imprecise=item.result.imprecise,
+        published=_published(analysis, item),
     )
+
+
+_WITH_FOOT = {StudyKind.BED: True, StudyKind.EMULATOR: False}
+"""Studies of which single conditions are published, and whether a foot was varied."""
+
+
+def _published(analysis: StudyAnalysis, item: Checked) -> PublishedResult | None:
+    """Return what the thesis has of the apex or saving at these gains, and on the bed with this foot, if anything."""
+    from simulator.steady.published_results import result_of
+
+    configuration, swept = analysis.evidence.configuration, analysis.swept
+    factors = {} if configuration.simulation is None else configuration.simulation.factors
+    of_parameter = {parameter: factor for factor, parameter in factors.items()}
+    gain, foot = of_parameter.get("k_extension", ""), of_parameter.get("foot_radius", "")
+    if _WITH_FOOT.get(configuration.study.kind) is not (foot in item.group):
+        return None
+    if swept is None or of_parameter.get("b_ad") != swept or not {gain, swept} <= configuration.gains.keys():
+        return None
+    of_apex = item.quantity is PredictedQuantity.APEX
+    if not (of_apex or item.quantity is PredictedQuantity.SAVINGS) or not item.group.keys() <= {gain, foot}:
+        return None
+    of_group = [one for one in analysis.conditions[Outcome.JOULES] if item.group.items() <= one.levels.items()]
+    pooled = [one.levels[swept] for one in of_group if not one.is_control]
+    damping_gains = tuple(sorted(map(float, pooled if item.level == POOLED else [item.level])))
+    return result_of(item.group.get(foot, ""), float(item.group[gain]), damping_gains, of_apex=of_apex)
 
 
 def _judged(analysis: StudyAnalysis, shown: Shown) -> tuple[Judged, ...]:

@@ -5,6 +5,7 @@ import re
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,6 +29,7 @@ from simulator.steady.published_results import (
     judged_results,
     published_claims,
     published_results,
+    result_of,
 )
 from simulator.steady.tables import BED_DAMPING_GAINS, BED_GAINS, FEET_M
 from simulator.thesis.claims import VALUES, Claim, claims, judged
@@ -105,6 +107,23 @@ def test_other_jumps_give_other_verdicts() -> None:
     assert changed["bed.saving_best"].verdict == REPRODUCED
     assert changed["bed.p.l.stiff.3"].saving == pytest.approx(0.15)
     assert changed["bed.apex_gain"].verdict == the_one("bed.apex_gain").verdict == CONTRADICTED
+
+
+def test_a_result_of_certain_conditions_is_found_by_their_foot_and_gains() -> None:
+    def found(*where: Any, of_apex: bool = False) -> str | None:
+        result = result_of(*where, of_apex=of_apex)
+        return None if result is None else result.id
+
+    every = (50.0, 100.0, 150.0, 200.0, 250.0)
+    assert found("small", 400.0, (150.0,)) == "bed.p.s.stiff.3"
+    assert found("small", 400.0, every) == "bed.saving_best"
+    assert found("large", 300.0, every) == "bed.pooled.l.soft"
+    assert found("", 200.0, (33.0,)) == "emu.saving_scaled"
+    assert found("", 400.0, (0.0,), of_apex=True) == "emu.apex_high"
+    for unknown in (("small", 400.0, every[:3]), ("", 200.0, (50.0,)), ("", 400.0, (150.0,)), ("flat", 400.0, every)):
+        assert found(*unknown) is None
+    assert found("small", 400.0, (150.0,), of_apex=True) is None
+    assert found("", 400.0, (0.0,)) is None
 
 
 def test_beside_a_p_value_stands_the_saving_of_its_conditions() -> None:

@@ -339,6 +339,21 @@ def test_compare_prints_the_tables_and_says_whether_all_is_met(reported: Reporte
     assert answer.out == good(labbook("compare", at=reported.book.folder)).out
 
 
+def test_what_was_published_of_a_condition_stands_beside_it(reported: Reported, tmp_path: Path) -> None:
+    told = good(labbook("compare", "--foot", "small", at=reported.book.folder)).out
+    tables = [block for block in told.split("\n\n") if block.startswith("condition ")]
+    assert ["published (thesis)" in table.splitlines()[0] for table in tables] == [False, False, True]
+    assert all(line.endswith("p = .006 (5.2.1)") for line in tables[2].splitlines()[2:])
+    found = good(labbook("compare", "--json", at=reported.book.folder)).json["predictions"]
+    published = {(one["quantity"], one["group"]["foot"]): one["published"] for one in found}
+    assert published["savings", "large"] == {
+        "id": "bed.p.l.stiff.2", "where": "5.2.1", "published": 0.028, "unit": "p", "relation": ""
+    }  # fmt: skip
+    assert published["joules a jump", "large"] is None
+    book = predicted_book(tmp_path, SIMULATION.replace('foot = "foot_radius", ', ""))
+    assert "published" not in good(labbook("compare", at=book.folder)).out  # a foot that nobody says is another study's
+
+
 def test_a_factor_that_is_not_simulated_is_said_before_any_table(reported: Reported, tmp_path: Path) -> None:
     book = predicted_book(tmp_path, SIMULATION.replace(', b_ad_gain = "b_ad"', ""))
     told = good(labbook("compare", "--foot", "small", at=book.folder)).out
