@@ -90,10 +90,10 @@ class Prediction:
     `group` holds the levels in common with the control, `level` that of the swept factor or "pooled" (`POOLED`).
     `predicted` carries its standard uncertainty as `se`; `n` counts the runs that were measured. `error_ratio` is
     `difference` (predicted less measured) over the expanded uncertainty of both (the E_n of ISO 13528): they agree
-    where it lies within -1 to 1. `agrees` is None where there is none. `numerical_error`, in the unit of `predicted`,
-    is by how much a simulation a hundred times finer differs, None where it ends otherwise; the prediction is
-    `imprecise` where that is above what its standard uncertainty has for it, and a tenth of that or more. `published`
-    is what the thesis has of it.
+    where it lies within -1 to 1. `agrees` is None where there is none, or where the prediction is `unsure`, its
+    expanded uncertainty as large as itself. `numerical_error`, in the unit of `predicted`, is by how much a simulation
+    a hundred times finer differs, None where it ends otherwise; the prediction is `imprecise` where that is above what
+    its standard uncertainty has for it, and a tenth of that or more. `published` is what the thesis has of it.
     """
 
     quantity: PredictedQuantity
@@ -106,6 +106,7 @@ class Prediction:
     difference: Number
     error_ratio: Value
     agrees: bool | None
+    unsure: bool = False
     numerical_error: float | None = None
     imprecise: bool = False
     published: PublishedResult | None = None

@@ -56,6 +56,7 @@ LEGEND = (
 )
 """What the columns are."""
 _VERDICTS = {True: words("yes"), False: words("no"), None: Cell(DASH, (None,))}
+_UNSURE = Cell(DASH, (None,), note="two standard uncertainties of the prediction are as large as itself")
 
 
 def title_text(quantity: PredictedQuantity) -> str:
@@ -148,7 +149,7 @@ def _make(content: ReportContent, quantity: PredictedQuantity, name: str) -> Tab
                 Cell("", (item.numerical_error,)),
                 number_cell(item.difference, places),
                 value_cell(item.error_ratio, 2),
-                _VERDICTS[item.agrees],
+                _UNSURE if item.unsure and item.agrees is None else _VERDICTS[item.agrees],
                 *(_published(item) for _column in published),
                 provenance_cell(item.predicted.provenance),
             ),

@@ -114,6 +114,22 @@ class Checked:
     measured: Number
     result: PredictionCheck
 
+    @property
+    def unsure(self) -> bool:
+        """Whether the expanded uncertainty of the prediction is as large as what is predicted: agreement says nothing.
+
+        Savings may be near 0, and are never unsure.
+        """
+        value, se = self.result.predicted.value, self.result.predicted.se
+        if self.quantity is PredictedQuantity.SAVINGS or isinstance(value, Undefined) or not isinstance(se, float):
+            return False
+        return COVERAGE_FACTOR * se >= abs(value)
+
+    @property
+    def agrees(self) -> bool | None:
+        """Whether both agree, None where that cannot be told."""
+        return None if self.unsure and self.result.agrees else self.result.agrees
+
 
 def check_conditions(
     cache: ResultCache,

@@ -24,7 +24,7 @@ from data_schema.vocabulary import Undefined
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct
 from labbook.actions.upkeep.tracing import trace, trace_lines
-from labbook.analysis.prediction.checking import PredictionCheck
+from labbook.analysis.prediction.checking import Checked, PredictionCheck
 from labbook.analysis.prediction.predicting import PredictionResult
 from labbook.analysis.results.codec import decode
 from labbook.book.opening import opened
@@ -174,6 +174,22 @@ def test_a_prediction_is_imprecise_where_the_simulation_errs_by_more_than_its_er
     assert found.imprecise is imprecise
     nothing = Number(Undefined(Reason.SIMULATED_CONTROL_FREE), "J")
     assert not PredictionCheck(nothing, nothing, nothing, {}, None).imprecise
+
+
+@pytest.mark.parametrize(
+    ("quantity", "se", "ratio", "agrees"),
+    [
+        (PredictedQuantity.APEX, 0.09, 0.5, True),
+        (PredictedQuantity.APEX, 0.1, 0.5, None),
+        (PredictedQuantity.APEX, 0.1, 1.5, False),
+        (PredictedQuantity.SAVINGS, 0.1, 0.5, True),
+    ],
+)
+def test_a_prediction_as_uncertain_as_itself_agrees_with_nothing(
+    quantity: PredictedQuantity, se: float, ratio: float, agrees: bool | None
+) -> None:
+    check = PredictionCheck(Number(0.2, "m", se=se), Number(0.01, "m"), Number(ratio, "1"), {}, None)
+    assert Checked(quantity, {}, "", False, 4, Number(0.19, "m"), check).agrees is agrees
 
 
 def test_the_ratio_is_the_difference_over_both_expanded_uncertainties(reported: Reported) -> None:
