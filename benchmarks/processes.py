@@ -26,8 +26,8 @@ class ProcessRun:
     output: str
 
 
-def run_process(command: Sequence[str | Path]) -> ProcessRun:
-    """Run a command to its end and measure all of it; raises when it fails.
+def run_process(command: Sequence[str | Path], codes: Sequence[int] = (0,)) -> ProcessRun:
+    """Run a command to its end and measure all of it; raises when it ends with another code than one of these.
 
     The peak is the system's own high-water mark (VmHWM), read until the process ends: the one that wait4 gives begins
     at the size of the process that started it. It may keep what it compiles, as where labbook is installed.
@@ -44,7 +44,7 @@ def run_process(command: Sequence[str | Path]) -> ProcessRun:
             except subprocess.TimeoutExpired:
                 continue
     wall_s, after = time.perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
-    if process.returncode:
+    if process.returncode not in codes:
         raise RuntimeError(f"{' '.join(map(str, command))} ended with {process.returncode}")
     cpu_s = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     return ProcessRun(wall_s, cpu_s, peak, output)

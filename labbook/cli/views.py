@@ -160,7 +160,7 @@ def compare(
     context: typer.Context,
     where: WhereOption = None,
     check: Annotated[
-        bool, typer.Option("--check", help="Exit with 1 where a prediction is not met, as scripts want it.")
+        bool, typer.Option("--check", help="Exit with 1 also where a condition is not as simulated.")
     ] = False,
     shares: Annotated[
         int,
@@ -185,7 +185,7 @@ def compare(
     Hypotheses of labbook.toml come first: whether each holds, fails or cannot be told (docs/hypotheses.md). With
     --shares, Sobol's indices say which assumed input a prediction's error comes from.
 
-    The exit code is 0 whatever is found; with --check it is 1 where a prediction is not met or a hypothesis fails.
+    The exit code is 1 where a hypothesis fails; with --check also where a prediction is not met.
 
     Every factor of the study is an option: --foot small is short for --where "foot=small".
 
@@ -200,7 +200,7 @@ def compare(
         with progress("compare", None, shown=not as_json) as step:
             compared = compare_predictions(opened_book, text, step, shares)
     emit(as_data(compared), [] if as_json else as_lines(compared), as_json)
-    if check and not compared.met:
+    if compared.fails or (check and not compared.met):
         raise typer.Exit(NOT_MET)
 
 

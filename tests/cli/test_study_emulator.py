@@ -199,8 +199,10 @@ def test_the_page_s_commands_work(book: Path, tmp_path: Path) -> None:
     assert demo[:3] == ["demo", "--study", "emulator"]
     plot = [str(tmp_path / "drawn.pdf") if word == "emulator.pdf" else word for word in ask]
     good(labbook(*plot, at=book))
-    compared = good(labbook(*compare, at=book)).out
-    says(compared, "same at gains 400 and 500")
+    answer = labbook(*compare, at=book)
+    assert answer.code == 1
+    compared = answer.out
+    says(compared, "same at gains 400 and 500", "fails")
     published = re.findall(r"\d+ (?:mm|%) \([\d.]+\)$", compared, re.MULTILINE)
     assert {*published} == {"20 % (4.3.2)", "256 mm (4.4)", "493 mm (4.4)"}
     (own,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)

@@ -50,11 +50,20 @@ _TABLES = {
 
 @dataclass(frozen=True, slots=True)
 class ComparedPredictions:
-    """The content of the tables; `met`: no prediction that can be told misses, and no hypothesis fails as measured."""
+    """The content of the tables, and the shares of inputs where they were asked for."""
 
     content: ReportContent
-    met: bool
     shares: Sequence[Shares] = ()
+
+    @property
+    def fails(self) -> bool:
+        """Whether a hypothesis fails as measured."""
+        return any(one.verdict is Verdict.FAILS for one in self.content.hypotheses)
+
+    @property
+    def met(self) -> bool:
+        """Whether no hypothesis fails and no prediction that can be told misses."""
+        return not self.fails and all(item.agrees is not False for item in self.content.predictions.items)
 
 
 def compare_predictions(
@@ -91,8 +100,7 @@ def compare_predictions(
         step("drawing the assumed inputs")
         analysis = made.analysis
         shares = shares_of_inputs(analysis.predicted, analysis.conditions[Outcome.JOULES], analysis.swept, sample)
-    failing = [one for one in made.content.hypotheses if one.verdict is Verdict.FAILS]
-    return ComparedPredictions(made.content, not failing and all(item.agrees is not False for item in items), shares)
+    return ComparedPredictions(made.content, shares)
 
 
 def as_lines(compared: ComparedPredictions) -> list[str]:

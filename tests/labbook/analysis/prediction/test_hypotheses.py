@@ -94,7 +94,7 @@ def book(tmp_path_factory: pytest.TempPathFactory) -> SmallBook:
 
 @pytest.fixture(scope="module")
 def compared(book: SmallBook) -> dict[str, Any]:
-    found = good(labbook("compare", "--json", at=book.folder)).json
+    found = labbook("compare", "--json", at=book.folder).json
     return {one["name"]: one for one in found["hypotheses"]}
 
 
@@ -128,7 +128,7 @@ def test_each_comparison_is_judged_as_its_interval_says(compared: dict[str, Any]
 
 
 def test_what_is_compared_are_means_and_savings_of_the_runs(book: SmallBook, compared: dict[str, Any]) -> None:
-    found = good(labbook("compare", "--json", at=book.folder)).json
+    found = labbook("compare", "--json", at=book.folder).json
     means = {
         (one["group"]["foot"], one["control"]): (one["measured"]["value"], one["predicted"]["value"])
         for one in found["predictions"]
@@ -150,7 +150,7 @@ def test_what_is_compared_are_means_and_savings_of_the_runs(book: SmallBook, com
 def test_a_factor_of_one_level_tells_nothing_and_is_said(book: SmallBook, compared: dict[str, Any]) -> None:
     assert compared["stiffness"]["comparisons"] == []
     assert compared["stiffness"]["verdict"] == "cannot tell"
-    told = good(labbook("compare", at=book.folder)).out
+    told = labbook("compare", at=book.folder).out
     says(told, "Stiffness does not matter")
     says(told, "either foot", "holds", "published")
     assert told.index("A jump of CE") < told.index("Energy of a jump")
@@ -195,7 +195,7 @@ def test_one_of_several_comparisons_fails_only_beyond_the_interval_of_alpha_by_t
 
 
 def test_a_hypothesis_that_fails_is_one_for_scripts_to_see(book: SmallBook, compared: dict[str, Any]) -> None:
-    answer = labbook("compare", "--check", at=book.folder)
+    answer = labbook("compare", at=book.folder)
     assert answer.code == 1
     assert compared["apex_of_feet"]["verdict"] == "fails"
     says(answer.out, "Both feet jump as high", "fails")
