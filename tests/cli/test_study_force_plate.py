@@ -75,7 +75,11 @@ def test_contact_and_jumps_of_the_plate_are_compared_with_what_the_simulator_pre
         of_it = [one for one in predictions if one["quantity"] == quantity]
         assert len(of_it) == len(force_plate.GAINS)
         for one in of_it:
-            assert one["agrees"]
+            predicted = one["predicted"]
+            # An assumed damping changes which hop the stiffest leg makes.
+            unsure = 2.0 * predicted["se"] >= predicted["value"]
+            assert one["agrees"] is (None if unsure else True)
+            assert not unsure or one["level"] == "600" or one["group"]["k_gain"] == "600"
             # Its first jumps, in which the robot settles, are a third of so short a run.
             assert one["measured"]["value"] == pytest.approx(one["predicted"]["value"], rel=0.1)
     assert {one["quantity"] for one in predictions} == {
