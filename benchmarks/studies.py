@@ -12,7 +12,7 @@ from labbook.cli.views import NOT_MET
 from labbook.demo.studies.registry import STUDIES
 
 MOST_S = 90.0
-OF_RUNS = ("force-plate", "emulator")
+OF_RUNS = ("force-plate", "emulator", "bed")
 """Studies whose book has runs, which are simulated too."""
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
@@ -102,10 +103,19 @@ def _results(
 
 
 def analyse(
-    cache: ResultCache, detections: Detections, evidence: StudyData, progress: Callable[[str], None]
+    cache: ResultCache,
+    detections: Detections,
+    evidence: StudyData,
+    progress: Callable[[str], None],
+    level: float | None = None,
 ) -> StudyAnalysis:
-    """Compute everything that is not stored; `progress` is told what is being done."""
+    """Compute everything that is not stored; `progress` is told what is being done.
+
+    `level` is that of the comparisons' intervals, alpha of their tests 1 less it; without it they are as planned.
+    """
     planned = planned_analysis(cache.connection, evidence.configuration, [run.uid for run in evidence.selected])
+    if level is not None and not math.isclose(level, 1.0 - planned.settings.alpha):
+        planned = replace(planned, settings=replace(planned.settings, alpha=1.0 - level))
     progress("passive drain and joules a jump")
     drains = passive_drains(cache, evidence)
     energies = run_energies(cache, evidence, drains)

@@ -57,7 +57,7 @@ def demo(
         typer.Option(
             "--study",
             metavar="NAME",
-            help="A study: force-plate, characterisation, emulator, compaction, field.",
+            help="A study: force-plate, characterisation, emulator, bed (as without it), compaction, field.",
         ),
     ] = None,
     as_json: JsonOption = False,

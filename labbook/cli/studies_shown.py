@@ -175,10 +175,33 @@ def emulator_shown(
     )
 
 
+def bed_shown(where: str | None, level: float | None, book: Path | None, visible: bool) -> ShownStudy:
+    """Show what active damping saves on the bed, and how densely its grains lie."""
+    from labbook.actions.studies.bed import bed_study_of
+    from labbook.presenting.studies.bed import HEAD, OUTCOMES, as_data, beside, figure_caption, rows, sentences
+    from reports.figures.by_damping import draw_side_by_side
+
+    with progress("study bed", None, shown=visible) as step:
+        found = bed_study_of(book, where, level, step)
+    study = found.study
+    return ShownStudy(
+        "What active damping saves on the granular bed",
+        as_data(study),
+        sentences(study),
+        lambda: draw_side_by_side(study.content, OUTCOMES),
+        figure_caption(study),
+        found.sources,
+        HEAD,
+        rows(study),
+        beside(study),
+    )
+
+
 FROM_BOOK: Mapping[str, Callable[[Path | None, bool], ShownStudy]] = {
     "force-plate": lambda book, visible: force_plate_shown(None, None, None, book, visible),
     "characterisation": lambda book, _visible: characterisation_shown(None, None, None, book),
     "emulator": lambda book, visible: emulator_shown(None, None, None, None, None, book, visible),
+    "bed": lambda book, visible: bed_shown(None, None, book, visible),
     "compaction": lambda book, _visible: compaction_shown(None, None, None, None, book),
     "field": lambda book, _visible: field_shown(None, None, None, book),
 }

@@ -10,6 +10,7 @@ from labbook.cli.common import BookOption, JsonOption, WhereOption
 from labbook.cli.studies_shown import (
     FROM_BOOK,
     ShownStudy,
+    bed_shown,
     characterisation_shown,
     compaction_shown,
     emulator_shown,
@@ -216,6 +217,26 @@ def emulator(
     """
     _check_files(plot, page)
     _show(emulator_shown(where, constant, ratio, same, level, book, not as_json), plot, page, as_json)
+
+
+@app.command()
+def bed(
+    where: WhereOption = None,
+    level: LevelOption = None,
+    plot: PlotOption = None,
+    page: PageOption = None,
+    book: BookOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Compare active damping with compression-extension on the granular bed: energy and apex heights by foot and gain.
+
+    As the report does, by the days that both sides share, with its intervals; beside each p that of the thesis's route
+    over runs, and the thesis's (5.2). Where the book has a sheet of flasks, how densely the grains lie is said too.
+
+    Example: labbook study bed --where "foot=small" --plot bed.pdf
+    """
+    _check_files(plot, page)
+    _show(bed_shown(where, level, book, not as_json), plot, page, as_json)
 
 
 @app.command("all")

@@ -22,10 +22,11 @@ STUDY_KEYS: Mapping[str, tuple[str, ...]] = {
     "force-plate": ("window", *BOOK_KEYS),
     "characterisation": SHEET_KEYS,
     "emulator": ("constant", "ratio", "same_percent", *BOOK_KEYS),
+    "bed": BOOK_KEYS,
     "compaction": ("grain_mm", *SHEET_KEYS),
     "field": SHEET_KEYS,
 }
-"""The keys of each study (thesis 3.2.2, 4.2.6, 4.3, 5.1.2, 2.2.3)."""
+"""The keys of each study (thesis 3.2.2, 4.2.6, 4.3, 5.2, 5.1.2, 2.2.3)."""
 
 
 def read_studies(top: TableReader) -> dict[str, StudyProtocol]:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from data_schema.queries.results import ResultRow
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports.content import Number, Provenance, SignificanceTest, Value
+from reports.predicted import Prediction
 
 
 @dataclass(frozen=True)
@@ -56,6 +58,30 @@ def provenance(shown: Iterable[str], results: Iterable[ResultRow]) -> tuple[Prov
         name, row = known[uid]
         found.append(Provenance(uid, f"{name.replace('_', ' ')}, {_scope(row)}", len(row.inputs)))
     return tuple(found)
+
+
+def number_data(number: Number) -> dict[str, Any]:
+    """Return a number for JSON, unrounded and in its stored unit."""
+    found = {"value": value_data(number.value), "se": value_data(number.se)}
+    if number.ci_low is not None:
+        ends = {"ci_low": value_data(number.ci_low), "ci_high": value_data(number.ci_high)}
+        found |= {**ends, "ci_level": number.ci_level}
+    if isinstance(number.value, Undefined):
+        found["undefined"] = number.value.reason
+    return found
+
+
+def value_data(value: Value | None) -> Any:
+    """Return a value for JSON, None where it is undefined."""
+    return None if isinstance(value, Undefined) else value
+
+
+def published_data(item: Prediction | None) -> dict[str, Any] | None:
+    """Return for JSON what the thesis has of a condition, None where it has nothing."""
+    found = None if item is None else item.published
+    if found is None:
+        return None
+    return {name: getattr(found, name) for name in ("id", "where", "published", "unit", "relation")}
 
 
 _NO_DF = Undefined(Reason.NORMAL)

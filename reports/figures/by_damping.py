@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,14 +12,14 @@ from reports.content import ReportContent
 from reports.display import as_shown, general_text, level_text, shown_unit, stated_text
 from reports.figures.kind import figures_of_outcomes, levels_alone
 from reports.figures.series import Axis, Series, axis_of, drawn_factor, series_lie_apart, series_of
-from reports.figures.style import GREY, is_narrow, light_grid, new_figure
+from reports.figures.style import GREY, TWO_COLUMNS_IN, is_narrow, light_grid, new_figure, publication_style
 from reports.naming import swept_factor, swept_words
 from reports.sentences import absence_text
 from reports.wording import count_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
     from matplotlib.lines import Line2D
 
 
@@ -123,27 +124,60 @@ def draw_by_damping(content: ReportContent, quantity: Outcome, width_in: float) 
     All series share one panel, side by side, as in the thesis; where they lie so far apart that no difference
     between conditions could be seen, each has a panel, and the axes of all have one span.
     """
-    narrow, axis = is_narrow(width_in), axis_of(content)
-    y_label = f"{quantity.heading} ({shown_unit(quantity.unit)[0]})"
-    every = (_marks(series, axis, quantity) for series in series_of(content))
-    drawn = [marks for marks in every if marks.runs or marks.means]
-    if series_lie_apart(content, quantity):
-        figure = _draw_panels(drawn, axis, y_label, width_in)
-    else:
-        figure = new_figure(width_in, 3.4 if narrow else 3.9)
-        axes = figure.add_subplot()
-        for index, marks in enumerate(drawn):
-            place = index - (len(drawn) - 1) / 2
-            _draw_marks(axes, marks, axis, index, place * min(0.16, 0.64 / len(drawn)) * axis.step, narrow)
-        axes.set_ylabel(y_label)
-        axes.margins(y=0.06)
-        axes.set_xlabel(axis.title)
-        _label_above(axes, axis)
-        if len(drawn) > 1:
-            handles = [_handle(marks.series) for marks in drawn]
-            columns = 1 if narrow else 2
-            figure.legend(handles=handles, loc="outside lower center", ncols=columns, handlelength=3.2)
+    narrow, drawn = is_narrow(width_in), _drawn(content, quantity)
+    figure = new_figure(width_in, _height_in(content, quantity, drawn, narrow))
+    if not _draw_on(figure, content, quantity, drawn, narrow) and len(drawn) > 1:
+        _legend(figure, drawn, 1 if narrow else 2)
     return figure
+
+
+def draw_side_by_side(content: ReportContent, quantities: Sequence[Outcome]) -> Figure:
+    """Draw outcomes beside each other, those that there are, across both columns of a paper."""
+    with publication_style():
+        shown = {quantity: _drawn(content, quantity) for quantity in quantities if has_quantity(content, quantity)}
+        figure = new_figure(TWO_COLUMNS_IN, max(_height_in(content, *each, narrow=True) for each in shown.items()))
+        parts = figure.subfigures(1, len(shown), squeeze=False)[0]
+        panels = [_draw_on(part, content, *each, True) for part, each in zip(parts, shown.items(), strict=True)]
+        drawn = max(shown.values(), key=len)
+        if not all(panels) and len(drawn) > 1:
+            _legend(figure, drawn, 2)
+        return figure
+
+
+def _drawn(content: ReportContent, quantity: Outcome) -> list[_Marks]:
+    every = (_marks(series, axis_of(content), quantity) for series in series_of(content))
+    return [marks for marks in every if marks.runs or marks.means]
+
+
+def _height_in(content: ReportContent, quantity: Outcome, drawn: list[_Marks], narrow: bool) -> float:
+    if not series_lie_apart(content, quantity):
+        return 3.4 if narrow else 3.9
+    across = _panels_across(drawn, narrow)
+    return 0.9 + -(-len(drawn) // across) * (1.25 if narrow else 1.6)
+
+
+def _draw_on(
+    figure: Figure | SubFigure, content: ReportContent, quantity: Outcome, drawn: list[_Marks], narrow: bool
+) -> bool:
+    """Draw an outcome; returns whether in panels, which name their series."""
+    axis, y_label = axis_of(content), f"{quantity.heading} ({shown_unit(quantity.unit)[0]})"
+    if series_lie_apart(content, quantity):
+        _draw_panels(figure, drawn, axis, y_label, narrow)
+        return True
+    axes = figure.add_subplot()
+    for index, marks in enumerate(drawn):
+        place = index - (len(drawn) - 1) / 2
+        _draw_marks(axes, marks, axis, index, place * min(0.16, 0.64 / len(drawn)) * axis.step, narrow)
+    axes.set_ylabel(y_label)
+    axes.margins(y=0.06)
+    axes.set_xlabel(axis.title)
+    _label_above(axes, axis)
+    return False
+
+
+def _legend(figure: Figure, drawn: list[_Marks], columns: int) -> None:
+    handles = [_handle(marks.series) for marks in drawn]
+    figure.legend(handles=handles, loc="outside lower center", ncols=columns, handlelength=3.2)
 
 
 def _marks(series: Series, axis: Axis, quantity: Outcome) -> _Marks:
@@ -168,11 +202,13 @@ def _marks(series: Series, axis: Axis, quantity: Outcome) -> _Marks:
     return _Marks(series, sorted(means), runs)
 
 
-def _draw_panels(drawn: list[_Marks], axis: Axis, y_label: str, width_in: float) -> Figure:
-    narrow = is_narrow(width_in)
-    across = 2 if len(drawn) > 2 or not narrow else 1
+def _panels_across(drawn: list[_Marks], narrow: bool) -> int:
+    return 2 if len(drawn) > 2 or not narrow else 1
+
+
+def _draw_panels(figure: Figure | SubFigure, drawn: list[_Marks], axis: Axis, y_label: str, narrow: bool) -> None:
+    across = _panels_across(drawn, narrow)
     down = -(-len(drawn) // across)
-    figure = new_figure(width_in, 0.9 + down * (1.25 if narrow else 1.6))
     panels = figure.subplots(down, across, squeeze=False, sharex=True)
     half = 0.55 * max(high - low for low, high in (marks.range() for marks in drawn))
     for index, (panel, marks) in enumerate(zip(panels.flatten(), drawn, strict=False)):
@@ -187,7 +223,6 @@ def _draw_panels(drawn: list[_Marks], axis: Axis, y_label: str, width_in: float)
     for panel in panels[0]:
         _label_above(panel, axis)
     figure.supylabel(y_label, fontsize=8)
-    return figure
 
 
 def _draw_marks(axes: Axes, marks: _Marks, axis: Axis, index: int, shift: float, narrow: bool) -> None:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from data_schema.vocabulary import Undefined
 from reports.content import ReportContent
-from reports.display import DASH, common_places, level_text, p_text, shown_unit, stated_text, with_unit
+from reports.display import DASH, common_places, level_text, shown_unit, stated_text, with_unit
 from reports.evidence import POOLED
 from reports.naming import level_name, levels_name, swept_factor, swept_words
 from reports.numbers import Number
@@ -26,6 +27,9 @@ from reports.tables.table import (
     value_cell,
     words,
 )
+
+if TYPE_CHECKING:
+    from simulator.steady.published_results import PublishedResult
 
 _STORED_UNITS = {
     PredictedQuantity.JOULES: "J",
@@ -102,16 +106,24 @@ def _error(number: Number, places: int) -> Cell:
     return value_cell(number.se, places, shown_unit(number.unit)[1])
 
 
-def _published(item: Prediction) -> Cell:
-    """Make a cell of what the thesis has of it, with its section: "about 15 % (5.2.1)", "p = .041 (5.2.1)"."""
-    found = item.published
+_SIGNS = {"less than": "<", "greater than": ">"}
+
+
+def published_text(found: PublishedResult | None) -> str:
+    """Write what the thesis has, with its section: "about 15 % (5.2.1)", "p = .041 (5.2.1)"; "" for nothing."""
     if found is None or found.published is None:
-        return Cell("", (None, None, None))
-    unit, factor = ("%", 100.0) if item.measured.unit == "%" else shown_unit(item.measured.unit)
-    text = f"{found.relation} {with_unit(stated_text(factor * found.published), unit)}".strip()
+        return ""
     if found.unit == "p":
-        text = p_text(found.published)
-    return Cell(f"{text} ({found.where})", (found.published, found.unit, found.where))
+        text = f"p {_SIGNS.get(found.relation, '=')} {stated_text(found.published).removeprefix('0')}"
+    else:
+        unit, factor = ("%", 100.0) if found.unit == "1" else shown_unit(found.unit)
+        text = f"{found.relation} {with_unit(stated_text(factor * found.published), unit)}".strip()
+    return f"{text} ({found.where})"
+
+
+def _published(found: PublishedResult | None) -> Cell:
+    values = (None, None, None) if found is None else (found.published, found.unit, found.where)
+    return Cell(published_text(found), values)
 
 
 def _make(content: ReportContent, quantity: PredictedQuantity, name: str) -> Table:
@@ -150,7 +162,7 @@ def _make(content: ReportContent, quantity: PredictedQuantity, name: str) -> Tab
                 number_cell(item.difference, places),
                 value_cell(item.error_ratio, 2),
                 _UNSURE if item.unsure and item.agrees is None else _VERDICTS[item.agrees],
-                *(_published(item) for _column in published),
+                *(_published(item.published) for _column in published),
                 provenance_cell(item.predicted.provenance),
             ),
             block=block_of(content, item),

@@ -71,6 +71,7 @@ ELSEWHERE = {
     "sim parts": "tests/cli/test_sim_parts.py",
     "sim published": "tests/cli/test_sim_published.py",
     "sim warm": "tests/cli/test_sim_run.py",
+    "study bed": "tests/cli/test_study_bed.py",
     "study emulator": "tests/cli/test_study_emulator.py",
     "study force-plate": "tests/cli/test_study_force_plate.py",
     "study field": "tests/cli/test_study_field.py",

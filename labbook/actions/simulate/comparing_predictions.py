@@ -14,13 +14,14 @@ from data_schema.vocabulary import Undefined
 from labbook.actions.studies.of_book import studies_of_book
 from labbook.book.opening import Book
 from labbook.book.write_session import now_utc
+from labbook.presenting.numbers import number_data, published_data, value_data
 from labbook.presenting.report.content import make_report
 from labbook.terminal import columns
 from reports.content import ReportContent
 from reports.display import DASH
 from reports.judged import verdict_text
-from reports.numbers import Number, Value
-from reports.predicted import Hypothesis, PredictedQuantity, Prediction, Verdict
+from reports.numbers import Value
+from reports.predicted import Hypothesis, PredictedQuantity, Verdict
 from reports.remarks import numerical_text
 from reports.tables.hypotheses import verdict_sentence
 from reports.tables.predictions import LEGEND, PREDICTED, level_text_of, title_text
@@ -190,14 +191,14 @@ def as_data(compared: ComparedPredictions) -> dict[str, Any]:
                 "control": item.control,
                 "n": item.n,
                 "unit": item.measured.unit,
-                "measured": _number(item.measured),
-                "predicted": _number(item.predicted),
+                "measured": number_data(item.measured),
+                "predicted": number_data(item.predicted),
                 "numerical_error": item.numerical_error,
                 "imprecise": item.imprecise,
-                "difference": _value(item.difference.value),
-                "error_ratio": _value(item.error_ratio),
+                "difference": value_data(item.difference.value),
+                "error_ratio": value_data(item.error_ratio),
                 "agrees": item.agrees,
-                "published": _published(item),
+                "published": published_data(item),
             }
             for item in about.items
         ],
@@ -207,11 +208,11 @@ def as_data(compared: ComparedPredictions) -> dict[str, Any]:
                 "unit": group.bias.unit,
                 "group": dict(group.group),
                 "days": group.days,
-                "bias": _number(group.bias),
-                "by_measurement_alone": _number(group.of_measured),
-                "p": _value(group.p.value),
-                "joint_p": _value(one.joint_p.value),
-                "kendall_tau": None if one.tau is None else _value(one.tau.value),
+                "bias": number_data(group.bias),
+                "by_measurement_alone": number_data(group.of_measured),
+                "p": value_data(group.p.value),
+                "joint_p": value_data(one.joint_p.value),
+                "kendall_tau": None if one.tau is None else value_data(one.tau.value),
             }
             for one in about.judged
             for group in one.groups
@@ -221,9 +222,9 @@ def as_data(compared: ComparedPredictions) -> dict[str, Any]:
                 "quantity": str(one.quantity),
                 "unit": one.limits.mean.unit,
                 "n": one.limits.mean.n,
-                "mean": _number(one.limits.mean),
-                "low": _number(one.limits.low),
-                "high": _number(one.limits.high),
+                "mean": number_data(one.limits.mean),
+                "low": number_data(one.limits.low),
+                "high": number_data(one.limits.high),
             }
             for one in about.judged
             if one.limits is not None
@@ -233,9 +234,9 @@ def as_data(compared: ComparedPredictions) -> dict[str, Any]:
                 "input": one.input,
                 "quantity": str(one.quantity),
                 "condition": one.condition,
-                "first_order": _value(one.first_order),
-                "total": _value(one.total),
-                "total_se": _value(one.total_se),
+                "first_order": value_data(one.first_order),
+                "total": value_data(one.total),
+                "total_se": value_data(one.total_se),
             }
             for one in compared.shares
         ],
@@ -246,18 +247,11 @@ def as_data(compared: ComparedPredictions) -> dict[str, Any]:
                 "unit": one.unit,
                 "why": one.why,
                 "varied_by": one.varied_by,
-                **{key: _value(one.changes.get(quantity)) for quantity, key in _MOST.items()},
+                **{key: value_data(one.changes.get(quantity)) for quantity, key in _MOST.items()},
             }
             for one in about.assumed
         ],
     }
-
-
-def _published(item: Prediction) -> dict[str, Any] | None:
-    found = item.published
-    if found is None:
-        return None
-    return {name: getattr(found, name) for name in ("id", "where", "published", "unit", "relation")}
 
 
 def _hypothesis(one: Hypothesis) -> dict[str, Any]:
@@ -274,27 +268,14 @@ def _hypothesis(one: Hypothesis) -> dict[str, Any]:
                 "against": dict(part.against),
                 "above_percent": part.low,
                 "below_percent": part.high,
-                "measured_percent": _number(part.measured),
+                "measured_percent": number_data(part.measured),
                 "verdict": part.verdict,
-                "simulated_percent": _number(part.simulated),
+                "simulated_percent": number_data(part.simulated),
                 "simulated_verdict": part.simulated_verdict,
             }
             for part in one.parts
         ],
     }
-
-
-def _number(number: Number) -> dict[str, Any]:
-    found = {"value": _value(number.value), "se": _value(number.se)}
-    if number.ci_low is not None:
-        found |= {"ci_low": _value(number.ci_low), "ci_high": _value(number.ci_high), "ci_level": number.ci_level}
-    if isinstance(number.value, Undefined):
-        found["undefined"] = number.value.reason
-    return found
-
-
-def _value(value: Value | None) -> Any:
-    return None if isinstance(value, Undefined) else value
 
 
 def _table_lines(table: Table) -> list[str]:

@@ -8,8 +8,7 @@ from pathlib import Path
 from data_schema.errors import InputRefused, UsageError
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import FactorKind
-from labbook.actions.studies.of_book import LEVEL, OfBook, book_sources, first_given
-from labbook.analysis.comparison.pairing import swept_factor
+from labbook.actions.studies.of_book import LEVEL, OfBook, book_sources, damping_factor, first_given
 from labbook.analysis.outcomes.conditions import conditions_by_outcome
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.energy import joules_per_mah
@@ -92,12 +91,7 @@ def _check_protocol(configuration: Configuration) -> None:
 
 def _factors(configuration: Configuration) -> tuple[str, str]:
     """Return the names of the factors of the extension gain and of the active-damping gain."""
-    damping = swept_factor(configuration)
-    if damping is None or configuration.factors[damping].kind is not FactorKind.NUMBER:
-        raise UsageError(
-            "labbook.toml has no active-damping gain to compare by: write [factors.b_ad_gain] with "
-            'kind = "number", levels = [0, 17, 33, 50, 67, 83] and control = 0.'
-        )
+    damping = damping_factor(configuration, "0, 17, 33, 50, 67, 83")
     others = [name for name, factor in configuration.factors.items() if factor.kind is FactorKind.NUMBER]
     others.remove(damping)
     if len(others) != 1:

@@ -9,9 +9,11 @@ from typing import Generic, TypeVar
 import sqlalchemy as sa
 
 from data_schema import journal
+from data_schema.errors import UsageError
 from data_schema.queries.readings import readings_in_force
 from data_schema.queries.runs import has_runs
-from data_schema.vocabulary import StudyKind
+from data_schema.vocabulary import FactorKind, StudyKind
+from labbook.analysis.comparison.pairing import swept_factor
 from labbook.config.parsing import Configuration
 from labbook.config.studies import STUDY_KEYS
 
@@ -24,7 +26,7 @@ SHEETS: Mapping[str, tuple[str, str]] = {
     "characterisation": ("trial_sheet", "file,gain,damping_gain,mass_kg"),
 }
 """By study the format of its sheet in a book, and a header of one."""
-_KINDS = {StudyKind.EMULATOR: "emulator", StudyKind.FORCE_PLATE: "force-plate"}
+_KINDS = {StudyKind.BED: "bed", StudyKind.EMULATOR: "emulator", StudyKind.FORCE_PLATE: "force-plate"}
 """The studies that the runs of a book of some kind are made for."""
 
 
@@ -56,14 +58,29 @@ def book_sources(
     )
 
 
+def damping_factor(configuration: Configuration, levels: str) -> str:
+    """Return the name of the factor of the active-damping gain; `levels` are those that a refusal suggests."""
+    damping = swept_factor(configuration)
+    if damping is None or configuration.factors[damping].kind is not FactorKind.NUMBER:
+        raise UsageError(
+            "labbook.toml has no active-damping gain to compare by: write [factors.b_ad_gain] with "
+            f'kind = "number", levels = [{levels}] and control = 0.'
+        )
+    return damping
+
+
 def studies_of_book(connection: sa.Connection, configuration: Configuration) -> list[str]:
     """Name the studies of a book, in the order of `STUDY_KEYS`.
 
-    They are those that labbook.toml has a table of, those whose sheet was ingested, and the one its runs are made for.
+    They are those that labbook.toml has a table of, those whose sheet was ingested, and the one its runs are made for;
+    that is the bed's, whose kind every new book has, only with a control and without a table of another of runs.
     """
     of_reader = {reader: study for study, (reader, _header) in SHEETS.items()}
     there = {of_reader[row.reader] for row in readings_in_force(connection, list(of_reader))}
     there |= set(configuration.studies)
     kind = configuration.study.kind
-    there |= {_KINDS[kind]} if kind in _KINDS and has_runs(connection) else set()
+    of_kind = {_KINDS[kind]} if kind in _KINDS and has_runs(connection) else set()
+    if swept_factor(configuration) is None or there & set(_KINDS.values()):
+        of_kind.discard("bed")
+    there |= of_kind
     return [study for study in STUDY_KEYS if study in there]

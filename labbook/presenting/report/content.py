@@ -142,12 +142,13 @@ def make_report(
     where: str | None,
     made_at: str,
     progress: Callable[[str], None] = lambda _what: None,
+    level: float | None = None,
 ) -> MadeReport:
-    """Analyse the selected runs; needs no lock and stores nothing."""
+    """Analyse the selected runs, with intervals as planned or of a `level`; needs no lock and stores nothing."""
     evidence = gather(connection, configuration, where)
     cache = ResultCache(connection)
     detections = Detections(connection, store, progress)
-    analysis = analyse(cache, detections, evidence, progress)
+    analysis = analyse(cache, detections, evidence, progress, level)
     shown = Shown()
     content = build_content(
         analysis,

@@ -1,0 +1,70 @@
+"""The bed study of a book (thesis ch. 5): what the report has of its runs, and of its sheet of flasks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from data_schema.errors import InputRefused, UsageError
+from data_schema.outcomes import Outcome
+from data_schema.queries.readings import readings_in_force
+from data_schema.rounding import level_text
+from data_schema.vocabulary import FactorKind
+from labbook.actions.studies.compaction import compaction_of
+from labbook.actions.studies.of_book import SHEETS, OfBook, book_sources, damping_factor, first_given
+from labbook.actions.studies.sheet_source import sheet_source
+from labbook.analysis.studies.compaction import Compaction
+from labbook.book.opening import opened
+from labbook.book.write_session import now_utc
+from labbook.config.model import StudyProtocol
+from labbook.presenting.report.content import make_report
+from labbook.presenting.studies.bed import BedStudy
+from reports.wording import list_text
+from stats.checks import as_level
+
+
+def bed_study_of(
+    book_folder: Path | None, where: str | None, level: float | None, progress: Callable[[str], None]
+) -> OfBook[BedStudy]:
+    """Open the book and compare active damping with its control, as the report does; nothing is stored.
+
+    None is what `[studies.bed]` says, or all runs with the level that `[analysis]` decides. Raises `UsageError` for a
+    book without an active-damping gain that has a control, `InputRefused` where none of its groups has joules of both.
+    """
+    with opened(book_folder) as book, book.reading() as connection:
+        configuration = book.configuration
+        protocol = configuration.studies.get("bed", StudyProtocol())
+        where, level = where or protocol.where, first_given(level, protocol.level, None)
+        level = None if level is None else as_level("--level", level)
+        damping = damping_factor(configuration, "0, 50, 100, 150, 200, 250")
+        content = make_report(
+            connection, book.store, configuration, where=where, made_at=now_utc(), progress=progress, level=level
+        ).content
+        if not any(one.quantity is Outcome.JOULES and one.opens for one in content.comparisons):
+            why = list_text([f"{n} runs: {reason}" for reason, n in content.flow.runs_without[Outcome.JOULES].items()])
+            raise InputRefused(
+                f"no group of the runs ({where or 'all'}) has joules of the control and of another {damping}, which the"
+                f" study compares{f' ({why})' if why else ''}: run both, and ingest the charger's sheet."
+            )
+        has_flasks = bool(readings_in_force(connection, [SHEETS["compaction"][0]]))
+        sources = book_sources(connection, configuration, where or "all")
+    remarks = []
+    if level is not None:
+        remarks.append(f"Intervals and tests are of level {level_text(level)}, as asked, whatever [analysis] decides.")
+    if configuration.simulation is None:
+        remarks.append("Not simulated, and without published savings beside: labbook.toml has no [simulation].")
+    grains = _grains(book_folder, remarks) if has_flasks else None
+    words = [name for name, factor in configuration.factors.items() if factor.kind is FactorKind.LABEL]
+    return OfBook(BedStudy(content, words[0] if len(words) == 1 else "", grains, tuple(remarks)), sources)
+
+
+def _grains(book_folder: Path | None, remarks: list[str]) -> Compaction | None:
+    """Return the study of the book's flasks; where it is refused, a remark says why."""
+    try:
+        with sheet_source("compaction", None, book_folder, None) as sheets:
+            path = sheets.sheet
+            text, decimal = sheets.text(path), sheets.decimal(path)
+            return compaction_of(text, path, sheets.grain_mm(None), sheets.level(None), decimal)
+    except (InputRefused, UsageError) as error:
+        remarks.append(f"How densely the grains lie is not told (labbook study compaction): {error}")
+        return None

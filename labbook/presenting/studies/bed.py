@@ -1,0 +1,266 @@
+"""The bed study (thesis ch. 5): the report's comparisons as sentences, as tables, as data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from data_schema.outcomes import Outcome
+from data_schema.vocabulary import Undefined
+from labbook.analysis.studies.compaction import Compaction
+from labbook.presenting.numbers import number_data, value_data
+from labbook.presenting.studies import compaction
+from reports.content import Comparison, Condition, ReportContent
+from reports.decided_sentences import told_together
+from reports.display import (
+    BESIDE,
+    DASH,
+    as_shown,
+    common_places,
+    interval_text,
+    p_text,
+    places_of,
+    value_text,
+    with_unit,
+)
+from reports.evidence import POOLED
+from reports.figures.by_damping import absent_quantity, coefficient_of, points_text
+from reports.naming import level_of, levels_name
+from reports.numbers import Number
+from reports.predicted import PredictedQuantity, Prediction
+from reports.tables.headlines import groups
+from reports.tables.predictions import published_text
+from reports.wording import count_text, in_sentence, list_text, sentence_start
+from simulator.steady.published_results import published_results
+
+HEAD = (
+    "group",
+    "gain",
+    "n",
+    "joules (J)",
+    "saving (%)",
+    "p",
+    "p over runs",
+    "thesis p",
+    "apex (mm)",
+    "its change (mm)",
+)
+_MEANS = ("joules (J)", "apex (mm)")
+OUTCOMES = (Outcome.JOULES, Outcome.APEX)
+_FEET = {"control": "bed.foot_ce", "treated": "bed.foot_ad"}
+"""By side what is published of the difference between the feet."""
+_PAIRS_OF_FEET = "7 of 10 (5.2.1)"
+"""How many pairs of feet at one damping gain the thesis says have p < .05; it lists 8 (docs/published.md)."""
+
+
+@dataclass(frozen=True, slots=True)
+class BedStudy:
+    """What the report has of a selection, and how densely the grains lie where the book has a sheet of flasks.
+
+    `feet` is the factor whose levels are words, "" where there is none; `remarks` say what is not there, and why.
+    """
+
+    content: ReportContent
+    feet: str
+    compaction: Compaction | None
+    remarks: tuple[str, ...]
+
+    def predicted(self, quantity: PredictedQuantity, group: Mapping[str, str], level: str) -> Prediction | None:
+        """Return what is predicted of a level, None where nothing is."""
+        found = (one for one in self.content.predictions.of(quantity) if (one.group, one.level) == (group, level))
+        return next(found, None)
+
+    def each(self, outcome: Outcome, group: Mapping[str, str], level: str) -> Comparison | None:
+        """Return the comparison of a level with its control."""
+        found = (one for one in self.content.comparisons if (one.quantity, one.level) == (outcome, level))
+        return next((one for one in found if one.group == group), None)
+
+
+def sentences(study: BedStudy) -> list[str]:
+    """Say what active damping saves, in all and by group, whether height is lost, and how densely the grains lie."""
+    content = study.content
+    said = [claim.text for claim in content.claims]
+    if content.overall:
+        savings = {name: joules.lead.savings for name, (joules, _apex) in groups(content).items() if joules is not None}
+        said.insert(1, f"Saved by group: {list_text([f'{_text(one)} with {name}' for name, one in savings.items()])}.")
+    if together := told_together(content, Outcome.APEX):
+        said.append(f"Apex height, {in_sentence(together)}")
+    said.append(content.no_equivalence)
+    said += [absent_quantity(content, outcome) or "" for outcome in OUTCOMES]
+    said += [] if study.compaction is None else compaction.sentences(study.compaction)[:1]
+    return [*filter(None, said), *study.remarks]
+
+
+def figure_caption(study: BedStudy) -> str:
+    """Say what is drawn."""
+    drawn = [outcome for outcome in OUTCOMES if absent_quantity(study.content, outcome) is None]
+    what = sentence_start(list_text([in_sentence(outcome.heading) for outcome in drawn]))
+    points = dict.fromkeys(points_text(study.content, outcome) for outcome in drawn)
+    return " ".join([f"{what} against the {coefficient_of(study.content)} (thesis figures 5.3, 5.4).", *points])
+
+
+def rows(study: BedStudy) -> list[list[str]]:
+    """Return a row for each group and damping gain: means with standard errors, what is saved, how the apex changes.
+
+    p is by shared days, and over runs as the thesis tested; beside it the thesis's.
+    """
+    content, cells = study.content, []
+    for condition in content.conditions:
+        group, level = _place(content, condition)
+        joules, apex = (study.each(outcome, group, level) for outcome in OUTCOMES)
+        means = [None if (found := condition.summary(outcome)) is None else found.mean for outcome in OUTCOMES]
+        saving = study.predicted(PredictedQuantity.SAVINGS, group, level)
+        published = None if saving is None or saving.published is None else saving.published.published
+        cells.append(
+            (
+                levels_name(content, group) or "all runs",
+                "CE" if condition.control else level,
+                str(max((summary.mean.n or 0 for summary in condition.summaries.values()), default=0)),
+                means[0],
+                None if joules is None else joules.lead.savings,
+                DASH if joules is None else p_text(joules.lead.test.p, name=False),
+                DASH if joules is None else p_text(joules.test.p, name=False),
+                DASH if published is None else p_text(published, name=False),
+                means[1],
+                None if apex is None else apex.lead.difference,
+            )
+        )
+    columns = [_column(column, errors=HEAD[of] in _MEANS) for of, column in enumerate(zip(*cells, strict=True))]
+    return [list(row) for row in zip(*columns, strict=True)]
+
+
+def _column(cells: Sequence[str | Number | None], *, errors: bool) -> list[str]:
+    """Write the numbers of a column to the same digits: means with standard errors, others with intervals."""
+    numbers = [cell for cell in cells if isinstance(cell, Number)]
+    places = common_places(numbers)
+    return [cell if isinstance(cell, str) else _text(cell, places, errors=errors, unit=False) for cell in cells]
+
+
+def beside(study: BedStudy) -> list[tuple[str, ...]]:
+    """Return the pooled comparisons of 5.2.1 and the apex of 5.2.2: measured, simulated, published."""
+    content, found = study.content, []
+    published = {result.id: published_text(result) for result in published_results()}
+    for name, (joules, _apex) in groups(content).items():
+        if joules is not None:
+            one = study.predicted(PredictedQuantity.SAVINGS, joules.group, POOLED)
+            texts = (DASH, "") if one is None else (_text(one.predicted), published_text(one.published))
+            found.append((f"saving, {name}", _tested(joules, joules.lead.savings), *texts))
+    feet = [*dict.fromkeys(level.label for one in content.conditions if (level := one.level(study.feet)) is not None)]
+    between = [one for one in content.by_group if one.quantity is Outcome.JOULES and one.level.split(", ")[0] in feet]
+    of_feet = {*feet} == {"small", "large"}
+    for joules in between:
+        foot, _, side = joules.level.rpartition(", ")
+        if side in _FEET:
+            name = ", ".join(filter(None, (levels_name(content, joules.group), level_of(content, joules))))
+            means = [_simulated_j(study, {**joules.group, study.feet: each}, side) for each in (foot, feet[0])]
+            simulated = "" if means[0] is None or means[1] is None else _text(Number(means[0] - means[1], "J"), 1)
+            measured = _tested(joules, joules.lead.difference, 1)
+            found.append((f"joules, {name}", measured, simulated, published[_FEET[side]] if of_feet else ""))
+    pairs = [one.test.p for one in between if one.level.rpartition(", ")[2] not in _FEET]
+    if pairs:
+        below = sum(isinstance(p, float) and p < 0.05 for p in pairs)
+        text = f"{below} of {len(pairs)} with p < .05 over runs"
+        found.append(("joules between feet at one gain", text, "", _PAIRS_OF_FEET if of_feet else ""))
+    p = [one.test.p for one in content.anovas if one.quantity is Outcome.JOULES and isinstance(one.test.p, float)]
+    if p:
+        name = f"joules at all damping gains alike, ANOVA in {count_text(len(p), 'group')}"
+        found.append((name, f"{'least ' if len(p) > 1 else ''}{p_text(min(p))}", "", published["bed.anova"]))
+    rises = [one.lead.difference for one in content.comparisons if one.quantity is Outcome.APEX and not one.opens]
+    known = {one.value: one for one in rises if isinstance(one.value, float)}
+    if known:
+        found.append(("largest rise of the apex", _text(known[max(known)]), _rise(study), published["bed.apex_gain"]))
+    return [tuple(cell or DASH for cell in row) for row in found]
+
+
+def _place(content: ReportContent, condition: Condition) -> tuple[dict[str, str], str]:
+    """Return the levels in common with the control, and that of the swept factor."""
+    swept = {factor.name for factor in content.factors if factor.swept}
+    levels = {level.factor: level.label for level in condition.levels}
+    group = {name: label for name, label in levels.items() if name not in swept}
+    return group, next((label for name, label in levels.items() if name in swept), "")
+
+
+def _text(number: Number | None, places: int | None = None, *, errors: bool = False, unit: bool = True) -> str:
+    """Write a number with its interval, "7.7 % (2.0 to 12.9)", or with its standard error, "41.55 ± 0.66"."""
+    if number is None or isinstance(number.value, Undefined):
+        return DASH
+    shown, places = as_shown(number), places_of(number) if places is None else places
+    text = value_text(shown.value, places)
+    if errors:
+        return text if shown.se is None else f"{text} ± {value_text(shown.se, places)}"
+    text, ends = with_unit(text, shown.unit) if unit else text, interval_text(number, places, unit=False)
+    return f"{text} ({ends})" if isinstance(shown.ci_low, float) else text
+
+
+def _tested(comparison: Comparison, number: Number | None, places: int | None = None) -> str:
+    """Write what was compared, its p by shared days where there is one, and over runs, as the thesis tested."""
+    by_days = [p_text(comparison.lead.test.p)] if isinstance(comparison.lead.test.p, float) else []
+    return "; ".join([_text(number, places), *by_days, f"over runs {p_text(comparison.test.p)}"])
+
+
+def _simulated_j(study: BedStudy, group: Mapping[str, str], side: str) -> float | None:
+    """Return the mean of a group's simulated joules over the runs of a side."""
+    items = [one for one in study.content.predictions.of(PredictedQuantity.JOULES) if one.group == group]
+    values = [(one.predicted.value, one.n) for one in items if one.control is (side == "control")]
+    known = [(value * n, n) for value, n in values if isinstance(value, float)]
+    return sum(total for total, _n in known) / sum(n for _total, n in known) if known else None
+
+
+def _rise(study: BedStudy) -> str:
+    """Write the largest simulated rise of the apex above the control's."""
+    apexes = study.content.predictions.of(PredictedQuantity.APEX)
+    controls = {tuple(one.group.items()): one.predicted.value for one in apexes if one.control}
+    pairs = [(one.predicted.value, controls.get(tuple(one.group.items()))) for one in apexes if not one.control]
+    rises = [value - of_ce for value, of_ce in pairs if isinstance(value, float) and isinstance(of_ce, float)]
+    return _text(Number(max(rises), "m")) if rises else ""
+
+
+def as_data(study: BedStudy) -> dict[str, Any]:
+    """Return all numbers for JSON, unrounded."""
+    content, heights = study.content, study.content.overall_equivalence
+    return {
+        "claims": [claim.text for claim in content.claims],
+        "overall_saving": next((number_data(one.savings) for one in content.overall), None),
+        "overall_apex_change": None if heights is None else number_data(heights.tested.estimate),
+        "apex_equivalent": None if heights is None else heights.tested.shown,
+        "conditions": [_condition_data(study, one) for one in content.conditions],
+        "comparisons": [_comparison_data(one) for one in content.comparisons],
+        "anovas": [
+            {"quantity": str(one.quantity), "group": dict(one.group), "p": value_data(one.test.p)}
+            for one in content.anovas
+        ],
+        "beside": [dict(zip(BESIDE, one, strict=True)) for one in beside(study)],
+        "compaction": None if study.compaction is None else compaction.as_data(study.compaction),
+        "remarks": list(study.remarks),
+    }
+
+
+def _condition_data(study: BedStudy, condition: Condition) -> dict[str, Any]:
+    group, level = _place(study.content, condition)
+    means = {outcome.key: number_data(summary.mean) for outcome, summary in condition.summaries.items()}
+    simulated = {
+        str(quantity): number_data(one.predicted)
+        for quantity in PredictedQuantity
+        if (one := study.predicted(quantity, group, level)) is not None
+    }
+    return {"group": group, "level": level, "control": condition.control, "measured": means, "simulated": simulated}
+
+
+def _comparison_data(one: Comparison) -> dict[str, Any]:
+    lead = one.lead
+    return {
+        "quantity": str(one.quantity),
+        "family": one.family,
+        "group": dict(one.group),
+        "level": one.level,
+        "n": [lead.n_control, lead.n_treatment],
+        "days": list(lead.days),
+        "difference": number_data(lead.difference),
+        "saving_percent": None if lead.savings is None else number_data(lead.savings),
+        "p": value_data(lead.test.p),
+        "p_holm": None if lead.adjusted is None else value_data(lead.adjusted.value),
+        "p_over_runs": value_data(one.test.p),
+        "test_over_runs": one.test.name,
+        "equivalent": None if lead.equivalence is None else lead.equivalence.shown,
+    }

@@ -1,0 +1,161 @@
+"""`labbook study bed`: the numbers of the report and of the predictions, its page, flasks beside it, refusals."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from labbook.demo.studies.registry import STUDIES
+from labbook.demo.studies.sheets import flasks
+from simulator.steady.published_results import published_numbers
+from tests.cli.shell import good, labbook, refused
+from tests.helpers.books import SmallBook, small_book
+from tests.helpers.demos import made_demo
+from tests.helpers.study_pages import DOCS, prints_page_one_on_a_sheet
+from tests.helpers.tomls import without
+from tests.helpers.wording import says
+
+GRAIN = "[studies.compaction]\ngrain_mm = 3.4\n"
+
+
+@pytest.fixture(scope="module")
+def book() -> Path:
+    """A demonstration of all 24 conditions, with few runs; it is only read."""
+    return Path(made_demo("two_runs_a_condition").book)
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> SmallBook:
+    """A book of both feet at one gain and one active damping, without a scene and without bounds."""
+    return small_book(tmp_path)
+
+
+def study(book: Path, *words: str) -> Any:
+    return good(labbook("study", "bed", "--json", *words, at=book)).json
+
+
+def configure(book: Path, text: str) -> None:
+    toml = book / "labbook.toml"
+    toml.write_text(f"{toml.read_text(encoding='utf-8')}\n{text}", encoding="utf-8")
+
+
+def flasks_ingested(book: Path) -> None:
+    (book / "flasks.csv").write_text(flasks(np.random.default_rng(1)), encoding="utf-8")
+    good(labbook("ingest", "flasks.csv", at=book))
+
+
+def test_its_claims_are_the_report_s_and_its_predictions_those_of_compare(book: Path, tmp_path: Path) -> None:
+    found = study(book)
+    report = good(labbook("report", "--unsaved", "--out", tmp_path / "report", "--json", at=book)).json
+    assert found["claims"] == report["claims"]
+    predictions = labbook("compare", "--json", at=book).json["predictions"]
+    compared = {(one["quantity"], *one["group"].values(), one["level"]): one["predicted"] for one in predictions}
+    assert len(found["conditions"]) == 24
+    for one in found["conditions"]:
+        assert set(one["measured"]) == {"joules", "apex"}
+        for quantity, number in one["simulated"].items():
+            assert number["value"] == compared[quantity, *one["group"].values(), one["level"]]["value"]
+
+
+def test_every_comparison_of_the_thesis_is_there(book: Path) -> None:
+    found = study(book)
+    joules = [one for one in found["comparisons"] if one["quantity"] == "joules a jump"]
+    families = {family: [one for one in joules if one["family"] == family] for family in {x["family"] for x in joules}}
+    assert len(families["each level against the control"]) == 4 * 5
+    assert len(families["all levels pooled against the control"]) == 4
+    assert len(families["between levels of the foot"]) == 2 * (5 + 2)  # each gain, all treated, the control
+    for one in joules:
+        assert one["test_over_runs"] in ("Student", "Welch")
+        assert 0.0 <= one["p_over_runs"] <= 1.0
+    assert len([one for one in found["anovas"] if one["quantity"] == "joules a jump"]) == 4
+    beside = {one["quantity"]: one for one in found["beside"]}
+    best = 100.0 * published_numbers()["bed.saving_best"]
+    assert beside["saving, small foot, k\u00a0=\u00a01091\u00a0N/m"]["published"] == f"about {best:g}\u00a0% (5.2.1)"
+    published = [one["published"] for one in found["beside"]]
+    assert published.count("p > .5 (5.2.1)") == published.count("p < .0001 (5.2.1)") == 2
+    told = good(labbook("study", "bed", at=book)).out
+    for said in (" .041 ", "p = .071 (5.2.1)", "p > .15 (5.2.1)", "at most 3 mm (5.2.2)", "7 of 10 (5.2.1)"):
+        assert said in told.replace("\u00a0", " ")
+
+
+def test_the_difference_of_feet_is_simulated_as_it_is_measured(book: Path) -> None:
+    found = study(book)
+    j = {
+        (*one["group"].values(), one["level"]): one["simulated"]["joules a jump"]["value"]
+        for one in found["conditions"]
+    }
+    (row,) = [one for one in found["beside"] if "835" in one["quantity"] and "control" in one["quantity"]]
+    assert "small foot less large foot" in row["quantity"]
+    assert float(row["simulated"].split("\u00a0")[0].replace("\u2212", "-")) == pytest.approx(
+        j["small", "300", "0"] - j["large", "300", "0"], abs=0.051
+    )
+
+
+def test_its_page_is_one_sheet_with_both_figures_and_what_flasks_say(book: Path, tmp_path: Path) -> None:
+    own, page = tmp_path / "book", tmp_path / "bed.html"
+    shutil.copytree(book, own)
+    flasks_ingested(own)
+    told = good(labbook("study", "bed", "--page", page, "--plot", tmp_path / "bed.svg", at=own)).out
+    says(told, "How densely the grains lie is not told", "grain_mm = 3.4", "[studies.compaction]")
+    configure(own, GRAIN)
+    assert study(own)["compaction"]["grain_m"] == 0.0034
+    says(good(labbook("study", "bed", "--page", page, at=own)).out, "Without walls the grains fill", "loose")
+    text = page.read_text(encoding="utf-8")
+    assert text.count("<svg") == 1
+    assert "granular bed (synthetic)" in text
+    prints_page_one_on_a_sheet(page)
+    assert list(good(labbook("study", "all", "--json", at=own)).json) == ["bed", "compaction"]
+
+
+def test_a_level_is_that_of_intervals_and_tests(book: Path) -> None:
+    wide, narrow = study(book, "--level", "0.99"), study(book, "--level", "0.8")
+    assert (
+        wide["overall_saving"]["ci_low"] < study(book)["overall_saving"]["ci_low"] < narrow["overall_saving"]["ci_low"]
+    )
+    assert study(book, "--level", "0.95") | {"remarks": []} == study(book)
+    says(wide["remarks"][0], "99 %")
+    refused(labbook("study", "bed", "--level", "95", at=book), 2, "--level")
+
+
+def test_a_book_without_scene_and_bounds_says_so(small: SmallBook) -> None:
+    told = good(labbook("study", "bed", at=small.folder)).out
+    says(told, "Not simulated", "[simulation]")
+    says(told, "apex_bounds_percent = [-3, 3]")
+    says(told, "saved", "small foot")
+    configure(small.folder, '[studies.bed]\nwhere = "foot=small"\n')
+    assert {one["group"]["foot"] for one in study(small.folder)["conditions"]} == {"small"}
+
+
+def test_a_book_that_lacks_what_it_takes_is_refused_with_the_line_to_write(small: SmallBook) -> None:
+    refused(labbook("study", "bed", "--where", "b_ad_gain=0", at=small.folder), 2, "joules", "b_ad_gain")
+    good(labbook("files", "withdraw", "2021-06-14.csv", "--why", "other robot", at=small.folder))
+    good(labbook("files", "withdraw", "2021-06-16.csv", "--why", "other robot", at=small.folder))
+    refused(labbook("study", "bed", at=small.folder), 2, "12 runs", "charge")
+    assert "bed" in labbook("study", "all", "--json", at=small.folder).json
+    without(small.folder, r"\ncontrol = 0\n", "\n")
+    refused(labbook("study", "bed", at=small.folder), 2, "[factors.b_ad_gain]", "control = 0")
+    refused(labbook("study", "all", at=small.folder), 2, "no study")
+
+
+def test_a_book_of_another_study_of_runs_is_not_the_bed_s(small: SmallBook) -> None:
+    assert list(good(labbook("study", "all", "--json", at=small.folder)).json) == ["bed"]
+    assert "studies beside it" not in good(labbook("report", at=small.folder)).out
+    configure(small.folder, "[studies.emulator]\n")
+    assert list(labbook("study", "all", "--json", at=small.folder).json) == ["emulator"]
+
+
+def test_the_page_s_commands_work(book: Path, tmp_path: Path) -> None:
+    page = (DOCS / "bed.md").read_text(encoding="utf-8")
+    demo, ask, compare = (shlex.split(line) for line in re.findall(r"^ {4}labbook (.*)$", page, re.MULTILINE))
+    assert (demo[:3], "bed" in STUDIES) == (["demo", "--study", "bed"], True)
+    good(labbook(*[str(tmp_path / "drawn.pdf") if word == "bed.pdf" else word for word in ask], at=book))
+    assert "published (thesis)" in labbook(*compare, at=book).out
+    (own,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    assert tomllib.loads(own)["factors"]["b_ad_gain"]["control"] == 0
