@@ -106,10 +106,10 @@ class Prediction:
     difference: Number
     error_ratio: Value
     agrees: bool | None
-    unsure: bool = False
     numerical_error: float | None = None
     imprecise: bool = False
     published: PublishedResult | None = None
+    unsure: bool = False
 
 
 @dataclass(frozen=True, slots=True)
