@@ -88,7 +88,7 @@ def make_batch(composition: Composition) -> Function:
     `table`, shape (n, declared parameters); `rows`, shape (n, jumps, columns) and `counts`, shape (n,), receive the
     results and how many jumps there are. `changes` and `trace` (see `make_run`) are those of the last scene.
 
-    A scene is simulated again with finer steps where the sampled control lets errors grow (`make_growth`), and where
+    A scene is simulated again with finer steps where errors grow (`make_growth`, `make_begin_jump`), and where
     the energy book of a jump does not close within the accuracy; and again, where the finer one turns out no better.
     The rows are those of the last time, and say how often it was.
     """

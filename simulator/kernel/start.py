@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -58,6 +60,7 @@ from simulator.kernel.layout import (
     X_BODY,
     X_FOOT,
 )
+from simulator.kernel.limits import SLOW_M_S
 from simulator.kernel.mechanics.energy_book import make_energy
 from simulator.kernel.mechanics.leg import make_set_gains
 from simulator.kernel.rows import COLUMN, COLUMNS
@@ -99,11 +102,12 @@ def make_begin(composition: Composition) -> Function:
 def make_begin_jump(composition: Composition, meet_ground: Function, settle: Function) -> Function:
     """Begin a jump with the foot's touchdown: `(work, row, lands)`. Clocks, integrals and counters start at zero.
 
-    One that does not land never came down, and stays where it is.
+    One that does not land never came down, and stays where it is. The slower the foot, the more
+    rounding of heights grows in the instant.
     """
     energy = make_energy(composition)
     integrals_end = composition.integrals_end
-    touchdown = COLUMN["touchdown_time_s"]
+    touchdown, per_fall = COLUMN["touchdown_time_s"], composition.position["inverse_fall_speed"]
 
     @inner
     def begin_jump(work: Row, row: Row, lands: bool) -> None:
@@ -120,6 +124,8 @@ def make_begin_jump(composition: Composition, meet_ground: Function, settle: Fun
         work[CAPPED], work[DEPTH], work[IMPACT] = 0.0, 0.0, 0.0
         work[MARGIN], work[MARGIN_TICK], work[DECIDED] = np.inf, -1.0, 0.0
         work[GROWTH], work[WORST_GROWTH] = 0.0, 0.0
+        if lands and t > 0.0 and -SLOW_M_S < work[NOW + V_FOOT] < 0.0:
+            work[WORST_GROWTH] = -math.log(-work[NOW + V_FOOT] * work[per_fall])
         work[SHORTEST] = work[NOW + X_BODY] - work[NOW + X_FOOT]
         work[LONGEST], work[LOWEST] = work[SHORTEST], work[NOW + X_BODY]
         work[TICK], work[AIRBORNE], work[STEPS], work[EVALUATIONS], work[EVENTS] = 0, 0, 0, 0, 0

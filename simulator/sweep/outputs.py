@@ -59,7 +59,7 @@ OUTPUTS = (
     Output("energy_at_play_J", "J", "energy that the book turns over"),
     Output("decision_margin", "1", "distance of the closest decision, in local errors; infinite where none was close"),
     Output("decision_tick", "1", "tick of the closest decision; -1 where there was none", "i4"),
-    Output("error_growth", "1", "factor by which the sampled damping lets an error grow"),
+    Output("error_growth", "1", "factor by which sampled damping, or contact of a slow foot, lets an error grow"),
     Output("min_leg_length_m", "m", "shortest length of the leg"),
     Output("max_leg_length_m", "m", "longest length of the leg"),
     Output("min_body_height_m", "m", "lowest height of the body above the undisturbed surface"),

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from data_schema.errors import UsageError
+from simulator.basics import GRAVITY_M_S2
+from simulator.error_bars import simulate_with_errors
 from simulator.jump import simulate
 from simulator.result import JumpResult
 from simulator.scene_file import load_scene
@@ -166,3 +169,24 @@ def test_ten_thousand_jumps_in_a_row_do_not_drift() -> None:
     assert abs(apexes[-1] - apexes[99]) < 1e-9
     assert max(abs(jump.energy_residual_J) for jump in result.jumps) < 1e-7
     assert max(jump.max_depth_m for jump in result.jumps) <= 0.07
+
+
+GRAZES_FROM_M = (1e-6, 1e-10, 1e-14, 1e-16, 5e-20)
+"""Heights of a drop: the foot meets the ground at 4 mm/s down to 1e-9 m/s."""
+MET = ("liftoff_time_s", "apex_height_m", "cost_J")
+
+
+@pytest.mark.parametrize("name", ["bed", "force_plate", "emulator"])
+def test_contact_is_met_however_slow_the_foot_is(name: str) -> None:
+    """As a jump that starts on the ground with the speed of that drop, or rounding of heights is told."""
+    scene = load_scene(name)
+    for height_m in GRAZES_FROM_M:
+        speed_m_s = -math.sqrt(2.0 * GRAVITY_M_S2 * height_m)
+        on_ground = scene.changed({"initial_height": 0.0, "initial_velocity": speed_m_s}, jumps=1)
+        dropped = scene.changed({"initial_height": height_m, "initial_velocity": 0.0}, jumps=1)
+        wanted = simulate(on_ground, 1e-11).jump
+        for accuracy in (1e-4, 1e-6, 1e-7, 1e-10):
+            jump = simulate_with_errors(dropped, accuracy).jump
+            errors = [abs(getattr(jump, one) / getattr(wanted, one) - 1.0) for one in MET]
+            assert jump.ill_conditioned if accuracy == 1e-10 and height_m < 1e-13 else max(errors) < accuracy
+            assert accuracy < 1e-9 or not jump.ill_conditioned

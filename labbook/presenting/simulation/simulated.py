@@ -79,9 +79,9 @@ def _ill_conditioned(result: SceneResult) -> list[str]:
     rounding = grown_rounding(jump, result.accuracy)
     if rounding:
         said.append(
-            f"warning: errors grow in this jump. The sampled active damping multiplies them by up to "
-            f"{jump.error_growth:.2g}, so that rounding alone leaves an error of about {100.0 * rounding:.2g} %, "
-            "however fine the accuracy asked for."
+            "warning: errors grow in this jump. Sampled active damping, or a slow foot at touchdown, multiplies them "
+            f"by up to {jump.error_growth:.2g}, so that rounding alone leaves an error of about "
+            f"{100.0 * rounding:.2g} %, however fine the accuracy asked for."
         )
     if jump.ill_conditioned and not said:
         first = next(number for number, item in enumerate(result.jumps, 1) if item.ill_conditioned)

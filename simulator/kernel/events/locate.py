@@ -16,12 +16,19 @@ from simulator.kernel.layout import (
     PROMPT,
     STALE,
     SWITCHES,
+    TOUCHES,
     TRIAL,
+    V_FOOT,
 )
+from simulator.kernel.limits import SLOW_M_S
 
 Row = NDArray[np.float64]
 MOST_PASSED = 3
 """Events that a landing may pass and go back to."""
+SLOW_S_M = 10.0
+"""For how long the instant of a slow foot's contact is uncertain, for each metre allowed to a landing: starting at the
+ground it takes long to sink by so much.
+"""
 
 
 @inner
@@ -76,7 +83,9 @@ def make_land(guards: Function, interpolate: Function, attempt: Function, count:
             attempt(t, length, work)
             guards(t + length, work, TRIAL, GUARDS_BETWEEN)
             g = work[GUARDS_BETWEEN + guard]
-            if 0.0 < g <= allowed:
+            if 0.0 < g <= allowed and (
+                guard != TOUCHES or work[TRIAL + V_FOOT] < -SLOW_M_S or length - low <= SLOW_S_M * allowed
+            ):
                 break
             if g > 0.0:
                 high = length
