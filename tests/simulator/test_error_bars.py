@@ -119,6 +119,30 @@ def test_which_of_two_events_comes_first_is_told_where_they_lie_closer_than_thei
     assert found.ill_conditioned
 
 
+TOUCHING_M = 0.13844136086911463
+"""Largest compression of the bed's leg without a clock, at 1 m/s: it ends as the leg begins to lengthen."""
+
+
+def outcomes_by_conjunction(share: float, accuracy: float) -> tuple[str, bool, str]:
+    """How the jump ends whose leg extends from this share of the largest compression on, if it is flagged, and how at
+    1e-13.
+    """
+    scene = load_scene("bed").changed(
+        {"initial_velocity": -1.0, "switch_compression": TOUCHING_M * share}, effects_off=("sampled_control",)
+    )
+    found = simulate_with_errors(scene, accuracy).jump
+    return found.outcome, found.ill_conditioned, simulate(scene, 1e-13).jump.outcome
+
+
+@pytest.mark.parametrize("accuracy", [1e-4, 1e-6, 1e-9])
+def test_a_conjunction_that_holds_for_no_time_is_told(accuracy: float) -> None:
+    """Compression and lengthening must hold together: here one ends at the instant at which the other begins."""
+    for share in (1.0 - 1e-12, 1.0, 1.0 + 1e-12):
+        outcome, flagged, wanted = interpreted(outcomes_by_conjunction, share, accuracy)
+        assert outcome == wanted or flagged
+        assert wanted == ("touchdown" if share < 1.0 else "no_liftoff")
+
+
 def test_two_runs_that_take_the_same_steps_are_known_to_what_rounding_grows_to() -> None:
     """Sampled damping of set 1 multiplies rounding by 1e11; both simulations are repeated to the same finest steps."""
     jump = simulate_with_errors(load_scene("sim1"), 1e-6).jump

@@ -15,7 +15,15 @@ from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
 from simulator.kernel.control.controller import make_conditions, make_note_conditions, make_rule
 from simulator.kernel.events.contact import make_note_saturation
-from simulator.kernel.events.foot_events import make_bottoms, make_falls, make_stops, make_touches, make_unsettles, rest
+from simulator.kernel.events.foot_events import (
+    make_bottoms,
+    make_falls,
+    make_stops,
+    make_touches,
+    make_unsettles,
+    note_near,
+    rest,
+)
 from simulator.kernel.events.standstill import GOES_ON, make_held_still, make_stop_foot, make_turn_hold
 from simulator.kernel.layout import (
     BEYOND,
@@ -37,8 +45,10 @@ from simulator.kernel.layout import (
     HOLD_TURNS,
     INTRUDING,
     JAMMED,
+    K1,
     LEG_FOLDED,
     LEG_STRAIGHT,
+    LENGTH_UNIT,
     LIFTS,
     MODE,
     NO_LIFTOFF,
@@ -50,11 +60,14 @@ from simulator.kernel.layout import (
     RELEASES,
     SATURATED,
     SETTLES,
+    SPEED_UNIT,
     STOPS,
     STRAIGHTENS,
     SWITCHES,
     TIME,
     TOUCHES,
+    V_BODY,
+    V_FOOT,
     YIELDS,
 )
 from simulator.kernel.mechanics.margins import make_forces
@@ -79,14 +92,36 @@ def make_cap_turns(composition: Composition, settle: Function) -> Function:
     return cap_turns
 
 
+def make_note_conjunction(composition: Composition, conditions: Function) -> Function:
+    """Compose `(work, condition)`: note how near the other one of two conditions that must hold together is.
+
+    It decides where one begins to hold as the other ends; where both begin, their order changes nothing.
+    """
+    latched = composition.on("latched_switching")
+
+    @inner
+    def note_conjunction(work: Row, condition: int) -> None:
+        stretching_m_s2, rising_m_s2 = work[K1 + V_BODY] - work[K1 + V_FOOT], work[K1 + V_BODY]
+        shortening_m_s, other = work[NOW + V_FOOT] - work[NOW + V_BODY], 1 - condition
+        rates = shortening_m_s * stretching_m_s2 if latched else stretching_m_s2 * rising_m_s2
+        if other >= 0 and rates <= 0.0:
+            unit = work[LENGTH_UNIT] if latched and other == 0 else work[SPEED_UNIT]
+            note_near(conditions(work, work[PHASE], NOW)[other], unit, work)
+
+    return note_conjunction
+
+
 def make_switches(composition: Composition, switch: Function, settle: Function) -> Function:
     """A condition of a controller without a clock has changed: `(work, condition)`; it may change its phase."""
-    rule, note_conditions = make_rule(composition), make_note_conditions(make_conditions(composition))
+    conditions = make_conditions(composition)
+    rule, note_conditions = make_rule(composition), make_note_conditions(conditions)
+    note_conjunction = make_note_conjunction(composition, conditions)
     note, held_still = make_note_saturation(composition), make_held_still(composition)
     emulated = composition.has("travel_m")
 
     @inner
     def switches(work: Row, condition: int) -> int:
+        note_conjunction(work, condition)
         if not rule(work):
             note_conditions(work, condition)
             if not rule(work):
