@@ -23,13 +23,14 @@ from benchmarks import validation_bed as bed
 from benchmarks import validation_sheets as sheets
 from benchmarks.document import table_text
 from benchmarks.section import Table
-from benchmarks.validation_calibration import from_means
+from benchmarks.validation_calibration import TRUE, from_means, of_bootstrap
 from benchmarks.validation_calibration import intervals as calibration_intervals
 from benchmarks.validation_calibration import truths as calibration_truths
 from benchmarks.validation_emulator import emulator_book, from_charges, intervals, true_changes
 from data_schema.vocabulary import Undefined
 from labbook.actions.studies.force_plate import force_plate_of
 from labbook.analysis.outcomes.energy import joules_per_mah
+from labbook.analysis.prediction.calibrating import BOOTSTRAP
 from labbook.analysis.studies.force_plate import ForcePlateStudy, PlateRun, compare_joules
 from labbook.demo.studies.force_plate import (
     DAYS,
@@ -253,14 +254,24 @@ STUDIES = {
         calibration_truths,
         campaigns=200,
     ),
+    "calibrate, bootstrap": ClosedLoop(
+        f"the same, means drawn {BOOTSTRAP} times anew",
+        lambda chance: from_means(chance, 0.0, BOOTSTRAP),
+        of_bootstrap,
+        {f"{name}, bootstrap": value for name, value in TRUE.items()},
+        campaigns=100,
+    ),
 }
 
 
-def covered(study: ClosedLoop, campaigns: int, seed: int = SEED) -> dict[str, tuple[int, int]]:
+def covered(
+    study: ClosedLoop, campaigns: int, seed: int = SEED, progress: Callable[[int], None] = lambda _done: None
+) -> dict[str, tuple[int, int]]:
     """Count by quantity the campaigns whose interval covers what is true; returns (count, campaigns)."""
     chance, truths = np.random.default_rng(seed), study.truths() if callable(study.truths) else study.truths
     counts = dict.fromkeys(truths, 0)
-    for _ in range(campaigns):
+    for done in range(campaigns):
+        progress(done)
         for name, interval in study.intervals(study.draw(chance)).items():
             if not isinstance(interval, Undefined):
                 counts[name] += interval[0] <= truths[name] <= interval[1]
@@ -300,7 +311,12 @@ def read_rows() -> list[Row]:
 def measure(name: str) -> list[Row]:
     """Draw the campaigns of a study."""
     study, today = STUDIES[name], str(datetime.datetime.now(datetime.UTC).date())
-    counts = covered(study, study.campaigns)
+
+    def progress(done: int) -> None:
+        if done % (study.campaigns // 10) == 0:
+            print(f"   {done} of {study.campaigns} campaigns", flush=True)
+
+    counts = covered(study, study.campaigns, progress=progress)
     return [Row(name, quantity, campaigns, count, today) for quantity, (count, campaigns) in counts.items()]
 
 

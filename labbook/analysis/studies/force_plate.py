@@ -37,8 +37,9 @@ WINDOWS = tuple(range(1, 53, 2))
 """Samples of the moving averages that are tried, up to 51 ms at 1 kHz; odd, so that none shifts the force in time."""
 SHOWN_HOPS, FIRST_HOPS = 20, 3
 """Hops whose traces are drawn, and of a run those in which a robot that is let go from the hand comes to its height."""
-TOUCHDOWN_S = 0.0005
-"""Plate and leg may see the same touchdown so far apart, always to the same side: it is in no scatter."""
+_TOUCHDOWN_SAMPLES = (1.0 / 2.0, 1.0 / 6.0)
+"""Samples of the plate and of the leg's log by which both may see the same touchdown apart, always to the same side, so
+that it is in no scatter: 0.5 ms at 1 kHz and 333 Hz, where it was measured."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,7 +72,7 @@ class RunEstimate:
     """A run's joules a hop, estimated and measured.
 
     `hops_j` are those of each stance that both records hold whole, the foremost `first` of them of the run's first
-    hops (`FIRST_HOPS`); of `hops_made` the plate saw `stances`.
+    hops (`FIRST_HOPS`); of `hops_made` the plate saw `stances`. Both records may see a touchdown `touchdown_s` apart.
     """
 
     name: str
@@ -83,6 +84,7 @@ class RunEstimate:
     hops_made: int
     stances: int
     clocks: Clocks
+    touchdown_s: float
 
     @property
     def estimated_j(self) -> float:
@@ -93,7 +95,7 @@ class RunEstimate:
     def offset_ci(self) -> tuple[float, float] | Undefined:
         """The interval of the clocks' offset: that of the line, and what a touchdown's definition leaves open."""
         ci = self.clocks.at_zero_ci
-        return ci if isinstance(ci, Undefined) else (ci[0] - TOUCHDOWN_S, ci[1] + TOUCHDOWN_S)
+        return ci if isinstance(ci, Undefined) else (ci[0] - self.touchdown_s, ci[1] + self.touchdown_s)
 
     @property
     def ratio(self) -> float:
@@ -109,6 +111,11 @@ def odd_runs(runs: Sequence[RunEstimate]) -> list[RunEstimate]:
     """Return the runs whose ratio of estimated and measured joules is off the median of all by `ODD_RATIO`."""
     middle = float(np.median([one.ratio for one in runs]))
     return [one for one in runs if not middle / ODD_RATIO < one.ratio < middle * ODD_RATIO]
+
+
+def _touchdown_s(run: PlateRun) -> float:
+    steps_s = [float(np.median(np.diff(time_s))) for time_s in (run.plate_time_s, run.leg_time_s)]
+    return max(share * step_s for share, step_s in zip(_TOUCHDOWN_SAMPLES, steps_s, strict=True))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -205,6 +212,7 @@ def compare_joules(
                 run.hops,
                 one.stances,
                 one.clocks,
+                _touchdown_s(run),
             )
             for run, one, hops in zip(runs, stances, at_window, strict=True)
         ),
