@@ -58,6 +58,10 @@ def test_its_claims_are_the_report_s_and_its_predictions_those_of_compare(book: 
     predictions = labbook("compare", "--json", at=book).json["predictions"]
     compared = {(one["quantity"], *one["group"].values(), one["level"]): one["predicted"] for one in predictions}
     assert len(found["conditions"]) == 24
+    (softest,) = [
+        one for one in found["conditions"] if [*one["group"].values(), one["level"]] == ["large", "300", "50"]
+    ]
+    assert softest["published"]["id"] == "bed.p.l.soft.1"
     for one in found["conditions"]:
         assert set(one["measured"]) == {"joules", "apex"}
         for quantity, number in one["simulated"].items():

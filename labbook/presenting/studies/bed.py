@@ -9,7 +9,7 @@ from typing import Any
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.analysis.studies.compaction import Compaction
-from labbook.presenting.numbers import number_data, value_data
+from labbook.presenting.numbers import number_data, published_data, value_data
 from labbook.presenting.studies import compaction
 from reports.content import Comparison, Condition, ReportContent
 from reports.decided_sentences import told_together
@@ -244,7 +244,8 @@ def _condition_data(study: BedStudy, condition: Condition) -> dict[str, Any]:
         for quantity in PredictedQuantity
         if (one := study.predicted(quantity, group, level)) is not None
     }
-    return {"group": group, "level": level, "control": condition.control, "measured": means, "simulated": simulated}
+    about = {"group": group, "level": level, "control": condition.control, "measured": means, "simulated": simulated}
+    return about | {"published": published_data(study.predicted(PredictedQuantity.SAVINGS, group, level))}
 
 
 def _comparison_data(one: Comparison) -> dict[str, Any]:
