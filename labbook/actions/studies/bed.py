@@ -9,7 +9,7 @@ from data_schema.errors import InputRefused, UsageError
 from data_schema.outcomes import Outcome
 from data_schema.queries.readings import readings_in_force
 from data_schema.rounding import level_text
-from data_schema.vocabulary import FactorKind
+from data_schema.vocabulary import FactorKind, StudyKind
 from labbook.actions.studies.compaction import compaction_of
 from labbook.actions.studies.of_book import SHEETS, OfBook, book_sources, damping_factor, first_given
 from labbook.actions.studies.sheet_source import sheet_source
@@ -55,7 +55,8 @@ def bed_study_of(
         remarks.append("Not simulated, and without published savings beside: labbook.toml has no [simulation].")
     grains = _grains(book_folder, remarks) if has_flasks else None
     words = [name for name, factor in configuration.factors.items() if factor.kind is FactorKind.LABEL]
-    return OfBook(BedStudy(content, words[0] if len(words) == 1 else "", grains, tuple(remarks)), sources)
+    feet, on_bed = words[0] if len(words) == 1 else "", configuration.study.kind is StudyKind.BED
+    return OfBook(BedStudy(content, on_bed, feet, grains, tuple(remarks)), sources)
 
 
 def _grains(book_folder: Path | None, remarks: list[str]) -> Compaction | None:

@@ -12,7 +12,7 @@ from labbook.analysis.studies.compaction import Compaction
 from labbook.presenting.numbers import number_data, published_data, value_data
 from labbook.presenting.studies import compaction
 from reports.content import Comparison, Condition, ReportContent
-from reports.decided_sentences import told_together
+from reports.decided_sentences import overall_claims, told_together
 from reports.display import (
     BESIDE,
     DASH,
@@ -58,10 +58,12 @@ _PAIRS_OF_FEET = "7 of 10 (5.2.1)"
 class BedStudy:
     """What the report has of a selection, and how densely the grains lie where the book has a sheet of flasks.
 
-    `feet` is the factor whose levels are words, "" where there is none; `remarks` say what is not there, and why.
+    `on_bed` tells whether the robot jumped on a bed: else nothing published of it stands beside. `feet` is the factor
+    whose levels are words, "" where there is none; `remarks` say what is not there, and why.
     """
 
     content: ReportContent
+    on_bed: bool
     feet: str
     compaction: Compaction | None
     remarks: tuple[str, ...]
@@ -81,9 +83,12 @@ def sentences(study: BedStudy) -> list[str]:
     """Say what active damping saves, in all and by group, whether height is lost, and how densely the grains lie."""
     content = study.content
     said = [claim.text for claim in content.claims]
-    if content.overall:
+    overall = [claim.text for _outcome, claim in overall_claims(content) if claim.text in said]
+    if overall:
         savings = {name: joules.lead.savings for name, (joules, _apex) in groups(content).items() if joules is not None}
-        said.insert(1, f"Saved by group: {list_text([f'{_text(one)} with {name}' for name, one in savings.items()])}.")
+        places = common_places(savings.values())
+        by_group = [f"{_text(saving, places)} with {name}" for name, saving in savings.items()]
+        said.insert(said.index(overall[0]) + 1, f"Saved by group: {list_text(by_group)}.")
     if together := told_together(content, Outcome.APEX):
         said.append(f"Apex height, {in_sentence(together)}")
     said.append(content.no_equivalence)
@@ -111,7 +116,8 @@ def rows(study: BedStudy) -> list[list[str]]:
         joules, apex = (study.each(outcome, group, level) for outcome in OUTCOMES)
         means = [None if (found := condition.summary(outcome)) is None else found.mean for outcome in OUTCOMES]
         saving = study.predicted(PredictedQuantity.SAVINGS, group, level)
-        published = None if saving is None or saving.published is None else saving.published.published
+        of_thesis = None if saving is None else saving.published
+        p = None if of_thesis is None or of_thesis.unit != "p" else of_thesis.published
         cells.append(
             (
                 levels_name(content, group) or "all runs",
@@ -121,7 +127,7 @@ def rows(study: BedStudy) -> list[list[str]]:
                 None if joules is None else joules.lead.savings,
                 DASH if joules is None else p_text(joules.lead.test.p, name=False),
                 DASH if joules is None else p_text(joules.test.p, name=False),
-                DASH if published is None else p_text(published, name=False),
+                DASH if p is None else p_text(p, name=False),
                 means[1],
                 None if apex is None else apex.lead.difference,
             )
@@ -140,7 +146,7 @@ def _column(cells: Sequence[str | Number | None], *, errors: bool) -> list[str]:
 def beside(study: BedStudy) -> list[tuple[str, ...]]:
     """Return the pooled comparisons of 5.2.1 and the apex of 5.2.2: measured, simulated, published."""
     content, found = study.content, []
-    published = {result.id: published_text(result) for result in published_results()}
+    published = {result.id: published_text(result) if study.on_bed else "" for result in published_results()}
     for name, (joules, _apex) in groups(content).items():
         if joules is not None:
             one = study.predicted(PredictedQuantity.SAVINGS, joules.group, POOLED)
@@ -148,7 +154,7 @@ def beside(study: BedStudy) -> list[tuple[str, ...]]:
             found.append((f"saving, {name}", _tested(joules, joules.lead.savings), *texts))
     feet = [*dict.fromkeys(level.label for one in content.conditions if (level := one.level(study.feet)) is not None)]
     between = [one for one in content.by_group if one.quantity is Outcome.JOULES and one.level.split(", ")[0] in feet]
-    of_feet = {*feet} == {"small", "large"}
+    of_feet = study.on_bed and {*feet} == {"small", "large"}
     for joules in between:
         foot, _, side = joules.level.rpartition(", ")
         if side in _FEET:
