@@ -34,6 +34,7 @@ WithinOption = Annotated[
     str | None,
     typer.Option("--within", metavar="SHARE", help="With --effects auto: the change that may pass, such as 1%."),
 ]
+COMPILING = "compiling for up to 30 s, once"
 AccuracyOption = Annotated[float, typer.Option("--accuracy", help="The relative error aimed at.")]
 
 
@@ -80,7 +81,7 @@ def run(
     auto = auto_of(effects, within, accuracy)
     simulated = simulate_with_errors if error_bars else simulate
     full = changed_by_words(load_scene(scene), sets or (), auto.words)
-    first = "" if is_compiled(full.effects) else "; where it takes long, compiling for up to 30 s, once"
+    first = "" if is_compiled(full.effects) else f"; where it takes long, {COMPILING}"
     with progress(f"simulating{first}", None, shown=not as_json) as step:
         ablation = auto.ablation(full, step)
         drawn = plot is not None or animate is not None
@@ -149,6 +150,7 @@ def sweep(
     from labbook.actions.simulate.sweeping import SweepRequest, error_bars_of, planned_sweep
     from labbook.presenting.simulation.effects_ablation import chosen_data, verdict
     from labbook.presenting.simulation.swept import corners_data, corners_lines, sweep_data, sweep_lines
+    from simulator.kernel.build import is_compiled
     from simulator.sweep.compute import Threads, connected
     from simulator.sweep.run import run_sweep
 
@@ -161,8 +163,9 @@ def sweep(
     if not as_json:
         before_work([*refused, *corners])
     computing = nullcontext(Threads()) if scheduler is None else connected(scheduler)
+    first = "" if is_compiled(planned.sweep.scene.effects) else f" after {COMPILING}"
     wanted = planned.sweep.jumps_wanted
-    with counted("sweeping", wanted, "jumps", shown=not as_json) as advance, computing as compute:
+    with counted(f"sweeping{first}", wanted, "jumps", shown=not as_json) as advance, computing as compute:
         done = run_sweep(planned.sweep, out, compute, advance)
     chosen_for = "The effects were chosen for the scene as it stands, before anything is swept:"
     said = [] if planned.ablation is None else ["", chosen_for, *verdict(planned.ablation), *corners]
