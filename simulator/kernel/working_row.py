@@ -11,6 +11,7 @@ import operator
 from typing import Any
 
 import numpy as np
+from llvmlite import ir
 from numba import types
 from numba.core.imputils import lower_builtin
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
@@ -37,6 +38,19 @@ def address_of(row: Row) -> Row:
 def choose(which: bool, first: float, second: float) -> float:
     """Return the first number where a condition holds and else the second, without a branch where this is compiled."""
     return first if which else second
+
+
+def lanes_in(which: bool) -> int:
+    """Return a whole number, whose bit i says whether a condition holds in lane i: 0 where it holds in none."""
+    return 1 if which else 0
+
+
+def _type_of_lanes_in(context: Any) -> Any:
+    return lambda which: types.int64 if which == types.boolean else None
+
+
+def _lanes_in(context: Any, builder: Any, sign: Any, arguments: Any) -> Any:
+    return builder.zext(arguments[0], ir.IntType(64))
 
 
 def _type_of_choice(context: Any) -> Any:
@@ -80,6 +94,8 @@ def _write(context: Any, builder: Any, sign: Any, arguments: Any) -> Any:
 
 _type(choose)(_type_of_choice)
 _lower(choose, types.Boolean, types.Float, types.Float)(_choose)
+_type(lanes_in)(_type_of_lanes_in)
+_lower(lanes_in, types.Boolean)(_lanes_in)
 _type(address_of)(_type_of_address)
 _lower(address_of, types.Array)(_take_address)
 for _operation, _generic, _arguments, _generate in (

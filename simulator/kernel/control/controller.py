@@ -23,6 +23,7 @@ from simulator.kernel.layout import (
     X_BODY,
     X_FOOT,
 )
+from simulator.kernel.working_row import choose
 
 Row = NDArray[np.float64]
 SHORT = CONDITIONS - 1
@@ -76,11 +77,11 @@ def make_wants_switch(composition: Composition) -> Function:
     def unlatched(work: Row, phase: int, row: int, length_unit_m: float, speed_unit_m_s: float) -> float:
         lengthening_m_s, rising_m_s, depth_m, short_m = conditions(work, phase, row)
         # a foot in the ground is known to be there: its depth is known to a share of itself
-        below = np.inf if depth_m > 0.0 else depth_m / length_unit_m
+        below = choose(depth_m > 0.0, np.inf, depth_m / length_unit_m)
         wish = min(lengthening_m_s / speed_unit_m_s, rising_m_s / speed_unit_m_s, below)
         if guarded:
             wish = max(wish, short_m / length_unit_m)
-        return wish if phase == COMPRESSION else -wish
+        return choose(phase == COMPRESSION, wish, -wish)
 
     return unlatched
 

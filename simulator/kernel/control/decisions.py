@@ -120,28 +120,38 @@ def make_growth(composition: Composition) -> Function:
     active = composition.has("active_damping_kg_m") and composition.on("sampled_control")
     if not active or composition.on("continuous_foot_speed") or not composition.has("quadratic_drag_kg_m"):
         return inner(lambda work: None)
-    moved_mass_kg, rate = make_moved_mass(composition), composition.position["control_rate"]
-    quadratic = composition.slots["quadratic_drag_kg_m"]
-    has_linear, drag_kg_s = composition.has("linear_drag_kg_s"), composition.slot("linear_drag_kg_s")
-    linear = composition.on("linear_active_damping")
+    growth_factor = make_growth_factor(composition)
 
     @inner
     def grow(work: Row) -> None:
         if work[ACTIVE_DAMPING] == 0.0 or work[MODE] != INTRUDING:
             return
-        depth_m, sinking = -work[NOW + X_FOOT], -work[NOW + V_FOOT]
-        sampled_kg_s = work[ACTIVE_DAMPING] * (1.0 if linear else work[NOW + V_BODY] + sinking)
-        at_once_kg_s = 2.0 * quadratic(work, depth_m) * sinking + work[DAMPING] + 1e-9
-        if has_linear:
-            at_once_kg_s += drag_kg_s(work)
-        if not linear:
-            at_once_kg_s += work[ACTIVE_DAMPING] * sinking
-        kept = math.exp(-at_once_kg_s / (work[rate] * moved_mass_kg(work, depth_m)))
-        factor = kept - sampled_kg_s / at_once_kg_s * (1.0 - kept)
-        work[GROWTH] = max(0.0, work[GROWTH] + math.log(max(abs(factor), 1e-3)))
+        work[GROWTH] = max(0.0, work[GROWTH] + math.log(max(growth_factor(work), 1e-3)))
         work[WORST_GROWTH] = max(work[WORST_GROWTH], min(work[GROWTH], LARGEST_GROWTH))
 
     return grow
+
+
+def make_growth_factor(composition: Composition) -> Function:
+    """Compose `(work)`: the size of that factor for an intruding foot."""
+    moved_mass_kg, rate = make_moved_mass(composition), composition.position["control_rate"]
+    quadratic, linear = composition.slots["quadratic_drag_kg_m"], composition.on("linear_active_damping")
+    has_linear, drag_kg_s = composition.has("linear_drag_kg_s"), composition.slot("linear_drag_kg_s")
+
+    @inner
+    def growth_factor(work: Row) -> float:
+        depth_m, sinking = -work[NOW + X_FOOT], -work[NOW + V_FOOT]
+        sampled_kg_s = work[ACTIVE_DAMPING]
+        at_once_kg_s = 2.0 * quadratic(work, depth_m) * sinking + work[DAMPING] + 1e-9
+        if has_linear:
+            at_once_kg_s = at_once_kg_s + drag_kg_s(work)
+        if not linear:
+            sampled_kg_s = sampled_kg_s * (work[NOW + V_BODY] + sinking)
+            at_once_kg_s = at_once_kg_s + work[ACTIVE_DAMPING] * sinking
+        kept = math.exp(-at_once_kg_s / (work[rate] * moved_mass_kg(work, depth_m)))
+        return abs(kept - sampled_kg_s / at_once_kg_s * (1.0 - kept))
+
+    return growth_factor
 
 
 def make_must_land(composition: Composition) -> Function:

@@ -5,19 +5,14 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-
-from simulator.compiled import inlined, inner
+from simulator.compiled import inner
 from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
-from simulator.kernel.control.decisions import LARGEST_GROWTH
-from simulator.kernel.lanes.numbers import lanes_in
+from simulator.kernel.control.decisions import LARGEST_GROWTH, make_growth_factor
 from simulator.kernel.layout import (
     ACTIVE_DAMPING,
     BETWEEN,
-    DAMPING,
     DECIDED,
-    EXTENSION,
     GROWTH,
     LENGTH_UNIT,
     MARGIN,
@@ -30,16 +25,12 @@ from simulator.kernel.layout import (
     STALE,
     TICK,
     TIME,
-    V_BODY,
     V_FOOT,
     WORST_GROWTH,
-    X_BODY,
-    X_FOOT,
 )
 from simulator.kernel.mechanics.margins import make_forces
-from simulator.kernel.mechanics.moved_mass import make_moved_mass
 from simulator.kernel.steps.dense_output import make_interpolate
-from simulator.kernel.working_row import choose
+from simulator.kernel.working_row import choose, lanes_in
 
 Lanes = Any
 """A number of every lane, or whether something holds in each (`simulator.kernel.lanes.numbers`)."""
@@ -47,46 +38,17 @@ Row = Any
 """The working rows of all lanes, place by place."""
 
 
-def make_wish(composition: Composition) -> Function:
-    """Compose `(work, row)`: how far the controller is from a change of phase, in units of errors; positive beyond."""
-    guarded, guard_m = composition.has("guard_length_m"), composition.slot("guard_length_m")
-
-    @inlined
-    def wish(work: Row, row: int) -> Lanes:
-        length_unit_m, speed_unit_m_s = work[LENGTH_UNIT], work[SPEED_UNIT]
-        depth_m = -work[row + X_FOOT]
-        below = choose(depth_m > 0.0, np.inf, depth_m / length_unit_m)
-        lengthening_m_s = work[row + V_BODY] - work[row + V_FOOT]
-        wanted = min(lengthening_m_s / speed_unit_m_s, work[row + V_BODY] / speed_unit_m_s, below)
-        if guarded:
-            short_m = guard_m(work) - (work[row + X_BODY] - work[row + X_FOOT])
-            wanted = max(wanted, short_m / length_unit_m)
-        return choose(work[PHASE] == EXTENSION, -wanted, wanted)
-
-    return wish
-
-
 def make_grow(composition: Composition) -> Function:
     """Compose `(which, work)`: follow how much a small error of the foot's speed grows, as the scalar kernel does."""
     if not composition.has("active_damping_kg_m") or not composition.has("quadratic_drag_kg_m"):
         return inner(lambda which, work: None)
-    moved_mass_kg, rate = make_moved_mass(composition), composition.position["control_rate"]
-    quadratic, linear = composition.slots["quadratic_drag_kg_m"], composition.on("linear_active_damping")
+    growth_factor = make_growth_factor(composition)
 
     @inner
     def grow(which: Lanes, work: Row) -> None:
         if lanes_in(which) == 0:
             return
-        depth_m, sinking = -work[NOW + X_FOOT], -work[NOW + V_FOOT]
-        sampled_kg_s, at_once_kg_s = (
-            work[ACTIVE_DAMPING],
-            2.0 * quadratic(work, depth_m) * sinking + work[DAMPING] + 1e-9,
-        )
-        if not linear:
-            sampled_kg_s = sampled_kg_s * (work[NOW + V_BODY] + sinking)
-            at_once_kg_s = at_once_kg_s + work[ACTIVE_DAMPING] * sinking
-        kept = math.exp(-at_once_kg_s / (work[rate] * moved_mass_kg(work, depth_m)))
-        factor = abs(kept - sampled_kg_s / at_once_kg_s * (1.0 - kept))
+        factor = growth_factor(work)
         if lanes_in(which & ((factor > 1.0) | (work[GROWTH] > 0.0))) == 0:
             return
         grown = max(0.0, work[GROWTH] + math.log(max(factor, 1e-3)))
@@ -96,7 +58,7 @@ def make_grow(composition: Composition) -> Function:
     return grow
 
 
-def make_tick(composition: Composition, wish: Function) -> Function:
+def make_tick(composition: Composition, wants_switch: Function) -> Function:
     """Compose `(active, work)`: the tick that is due, where it changes no phase and brings no force to its cap.
 
     Returns in which lanes it does.
@@ -111,7 +73,7 @@ def make_tick(composition: Composition, wish: Function) -> Function:
         due = active & (number / work[rate] <= time_s)
         if lanes_in(due) == 0:
             return due
-        wanted = wish(work, NOW)
+        wanted = wants_switch(work, work[PHASE], NOW, work[LENGTH_UNIT], work[SPEED_UNIT])
         leaves = due & ((wanted > 0.0) | (number + 1.0 == work[DECIDED]) | ((number + 1.0) / work[rate] <= time_s))
         sampled = due & ~due
         if active_damping:
@@ -136,7 +98,7 @@ def make_tick(composition: Composition, wish: Function) -> Function:
     return tick
 
 
-def make_ticks_within(composition: Composition, wish: Function) -> Function:
+def make_ticks_within(composition: Composition, wants_switch: Function) -> Function:
     """Compose `(h, until, considered, work)`: look at the ticks inside a step, with their margins.
 
     Returns in which lanes the phase changes at one; in the others the ticks are passed.
@@ -152,7 +114,7 @@ def make_ticks_within(composition: Composition, wish: Function) -> Function:
             if lanes_in(inside) == 0:
                 return leaves, number, margin, margin_tick
             interpolate(h, (tick_s - work[TIME]) / h, work, BETWEEN)
-            wanted = wish(work, BETWEEN)
+            wanted = wants_switch(work, work[PHASE], BETWEEN, work[LENGTH_UNIT], work[SPEED_UNIT])
             leaves |= inside & (wanted > 0.0)
             near = inside & (abs(wanted) < margin)
             margin, margin_tick = choose(near, abs(wanted), margin), choose(near, number, margin_tick)

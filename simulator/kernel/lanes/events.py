@@ -9,7 +9,6 @@ from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
 from simulator.kernel.events.first_event import PARABOLA
 from simulator.kernel.events.guards import KINK
-from simulator.kernel.lanes.numbers import lanes_in
 from simulator.kernel.layout import (
     BEYOND,
     CLEAR,
@@ -35,7 +34,7 @@ from simulator.kernel.layout import (
 from simulator.kernel.mechanics.margins import make_forces
 from simulator.kernel.steps.dense_output import make_fit_quintics, make_interpolate
 from simulator.kernel.steps.step_limits import FRESH_SHARE, INTRUDING_SHARE, SMOOTH_SHARE
-from simulator.kernel.working_row import choose
+from simulator.kernel.working_row import choose, lanes_in
 
 Lanes = Any
 """A number of every lane, or whether something holds in each (`simulator.kernel.lanes.numbers`)."""

@@ -22,7 +22,7 @@ from numba.core.typeconv.castgraph import Conversion
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic
 
-from simulator.kernel.working_row import choose
+from simulator.kernel.working_row import choose, lanes_in
 
 _infer: Any = infer_global
 _lower: Any = lower_builtin
@@ -184,16 +184,17 @@ _infer(choose)(type("choice", (_Template,), {"generic": _type_of_choice}))
 _lower(choose, Which, Lanes, Lanes)(_choose)
 
 
-@_intrinsic  # type: ignore[untyped-decorator]
-def lanes_in(typing_context: Any, which: Any) -> Any:
-    """Return a whole number, whose bit i says whether a mask holds in lane i: 0 where it holds in none."""
-    if not isinstance(which, Which):
-        return None
+def _type_of_lanes_in(self: Any, arguments: Any, keywords: Any) -> Any:
+    fits = len(arguments) == 1 and isinstance(arguments[0], Which)
+    return _sign(types.int64, *arguments) if fits else None
 
-    def generate(context: Any, builder: Any, sign: Any, arguments: Any) -> Any:
-        return builder.zext(builder.bitcast(arguments[0], ir.IntType(which.width)), ir.IntType(64))
 
-    return _sign(types.int64, which), generate
+def _lanes_in(context: Any, builder: Any, sign: Any, arguments: Any) -> Any:
+    return builder.zext(builder.bitcast(arguments[0], ir.IntType(sign.args[0].width)), ir.IntType(64))
+
+
+_infer(lanes_in)(type("lanes_in", (_Template,), {"generic": _type_of_lanes_in}))
+_lower(lanes_in, Which)(_lanes_in)
 
 
 @_intrinsic  # type: ignore[untyped-decorator]

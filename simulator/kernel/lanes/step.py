@@ -9,20 +9,17 @@ from __future__ import annotations
 
 from typing import Any
 
-from simulator.basics import GRAVITY_M_S2
 from simulator.compiled import inlined, inner
 from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
-from simulator.kernel.lanes.control import make_tick, make_ticks_within, make_wish
+from simulator.kernel.control.controller import make_wants_switch
+from simulator.kernel.lanes.control import make_tick, make_ticks_within
 from simulator.kernel.lanes.events import AT_START, FREE, PROMPT, make_events, make_guards
-from simulator.kernel.lanes.numbers import lanes_in, numbers_of, width_of
-from simulator.kernel.lanes.oscillator import oscillator
+from simulator.kernel.lanes.numbers import numbers_of, width_of
 from simulator.kernel.layout import (
     ACTIVE_DAMPING,
     ALLOWED,
-    BETWEEN,
     CAPPED,
-    DAMPING,
     DEPTH,
     ERROR,
     EVALUATIONS,
@@ -31,15 +28,11 @@ from simulator.kernel.layout import (
     INTRUDING,
     K1,
     LEG_WORK,
-    LONGEST,
     LOOK,
-    LOWEST,
     MARGIN,
     MARGIN_TICK,
     NOW,
-    SAMPLED_SPEED,
     SATURATED,
-    SHORTEST,
     STALE,
     STEP,
     STEPS,
@@ -57,23 +50,21 @@ from simulator.kernel.layout import (
 )
 from simulator.kernel.limits import FINEST_TOLERANCE, LONGEST_FLIGHT_S, LONGEST_STANCE_S
 from simulator.kernel.mechanics.motion import make_rates
-from simulator.kernel.mechanics.moved_mass import make_moved_mass
-from simulator.kernel.steps.attempt import DEPTH_WEIGHT, LARGEST, make_frequency, next_step
-from simulator.kernel.steps.dense_output import make_interpolate
+from simulator.kernel.steps.attempt import LARGEST, make_frequency, make_motion_error, next_step
 from simulator.kernel.steps.linear_step import make_linear_step
 from simulator.kernel.steps.runge_kutta import make_runge_kutta
 from simulator.kernel.steps.step_limits import (
-    BODY_TURNS,
     FRESH_SHARE,
     INTRUDING_SHARE,
-    LEG_TURNS,
     LONGEST_QUIET_STEP_S,
     QUIET_SHARE,
     SMOOTH_SHARE,
     STABLE_SHARE,
+    make_damping_rate,
+    note_extremes,
 )
 from simulator.kernel.steps.stride import MANY_STEPS, SHORTEST_S, STRETCH
-from simulator.kernel.working_row import choose
+from simulator.kernel.working_row import choose, lanes_in
 
 Lanes = Any
 """A number of every lane, or whether something holds in each (`simulator.kernel.lanes.numbers`)."""
@@ -87,28 +78,12 @@ FACTOR, EACH_ERROR = places(FREE, FREE + 2, 1)
 
 def make_norm(composition: Composition, mode: int) -> Function:
     """Compose `(h, omega, work)`: the largest error of a step relative to what is allowed, as in the scalar kernel."""
-    at = composition.position
-    body = at["body_mass"]
-    per_rest, per_fall, per_lift = at["inverse_rest_length"], at["inverse_fall_speed"], at["inverse_lift_energy"]
-    slope, integrals_end, size = (
-        composition.slots["resistance_slope_n_m"],
-        composition.integrals_end,
-        composition.state_size,
-    )
-    intruding = mode == INTRUDING
+    per_lift, motion_error = composition.position["inverse_lift_energy"], make_motion_error(composition)
+    integrals_end, size = composition.integrals_end, composition.state_size
 
     @inlined
     def norm(h: Lanes, omega: Lanes, work: Row) -> Lanes:
-        per_length, per_speed, per_energy = work[per_rest], work[per_fall], work[per_lift]
-        worst = max(abs(work[ERROR + X_BODY]) * per_length, abs(work[ERROR + V_BODY]) * per_speed)
-        if intruding:
-            depth_m = max(-work[TRIAL + X_FOOT], abs(work[NOW + V_FOOT]) * h)
-            depth_m = max(depth_m, 1e-3 * work[body] * GRAVITY_M_S2 / slope(work, max(-work[NOW + X_FOOT], 0.0)))
-            worst = max(worst, DEPTH_WEIGHT * abs(work[ERROR + X_FOOT]) / depth_m)
-            foot_speed_m_s = max(abs(work[NOW + V_FOOT]), abs(work[TRIAL + V_FOOT]), 0.1 * depth_m * omega)
-            worst = max(worst, abs(work[ERROR + V_FOOT]) / foot_speed_m_s)
-        else:
-            worst = max(worst, abs(work[ERROR + X_FOOT]) * per_length, abs(work[ERROR + V_FOOT]) * per_speed)
+        per_energy, worst = work[per_lift], motion_error(work, mode, h, omega)
         for i in range(LEG_WORK, integrals_end):
             lifts, share = abs(work[TRIAL + i]) * per_energy, abs(work[ERROR + i]) * per_energy
             worst = max(worst, share / max(lifts, 1.0))
@@ -141,43 +116,16 @@ def next_steps(h: Lanes, error: Lanes, which: Lanes, work: Row) -> Lanes:
     return h * factor
 
 
-def make_damping_rate(composition: Composition, mode: int) -> Function:
-    """Compose `(work)`: the fastest rate at which dampers change the foot's speed, 1/s."""
-    foot = composition.position["foot_mass"]
-    damped = composition.has("compression_damping_kg_s")
-    product = composition.has("active_damping_kg_m") and not composition.on("linear_active_damping")
-    has_quadratic, quadratic = composition.has("quadratic_drag_kg_m"), composition.slot("quadratic_drag_kg_m")
-    moved_mass_kg, intruding = make_moved_mass(composition), mode == INTRUDING
-
-    @inlined
-    def damping_rate(work: Row) -> Lanes:
-        damping = 0.0 * work[STIFFNESS]
-        if damped:
-            damping = damping + work[DAMPING]
-        if product:
-            damping = damping + work[ACTIVE_DAMPING] * work[SAMPLED_SPEED]
-        damping = choose(work[SATURATED] == 0.0, damping, 0.0)
-        moved_kg = work[foot]
-        if intruding:
-            depth_m = -work[NOW + X_FOOT]
-            if has_quadratic:
-                damping = damping + 2.0 * quadratic(work, depth_m) * abs(work[NOW + V_FOOT])
-            moved_kg = moved_mass_kg(work, depth_m)
-        return damping / moved_kg
-
-    return damping_rate
-
-
 def make_longest_step(composition: Composition, mode: int, *, exact: bool) -> Function:
     """Compose `(omega, work)`: the longest step to try, s, as the scalar kernel has it."""
-    rest, damping_rate = composition.position["rest_length"], make_damping_rate(composition, mode)
+    rest, damping_rate = composition.position["rest_length"], make_damping_rate(composition)
     share, flying = INTRUDING_SHARE if mode == INTRUDING else SMOOTH_SHARE, mode == FLIGHT
 
     @inlined
     def longest_step(omega: Lanes, work: Row) -> Lanes:
         longest_s = min(work[STEP], choose(work[FRESH] == 1.0, FRESH_SHARE, share) / omega)
         if not exact:
-            rate = damping_rate(work)
+            rate = damping_rate(work, mode)
             longest_s = choose(rate * longest_s > STABLE_SHARE, STABLE_SHARE / rate, longest_s)
         if flying:
             stretch_m = work[NOW + X_BODY] - work[NOW + X_FOOT] - work[rest]
@@ -189,60 +137,13 @@ def make_longest_step(composition: Composition, mode: int, *, exact: bool) -> Fu
     return longest_step
 
 
-def make_turn(composition: Composition, foot: float, rounds: int) -> Function:
-    """Compose `(h, before, work)`: put the motion into `BETWEEN` where a speed that has changed its sign is 0.
-
-    As `simulator.kernel.steps.step_limits.turn` has it.
-    """
-    interpolate = make_interpolate(composition)
-
-    @inner
-    def turn(h: Lanes, before: Lanes, work: Row) -> None:
-        low, high = 0.0 * h, 0.0 * h + 1.0
-        for _ in range(rounds):
-            share = 0.5 * (low + high)
-            interpolate(h, share, work, BETWEEN)
-            earlier = before * (work[BETWEEN + V_BODY] - foot * work[BETWEEN + V_FOOT]) > 0.0
-            low, high = choose(earlier, share, low), choose(earlier, high, share)
-
-    return turn
-
-
-def make_note_extremes(composition: Composition) -> Function:
-    """Compose `(h, which, work)`: keep the lowest body, the shortest and the longest leg, in the lanes of a mask."""
-    of_body, of_leg = make_turn(composition, 0.0, BODY_TURNS), make_turn(composition, 1.0, LEG_TURNS)
-
-    @inner
-    def note_extremes(h: Lanes, which: Lanes, work: Row) -> None:
-        length_m = work[TRIAL + X_BODY] - work[TRIAL + X_FOOT]
-        shortest, longest = min(work[SHORTEST], length_m), max(work[LONGEST], length_m)
-        before, after = work[NOW + V_BODY], work[TRIAL + V_BODY]
-        turns = which & (before < 0.0) & (after >= 0.0)
-        if lanes_in(turns) != 0:
-            of_body(h, before, work)
-            work[LOWEST] = choose(turns, min(work[LOWEST], work[BETWEEN + X_BODY]), work[LOWEST])
-        before, after = before - work[NOW + V_FOOT], after - work[TRIAL + V_FOOT]
-        turns = which & (before * after < 0.0)
-        if lanes_in(turns) != 0:
-            of_leg(h, before, work)
-            length_m = work[BETWEEN + X_BODY] - work[BETWEEN + X_FOOT]
-            shortest = choose(turns, min(shortest, length_m), shortest)
-            longest = choose(turns, max(longest, length_m), longest)
-        work[SHORTEST], work[LONGEST] = choose(which, shortest, work[SHORTEST]), choose(which, longest, work[LONGEST])
-
-    return note_extremes
-
-
 def make_step(composition: Composition, mode: int) -> Function:
     """Compose `(occupied, work)`: a step of every occupied lane, a number that is 1 where it is.
 
     Returns as bits in which lanes something may happen; nothing has been done there but, perhaps, the tick.
     """
     rates_of = make_rates(composition, creeping=False)
-    runge_kutta, linear_step = (
-        make_runge_kutta(composition, rates_of),
-        make_linear_step(composition, rates_of, oscillator),
-    )
+    runge_kutta, linear_step = make_runge_kutta(composition, rates_of), make_linear_step(composition, rates_of)
     frequency, norm = make_frequency(composition), make_norm(composition, mode)
     exact, bends = mode == FLIGHT and composition.closed_form("flight"), composition.has("cap_bends")
     evaluations = 4.0 if exact else 6.0
@@ -251,12 +152,8 @@ def make_step(composition: Composition, mode: int) -> Function:
         make_events(composition, mode, guards, exact=exact),
         make_longest_step(composition, mode, exact=exact),
     )
-    wish = make_wish(composition)
-    tick, ticks_within, note_extremes = (
-        make_tick(composition, wish),
-        make_ticks_within(composition, wish),
-        make_note_extremes(composition),
-    )
+    wants_switch = make_wants_switch(composition)
+    tick, ticks_within = make_tick(composition, wants_switch), make_ticks_within(composition, wants_switch)
     intruding, active_damping = mode == INTRUDING, composition.has("active_damping_kg_m")
     rate, size = composition.position["control_rate"], composition.state_size
     prompt, last_s = PROMPT[mode], LONGEST_STANCE_S if intruding else LONGEST_FLIGHT_S

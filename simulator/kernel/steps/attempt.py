@@ -98,24 +98,15 @@ def make_frequency(composition: Composition) -> Function:
     return frequency
 
 
-def make_error_norm(composition: Composition) -> Function:
-    """Largest error of a step in units of what is allowed: `(work, mode, h, tolerance, omega)`.
-
-    Body: against the rest length and the speed of falling through it. Foot: against its own depth, so that a shallow
-    print in stiff ground is as accurate as a deep one. Energies: against those of one body lifted by a leg.
-    """
+def make_motion_error(composition: Composition) -> Function:
+    """Compose `(work, mode, h, omega)`: the largest relative error of heights and speeds of body and foot."""
     at = composition.position
-    body = at["body_mass"]
-    per_rest, per_fall, per_lift = at["inverse_rest_length"], at["inverse_fall_speed"], at["inverse_lift_energy"]
+    body, per_rest, per_fall = at["body_mass"], at["inverse_rest_length"], at["inverse_fall_speed"]
     has_ground, slope = composition.has("resistance_n"), composition.slot("resistance_slope_n_m")
-    platform, integrals_end, size = composition.platform, composition.integrals_end, composition.state_size
 
     @inner
-    def norm(work: Row, mode: int, h: float, tolerance: float, omega: float) -> float:
-        for i in range(size):
-            if not abs(work[TRIAL + i]) < LARGEST:  # the stages overflowed
-                return np.inf
-        per_length, per_speed, per_energy = work[per_rest], work[per_fall], work[per_lift]
+    def motion_error(work: Row, mode: int, h: float, omega: float) -> float:
+        per_length, per_speed = work[per_rest], work[per_fall]
         worst = max(abs(work[ERROR + X_BODY]) * per_length, abs(work[ERROR + V_BODY]) * per_speed)
         if mode in (INTRUDING, CREEPING):
             depth_m = max(-work[TRIAL + X_FOOT], abs(work[NOW + V_FOOT]) * h)
@@ -126,6 +117,28 @@ def make_error_norm(composition: Composition) -> Function:
             worst = max(worst, abs(work[ERROR + V_FOOT]) / foot_speed_m_s)
         elif mode == FLIGHT:
             worst = max(worst, max(abs(work[ERROR + X_FOOT]) * per_length, abs(work[ERROR + V_FOOT]) * per_speed))
+        return worst
+
+    return motion_error
+
+
+def make_error_norm(composition: Composition) -> Function:
+    """Largest error of a step in units of what is allowed: `(work, mode, h, tolerance, omega)`.
+
+    Body: against the rest length and the speed of falling through it. Foot: against its own depth, so that a shallow
+    print in stiff ground is as accurate as a deep one. Energies: against those of one body lifted by a leg.
+    """
+    at, motion_error = composition.position, make_motion_error(composition)
+    per_rest, per_fall, per_lift = at["inverse_rest_length"], at["inverse_fall_speed"], at["inverse_lift_energy"]
+    platform, integrals_end, size = composition.platform, composition.integrals_end, composition.state_size
+
+    @inner
+    def norm(work: Row, mode: int, h: float, tolerance: float, omega: float) -> float:
+        for i in range(size):
+            if not abs(work[TRIAL + i]) < LARGEST:  # the stages overflowed
+                return np.inf
+        per_length, per_speed, per_energy = work[per_rest], work[per_fall], work[per_lift]
+        worst = motion_error(work, mode, h, omega)
         if platform >= 0:
             worst = max(worst, abs(work[ERROR + platform]) * per_length, abs(work[ERROR + platform + 1]) * per_speed)
         for i in range(LEG_WORK, integrals_end):

@@ -88,7 +88,7 @@ def make_is_linear(composition: Composition) -> Function:
     return is_linear
 
 
-def make_linear_step(composition: Composition, rates_of: Function, oscillator: Function = oscillator) -> Function:
+def make_linear_step(composition: Composition, rates_of: Function) -> Function:
     """Compose the step `(mode, t, h, work, saturated, states, k, error)`.
 
     As the Runge-Kutta step; the places `QUARTER` to `THREE_QUARTERS` receive the exact states inside it.

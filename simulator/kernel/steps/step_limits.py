@@ -29,6 +29,7 @@ from simulator.kernel.layout import (
     SHORTEST,
     SPEED_UNIT,
     STEP,
+    STIFFNESS,
     TICK,
     TIME,
     TRIAL,
@@ -40,6 +41,7 @@ from simulator.kernel.layout import (
 from simulator.kernel.mechanics.moved_mass import make_moved_mass
 from simulator.kernel.steps.dense_output import interpolate
 from simulator.kernel.steps.linear_step import make_is_linear
+from simulator.kernel.working_row import choose, lanes_in
 
 Row = NDArray[np.float64]
 FRESH_SHARE = 0.2
@@ -64,19 +66,23 @@ def make_damping_rate(composition: Composition) -> Function:
     sampled = composition.on("sampled_control") and not composition.on("continuous_foot_speed")
     has_quadratic, quadratic = composition.has("quadratic_drag_kg_m"), composition.slot("quadratic_drag_kg_m")
     has_linear, drag_kg_s = composition.has("linear_drag_kg_s"), composition.slot("linear_drag_kg_s")
+    product, follows = active and sampled and not linear, active and not sampled
     moved_mass_kg = make_moved_mass(composition)
 
     @inner
     def of_leg(work: Row, mode: float) -> float:
-        if work[SATURATED] != 0.0 or (held and mode != FLIGHT and work[ASLEEP] == 0):
-            return 0.0
-        damping = work[DAMPING] if damped else 0.0
-        if active and sampled and not linear:
-            damping += work[ACTIVE_DAMPING] * work[SAMPLED_SPEED]
-        elif active and not sampled and work[NOW + V_FOOT] < 0.0:
-            sinking = -work[NOW + V_FOOT]
-            damping += work[ACTIVE_DAMPING] * (1.0 if linear else sinking + abs(work[NOW + V_BODY] + sinking))
-        return damping
+        damping = 0.0 * work[STIFFNESS]
+        if held and mode != FLIGHT and work[ASLEEP] == 0:
+            return damping
+        if damped:
+            damping = damping + work[DAMPING]
+        if product:
+            damping = damping + work[ACTIVE_DAMPING] * work[SAMPLED_SPEED]
+        elif follows:
+            sinking = max(-work[NOW + V_FOOT], 0.0)
+            at_once = 1.0 if linear else sinking + abs(work[NOW + V_BODY] + sinking)
+            damping = damping + choose(sinking > 0.0, work[ACTIVE_DAMPING] * at_once, 0.0)
+        return choose(work[SATURATED] == 0.0, damping, 0.0)
 
     @inner
     def damping_rate(work: Row, mode: float) -> float:
@@ -169,31 +175,34 @@ def turn(h: float, before: float, foot: float, rounds: int, work: Row) -> None:
 
     It is that of the body, or of the leg's length where the foot's speed counts too: `foot` is 0 or 1.
     """
-    low, high = 0.0, 1.0
+    low, high = 0.0 * h, 0.0 * h + 1.0
     for _ in range(rounds):
         share = 0.5 * (low + high)
         interpolate(h, share, work, BETWEEN)
-        if before * (work[BETWEEN + V_BODY] - foot * work[BETWEEN + V_FOOT]) > 0.0:
-            low = share
-        else:
-            high = share
+        earlier = before * (work[BETWEEN + V_BODY] - foot * work[BETWEEN + V_FOOT]) > 0.0
+        low, high = choose(earlier, share, low), choose(earlier, high, share)
 
 
 @inner
-def note_extremes(h: float, work: Row) -> None:
+def note_extremes(h: float, which: bool, work: Row) -> None:
     """Keep the lowest body, the shortest and the longest leg; inside a step they are where a speed changes its sign.
 
-    The body is lowest where it turns, or as the jump begins or ends.
+    The body is lowest where it turns, or as the jump begins or ends. In lanes `which` says whose step is taken.
     """
     length_m = work[TRIAL + X_BODY] - work[TRIAL + X_FOOT]
-    work[SHORTEST], work[LONGEST] = min(work[SHORTEST], length_m), max(work[LONGEST], length_m)
-    falling = work[NOW + V_BODY]
-    if falling < 0.0 and work[TRIAL + V_BODY] >= 0.0:
-        turn(h, falling, 0.0, BODY_TURNS, work)
-        work[LOWEST] = min(work[LOWEST], work[BETWEEN + X_BODY])
-    before = work[NOW + V_BODY] - work[NOW + V_FOOT]
-    after = work[TRIAL + V_BODY] - work[TRIAL + V_FOOT]
-    if before * after < 0.0:
+    shortest, longest = min(work[SHORTEST], length_m), max(work[LONGEST], length_m)
+    before, after = work[NOW + V_BODY], work[TRIAL + V_BODY]
+    turns = which & (before < 0.0) & (after >= 0.0)
+    if lanes_in(turns) != 0:
+        turn(h, before, 0.0, BODY_TURNS, work)
+        work[LOWEST] = choose(turns, min(work[LOWEST], work[BETWEEN + X_BODY]), work[LOWEST])
+    before, after = before - work[NOW + V_FOOT], after - work[TRIAL + V_FOOT]
+    turns = which & (before * after < 0.0)
+    if lanes_in(turns) != 0:
         turn(h, before, 1.0, LEG_TURNS, work)
         length_m = work[BETWEEN + X_BODY] - work[BETWEEN + X_FOOT]
-        work[SHORTEST], work[LONGEST] = min(work[SHORTEST], length_m), max(work[LONGEST], length_m)
+        shortest, longest = (
+            choose(turns, min(shortest, length_m), shortest),
+            choose(turns, max(longest, length_m), longest),
+        )
+    work[SHORTEST], work[LONGEST] = choose(which, shortest, work[SHORTEST]), choose(which, longest, work[LONGEST])

@@ -208,7 +208,7 @@ def make_stride(composition: Composition, wants_switch: Function) -> Function:
                     after_s, to_end, h = tick_s, False, tick_s - t
         if guard >= 0:
             after_s, to_end = t + h, False
-        note_extremes(h, work)
+        note_extremes(h, True, work)
         work[TIME], work[STRIDE], work[FRESH] = after_s, h, 0
         if seen or to_end or h <= SHORTEST_S:
             work[STALE] = 1
