@@ -113,16 +113,22 @@ def note_peak(guard: int, peak: float, work: Row) -> None:
         work[MARGIN], work[MARGIN_TICK] = NEAR_PEAK * peak / near, -1.0
 
 
+@inlined
+def may_peak(earlier: float, before: float, after: float, near: float) -> bool:
+    """Whether a parabola through three values, none positive, comes so near to zero that a guard may rise over it, or
+    has its peak as near.
+    """
+    rise, bend = after - earlier, 2.0 * before - earlier - after
+    high = before + PARABOLA * bend + near
+    over = (rise * rise + 8.0 * bend * high > 0.0) & (abs(rise) < 2.0 * bend)
+    return over & (earlier <= 0.0) & (before <= 0.0) & (after <= 0.0)
+
+
 @inner
 def peaks(guard: int, work: Row) -> bool:
-    """Whether a parabola through the guard's values at the last three nodes, none positive, comes so near to zero that
-    the guard may rise over it, or has its peak near it.
-    """
+    """Whether a guard may rise over zero between the last three nodes, or have its peak near it."""
     earlier, before, after = work[GUARDS_EARLIER + guard], work[GUARDS_BEFORE + guard], work[GUARDS_AFTER + guard]
-    rise, bend = after - earlier, 2.0 * before - earlier - after
-    high = before + PARABOLA * bend + work[NEAR + guard]
-    over = rise * rise + 8.0 * bend * high > 0.0 and abs(rise) < 2.0 * bend
-    return over and earlier <= 0.0 and before <= 0.0 and after <= 0.0
+    return may_peak(earlier, before, after, work[NEAR + guard])
 
 
 def make_rises_to_peak(value: Function, refine: Function) -> Function:

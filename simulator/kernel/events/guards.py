@@ -40,6 +40,7 @@ from simulator.kernel.layout import (
 from simulator.kernel.mechanics.body import make_drive
 from simulator.kernel.mechanics.leg import make_lever
 from simulator.kernel.mechanics.margins import make_forces
+from simulator.kernel.working_row import choose
 
 Row = NDArray[np.float64]
 HARD_GROUND_INSETS_M = (1e-3, 1e-4)
@@ -71,8 +72,7 @@ def make_reach_guards(composition: Composition) -> Function:
 @inlined
 def beyond_cap(sign: float, force_n: float, most_n: float) -> float:
     """How far the force is beyond its cap (where `sign` is 0), or back from it, N."""
-    beyond_n = abs(force_n) - most_n if sign == 0.0 else most_n - sign * force_n
-    return beyond_n - KINK * most_n
+    return choose(sign == 0.0, abs(force_n) - most_n, most_n - sign * force_n) - KINK * most_n
 
 
 def make_cost_guards(composition: Composition) -> Function:

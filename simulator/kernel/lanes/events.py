@@ -7,8 +7,8 @@ from typing import Any
 from simulator.compiled import inlined, inner
 from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
-from simulator.kernel.events.first_event import PARABOLA
-from simulator.kernel.events.guards import KINK
+from simulator.kernel.events.first_event import may_peak
+from simulator.kernel.events.guards import beyond_cap
 from simulator.kernel.layout import (
     BEYOND,
     CLEAR,
@@ -16,7 +16,6 @@ from simulator.kernel.layout import (
     DEEPEST,
     FLIGHT,
     FOLDS,
-    FRESH,
     HALF,
     INTRUDING,
     KEPT,
@@ -33,7 +32,7 @@ from simulator.kernel.layout import (
 )
 from simulator.kernel.mechanics.margins import make_forces
 from simulator.kernel.steps.dense_output import make_fit_quintics, make_interpolate
-from simulator.kernel.steps.step_limits import FRESH_SHARE, INTRUDING_SHARE, SMOOTH_SHARE
+from simulator.kernel.steps.step_limits import step_share
 from simulator.kernel.working_row import choose, lanes_in
 
 Lanes = Any
@@ -84,9 +83,7 @@ def make_guards(composition: Composition, mode: int) -> Function:
         work[place + 5] = -1.0
         if capped:
             commanded_n, _, most_n = forces(work, row)
-            sign = work[SATURATED]
-            beyond_n = choose(sign == 0.0, abs(commanded_n) - most_n, most_n - sign * commanded_n)
-            work[place + 5] = beyond_n - KINK * most_n
+            work[place + 5] = beyond_cap(work[SATURATED], commanded_n, most_n)
 
     return guards
 
@@ -108,20 +105,15 @@ def peaks(earlier: int, before: int, after: int, near: int, work: Row) -> Lanes:
     """
     found = work[before] < work[before]
     for guard in range(GUARDS):
-        g0, g1, g2 = work[earlier + guard], work[before + guard], work[after + guard]
-        rise, bend = g2 - g0, 2.0 * g1 - g0 - g2
-        high = g1 + PARABOLA * bend
-        if guard < near:
-            high += work[NEAR + FOLDS]
-        over = (rise * rise + 8.0 * bend * high > 0.0) & (abs(rise) < 2.0 * bend)
-        found |= over & (g0 <= 0.0) & (g1 <= 0.0) & (g2 <= 0.0)
+        distance = work[NEAR + FOLDS] if guard < near else 0.0
+        found |= may_peak(work[earlier + guard], work[before + guard], work[after + guard], distance)
     return found
 
 
 def make_events(composition: Composition, mode: int, guards: Function, *, exact: bool) -> Function:
     """Compose `(h, omega, considered, work)`: whether something may happen in the step, in considered lanes."""
     fit, interpolate = make_fit_quintics(composition), make_interpolate(composition)
-    share, near = (INTRUDING_SHARE, 2) if mode == INTRUDING else (SMOOTH_SHARE, 3)
+    near = 2 if mode == INTRUDING else 3
 
     @inlined
     def place(h: Lanes, share: float, work: Row, row: int) -> None:
@@ -131,7 +123,7 @@ def make_events(composition: Composition, mode: int, guards: Function, *, exact:
     @inner
     def events(h: Lanes, omega: Lanes, considered: Lanes, work: Row) -> Lanes:
         fit(h, work)
-        longest = choose(work[FRESH] == 1.0, FRESH_SHARE, share)
+        longest = step_share(work, mode)
         four, two = h * omega > 0.5 * longest, h * omega > 0.25 * longest
         if exact:
             four = two = considered

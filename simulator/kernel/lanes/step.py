@@ -18,7 +18,6 @@ from simulator.kernel.lanes.events import AT_START, FREE, PROMPT, make_events, m
 from simulator.kernel.lanes.numbers import numbers_of, width_of
 from simulator.kernel.layout import (
     ACTIVE_DAMPING,
-    ALLOWED,
     CAPPED,
     DEPTH,
     ERROR,
@@ -42,9 +41,7 @@ from simulator.kernel.layout import (
     TIME,
     TOLERANCE,
     TRIAL,
-    V_BODY,
     V_FOOT,
-    X_BODY,
     X_FOOT,
     places,
 )
@@ -54,13 +51,7 @@ from simulator.kernel.steps.attempt import LARGEST, make_frequency, make_motion_
 from simulator.kernel.steps.linear_step import make_linear_step
 from simulator.kernel.steps.runge_kutta import make_runge_kutta
 from simulator.kernel.steps.step_limits import (
-    FRESH_SHARE,
-    INTRUDING_SHARE,
-    LONGEST_QUIET_STEP_S,
-    QUIET_SHARE,
-    SMOOTH_SHARE,
-    STABLE_SHARE,
-    make_damping_rate,
+    make_longest_step,
     note_extremes,
 )
 from simulator.kernel.steps.stride import MANY_STEPS, SHORTEST_S, STRETCH
@@ -116,27 +107,6 @@ def next_steps(h: Lanes, error: Lanes, which: Lanes, work: Row) -> Lanes:
     return h * factor
 
 
-def make_longest_step(composition: Composition, mode: int, *, exact: bool) -> Function:
-    """Compose `(omega, work)`: the longest step to try, s, as the scalar kernel has it."""
-    rest, damping_rate = composition.position["rest_length"], make_damping_rate(composition)
-    share, flying = INTRUDING_SHARE if mode == INTRUDING else SMOOTH_SHARE, mode == FLIGHT
-
-    @inlined
-    def longest_step(omega: Lanes, work: Row) -> Lanes:
-        longest_s = min(work[STEP], choose(work[FRESH] == 1.0, FRESH_SHARE, share) / omega)
-        if not exact:
-            rate = damping_rate(work, mode)
-            longest_s = choose(rate * longest_s > STABLE_SHARE, STABLE_SHARE / rate, longest_s)
-        if flying:
-            stretch_m = work[NOW + X_BODY] - work[NOW + X_FOOT] - work[rest]
-            ringing_m = abs(stretch_m) + abs(work[NOW + V_BODY] - work[NOW + V_FOOT]) / omega
-            quiet = ringing_m < QUIET_SHARE * work[ALLOWED] * work[rest]
-            longest_s = choose(quiet, min(work[STEP], LONGEST_QUIET_STEP_S), longest_s)
-        return longest_s
-
-    return longest_step
-
-
 def make_step(composition: Composition, mode: int) -> Function:
     """Compose `(occupied, work)`: a step of every occupied lane, a number that is 1 where it is.
 
@@ -150,7 +120,7 @@ def make_step(composition: Composition, mode: int) -> Function:
     guards = make_guards(composition, mode)
     events, longest_step = (
         make_events(composition, mode, guards, exact=exact),
-        make_longest_step(composition, mode, exact=exact),
+        make_longest_step(composition),
     )
     wants_switch = make_wants_switch(composition)
     tick, ticks_within = make_tick(composition, wants_switch), make_ticks_within(composition, wants_switch)
@@ -174,7 +144,7 @@ def make_step(composition: Composition, mode: int) -> Function:
         if intruding:
             sinking = -work[NOW + V_FOOT]
             leaves |= active & (sinking > 0.0) & (max(work[K1 + V_FOOT], sinking * omega) * SHORTEST_S > sinking)
-        h, end_s = longest_step(omega, work), 0.0 * t + last_s
+        h, end_s = longest_step(work, mode, omega, exact), 0.0 * t + last_s
         if intruding and active_damping:
             end_s = choose(work[ACTIVE_DAMPING] > 0.0, min(end_s, work[TICK] / work[rate]), end_s)
         to_end = t + h * STRETCH >= end_s

@@ -40,7 +40,6 @@ from simulator.kernel.layout import (
 )
 from simulator.kernel.mechanics.moved_mass import make_moved_mass
 from simulator.kernel.steps.dense_output import interpolate
-from simulator.kernel.steps.linear_step import make_is_linear
 from simulator.kernel.working_row import choose, lanes_in
 
 Row = NDArray[np.float64]
@@ -59,7 +58,7 @@ LEG_TURNS, BODY_TURNS = 30, 20
 
 
 def make_damping_rate(composition: Composition) -> Function:
-    """Fastest rate at which dampers change the foot's speed, 1/s: `(work, mode)`; 0 where the foot rests."""
+    """Fastest rate at which dampers change the foot's speed, 1/s: `(work, mode)`, in flight and intruding."""
     foot = composition.position["foot_mass"]
     damped, held = composition.has("compression_damping_kg_s"), composition.on("held_force")
     active, linear = composition.has("active_damping_kg_m"), composition.on("linear_active_damping")
@@ -86,8 +85,6 @@ def make_damping_rate(composition: Composition) -> Function:
 
     @inner
     def damping_rate(work: Row, mode: float) -> float:
-        if mode != FLIGHT and mode != INTRUDING:
-            return 0.0
         damping, moved_kg = of_leg(work, mode), work[foot]
         if mode == INTRUDING:
             depth_m = -work[NOW + X_FOOT]
@@ -102,28 +99,28 @@ def make_damping_rate(composition: Composition) -> Function:
 
 
 def make_longest_step(composition: Composition) -> Function:
-    """Longest step in a mode whose fastest frequency is `omega` (rad/s), s: `(work, mode, omega)`.
+    """Longest step in a mode whose fastest frequency is `omega` (rad/s), s: `(work, mode, omega, exact)`.
 
     In flight a leg that has stopped ringing, to what an event is allowed, limits nothing. Where dampers are stiffer
-    than the motion is fast, steps stay within what is stable: a control that finds this limit by errors, step after
-    step, lets every step err by all that is allowed.
+    than the motion is fast, steps stay within what is stable, unless they are exact: a control that finds this limit by
+    errors, step after step, lets every step err by all that is allowed.
     """
-    rest, damping_rate, is_linear = (
-        composition.position["rest_length"],
-        make_damping_rate(composition),
-        make_is_linear(composition),
-    )
+    rest, damping_rate = composition.position["rest_length"], make_damping_rate(composition)
 
     @inner
-    def longest_step(work: Row, mode: float, omega: float) -> float:
+    def longest_step(work: Row, mode: float, omega: float, exact: bool) -> float:
+        longest_s = min(work[STEP], step_share(work, mode) / omega)
+        if not exact and mode in (FLIGHT, INTRUDING):
+            rate = damping_rate(work, mode)
+            stiff = rate * longest_s > STABLE_SHARE
+            if lanes_in(stiff) != 0:
+                longest_s = choose(stiff, STABLE_SHARE / rate, longest_s)
         if mode == FLIGHT:
             stretch_m = work[NOW + X_BODY] - work[NOW + X_FOOT] - work[rest]
             ringing_m = abs(stretch_m) + abs(work[NOW + V_BODY] - work[NOW + V_FOOT]) / omega
-            if ringing_m < QUIET_SHARE * work[ALLOWED] * work[rest]:
-                return min(work[STEP], LONGEST_QUIET_STEP_S)
-        longest_s = min(work[STEP], step_share(work, mode) / omega)
-        rate = 0.0 if is_linear(mode, work, work[SATURATED] != 0.0) else damping_rate(work, mode)
-        return STABLE_SHARE / rate if rate * longest_s > STABLE_SHARE else longest_s
+            quiet = ringing_m < QUIET_SHARE * work[ALLOWED] * work[rest]
+            longest_s = choose(quiet, min(work[STEP], LONGEST_QUIET_STEP_S), longest_s)
+        return longest_s
 
     return longest_step
 
@@ -141,9 +138,7 @@ def nodes_within(work: Row, mode: float, h: float, omega: float, exact: bool) ->
 @inner
 def step_share(work: Row, mode: float) -> float:
     """Longest step of a mode in units of its time scale."""
-    if work[FRESH] == 1:
-        return FRESH_SHARE
-    return INTRUDING_SHARE if mode == INTRUDING else SMOOTH_SHARE
+    return choose(work[FRESH] == 1.0, FRESH_SHARE, INTRUDING_SHARE if mode == INTRUDING else SMOOTH_SHARE)
 
 
 def make_deciding_tick(composition: Composition, wants_switch: Function) -> Function:

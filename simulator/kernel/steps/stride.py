@@ -27,6 +27,7 @@ from simulator.kernel.layout import (
     K7,
     MODE,
     NOW,
+    SATURATED,
     STALE,
     STEP,
     STEPS,
@@ -44,6 +45,7 @@ from simulator.kernel.limits import FINEST_TOLERANCE, FIXED_STEP_S, FLIP_TICK, L
 from simulator.kernel.mechanics.motion import make_rates
 from simulator.kernel.steps.attempt import make_attempt, make_error_norm, make_frequency, make_sample_nodes, next_step
 from simulator.kernel.steps.dense_output import make_interpolate
+from simulator.kernel.steps.linear_step import make_is_linear
 from simulator.kernel.steps.step_limits import make_deciding_tick, make_longest_step, nodes_within, note_extremes
 
 Row = NDArray[np.float64]
@@ -159,6 +161,7 @@ def make_stride(composition: Composition, wants_switch: Function) -> Function:
     )
     stay, cut = make_stay(composition), make_cut(composition, wants_switch, attempt)
     timer, longest_step = make_timer(composition), make_longest_step(composition)
+    is_linear = make_is_linear(composition)
     last_end, accurate = make_last_end(composition), make_accurate(composition)
 
     @inner
@@ -180,7 +183,8 @@ def make_stride(composition: Composition, wants_switch: Function) -> Function:
             sink(omega, work)
             return event
         fixed_s = limits[FIXED_STEP_S]
-        h = fixed_s if fixed_s > 0.0 else longest_step(work, mode, omega)
+        linear = is_linear(mode, work, work[SATURATED] != 0.0)
+        h = fixed_s if fixed_s > 0.0 else longest_step(work, mode, omega, linear)
         end_s = last_end(mode, timed_s, work)
         to_end = t + h * STRETCH >= end_s
         if to_end:
