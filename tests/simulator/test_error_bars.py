@@ -143,6 +143,25 @@ def test_a_conjunction_that_holds_for_no_time_is_told(accuracy: float) -> None:
         assert wanted == ("touchdown" if share < 1.0 else "no_liftoff")
 
 
+HOLDS_AT_TOUCHDOWN_S = 0.21539993802082688
+"""Time that the pawl takes to fall, at which the platform yields from the second touchdown on, at 1e-12."""
+
+
+@pytest.mark.parametrize("later_s", [-1e-9, -1e-11, 0.0, 1e-11])
+def test_a_touchdown_as_the_platform_begins_to_yield_is_told(later_s: float) -> None:
+    """A moment before it the foot stops at once, and its energy is lost."""
+    scene = load_scene("emulator").changed(
+        {"k_extension": 579.36, "engage_time": HOLDS_AT_TOUCHDOWN_S + later_s}, jumps=3
+    )
+    truth = simulate(scene, 1e-13).jumps
+    assert close_decision(simulate(scene, 1e-6).jumps[1])
+    assert not close_decision(simulate(scene, 1e-6).jumps[0])
+    for accuracy in (1e-4, 1e-6, 1e-9):
+        for jump, wanted in zip(simulate_with_errors(scene, accuracy).jumps, truth, strict=True):
+            assert jump.ill_conditioned or relative_error(jump.cost_J, wanted.cost_J) < accuracy
+            assert jump.ill_conditioned or relative_error(jump.apex_height_m, wanted.apex_height_m) < accuracy
+
+
 def test_two_runs_that_take_the_same_steps_are_known_to_what_rounding_grows_to() -> None:
     """Sampled damping of set 1 multiplies rounding by 1e11; both simulations are repeated to the same finest steps."""
     jump = simulate_with_errors(load_scene("sim1"), 1e-6).jump

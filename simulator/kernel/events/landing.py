@@ -9,18 +9,22 @@ from simulator.compiled import inner
 from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
 from simulator.kernel.control.decisions import make_hold
+from simulator.kernel.events.foot_events import note_near
 from simulator.kernel.layout import (
     BOTTOMED,
     CARRIED,
     DEEPEST,
     EMULATOR,
+    EMULATOR_SINCE,
     ENGAGE,
     HOLD,
     IMPACT,
     INTRUDING,
     JAMMED,
+    LENGTH_UNIT,
     MODE,
     NOW,
+    OFFSET,
     RESET,
     SLIDES,
     TIME,
@@ -44,6 +48,7 @@ def make_meet_ground(composition: Composition) -> Function:
     grain, reset = composition.integrals.get("grain_energy", -1), composition.integrals.get("reset_work", -1)
 
     holds_force, hold = composition.on("held_force"), make_hold(composition)
+    engage = composition.position.get("engage_time", -1)
     slides, place, platform_kg = composition.platform >= 0, composition.platform, composition.slot("platform_mass_kg")
 
     @inner
@@ -57,7 +62,18 @@ def make_meet_ground(composition: Composition) -> Function:
         work[IMPACT] += lost_j
 
     @inner
+    def note_hold(work: Row) -> None:
+        """Note how near touchdown is to the instant from which the platform yields, but for the scene's start."""
+        since_s = work[TIME] - work[EMULATOR_SINCE]
+        if work[EMULATOR] == ENGAGE:
+            since_s -= work[engage]
+        if work[EMULATOR] == ENGAGE or (work[EMULATOR] == HOLD and work[EMULATOR_SINCE] + work[OFFSET] > 0.0):
+            note_near(since_s * work[NOW + V_FOOT], work[LENGTH_UNIT], work)
+
+    @inner
     def meet_ground(work: Row) -> None:
+        if emulated:
+            note_hold(work)
         gives = yields and (not emulated or (work[EMULATOR] == HOLD and work[DEEPEST] > -work[travel]))
         if slides and gives:
             share_speed(work)
