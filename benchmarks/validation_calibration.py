@@ -57,10 +57,10 @@ def measured(chance: np.random.Generator, n: int = 6, day_share: float = 0.0) ->
     return found
 
 
-def from_means(chance: np.random.Generator, day_share: float, resamples: int = 0) -> tuple[Calibration, float]:
+def from_means(chance: np.random.Generator, day_share: float) -> tuple[Calibration, float]:
     """Draw a campaign and fit the ground to it; beside it a number between 0 and 1 that picks a mean held out."""
     drawn = measured(chance, day_share=day_share)
-    found = calibrate([scene for _group, scene in conditions()], drawn, list(TRUE), resamples=resamples, level=LEVEL)
+    found = calibrate([scene for _group, scene in conditions()], drawn, list(TRUE), resamples=0, level=LEVEL)
     return found, float(chance.uniform())
 
 
@@ -79,12 +79,6 @@ def intervals(drawn: tuple[Calibration, float]) -> Mapping[str, tuple[float, flo
         },
         **{f"{one.outcome}, held out": (-1.0, one.within / one.of - picked) for one in found.held_out},
     }
-
-
-def of_bootstrap(drawn: tuple[Calibration, float]) -> Mapping[str, tuple[float, float] | Undefined]:
-    """Return the intervals of means drawn anew."""
-    found, _picked = drawn
-    return {f"{one.name}, bootstrap": one.bootstrap for one in found.parameters if one.bootstrap is not None}
 
 
 def truths() -> dict[str, float]:

@@ -23,14 +23,13 @@ from benchmarks import validation_bed as bed
 from benchmarks import validation_sheets as sheets
 from benchmarks.document import table_text
 from benchmarks.section import Table
-from benchmarks.validation_calibration import TRUE, from_means, of_bootstrap
+from benchmarks.validation_calibration import from_means
 from benchmarks.validation_calibration import intervals as calibration_intervals
 from benchmarks.validation_calibration import truths as calibration_truths
 from benchmarks.validation_emulator import emulator_book, from_charges, intervals, true_changes
 from data_schema.vocabulary import Undefined
 from labbook.actions.studies.force_plate import force_plate_of
 from labbook.analysis.outcomes.energy import joules_per_mah
-from labbook.analysis.prediction.calibrating import BOOTSTRAP
 from labbook.analysis.studies.force_plate import ForcePlateStudy, PlateRun, compare_joules
 from labbook.demo.studies.force_plate import (
     DAYS,
@@ -253,13 +252,6 @@ STUDIES = {
         calibration_intervals,
         calibration_truths,
         campaigns=200,
-    ),
-    "calibrate, bootstrap": ClosedLoop(
-        f"the same, means drawn {BOOTSTRAP} times anew",
-        lambda chance: from_means(chance, 0.0, BOOTSTRAP),
-        of_bootstrap,
-        {f"{name}, bootstrap": value for name, value in TRUE.items()},
-        campaigns=100,
     ),
 }
 
