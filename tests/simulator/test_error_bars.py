@@ -162,6 +162,28 @@ def test_a_touchdown_as_the_platform_begins_to_yield_is_told(later_s: float) -> 
             assert jump.ill_conditioned or relative_error(jump.apex_height_m, wanted.apex_height_m) < accuracy
 
 
+HELD_S = 0.5621346418888018
+"""Shortest hold that ends as the leg turns soft in the third flight, at 1e-13."""
+
+
+@pytest.mark.parametrize("later_s", [-1e-9, -1e-11, 0.0, 1e-11, 1e-9])
+def test_a_hold_that_ends_as_the_leg_turns_soft_is_told(later_s: float) -> None:
+    """A moment later the platform is not released, and the next jump starts from below."""
+    scene = load_scene("emulator").changed({"shortest_hold": HELD_S + later_s}, jumps=4)
+    truth = simulate(scene, 1e-13).jumps
+    assert [close_decision(jump) for jump in simulate(scene, 1e-6).jumps] == [False, False, True, False]
+    for accuracy in (1e-4, 1e-6, 1e-9):
+        for jump, wanted in zip(simulate_with_errors(scene, accuracy).jumps, truth, strict=True):
+            assert jump.ill_conditioned or relative_error(jump.cost_J, wanted.cost_J) < accuracy
+            assert jump.ill_conditioned or relative_error(jump.apex_height_m, wanted.apex_height_m) < accuracy
+
+
+@pytest.mark.parametrize("values", [{"shortest_hold": HELD_S + 1e-5}, {"release_tolerance": 0.005}])
+def test_a_release_that_hangs_on_nothing_is_not_flagged(values: dict[str, float]) -> None:
+    """The hold ends 10 us later than the leg turns soft, or long before it and the release at one length."""
+    assert not any(map(close_decision, simulate(load_scene("emulator").changed(values, jumps=4), 1e-6).jumps))
+
+
 def test_two_runs_that_take_the_same_steps_are_known_to_what_rounding_grows_to() -> None:
     """Sampled damping of set 1 multiplies rounding by 1e11; both simulations are repeated to the same finest steps."""
     jump = simulate_with_errors(load_scene("sim1"), 1e-6).jump

@@ -38,10 +38,12 @@ from simulator.kernel.layout import (
     CREEPING,
     EMULATOR,
     EMULATOR_SINCE,
+    EXTENSION,
     FALLS,
     FLIGHT,
     FOLDS,
     HOLD,
+    HOLD_SINCE,
     HOLD_TURNS,
     INTRUDING,
     JAMMED,
@@ -111,13 +113,30 @@ def make_note_conjunction(composition: Composition, conditions: Function) -> Fun
     return note_conjunction
 
 
+def make_note_release(composition: Composition) -> Function:
+    """Note how near to each other the shortest hold ends and the leg turns soft: `(work)`.
+
+    The platform is released only if the hold ends first.
+    """
+    if not composition.has("travel_m"):
+        return inner(lambda work: None)
+    conditions, shortest = make_conditions(composition), composition.position["shortest_hold"]
+
+    @inner
+    def note_release(work: Row) -> None:
+        held_m = (work[TIME] - work[HOLD_SINCE] - work[shortest]) * (work[NOW + V_BODY] - work[NOW + V_FOOT])
+        note_near(max(abs(held_m), abs(conditions(work, EXTENSION, NOW)[0])), work[LENGTH_UNIT], work)
+
+    return note_release
+
+
 def make_switches(composition: Composition, switch: Function, settle: Function) -> Function:
     """A condition of a controller without a clock has changed: `(work, condition)`; it may change its phase."""
     conditions = make_conditions(composition)
     rule, note_conditions = make_rule(composition), make_note_conditions(conditions)
     note_conjunction = make_note_conjunction(composition, conditions)
     note, held_still = make_note_saturation(composition), make_held_still(composition)
-    emulated = composition.has("travel_m")
+    emulated, note_release = composition.has("travel_m"), make_note_release(composition)
 
     @inner
     def switches(work: Row, condition: int) -> int:
@@ -131,6 +150,7 @@ def make_switches(composition: Composition, switch: Function, settle: Function) 
         note(work)
         if emulated and work[EMULATOR] == HOLD and work[PHASE] == COMPRESSION and work[RELEASED] == 0:
             work[RELEASE_MISSED] += 1
+            note_release(work)
         if work[MODE] in (JAMMED, CREEPING):
             settle(work)
         return NO_LIFTOFF if held_still(work) else GOES_ON
@@ -141,9 +161,11 @@ def make_switches(composition: Composition, switch: Function, settle: Function) 
 def make_releases(composition: Composition, settle: Function) -> Function:
     """The ratchet lets the platform go: `(work)`."""
     stop_foot, stop_platform = make_stop_foot(composition), make_stop_platform(composition)
+    note_release = make_note_release(composition)
 
     @inner
     def releases(work: Row) -> None:
+        note_release(work)
         work[EMULATOR], work[RELEASED] = RELEASE, 1
         work[EMULATOR_SINCE] = work[TIME]
         stop_platform(work)
