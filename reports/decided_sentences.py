@@ -140,7 +140,7 @@ def saving_text(treatment: str, value: float, size: str, where: str) -> str:
     """Say what a treatment saved or cost."""
     if value > 0:
         return f"{treatment} saved {size} of the energy of a jump{where}"
-    return f"{treatment} cost {size} more energy a jump{where}"
+    return f"{treatment} cost {size} more energy a jump{where}: a saving of {MINUS}{size}"
 
 
 def _outcome(quantity: Outcome) -> str:

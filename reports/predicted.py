@@ -186,7 +186,8 @@ class Predictions:
     """All predictions of a report, and what they rest on; `scene` is "" where nothing was predicted.
 
     `accuracy` is the relative error asked of the simulator, `unmapped` names factors whose levels change nothing in the
-    scene, `units` has the scene's unit of factors that are one of its parameters, by name. The last six count
+    scene, `unconverted` those whose numbers are a parameter of it as they stand, with its name and unit; `units` has
+    the scene's unit of factors that are one of its parameters, by name. Six count
     conditions: whose simulated jump hangs on a knife's edge and was simulated either way (`branched`), or only one way
     (`on_edge`), in which rounding grows beyond the accuracy (`grown`), in which the body gets under the grains
     (`under_surface`), whose energy book does not close within the accuracy (`open_book`), and whose jump comes to an
@@ -207,6 +208,7 @@ class Predictions:
     under_surface: int = 0
     open_book: int = 0
     ends_otherwise: int = 0
+    unconverted: tuple[tuple[str, str, str], ...] = ()
 
     def of(self, quantity: PredictedQuantity) -> tuple[Prediction, ...]:
         """Return the predictions of one quantity."""

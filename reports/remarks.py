@@ -97,6 +97,26 @@ def _size_text(level: Level) -> str:
     return with_unit(f"{level.label} {level_value(level)}", level.unit)
 
 
+def scene_sentences(content: ReportContent) -> list[str]:
+    """Say which factors change nothing in the scene, and whose numbers it takes as they stand."""
+    about, said = content.predictions, []
+    if about.unmapped:
+        said.append(
+            f"Not simulated: {list_text(about.unmapped)}, for which [simulation] of labbook.toml names no parameter. "
+            "Conditions that differ in nothing else have the same prediction, and savings between them are predicted "
+            "as 0."
+        )
+    return said + ([unconverted_text(about.unconverted)] if about.unconverted else [])
+
+
+def unconverted_text(factors: Sequence[tuple[str, str, str]]) -> str:
+    """Say which factors are parameters of the scene as they stand, and what converts them."""
+    named = list_text([f"{factor} as {parameter} in {unit}" for factor, parameter, unit in factors])
+    return (
+        f"Simulated as it stands: {named}. Gains of a controller need [gains.{factors[0][0]}] (docs/your-own-data.md)."
+    )
+
+
 def prediction_sentences(content: ReportContent) -> tuple[str, ...]:
     """Say what predictions rest on and what their errors are; nothing where nothing was predicted."""
     if not content.predictions.items:

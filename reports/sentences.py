@@ -75,7 +75,7 @@ def savings_claim(content: ReportContent, comparison: Comparison) -> Claim:
     elif savings.value > 0:
         lead = f"{treatment} saved {size} of the energy of a jump{against}{where}"
     else:
-        lead = f"{treatment} cost {size} more energy a jump{against}{where}"
+        lead = f"{treatment} cost {size} more energy a jump{against}{where}: a saving of {MINUS}{size}"
     return Claim(f"{lead} ({evidence}){exploratory_text(comparison.exploratory)}.", _ids(comparison))
 
 

@@ -185,7 +185,8 @@ def compare(
     Hypotheses of labbook.toml come first: whether each holds, fails or cannot be told (docs/hypotheses.md). With
     --shares, Sobol's indices say which assumed input a prediction's error comes from.
 
-    The exit code is 1 where a hypothesis fails; with --check also where a prediction is not met.
+    The exit code is 1 where a hypothesis fails; with --check also where a prediction is not
+    met, or none can be compared.
 
     Every factor of the study is an option: --foot small is short for --where "foot=small".
 

@@ -167,3 +167,41 @@ def test_the_page_s_commands_work(book: Path, tmp_path: Path) -> None:
     assert "published (thesis)" in labbook(*compare, at=book).out
     (own,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
     assert tomllib.loads(own)["factors"]["b_ad_gain"]["control"] == 0
+
+
+def test_numbers_that_a_scene_takes_as_they_stand_are_said(small: SmallBook) -> None:
+    scene = 'scene = "bed"\nfactors = { foot = "foot_radius", b_ad_gain = "b_ad" }\n'
+    configure(small.folder, f"[simulation]\n{scene}")
+    without(small.folder, r"\[gains.b_ad_gain\].*?\n\n", "")
+    says(good(labbook("study", "bed", at=small.folder)).out, "b_ad_gain as b_ad in kg/m", "[gains.b_ad_gain]")
+    told = labbook("compare", at=small.folder).out
+    says(told, "b_ad_gain as b_ad in kg/m", "[gains.b_ad_gain]")
+    says(told, "Not simulated")
+
+
+def test_gains_taken_for_stiffness_are_named_where_the_robot_does_not_jump(small: SmallBook) -> None:
+    configure(small.folder, '[simulation]\nscene = "bed"\nfactors = { k_gain = "k_extension" }\n')
+    without(small.folder, r"\[gains.k_gain\].*?\n\n", "")
+    refused(labbook("calibrate", at=small.folder), 2, "robot jumps", "k_gain as k_extension in N/m", "[gains.k_gain]")
+    assert labbook("compare", "--check", at=small.folder).code == 1  # nothing can be compared
+    assert labbook("compare", at=small.folder).code == 0
+
+
+def test_means_have_the_error_of_the_drain_line_and_feet_without_a_common_day_no_test_by_days(book: Path) -> None:
+    told = good(labbook("study", "bed", at=book)).out
+    assert "joules ± SE (J)" in told
+    assert told.count("no test by days") == 4
+    small_means = re.findall(r"CE +\d+ +[\d.]+ ± ([\d.]+)", told)
+    joules = [one["measured"]["joules"] for one in study(book)["conditions"] if one["control"]]
+    for shown, number in zip(small_means, joules, strict=True):
+        assert float(shown) > number["se"]
+        half = 0.5 * (number["ci_high"] - number["ci_low"])
+        assert 1.9 < half / float(shown) < 13.0
+
+
+def test_jumps_without_logs_lack_apexes_with_the_reason(small: SmallBook) -> None:
+    for path in sorted((small.instruments / "logs").glob("*.csv")):
+        good(labbook("files", "withdraw", path.name, "--why", "no log", at=small.folder))
+    told = good(labbook("study", "bed", at=small.folder)).out
+    says(told, "There are no apex heights of these runs", "runs")
+    assert "Limitations" not in told

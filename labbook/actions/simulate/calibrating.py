@@ -6,17 +6,23 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from data_schema import journal
-from data_schema.errors import UsageError
+from data_schema.errors import InputRefused, UsageError
 from data_schema.queries.facts import read_fact
 from labbook.analysis.comparison.pairing import swept_factor
 from labbook.analysis.outcomes.conditions import conditions_by_outcome
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.prediction.calibrating import FITTED, Calibration, calibrate, measured_means
-from labbook.analysis.prediction.condition_scenes import ROBOT_PARAMETERS, condition_scene, study_scene
+from labbook.analysis.prediction.condition_scenes import (
+    ROBOT_PARAMETERS,
+    condition_scene,
+    study_scene,
+    unconverted_factors,
+)
 from labbook.analysis.prediction.predicting import ALWAYS
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import gather
 from labbook.book.opening import Book
+from reports.remarks import unconverted_text
 from reports.wording import list_text
 from simulator.scene import Scene, Value
 
@@ -77,7 +83,12 @@ def calibrate_book(
             f"the scene {start.name} reads neither {' nor '.join(FITTED)}: name what to fit with --fit, such as what "
             f"it assumes ({list_text(start.assumed) or 'nothing'})."
         )
-    found = calibrate(scenes, measured, wanted, resamples=resamples, seed=seed, level=level, progress=step)
+    try:
+        found = calibrate(scenes, measured, wanted, resamples=resamples, seed=seed, level=level, progress=step)
+    except InputRefused as error:
+        if unconverted := unconverted_factors(configuration, evidence.factors):
+            raise InputRefused(f"{error} {unconverted_text(unconverted)}") from error
+        raise
     cited = (
         f"fitted to {configuration.study.name}: {len(measured)} means of {len(runs)} conditions, configuration "
         f"{configuration.sha256[:12]}, journal of {entries} entries to {head[:12]}; that these runs agree with it is "

@@ -22,7 +22,7 @@ from reports.display import DASH
 from reports.judged import verdict_text
 from reports.numbers import Value
 from reports.predicted import Hypothesis, PredictedQuantity, Verdict
-from reports.remarks import numerical_text
+from reports.remarks import numerical_text, scene_sentences
 from reports.tables.hypotheses import verdict_sentence
 from reports.tables.predictions import LEGEND, PREDICTED, level_text_of, title_text
 from reports.tables.registry import TABLES
@@ -63,8 +63,9 @@ class ComparedPredictions:
 
     @property
     def met(self) -> bool:
-        """Whether no hypothesis fails and no prediction that can be told misses."""
-        return not self.fails and all(item.agrees is not False for item in self.content.predictions.items)
+        """Whether no hypothesis fails, and of the predictions that can be told there are some and none misses."""
+        told = [item.agrees for item in self.content.predictions.items if item.agrees is not None]
+        return not self.fails and bool(told) and all(told)
 
 
 def compare_predictions(
@@ -107,7 +108,8 @@ def compare_predictions(
 def as_lines(compared: ComparedPredictions) -> list[str]:
     """Return the tables for people, under their captions, and above them what is not simulated."""
     lines = [f"{verdict_sentence(compared.content, one)}." for one in compared.content.hypotheses]
-    lines += ["", *_not_simulated(compared.content)] if lines else _not_simulated(compared.content)
+    lines += [""] if lines else []
+    lines += [line for said in scene_sentences(compared.content) for line in (said, "")]
     for name, title in _TABLES.items():
         table = TABLES[name].make(compared.content)
         if table.rows:
@@ -159,17 +161,6 @@ def _range_text(values: Sequence[Value]) -> str:
     if len(known) < len(values) or not known:
         return DASH
     return f"{median(known):.0f} ({min(known):.0f} to {max(known):.0f})"
-
-
-def _not_simulated(content: ReportContent) -> list[str]:
-    if not content.predictions.unmapped:
-        return []
-    factors = list_text(content.predictions.unmapped)
-    return [
-        f"Not simulated: {factors}, for which [simulation] of labbook.toml names no parameter. "
-        "Conditions that differ in nothing else have the same prediction, and savings between them are predicted as 0.",
-        "",
-    ]
 
 
 def as_data(compared: ComparedPredictions) -> dict[str, Any]:

@@ -42,9 +42,10 @@ def bed_study_of(
         ).content
         if not any(one.quantity is Outcome.JOULES and one.opens for one in content.comparisons):
             why = list_text([f"{n} runs: {reason}" for reason, n in content.flow.runs_without[Outcome.JOULES].items()])
+            todo = f"{why}; `labbook today` says more." if why else "run both, or select both by --where."
             raise InputRefused(
                 f"no group of the runs ({where or 'all'}) has joules of the control and of another {damping}, which the"
-                f" study compares{f' ({why})' if why else ''}: run both, and ingest the charger's sheet."
+                f" study compares: {todo}"
             )
         has_flasks = bool(readings_in_force(connection, [SHEETS["compaction"][0]]))
         sources = book_sources(connection, configuration, where or "all")

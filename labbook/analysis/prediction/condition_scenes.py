@@ -88,6 +88,19 @@ def level_parameters(
     return found
 
 
+def unconverted_factors(configuration: Configuration, rows: tuple[FactorRow, ...]) -> tuple[tuple[str, str, str], ...]:
+    """Return the factors whose numbers [simulation] takes as they stand, with the parameter they are and its unit."""
+    from simulator.declared import all_parameters
+
+    named = {} if configuration.simulation is None else configuration.simulation.factors
+    return tuple(
+        (row.name, named[row.name], all_parameters()[named[row.name]].unit)
+        for row in rows
+        if row.name in named and row.name not in configuration.gains
+        if any(level.value is not None for level in row.levels)
+    )
+
+
 def _physical(gain: GainSettings | None, factor: str, level: LevelRow, parameter: str) -> float:
     """Return a level's physical value: a gain's by its formula, a number itself, else its only numeric attribute."""
     if level.value is not None:

@@ -10,6 +10,7 @@ from data_schema.outcomes import Outcome
 from data_schema.vocabulary import StudyKind, Undefined
 from labbook.analysis.prediction.bias import BiasOfGroup, LimitsResult
 from labbook.analysis.prediction.checking import Checked
+from labbook.analysis.prediction.condition_scenes import unconverted_factors
 from labbook.analysis.prediction.predicting import SIMULATED, PredictionResult
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.numbers import Shown
@@ -52,6 +53,7 @@ def predictions(analysis: StudyAnalysis, shown: Shown) -> Predictions:
             for row in analysis.evidence.factors
             if row.name in measured and row.name not in mapped
         ),
+        unconverted=unconverted_factors(analysis.evidence.configuration, analysis.evidence.factors),
         units={factor: all_parameters()[name].unit for factor, name in settings.factors.items()},
         items=items,
         judged=_judged(analysis, shown),

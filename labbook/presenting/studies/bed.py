@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from data_schema.outcomes import Outcome
@@ -27,8 +28,9 @@ from reports.display import (
 from reports.evidence import POOLED
 from reports.figures.by_damping import absent_quantity, coefficient_of, points_text
 from reports.naming import level_of, levels_name
-from reports.numbers import Number
+from reports.numbers import Number, Value
 from reports.predicted import PredictedQuantity, Prediction
+from reports.remarks import scene_sentences
 from reports.tables.headlines import groups
 from reports.tables.predictions import published_text
 from reports.wording import count_text, in_sentence, list_text, sentence_start
@@ -38,15 +40,15 @@ HEAD = (
     "group",
     "gain",
     "n",
-    "joules (J)",
+    "joules ± SE (J)",
     "saving (%)",
     "p",
     "p over runs",
     "thesis p",
-    "apex (mm)",
+    "apex ± SE (mm)",
     "its change (mm)",
 )
-_MEANS = ("joules (J)", "apex (mm)")
+_MEANS = ("joules ± SE (J)", "apex ± SE (mm)")
 OUTCOMES = (Outcome.JOULES, Outcome.APEX)
 _FEET = {"control": "bed.foot_ce", "treated": "bed.foot_ad"}
 """By side what is published of the difference between the feet."""
@@ -92,9 +94,15 @@ def sentences(study: BedStudy) -> list[str]:
     if together := told_together(content, Outcome.APEX):
         said.append(f"Apex height, {in_sentence(together)}")
     said.append(content.no_equivalence)
-    said += [absent_quantity(content, outcome) or "" for outcome in OUTCOMES]
+    said += [_absence(content, outcome) for outcome in OUTCOMES if absent_quantity(content, outcome) is not None]
+    said += scene_sentences(content)
     said += [] if study.compaction is None else compaction.sentences(study.compaction)[:1]
     return [*filter(None, said), *study.remarks]
+
+
+def _absence(content: ReportContent, outcome: Outcome) -> str:
+    why = list_text([f"{count_text(n, 'run')}: {reason}" for reason, n in content.flow.runs_without[outcome].items()])
+    return f"There are no {outcome.plural} of these runs{f' ({why})' if why else ''}."
 
 
 def figure_caption(study: BedStudy) -> str:
@@ -175,7 +183,8 @@ def beside(study: BedStudy) -> list[tuple[str, ...]]:
     rises = [one.lead.difference for one in content.comparisons if one.quantity is Outcome.APEX and not one.opens]
     known = {one.value: one for one in rises if isinstance(one.value, float)}
     if known:
-        found.append(("largest rise of the apex", _text(known[max(known)]), _rise(study), published["bed.apex_gain"]))
+        name, largest = f"largest rise of the apex, of {len(known)}", replace(known[max(known)], ci_low=None)
+        found.append((name, _text(largest), _rise(study), published["bed.apex_gain"]))
     return [tuple(cell or DASH for cell in row) for row in found]
 
 
@@ -194,15 +203,22 @@ def _text(number: Number | None, places: int | None = None, *, errors: bool = Fa
     shown, places = as_shown(number), places_of(number) if places is None else places
     text = value_text(shown.value, places)
     if errors:
-        return text if shown.se is None else f"{text} ± {value_text(shown.se, places)}"
+        return text if shown.se is None else f"{text} ± {value_text(_se(shown), places)}"
     text, ends = with_unit(text, shown.unit) if unit else text, interval_text(number, places, unit=False)
     return f"{text} ({ends})" if isinstance(shown.ci_low, float) else text
 
 
+def _se(number: Number) -> Value:
+    """Return the standard error of a mean, with what its runs have in common."""
+    parts = [part for part in (number.se, number.shared_se) if isinstance(part, float)]
+    return number.se if isinstance(number.se, Undefined) else math.hypot(*parts)
+
+
 def _tested(comparison: Comparison, number: Number | None, places: int | None = None) -> str:
     """Write what was compared, its p by shared days where there is one, and over runs, as the thesis tested."""
-    by_days = [p_text(comparison.lead.test.p)] if isinstance(comparison.lead.test.p, float) else []
-    return "; ".join([_text(number, places), *by_days, f"over runs {p_text(comparison.test.p)}"])
+    p = comparison.lead.test.p
+    by_days = p_text(p) if isinstance(p, float) else "no test by days"
+    return "; ".join([_text(number, places), by_days, f"over runs {p_text(comparison.test.p)}"])
 
 
 def _simulated_j(study: BedStudy, group: Mapping[str, str], side: str) -> float | None:
