@@ -26,6 +26,9 @@ from stats.results import Result, bounded_texts, missing_text, share_text, with_
 MINIMUM_POINTS = 250
 """Thesis 4.2.6: planes were fitted only to conditions with at least this many points."""
 
+_TOGETHER, _FEWEST_SAMPLES = 0.9, 20
+"""Correlation of displacement and integrated velocity, and samples, from which on the two are compared."""
+
 
 @dataclass(frozen=True, slots=True)
 class ForcePoints(Result):
@@ -129,6 +132,27 @@ def force_points(time_s: ArrayLike, displacement_m: ArrayLike, velocity_m_s: Arr
         velocity_m_s=0.5 * velocity[1:] + 0.5 * velocity[:-1],
         force_n=force,
     )
+
+
+def velocity_over_rate(time_s: Floats, displacement_m: Floats, velocity_m_s: Floats) -> float | None:
+    """Return how many times the velocity is the rate of change of the displacement, whatever its sign; of shape (n,).
+
+    The displacement is compared with the velocity's integral, each without its straight line over time: its differences
+    would be drowned by noise. Noise puts the ratio off by up to 1.2, three samples a period by up to 1.7. None where
+    the two do not go together (a leg at rest), or for fewer than 20 samples.
+    """
+    if time_s.size < _FEWEST_SAMPLES:
+        return None
+    centred_s = time_s - time_s.mean()
+    with np.errstate(all="ignore"):
+        travelled_m = np.zeros(time_s.size)
+        travelled_m[1:] = np.cumsum(0.5 * (velocity_m_s[1:] + velocity_m_s[:-1]) * np.diff(time_s))
+        ways_m = np.stack([displacement_m, travelled_m])
+        ways_m -= ways_m.mean(axis=1, keepdims=True)
+        ways_m -= (ways_m @ centred_s / (centred_s @ centred_s))[:, np.newaxis] * centred_s
+        moved, travelled = np.sqrt(np.sum(ways_m**2, axis=1)).tolist()
+        product = abs(float(ways_m[0] @ ways_m[1]))
+    return travelled / moved if product >= _TOGETHER * moved * travelled > 0.0 else None
 
 
 def fit_stiffness(

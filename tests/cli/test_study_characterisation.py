@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,8 +10,10 @@ import numpy as np
 import pytest
 
 from benchmarks.validation_document import STUDIES, covered, outside
+from data_schema.errors import InputRefused
 from labbook.analysis.studies.characterisation import Oscillation, characterisation
-from labbook.demo.studies.sheets import DAMPING, STIFFNESS, oscillations
+from labbook.demo.studies.sheets import DAMPING, STIFFNESS, oscillations, walks
+from stats.lines.stiffness import velocity_over_rate
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.study_pages import study_page
 
@@ -136,3 +139,62 @@ def test_positions_that_count_against_velocities_are_refused() -> None:
     drawn = [replace(one, displacement_m=-one.displacement_m) for one in oscillations(np.random.default_rng(6))]
     with pytest.raises(Exception, match="rise with the compression"):
         characterisation(drawn)
+
+
+def in_mm_s(at: Path, name: str, unit: str = "mm/s") -> None:
+    """Claim another unit for the velocity of a log."""
+    log = at / name
+    log.write_text(log.read_text(encoding="utf-8").replace("(m/s)", f"({unit})", 1), encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("unit", "said"), [("mm/s", "times smaller"), ("cm/s", "times smaller"), ("km/s", "times larger")]
+)
+def test_a_velocity_of_another_unit_is_refused(unit: str, said: str, tmp_path: Path) -> None:
+    """Least squares ended in a traceback, or took the log as it was."""
+    written(tmp_path, oscillations(np.random.default_rng(10)))
+    in_mm_s(tmp_path, "g200_1.5kg.csv", unit)
+    refused(labbook("study", "characterisation", "trials.csv", at=tmp_path), 2, "g200_1.5kg.csv", said, "unit")
+
+
+def test_a_log_of_another_unit_leaves_the_book_s_other_studies(tmp_path: Path) -> None:
+    good(labbook("init", "book", "--as", "Ada Nwosu", at=tmp_path))
+    book = tmp_path / "book"
+    with (book / "labbook.toml").open("a", encoding="utf-8") as configuration:
+        configuration.write('[profiles.study_log]\nfiles = "*kg.csv"\nformat = "study_log"\n')
+    written(book, oscillations(np.random.default_rng(10)))
+    in_mm_s(book, "g60_1kg.csv")
+    (book / "walks.csv").write_text(walks(np.random.default_rng(1)), encoding="utf-8")
+    good(labbook("ingest", *sorted(path.name for path in book.glob("*.csv")), at=book))
+    answer = labbook("study", "all", "--json", at=book)
+    assert answer.code == 2
+    assert "g60_1kg.csv" in answer.json["characterisation"]["refused"]
+    assert "refused" not in answer.json["field"]
+
+
+@pytest.mark.parametrize("kind", ["noise", "rest", "disorder", "heavy", "light"])
+def test_motions_of_no_spring_are_told_or_refused(kind: str) -> None:
+    """No error of linear algebra, and no warning, whatever the logs hold."""
+    chance, told = np.random.default_rng(11), []
+    for one in oscillations(chance)[:3]:
+        n = one.time_s.size
+        told.append(
+            {
+                "noise": replace(
+                    one, displacement_m=chance.normal(0.0, 1e-4, n), velocity_m_s=chance.normal(0.0, 5e-3, n)
+                ),
+                "rest": replace(one, displacement_m=np.full(n, 0.07), velocity_m_s=np.zeros(n)),
+                "disorder": replace(one, velocity_m_s=chance.permutation(one.velocity_m_s) / 1e3),
+                "heavy": replace(one, mass_kg=1e9),
+                "light": replace(one, mass_kg=1e-9),
+            }[kind]
+        )
+    with suppress(InputRefused):
+        characterisation(told)
+
+
+def test_noise_lost_packets_and_few_samples_are_no_other_unit() -> None:
+    for seed in range(5):
+        for one in oscillations(np.random.default_rng(seed), 3e-3, 0.15, dropped=0.2):
+            share = velocity_over_rate(one.time_s[::4], one.displacement_m[::4], one.velocity_m_s[::4])
+            assert share is None or 0.5 < share < 2.0

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,10 +13,19 @@ from numpy.typing import NDArray
 
 from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
+from data_schema.rounding import number_text
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import Undefined
 from stats.compare.summary import autocorrelation
-from stats.lines.stiffness import MINIMUM_POINTS, GainLine, Stiffness, fit_gain_line, fit_stiffness, force_points
+from stats.lines.stiffness import (
+    MINIMUM_POINTS,
+    GainLine,
+    Stiffness,
+    fit_gain_line,
+    fit_stiffness,
+    force_points,
+    velocity_over_rate,
+)
 
 Floats = NDArray[np.float64]
 Condition = tuple[float | None, float, float]
@@ -23,6 +33,8 @@ Condition = tuple[float | None, float, float]
 FEWEST_GAINS = 3
 _WEIGHINGS, _LEAST = 3, 1e-12
 """Fits with weights estimated anew, and the least spread in m and m/s, of data without errors."""
+_OTHER_UNIT = 3.0
+"""Velocity over the rate of the position, or its inverse, from which on a unit is wrong."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -140,8 +152,11 @@ def characterisation(oscillations: Sequence[Oscillation], level: float = 0.95) -
 
     The motion m x'' = m g - k x - d x' - F of a mass on the leg, from a start of its own for each trajectory, is fitted
     to the positions and the velocities, whose standard deviations are estimated with it: both have errors. Conditions
-    with fewer than 250 points are left out. Raises `InputRefused` where none has as many.
+    with fewer than 250 points are left out. Raises `InputRefused` where none has as many, where a velocity is three
+    times or more off the rate of the position, and where a motion is none of a mass on a spring and a damper.
     """
+    for one in oscillations:
+        _refuse_other_unit(one)
     by_condition: dict[Condition, list[Oscillation]] = {}
     for one in oscillations:
         by_condition.setdefault(one.condition, []).append(one)
@@ -152,16 +167,41 @@ def characterisation(oscillations: Sequence[Oscillation], level: float = 0.95) -
             f"no condition has {MINIMUM_POINTS} points (thesis 4.2.6), the most is {max(points.values(), default=0)}: "
             "record more trajectories of each."
         )
-    conditions = tuple(
-        _measured(by_condition[key], level) for key in sorted(enough, key=lambda key: (key[0] or 0.0, *key[1:]))
-    )
+    conditions = []
+    for key in sorted(enough, key=lambda key: (key[0] or 0.0, *key[1:])):
+        with _refused_as_no_spring(by_condition[key]):
+            conditions.append(_measured(by_condition[key], level))
     lengths = dict.fromkeys(one.neutral_m for one in conditions)
     return Characterisation(
-        conditions=conditions,
+        conditions=tuple(conditions),
         lines=tuple(_lines([one for one in conditions if one.neutral_m == length], level) for length in lengths),
         too_few={key: count for key, count in points.items() if key not in enough},
         level=level,
     )
+
+
+def _refuse_other_unit(one: Oscillation) -> None:
+    """Refuse a velocity that is far off the rate of the position."""
+    share = velocity_over_rate(one.time_s, one.displacement_m, one.velocity_m_s)
+    if share is None or 1.0 / _OTHER_UNIT < share < _OTHER_UNIT:
+        return
+    off = f"{number_text(1.0 / share)} times smaller" if share < 1.0 else f"{number_text(share)} times larger"
+    raise InputRefused(
+        f"the velocity in {one.file} is {off} than the rate of the position: a unit in its header is likely wrong."
+    )
+
+
+@contextmanager
+def _refused_as_no_spring(several: Sequence[Oscillation]) -> Iterator[None]:
+    """Refuse trajectories whose fit comes to no finite number."""
+    try:
+        with np.errstate(all="ignore"):
+            yield
+    except (ArithmeticError, ValueError) as error:  # LinAlgError is a ValueError
+        names = ", ".join(one.file for one in several[:3])
+        raise InputRefused(
+            f"{names}: no mass on a spring and a damper moves so; look at the units, and log from the release on."
+        ) from error
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -227,7 +267,8 @@ def _of_masses(
         if len(same) == len(several):
             return (OfMass(mass_kg, n, pooled.stiffness, pooled.damping),), {}
         try:
-            alone = _fitted(same, pooled.values, pooled.spreads, level)
+            with _refused_as_no_spring(same):
+                alone = _fitted(same, pooled.values, pooled.spreads, level)
         except InputRefused as error:
             left_out[mass_kg] = str(error)
         else:
@@ -298,6 +339,8 @@ def _with_errors(
     inverse = np.linalg.inv(squares)
     errors = np.sqrt(np.diag(inverse @ meat @ inverse)).tolist()
     bias = (np.linalg.solve(of_motion, rises) - found.values)[:2].tolist()
+    if not np.isfinite([*errors, *bias, found.stiffness.se, found.damping.se]).all():
+        raise FloatingPointError
     half = float(scipy.stats.t.ppf(0.5 + 0.5 * plane.level, plane.df))
     intervals = [
         (value - off - half * se, value - off + half * se)
@@ -334,6 +377,8 @@ def _left(one: Oscillation, k: float, d: float, force_n: float, spreads: tuple[f
     weights = 1.0 / np.array(spreads)[:, np.newaxis]
     measured = np.stack([one.displacement_m - rest_m, one.velocity_m_s]) * weights
     design = np.stack([(from_place * weights).ravel(), (from_speed * weights).ravel()], axis=1)
+    if not (np.isfinite(design).all() and np.isfinite(measured).all()):
+        return np.full(measured.shape, np.inf)  # least_squares takes a smaller step
     starts, *_ = np.linalg.lstsq(design, measured.ravel(), rcond=None)
     return np.asarray(measured - (design @ starts).reshape(measured.shape))
 
