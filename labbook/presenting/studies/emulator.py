@@ -39,8 +39,8 @@ def sentences(study: EmulatorStudy) -> list[str]:
     ]
     if study.jumps.made:
         said.append(_jumps_text(study.jumps))
-    losses = [row for trend in study.trends for row in study.analysed(trend.controller)]
-    said.append(_lost(losses))
+    losses = {(row.gain, row.damping_gain): row for trend in study.trends for row in study.analysed(trend.controller)}
+    said.append(_lost(list(losses.values())))  # constant and scaled may be one condition
     said.append(_left_out(study))
     if study.not_simulated:
         said.append(f"Not simulated: {study.not_simulated}")
@@ -140,8 +140,10 @@ def _saves(study: EmulatorStudy, trend: Trend) -> str:
         return text
     low, high = trend.slope_ci
     rises = "no trend with" if low <= 0.0 <= high else "it rises with" if trend.slope > 0.0 else "it falls with"
+    coarse = tuple(gain for gain in savings if gain in study.coarse)
+    but = f" (not {_listed(coarse)}, which the charger reads too coarsely)" if coarse else ""
     return (
-        f"{text} Over gains {_listed(trend.gains)}, {rises} the apex: {_fixed(trend.slope, 2)} points a cm "
+        f"{text} Over gains {_listed(trend.gains)}{but}, {rises} the apex: {_fixed(trend.slope, 2)} points a cm "
         f"({level_text(study.level)} CI {_fixed(low, 2)} to {_fixed(high, 2)})."
     )
 
