@@ -151,3 +151,14 @@ def test_refused_with_what_to_measure(text: str, said: tuple[str, ...], tmp_path
 def test_grains_without_a_size_are_refused(tmp_path: Path) -> None:
     (tmp_path / "flasks.csv").write_text(flasks(np.random.default_rng(3)), encoding="utf-8")
     refused(labbook("study", "compaction", "flasks.csv", "--grain", "-1", at=tmp_path), 2, "--grain")
+
+
+def test_a_grain_size_of_another_unit_is_refused_or_said(tmp_path: Path) -> None:
+    """Metres for millimetres; centimetres, or grains too large for the smallest flask."""
+    (tmp_path / "flasks.csv").write_text(flasks(np.random.default_rng(3)), encoding="utf-8")
+    refused(
+        labbook("study", "compaction", "flasks.csv", "--grain", "0.0034", at=tmp_path), 2, "0.0034", "0.05 mm", "3.4"
+    )
+    told = good(labbook("study", "compaction", "flasks.csv", "--grain", "7", at=tmp_path)).out
+    says(told, "7 mm", "a third", "20 mm")
+    assert "a third" not in good(labbook("study", "compaction", "flasks.csv", "--grain", "6", at=tmp_path)).out

@@ -17,6 +17,8 @@ PUBLISHED = {"loose": "bed.phi_loose", "compacted": "bed.phi_hard"}
 """What docs/published.md calls the fractions of 3.4 mm glass beads (thesis 5.1.2), to two digits."""
 PUBLISHED_GRAIN_M = 3.4e-3
 _POINTS = 101
+_WIDEST = 1.0 / 3.0
+"""Grain size over flask radius from which on hardly a grain is without a wall: fewer than six diameters across."""
 
 
 def sentences(study: Compaction) -> list[str]:
@@ -48,6 +50,12 @@ def sentences(study: Compaction) -> list[str]:
     of_walls = [state.unbounded.fit.intervals()[1] for state in study.states]
     if any(not isinstance(interval, Undefined) and interval[0] > 0.0 for interval in of_walls):
         said.append("The fraction rises towards smaller flasks, where walls should lower it: look at the small flasks.")
+    if (widest := max(first.wall)) > _WIDEST:
+        grain_mm = 1e3 * study.grain_m
+        said.append(
+            f"Grains of {grain_mm:g} mm are more than a third of the smallest flask's radius "
+            f"({number_text(grain_mm / widest)} mm): check their diameter, or leave the flask out, as no line holds."
+        )
     if study.doubt is not None:
         said.append(study.doubt)
     return said
