@@ -129,6 +129,16 @@ POOLED = "pooled"
 
 
 @dataclass(frozen=True, slots=True)
+class Between:
+    """Two levels of a factor that are compared: `level` less `against`, of the runs of a `side` (control, treated)."""
+
+    factor: str
+    level: str
+    against: str
+    side: str
+
+
+@dataclass(frozen=True, slots=True)
 class Comparison:
     """Control against treatment on run means; `difference` = treatment - control, `savings` in percent.
 
@@ -138,7 +148,7 @@ class Comparison:
     `sides` are those of the control and of the treatment. `adjusted` is Welch's p by Holm's method over the `n` tests
     of the family; `exploratory` says why the comparison is not a planned one, "" where it is; `one_day_each` what p and
     intervals cannot tell where each side had one day, and not the same, "" elsewhere. `decision` leads where the plan
-    leaves the unit of analysis to the days.
+    leaves the unit of analysis to the days. `between` is what is compared where that is not treatment with control.
 
     Verdicts: `rejected` says whether Welch's p is at most alpha, `adjusted_rejected` whether `adjusted` is,
     `savings_shown` whether the savings are told from zero; None where there is no such p or interval.
@@ -168,6 +178,7 @@ class Comparison:
     exploratory: str = ""
     one_day_each: str = ""
     decision: Decision | None = None
+    between: Between | None = None
 
     @property
     def lead(self) -> Decision:

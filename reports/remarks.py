@@ -112,9 +112,8 @@ def scene_sentences(content: ReportContent) -> list[str]:
 def unconverted_text(factors: Sequence[tuple[str, str, str]]) -> str:
     """Say which factors are parameters of the scene as they stand, and what converts them."""
     named = list_text([f"{factor} as {parameter} in {unit}" for factor, parameter, unit in factors])
-    return (
-        f"Simulated as it stands: {named}. Gains of a controller need [gains.{factors[0][0]}] (docs/your-own-data.md)."
-    )
+    tables = list_text([f"[gains.{factor}]" for factor, _parameter, _unit in factors])
+    return f"Simulated as it stands: {named}. Gains of a controller need {tables} (docs/your-own-data.md)."
 
 
 def prediction_sentences(content: ReportContent) -> tuple[str, ...]:
@@ -149,8 +148,8 @@ def _simulated(content: ReportContent) -> str:
         ),
         (
             about.grown,
-            "the sampled active damping lets rounding grow beyond the accuracy of the simulator; the error has that in "
-            "its place",
+            "sampled active damping, or a slow foot at touchdown, lets rounding grow beyond the accuracy of the "
+            "simulator; the error has that in its place",
         ),
         (about.under_surface, "the simulated body gets under the surface of the grains, which act on the foot alone"),
         (

@@ -160,7 +160,10 @@ def compare(
     context: typer.Context,
     where: WhereOption = None,
     check: Annotated[
-        bool, typer.Option("--check", help="Exit with 1 also where a condition is not as simulated.")
+        bool,
+        typer.Option(
+            "--check", help="Exit with 1 also where a condition is not as simulated, or none can be compared."
+        ),
     ] = False,
     shares: Annotated[
         int,

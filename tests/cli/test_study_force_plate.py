@@ -107,6 +107,13 @@ def test_intervals_of_both_clocks_cover_what_is_true() -> None:
             assert data["offset_ci"][1] - data["offset_ci"][0] < 2e-3
             drifts += data["drift_ci"][0] < run.clocks[1] < data["drift_ci"][1]
     assert drifts >= 5  # fewer have a chance of .0004
+    slow = [
+        replace(one, leg_time_s=one.leg_time_s[::2], length_m=one.length_m[::2])
+        for one in (in_memory(run, 40.0) for run in runs)
+    ]
+    for whole, sparse in zip(study.runs, compare_joules(slow, 13).runs, strict=True):
+        assert whole.touchdown_apart_s == pytest.approx(0.5e-3, rel=2e-3)
+        assert sparse.touchdown_apart_s == pytest.approx(1e-3, rel=2e-3)
 
 
 @pytest.mark.soak

@@ -172,6 +172,9 @@ def as_data(compared: ComparedPredictions) -> dict[str, Any]:
         "effects": about.effects,
         "accuracy": about.accuracy,
         "not_in_scene": about.unmapped,
+        "as_they_stand": [
+            {"factor": factor, "parameter": parameter, "unit": unit} for factor, parameter, unit in about.unconverted
+        ],
         "hypotheses": [_hypothesis(one) for one in compared.content.hypotheses],
         "predictions": [
             {
@@ -189,6 +192,7 @@ def as_data(compared: ComparedPredictions) -> dict[str, Any]:
                 "difference": value_data(item.difference.value),
                 "error_ratio": value_data(item.error_ratio),
                 "agrees": item.agrees,
+                "unsure": item.unsure,
                 "published": published_data(item),
             }
             for item in about.items

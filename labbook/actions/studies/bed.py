@@ -41,17 +41,26 @@ def bed_study_of(
             connection, book.store, configuration, where=where, made_at=now_utc(), progress=progress, level=level
         ).content
         if not any(one.quantity is Outcome.JOULES and one.opens for one in content.comparisons):
-            why = list_text([f"{n} runs: {reason}" for reason, n in content.flow.runs_without[Outcome.JOULES].items()])
-            todo = f"{why}; `labbook today` says more." if why else "run both, or select both by --where."
+            why = [
+                f"{n} run{'' if n == 1 else 's'}: {reason}"
+                for reason, n in content.flow.runs_without[Outcome.JOULES].items()
+            ]
+            missing = f" Missing: {list_text(why)}; `labbook today` says more." if why else ""
             raise InputRefused(
                 f"no group of the runs ({where or 'all'}) has joules of the control and of another {damping}, which the"
-                f" study compares: {todo}"
+                f" study compares: run both, or select both by --where.{missing}"
             )
         has_flasks = bool(readings_in_force(connection, [SHEETS["compaction"][0]]))
         sources = book_sources(connection, configuration, where or "all")
     remarks = []
     if level is not None:
-        remarks.append(f"Intervals and tests are of level {level_text(level)}, as asked, whatever [analysis] decides.")
+        remarks.append(
+            f"Comparisons are of level {level_text(level)}, as asked, whatever [analysis] decides; means stay at 95 %."
+        )
+    if any(one.decision is None for one in content.comparisons):
+        remarks.append(
+            f"As [analysis] counts {content.counted}s, p is Welch's over them, not by shared days; so is the other p."
+        )
     if configuration.simulation is None:
         remarks.append("Not simulated, and without published savings beside: labbook.toml has no [simulation].")
     grains = _grains(book_folder, remarks) if has_flasks else None

@@ -64,15 +64,15 @@ def damping_factor(configuration: Configuration, levels: str) -> str:
     numbers = [name for name, factor in configuration.factors.items() if factor.kind is FactorKind.NUMBER]
     if damping is None and numbers:
         raise UsageError(
-            "no factor of labbook.toml has a control to compare with: write control = 0 under "
-            f"[factors.{numbers[-1]}], or under that of the active-damping gain."
+            "no factor of labbook.toml has a control to compare with: write control = 0 under that of "
+            f"the active-damping gain, one of {', '.join(f'[factors.{name}]' for name in numbers)}."
         )
     if damping is not None and damping not in numbers:
         raise UsageError(
             f"{damping} has levels that are words, and the study compares numbers: give [factors.{damping}] kind = "
             f'"number" and levels such as [{levels}].'
         )
-    if damping is None or configuration.factors[damping].kind is not FactorKind.NUMBER:
+    if damping is None:
         raise UsageError(
             "labbook.toml has no active-damping gain to compare by: write [factors.b_ad_gain] with "
             f'kind = "number", levels = [{levels}] and control = 0.'

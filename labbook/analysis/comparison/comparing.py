@@ -14,6 +14,7 @@ from labbook.analysis.outcomes.run_apexes import RunApexes
 from labbook.analysis.results.codec import Algorithm, StoredResult
 from labbook.analysis.results.result_cache import Request, ResultCache, ends_of, fingerprint, result_fingerprint
 from labbook.config.model import UnitOfAnalysis
+from reports.evidence import Between
 from reports.numbers import Number
 from stats.compare.savings import Savings, percent_savings
 from stats.compare.shared_error import SharedError, SharedTest, difference_with_shared, shared_of_mean
@@ -86,6 +87,7 @@ class Pair:
     a: tuple[ConditionValues, ...]
     b: tuple[ConditionValues, ...]
     against_control: bool = True
+    between: Between | None = None
     pooled_over: tuple[str, ...] = ()
 
 

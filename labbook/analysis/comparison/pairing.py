@@ -14,6 +14,7 @@ from data_schema.errors import InputRefused, unknown_name
 from labbook.analysis.comparison.comparing import Pair
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.config.parsing import Configuration
+from reports.evidence import Between
 
 EACH = "each level against the control"
 POOLED = "all levels pooled against the control"
@@ -112,7 +113,8 @@ def pairs_between(conditions: Sequence[ConditionValues], swept: str) -> list[Pai
                         label = f"{group_label(group)}, {name}: {factor} {level} against {levels[0]}"
                         found.append(
                             Pair(family, label, group, f"{level}, {name}", tuple(of_level[levels[0]]),
-                                 tuple(of_level[level]), against_control=False)
+                                 tuple(of_level[level]), against_control=False,
+                                 between=Between(factor, level, levels[0], name))
                         )  # fmt: skip
     return found
 

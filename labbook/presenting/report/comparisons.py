@@ -199,6 +199,7 @@ def _tested(
         welch_difference=shown.number(result.welch_difference),
         family=family,
         one_day_each=_days_untold(test, dict(zip(_sides(pair), (pair.b, pair.a), strict=True))),
+        between=pair.between,
     )
 
 

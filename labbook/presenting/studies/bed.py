@@ -50,6 +50,9 @@ HEAD = (
 )
 _MEANS = ("joules ± SE (J)", "apex ± SE (mm)")
 OUTCOMES = (Outcome.JOULES, Outcome.APEX)
+_KEYS = {PredictedQuantity.JOULES: Outcome.JOULES.key, PredictedQuantity.APEX: Outcome.APEX.key}
+"""Names of simulated quantities in JSON, as those of what was measured."""
+_NONE = Number(0.0, "1")
 _FEET = {"control": "bed.foot_ce", "treated": "bed.foot_ad"}
 """By side what is published of the difference between the feet."""
 _PAIRS_OF_FEET = "7 of 10 (5.2.1)"
@@ -130,7 +133,7 @@ def rows(study: BedStudy) -> list[list[str]]:
             (
                 levels_name(content, group) or "all runs",
                 "CE" if condition.control else level,
-                str(max((summary.mean.n or 0 for summary in condition.summaries.values()), default=0)),
+                str((means[0] or means[1] or _NONE).n or 0),
                 means[0],
                 None if joules is None else joules.lead.savings,
                 DASH if joules is None else p_text(joules.lead.test.p, name=False),
@@ -161,17 +164,20 @@ def beside(study: BedStudy) -> list[tuple[str, ...]]:
             texts = (DASH, "") if one is None else (_text(one.predicted), published_text(one.published))
             found.append((f"saving, {name}", _tested(joules, joules.lead.savings), *texts))
     feet = [*dict.fromkeys(level.label for one in content.conditions if (level := one.level(study.feet)) is not None)]
-    between = [one for one in content.by_group if one.quantity is Outcome.JOULES and one.level.split(", ")[0] in feet]
+    between = [
+        (one, one.between)
+        for one in content.by_group
+        if one.quantity is Outcome.JOULES and one.between is not None and one.between.factor == study.feet
+    ]
     of_feet = study.on_bed and {*feet} == {"small", "large"}
-    for joules in between:
-        foot, _, side = joules.level.rpartition(", ")
-        if side in _FEET:
+    for joules, of in between:
+        if of.side in _FEET:
             name = ", ".join(filter(None, (levels_name(content, joules.group), level_of(content, joules))))
-            means = [_simulated_j(study, {**joules.group, study.feet: each}, side) for each in (foot, feet[0])]
+            means = [_simulated_j(study, {**joules.group, of.factor: foot}, of.side) for foot in (of.level, of.against)]
             simulated = "" if means[0] is None or means[1] is None else _text(Number(means[0] - means[1], "J"), 1)
             measured = _tested(joules, joules.lead.difference, 1)
-            found.append((f"joules, {name}", measured, simulated, published[_FEET[side]] if of_feet else ""))
-    pairs = [one.test.p for one in between if one.level.rpartition(", ")[2] not in _FEET]
+            found.append((f"joules, {name}", measured, simulated, published[_FEET[of.side]] if of_feet else ""))
+    pairs = [one.test.p for one, of in between if of.side not in _FEET]
     if pairs:
         below = sum(isinstance(p, float) and p < 0.05 for p in pairs)
         text = f"{below} of {len(pairs)} with p < .05 over runs"
@@ -217,8 +223,8 @@ def _se(number: Number) -> Value:
 def _tested(comparison: Comparison, number: Number | None, places: int | None = None) -> str:
     """Write what was compared, its p by shared days where there is one, and over runs, as the thesis tested."""
     p = comparison.lead.test.p
-    by_days = p_text(p) if isinstance(p, float) else "no test by days"
-    return "; ".join([_text(number, places), by_days, f"over runs {p_text(comparison.test.p)}"])
+    by_days = p_text(p) if isinstance(p, float) else "no test by days" if comparison.decision is not None else ""
+    return "; ".join(filter(None, [_text(number, places), by_days, f"over runs {p_text(comparison.test.p)}"]))
 
 
 def _simulated_j(study: BedStudy, group: Mapping[str, str], side: str) -> float | None:
@@ -243,7 +249,9 @@ def as_data(study: BedStudy) -> dict[str, Any]:
     content, heights = study.content, study.content.overall_equivalence
     return {
         "claims": [claim.text for claim in content.claims],
-        "overall_saving": next((number_data(one.savings) for one in content.overall), None),
+        "overall_saving": next(
+            (number_data(one.savings) for one in content.overall if one.quantity is Outcome.JOULES), None
+        ),
         "overall_apex_change": None if heights is None else number_data(heights.tested.estimate),
         "apex_equivalent": None if heights is None else heights.tested.shown,
         "conditions": [_condition_data(study, one) for one in content.conditions],
@@ -262,7 +270,7 @@ def _condition_data(study: BedStudy, condition: Condition) -> dict[str, Any]:
     group, level = _place(study.content, condition)
     means = {outcome.key: number_data(summary.mean) for outcome, summary in condition.summaries.items()}
     simulated = {
-        str(quantity): number_data(one.predicted)
+        _KEYS.get(quantity, str(quantity)): number_data(one.predicted)
         for quantity in PredictedQuantity
         if (one := study.predicted(quantity, group, level)) is not None
     }

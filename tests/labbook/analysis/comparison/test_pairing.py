@@ -44,3 +44,15 @@ def test_one_treated_level_is_compared_once() -> None:
     few = [item for item in conditions() if item.levels["b_ad_gain"] in ("0", "50")]
     found = [pair for pair in pairs_between(few, "b_ad_gain") if pair.family == BETWEEN.format(factor="foot")]
     assert len(found) == 4  # treated and control, at two stiffnesses
+
+
+def test_a_pair_between_levels_names_what_its_difference_is_of() -> None:
+    """The reference is the level that was run first, whatever labbook.toml has first."""
+    for turned in (conditions(), list(reversed(conditions()))):
+        pairs = [pair for pair in pairs_between(turned, "b_ad_gain") if pair.family == BETWEEN.format(factor="foot")]
+        assert pairs
+        for pair in pairs:
+            assert pair.between is not None
+            assert {one.levels["foot"] for one in pair.a} == {pair.between.against}
+            assert {one.levels["foot"] for one in pair.b} == {pair.between.level}
+    assert {pair.between.against for pair in pairs if pair.between} != {conditions()[0].levels["foot"]}
