@@ -6,12 +6,11 @@ python benchmarks/accuracy_document.py
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 from benchmarks import machine
-from benchmarks.document import table_text
+from benchmarks.document import replace_between, table_text
 from benchmarks.section import Table
 from labbook.presenting.durations import time_text
 from labbook.presenting.simulation.work_precision import SENSITIVE, TITLES, plain_number, work_precision_of
@@ -33,9 +32,6 @@ FIGURE_DPI = 130
 
 def main() -> None:
     """Study all scenes, draw them, and put the results between the two lines of the document."""
-    text = DOCUMENT.read_text(encoding="utf-8")
-    if text.count(FIRST) != 1 or text.count(LAST) != 1:
-        sys.exit(f"{DOCUMENT} has no place for the results: put the lines {FIRST} and {LAST} into it.")
     load = machine.load()
     parts = [f"Load at the start: {load:.1f}.\n\n" + table_text(Table(("", ""), tuple(machine.described()), ""))]
     for name in SCENES:
@@ -44,8 +40,7 @@ def main() -> None:
         with publication_style():
             draw_work_precision(work_precision_of(study)).savefig(DOCUMENT.parent / _figure(name), dpi=FIGURE_DPI)
         parts.append("\n".join(_section(study)))
-    before, after = text.split(FIRST)[0], text.split(LAST)[1]
-    DOCUMENT.write_text("\n".join([before + FIRST, "", *parts, LAST]) + after, encoding="utf-8")
+    replace_between(DOCUMENT, FIRST, LAST, parts)
     print(f"wrote {DOCUMENT}")
 
 

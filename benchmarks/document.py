@@ -7,8 +7,10 @@ the table of budgets is gathered from all sections.
 from __future__ import annotations
 
 import re
+import sys
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 
 from benchmarks.section import Budget, Section, Table
 
@@ -62,6 +64,15 @@ def _sections(known: str) -> dict[str, str]:
 def verdict_line(budget: Budget) -> str:
     """Return one line for the terminal."""
     return f"{budget.verdict.upper()}: {budget.what}: {budget.measured_text} (budget: {budget.limit_text})"
+
+
+def replace_between(document: Path, first: str, last: str, lines: Iterable[str]) -> None:
+    """Write lines between two lines of a document; ends the program where they are not there, each once."""
+    text = document.read_text(encoding="utf-8")
+    if text.count(first) != 1 or text.count(last) != 1:
+        sys.exit(f"{document} has no place for the results: put the lines {first} and {last} into it.")
+    before, after = text.split(first)[0], text.split(last)[1]
+    document.write_text("\n".join([before + first, "", *lines, last]) + after, encoding="utf-8")
 
 
 def table_text(table: Table) -> str:

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.document import table_text
+from benchmarks.document import replace_between, table_text
 from benchmarks.section import Table
 from data_schema.errors import UsageError
 from simulator.error_bars import finer_accuracies
@@ -297,12 +297,7 @@ def main() -> None:
     for name, made in SECTIONS.items():
         if sys.argv[1:] and name not in sys.argv[1:]:
             continue
-        first, last = f"<!-- measured: {name} -->", f"<!-- end of {name} -->"
-        text = DOCUMENT.read_text(encoding="utf-8")
-        if text.count(first) != 1 or text.count(last) != 1:
-            sys.exit(f"{DOCUMENT} has no place for the results: put the lines {first} and {last} into it.")
-        before, after = text.split(first)[0], text.split(last)[1]
-        DOCUMENT.write_text("\n".join([before + first, "", *made(), last]) + after, encoding="utf-8")
+        replace_between(DOCUMENT, f"<!-- measured: {name} -->", f"<!-- end of {name} -->", made())
 
 
 SECTIONS = {"is the goal kept": lines, "error bars": bars}

@@ -21,7 +21,7 @@ import scipy.stats
 
 from benchmarks import validation_bed as bed
 from benchmarks import validation_sheets as sheets
-from benchmarks.document import table_text
+from benchmarks.document import replace_between, table_text
 from benchmarks.section import Table
 from benchmarks.validation_calibration import from_means
 from benchmarks.validation_calibration import intervals as calibration_intervals
@@ -52,7 +52,6 @@ from stats.lines.through_origin import SlopeThroughOrigin, slope_through_origin
 DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "validation.md"
 DATA = DOCUMENT.with_suffix(".csv")
 CAMPAIGNS, LEVEL, SEED = 2000, 0.95, 21
-FIRST, LAST = "<!-- measured -->", "<!-- end of measured -->"
 Intervals = Mapping[str, tuple[float, float] | Undefined]
 
 
@@ -320,11 +319,7 @@ def write(rows: Sequence[Row]) -> None:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow([field.name for field in fields(Row)])
         writer.writerows(astuple(row) for row in rows)
-    text = DOCUMENT.read_text(encoding="utf-8")
-    if text.count(FIRST) != 1 or text.count(LAST) != 1:
-        sys.exit(f"{DOCUMENT} has no place for the results: put the lines {FIRST} and {LAST} into it.")
-    before, after = text.split(FIRST)[0], text.split(LAST)[1]
-    DOCUMENT.write_text("\n".join([before + FIRST, "", *lines(rows), LAST]) + after, encoding="utf-8")
+    replace_between(DOCUMENT, "<!-- measured -->", "<!-- end of measured -->", lines(rows))
 
 
 def lines(rows: Sequence[Row]) -> Iterator[str]:

@@ -106,11 +106,13 @@ def scene_sentences(content: ReportContent) -> list[str]:
             "Conditions that differ in nothing else have the same prediction, and savings between them are predicted "
             "as 0."
         )
-    return said + ([unconverted_text(about.unconverted)] if about.unconverted else [])
+    return [*said, *filter(None, [unconverted_text(about.unconverted)])]
 
 
 def unconverted_text(factors: Sequence[tuple[str, str, str]]) -> str:
-    """Say which factors are parameters of the scene as they stand, and what converts them."""
+    """Say which factors are parameters of the scene as they stand, and what converts them; "" of none."""
+    if not factors:
+        return ""
     named = list_text([f"{factor} as {parameter} in {unit}" for factor, parameter, unit in factors])
     tables = list_text([f"[gains.{factor}]" for factor, _parameter, _unit in factors])
     return f"Simulated as it stands: {named}. Gains of a controller need {tables} (docs/your-own-data.md)."

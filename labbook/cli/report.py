@@ -50,6 +50,7 @@ def report(
             )
         with opened_book.reading() as connection:
             waiting = waiting_lines(why_waiting(connection, inbox(connection)))
+            # the bed's is the report itself
             studies = [study for study in studies_of_book(connection, opened_book.configuration) if study != "bed"]
     not_stored = ["nothing was stored: `labbook why` knows those of its numbers that a stored report has too."]
     emit(

@@ -151,6 +151,7 @@ def sweep(
     from labbook.presenting.simulation.effects_ablation import chosen_data, verdict
     from labbook.presenting.simulation.swept import corners_data, corners_lines, sweep_data, sweep_lines
     from simulator.kernel.build import is_compiled
+    from simulator.sweep.chunks import why_scalar
     from simulator.sweep.compute import Threads, connected
     from simulator.sweep.run import run_sweep
 
@@ -163,10 +164,11 @@ def sweep(
     if not as_json:
         before_work([*refused, *corners])
     computing = nullcontext(Threads()) if scheduler is None else connected(scheduler)
-    first = "" if is_compiled(planned.sweep.scene.effects) else f" after {COMPILING}"
-    wanted = planned.sweep.jumps_wanted
+    sweep, lanes = planned.sweep, why_scalar(planned.sweep.scene, planned.sweep.design) is None
+    here = scheduler is None and not is_compiled(sweep.scene.effects, lanes=lanes)
+    first, wanted = f" after {COMPILING}" if here else "", sweep.jumps_wanted
     with counted(f"sweeping{first}", wanted, "jumps", shown=not as_json) as advance, computing as compute:
-        done = run_sweep(planned.sweep, out, compute, advance)
+        done = run_sweep(sweep, out, compute, advance)
     chosen_for = "The effects were chosen for the scene as it stands, before anything is swept:"
     said = [] if planned.ablation is None else ["", chosen_for, *verdict(planned.ablation), *corners]
     data = {**sweep_data(done), **chosen_data(planned.ablation), **corners_data(planned.corners, planned.ablation)}

@@ -194,6 +194,7 @@ def bed_shown(where: str | None, level: float | None, book: Path | None, visible
         HEAD,
         rows(study),
         beside(study),
+        study.files,
     )
 
 

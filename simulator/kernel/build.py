@@ -93,9 +93,9 @@ def is_kept(effects: frozenset[str], *, lanes: bool = False) -> bool:
     return not hasattr(batch, "compile") or on_disk(batch)
 
 
-def is_compiled(effects: frozenset[str]) -> bool:
+def is_compiled(effects: frozenset[str], *, lanes: bool = False) -> bool:
     """Whether a kernel is there without compiling: it is kept, or this process has compiled it."""
-    return is_kept(effects) or bool(composed(effects)[1].signatures)
+    return is_kept(effects, lanes=lanes) or bool(composed(effects, lanes)[1].signatures)
 
 
 @functools.lru_cache(maxsize=64)

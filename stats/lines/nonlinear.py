@@ -30,6 +30,10 @@ _CLOSE = 1e-3
 """Relative error of the ends of a profile's interval."""
 
 
+class NothingAtStart(InputRefused):
+    """The model gives nothing at the starting values of a fit."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class NonlinearFit:
     """Parameters at the least sum of squares.
@@ -66,7 +70,8 @@ class NonlinearFit:
 def fit_nonlinear(residuals: Residuals, start: ArrayLike, low: ArrayLike, high: ArrayLike) -> NonlinearFit:
     """Fit parameters within bounds by a trust region (scipy), from positive starting values.
 
-    Raises `InputRefused` where there are not more residuals than parameters, or the model gives nothing at the start.
+    Raises `InputRefused` where there are not more residuals than parameters, `NothingAtStart` where the model gives
+    nothing at the start.
     """
     from scipy.optimize import least_squares
 
@@ -77,7 +82,7 @@ def fit_nonlinear(residuals: Residuals, start: ArrayLike, low: ArrayLike, high: 
             f"{at_start.size} numbers do not tell {begin.size} parameters: fit fewer, or measure more conditions."
         )
     if not np.isfinite(at_start).all():
-        raise InputRefused("the model gives nothing at the starting values: begin from a scene whose robot jumps.")
+        raise NothingAtStart("the model gives nothing at the starting values: begin from a scene whose robot jumps.")
 
     def values_at(shares: Floats) -> Floats:
         return np.asarray(_known(residuals((shares * begin)[np.newaxis, :]))[0])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 import shlex
 import shutil
@@ -113,6 +114,7 @@ def test_its_page_is_one_sheet_with_both_figures_and_what_flasks_say(book: Path,
     text = page.read_text(encoding="utf-8")
     assert text.count("<svg") == 1
     assert "granular bed (synthetic)" in text
+    assert hashlib.sha256((own / "flasks.csv").read_bytes()).hexdigest() in text
     prints_page_one_on_a_sheet(page)
     assert list(good(labbook("study", "all", "--json", at=own)).json) == ["bed", "compaction"]
 

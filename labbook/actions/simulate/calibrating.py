@@ -25,6 +25,7 @@ from labbook.book.opening import Book
 from reports.remarks import unconverted_text
 from reports.wording import list_text
 from simulator.scene import Scene, Value
+from stats.lines.nonlinear import NothingAtStart
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,10 +86,9 @@ def calibrate_book(
         )
     try:
         found = calibrate(scenes, measured, wanted, resamples=resamples, seed=seed, level=level, progress=step)
-    except InputRefused as error:
-        if unconverted := unconverted_factors(configuration, evidence.factors):
-            raise InputRefused(f"{error} {unconverted_text(unconverted)}") from error
-        raise
+    except NothingAtStart as error:
+        unconverted = unconverted_factors(configuration, evidence.factors)
+        raise InputRefused(f"{error} {unconverted_text(unconverted)}".rstrip()) from error
     cited = (
         f"fitted to {configuration.study.name}: {len(measured)} means of {len(runs)} conditions, configuration "
         f"{configuration.sha256[:12]}, journal of {entries} entries to {head[:12]}; that these runs agree with it is "

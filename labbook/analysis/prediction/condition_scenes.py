@@ -29,6 +29,8 @@ ROBOT_PARAMETERS: Mapping[str, str] = {
 """Parameter of a scene -> fact about a robot."""
 
 IN_FILE = "[simulation] of labbook.toml"
+_GAIN_UNITS = ("N/m", "kg/s", "kg/m")
+"""Units of what a controller has gains for."""
 
 
 def study_scene(settings: SimulationSettings) -> Scene:
@@ -89,7 +91,10 @@ def level_parameters(
 
 
 def unconverted_factors(configuration: Configuration, rows: tuple[FactorRow, ...]) -> tuple[tuple[str, str, str], ...]:
-    """Return the factors whose numbers [simulation] takes as they stand, with the parameter they are and its unit."""
+    """Return the factors whose numbers [simulation] takes as stiffness or damping as they stand.
+
+    With each the parameter that it is, and its unit.
+    """
     from simulator.declared import all_parameters
 
     named = {} if configuration.simulation is None else configuration.simulation.factors
@@ -97,6 +102,7 @@ def unconverted_factors(configuration: Configuration, rows: tuple[FactorRow, ...
         (row.name, named[row.name], all_parameters()[named[row.name]].unit)
         for row in rows
         if row.name in named and row.name not in configuration.gains
+        if all_parameters()[named[row.name]].unit in _GAIN_UNITS
         if any(level.value is not None for level in row.levels)
     )
 

@@ -13,7 +13,7 @@ from labbook.analysis.studies.compaction import Compaction
 from labbook.presenting.numbers import number_data, published_data, value_data
 from labbook.presenting.studies import compaction
 from reports.content import Comparison, Condition, ReportContent
-from reports.decided_sentences import overall_claims, told_together
+from reports.decided_sentences import told_together
 from reports.display import (
     BESIDE,
     DASH,
@@ -26,7 +26,7 @@ from reports.display import (
     with_unit,
 )
 from reports.evidence import POOLED
-from reports.figures.by_damping import absent_quantity, coefficient_of, points_text
+from reports.figures.by_damping import coefficient_of, has_quantity, points_text
 from reports.naming import level_of, levels_name
 from reports.numbers import Number, Value
 from reports.predicted import PredictedQuantity, Prediction
@@ -64,7 +64,8 @@ class BedStudy:
     """What the report has of a selection, and how densely the grains lie where the book has a sheet of flasks.
 
     `on_bed` tells whether the robot jumped on a bed: else nothing published of it stands beside. `feet` is the factor
-    whose levels are words, "" where there is none; `remarks` say what is not there, and why.
+    whose levels are words, "" where there is none; `remarks` say what is not there, and why; `files` are
+    the sheet of flasks by name, with its SHA-256.
     """
 
     content: ReportContent
@@ -72,6 +73,7 @@ class BedStudy:
     feet: str
     compaction: Compaction | None
     remarks: tuple[str, ...]
+    files: tuple[tuple[str, str], ...] = ()
 
     def predicted(self, quantity: PredictedQuantity, group: Mapping[str, str], level: str) -> Prediction | None:
         """Return what is predicted of a level, None where nothing is."""
@@ -88,16 +90,15 @@ def sentences(study: BedStudy) -> list[str]:
     """Say what active damping saves, in all and by group, whether height is lost, and how densely the grains lie."""
     content = study.content
     said = [claim.text for claim in content.claims]
-    overall = [claim.text for _outcome, claim in overall_claims(content) if claim.text in said]
-    if overall:
+    if content.overall:
         savings = {name: joules.lead.savings for name, (joules, _apex) in groups(content).items() if joules is not None}
         places = common_places(savings.values())
         by_group = [f"{_text(saving, places)} with {name}" for name, saving in savings.items()]
-        said.insert(said.index(overall[0]) + 1, f"Saved by group: {list_text(by_group)}.")
+        said.append(f"Saved by group: {list_text(by_group)}.")
     if together := told_together(content, Outcome.APEX):
         said.append(f"Apex height, {in_sentence(together)}")
     said.append(content.no_equivalence)
-    said += [_absence(content, outcome) for outcome in OUTCOMES if absent_quantity(content, outcome) is not None]
+    said += [_absence(content, outcome) for outcome in OUTCOMES if not has_quantity(content, outcome)]
     said += scene_sentences(content)
     said += [] if study.compaction is None else compaction.sentences(study.compaction)[:1]
     return [*filter(None, said), *study.remarks]
@@ -110,7 +111,7 @@ def _absence(content: ReportContent, outcome: Outcome) -> str:
 
 def figure_caption(study: BedStudy) -> str:
     """Say what is drawn."""
-    drawn = [outcome for outcome in OUTCOMES if absent_quantity(study.content, outcome) is None]
+    drawn = [outcome for outcome in OUTCOMES if has_quantity(study.content, outcome)]
     what = sentence_start(list_text([in_sentence(outcome.heading) for outcome in drawn]))
     points = dict.fromkeys(points_text(study.content, outcome) for outcome in drawn)
     return " ".join([f"{what} against the {coefficient_of(study.content)} (thesis figures 5.3, 5.4).", *points])

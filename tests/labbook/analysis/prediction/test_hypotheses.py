@@ -18,7 +18,7 @@ from reports.numbers import Number
 from reports.predicted import Verdict
 from stats.compare.shared_error import SharedError
 from stats.days.decision import contrast_by_day
-from tests.cli.shell import good, labbook
+from tests.cli.shell import Answer, good, labbook
 from tests.helpers.books import SmallBook, small_book
 from tests.helpers.wording import says
 
@@ -85,6 +85,12 @@ within_percent = 10
 """
 
 
+def failing(answer: Answer) -> Answer:
+    """A hypothesis of the book fails, which the exit code says."""
+    assert (answer.code, answer.err) == (1, "")
+    return answer
+
+
 @pytest.fixture(scope="module")
 def book(tmp_path_factory: pytest.TempPathFactory) -> SmallBook:
     made = small_book(tmp_path_factory.mktemp("hypotheses"))
@@ -94,7 +100,7 @@ def book(tmp_path_factory: pytest.TempPathFactory) -> SmallBook:
 
 @pytest.fixture(scope="module")
 def compared(book: SmallBook) -> dict[str, Any]:
-    found = labbook("compare", "--json", at=book.folder).json
+    found = failing(labbook("compare", "--json", at=book.folder)).json
     return {one["name"]: one for one in found["hypotheses"]}
 
 
@@ -128,7 +134,7 @@ def test_each_comparison_is_judged_as_its_interval_says(compared: dict[str, Any]
 
 
 def test_what_is_compared_are_means_and_savings_of_the_runs(book: SmallBook, compared: dict[str, Any]) -> None:
-    found = labbook("compare", "--json", at=book.folder).json
+    found = failing(labbook("compare", "--json", at=book.folder)).json
     means = {
         (one["group"]["foot"], one["control"]): (one["measured"]["value"], one["predicted"]["value"])
         for one in found["predictions"]
@@ -150,7 +156,7 @@ def test_what_is_compared_are_means_and_savings_of_the_runs(book: SmallBook, com
 def test_a_factor_of_one_level_tells_nothing_and_is_said(book: SmallBook, compared: dict[str, Any]) -> None:
     assert compared["stiffness"]["comparisons"] == []
     assert compared["stiffness"]["verdict"] == "cannot tell"
-    told = labbook("compare", at=book.folder).out
+    told = failing(labbook("compare", at=book.folder)).out
     says(told, "Stiffness does not matter")
     says(told, "either foot", "holds", "published")
     assert told.index("A jump of CE") < told.index("Energy of a jump")
