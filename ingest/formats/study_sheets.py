@@ -27,13 +27,15 @@ from ingest.text.source import DEFAULT_PAGE, TextSource, open_text
 
 Floats = NDArray[np.float64]
 
+_LIGHTEST_KG = 0.02
+"""Less than the lightest legged robots that were built carry, and kilograms below a column of grams."""
 _FLASK = {
     "radius": Quantity("m", "inner radius of the spherical flask"),
     "water": Quantity("m^3", "water that filled the gaps"),
     "flask": Quantity("m^3", "volume of the flask", needed=False),
 }
 _WALK = {
-    "mass": Quantity("kg", "robot's mass"),
+    "mass": Quantity("kg", "robot's mass", least=_LIGHTEST_KG),
     "distance": Quantity("m", "distance walked"),
     "energy": Quantity("J", "energy taken from the battery", needed=False),
     "charge": Quantity("A*s", "charge put back", needed=False),
@@ -42,7 +44,7 @@ _WALK = {
 _TRIAL = {
     "gain": Quantity("1", "position gain"),
     "damping_gain": Quantity("1", "velocity gain", any_sign=True),
-    "mass": Quantity("kg", "mass that the leg carries"),
+    "mass": Quantity("kg", "mass that the leg carries", least=_LIGHTEST_KG),
     "neutral": Quantity("m", "leg's length without load", needed=False),
 }
 _OSCILLATION = {

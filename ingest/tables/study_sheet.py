@@ -19,13 +19,14 @@ _SPELLINGS = {"m3": "m^3", "cm3": "cm^3", "mm3": "mm^3", "wh": "Wh", "kwh": "kWh
 class Quantity:
     """A quantity of a sheet: the unit that it is turned into, and what it is, for who has not named a column so.
 
-    One of unit "1" has no unit in its name. `any_sign`: it may be 0 or negative.
+    One of unit "1" has no unit in its name. `any_sign`: it may be 0 or negative. Below `least` it is of another unit.
     """
 
     unit: str
     meaning: str
     needed: bool = True
     any_sign: bool = False
+    least: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +69,7 @@ def read_study_sheet(
     for column in table.columns:
         if (plain := column.lower().replace(" ", "_")) in quantities and quantities[plain].unit == "1":
             columns[plain] = column
-            values[plain] = _values(table, column, 1.0, quantities[plain].any_sign, decimal)
+            values[plain] = _values(table, column, 1.0, quantities[plain], decimal)
         elif matched := named.fullmatch(column):
             name = matched[1].lower()
             if name in columns:
@@ -80,7 +81,7 @@ def read_study_sheet(
                     f"column {column!r} of {file} is in no unit of the {quantities[name].meaning}: name the columns as "
                     f"in {example}."
                 )
-            values[name] = _values(table, column, factor, quantities[name].any_sign, decimal)
+            values[name] = _values(table, column, factor, quantities[name], decimal)
     for name, quantity in quantities.items():
         if quantity.needed and name not in values:
             with_unit = "" if quantity.unit == "1" else " with its unit"
@@ -125,13 +126,19 @@ def _factor(unit: str, target: str) -> float | None:
     return None
 
 
-def _values(table: LongTable, column: str, factor: float, any_sign: bool, decimal: str | None) -> list[float]:
+def _values(table: LongTable, column: str, factor: float, quantity: Quantity, decimal: str | None) -> list[float]:
     found = []
     for number, line in zip(numbers_of(table, column, "the study", decimal), table.lines, strict=True):
-        if number is None or (number <= 0 and not any_sign):
-            kind = "" if any_sign else "positive "
+        if number is None or (number <= 0 and not quantity.any_sign):
+            kind = "" if quantity.any_sign else "positive "
             raise LineRefused(line, f"line {line} of {table.file} has no {kind}{column}: measure it, or drop the row.")
-        found.append(float(number) * factor)
+        if (value := float(number) * factor) < quantity.least and not quantity.any_sign:
+            raise LineRefused(
+                line,
+                f"line {line} of {table.file} has {number} as {column}, less than {quantity.least:g} {quantity.unit}: "
+                f"check the unit of the {quantity.meaning}.",
+            )
+        found.append(value)
     return found
 
 

@@ -125,7 +125,8 @@ def make_begin_jump(composition: Composition, meet_ground: Function, settle: Fun
         work[MARGIN], work[MARGIN_TICK], work[DECIDED] = np.inf, -1.0, 0.0
         work[GROWTH], work[WORST_GROWTH] = 0.0, 0.0
         if lands and t > 0.0 and -SLOW_M_S < work[NOW + V_FOOT] < 0.0:
-            work[WORST_GROWTH] = -math.log(-work[NOW + V_FOOT] * work[per_fall])
+            work[GROWTH] = max(0.0, -math.log(-work[NOW + V_FOOT] * work[per_fall]))
+            work[WORST_GROWTH] = work[GROWTH]
         work[SHORTEST] = work[NOW + X_BODY] - work[NOW + X_FOOT]
         work[LONGEST], work[LOWEST] = work[SHORTEST], work[NOW + X_BODY]
         work[TICK], work[AIRBORNE], work[STEPS], work[EVALUATIONS], work[EVENTS] = 0, 0, 0, 0, 0

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import re
 import shlex
 import shutil
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from labbook.actions.studies.bed import bed_study_of
 from labbook.demo.studies.registry import STUDIES
 from labbook.demo.studies.sheets import flasks
+from labbook.presenting.studies.bed import beside
 from simulator.steady.published_results import published_numbers
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.books import SmallBook, small_book
@@ -102,6 +106,28 @@ def test_the_difference_of_feet_is_simulated_as_it_is_measured(book: Path) -> No
     )
 
 
+@pytest.mark.soak
+def test_its_demonstration_leads_to_its_page(tmp_path: Path) -> None:
+    folder, page = tmp_path / "demo", tmp_path / "bed.html"
+    command = good(labbook("demo", "--study", "bed", "--json", folder, at=tmp_path)).json["next"]
+    good(labbook(*shlex.split(command)[1:], "--page", page, at=tmp_path))
+    assert page.read_text(encoding="utf-8").count("<svg") == 1
+    found = study(folder / "book")
+    truth = json.loads((folder / "truth.json").read_text(encoding="utf-8"))
+    assert found["overall_saving"]["ci_low"] < 100.0 * truth["saving_overall"] < found["overall_saving"]["ci_high"]
+    assert len(found["conditions"]) == 24 == len(truth["conditions"])
+
+
+def test_each_factor_of_words_has_its_rows(book: Path) -> None:
+    """Not only the feet, where the robot also jumped on two surfaces, say."""
+    found = bed_study_of(book, None, None, lambda _text: None).study
+    names = [row[0] for row in beside(replace(found, named=("foot", "k_gain")))]
+    assert [row[0] for row in beside(found)] == [
+        name for name in names if "less k" not in name and "k_gain" not in name
+    ]
+    assert {"joules, foot: pairs at one damping gain", "joules, k_gain: pairs at one damping gain"} < {*names}
+
+
 def test_its_page_is_one_sheet_with_both_figures_and_what_flasks_say(book: Path, tmp_path: Path) -> None:
     own, page = tmp_path / "book", tmp_path / "bed.html"
     shutil.copytree(book, own)
@@ -110,6 +136,8 @@ def test_its_page_is_one_sheet_with_both_figures_and_what_flasks_say(book: Path,
     says(told, "How densely the grains lie is not told", "grain_mm = 3.4", "[studies.compaction]")
     configure(own, GRAIN)
     assert study(own)["compaction"]["grain_m"] == 0.0034
+    wide, narrow = (study(own, "--level", level)["compaction"]["difference"]["ci"] for level in ("0.99", "0.9"))
+    assert wide[0] < narrow[0]
     says(good(labbook("study", "bed", "--page", page, at=own)).out, "Without walls the grains fill", "loose")
     text = page.read_text(encoding="utf-8")
     assert text.count("<svg") == 1

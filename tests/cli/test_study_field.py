@@ -113,7 +113,7 @@ ROWS = "a,thin,8,430,12\na,wide,8,430,10\n"
         (HEAD.replace("walk", "day") + ROWS, ("walk",)),
         (HEAD.replace("Wh", "mAh") + ROWS, ("'energy_mAh'", "charge_mAh,voltage_V")),
         (HEAD + "a,thin,8,430,12\na,wide,8,43,10\n", ("'a'", "430 m (line 2)", "43 m (line 3)")),
-        (HEAD.replace("mass_kg", "mass_g") + ROWS, ("check the units",)),
+        (HEAD.replace("mass_kg", "mass_g") + ROWS, ("line 2", "as mass_g", "0.02 kg", "unit")),
         (HEAD + ROWS + "b,thin,8,300,9\n", ("'wide'", "'b'", "line 4")),
         (HEAD + ROWS + "a,wide,8,300,9\n", ("line 4", "line 3", "drop the copy")),
         (LOG_HEAD + "a,thin,8,430,a.csv\na,wide,8,430,a.csv\n", ("line 3", "the log of line 2")),

@@ -117,3 +117,13 @@ def test_a_leg_that_chatters_is_flagged_and_one_too_damped_to_is_right(b_ad: flo
     assert (found.error_growth > 1e6) == chatters
     assert found.ill_conditioned == chatters
     assert error(found, finer) < (1e-3 if chatters else 1e-6)
+
+
+def test_growth_at_a_slow_touchdown_is_multiplied_by_that_of_sampled_damping() -> None:
+    """What rounding grew to before the foot touched is what each tick lets grow on."""
+    chatter = {"b_ad": 600.0, "foot_mass": 0.02, "control_rate": 200.0}
+    slow = {"initial_velocity": 0.0, "initial_height": 1e-5}
+    both, one, other = (
+        simulate(SIM2.changed(changes), GOAL).jump.error_growth for changes in (chatter | slow, chatter, slow)
+    )
+    assert both > 10.0 * max(one, other)

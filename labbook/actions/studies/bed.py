@@ -63,19 +63,21 @@ def bed_study_of(
         )
     if configuration.simulation is None:
         remarks.append("Not simulated, and without published savings beside: labbook.toml has no [simulation].")
-    grains, files = _grains(book_folder, remarks) if has_flasks else (None, ())
-    words = [name for name, factor in configuration.factors.items() if factor.kind is FactorKind.LABEL]
-    feet, on_bed = words[0] if len(words) == 1 else "", configuration.study.kind is StudyKind.BED
-    return OfBook(BedStudy(content, on_bed, feet, grains, tuple(remarks), files), sources)
+    grains, files = _grains(book_folder, level, remarks) if has_flasks else (None, ())
+    named = tuple(name for name, factor in configuration.factors.items() if factor.kind is FactorKind.LABEL)
+    on_bed = configuration.study.kind is StudyKind.BED
+    return OfBook(BedStudy(content, on_bed, named, grains, tuple(remarks), files), sources)
 
 
-def _grains(book_folder: Path | None, remarks: list[str]) -> tuple[Compaction | None, tuple[tuple[str, str], ...]]:
+def _grains(
+    book_folder: Path | None, level: float | None, remarks: list[str]
+) -> tuple[Compaction | None, tuple[tuple[str, str], ...]]:
     """Return the study of the book's flasks and its file; where it is refused, a remark says why."""
     try:
         with sheet_source("compaction", None, book_folder, None) as sheets:
             path = sheets.sheet
             text, decimal = sheets.text(path), sheets.decimal(path)
-            return compaction_of(text, path, sheets.grain_mm(None), sheets.level(None), decimal), sheets.files
+            return compaction_of(text, path, sheets.grain_mm(None), sheets.level(level), decimal), sheets.files
     except (InputRefused, UsageError) as error:
         remarks.append(f"How densely the grains lie is not told (labbook study compaction): {error}")
         return None, ()

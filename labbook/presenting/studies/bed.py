@@ -63,14 +63,14 @@ _PAIRS_OF_FEET = "7 of 10 (5.2.1)"
 class BedStudy:
     """What the report has of a selection, and how densely the grains lie where the book has a sheet of flasks.
 
-    `on_bed` tells whether the robot jumped on a bed: else nothing published of it stands beside. `feet` is the factor
-    whose levels are words, "" where there is none; `remarks` say what is not there, and why; `files` are
+    `on_bed` tells whether the robot jumped on a bed: else nothing published of it stands beside. `named` are the
+    factors whose levels are words, as the foot; `remarks` say what is not there, and why; `files` are
     the sheet of flasks by name, with its SHA-256.
     """
 
     content: ReportContent
     on_bed: bool
-    feet: str
+    named: tuple[str, ...]
     compaction: Compaction | None
     remarks: tuple[str, ...]
     files: tuple[tuple[str, str], ...] = ()
@@ -137,15 +137,20 @@ def rows(study: BedStudy) -> list[list[str]]:
                 str((means[0] or means[1] or _NONE).n or 0),
                 means[0],
                 None if joules is None else joules.lead.savings,
-                DASH if joules is None else p_text(joules.lead.test.p, name=False),
-                DASH if joules is None else p_text(joules.test.p, name=False),
-                DASH if p is None else p_text(p, name=False),
+                DASH if joules is None else _p(joules.lead.test.p),
+                DASH if joules is None else _p(joules.test.p),
+                DASH if p is None else _p(p),
                 means[1],
                 None if apex is None else apex.lead.difference,
             )
         )
     columns = [_column(column, errors=HEAD[of] in _MEANS) for of, column in enumerate(zip(*cells, strict=True))]
     return [list(row) for row in zip(*columns, strict=True)]
+
+
+def _p(p: Value) -> str:
+    """Write p for a cell, which has no room for a reason."""
+    return DASH if isinstance(p, Undefined) else p_text(p, name=False)
 
 
 def _column(cells: Sequence[str | Number | None], *, errors: bool) -> list[str]:
@@ -157,20 +162,37 @@ def _column(cells: Sequence[str | Number | None], *, errors: bool) -> list[str]:
 
 def beside(study: BedStudy) -> list[tuple[str, ...]]:
     """Return the pooled comparisons of 5.2.1 and the apex of 5.2.2: measured, simulated, published."""
-    content, found = study.content, []
+    content, found = study.content, list[tuple[str, ...]]()
     published = {result.id: published_text(result) if study.on_bed else "" for result in published_results()}
     for name, (joules, _apex) in groups(content).items():
         if joules is not None:
             one = study.predicted(PredictedQuantity.SAVINGS, joules.group, POOLED)
             texts = (DASH, "") if one is None else (_text(one.predicted), published_text(one.published))
             found.append((f"saving, {name}", _tested(joules, joules.lead.savings), *texts))
-    feet = [*dict.fromkeys(level.label for one in content.conditions if (level := one.level(study.feet)) is not None)]
+    for factor in study.named:
+        found += _between(study, factor, published)
+    p = [one.test.p for one in content.anovas if one.quantity is Outcome.JOULES and isinstance(one.test.p, float)]
+    if p:
+        name = f"joules at all damping gains alike, ANOVA in {count_text(len(p), 'group')}"
+        found.append((name, f"{'least ' if len(p) > 1 else ''}{p_text(min(p))}", "", published["bed.anova"]))
+    rises = [one.lead.difference for one in content.comparisons if one.quantity is Outcome.APEX and not one.opens]
+    known = {one.value: one for one in rises if isinstance(one.value, float)}
+    if known:
+        name, largest = f"largest rise of the apex, of {len(known)}", replace(known[max(known)], ci_low=None)
+        found.append((name, _text(largest), _rise(study), published["bed.apex_gain"]))
+    return [tuple(cell or DASH for cell in row) for row in found]
+
+
+def _between(study: BedStudy, factor: str, published: Mapping[str, str]) -> list[tuple[str, ...]]:
+    """Return the differences in joules between the levels of a factor, as between the feet."""
+    content, found = study.content, list[tuple[str, ...]]()
+    labels = {level.label for one in content.conditions if (level := one.level(factor)) is not None}
     between = [
         (one, one.between)
         for one in content.by_group
-        if one.quantity is Outcome.JOULES and one.between is not None and one.between.factor == study.feet
+        if one.quantity is Outcome.JOULES and one.between is not None and one.between.factor == factor
     ]
-    of_feet = study.on_bed and {*feet} == {"small", "large"}
+    of_feet = study.on_bed and labels == {"small", "large"}
     for joules, of in between:
         if of.side in _FEET:
             name = ", ".join(filter(None, (levels_name(content, joules.group), level_of(content, joules))))
@@ -182,17 +204,9 @@ def beside(study: BedStudy) -> list[tuple[str, ...]]:
     if pairs:
         below = sum(isinstance(p, float) and p < 0.05 for p in pairs)
         text = f"{below} of {len(pairs)} with p < .05 over runs"
-        found.append(("joules between feet at one gain", text, "", _PAIRS_OF_FEET if of_feet else ""))
-    p = [one.test.p for one in content.anovas if one.quantity is Outcome.JOULES and isinstance(one.test.p, float)]
-    if p:
-        name = f"joules at all damping gains alike, ANOVA in {count_text(len(p), 'group')}"
-        found.append((name, f"{'least ' if len(p) > 1 else ''}{p_text(min(p))}", "", published["bed.anova"]))
-    rises = [one.lead.difference for one in content.comparisons if one.quantity is Outcome.APEX and not one.opens]
-    known = {one.value: one for one in rises if isinstance(one.value, float)}
-    if known:
-        name, largest = f"largest rise of the apex, of {len(known)}", replace(known[max(known)], ci_low=None)
-        found.append((name, _text(largest), _rise(study), published["bed.apex_gain"]))
-    return [tuple(cell or DASH for cell in row) for row in found]
+        name = f"joules, {factor}: pairs at one damping gain"
+        found.append((name, text, "", _PAIRS_OF_FEET if of_feet else ""))
+    return found
 
 
 def _place(content: ReportContent, condition: Condition) -> tuple[dict[str, str], str]:

@@ -6,7 +6,7 @@ import pytest
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.compare.summary import autocorrelation
-from stats.lines.stiffness import fit_gain_line, fit_stiffness, force_points
+from stats.lines.stiffness import fit_gain_line, fit_stiffness, force_points, velocity_over_rate
 from tests.helpers.exact_fit import exact_fit, relative_error, root
 from tests.helpers.wording import refuses, says
 
@@ -227,3 +227,16 @@ def test_too_few_gains_are_refused():
 def test_trajectories_that_are_none_are_refused(t, mass, sentence):
     with pytest.raises(InputRefused, match=sentence):
         force_points(t, [0.0, 1.0, 2.0], [0.0, 1.0, 2.0], mass)
+
+
+@pytest.mark.parametrize("factor", [1e-3, -1.0, 1.0, 3.6, 1000.0])
+def test_a_velocity_of_another_unit_shows_by_its_factor(factor):
+    t, x, v = oscillation(600.0, 8.0, 2.0)
+    assert velocity_over_rate(t, x + 0.07, factor * v) == pytest.approx(abs(factor), rel=1e-3)
+
+
+def test_a_leg_at_rest_and_few_samples_tell_nothing_of_the_unit():
+    t, x, v = oscillation(600.0, 8.0, 2.0)
+    assert velocity_over_rate(t, np.full(t.size, 0.07), np.zeros(t.size)) is None
+    assert velocity_over_rate(t[:19], x[:19], v[:19]) is None
+    assert velocity_over_rate(t, x, np.random.default_rng(1).permutation(v)) is None
