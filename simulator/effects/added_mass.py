@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator.compiled import inner
-from simulator.effects.cone import cone_volume_m3, flat_area_m2, formed_depth_m
 from simulator.effects.effect import Effect, Energy, Function, ParameterIndex
 from simulator.effects.shared import ADDED_MASS_CONSTANT, CONE, PHI, RHO
 
@@ -17,6 +16,8 @@ Row = NDArray[np.float64]
 
 
 def _functions(at: ParameterIndex) -> dict[str, Function]:
+    from simulator.effects.cone import cone_volume_m3, flat_area_m2, formed_depth_m
+
     radius, mu, phi, rho, constant = at("foot_radius"), at("mu"), at("phi"), at("rho"), at("added_mass_constant")
     q_at, complete_at, density_at = at("recruitment_slope"), at("cone_depth"), at("recruited_density")
 

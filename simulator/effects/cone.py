@@ -1,7 +1,8 @@
 """The cone of grains that forms under a flat intruder (thesis 3.1.2; Aguilar & Goldman 2016).
 
 With q = mu / tan(cone_angle), the cone is complete at the depth R / q; s is the depth, at most that.
-Arguments: foot radius R in m, q dimensionless, s in m.
+Arguments: foot radius R in m, q dimensionless, s in m. Effects import this where their functions are made: what
+imports a compiled function loads numba.
 """
 
 from __future__ import annotations

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator.compiled import inner
-from simulator.effects.cone import cone_volume_m3, flat_area_m2, formed_depth_m
 from simulator.effects.effect import Effect, Function, ParameterIndex
 from simulator.effects.shared import CONE, GROUND_LOSS
 from simulator.parameter import Parameter
@@ -22,6 +21,8 @@ Row = NDArray[np.float64]
 
 
 def _functions(at: ParameterIndex) -> dict[str, Function]:
+    from simulator.effects.cone import cone_volume_m3, flat_area_m2, formed_depth_m
+
     radius, angle, mu = at("foot_radius"), at("cone_angle"), at("mu")
     k_sh, sigma, scale = at("k_sh"), at("sigma"), at("kg_scale")
     q_at, area_at = at("recruitment_slope"), at("foot_area")

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator.compiled import inner
-from simulator.effects.cone import flat_area_m2, formed_depth_m
 from simulator.effects.effect import Effect, Function, ParameterIndex
 from simulator.effects.shared import ADDED_MASS_CONSTANT, CONE, GROUND_LOSS, PHI, RHO
 from simulator.parameter import Parameter
@@ -18,6 +17,8 @@ Row = NDArray[np.float64]
 
 
 def _functions(at: ParameterIndex) -> dict[str, Function]:
+    from simulator.effects.cone import flat_area_m2, formed_depth_m
+
     radius, mu, phi, rho, constant = at("foot_radius"), at("mu"), at("phi"), at("rho"), at("added_mass_constant")
     b_g, c_g, scale = at("b_g"), at("c_g"), at("bg_scale")
     q_at, complete_at, per_area_at, rest_at = (

@@ -10,12 +10,13 @@ import importlib.resources
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from simulator.steady.published_numbers import Comparison
-from simulator.steady.tables import BedTable
-from simulator.thesis.claims import Claim, Finding, claims, finding
-from simulator.thesis.figures import ThesisFigures
+if TYPE_CHECKING:  # a report names what is published, and simulates none of it
+    from simulator.steady.published_numbers import Comparison
+    from simulator.steady.tables import BedTable
+    from simulator.thesis.claims import Claim, Finding
+    from simulator.thesis.figures import ThesisFigures
 
 REPRODUCED, CONTRADICTED, NOT_TESTABLE = "reproduced", "contradicted", "not testable"
 VERDICTS = (REPRODUCED, CONTRADICTED, NOT_TESTABLE)
@@ -115,12 +116,16 @@ def contradictions() -> tuple[Contradiction, ...]:
 
 def published_claims() -> tuple[Claim, ...]:
     """Return the claims of ch. 3 that are published results."""
+    from simulator.thesis.claims import claims
+
     known = {result.id for result in published_results()}
     return tuple(claim for claim in claims() if claim.id in known)
 
 
 def chapter_3_findings(figures: ThesisFigures, done: Callable[[str], None]) -> tuple[Finding, ...]:
     """Judge these claims; `done` is told of each."""
+    from simulator.thesis.claims import finding
+
     found = []
     for claim in published_claims():
         found.append(finding(claim, figures))

@@ -66,6 +66,11 @@ def test_a_report_loads_the_simulator_only_where_a_scene_is_named() -> None:
     assert loaded_by(code, ("simulator.scene", "simulator.jump", "numba")) == set()
 
 
+def test_a_scene_and_what_is_published_are_read_without_a_compiler() -> None:
+    code = "import simulator.changes, simulator.scene_file, simulator.steady.published_results"
+    assert loaded_by(code, ("numba", "llvmlite")) == set()
+
+
 def test_listing_runs_draws_nothing() -> None:
     code = "import labbook.book.opening, labbook.cli.runs"
     assert loaded_by(code, ("matplotlib", "pandas", "jinja2", "statsmodels", "pint", "xarray")) == set()
