@@ -52,6 +52,13 @@ LEAST_SLOPE, MOST_SLOPE = 0.7, 1.15
 1.09 were measured over 40 effect sets)."""
 
 
+QUICK = [
+    pytest.param(place, id=base.name, marks=pytest.mark.soak if base.name in ("sim1", "emulator") else ())
+    for place, base in enumerate(SHIPPED)
+]
+"""The shipped scenes, those that take seconds at the finest accuracies in a soak."""
+
+
 @pytest.fixture(scope="module", params=range(len(SHIPPED)), ids=[base.name for base in SHIPPED])
 def made(request: pytest.FixtureRequest) -> Made:
     """Scenes with the effects of a shipped one."""
@@ -151,6 +158,7 @@ def slope_of_median_error(made: Made) -> float | None:
     return float(np.polyfit(np.log(GOALS), np.log(median), 1)[0])
 
 
+@pytest.mark.parametrize("made", QUICK, indirect=True)
 def test_errors_shrink_with_the_accuracy_asked_for(made: Made) -> None:
     slope = slope_of_median_error(made)
     assert slope is not None

@@ -242,7 +242,7 @@ def test_a_cache_in_a_folder_for_all_is_ones_own(tmp_path: Path, monkeypatch: py
     assert (cache_folder(KIND) / fingerprint()).is_dir()
 
 
-@pytest.mark.parametrize("suffix", [".nbc", ".nbi"])
+@pytest.mark.parametrize("suffix", [".nbc", pytest.param(".nbi", marks=pytest.mark.soak)])
 def test_a_damaged_file_costs_time_only(suffix: str, cached: Cached, tmp_path: Path) -> None:
     shutil.copytree(cached.cache, tmp_path, dirs_exist_ok=True)
     for path in tmp_path.rglob(f"*{suffix}"):

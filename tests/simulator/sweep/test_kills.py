@@ -16,7 +16,7 @@ from simulator.sweep.parts import DONE
 from tests.cli.shell import LABBOOK, environment, good, labbook
 from tests.helpers.sweeps import every_byte
 
-KILLS, SOAK_KILLS = 3, 20
+KILLS, SOAK_KILLS = 1, 20
 
 
 def words(rows: int, out: str) -> list[str]:
