@@ -67,7 +67,7 @@ def _missing(content: ReportContent) -> str:
 
     Of the inputs that which moves the quantity most is named; what it moves is taken to be linear.
     """
-    told: list[str] = []
+    needed: list[str] = []
     for each in content.predictions.judged:
         biased = [group.bias.value for group in each.groups if group.differs]
         biases = [value for value in biased if isinstance(value, float)]
@@ -77,11 +77,11 @@ def _missing(content: ReportContent) -> str:
             off = max(map(abs, biases)) / part * one.varied_by
             shares = [with_unit(general_text(100.0 * share, 2), "%") for share in (off, one.varied_by)]
             side = _side(one.raises.get(each.quantity), biases)
-            must = "" if told else "must be "
-            told.append(f"{one.name} {must}{shares[0]} {side}, not within {shares[1]} ({each.quantity})")
-    if not told:
+            must = "" if needed else "must be "
+            needed.append(f"{one.name} {must}{shares[0]} {side}, not within {shares[1]} ({each.quantity})")
+    if not needed:
         return "No assumed input explains it: an effect is missing in the scene, or an input is wrong."
-    return f"To explain that, {'; '.join(told)}; or an effect is missing."
+    return f"To explain that, {'; '.join(needed)}; or an effect is missing."
 
 
 def _side(raises: bool | None, biases: Sequence[float]) -> str:

@@ -165,20 +165,20 @@ def difference_claim(content: ReportContent, comparison: Comparison) -> Claim:
 
 def family_claim(planned: Sequence[Comparison]) -> Claim:
     """Say how many comparisons of the family that was decided on are shown, where the claims are not of that family."""
-    told, ids = [], []
+    by_quantity, ids = [], []
     for quantity in Outcome:
         family = [item for item in planned if item.quantity is quantity]
         shown = sum(item.lead.adjusted_rejected is True and not item.one_day_each for item in family)
         if family:
-            untold = sum(
+            confounded = sum(
                 item.decision.rejected is None if item.decision else bool(item.one_day_each) for item in family
             )
-            days = f" ({untold} {NOT_FROM_DAYS})" if untold else ""
-            told.append(f"{shown or 'none'} of {count_text(len(family), 'comparison')} of {quantity}{days}")
+            days = f" ({confounded} {NOT_FROM_DAYS})" if confounded else ""
+            by_quantity.append(f"{shown or 'none'} of {count_text(len(family), 'comparison')} of {quantity}{days}")
             ids += [item.lead.adjusted.provenance for item in family if item.lead.adjusted is not None][:1]
     named = "The family of comparisons is" if any(item.exploratory for item in planned) else "Decided on beforehand was"
     text = (
-        f"{named} {planned[0].family}. A difference is shown, counted by Holm, in {list_text(told)}. "
+        f"{named} {planned[0].family}. A difference is shown, counted by Holm, in {list_text(by_quantity)}. "
         "The levels are pooled in what follows, which is exploratory."
     )
     return Claim(text, tuple(filter(None, ids)))

@@ -32,10 +32,10 @@ def describe_input(connection: sa.Connection, item: InputRow) -> Source:
     row = connection.execute(query).first()
     if row is None:
         return Source(item.input_kind, item.input_uid, f"{item.input_uid} (not in the book any more)")
-    told = [f"{name} {value}" for name, value in row._mapping.items() if value is not None]
+    parts = [f"{name} {value}" for name, value in row._mapping.items() if value is not None]
     if item.input_kind == "scene" and item.input_uid.endswith(".toml"):
-        told.append(f"sha256 {item.input_sha256}")  # of the file's bytes; of others it is that of what they stand for
-    return Source(item.input_kind, item.input_uid, ", ".join(told))
+        parts.append(f"sha256 {item.input_sha256}")  # of the file's bytes; of others it is that of what they stand for
+    return Source(item.input_kind, item.input_uid, ", ".join(parts))
 
 
 def _run(uid: str) -> sa.Select[tuple[object, ...]]:

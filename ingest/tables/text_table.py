@@ -113,15 +113,15 @@ def without_cell_units(
     columns = _columns(source, declared)
     if columns is None:
         return source, {}
-    told = ", ".join(f"{unit!r} in column {position + 1}" for position, unit in columns.units.items())
+    listed = ", ".join(f"{unit!r} in column {position + 1}" for position, unit in columns.units.items())
     if mapped(source.data) is not None:
         message = (
-            f"Units stand in the cells ({told}), which are read in files of at most {LARGE_BYTES >> 20} MiB: export "
+            f"Units stand in the cells ({listed}), which are read in files of at most {LARGE_BYTES >> 20} MiB: export "
             "without units in the cells, or split the file."
         )
         findings.add(FILE, "cell_units_too_large", message)
         return source, columns.units
-    findings.add(NOTE, "units_in_cells", f"Units stand in the cells and are read as those of the columns: {told}.")
+    findings.add(NOTE, "units_in_cells", f"Units stand in the cells and are read as those of the columns: {listed}.")
     return dataclasses.replace(source, data=_blanked(source, columns, findings)), columns.units
 
 

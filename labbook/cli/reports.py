@@ -103,15 +103,15 @@ def _lines(found: "ReportsCompared", full: bool) -> list[str]:
             "said between the two, and no number that both have moved by it:",
             *_shortened(beside, MOST_CAUSES, full),
         ]
-    told = found.moved if full else found.moved[:MOST_MOVED]
+    listed = found.moved if full else found.moved[:MOST_MOVED]
     rows = [
         (str(one.now.name), *_pair(one), ",".join(names[place] for place in one.causes) or "?", _about(one.now))
-        for one in told
+        for one in listed
     ]
     if rows:
         lines += columns(("number", "was", "is", "by", "of"), rows)
-    if told != found.moved:
-        lines.append(f"and {len(found.moved) - len(told)} more: see --full")
+    if listed != found.moved:
+        lines.append(f"and {len(found.moved) - len(listed)} more: see --full")
     reports = (found.before, found.after)
     for report, alone in zip(reports, (found.only_before, found.only_after), strict=True):
         if alone:

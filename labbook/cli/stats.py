@@ -131,14 +131,14 @@ def command(own: Callable[..., "CommandOutput"]) -> None:
     app.command(own.__name__)(with_options("shared", _SHARED)(run))
 
 
-def _print(told: "CommandOutput", full: bool, as_json: bool) -> None:
+def _print(output: "CommandOutput", full: bool, as_json: bool) -> None:
     """Print the sentences and notes, with `full` the fields behind them, and the files written."""
     from labbook.terminal import within_width
 
-    lines = within_width(told.lines)
-    for item in told.fields if full else ():
+    lines = within_width(output.lines)
+    for item in output.fields if full else ():
         lines += within_width([item]) if isinstance(item, str) else [f"  {line}" for line in columns(item[0], item[1:])]
-    emit(told.data, [*lines, *told.files], as_json)
+    emit(output.data, [*lines, *output.files], as_json)
 
 
 @command

@@ -63,7 +63,7 @@ class RunSheetFault:
         return f"{place}: {self.sentence}"
 
 
-def _told(same: Sequence[RunSheetFault]) -> str:
+def _fault_text(same: Sequence[RunSheetFault]) -> str:
     """Say once what is wrong in several lines."""
     if len(same) == 1:
         return str(same[0])
@@ -82,7 +82,7 @@ class RunSheetRefused(InputRefused):
         for fault in self.faults:
             alike.setdefault((fault.column, fault.sentence), []).append(fault)
         shown = list(alike.values())[:MOST_FAULTS_SHOWN]
-        listed = "".join(f"\n  {_told(same)}" for same in shown)
+        listed = "".join(f"\n  {_fault_text(same)}" for same in shown)
         rest = len(self.faults) - sum(map(len, shown))
         more = f"\n  and {rest} more." if rest > 0 else ""
         count = "1 fault" if len(self.faults) == 1 else f"{len(self.faults)} faults"

@@ -169,8 +169,8 @@ def _outcome_in_full(content: ReportContent, outcome: Outcome) -> Section:
 def _tests(content: ReportContent) -> Section:
     """What the thesis and others would have tested: routes over runs, days as a random effect, single jumps."""
     parts: list[Part] = [Paragraph(content.tests_beside)] if content.tests_beside else []
-    if (untold := days_claim(content)) is not None and untold not in content.claims:
-        parts.append(Paragraph(untold.text))
+    if (confounding := days_claim(content)) is not None and confounding not in content.claims:
+        parts.append(Paragraph(confounding.text))
     if content.not_planned:
         parts.append(Bullets(tuple(map(Paragraph, content.not_planned))))
     for outcome in content.outcomes:

@@ -27,14 +27,14 @@ _NOTHING = "runs are missing of what it compares"
 
 def verdict_sentence(content: ReportContent, one: Hypothesis) -> str:
     """Say what came of a hypothesis: "CE costs the same: cannot tell (simulated: holds; published: p > .5)"."""
-    beside = [reason] if (reason := _untold(content, one)) else []
+    beside = [reason] if (reason := _why_undecided(content, one)) else []
     beside += ["among the selected runs"] if one.parts and content.selection else []
     beside += [f"simulated: {one.simulated_verdict}"] if one.parts else []
     beside += [f"published: {one.published}"] if one.published else []
     return f"{one.text}: {one.verdict}" + (f" ({'; '.join(beside)})" if beside else "")
 
 
-def _untold(content: ReportContent, one: Hypothesis) -> str:
+def _why_undecided(content: ReportContent, one: Hypothesis) -> str:
     """Say why nothing can be told of a hypothesis, "" where its data only do not suffice."""
     if not one.parts:
         return _NOTHING
@@ -69,7 +69,7 @@ def _make(content: ReportContent) -> Table:
             (
                 Cell("", (one.name,)),
                 Cell(f"{one.text} ({one.source})" if one.source else one.text, (one.text, one.source)),
-                Cell(str(one.verdict), (str(one.verdict),), note=_untold(content, one)),
+                Cell(str(one.verdict), (str(one.verdict),), note=_why_undecided(content, one)),
                 Cell(str(one.simulated_verdict) if one.parts else DASH, (str(one.simulated_verdict),)),
                 Cell(one.published or DASH, (one.published,)),
             )

@@ -286,10 +286,10 @@ class Equivalence(Result):
     names: Names = AS_A_AND_B
     """What groups a and b are called in reasons and in the sentence."""
 
-    def sentence(self, a: str | None = None, b: str | None = None, unit: str = "", untold: str = "") -> str:
+    def sentence(self, a: str | None = None, b: str | None = None, unit: str = "", confounded_with: str = "") -> str:
         """Return the result in words: estimate with interval, bounds, t at each bound, p, n.
 
-        `untold` is what it cannot be told from, such as "a difference between days": nothing is claimed then.
+        `confounded_with` is what it cannot be told from, such as "a difference between days": nothing is claimed then.
         """
         a, b = self.names[0] if a is None else a, self.names[1] if b is None else b
         if isinstance(self.estimate, Undefined):
@@ -305,18 +305,17 @@ class Equivalence(Result):
             for t, df in ((chosen.t_low, chosen.df_low), (chosen.t_high, chosen.df_high))
             if not isinstance(t, Undefined)
         ]
-        told = f"{chosen.test}'s {' and '.join(tests)}, {p_text(self.p, self.alpha)}"
+        tests_text = f"{chosen.test}'s {' and '.join(tests)}, {p_text(self.p, self.alpha)}"
         if isinstance(self.estimate_ci, Undefined):
             why = f"because its {level_text(1.0 - 2.0 * self.alpha)} CI is undefined: {self.estimate_ci.reason}"
-            return (
-                f"{estimate} and is not shown to lie {self._bounds(unit)} ({told}), {why}{missing_text(self.missing)}."
-            )
+            shown = f"{estimate} and is not shown to lie {self._bounds(unit)} ({tests_text})"
+            return f"{shown}, {why}{missing_text(self.missing)}."
         verdict = f" and is {'shown' if self.equivalent is True else 'not shown'} to lie {self._bounds(unit)}"
-        if untold:
-            verdict = f"; that it lies {self._bounds(unit)} cannot be told from {untold}"
+        if confounded_with:
+            verdict = f"; that it lies {self._bounds(unit)} cannot be told from {confounded_with}"
         return (
             f"{estimate} ({interval_text(self.estimate_ci, 1.0 - 2.0 * self.alpha, short)}){verdict}, "
-            f"{told}{missing_text(self.missing)}."
+            f"{tests_text}{missing_text(self.missing)}."
         )
 
     def _bounds(self, unit: str) -> str:

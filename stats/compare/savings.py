@@ -239,10 +239,11 @@ class Savings(Result):
             else not self.percent_ci[0] < 0.0 < self.percent_ci[1]
         )
 
-    def sentence(self, control: str | None = None, treated: str | None = None, untold: str = "") -> str:
+    def sentence(self, control: str | None = None, treated: str | None = None, confounded_with: str = "") -> str:
         """Return the savings in words, with interval and n: no more than the interval bears out.
 
-        `untold` is what they cannot be told from, such as "a difference between days": no saving is claimed then.
+        `confounded_with` is what they cannot be told from, such as "a difference between days": then no saving
+        is claimed.
         """
         own = (_IN_SENTENCES.get(name, name) for name in self.names)
         control, treated = (given or name for given, name in zip((control, treated), own, strict=True))
@@ -257,9 +258,9 @@ class Savings(Result):
         else:
             interval += ", Fieller"
         end = f"{sizes}{missing_text(self.missing)}."
-        if untold:
+        if confounded_with:
             return (
-                f"No saving of {treated} against {control} can be told from {untold}: the estimate is "
+                f"No saving of {treated} against {control} can be told from {confounded_with}: the estimate is "
                 f"{estimate} ({interval}) {end}"
             )
         if self.percent == 0.0:

@@ -172,8 +172,8 @@ def _ordered(order: Sequence[object], names: tuple[str, ...], codes: Codes) -> t
         "it repeats": [name for name in names if counts[name] > 1],
     }
     if any(faults.values()):
-        told = " and ".join(f"{what} {', '.join(map(repr, some))}" for what, some in faults.items() if some)
-        raise InputRefused(f"order is not that of the conditions: {told}; give every condition that has values once.")
+        fault = " and ".join(f"{what} {', '.join(map(repr, some))}" for what, some in faults.items() if some)
+        raise InputRefused(f"order is not that of the conditions: {fault}; give every condition that has values once.")
     return _renumbered(given, names, codes)
 
 

@@ -200,19 +200,19 @@ class BlockedByDay(Result):
     missing: int
     """How many values were left out because they or a label were missing."""
 
-    def stated(self) -> ExactTest | MixedModel:
+    def leading(self) -> ExactTest | MixedModel:
         """Return the test that sentence, figure and report state: the exact one where the design is balanced."""
         return self.exact if isinstance(self.exact, ExactTest) and self.exact.balanced else self.mixed
 
     @property
     def method(self) -> str:
         """The test that is stated, in words: "mixed model", "exact test on values, day held fixed"."""
-        return self.stated().method
+        return self.leading().method
 
     @property
     def f(self) -> float | Undefined:
         """F of all conditions being equal, dimensionless."""
-        return self.stated().f
+        return self.leading().f
 
     @property
     def df_between(self) -> int:
@@ -222,22 +222,22 @@ class BlockedByDay(Result):
     @property
     def df_within(self) -> float | Undefined:
         """Degrees of freedom of the scatter."""
-        return self.stated().df_within
+        return self.leading().df_within
 
     @property
     def p(self) -> float | Undefined:
         """P(F >= f)."""
-        return self.stated().p
+        return self.leading().p
 
     @property
     def log10_p(self) -> float | Undefined:
         """Decimal logarithm of p, right at any size."""
-        return self.stated().log10_p
+        return self.leading().log10_p
 
     @property
     def contrasts(self) -> tuple[Contrast, ...]:
         """Every other condition minus the control; shape (k - 1,)."""
-        return self.stated().contrasts
+        return self.leading().contrasts
 
     def rows(self) -> tuple[Contrast, ...]:
         """Return the contrasts, for `to_frame`."""
@@ -253,7 +253,7 @@ class BlockedByDay(Result):
         where = f"{conditions}, {days}, n = {self.n}{missing_text(self.missing)}"
         exact = [self._exact_text(self.exact)] if isinstance(self.exact, ExactTest) else []
         mixed = [] if isinstance(self.mixed.f, Undefined) or self._without_mixed() else [self._mixed_text()]
-        tests = [*mixed, *exact] if self.stated() is self.mixed else [*exact, *mixed]
+        tests = [*mixed, *exact] if self.leading() is self.mixed else [*exact, *mixed]
         text = f"The conditions ({where}) give {'; '.join(tests)}."
         if isinstance(self.f, Undefined):
             text = f"No test of the conditions with day as a random effect ({where}): {self.f.reason}."
@@ -269,7 +269,7 @@ class BlockedByDay(Result):
         So it is on a single day, where both are one, and where conditions had days of their own and REML puts the days'
         variance at 0: the model then counts values where the exact test counts days.
         """
-        if self.stated() is self.mixed:
+        if self.leading() is self.mixed:
             return False
         of_one_day = self.n_days == 1 and isinstance(self.run_variance, Undefined)
         return of_one_day or (self.confounding is not None and self.day_variance == 0.0)

@@ -239,8 +239,8 @@ class Cells:
         ends = np.flatnonzero(np.diff(of_pair)) + 1
         held: dict[int, tuple[bytes, bytes]] = {}
         for some, how_often in zip(np.split(conditions, ends), np.split(counts, ends), strict=True):
-            told = some.tobytes(), how_often.tobytes()
-            if any(held.setdefault(each, told) != told for each in some.tolist()):
+            content = some.tobytes(), how_often.tobytes()
+            if any(held.setdefault(each, content) != content for each in some.tolist()):
                 return False
         return True
 

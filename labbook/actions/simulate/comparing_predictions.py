@@ -64,8 +64,8 @@ class ComparedPredictions:
     @property
     def met(self) -> bool:
         """Whether no hypothesis fails, and of the predictions that can be told there are some and none misses."""
-        told = [item.agrees for item in self.content.predictions.items if item.agrees is not None]
-        return not self.fails and bool(told) and all(told)
+        agreements = [item.agrees for item in self.content.predictions.items if item.agrees is not None]
+        return not self.fails and bool(agreements) and all(agreements)
 
 
 def compare_predictions(

@@ -7,7 +7,7 @@ from typing import Any, cast
 
 from labbook.actions.stats.answering import SHARED_NOTE, Answer, Question
 from labbook.actions.stats.comparing import compared, holm_of
-from labbook.presenting.stats.days import day_left_out, day_notes, days_untold
+from labbook.presenting.stats.days import day_left_out, day_notes, one_day_groups
 from labbook.presenting.stats.figures import estimation_of, number_of
 from labbook.presenting.stats.many import against_control_text, all_pairs_text
 from labbook.presenting.stats.plan import NO_ANOVA, plan_notes
@@ -71,7 +71,7 @@ def analyse(question: Question) -> Answer:
     """Analyse the variance of all groups; intervals of pairs and against the control are simultaneous."""
     observed = question.observed
     found = _tested(question)
-    untold, by = days_untold(observed), observed.shown_by or observed.by
+    confounded, by = one_day_groups(observed), observed.shown_by or observed.by
     notes = [
         *plan_notes(observed, False, question.alpha, NO_ANOVA),
         *day_notes(observed),
@@ -81,7 +81,7 @@ def analyse(question: Question) -> Answer:
         notes.append(f"{SHARED_NOTE} Holm's family has it.")
     if not found.pairs:
         notes.append(f"All pairs are left out: {found.too_many}")
-    told = Answer(
+    answer = Answer(
         [
             found.classic.sentence(by),
             found.welch.sentence(by),
@@ -89,21 +89,21 @@ def analyse(question: Question) -> Answer:
             *(all_pairs_text(pairs, observed.unit) for pairs in found.pairs),
             against_control_text(found.against, observed.unit),
             found.family.sentence(),
-            *([f"{untold}."] if untold else []),
+            *([f"{confounded}."] if confounded else []),
         ],
         found.results,
         lambda: _drawn(question, found.against),
         notes,
         quantile_level=question.level,
     )
-    told.add_fields("one-way ANOVA", found.classic)
-    told.add_fields("Welch ANOVA", found.welch)
-    told.add_table("equal variances", found.variances, left_out=("ratio_ci", "level"))
+    answer.add_fields("one-way ANOVA", found.classic)
+    answer.add_fields("Welch ANOVA", found.welch)
+    answer.add_table("equal variances", found.variances, left_out=("ratio_ci", "level"))
     for pairs in found.pairs:
-        told.add_table(f"all pairs by {pairs.method}", pairs.pairs)
-    told.add_table(f"Dunnett against {found.against.control}", found.against.comparisons)
-    told.add_fields("Holm", found.family)
-    return told
+        answer.add_table(f"all pairs by {pairs.method}", pairs.pairs)
+    answer.add_table(f"Dunnett against {found.against.control}", found.against.comparisons)
+    answer.add_fields("Holm", found.family)
+    return answer
 
 
 def _tested(question: Question) -> _Tested:

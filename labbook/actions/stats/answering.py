@@ -146,8 +146,8 @@ def answer(request: Request, ask: Callable[[Question], Answer]) -> CommandOutput
     _draw(request.pictures, observed, found)
     shown = as_shown_to_people(observed.in_millimetres())
     scale = 1.0 if shown.unit == observed.unit else 1000.0
-    told = found if shown is observed else ask(replace(question, observed=shown, scale=scale))
-    notes = [*shown.notes, *told.notes]
+    as_shown = found if shown is observed else ask(replace(question, observed=shown, scale=scale))
+    notes = [*shown.notes, *as_shown.notes]
     known = observed.known()
     data = {
         "source": observed.source,
@@ -160,8 +160,8 @@ def answer(request: Request, ask: Callable[[Question], Answer]) -> CommandOutput
         **found.data,
         "files": {name: str(path) for name, path in request.pictures.files.items()},
     }
-    lines = [*told.sentences, *([""] if notes else []), *(f"note: {note}" for note in notes)]
-    return CommandOutput(data, lines, told.fields, [str(path) for path in request.pictures.files.values()])
+    lines = [*as_shown.sentences, *([""] if notes else []), *(f"note: {note}" for note in notes)]
+    return CommandOutput(data, lines, as_shown.fields, [str(path) for path in request.pictures.files.values()])
 
 
 def alpha_of(alpha: float | None, level: float | None, observed: Observations) -> float:

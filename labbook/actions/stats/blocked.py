@@ -32,11 +32,11 @@ def block(question: Question) -> Answer:
     found = _compared(question, with_runs)
     names = {observed.name(label): label for label in observed.labels}
     notes = [*plan_notes(observed, question.pooled, question.alpha), *day_notes(observed, by_day=True)]
-    if found.confounding is not None and found.stated() is not found.mixed and found.day_variance == 0.0:
+    if found.confounding is not None and found.leading() is not found.mixed and found.day_variance == 0.0:
         notes.append(COUNTS_VALUES)
     if question.has_shared_errors:
         notes.append(SHARED_NOTE)
-    told = Answer(
+    answer = Answer(
         [found.sentence(observed.unit)],
         {"blocked": as_dict(found)},
         lambda: estimation_of(
@@ -45,21 +45,21 @@ def block(question: Question) -> Answer:
                 names[one.condition]: number_of(one.difference, one.interval, question.level, observed.unit)
                 for one in found.contrasts
             },
-            interval="REML with Satterthwaite's df" if found.stated() is found.mixed else "the exact test",
+            interval="REML with Satterthwaite's df" if found.leading() is found.mixed else "the exact test",
         ),
         notes,
         quantile_level=question.level,
         by_day=True,
     )
-    told.add_fields("groups over days", found)
-    told.add_table("means of an average day", found.conditions)
-    told.add_fields("mixed model, y ~ group + (1 | day)" + (" + (1 | day:run)" if with_runs else ""), found.mixed)
-    told.add_table("its differences from the control", found.mixed.contrasts)
+    answer.add_fields("groups over days", found)
+    answer.add_table("means of an average day", found.conditions)
+    answer.add_fields("mixed model, y ~ group + (1 | day)" + (" + (1 | day:run)" if with_runs else ""), found.mixed)
+    answer.add_table("its differences from the control", found.mixed.contrasts)
     if isinstance(found.exact, ExactTest):
-        told.add_fields("exact test", found.exact)
-        told.add_table("its differences from the control", found.exact.contrasts)
-    told.add_table("differences from the control, paired on day means", found.paired)
-    return told
+        answer.add_fields("exact test", found.exact)
+        answer.add_table("its differences from the control", found.exact.contrasts)
+    answer.add_table("differences from the control, paired on day means", found.paired)
+    return answer
 
 
 def _compared(question: Question, with_runs: bool) -> BlockedByDay:

@@ -14,7 +14,7 @@ from labbook.actions.stats.answering import Answer, Question
 from labbook.analysis.comparison.by_day import add_shared_error
 from labbook.analysis.observations import Observations
 from labbook.presenting.report.day_layout import FROM_DAYS
-from labbook.presenting.stats.days import HERE, LEFT_OUT, day_left_out, day_notes, days_untold, with_days_said
+from labbook.presenting.stats.days import HERE, LEFT_OUT, day_left_out, day_notes, one_day_groups, with_days_said
 from labbook.presenting.stats.decided import decided_groups
 from labbook.presenting.stats.figures import estimation_of, number_of
 from labbook.presenting.stats.plan import plan_notes
@@ -41,9 +41,9 @@ def compare(question: Question, route: str) -> Answer:
     sentences = []
     for label, result in found.items():
         own = result.sentence(names[label], control, observed.unit)
-        own = with_days_said(own, days_untold(observed, (label, observed.control)))
+        own = with_days_said(own, one_day_groups(observed, (label, observed.control)))
         sentences += [own] if by_days is None else [by_days.sentence(label), f"Ignoring days: {own}"]
-    told = Answer(
+    answer = Answer(
         sentences,
         {
             **({} if by_days is None else {"decisions": by_days.data()}),
@@ -66,10 +66,10 @@ def compare(question: Question, route: str) -> Answer:
     )
     if len(found) > 1:
         family = holm_of(found, observed, question.alpha)
-        told.sentences.append(family.sentence())
-        told.data["holm"] = as_dict(family)
-    told.add_fields_of_each((f"{names[label]} (a) minus {control} (b)", result) for label, result in found.items())
-    return told
+        answer.sentences.append(family.sentence())
+        answer.data["holm"] = as_dict(family)
+    answer.add_fields_of_each((f"{names[label]} (a) minus {control} (b)", result) for label, result in found.items())
+    return answer
 
 
 def compared(question: Question, route: str) -> dict[str, TwoSample]:
@@ -103,7 +103,7 @@ def holm_of(found: dict[str, TwoSample], observed: Observations, alpha: float) -
     )
     rejected = (
         Undefined(Reason.ONE_DAY_EACH, a=observed.name(label), b=control)
-        if days_untold(observed, (label, observed.control)) and not isinstance(each, Undefined)
+        if one_day_groups(observed, (label, observed.control)) and not isinstance(each, Undefined)
         else each
         for label, each in zip(found, family.rejected, strict=True)
     )
@@ -131,15 +131,17 @@ def save(question: Question) -> Answer:
         )
         for label in observed.others()
     }
-    untold = {label: days_untold(observed, (label, observed.control)) for label in found}
+    confounded = {label: one_day_groups(observed, (label, observed.control)) for label in found}
     notes = [*plan_notes(observed, question.pooled, question.alpha), *day_notes(observed)]
     if observed.plan is not None and not observed.measured.has_savings:
         notes.insert(0, _not_consumed(observed.measured))
     if len(found) > 1:
         notes.append(NOT_CORRECTED)
-    told = Answer(
+    answer = Answer(
         [
-            with_days_said(result.sentence(control, observed.name(label), untold[label] and FROM_DAYS), untold[label])
+            with_days_said(
+                result.sentence(control, observed.name(label), confounded[label] and FROM_DAYS), confounded[label]
+            )
             for label, result in found.items()
         ],
         {
@@ -160,10 +162,10 @@ def save(question: Question) -> Answer:
         notes,
         quantile_level=question.level,
     )
-    told.add_fields_of_each(
+    answer.add_fields_of_each(
         (f"savings of {observed.name(label)} against {control}", result) for label, result in found.items()
     )
-    return told
+    return answer
 
 
 def _not_consumed(outcome: Outcome) -> str:

@@ -12,7 +12,7 @@ from data_schema.vocabulary import Undefined
 from labbook.actions.stats.answering import SHARED_NOTE, Answer, Question
 from labbook.config.model import Bounds
 from labbook.presenting.report.day_layout import FROM_DAYS
-from labbook.presenting.stats.days import day_notes, days_untold, with_days_said
+from labbook.presenting.stats.days import day_notes, one_day_groups, with_days_said
 from labbook.presenting.stats.figures import estimation_of, number_of
 from labbook.presenting.stats.plan import Bounded, bounds_notes
 from stats.checks import Missing
@@ -37,9 +37,9 @@ def equal(question: Question, request: EquivalenceRequest) -> Answer:
     low, high, percent = bounds
     if not percent:
         low, high = (None if end is None else question.scale * end for end in (low, high))
-    found, told = {}, []
+    found, sentences = {}, []
     for label in observed.others():
-        name, untold = observed.name(label), days_untold(observed, (label, observed.control))
+        name, confounded = observed.name(label), one_day_groups(observed, (label, observed.control))
         result = equivalence(
             observed.values(label),
             observed.values(observed.control),
@@ -51,14 +51,16 @@ def equal(question: Question, request: EquivalenceRequest) -> Answer:
             missing=cast(Missing, question.source.missing),
             names=(name, control),
         )
-        told.append(with_days_said(result.sentence(name, control, observed.unit, untold and FROM_DAYS), untold))
-        found[label] = _left_open(result, name, control) if untold else result
+        sentences.append(
+            with_days_said(result.sentence(name, control, observed.unit, confounded and FROM_DAYS), confounded)
+        )
+        found[label] = _left_open(result, name, control) if confounded else result
     unit, level = "%" if percent else observed.unit, 1.0 - 2.0 * question.alpha
     notes = [*bounds_notes(observed, question.pooled, question.alpha, bounds), *day_notes(observed)]
     if question.has_shared_errors:
         notes.append(SHARED_NOTE)
     answer = Answer(
-        told,
+        sentences,
         {
             "equivalence": [
                 {"a": observed.name(label), "b": control, **as_dict(result)} for label, result in found.items()

@@ -90,7 +90,7 @@ class Health:
 
 
 @dataclass(frozen=True, slots=True)
-class _Told:
+class _Database:
     """What the database says: its own damage, the files it speaks of, and the hashes of its journal."""
 
     problems: list[str]
@@ -116,38 +116,38 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False) -> Health:
             yield fresh, replay
 
     problems: list[str] = []
-    told = _attempt(problems, lambda: _ask(engine_of(folder, configuration), played_back, deep))
-    told = told or _Told([], [], [], None)
-    problems += told.problems
+    database = _attempt(problems, lambda: _ask(engine_of(folder, configuration), played_back, deep))
+    database = database or _Database([], [], [], None)
+    problems += database.problems
     written = _attempt(problems, lambda: [entry.hash for entry in mirror.entries()])  # the table is never ahead of it
     left_out = NOTHING if written is None else mirror.left_out()
     waiting = 0
-    if written is not None and told.entries is not None:
-        problems += _compared(mirror.path, written, told.entries)
-        waiting = max(0, len(written) - len(told.entries))
-    if told.entries is None and written is None:
+    if written is not None and database.entries is not None:
+        problems += _compared(mirror.path, written, database.entries)
+        waiting = max(0, len(written) - len(database.entries))
+    if database.entries is None and written is None:
         problems.append("neither the database nor journal.jsonl holds the whole journal: `labbook restore` a backup.")
-    with counted(len(told.raw) + len(told.samples)) as step:
-        for kept in told.raw:
+    with counted(len(database.raw) + len(database.samples)) as step:
+        for kept in database.raw:
             if kept.store_path == raw_path(kept.sha256):  # else the row is altered, not the copy
                 _attempt(problems, partial(store.raw, kept.store_path, kept.sha256))
             step(kept.name)
-        for kept in told.samples:
+        for kept in database.samples:
             _attempt(problems, partial(store.check_samples, kept.store_path, kept.sha256, kept.name))
             step(kept.name)
-    spoken_of = {kept.store_path for kept in (*told.raw, *told.samples)}
-    spoken_of |= {raw_path(kept.sha256) for kept in told.raw}
+    spoken_of = {kept.store_path for kept in (*database.raw, *database.samples)}
+    spoken_of |= {raw_path(kept.sha256) for kept in database.raw}
     return Health(
         whole=not problems,
-        entries=len(written or told.entries or ()),
+        entries=len(written or database.entries or ()),
         waiting=waiting,
         left_out=left_out,
-        raw_copies=len(told.raw),
-        signal_files=len(told.samples),
+        raw_copies=len(database.raw),
+        signal_files=len(database.samples),
         problems=tuple(problems),
-        orphans=() if told.entries is None else tuple(sorted(set(_lying_in(store)) - spoken_of)),
-        verdicts_waiting=told.verdicts_waiting,
-        files_waiting=told.files_waiting,
+        orphans=() if database.entries is None else tuple(sorted(set(_lying_in(store)) - spoken_of)),
+        verdicts_waiting=database.verdicts_waiting,
+        files_waiting=database.files_waiting,
     )
 
 
@@ -160,7 +160,7 @@ def _attempt(problems: list[str], work: Callable[[], _T]) -> _T | None:
         return None
 
 
-def _ask(engine: sa.Engine, played_back: _PlayedBack, deep: bool) -> _Told:
+def _ask(engine: sa.Engine, played_back: _PlayedBack, deep: bool) -> _Database:
     try:
         check_revision(engine)
         problems: list[str] = []
@@ -174,7 +174,7 @@ def _ask(engine: sa.Engine, played_back: _PlayedBack, deep: bool) -> _Told:
             if entries:
                 problems += _altered(connection, len(entries), played_back, deep)
             waiting = len(verdicts_waiting(connection)), len(waiting_files(connection))
-        return _Told(problems, raw, samples, entries, *waiting)
+        return _Database(problems, raw, samples, entries, *waiting)
     finally:
         engine.dispose()
 
@@ -243,18 +243,18 @@ def _chained(connection: sa.Connection) -> Iterator[Entry]:
     return journal.chained(journal.stored(connection), remedy=MEND_TABLE)
 
 
-def _compared(path: Path, written: Sequence[str], told: Sequence[str]) -> list[str]:
+def _compared(path: Path, written: Sequence[str], database: Sequence[str]) -> list[str]:
     """Compare the hashes in the journal's file and table; what the file has more is applied by the next command."""
-    pairs = enumerate(zip(written, told, strict=False), start=1)
+    pairs = enumerate(zip(written, database, strict=False), start=1)
     differing = next((seq for seq, (a, b) in pairs if a != b), None)
     if differing is not None:
         return [
             f"entry {differing} of {path} is not entry {differing} of the database: the two belong to different books; "
             "put the right files together."
         ]
-    if len(written) < len(told):
+    if len(written) < len(database):
         return [
-            f"{path} ends at entry {len(written)}, the database at {len(told)}: restore the file from a backup, or "
+            f"{path} ends at entry {len(written)}, the database at {len(database)}: restore the file from a backup, or "
             "write it anew from the database with `labbook rebuild --journal`."
         ]
     return []

@@ -72,9 +72,9 @@ def causes_between(
     known = _Known(connection)
     found: dict[tuple[Any, ...], tuple[Cause, frozenset[Thing]]] = {}
     for entry in queries.entries_between(connection, earlier.seq, later.seq):
-        told = known.told(entry)
-        if told is not None:
-            kind, what = told
+        cause = known.cause_of(entry)
+        if cause is not None:
+            kind, what = cause
             key = (entry.command, known.file_of(entry)) if kind is CauseKind.FILE else (entry.seq,)
             first, touched = found.get(
                 key, (Cause(kind, what, entry.person, entry.at_utc, entry.reason), frozenset[Thing]())
@@ -118,7 +118,7 @@ class _Known:
             self.history.file_of.get(entry.uid) if entry.kind == "charge" else self.file_read.get(entry.uid, entry.uid)
         )
 
-    def told(self, entry: EntryRow) -> tuple[CauseKind, str] | None:
+    def cause_of(self, entry: EntryRow) -> tuple[CauseKind, str] | None:
         """Return what kind of cause an entry is, and the words for it; None where no number rests on what it says."""
         new = entry.new
         match entry.action, entry.kind:

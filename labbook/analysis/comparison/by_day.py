@@ -159,8 +159,8 @@ def _compared(pair: Pair, quantity: Outcome, alpha: float) -> DayComparison:
     found = blocked_by_day([item.value for item, _name in rows], names, days, control=CONTROL, level=1.0 - alpha)
     (contrast,) = found.contrasts
     unit, n = quantity.unit, found.n
-    stated = found.stated()
-    ratio = day_ratio(found, stated)
+    leading = found.leading()
+    ratio = day_ratio(found, leading)
     shared = shared_by_day(contrast, ratio, names, days, [item.shared for item, _name in rows])
     shared_se = shared.se if quantity.shares_error else None
     test = difference_with_shared(contrast.t, contrast.df, contrast.p, contrast.interval, shared, found.level)
@@ -173,8 +173,8 @@ def _compared(pair: Pair, quantity: Outcome, alpha: float) -> DayComparison:
         day_sd=Number(_root(found.day_variance), unit, n=found.n_days),
         run_sd=Number(_root(found.residual_variance), unit, n=n),
         days=found.n_days,
-        counted=stated.unit if isinstance(stated, ExactTest) else None,
-        held=stated.block if isinstance(stated, ExactTest) else "",
+        counted=leading.unit if isinstance(leading, ExactTest) else None,
+        held=leading.block if isinstance(leading, ExactTest) else "",
         confounding=found.confounding,
         notes=found.notes,
     )

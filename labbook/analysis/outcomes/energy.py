@@ -47,9 +47,9 @@ def joules_per_jump(
 def joules_per_mah(reference_voltage_v: float, jumps_made: float) -> float:
     """Return what one mAh is worth in joules a jump: 2.2 J at 15.4 V and 25 jumps."""
     voltage = as_number("the reference voltage", reference_voltage_v, above=0.0)
-    worth = MAH_TO_COULOMB * voltage / as_number("jumps made", jumps_made, above=0.0)
-    refuse_beyond("what a mAh is worth in joules a jump", [worth])
-    return worth
+    per_mah = MAH_TO_COULOMB * voltage / as_number("jumps made", jumps_made, above=0.0)
+    refuse_beyond("what a mAh is worth in joules a jump", [per_mah])
+    return per_mah
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,13 +133,13 @@ def energy_budget(
     step_sd_mah = rounding_sd_mah(resolution_mah)
     about = describe(values)
     mean = moments(values).mean
-    worth = joules_per_mah(reference_voltage_v, _harmonic_mean(counts))
+    per_mah = joules_per_mah(reference_voltage_v, _harmonic_mean(counts))
 
     of_run = as_number("the drain fit's standard error of a run", drain_se_run_j, low=0.0)
     of_mean = as_number("the drain fit's standard error of the mean", drain_se_mean_j, low=0.0)
     voltage = relative * abs(mean)
     of_step, of_steps, of_voltage = (
-        finite(size, _TERM) for size in (worth * step_sd_mah, worth * step_sd_mah / math.sqrt(about.n), voltage)
+        finite(size, _TERM) for size in (per_mah * step_sd_mah, per_mah * step_sd_mah / math.sqrt(about.n), voltage)
     )
     return EnergyBudget(
         n=about.n,
@@ -154,7 +154,7 @@ def energy_budget(
         ),
         total_one_run_j=_in_quadrature(about.sd, of_run, voltage),
         total_mean_j=_in_quadrature(about.se, of_mean, voltage),
-        joules_per_mah=worth,
+        joules_per_mah=per_mah,
         missing=left_out,
     )
 

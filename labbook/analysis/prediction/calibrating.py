@@ -352,7 +352,7 @@ def _held_out(
         errors = np.sqrt(own - 2.0 * followed)
         differences[out] = problem.predicted(other.values[np.newaxis, :])[0][out] - means[out]
         ratios[out] = differences[out] / (t_quantile(level, other.df) * errors)
-    told = np.isfinite(ratios)
+    finite = np.isfinite(ratios)
     return tuple(
         HeldOut(
             outcome,
@@ -361,7 +361,7 @@ def _held_out(
             _rms(differences[own]),
         )
         for outcome in _outcomes(problem.measured)
-        for own in [_of(problem.measured, outcome) & told]
+        for own in [_of(problem.measured, outcome) & finite]
         if own.any()
     )
 

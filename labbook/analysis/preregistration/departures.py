@@ -208,7 +208,7 @@ def _leaves(states: _States, run_uids: Collection[str], outcomes: Collection[Out
 
 def _corrected(states: _States) -> Iterator[Departure]:
     """Find what is otherwise than it was first stated, and charges and logs that only reports saw elsewhere."""
-    now, told = states.now, set[tuple[str, str, Any]]()
+    now, reported = states.now, set[tuple[str, str, Any]]()
     exchanged = {(item, run_uid): bool(came) for run_uid, _, gone, came in states.exchanged for item in gone}
     changes = difference(states.before, now)
     for state in states.reports.values():
@@ -223,8 +223,8 @@ def _corrected(states: _States) -> Iterator[Departure]:
                 hidden |= frozenset([now.charges[change.item].charge_mah]) in charges
         else:
             hidden = change.column == "condition_key" and change.item in states.elsewhere
-        if change.kind is not ChangeKind.EXCLUSION and not hidden and seen not in told:
-            told.add(seen)
+        if change.kind is not ChangeKind.EXCLUSION and not hidden and seen not in reported:
+            reported.add(seen)
             yield _correction(states, change, fewer=change.kind is ChangeKind.LOG and exchanged.get(left) is False)
 
 

@@ -200,10 +200,10 @@ def _planned_count(analysis: StudyAnalysis, planned: Sequence[PlannedRow]) -> in
     return sum((row.condition_key or "") in conditions for row in planned)
 
 
-def order(analysis: StudyAnalysis, shown: Shown, *, told: bool) -> Order:
+def order(analysis: StudyAnalysis, shown: Shown, *, in_claims: bool) -> Order:
     """Set every run's joules against its position in the day and its pack, as deviations from its condition.
 
-    `told`: the claims say already that levels of the swept factor cannot be told from their days.
+    `in_claims`: the claims say already that levels of the swept factor cannot be told from their days.
     """
     points = [
         _point(item, item.value - mean)
@@ -212,14 +212,14 @@ def order(analysis: StudyAnalysis, shown: Shown, *, told: bool) -> Order:
         for item in condition.runs
     ]
     packs = tuple(PackMean(pack, shown.number(found.deviation)) for pack, found in analysis.packs.items())
-    return Order(tuple(points), packs, None, tuple(confounded_with_day(analysis, told=told)))
+    return Order(tuple(points), packs, None, tuple(confounded_with_day(analysis, in_claims=in_claims)))
 
 
-def confounded_with_day(analysis: StudyAnalysis, *, told: bool = False) -> list[str]:
+def confounded_with_day(analysis: StudyAnalysis, *, in_claims: bool = False) -> list[str]:
     """Say which factors cannot be told from the day, because most days saw one level of them only.
 
     A day with a single run shows nothing of the kind and does not count. The swept factor is left out where it was
-    `told` that none of its comparisons can be told from days.
+    `in_claims` that none of its comparisons can be told from days.
     """
     runs = [run for run in analysis.evidence.runs if run.levels]
     by_day: dict[str, list[RunRow]] = {}
@@ -232,7 +232,7 @@ def confounded_with_day(analysis: StudyAnalysis, *, told: bool = False) -> list[
         single = sum(len({run.levels.get(factor.name) for run in of_day}) == 1 for of_day in days_of)
         if len(levels) > 1 and 2 * single > len(days_of):
             named.add(factor.name)
-            if told and factor.name == analysis.swept:
+            if in_claims and factor.name == analysis.swept:
                 continue
             title = in_sentence(factor_title(analysis, factor.name))
             sentences.append(

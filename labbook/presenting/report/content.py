@@ -63,7 +63,7 @@ def build_content(
         anovas=comparisons.anovas(analysis, shown),
         jump_comparisons=comparisons.jump_comparisons(analysis, shown),
         drains=drain.drain_fits(analysis, shown),
-        order=campaign.order(analysis, shown, told=all_on_one_day_each(compared)),
+        order=campaign.order(analysis, shown, in_claims=all_on_one_day_each(compared)),
         methods=methods.methods(analysis),
         tests_beside=tests_beside(analysis),
         sources=methods.sources(analysis),
@@ -118,8 +118,8 @@ def _claims(content: ReportContent, compared: Sequence[Comparison]) -> tuple[Cla
     ]
     claims = [claim for claim, _about in found]
     marked = [place for place, (_, about) in enumerate(found, start=1) if any(item.one_day_each for item in about)]
-    if (untold := days_claim(content)) is not None:
-        claims.insert(min(marked, default=len(claims)), untold)
+    if (confounding := days_claim(content)) is not None:
+        claims.insert(min(marked, default=len(claims)), confounding)
     return tuple(claims)
 
 

@@ -203,7 +203,7 @@ def known_error_rates(used: Mapping[Use, int]) -> tuple[str, ...]:
         own = nearest[method, row]
         less = concerned[method, layout] - own
         by_design.setdefault(_design_text(row), []).append((NAMES[method], row, own, less))
-    told = [f"At {design}: {_all_said(found)}." for design, found in by_design.items()]
+    sentences = [f"At {design}: {_all_said(found)}." for design, found in by_design.items()]
     head = (
         "Simulated at the sizes and days on record nearest to these (docs/statistics.md), not every method keeps what "
         "it states whatever the standard deviations of runs and days, which so few runs do not tell."
@@ -211,7 +211,7 @@ def known_error_rates(used: Mapping[Use, int]) -> tuple[str, ...]:
     days = {bool(row.days) for row in worst.values()}
     if len(days) > 1:
         head += " Designs without days show what unequal standard deviations do, those with days what days do beside."
-    return head, *told
+    return head, *sentences
 
 
 def _design_text(row: Recorded) -> str:

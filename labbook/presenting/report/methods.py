@@ -43,8 +43,8 @@ def methods(analysis: StudyAnalysis) -> tuple[str, ...]:
 
 def sources(analysis: StudyAnalysis) -> tuple[Source, ...]:
     """Return the sources of the methods that the paragraphs name."""
-    told = not (saved(analysis) and by_shared_days(analysis))
-    return tests_made.sources(analysis, told and sum(_dfs_of_lines(analysis)) >= ENOUGH_DEGREES)
+    over_runs = not (saved(analysis) and by_shared_days(analysis))
+    return tests_made.sources(analysis, over_runs and sum(_dfs_of_lines(analysis)) >= ENOUGH_DEGREES)
 
 
 def _dfs_of_lines(analysis: StudyAnalysis) -> list[float]:

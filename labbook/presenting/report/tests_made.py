@@ -109,12 +109,12 @@ def _by_day(compared: Sequence[Compared]) -> str:
         return "No comparison could be made by day." if found else ""
     methods = Counter(method_by_day(result) for result in tested)
     said = [f"{count_text(count, 'comparison')} by the {_BY_DAY.get(name, name)}" for name, count in methods.items()]
-    untold = [f"{len(found) - len(tested)} could not be tested so"] if len(tested) < len(found) else []
+    untested = [f"{len(found) - len(tested)} could not be tested so"] if len(tested) < len(found) else []
     exact = " The exact test stands where the design is balanced." if set(methods) != {MIXED_MODEL} else ""
     rule = f"{exact} Either takes both sides to scatter alike." if tested else ""
     return (
         "Comparisons of each level, and of all pooled within a group, with its control were made again with the day as "
-        f"a random effect, y ~ condition + (1 | day): {'; '.join([*said, *untold])}.{rule}"
+        f"a random effect, y ~ condition + (1 | day): {'; '.join([*said, *untested])}.{rule}"
     )
 
 

@@ -135,8 +135,8 @@ def _not_drawn(study: AccuracyStudy) -> Iterator[str]:
 
 def _floor_line(study: AccuracyStudy) -> str:
     floors = {name: floor for name, floor in study.reference.floor.items() if floor is not None}
-    told = ", ".join(f"{TITLES[name].lower()} {floor:.1e}" for name, floor in floors.items())
-    line = f"nothing is claimed under: {told} (the last bit of every parameter moved; doubt of the reference)."
+    listed = ", ".join(f"{TITLES[name].lower()} {floor:.1e}" for name, floor in floors.items())
+    line = f"nothing is claimed under: {listed} (the last bit of every parameter moved; doubt of the reference)."
     if max(floors.values(), default=0.0) > SENSITIVE:
         line += (
             " This scene hangs on the last bits of its parameters: no program that computes with doubles knows better."

@@ -29,16 +29,16 @@ _Runs = Mapping[str, Counter[str]]
 """Values of each day, by label of the group."""
 
 
-def days_untold(observed: Observations, labels: Sequence[str] | None = None) -> str:
+def one_day_groups(observed: Observations, labels: Sequence[str] | None = None) -> str:
     """Say what a p on these groups, or on pairs of all, cannot tell for days; "" where there is nothing to say."""
     runs = _runs(observed)
     alone = {label: runs[label] for label in labels or runs if label in runs and len(runs[label]) == 1}
     return one_day_each({observed.name(label): days for label, days in alone.items()})
 
 
-def with_days_said(sentence: str, untold: str) -> str:
+def with_days_said(sentence: str, confounded: str) -> str:
     """Return the sentence, followed by one on what its p cannot tell where there is any."""
-    return f"{sentence} {untold}." if untold else sentence
+    return f"{sentence} {confounded}." if confounded else sentence
 
 
 def day_notes(observed: Observations, *, by_day: bool = False, where: str = HERE) -> list[str]:

@@ -108,9 +108,9 @@ def test_sentence():
     assert "90 % CI" in text
     percent = equivalence(AD, CE, low=-0.5, high=0.5, bounds="percent").sentence("AD", "CE", "m")
     says(percent, "not shown to", "-0.5", "0.5 %")
-    untold = equivalence(AD, CE, low=-0.004, high=0.004).sentence("AD", "CE", "m", "a difference between days")
-    says(untold, "-0.004", "0.004 m", "cannot be told")
-    assert "shown" not in untold
+    confounded = equivalence(AD, CE, low=-0.004, high=0.004).sentence("AD", "CE", "m", "a difference between days")
+    says(confounded, "-0.004", "0.004 m", "cannot be told")
+    assert "shown" not in confounded
     says(equivalence([1.0], [2.0], low=-1.0, high=1.0).sentence(), "no test whether")
 
 

@@ -174,8 +174,8 @@ def test_the_sentence_says_more_or_less():
     text = percent_savings(CONTROL, TREATED).sentence("CE", "AD")
     says(text, "mean of AD", "13.5 %", "95 %", "n = 6", "against")
     says(percent_savings(TREATED, CONTROL).sentence(), "control (savings -")
-    untold = percent_savings(CONTROL, TREATED).sentence("CE", "AD", "a difference between days")
-    says(untold, "difference between days", "13.5 %", "n = 6", "against")
+    confounded = percent_savings(CONTROL, TREATED).sentence("CE", "AD", "a difference between days")
+    says(confounded, "difference between days", "13.5 %", "n = 6", "against")
 
 
 @pytest.mark.parametrize(

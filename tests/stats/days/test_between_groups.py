@@ -76,6 +76,6 @@ def test_what_is_shared_widens_and_what_cannot_be_told_of_one_cannot_be_told_of_
     assert isinstance(wide.ci, tuple)
     assert wide.ci[0] < plain.ci[0]
     apart = contrast_by_day(0.9 * values, values, days_treated=["a"] * 4, days_control=["b"] * 4)
-    untold = difference_of_savings(alone.savings(), apart.savings())
-    assert isinstance(untold.ci, Undefined)
-    assert untold.value == pytest.approx(0.0, abs=1e-9)
+    unknown = difference_of_savings(alone.savings(), apart.savings())
+    assert isinstance(unknown.ci, Undefined)
+    assert unknown.value == pytest.approx(0.0, abs=1e-9)

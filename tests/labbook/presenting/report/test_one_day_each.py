@@ -102,7 +102,7 @@ def test_a_family_of_levels_says_how_many_cannot_be_told_from_days(tmp_path: Pat
 def test_a_factor_is_confounded_with_days_where_no_claim_says_so(confounded: MadeReport) -> None:
     (sentence,) = confounded_with_day(confounded.analysis)
     says(sentence, "the active-damping coefficient")
-    assert confounded_with_day(confounded.analysis, told=True) == []
+    assert confounded_with_day(confounded.analysis, in_claims=True) == []
 
 
 def test_on_shared_days_nothing_of_that_is_said(tmp_path: Path) -> None:

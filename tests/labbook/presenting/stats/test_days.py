@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from labbook.analysis.observations import Observation, Observations
-from labbook.presenting.stats.days import day_left_out, day_notes, days_untold, with_days_said
+from labbook.presenting.stats.days import day_left_out, day_notes, one_day_groups, with_days_said
 from tests.helpers.wording import says
 
 PAIR = ("1", "0")
@@ -26,23 +26,23 @@ def repeated(groups: dict[str, str], runs: int) -> Observations:
 
 def test_what_a_p_on_two_groups_cannot_tell_follows_its_sentence() -> None:
     table = of_table("0a 0a 1b 1b 2a 2a")
-    untold = days_untold(table, PAIR)
-    text = with_days_said("They differ.", untold)
+    confounded = one_day_groups(table, PAIR)
+    text = with_days_said("They differ.", confounded)
     says(text, "1", "0", "not the same")
     assert text.endswith("between their days.")
     assert with_days_said("They differ.", "") == "They differ."
-    assert days_untold(table, ("2", "0")) == ""
-    assert days_untold(of_table("0 0 1 1"), PAIR) == ""  # no column of days
-    assert days_untold(of_table("0a 0a 1b 1b", by="day"), PAIR) == ""  # days are what is compared
-    assert days_untold(of_table("00 00 11 11"), PAIR) == ""
+    assert one_day_groups(table, ("2", "0")) == ""
+    assert one_day_groups(of_table("0 0 1 1"), PAIR) == ""  # no column of days
+    assert one_day_groups(of_table("0a 0a 1b 1b", by="day"), PAIR) == ""  # days are what is compared
+    assert one_day_groups(of_table("00 00 11 11"), PAIR) == ""
     missing = replace(table, rows=(*table.rows, Observation(None, "1", "a")))
-    assert days_untold(missing, PAIR) == untold
+    assert one_day_groups(missing, PAIR) == confounded
 
 
 def test_of_all_pairs_those_groups_are_named_that_had_one_day() -> None:
-    says(days_untold(of_table("0a 0a 1b 1b 2a 2a")), "gain 0", "gain 1", "gain 2", "one day each")
-    says(days_untold(of_table("0a 0c 1b 1b 2a 2a")), "gain 1", "gain 2", "one day each")
-    assert days_untold(of_table("0a 0c 1b 1b 2b 2b")) == ""
+    says(one_day_groups(of_table("0a 0a 1b 1b 2a 2a")), "gain 0", "gain 1", "gain 2", "one day each")
+    says(one_day_groups(of_table("0a 0c 1b 1b 2a 2a")), "gain 1", "gain 2", "one day each")
+    assert one_day_groups(of_table("0a 0c 1b 1b 2b 2b")) == ""
 
 
 @pytest.mark.parametrize(

@@ -38,7 +38,7 @@ def compared(rows: Rows) -> BlockedByDay:
 def test_the_exact_test_leads_just_where_it_is_balanced(rows: Rows) -> None:
     found = compared(rows)
     balanced = isinstance(found.exact, ExactTest) and found.exact.balanced
-    assert (found.stated() is found.exact) == balanced
+    assert (found.leading() is found.exact) == balanced
     # an unbalanced exact test stands beside a model that has a test of its own: nothing is lost by not stating it
     assert balanced or isinstance(found.exact, Undefined) or not isinstance(found.mixed.f, Undefined)
 
