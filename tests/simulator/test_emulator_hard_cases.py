@@ -58,6 +58,11 @@ def test_a_hold_that_is_too_long_misses_the_release() -> None:
     assert_closes(late)
 
 
+def test_a_release_that_a_sampled_controller_misses_is_counted_too() -> None:
+    scene = EMULATOR.changed({"shortest_hold": 0.6}, effects_on=["sampled_control"], jumps=4)
+    assert counted(simulate(scene, 1e-6).jumps, "release_missed") == [1, 0, 1, 0]
+
+
 def test_a_hold_of_two_seconds_bottoms_and_folds_the_leg() -> None:
     found = jumps_of({"shortest_hold": 2.0}, 12)
     assert found[-1].outcome == "leg_folded"

@@ -17,11 +17,13 @@ from simulator.kernel.layout import (
     CREEPING,
     DAMPING,
     DECIDED,
+    EMULATOR,
     EXTENSION,
     FLIGHT,
     GROWTH,
     GUARD_SWITCHES,
     HELD_FORCE,
+    HOLD,
     INTRUDING,
     LENGTH_UNIT,
     MARGIN,
@@ -29,6 +31,8 @@ from simulator.kernel.layout import (
     MODE,
     NOW,
     PHASE,
+    RELEASE_MISSED,
+    RELEASED,
     SAMPLED_SPEED,
     SPEED_UNIT,
     STIFFNESS,
@@ -51,12 +55,15 @@ def make_switch(composition: Composition) -> Function:
     """Change the phase and its gains: `(work)`."""
     set_gains = make_set_gains(composition)
     guarded, guard_m = composition.has("guard_length_m"), composition.slot("guard_length_m")
+    emulated = composition.has("travel_m")
 
     @inner
     def switch(work: Row) -> None:
         if guarded and work[PHASE] == COMPRESSION and work[NOW + X_BODY] - work[NOW + X_FOOT] < guard_m(work):
             work[GUARD_SWITCHES] += 1
         work[PHASE] = EXTENSION if work[PHASE] == COMPRESSION else COMPRESSION
+        if emulated and work[EMULATOR] == HOLD and work[PHASE] == COMPRESSION and work[RELEASED] == 0:
+            work[RELEASE_MISSED] += 1
         set_gains(work, work[PHASE] == EXTENSION, work[NOW + V_FOOT])
 
     return switch

@@ -31,7 +31,6 @@ from simulator.kernel.layout import (
     CAP_KINK,
     CLEARED,
     CLEARS,
-    COMPRESSION,
     CONDITIONS,
     COST_CAPPED,
     COST_KINK,
@@ -42,7 +41,6 @@ from simulator.kernel.layout import (
     FALLS,
     FLIGHT,
     FOLDS,
-    HOLD,
     HOLD_SINCE,
     HOLD_TURNS,
     INTRUDING,
@@ -136,7 +134,7 @@ def make_switches(composition: Composition, switch: Function, settle: Function) 
     rule, note_conditions = make_rule(composition), make_note_conditions(conditions)
     note_conjunction = make_note_conjunction(composition, conditions)
     note, held_still = make_note_saturation(composition), make_held_still(composition)
-    emulated, note_release = composition.has("travel_m"), make_note_release(composition)
+    note_release = make_note_release(composition)
 
     @inner
     def switches(work: Row, condition: int) -> int:
@@ -145,11 +143,11 @@ def make_switches(composition: Composition, switch: Function, settle: Function) 
             note_conditions(work, condition)
             if not rule(work):
                 return GOES_ON
+        missed = work[RELEASE_MISSED]
         switch(work)
         note_conditions(work, -1)
         note(work)
-        if emulated and work[EMULATOR] == HOLD and work[PHASE] == COMPRESSION and work[RELEASED] == 0:
-            work[RELEASE_MISSED] += 1
+        if work[RELEASE_MISSED] > missed:
             note_release(work)
         if work[MODE] in (JAMMED, CREEPING):
             settle(work)
