@@ -13,7 +13,8 @@ import hashlib
 import os
 import sys
 import tempfile
-from collections.abc import Sequence
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
@@ -52,15 +53,44 @@ class Wanted:
     formats: Sequence[str]
 
 
-def drawn(content: ReportContent, wanted: Wanted) -> dict[str, bytes]:
-    """Return a figure of the report by format: as it was drawn before of the same, else drawn now, once."""
+def drawn(content: ReportContent, wanted: Sequence[Wanted]) -> list[dict[str, bytes]]:
+    """Return figures of the report by format, in order: each as it was drawn before of the same, else drawn now, once.
+
+    Of several to draw a second process draws half, where there is a core for it. It hands them over in the folder; what
+    does not arrive is drawn here.
+    """
     folder = _folder()
+    paths = [_paths(folder, content, one) for one in wanted]
+    found = [_kept(one, some) for one, some in zip(wanted, paths, strict=True)]
+    missing = [place for place, known in enumerate(found) if known is None]
+    if missing:  # before another process is made, which then has all that drawing loads
+        found[missing[0]] = _drawn_now(content, wanted[missing[0]], paths[missing[0]])
+    others = missing[2::2] if folder and _may_share() else []
+    with _beside(lambda: [_drawn_now(content, wanted[place], paths[place]) for place in others], others):
+        for place in missing[1:]:
+            if place not in others:
+                found[place] = _drawn_now(content, wanted[place], paths[place])
+    for place in others:
+        found[place] = _kept(wanted[place], paths[place]) or _drawn_now(content, wanted[place], paths[place])
+    return [known for known in found if known is not None]
+
+
+def _paths(folder: Path | None, content: ReportContent, wanted: Wanted) -> dict[str, Path]:
+    """Return where a figure is kept in each format, nothing without a folder."""
+    if folder is None:
+        return {}
     shown = wanted.kind.absent(content) or wanted.kind.drawn(content)
     key = hashlib.sha256(f"{wanted.kind.name} {wanted.width_in!r} {shown!r}".encode()).hexdigest()
-    paths = {name: folder / f"{key}.{name}" for name in wanted.formats} if folder else {}
+    return {name: folder / f"{key}.{name}" for name in wanted.formats}
+
+
+def _kept(wanted: Wanted, paths: Mapping[str, Path]) -> dict[str, bytes] | None:
+    """Return a figure as it is kept, None where one of its formats is not."""
     known = {name: data for name, path in paths.items() if (data := _read(path)) is not None}
-    if len(known) == len(wanted.formats):
-        return known
+    return known if len(known) == len(wanted.formats) else None
+
+
+def _drawn_now(content: ReportContent, wanted: Wanted, paths: Mapping[str, Path]) -> dict[str, bytes]:
     figure = draw_figure(wanted.kind, content, wanted.width_in)
     found = {"svg": svg_bytes(figure)}  # always first: the other format has its positions
     if "pdf" in wanted.formats:
@@ -68,6 +98,34 @@ def drawn(content: ReportContent, wanted: Wanted) -> dict[str, bytes]:
     for name, path in paths.items():
         _keep(path, found[name])
     return {name: found[name] for name in wanted.formats}
+
+
+def _may_share() -> bool:
+    """Whether a copy of this process can draw on a core of its own: elsewhere than on Linux libraries forbid copies."""
+    return sys.platform == "linux" and len(os.sched_getaffinity(0)) > 1
+
+
+@contextlib.contextmanager
+def _beside(work: Callable[[], object], others: Sequence[int]) -> Iterator[None]:
+    """Let a copy of this process do some work meanwhile, and wait for its end; without `others` there is none."""
+    if not others:
+        yield
+        return
+    with warnings.catch_warnings():
+        # Python warns of threads: those of the progress bar and of BLAS hold no lock that drawing asks for.
+        warnings.simplefilter("ignore", DeprecationWarning)
+        copy = os.fork()
+    if copy == 0:
+        try:
+            with Path(os.devnull).open("w") as nothing:
+                sys.stdout = sys.stderr = nothing
+                work()
+        finally:
+            os._exit(0)  # whatever happened: nothing of the process that it is a copy of is closed or said twice
+    try:
+        yield
+    finally:
+        os.waitpid(copy, 0)
 
 
 def forget_unused(most_bytes: int = MOST_BYTES) -> None:

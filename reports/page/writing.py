@@ -158,13 +158,15 @@ def figure_files(content: ReportContent, of_page: set[str] | None) -> dict[str, 
     `of_page` names those of the page, "_one_column" behind the narrow ones, which are wanted as SVG; None for every
     figure at both widths as SVG and PDF.
     """
-    files: dict[str, bytes] = {}
-    for kind in figures_of(content):
-        for ending, width_in in _WIDTHS.items():
-            name = f"{kind.name}{ending}"
-            if of_page is None or name in of_page:
-                found = drawn(content, Wanted(kind, width_in, _FORMATS if of_page is None else ("svg",)))
-                files |= {f"{name}.{suffix}": data for suffix, data in found.items()}
+    formats = _FORMATS if of_page is None else ("svg",)
+    wanted = {
+        f"{kind.name}{ending}": Wanted(kind, width_in, formats)
+        for kind in figures_of(content)
+        for ending, width_in in _WIDTHS.items()
+        if of_page is None or f"{kind.name}{ending}" in of_page
+    }
+    found = zip(wanted, drawn(content, list(wanted.values())), strict=True)
+    files = {f"{name}.{suffix}": data for name, formed in found for suffix, data in formed.items()}
     forget_unused()
     return files
 

@@ -1,4 +1,5 @@
 import dataclasses
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -43,15 +44,19 @@ def figures_not_drawn(cache, monkeypatch):
     monkeypatch.setattr(figure_cache, "svg_bytes", lambda name: name.encode() * 100)
 
 
+def one_drawn(content, wanted):
+    return drawn(content, [wanted])[0]
+
+
 def all_drawn(content):
-    return {name: drawn(content, Wanted(FIGURES[name], ONE_COLUMN_IN, ("svg",))) for name in FIGURE_NAMES}
+    return {name: one_drawn(content, Wanted(FIGURES[name], ONE_COLUMN_IN, ("svg",))) for name in FIGURE_NAMES}
 
 
 @pytest.mark.parametrize("name", FIGURE_NAMES)
 def test_a_kept_figure_is_byte_for_byte_what_is_drawn_anew(content, written, cache, name):
     """The report's figure, which `test_the_same_content_gives_the_same_bytes` compares with one of all the content."""
     wanted = Wanted(FIGURES[name], TWO_COLUMNS_IN, ("svg", "pdf"))
-    first, again = drawn(content, wanted), drawn(content, wanted)
+    first, again = one_drawn(content, wanted), one_drawn(content, wanted)
     assert cache == [name]
     folder = written.parent / "figures"
     assert first == again == {ending: (folder / f"{name}.{ending}").read_bytes() for ending in ("svg", "pdf")}
@@ -78,8 +83,8 @@ def test_one_changed_number_draws_the_figures_anew_that_show_it(content, cache, 
 
 
 def test_a_format_asked_for_later_has_the_same_bytes(content, cache):
-    svg = drawn(content, Wanted(FIGURES["flow"], ONE_COLUMN_IN, ("svg",)))
-    both = drawn(content, Wanted(FIGURES["flow"], ONE_COLUMN_IN, ("svg", "pdf")))
+    svg = one_drawn(content, Wanted(FIGURES["flow"], ONE_COLUMN_IN, ("svg",)))
+    both = one_drawn(content, Wanted(FIGURES["flow"], ONE_COLUMN_IN, ("svg", "pdf")))
     assert both["svg"] == svg["svg"]
     assert both["pdf"].startswith(b"%PDF")
     assert cache == ["flow", "flow"]
@@ -88,30 +93,72 @@ def test_a_format_asked_for_later_has_the_same_bytes(content, cache):
 @pytest.mark.parametrize("damage", [lambda data: data[:-1], lambda data: data + b" ", lambda data: b""])
 def test_a_damaged_file_is_drawn_anew(content, cache, damage):
     wanted = Wanted(FIGURES["flow"], ONE_COLUMN_IN, ("svg",))
-    before = drawn(content, wanted)
+    before = one_drawn(content, wanted)
     (path,) = cache_folder(KIND).glob("*/*.svg")
     path.write_bytes(damage(path.read_bytes()))
-    assert drawn(content, wanted) == before
-    assert drawn(content, wanted) == before
+    assert one_drawn(content, wanted) == before
+    assert one_drawn(content, wanted) == before
     assert cache == ["flow", "flow"]
 
 
 @pytest.mark.parametrize("place", ["", "labbook-figures", "labbook-figures/{}", "labbook-figures/{}/{}"])
 def test_nothing_is_taken_from_where_others_may_write(content, cache, tmp_path, place):
     wanted = Wanted(FIGURES["flow"], ONE_COLUMN_IN, ("svg",))
-    before = drawn(content, wanted)
+    before = one_drawn(content, wanted)
     (path,) = cache_folder(KIND).glob("*/*.svg")
     shared = tmp_path / "cache" / place.format(drawing_version(), path.name)
     shared.chmod(shared.stat().st_mode | 0o002)
-    assert drawn(content, wanted) == before
+    assert one_drawn(content, wanted) == before
     assert cache == ["flow", "flow"]
 
 
 def test_without_a_folder_everything_is_drawn(content, cache, tmp_path):
     (tmp_path / "cache").write_text("a file is here")
     wanted = Wanted(FIGURES["flow"], ONE_COLUMN_IN, ("svg",))
-    assert drawn(content, wanted) == drawn(content, wanted)
+    assert one_drawn(content, wanted) == one_drawn(content, wanted)
     assert cache == ["flow", "flow"]
+
+
+@pytest.fixture
+def two_processes(monkeypatch):
+    """Half is drawn by another process, however many cores there are."""
+    if sys.platform != "linux":
+        pytest.skip("there is no second process here")
+    monkeypatch.setattr(figure_cache, "_may_share", lambda: True)
+
+
+def every(content):
+    return drawn(content, [Wanted(FIGURES[name], ONE_COLUMN_IN, ("svg",)) for name in FIGURE_NAMES])
+
+
+def test_what_a_second_process_draws_has_the_same_bytes(content, cache, two_processes, monkeypatch):
+    shared = every(content)
+    here = list(cache)
+    for path in cache_folder(KIND).glob("*/*.svg"):
+        path.unlink()
+    monkeypatch.setattr(figure_cache, "_may_share", lambda: False)
+    assert every(content) == shared
+    assert here == [FIGURE_NAMES[0], *FIGURE_NAMES[1::2]]
+    assert cache == [*here, *FIGURE_NAMES]
+
+
+def test_what_a_second_process_does_not_draw_is_drawn_here(
+    content, figures_not_drawn, cache, two_processes, monkeypatch
+):
+    whole = every(content)
+    for path in cache_folder(KIND).glob("*/*.svg"):
+        path.unlink()
+    first, named = os.getpid(), figure_cache.draw_figure
+
+    def ends(kind, content, width_in):
+        if os.getpid() != first:
+            raise RuntimeError("the second process fails")
+        return named(kind, content, width_in)
+
+    monkeypatch.setattr(figure_cache, "draw_figure", ends)
+    cache.clear()
+    assert every(content) == whole
+    assert cache == [FIGURE_NAMES[0], *FIGURE_NAMES[1::2], *FIGURE_NAMES[2::2]]
 
 
 def test_the_oldest_go_beyond_the_bound_and_old_versions_too(content, cache, figures_not_drawn):
