@@ -61,7 +61,7 @@ def test_instruments_of_a_demonstration_have_their_resolution() -> None:
         assert all(len(water.partition(".")[2]) <= (float(water) < 100.0) for water in waters)
 
 
-@pytest.mark.parametrize("study", ["compaction", "field", "characterisation"])
+@pytest.mark.parametrize("study", ["compaction", "field", pytest.param("characterisation", marks=pytest.mark.soak)])
 def test_a_study_s_page_has_its_answer_figure_and_the_hash_of_its_sheet(tmp_path: Path, study: str) -> None:
     folder, page = tmp_path / "demo", tmp_path / "page.html"
     command = good(labbook("demo", "--study", study, "--json", str(folder), at=tmp_path)).json["next"]
@@ -77,9 +77,10 @@ def test_a_study_s_page_has_its_answer_figure_and_the_hash_of_its_sheet(tmp_path
     prints_page_one_on_a_sheet(page)
 
 
-def test_the_same_seed_makes_the_same_files(tmp_path: Path) -> None:
+@pytest.mark.parametrize("study", ["compaction", "field", pytest.param("characterisation", marks=pytest.mark.soak)])
+def test_the_same_seed_makes_the_same_files(tmp_path: Path, study: str) -> None:
     for name in ("one", "other"):
-        good(labbook("demo", "--study", "characterisation", str(tmp_path / name), at=tmp_path))
+        good(labbook("demo", "--study", study, str(tmp_path / name), at=tmp_path))
     one, other = (
         {path.name: path.read_bytes() for path in (tmp_path / name / "instruments").iterdir()}
         for name in ("one", "other")
@@ -95,7 +96,10 @@ def test_another_study_and_a_folder_that_is_not_empty_are_refused(tmp_path: Path
         refused(labbook("demo", "--study", study, str(tmp_path / "there"), at=tmp_path), 2, "not empty")
 
 
-@pytest.mark.parametrize(("study", "campaigns"), [("compaction", 3), ("field", 3), ("characterisation", 1)])
+@pytest.mark.parametrize(
+    ("study", "campaigns"),
+    [("compaction", 3), ("field", 3), pytest.param("characterisation", 1, marks=pytest.mark.soak)],
+)
 def test_intervals_of_ingested_campaigns_are_those_that_are_counted(study: str, campaigns: int) -> None:
     """A smaller one of docs/validation.md: through files and a book, more than half of the intervals hold the truth.
 

@@ -79,9 +79,10 @@ def test_savings_and_lost_heights_are_those_of_means_on_shared_days(book: Path) 
             assert one[key]["ci_low"] < one[key]["value"] < one[key]["ci_high"]
 
 
-def test_intervals_cover_what_is_true() -> None:
+@pytest.mark.parametrize("campaigns", [25, pytest.param(100, marks=pytest.mark.soak)])
+def test_intervals_cover_what_is_true(campaigns: int) -> None:
     """The count lies in the 99.9 % binomial band."""
-    assert not outside(covered(STUDIES["emulator, charges"], 100))
+    assert not outside(covered(STUDIES["emulator, charges"], campaigns))
 
 
 def test_a_gain_without_a_rise_is_left_out_with_all_above_it(book: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import gzip
 import re
 import shlex
@@ -31,6 +32,15 @@ def book(tmp_path: Path) -> Path:
         (tmp_path / name).write_text(flasks(np.random.default_rng(seed)), encoding="utf-8")
     (tmp_path / "walks.csv").write_text(walks(np.random.default_rng(1)), encoding="utf-8")
     return tmp_path / "book"
+
+
+@functools.cache
+def trials_of_a_length() -> dict[str, str]:
+    """Trials of a leg's gains at 15 cm alone, as a sheet and the log of each."""
+    files = oscillation_campaign(2).files
+    head, *rows = (line for line in files["trials.csv"].splitlines(keepends=True))
+    logs = {name: text for name, text in files.items() if name.startswith("15cm")}
+    return {**logs, "trials.csv": "".join([head, *(row for row in rows if row.startswith("15cm"))])}
 
 
 def configure(book: Path, table: str) -> None:
@@ -198,7 +208,7 @@ def test_a_last_line_that_may_be_cut_is_refused_of_a_file_too(book: Path) -> Non
     path.write_text(path.read_text(encoding="utf-8").rstrip("\n"), encoding="utf-8")
     refused(labbook("study", "field", path, at=book), 2, "walks.csv has no line end", "--complete")
     good(labbook("study", "field", path, "--complete", at=book))
-    for name, text in oscillation_campaign(2).files.items():
+    for name, text in trials_of_a_length().items():
         (book / name).write_text(text if name == "trials.csv" else text.rstrip("\n"), encoding="utf-8")
     refused(labbook("study", "characterisation", "trials.csv", at=book), 2, "15cm_60_1kg_1.csv has no line end")
     good(labbook("study", "characterisation", "trials.csv", "--complete", at=book))
@@ -213,13 +223,12 @@ def test_the_decimal_sign_is_the_one_declared_with_the_sheet(book: Path) -> None
 
 
 def test_trials_find_their_logs_in_the_book(book: Path) -> None:
-    campaign = oscillation_campaign(2)
-    for name, text in campaign.files.items():
+    for name, text in trials_of_a_length().items():
         (book.parent / name).write_text(text, encoding="utf-8")
     trials = book.parent / "trials.csv"
     good(labbook("ingest", trials, at=book))
     refused(labbook("study", "characterisation", at=book), 2, "15cm_60_1kg_1.csv", "--format study_log")
-    logs = [book.parent / name for name in campaign.files if name != "trials.csv"]
+    logs = [book.parent / name for name in trials_of_a_length() if name != "trials.csv"]
     good(labbook("ingest", *logs, "--format", "study_log", at=book))
     assert asked(book, "characterisation") == asked(book, "characterisation", str(trials))
     assert good(labbook("runs", "inbox", "--json", at=book)).json == []
@@ -227,9 +236,8 @@ def test_trials_find_their_logs_in_the_book(book: Path) -> None:
 
 def test_logs_that_a_sheet_names_are_known_for_what_they_are(book: Path) -> None:
     """They were asked for a body height, which no log of a trial has."""
-    campaign = oscillation_campaign(2)
     (book / "logs").mkdir()
-    for name, text in campaign.files.items():
+    for name, text in trials_of_a_length().items():
         (book / ("." if name == "trials.csv" else "logs") / name).write_text(text, encoding="utf-8")
     good(labbook("ingest", "trials.csv", at=book))
     said = good(labbook("ingest", "logs", at=book)).out
@@ -259,14 +267,13 @@ def test_each_log_of_a_book_has_its_own_decimal_sign(book: Path) -> None:
 
 def test_a_log_that_two_names_mean_is_refused(book: Path) -> None:
     """A book knows logs without their folders: one of the same name that was not ingested would count as the other."""
-    campaign = oscillation_campaign(2)
     (book.parent / "day1").mkdir()
-    for name, text in campaign.files.items():
+    for name, text in trials_of_a_length().items():
         (book.parent / "day1" / name).write_text(text, encoding="utf-8")
-    head, *rows = campaign.files["trials.csv"].splitlines()
+    head, *rows = trials_of_a_length()["trials.csv"].splitlines()
     sheet = "\n".join([head, *(f"day1/{row}" for row in rows), f"day2/{rows[0]}"]) + "\n"
     (book.parent / "trials.csv").write_text(sheet, encoding="utf-8")
-    logs = [f"../day1/{name}" for name in campaign.files if name != "trials.csv"]
+    logs = [f"../day1/{name}" for name in trials_of_a_length() if name != "trials.csv"]
     good(labbook("ingest", *logs, "--format", "study_log", at=book))
     good(labbook("ingest", "../trials.csv", at=book))
     refused(
@@ -329,7 +336,7 @@ def test_the_page_works_as_it_says(book: Path) -> None:
     text = (DOCS / "studies.md").read_text(encoding="utf-8")
     sheets, logs, *asks = (shlex.split(line) for line in re.findall(r"^ {7}labbook (.*)$", text, re.MULTILINE))
     (book / "logs").mkdir()
-    for name, written in oscillation_campaign(2).files.items():
+    for name, written in trials_of_a_length().items():
         (book / ("." if name == "trials.csv" else "logs") / name).write_text(written, encoding="utf-8")
     for name in ("flasks.csv", "walks.csv"):
         shutil.copy(book.parent / name, book)
