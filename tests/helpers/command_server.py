@@ -2,8 +2,8 @@
 
 Started by `tests.helpers.commands`: everything is imported once, each command is a fork. Requests and answers are
 lines of JSON. A command can be told to die by SIGKILL right after it has synced its nth file to the disk, or its nth of
-a certain name: the moments that crash safety is about; or that no file may grow beyond a size, as on a full disk. What
-labbook does until then is its own doing.
+a certain name, or before it renames for the nth time: the moments that crash safety is about; or that no file may grow
+beyond a size, as on a full disk. What labbook does until then is its own doing.
 """
 
 from __future__ import annotations
@@ -72,6 +72,8 @@ def _command(request: dict[str, Any]) -> NoReturn:
         resource.setrlimit(resource.RLIMIT_FSIZE, (request["largest_file"], resource.RLIM_INFINITY))
     if request["die_after_sync"]:
         _die_after_sync(request["die_after_sync"], request["of"])
+    if request["die_before_rename"]:
+        _die_before_rename(request["die_before_rename"])
     code: object = 1
     try:
         run(request["words"])
@@ -93,6 +95,19 @@ def _die_after_sync(number: int, of: str | None) -> None:
                 os.kill(os.getpid(), signal.SIGKILL)
 
     setattr(os, "fsync", sync_and_die)  # noqa: B010 - what is put there takes descriptors only
+
+
+def _die_before_rename(number: int) -> None:
+    left = number
+
+    def watch(event: str, _arguments: object) -> None:
+        nonlocal left
+        if event == "os.rename":
+            left -= 1
+            if left == 0:
+                os.kill(os.getpid(), signal.SIGKILL)
+
+    sys.addaudithook(watch)
 
 
 if __name__ == "__main__":

@@ -47,27 +47,32 @@ class Commands:
     numbers: Iterator[int] = field(default_factory=count)
 
     def start(
-        self, *words: str | Path, die_after_sync: int = 0, of: str | None = None, largest_file: int = 0
+        self,
+        *words: str | Path,
+        die_after_sync: int = 0,
+        of: str | None = None,
+        die_before_rename: int = 0,
+        largest_file: int = 0,
     ) -> Running:
         """Start a command; it dies right after its nth sync to the disk, of files called `of` where that is given.
 
-        With `largest_file`, writing to a file beyond that many bytes fails, as on a full disk.
+        With `die_before_rename` it dies before it renames for the nth time; with `largest_file`, writing to a file
+        beyond that many bytes fails, as on a full disk.
         """
         output = self.folder / f"output-{next(self.numbers)}"
         request = {
             "words": list(map(str, words)),
             "die_after_sync": die_after_sync,
             "of": of,
+            "die_before_rename": die_before_rename,
             "largest_file": largest_file,
             "output": str(output),
         }
         return Running(self, self.ask(request), output)
 
-    def run(
-        self, *words: str | Path, die_after_sync: int = 0, of: str | None = None, largest_file: int = 0
-    ) -> tuple[int, str]:
-        """Run a command to its end; returns its exit code and what it printed."""
-        running = self.start(*words, die_after_sync=die_after_sync, of=of, largest_file=largest_file)
+    def run(self, *words: str | Path, **how: Any) -> tuple[int, str]:
+        """Run a command to its end, started as by `start`; returns its exit code and what it printed."""
+        running = self.start(*words, **how)
         return running.wait(), running.output.read_text()
 
     def ask(self, request: dict[str, Any]) -> Any:

@@ -8,12 +8,20 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
+import pytest
 import sqlalchemy as sa
 
 from data_schema import migrations
 from data_schema.tables import METADATA
 
 ENGINES = ("sqlite", "postgresql")
+
+
+def server_in_a_soak(fixture: str) -> pytest.MarkDecorator:
+    """Have a test's book, engine or address on SQLite in the usual run, and on PostgreSQL too in a soak."""
+    on_server = pytest.param("postgresql", marks=pytest.mark.soak)
+    return pytest.mark.parametrize(fixture, ["sqlite", on_server], indirect=True)
+
 
 Rows = list[tuple[Any, ...]]
 

@@ -20,7 +20,7 @@ from labbook.book.naming import run_named
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database
 from tests.helpers.books import ADA, SmallBook, import_sheet, small_book
-from tests.helpers.databases import all_rows_by_name
+from tests.helpers.databases import all_rows_by_name, server_in_a_soak
 from tests.helpers.wording import refuses, says
 
 SHEET = "run,charge,minutes\nr001,0.15,12\nr002,0.16,12\nr003,0.17,12\n,0.18,12\n"
@@ -230,6 +230,7 @@ def test_a_row_that_goes_and_comes_back_is_where_a_person_put_it(small: SmallBoo
     rebuilt_alike(small)
 
 
+@server_in_a_soak("database_url")
 def test_rows_that_repeated_one_are_placed_when_it_says_something_else(
     tmp_path: Path, database_url: str | None
 ) -> None:

@@ -28,6 +28,7 @@ from labbook.actions.upkeep.recomputing import recompute
 from labbook.book.rebuilding import rebuild_database, rewrite_journal
 from labbook.terminal import progress
 from tests.helpers.books import ADA, SmallBook, small_book
+from tests.helpers.databases import server_in_a_soak
 from tests.helpers.journals import renumbered
 from tests.helpers.statements import in_file, note
 from tests.helpers.whole_book import copy_of_judged_book, copy_of_whole_book, whole_book
@@ -164,6 +165,7 @@ def test_an_altered_row_is_named_with_what_should_stand_there(whole: SmallBook, 
     assert "`labbook rebuild`" in found.problems[-1]
 
 
+@server_in_a_soak("database_url")
 def test_all_altered_rows_are_named_and_a_rebuild_says_and_mends_them(tmp_path: Path, database_url: str | None) -> None:
     book = whole_book(tmp_path, database_url) if database_url else copy_of_whole_book(tmp_path)
     assert check(book, deep=True).problems == ()

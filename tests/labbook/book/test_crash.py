@@ -23,7 +23,7 @@ from labbook.book.opening import Book, open_book
 from labbook.book.rebuilding import rebuild_database
 from tests.helpers.books import ADA, SmallBook, instrument_files, small_book, small_toml
 from tests.helpers.commands import KILLED, Commands
-from tests.helpers.databases import all_rows
+from tests.helpers.databases import all_rows, server_in_a_soak
 from tests.helpers.statements import in_file, in_table, note, notes, said_alike
 
 FILES_A_ROUND = 1
@@ -128,8 +128,9 @@ def kill_rounds(lab: Lab, rounds: int) -> int:
     return died
 
 
+@server_in_a_soak("database_url")
 def test_killed_at_random_nothing_is_lost_nothing_is_half_there(lab: Lab) -> None:
-    rounds = 20 if lab.standing.engine.dialect.name == "sqlite" else 8
+    rounds = 8
     assert kill_rounds(lab, rounds) > rounds // 4
     code, said = lab.commands.run(*lab.ingest(lab.inbox))
     assert code == 0, said

@@ -26,16 +26,14 @@ from labbook.book.replacing_postgres import FRESH, replace_postgres
 from labbook.book.replacing_sqlite import replace_sqlite
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.commands import KILLED, Commands
-from tests.helpers.databases import Rows, all_rows, all_rows_by_name
+from tests.helpers.databases import Rows, all_rows, all_rows_by_name, server_in_a_soak
 from tests.helpers.postgres import Cluster
 from tests.helpers.schemas import schema_lines
 from tests.helpers.statements import note, notes, said_alike
 from tests.helpers.whole_book import copy_of_judged_book, copy_of_whole_book, whole_book
 from tests.helpers.wording import refuses, says
 
-SERVER_IN_A_SOAK = pytest.mark.parametrize(
-    "book", ["sqlite", pytest.param("postgresql", marks=pytest.mark.soak)], indirect=True
-)
+SERVER_IN_A_SOAK = server_in_a_soak("book")
 """For what is settled by the journal before the engine matters."""
 
 
@@ -298,6 +296,7 @@ def test_a_role_without_rights_is_told_what_a_rebuild_needs(postgres_url: str, j
 # --- others at the same time
 
 
+@SERVER_IN_A_SOAK
 def test_what_is_said_while_a_book_is_rebuilt_is_in_it(book: SmallBook, commands: Commands) -> None:
     """One speaks when all that was there is applied, others at any moment."""
     running = []
@@ -386,38 +385,16 @@ def test_a_rebuild_that_is_killed_while_it_replaces_leaves_the_old_database(judg
     assert list(judged.folder.glob(".labbook*")) == []
 
 
-KILLED_BEFORE_A_RENAME = """
-import os, signal, sys
-from pathlib import Path
-from labbook.book.rebuilding import rebuild_database
-
-left = int(sys.argv[2])
-
-def watch(event, _arguments):
-    global left
-    if event == "os.rename":
-        left -= 1
-        if left == 0:
-            os.kill(os.getpid(), signal.SIGKILL)
-
-sys.addaudithook(watch)
-rebuild_database(Path(sys.argv[1]), lambda _step: None)
-"""
-
-
-def test_a_rebuild_that_is_killed_at_any_rename_keeps_the_old_database_for_good(tmp_path: Path) -> None:
+def test_a_rebuild_that_is_killed_at_any_rename_keeps_the_old_database_for_good(
+    tmp_path: Path, commands: Commands
+) -> None:
     """Whatever the old one alone held is found again, also after the next rebuild has cleaned up."""
-    root = Path(__file__).parents[3]
     for number in range(1, 10):
         book = small_book(tmp_path / str(number), ingested=False)
         with closing(sqlite3.connect(book.database)) as old:
             old.execute("CREATE TABLE theirs (x TEXT)")
-        done = subprocess.run(
-            [sys.executable, "-c", KILLED_BEFORE_A_RENAME, book.folder, str(number)],
-            env={**os.environ, "PYTHONPATH": str(root)},
-            check=False,
-        )
-        assert done.returncode in (0, KILLED)
+        code, said = commands.run("rebuild", "--book", book.folder, die_before_rename=number)
+        assert code in (0, KILLED), said
         rebuild(book)
         tables = []
         for path in sorted(book.folder.glob("labbook.db*")):
@@ -425,9 +402,9 @@ def test_a_rebuild_that_is_killed_at_any_rename_keeps_the_old_database_for_good(
                 tables += database.execute("SELECT name FROM sqlite_master").fetchall()
         assert ("theirs",) in tables
         assert list(book.folder.glob(".labbook*")) == []
-        if done.returncode == 0:
+        if code == 0:
             break
-    assert done.returncode == 0
+    assert code == 0
     assert number > 1
 
 
@@ -499,6 +476,7 @@ def test_what_is_cut_off_is_told_and_never_thrown_away(tmp_path: Path) -> None:
 # --- interrupted
 
 
+@pytest.mark.soak
 def test_a_rebuild_that_is_killed_leaves_the_old_database(whole: SmallBook, commands: Commands) -> None:
     before, chance = rows_of(whole), random.Random(5)
     died = 0
@@ -599,7 +577,9 @@ def test_the_log_of_a_lost_database_is_not_read_into_the_new_one(judged: SmallBo
     assert rows_of(judged) == before
 
 
-@pytest.mark.parametrize("most", [100, 5_000, 60_000, 150_000])
+@pytest.mark.parametrize(
+    "most", [*(pytest.param(most, marks=pytest.mark.soak) for most in (100, 5_000)), 60_000, 150_000]
+)
 def test_a_rebuild_without_space_is_a_sentence_and_leaves_the_book(
     most: int, tmp_path: Path, commands: Commands
 ) -> None:

@@ -1,4 +1,4 @@
-"""Two campaigns (five in a soak) through files, database and report: what was drawn is reported, its ground found."""
+"""A campaign (five in a soak) through files, database and report: what was drawn is reported, its ground found."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
 from tests.helpers.demos import CAMPAIGNS, made_demo
 from tests.helpers.wording import says
 
-SEEDS = (1, 2, *(pytest.param(seed, marks=pytest.mark.soak) for seed in (3, 4, 5)))
+SEEDS = (1, *(pytest.param(seed, marks=pytest.mark.soak) for seed in (2, 3, 4, 5)))
 JUMPS = 4
 SOFT, STIFF = "small foot, k = 835 N/m", "small foot, k = 1091 N/m"
 LARGE = "large foot, k = 835 N/m"

@@ -22,7 +22,7 @@ from labbook.book.rebuilding import rebuild_database
 from labbook.terminal import progress
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.commands import KILLED, Commands
-from tests.helpers.databases import all_rows, all_rows_by_name
+from tests.helpers.databases import all_rows, all_rows_by_name, server_in_a_soak
 from tests.helpers.folders import contents
 from tests.helpers.whole_book import copy_of_whole_book
 from tests.helpers.wording import refuses
@@ -86,7 +86,7 @@ def test_old_databases_and_what_was_cut_off_go_and_the_book_stays(book: SmallBoo
         assert listed(standing) == {}
 
 
-@pytest.mark.parametrize("book", ["sqlite", pytest.param("postgresql", marks=pytest.mark.soak)], indirect=True)
+@server_in_a_soak("book")
 def test_only_what_is_named_goes(book: SmallBook) -> None:
     old = rebuild(book)
     lay(book, TEMPORARY)
@@ -100,6 +100,7 @@ def test_only_what_is_named_goes(book: SmallBook) -> None:
         assert set(listed(standing)) == {old}
 
 
+@server_in_a_soak("database_url")
 def test_results_that_no_report_shows_go_and_come_again(tmp_path: Path, database_url: str | None) -> None:
     book = copy_of_whole_book(tmp_path)
     if database_url is not None:
@@ -185,6 +186,7 @@ def test_an_ingest_whose_files_are_removed_before_its_rows_are_there_is_not_half
     assert check(book).problems == ()
 
 
+@server_in_a_soak("database_url")
 def test_pruning_while_others_ingest_takes_nothing_from_them(
     tmp_path: Path, database_url: str | None, commands: Commands
 ) -> None:

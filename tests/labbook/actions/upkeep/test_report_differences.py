@@ -26,6 +26,7 @@ from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.books import ADA, BEN, SmallBook, copy_of, ingest_all, small_book
+from tests.helpers.databases import server_in_a_soak
 from tests.helpers.wording import says
 
 LATE = "r012"
@@ -122,7 +123,7 @@ def test_a_correction_a_verdict_a_file_and_a_version_are_told_apart(
         assert sum(said in line for line in lines) == 1, (said, told)
 
 
-@pytest.mark.parametrize("book", ["sqlite", pytest.param("postgresql", marks=pytest.mark.soak)], indirect=True)
+@server_in_a_soak("book")
 def test_nothing_moves_where_nothing_was_said(book: SmallBook) -> None:
     with book.open() as standing:
         report(standing)

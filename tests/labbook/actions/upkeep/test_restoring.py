@@ -238,6 +238,7 @@ def test_killed_after_a_sync_the_same_command_completes_it(quick: Path, tmp_path
     assert list((tmp_path / "restored").glob(".*")) == []
 
 
+@pytest.mark.soak
 def test_killed_on_the_way_into_postgresql_the_same_command_completes_it(
     quick: Path, tmp_path: Path, commands: Commands, postgres_url: str
 ) -> None:

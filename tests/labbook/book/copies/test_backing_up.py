@@ -18,6 +18,7 @@ from labbook.book.copies.last_backup import backup_line, last_backup
 from labbook.terminal import progress
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.commands import KILLED, Commands
+from tests.helpers.databases import server_in_a_soak
 from tests.helpers.folders import contents
 from tests.helpers.statements import in_file, note
 from tests.helpers.wording import refuses, says
@@ -221,6 +222,7 @@ def finish(book: SmallBook, destination: Path, commands: Commands) -> None:
     assert list(destination.rglob(".*")) == []
 
 
+@pytest.mark.soak
 def test_killed_at_random_a_backup_is_the_one_before_or_the_new_one(tmp_path: Path, commands: Commands) -> None:
     book = small_book(tmp_path, ingested=False)
     assert kill_rounds(book, tmp_path / "backup", commands, 8, seed=1) > 1
@@ -251,7 +253,7 @@ def test_killed_after_each_sync_the_next_backup_completes_it(tmp_path: Path, com
     finish(book, destination, commands)
 
 
-@pytest.mark.parametrize("database_url", ["sqlite", pytest.param("postgresql", marks=pytest.mark.soak)], indirect=True)
+@server_in_a_soak("database_url")
 def test_a_backup_during_eight_ingesting_programs_is_whole(
     tmp_path: Path, database_url: str | None, commands: Commands
 ) -> None:

@@ -134,7 +134,7 @@ def test_nothing_is_copied_over_anything(tmp_path: Path, postgres_url: str) -> N
     assert list(tmp_path.rglob(".labbook.db.*")) == []
 
 
-@pytest.mark.parametrize("target", ["sqlite", "postgresql"])
+@pytest.mark.parametrize("target", ["sqlite", pytest.param("postgresql", marks=pytest.mark.soak)])
 def test_a_copy_that_is_killed_can_be_made_again(
     tmp_path: Path, commands: Commands, postgres_url: str, target: str
 ) -> None:
