@@ -98,7 +98,10 @@ _FIELDS = tuple(field.name for field in fields(Entry))
 
 def canonical(value: object) -> str:
     """Return the one JSON text of a value: sorted keys, no blanks, no NaN."""
-    return json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+    return _CANONICAL.encode(value)
+
+
+_CANONICAL = json.JSONEncoder(sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
 
 
 def placed(said: Sequence[Entry], after: tuple[int, str]) -> list[Entry]:

@@ -64,7 +64,8 @@ def true_minus(text: str) -> str:
 
 def typeset(text: str) -> str:
     """Set a number's text as a page has it: true minus signs, no line breaks, powers of ten."""
-    text = _POWER.sub(lambda found: f"{found[1]} × 10^{int(found[2])}", text)
+    if "e" in text:
+        text = _POWER.sub(lambda found: f"{found[1]} × 10^{int(found[2])}", text)
     return text.replace("-", MINUS).replace("inf", "\u221e").replace(" ", NO_BREAK)
 
 

@@ -8,6 +8,7 @@ Of columns that belong together a row without a value in any of them is refused,
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
@@ -154,7 +155,7 @@ def as_number(name: str, value: float, *, low: float = -np.inf, above: float = -
     Raises `InputRefused` otherwise.
     """
     number = _one(name, value)
-    if not np.isfinite(number) or number < low or number <= above:
+    if not math.isfinite(number) or number < low or number <= above:
         allowed = "a finite number"
         if low > -np.inf:
             allowed = f"a number of at least {low:g}"
@@ -177,12 +178,14 @@ def as_level(name: str, value: float) -> float:
 def as_count(name: str, value: float, least: int = 0) -> int:
     """Return one whole number that is at least `least`; raises `InputRefused` otherwise."""
     number = _one(name, value)
-    if not np.isfinite(number) or number != int(number) or number < least:
+    if not math.isfinite(number) or number != int(number) or number < least:
         raise InputRefused(f"{name} is {value!r}: give a whole number of at least {least}.")
     return int(value)
 
 
 def _one(name: str, value: Any) -> float:
+    if type(value) is float:  # nearly always, and asking for the others takes most of the time
+        return value
     if isinstance(value, bool | np.bool_ | str | complex | np.complexfloating):
         raise InputRefused(f"{name} is {value!r}: give a number.")
     try:

@@ -39,6 +39,8 @@ def _reasons(names: list[str], row: Row) -> str:
 
 
 def _field(value: Raw) -> str:
+    if type(value) is float:
+        return repr(value)
     match value:
         case None | Undefined():
             return ""

@@ -41,7 +41,8 @@ def layout_of(table: Table, columns: Sequence[Column]) -> Layout:
 
     Columns that break share the room by how much stands in them.
     """
-    texts = {column: [row.cells[table.columns.index(column)].text for row in table.rows] for column in columns}
+    places = {column: table.columns.index(column) for column in columns}
+    texts = {column: [row.cells[place].text for row in table.rows] for column, place in places.items()}
     gaps = _GAP_LETTERS * (len(columns) - 1)
     for heads in (
         {column: (column.head,) for column in columns},

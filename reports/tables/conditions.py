@@ -158,7 +158,7 @@ def run_values(content: ReportContent) -> Table:
     rows = tuple(
         Row(
             (
-                *factor_cells(content, condition),
+                *levels,
                 words(quantity),
                 words(run.run),
                 Cell(f"{general_text(run.value * shown_unit(unit)[1], 5)} {shown_unit(unit)[0]}", (run.value, unit)),
@@ -166,6 +166,7 @@ def run_values(content: ReportContent) -> Table:
             block=block,
         )
         for block, condition in by_group(content)
+        for levels in [factor_cells(content, condition)]
         for quantity, summary in condition.summaries.items()
         for unit in [quantity.unit]
         for run in summary.runs

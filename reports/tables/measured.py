@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from data_schema.rounding import decimals_for
@@ -37,29 +38,35 @@ def _days(content: ReportContent) -> Table:
         Column("checks not made", ("checks_not_made",), numeric=False, prose=True),
         Column("note", ("note",), numeric=False, prose=True, shown=any(day.note for day in content.days)),
     )
-    rows = tuple(Row(_day_cells(content, day)) for day in content.days)
+    of_run: dict[str, list[int]] = {}
+    for place, condition in enumerate(content.conditions):
+        for name in {run.run for summary in condition.summaries.values() for run in summary.runs}:
+            of_run.setdefault(name, []).append(place)
+    rows = tuple(Row(_day_cells(content, day, of_run)) for day in content.days)
     return Table("days", "What was measured and when.", columns, rows)
 
 
-def _day_cells(content: ReportContent, day: Day) -> tuple[Cell, ...]:
+def _day_cells(content: ReportContent, day: Day, of_run: Mapping[str, Sequence[int]]) -> tuple[Cell, ...]:
+    """Return a day's cells; `of_run` has the places of the conditions to which a run contributes."""
     conditions = "; ".join(day.conditions)
+    places = sorted({place for run in day.runs for place in of_run.get(run, ())})
+    analysed = [content.conditions[place] for place in places]
     lists = (day.packs, day.checks_made, day.checks_not_made)
     return (
         words(day.date),
         Cell(str(len(day.runs)), (len(day.runs), " ".join(day.runs))),
-        Cell(_conditions_text(content, day) or conditions or DASH, (conditions,)),
+        Cell(_conditions_text(content, analysed) or conditions or DASH, (conditions,)),
         *(Cell(", ".join(names).replace("_", " ") or DASH, (", ".join(names),)) for names in lists),
         words(day.note),
     )
 
 
-def _conditions_text(content: ReportContent, day: Day) -> str:
+def _conditions_text(content: ReportContent, conditions: Sequence[Condition]) -> str:
     """Sum up the conditions of a day's analysed runs: "small foot, k = 1091 N/m: CE, d = 186, 352 kg/s"."""
-    swept, runs = swept_factor(content), set(day.runs)
+    swept = swept_factor(content)
     groups: dict[str, list[Condition]] = {}
-    for condition in content.conditions:
-        if any(run.run in runs for summary in condition.summaries.values() for run in summary.runs):
-            groups.setdefault(group_name(content, condition), []).append(condition)
+    for condition in conditions:
+        groups.setdefault(group_name(content, condition), []).append(condition)
     return "; ".join(": ".join(filter(None, (name, _levels_text(swept, found)))) for name, found in groups.items())
 
 

@@ -180,6 +180,7 @@ def complement_level(alpha: float) -> Number:
     return 1.0 - alpha if alpha > _DIGITS_LOST else 1 - Fraction(alpha)
 
 
+@lru_cache(maxsize=4096)
 def t_quantile(level: Number, df: float) -> float:
     """Return the half width of a two-sided interval of the given level in standard errors (df may be infinite).
 

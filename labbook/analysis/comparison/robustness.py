@@ -57,7 +57,8 @@ def vary(
     """Recompute the pooled comparisons; a day is left out with its jump runs and its idle runs."""
     found: list[Varied] = []
     everything = with_void(evidence)
-    joules = _joules_of(cache, everything, evidence, drains, WITHOUT_EXCLUSIONS)
+    known = {} if evidence.void else {outcome: of_runs.results for outcome, of_runs in results.items()}
+    joules = known.get(Outcome.JOULES) or _joules_of(cache, everything, evidence, drains, WITHOUT_EXCLUSIONS)
     found += _compared(cache, WITHOUT_EXCLUSIONS, everything, Outcome.JOULES, joules, swept, settings)
     protocol = as_protocol(evidence)
     variants = [(WITHOUT_EXCLUSIONS, everything, without_exclusions(evidence))]
@@ -72,7 +73,7 @@ def vary(
     with_variants = {Outcome.JOULES, Outcome.APEX}
     further = [outcome for outcome in results if outcome not in with_variants]
     for outcome in further:
-        with_all = measure(outcome, cache, detections, everything).results
+        with_all = known.get(outcome) or measure(outcome, cache, detections, everything).results
         found += _compared(cache, WITHOUT_EXCLUSIONS, everything, outcome, with_all, swept, settings)
     days = days_to_leave_out(evidence, drains)
     with_runs = [day for day in days if day.has_runs]

@@ -9,7 +9,7 @@ The journal's entries about runs, charges and files as changes of columns, and t
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from math import inf
 from typing import Any, TypeVar
@@ -191,6 +191,8 @@ class BookState:
     charges_of: Mapping[str, Sequence[str]]
     logs_of: Mapping[str, Sequence[Part]]
     exclusions: Mapping[tuple[str, str], int]
+    found: dict[tuple[str, bool], frozenset[Outcome]] = field(default_factory=dict, compare=False, repr=False)
+    """What `given` has found, which is asked for again and again."""
 
     def has(self, run_uid: str, item: str) -> bool:
         """Tell whether a charge, or the file of a log, belongs to a run."""
@@ -222,6 +224,12 @@ class BookState:
 
         Without `surplus`, charges and logs that are more than a run can have do not take its number away.
         """
+        asked = run_uid, surplus
+        if asked not in self.found:
+            self.found[asked] = self._given(run_uid, surplus=surplus)
+        return self.found[asked]
+
+    def _given(self, run_uid: str, *, surplus: bool) -> frozenset[Outcome]:
         run = self.runs[run_uid]
         if run.state is RunState.VOID:
             return frozenset()

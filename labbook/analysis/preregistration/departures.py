@@ -93,7 +93,10 @@ class Departure:
 
 def in_order(outcomes: Collection[Outcome]) -> tuple[Outcome, ...]:
     """Return outcomes in the order in which they are declared."""
-    return tuple(outcome for outcome in Outcome if outcome in outcomes)
+    return tuple(outcome for outcome in _DECLARED if outcome in outcomes)
+
+
+_DECLARED = tuple(Outcome)
 
 
 _LOST_BY: Mapping[str, Collection[FileRole]] = {
@@ -130,8 +133,10 @@ class _States:
 
     def _exchanged(self, run_uid: str, source: FileRole) -> Iterator[tuple[str, FileRole, list[str], list[str]]]:
         """Find what a number came from at a report and comes not from now, and what it comes from instead."""
+        if not self.reports or not self.outcomes(run_uid, source):
+            return
         gone, came, has = dict[str, None](), dict[str, None](), self.now.contents(run_uid, source)
-        for state in self.reports.values() if self.outcomes(run_uid, source) else ():
+        for state in self.reports.values():
             had = state.contents(run_uid, source)
             if (left := _without(had, has)) and len(had) <= self.now.most(run_uid, source):
                 gone, came = gone | left, came | _without(has, had)
@@ -293,8 +298,10 @@ def _came_late(states: _States) -> Iterator[Departure]:
     """
     replacing = {(item, uid) for uid, _, _, came in states.exchanged for item in came}
     for uid, source in ((uid, source) for uid in states.given for source in SOURCES):
-        words = {"run": states.now.runs[uid].name, "source": str(source)}
         items, most = list(states.now.contents(uid, source)), states.now.most(uid, source)
+        if not states.reports and len(items) <= most:
+            continue
+        words = {"run": states.now.runs[uid].name, "source": str(source)}
         lost = [item for item in states.now.given(uid, surplus=False) - states.given[uid] if item.source is source]
         if lost:
             items.sort(key=lambda item: states.arrival(item, uid).seq)

@@ -12,7 +12,7 @@ import hashlib
 import json
 import math
 import typing
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from enum import Enum
 from functools import cache
@@ -118,7 +118,7 @@ def _decoded(row: ResultRow, result: type[T]) -> T:
     values: dict[str, Any] = {}
     for one in _payload_fields(kind):
         if one.name in payload:
-            values[one.name] = _typed(payload.pop(one.name), _hints(kind)[one.name])
+            values[one.name] = _reader(_hints(kind)[one.name])(payload.pop(one.name))
         elif one.default is MISSING:
             raise UnreadablePayload(f"{row.kind} has no {one.name}")
     for one, (head, tail) in _number_fields(kind).items():
@@ -196,6 +196,8 @@ def _number(row: NumberRow, why: Mapping[str, Any] | None) -> Number:
 
 def _plain(value: Any) -> Any:
     """Return a value of the payload as JSON has it."""
+    if type(value) in _AS_THEY_ARE:
+        return value
     if isinstance(value, Remark):
         return {"code": value.code.name, "parameters": dict(value.parameters)}
     if isinstance(value, Enum):
@@ -209,39 +211,56 @@ def _plain(value: Any) -> Any:
     return value
 
 
+_AS_THEY_ARE = frozenset({float, int, str, bool, NoneType})
+
 _CODES: Mapping[Any, type[Code]] = {Remark: Limit, Undefined: Reason}
 
 
-def _typed(value: Any, hint: Any) -> Any:
-    """Return a value from JSON as a field's annotation has it; raises `UnreadablePayload` where it cannot be."""
-    origin, args = _parts(hint)
+@cache
+def _reader(hint: Any) -> Callable[[Any], Any]:
+    """Return what makes of a value from JSON one that a field's annotation has; it raises `UnreadablePayload`."""
+    origin, args = typing.get_origin(hint), typing.get_args(hint)
     if origin in (UnionType, typing.Union):
         (kind,) = [each for each in args if each is not NoneType]
-        return None if value is None else _typed(value, kind)
+        return lambda value: None if value is None else _reader(kind)(value)
     if hint in _CODES:
-        return _said(hint, _CODES[hint], value)
-    if origin is tuple and isinstance(value, list):
-        kinds = [args[0]] * len(value) if args[-1] is Ellipsis else args
-        return tuple(_typed(item, kind) for item, kind in zip(value, kinds, strict=True))
-    if isinstance(origin, type) and issubclass(origin, Mapping) and isinstance(value, dict):
-        return {key: _typed(item, args[1]) for key, item in value.items()}
-    if is_dataclass(hint) and isinstance(value, dict):
-        hints = _hints(hint)  # type: ignore[arg-type]
-        if value.keys() != hints.keys():
-            raise UnreadablePayload(f"{hint} has other fields: {', '.join(value)}")
-        return hint(**{name: _typed(item, hints[name]) for name, item in value.items()})  # type: ignore[operator]
+        return lambda value: _said(hint, _CODES[hint], value)
+    if origin is tuple:
+        return lambda value: _several(value, hint, args)
+    if isinstance(origin, type) and issubclass(origin, Mapping):
+        return lambda value: _by_name(value, hint, args[1])
+    if is_dataclass(hint):
+        return lambda value: _fields_read(value, hint)
     if isinstance(hint, type) and issubclass(hint, Enum):
-        return hint(value)
-    if hint is float and isinstance(value, int | float):
-        return float(value)
-    if not isinstance(hint, type) or type(value) is not hint:
+        return hint
+    if hint is float:
+        return lambda value: float(value) if isinstance(value, int | float) else _as(float, value, hint)
+    return lambda value: _as(hint, value, hint)
+
+
+def _as(kind: Any, value: Any, hint: Any) -> Any:
+    if not isinstance(kind, type) or type(value) is not kind:
         raise UnreadablePayload(f"{value!r} is no {hint}")
     return value
 
 
-@cache
-def _parts(hint: Any) -> tuple[Any, tuple[Any, ...]]:
-    return typing.get_origin(hint), typing.get_args(hint)
+def _several(value: Any, hint: Any, args: tuple[Any, ...]) -> tuple[Any, ...]:
+    items = _as(list, value, hint)
+    if args[-1] is Ellipsis:
+        return tuple(map(_reader(args[0]), items))
+    return tuple(_reader(kind)(item) for item, kind in zip(items, args, strict=True))
+
+
+def _by_name(value: Any, hint: Any, kind: Any) -> dict[str, Any]:
+    read = _reader(kind)
+    return {key: read(item) for key, item in _as(dict, value, hint).items()}
+
+
+def _fields_read(value: Any, hint: Any) -> Any:
+    hints = _hints(hint)
+    if _as(dict, value, hint).keys() != hints.keys():
+        raise UnreadablePayload(f"{hint} has other fields: {', '.join(value)}")
+    return hint(**{name: _reader(hints[name])(item) for name, item in value.items()})
 
 
 @cache
