@@ -135,6 +135,7 @@ def test_uneven_runs_have_the_criterion_and_the_means_of_matrices_day_by_day():
         assert abs(after - before) < 1e-2 * (after + before - 2.0 * criterion)
 
 
+@pytest.mark.soak
 def test_twenty_thousand_runs_need_no_matrix_of_runs_by_runs():
     data = uneven(400, 20_000)
     tracemalloc.start()

@@ -54,7 +54,7 @@ def hold_the_level(p: np.ndarray) -> None:
         assert scipy.stats.kstest(of_test, "uniform").pvalue > 0.001
 
 
-@pytest.mark.parametrize(("days", "times"), [(1, 5), (2, 3), (6, 3)])
+@pytest.mark.parametrize(("days", "times"), [(1, 5), pytest.param(2, 3, marks=pytest.mark.soak), (6, 3)])
 def test_the_exact_test_holds_its_level(days, times):
     hold_the_level(p_values(days, times, 1.0, False, 100))
 

@@ -27,6 +27,7 @@ def test_offset_and_drift_are_found() -> None:
     assert found.second_s([10.0])[0] == pytest.approx(OFFSET_S + (1.0 + DRIFT) * 10.0, abs=3e-4)
 
 
+@pytest.mark.soak
 def test_intervals_cover_both_in_95_of_100() -> None:
     covered = np.zeros(2)
     for seed in range(100):

@@ -492,15 +492,16 @@ def test_what_cannot_be_compared_is_named_all_the_same(judged: SmallBook) -> Non
     says(problems, "in the database")
 
 
-def test_any_number_of_any_report_comes_out_again_to_the_last_digit(whole: SmallBook) -> None:
+@pytest.mark.parametrize("many", [15, pytest.param(50, marks=pytest.mark.soak)])
+def test_any_number_of_any_report_comes_out_again_to_the_last_digit(many: int, whole: SmallBook) -> None:
     with whole.open() as book:
         with book.reading() as connection:
             stored = connection.exec_driver_sql("SELECT uid FROM result_number ORDER BY uid").scalars().all()
             defined = set(connection.exec_driver_sql("SELECT uid FROM result_number WHERE value IS NOT NULL").scalars())
-        picked = random.Random(4).sample(list(stored), 50)
+        picked = random.Random(4).sample(list(stored), many)
         assert [(found.anew is not None, found.differs) for found in recompute(book, picked, lambda _step: None)] == [
             (True, ())
-        ] * 50
+        ] * many
         victim = next(uid for uid in picked if uid in defined)
         execute(engine_of(whole), f"UPDATE result_number SET se = 1.5, value = 2.5 WHERE uid = '{victim}'")
         (found,) = recompute(book, [victim], lambda _step: None)

@@ -29,7 +29,7 @@ def campaign(rng: np.random.Generator, saving: float, days: int) -> Contrast:
     )
 
 
-@pytest.mark.parametrize("days", [2, 5])
+@pytest.mark.parametrize("days", [2, pytest.param(5, marks=pytest.mark.soak)])
 def test_its_interval_covers_and_the_smaller_saving_seldom_counts_as_the_larger(days: int) -> None:
     rng, n = np.random.default_rng([17, days]), 600
     truth, covered, wrong = 100.0 * (0.15 - 0.15), 0, 0

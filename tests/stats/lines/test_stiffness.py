@@ -175,7 +175,7 @@ def test_conditions_that_scatter_more_than_their_errors_weigh_nearly_alike():
     assert found.slope_se == pytest.approx(plain.slope_se, rel=0.02)
 
 
-@pytest.mark.parametrize("scatter", [0.0, 10.0])
+@pytest.mark.parametrize("scatter", [pytest.param(0.0, marks=pytest.mark.soak), 10.0])
 def test_intervals_of_weighted_lines_cover_what_was_put_in(scatter):
     """Without weights the offset's covered .99 of lines through points whose errors differ."""
     rng, covered = np.random.default_rng(11), np.zeros(2)
