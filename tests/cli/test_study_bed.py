@@ -46,6 +46,12 @@ def study(book: Path, *words: str) -> Any:
     return good(labbook("study", "bed", "--json", *words, at=book)).json
 
 
+@pytest.fixture(scope="module")
+def found(book: Path) -> Any:
+    """What the study says of the whole demonstration."""
+    return study(book)
+
+
 def configure(book: Path, text: str) -> None:
     toml = book / "labbook.toml"
     toml.write_text(f"{toml.read_text(encoding='utf-8')}\n{text}", encoding="utf-8")
@@ -56,8 +62,9 @@ def flasks_ingested(book: Path) -> None:
     good(labbook("ingest", "flasks.csv", at=book))
 
 
-def test_its_claims_are_the_report_s_and_its_predictions_those_of_compare(book: Path, tmp_path: Path) -> None:
-    found = study(book)
+def test_its_claims_are_the_report_s_and_its_predictions_those_of_compare(
+    book: Path, found: Any, tmp_path: Path
+) -> None:
     report = good(labbook("report", "--unsaved", "--out", tmp_path / "report", "--json", at=book)).json
     assert found["claims"] == report["claims"]
     predictions = labbook("compare", "--json", at=book).json["predictions"]
@@ -75,8 +82,7 @@ def test_its_claims_are_the_report_s_and_its_predictions_those_of_compare(book: 
             assert number["value"] == compared[place]["value"]
 
 
-def test_every_comparison_of_the_thesis_is_there(book: Path) -> None:
-    found = study(book)
+def test_every_comparison_of_the_thesis_is_there(book: Path, found: Any) -> None:
     joules = [one for one in found["comparisons"] if one["quantity"] == "joules a jump"]
     families = {family: [one for one in joules if one["family"] == family] for family in {x["family"] for x in joules}}
     assert len(families["each level against the control"]) == 4 * 5
@@ -96,8 +102,7 @@ def test_every_comparison_of_the_thesis_is_there(book: Path) -> None:
         assert said in told.replace("\u00a0", " ")
 
 
-def test_the_difference_of_feet_is_simulated_as_it_is_measured(book: Path) -> None:
-    found = study(book)
+def test_the_difference_of_feet_is_simulated_as_it_is_measured(found: Any) -> None:
     j = {(*one["group"].values(), one["level"]): one["simulated"]["joules"]["value"] for one in found["conditions"]}
     (row,) = [one for one in found["beside"] if "835" in one["quantity"] and "control" in one["quantity"]]
     assert "small foot less large foot" in row["quantity"]
@@ -147,12 +152,10 @@ def test_its_page_is_one_sheet_with_both_figures_and_what_flasks_say(book: Path,
     assert list(good(labbook("study", "all", "--json", at=own)).json) == ["bed", "compaction"]
 
 
-def test_a_level_is_that_of_intervals_and_tests(book: Path) -> None:
+def test_a_level_is_that_of_intervals_and_tests(book: Path, found: Any) -> None:
     wide, narrow = study(book, "--level", "0.99"), study(book, "--level", "0.8")
-    assert (
-        wide["overall_saving"]["ci_low"] < study(book)["overall_saving"]["ci_low"] < narrow["overall_saving"]["ci_low"]
-    )
-    assert study(book, "--level", "0.95") | {"remarks": []} == study(book)
+    assert wide["overall_saving"]["ci_low"] < found["overall_saving"]["ci_low"] < narrow["overall_saving"]["ci_low"]
+    assert study(book, "--level", "0.95") | {"remarks": []} == found
     says(wide["remarks"][0], "99 %")
     refused(labbook("study", "bed", "--level", "95", at=book), 2, "--level")
 
@@ -216,12 +219,14 @@ def test_gains_taken_for_stiffness_are_named_where_the_robot_does_not_jump(small
     assert labbook("compare", at=small.folder).code == 0
 
 
-def test_means_have_the_error_of_the_drain_line_and_feet_without_a_common_day_no_test_by_days(book: Path) -> None:
+def test_means_have_the_error_of_the_drain_line_and_feet_without_a_common_day_no_test_by_days(
+    book: Path, found: Any
+) -> None:
     told = good(labbook("study", "bed", at=book)).out
     assert "joules ± SE (J)" in told
     assert told.count("no test by days") == 4
     small_means = re.findall(r"CE +\d+ +[\d.]+ ± ([\d.]+)", told)
-    joules = [one["measured"]["joules"] for one in study(book)["conditions"] if one["control"]]
+    joules = [one["measured"]["joules"] for one in found["conditions"] if one["control"]]
     for shown, number in zip(small_means, joules, strict=True):
         assert float(shown) > number["se"]
         half = 0.5 * (number["ci_high"] - number["ci_low"])

@@ -52,13 +52,19 @@ def study(book: Path, *words: str) -> Any:
     return good(labbook("study", "emulator", "--json", *words, at=book)).json
 
 
-def test_joules_and_apexes_of_the_campaign_are_found(book: Path) -> None:
+@pytest.fixture(scope="module")
+def found(book: Path) -> Any:
+    """What the study says of the book that is only read."""
+    return study(book)
+
+
+def test_joules_and_apexes_of_the_campaign_are_found(book: Path, found: Any) -> None:
     truth = json.loads((book.parent / "truth.json").read_text(encoding="utf-8"))["conditions"]
-    found = study(book)["gains"]
+    gains = found["gains"]
     assert len(truth) == 14
-    assert len(found) == 15  # at gain 300 constant and scaled are the same
+    assert len(gains) == 15  # at gain 300 constant and scaled are the same
     for true in truth:
-        of_it = [one for one in found if (one["gain"], one["damping_gain"]) == (true["gain"], true["damping_gain"])]
+        of_it = [one for one in gains if (one["gain"], one["damping_gain"]) == (true["gain"], true["damping_gain"])]
         assert of_it
         for one in of_it:
             assert one["apex_m"]["value"] == pytest.approx(true["apex_m"], abs=0.006)
@@ -66,10 +72,10 @@ def test_joules_and_apexes_of_the_campaign_are_found(book: Path) -> None:
             assert one["joules"]["n"] == DAYS
 
 
-def test_savings_and_lost_heights_are_those_of_means_on_shared_days(book: Path) -> None:
-    found = study(book)["gains"]
-    control = {one["gain"]: one for one in found if one["controller"] == "compression-extension"}
-    for one in found:
+def test_savings_and_lost_heights_are_those_of_means_on_shared_days(found: Any) -> None:
+    gains = found["gains"]
+    control = {one["gain"]: one for one in gains if one["controller"] == "compression-extension"}
+    for one in gains:
         if one["controller"] == "compression-extension":
             assert one["saving_percent"] is None
             continue
@@ -85,10 +91,9 @@ def test_intervals_cover_what_is_true(campaigns: int) -> None:
     assert not outside(covered(STUDIES["emulator, charges"], campaigns))
 
 
-def test_a_gain_without_a_rise_is_left_out_with_all_above_it(book: Path) -> None:
-    data = study(book)
-    assert data["left_out"] == []
-    rises = {(one["gain"], one["controller"]): one["change_percent"] for one in data["rises"]}
+def test_a_gain_without_a_rise_is_left_out_with_all_above_it(book: Path, found: Any) -> None:
+    assert found["left_out"] == []
+    rises = {(one["gain"], one["controller"]): one["change_percent"] for one in found["rises"]}
     assert rises[500, "compression-extension"]["value"] == pytest.approx(4.2, abs=2.0)  # the simulator's own
     generous = study(book, "--same", "9")
     assert generous["left_out"] == [500]
@@ -159,9 +164,8 @@ def test_books_without_what_it_takes_are_refused_with_the_line_to_write(changed:
     refused(labbook("study", "emulator", at=changed), 2, "[factors.b_ad_gain]", "control = 0")
 
 
-def test_what_was_measured_stands_beside_the_simulator_and_the_thesis(book: Path, changed: Path) -> None:
+def test_what_was_measured_stands_beside_the_simulator_and_the_thesis(book: Path, found: Any, changed: Path) -> None:
     truth = json.loads((book.parent / "truth.json").read_text(encoding="utf-8"))["conditions"]
-    found = study(book)
     for true in truth:
         of_it = [
             one for one in found["gains"] if (one["gain"], one["damping_gain"]) == (true["gain"], true["damping_gain"])
