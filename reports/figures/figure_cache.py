@@ -65,7 +65,7 @@ def drawn(content: ReportContent, wanted: Sequence[Wanted]) -> list[dict[str, by
     missing = [place for place, known in enumerate(found) if known is None]
     if missing:  # before another process is made, which then has all that drawing loads
         found[missing[0]] = _drawn_now(content, wanted[missing[0]], paths[missing[0]])
-    others = missing[2::2] if folder and _may_share() else []
+    others = missing[1::2] if folder and _may_share() else []
     with _beside(lambda: [_drawn_now(content, wanted[place], paths[place]) for place in others], others):
         for place in missing[1:]:
             if place not in others:

@@ -167,9 +167,9 @@ def weak_point(
     ]
     if not rows or not n or min(n) < 1:
         return None
-    apart = {row: _distance(row, n, days, idle_runs) for row in rows}
-    least = min(apart.values())
-    weak = (row for row, distance in apart.items() if distance == least and row.weak)
+    apart = [_distance(row, n, days, idle_runs) for row in rows]
+    least = min(apart)
+    weak = (row for row, distance in zip(rows, apart, strict=True) if distance == least and row.weak)
     return max(weak, key=lambda row: row.excess, default=None)
 
 
