@@ -106,6 +106,21 @@ def flag(column: str) -> sa.CheckConstraint:
     return sa.CheckConstraint(f"{column} IN (0, 1)", name=f"{column}_flag")
 
 
+def partial_index(name: str, column: str, where: str, *, unique: bool = False) -> sa.Index:
+    """Build an index of the rows that meet a condition.
+
+    PostgreSQL is told where tables are made: SQLAlchemy loads every driver of an engine that an index has an option of.
+    """
+    index = sa.Index(name, column, unique=unique, sqlite_where=sa.text(where))
+
+    @sa.event.listens_for(METADATA, "before_create")
+    def tell(_tables: sa.MetaData, connection: sa.Connection, **_options: Any) -> None:
+        if connection.dialect.name == "postgresql":
+            index.dialect_options["postgresql"]["where"] = sa.text(where)
+
+    return index
+
+
 def table(name: str, *parts: sa.schema.SchemaItem) -> sa.Table:
     """Declare a table, STRICT on SQLite."""
     return sa.Table(name, METADATA, *parts, sqlite_strict=True)

@@ -7,6 +7,7 @@ import sqlalchemy as sa
 from data_schema.tables.base import (
     key_column,
     one_of,
+    partial_index,
     reference,
     table,
     text_column,
@@ -51,22 +52,11 @@ ingest = table(
     one_of("status", IngestStatus),
     one_of("role", FileRole, optional=True),
     sa.CheckConstraint("status <> 'imported' OR file IS NOT NULL", name="imported_has_file"),
-    sa.Index(
-        "uq_ingest_imported_sha256",
-        "sha256",
-        unique=True,
-        sqlite_where=sa.text("status = 'imported'"),
-        postgresql_where=sa.text("status = 'imported'"),
-    ),
+    partial_index("uq_ingest_imported_sha256", "sha256", "status = 'imported'", unique=True),
     sa.Index("ix_ingest_sha256", "sha256"),
     sa.Index("ix_ingest_original_name", "original_name"),
     sa.Index("ix_ingest_stated_run", "stated_run"),
-    sa.Index(
-        "ix_ingest_waiting",
-        "id",
-        sqlite_where=sa.text("status = 'waiting'"),
-        postgresql_where=sa.text("status = 'waiting'"),
-    ),
+    partial_index("ix_ingest_waiting", "id", "status = 'waiting'"),
 )
 
 IN_USE = ingest.c.status.in_((str(IngestStatus.IMPORTED), str(IngestStatus.WAITING)))

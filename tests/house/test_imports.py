@@ -71,6 +71,13 @@ def test_a_scene_and_what_is_published_are_read_without_a_compiler() -> None:
     assert loaded_by(code, ("numba", "llvmlite")) == set()
 
 
+def test_a_book_on_sqlite_loads_nothing_of_postgresql() -> None:
+    code = "import data_schema.tables, labbook.book.opening, labbook.actions.report_command, labbook.cli.runs"
+    assert loaded_by(code, ("sqlalchemy.dialects.sqlite", "sqlalchemy.dialects.postgresql", "psycopg")) == {
+        "sqlalchemy.dialects.sqlite"
+    }
+
+
 def test_listing_runs_draws_nothing() -> None:
     code = "import labbook.book.opening, labbook.cli.runs"
     assert loaded_by(code, ("matplotlib", "pandas", "jinja2", "statsmodels", "pint", "xarray")) == set()
