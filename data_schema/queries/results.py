@@ -81,6 +81,8 @@ def results_by_key(connection: sa.Connection, keys: Sequence[str] | None = None)
 
 def _results(connection: sa.Connection, wanted: sa.ColumnElement[bool]) -> dict[str, ResultRow]:
     heads = connection.execute(sa.select(result).where(wanted).order_by(result.c.id)).all()
+    if not heads:  # as for most of what a first report asks for
+        return {}
     numbers: dict[int, list[NumberRow]] = {row.id: [] for row in heads}
     inputs: dict[int, list[InputRow]] = {row.id: [] for row in heads}
     owned = sa.select(result.c.id).where(wanted)

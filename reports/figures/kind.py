@@ -7,7 +7,7 @@ import textwrap
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any
 
 from data_schema.errors import UsageError
 from reports.content import EMPTY, Condition, Outcome, ReportContent
@@ -116,12 +116,16 @@ def draw_figure(kind: FigureKind, content: ReportContent, width_in: float) -> Fi
 
 def svg_bytes(figure: Figure) -> bytes:
     """Write a figure as SVG, glyphs as outlines; the same figure gives the same bytes."""
-    return _written(figure, "svg", {"Date": None})
+    text = io.StringIO()  # into bytes matplotlib would encode each of its many words alone
+    _write(figure, text, "svg", {"Date": None})
+    return text.getvalue().encode("utf-8")
 
 
 def pdf_bytes(figure: Figure) -> bytes:
     """Write a figure as PDF with embedded TrueType fonts; the same figure gives the same bytes."""
-    return _written(figure, "pdf", {"CreationDate": None})
+    stream = io.BytesIO()
+    _write(figure, stream, "pdf", {"CreationDate": None})
+    return stream.getvalue()
 
 
 def write_figure(figure: Figure, path: Path) -> None:
@@ -136,11 +140,10 @@ def write_figure(figure: Figure, path: Path) -> None:
                 figure.savefig(path, dpi=_PNG_DOTS_PER_IN)
 
 
-def _written(figure: Figure, suffix: str, metadata: dict[str, str | None]) -> bytes:
-    with publication_style(), io.BytesIO() as stream:
+def _write(figure: Figure, stream: IO[Any], suffix: str, metadata: dict[str, str | None]) -> None:
+    with publication_style():
         _lay_out(figure)
         figure.savefig(stream, format=suffix, metadata=metadata)
-        return stream.getvalue()
 
 
 def _lay_out(figure: Figure) -> None:
