@@ -98,7 +98,8 @@ def _excess_by_design(method: str, sizes: tuple[int, ...]) -> dict[Recorded, flo
 
 def _between(a: Counter[str], b: Counter[str]) -> float:
     """Return what the difference of two groups' means takes from days, in variances between days."""
-    return sum((a[day] / a.total() - b[day] / b.total()) ** 2 for day in {*a, *b})
+    n_a, n_b = a.total(), b.total()
+    return sum((a[day] / n_a - b[day] / n_b) ** 2 for day in {*a, *b})
 
 
 def _within(group: Counter[str]) -> float:
