@@ -27,10 +27,10 @@ Thing = tuple[str, str]
 """What a result can rest on: its kind and uid."""
 SETTINGS: Thing = ("settings", "")
 """Stands for what labbook.toml says, which is no row."""
-VERSION, OF_RUN, LOST_RUN = "version", "of run", "lost run"
+VERSION, OF_RUN, LOST_RUN, REGROUPED = "version", "of run", "lost run", "regrouped"
 """Kinds of what is no row either: the version of an algorithm by its name; that a number rests on a run in one report
-only, and in the earlier one only, by the run's uid. A charge or log too many takes its run's numbers away, and is in
-none of them.
+only, and in the earlier one only, by the run's uid; that a run may count otherwise among the same runs: in another
+condition, on another day. A charge or log too many takes its run's numbers away, and is in none of them.
 """
 
 
@@ -151,6 +151,8 @@ class _Known:
         yield entry.kind, entry.uid
         if entry.kind == "robot":
             yield "robot_body", entry.uid
+        elif entry.kind == "run" and entry.action is Action.CORRECT and _GROUPING & entry.new.keys():
+            yield REGROUPED, entry.uid
         elif entry.kind == "config":
             yield SETTINGS
         elif entry.action is Action.DECIDE:
@@ -186,6 +188,8 @@ class _Known:
         return ", ".join([*changed[:MOST_SETTINGS], *more]) or "no other setting"
 
 
+_GROUPING = frozenset({"condition", "day", "pack"})
+"""Columns of a run by which it is grouped."""
 MOST_SETTINGS = 3
 """So many settings of a configuration are named."""
 _NAMED_BY = {"level": "label", "condition": "key", "day": "date_local"}

@@ -16,7 +16,16 @@ import sqlalchemy as sa
 
 from data_schema.errors import unknown_name
 from data_schema.queries.reports import ReportRow, ResultHead, ShownRow, reports_stated, result_heads, shown_by_report
-from labbook.actions.upkeep.report_causes import LOST_RUN, OF_RUN, SETTINGS, VERSION, Cause, Thing, causes_between
+from labbook.actions.upkeep.report_causes import (
+    LOST_RUN,
+    OF_RUN,
+    REGROUPED,
+    SETTINGS,
+    VERSION,
+    Cause,
+    Thing,
+    causes_between,
+)
 from labbook.analysis.results.printed_values import agree
 
 LAST = "last"
@@ -176,7 +185,7 @@ class _Results:
 
 
 def _differing(old: frozenset[_Leaf], new: frozenset[_Leaf]) -> set[Thing]:
-    """Return in the words of causes which of these only one has."""
+    """Return in the words of causes which of these only one has; where both have the same, what may group them."""
     was = {leaf[:2] for leaf in old}
     both = was & {leaf[:2] for leaf in new}
     found: set[Thing] = set()
@@ -189,4 +198,4 @@ def _differing(old: frozenset[_Leaf], new: frozenset[_Leaf]) -> set[Thing]:
             found.add((kind, uid))
         if kind == "run" and (kind, uid) not in both:
             found |= {(OF_RUN, uid), (LOST_RUN if (kind, uid) in was else OF_RUN, uid)}
-    return found or {SETTINGS}
+    return found or {SETTINGS} | {(REGROUPED, uid) for kind, uid, _sha256 in old if kind == "run"}

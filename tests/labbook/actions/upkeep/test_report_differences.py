@@ -154,6 +154,18 @@ def test_what_nothing_explains_is_said(before: SmallBook) -> None:
     says(told, counts, "labbook db check")
 
 
+def test_a_run_of_another_condition_moves_what_compares_both(before: SmallBook) -> None:
+    """The runs of a comparison are the same then, and what each gives."""
+    with before.open() as book:
+        with book.session(BEN) as session:
+            correct(book, session, "r004", ["b_ad_gain=0"], "misread")
+        report(book)
+        found = compared(book)
+    assert moved_by(found, lambda one: one.now.kind == "comparison")
+    assert {place for one in found.moved for place in one.causes} == {0}
+    assert [one.now.kind for one in found.moved if not one.causes] == []
+
+
 def test_what_was_taken_away_or_back_moves_numbers_too(before: SmallBook) -> None:
     with before.open() as book:
         with book.session(ADA) as session:
