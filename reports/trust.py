@@ -74,12 +74,14 @@ def _uncertainty(content: ReportContent) -> str:
         return ""
     of_runs = math.sqrt(math.fsum(squares)) / len(squares)
     shown, factor = shown_unit(number.unit)
+    of_drain = number.shared_se if isinstance(number.shared_se, float) else 0.0
     total, drain = (
-        with_unit(general_text(each * factor, 2), shown) if isinstance(each, float) else ""
-        for each in (number.se, number.shared_se)
+        with_unit(general_text(each * factor, 2), shown) for each in (math.hypot(number.se, of_drain), of_drain)
     )
     mostly, helps = ("runs' scatter", "runs") if 2.0 * of_runs**2 >= number.se**2 else ("days acting unlike", "days")
-    common = f"; the passive drain's part is {drain}" if drain else ""
+    if of_drain > number.se:
+        mostly, helps = "the passive drain", "idle runs"
+    common = f"; the passive drain's part is {drain}" if of_drain else ""
     return f"The answer's standard error, {total}, is mostly {mostly}: more {helps} narrow it{common}."
 
 

@@ -40,6 +40,11 @@ def test_the_third_line_says_what_the_uncertainty_comes_from_and_what_narrows_it
     assert third.endswith(f"{'runs' if times < 2 else 'days'} narrow it; the passive drain's part is 0.1 %.")
 
 
+def test_the_answer_s_standard_error_has_the_passive_drain_s_in_it(content):
+    third = plain(trust_sentences(of_one_group(content, 0.05)))[-1]
+    assert third.startswith("The answer's standard error, 0.11 %, is mostly the passive drain: more idle runs narrow")
+
+
 def test_without_an_error_or_scatter_within_days_there_are_two_lines(content):
     changed = of_one_group(content, 2.0)
     assert len(trust_sentences(changed)) == 3
