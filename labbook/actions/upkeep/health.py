@@ -243,18 +243,18 @@ def _chained(connection: sa.Connection) -> Iterator[Entry]:
     return journal.chained(journal.stored(connection), remedy=MEND_TABLE)
 
 
-def _compared(path: Path, written: Sequence[str], database: Sequence[str]) -> list[str]:
+def _compared(path: Path, written: Sequence[str], entries: Sequence[str]) -> list[str]:
     """Compare the hashes in the journal's file and table; what the file has more is applied by the next command."""
-    pairs = enumerate(zip(written, database, strict=False), start=1)
+    pairs = enumerate(zip(written, entries, strict=False), start=1)
     differing = next((seq for seq, (a, b) in pairs if a != b), None)
     if differing is not None:
         return [
             f"entry {differing} of {path} is not entry {differing} of the database: the two belong to different books; "
             "put the right files together."
         ]
-    if len(written) < len(database):
+    if len(written) < len(entries):
         return [
-            f"{path} ends at entry {len(written)}, the database at {len(database)}: restore the file from a backup, or "
+            f"{path} ends at entry {len(written)}, the database at {len(entries)}: restore the file from a backup, or "
             "write it anew from the database with `labbook rebuild --journal`."
         ]
     return []

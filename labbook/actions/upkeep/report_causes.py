@@ -30,7 +30,7 @@ SETTINGS: Thing = ("settings", "")
 VERSION, OF_RUN, LOST_RUN, REGROUPED = "version", "of run", "lost run", "regrouped"
 """Kinds of what is no row either: the version of an algorithm by its name; that a number rests on a run in one report
 only, and in the earlier one only, by the run's uid; that a run may count otherwise among the same runs: in another
-condition, on another day. A charge or log too many takes its run's numbers away, and is in none of them.
+condition, on another day or pack. A charge or log too many takes its run's numbers away, and is in none of them.
 """
 
 
@@ -188,7 +188,7 @@ class _Known:
         return ", ".join([*changed[:MOST_SETTINGS], *more]) or "no other setting"
 
 
-_GROUPING = frozenset({"condition", "day", "pack"})
+_GROUPING = frozenset({"battery", "condition", "day"})
 """Columns of a run by which it is grouped."""
 MOST_SETTINGS = 3
 """So many settings of a configuration are named."""

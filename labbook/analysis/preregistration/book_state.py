@@ -191,7 +191,9 @@ class BookState:
     charges_of: Mapping[str, Sequence[str]]
     logs_of: Mapping[str, Sequence[Part]]
     exclusions: Mapping[tuple[str, str], int]
-    found: dict[tuple[str, bool], frozenset[Outcome]] = field(default_factory=dict, compare=False, repr=False)
+    given_before: dict[tuple[str, bool], frozenset[Outcome]] = field(
+        init=False, default_factory=dict, compare=False, repr=False
+    )
     """What `given` has found, which is asked for again and again."""
 
     def has(self, run_uid: str, item: str) -> bool:
@@ -225,9 +227,9 @@ class BookState:
         Without `surplus`, charges and logs that are more than a run can have do not take its number away.
         """
         asked = run_uid, surplus
-        if asked not in self.found:
-            self.found[asked] = self._given(run_uid, surplus=surplus)
-        return self.found[asked]
+        if asked not in self.given_before:
+            self.given_before[asked] = self._given(run_uid, surplus=surplus)
+        return self.given_before[asked]
 
     def _given(self, run_uid: str, *, surplus: bool) -> frozenset[Outcome]:
         run = self.runs[run_uid]
