@@ -165,7 +165,8 @@ def _other_days(lead: Decision) -> str:
 
 
 def _interval(number: Number) -> list[str]:
-    return [] if isinstance(number.ci_low, Undefined) else [f"{level_text(number)} {interval_text(number)}"]
+    """Write the interval, or why there is none."""
+    return [f"{level_text(number)} {interval_text(number)}"]
 
 
 def _opened(said: str, measured: str) -> str:

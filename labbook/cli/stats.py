@@ -178,8 +178,9 @@ def anova(shared: Shared, level: LevelOption = None) -> "CommandOutput":
 
 @command
 def savings(shared: Shared, level: LevelOption = None, pooled: PooledOption = False) -> "CommandOutput":
-    """Show what groups save, (control - group) / control in percent, with Fieller's interval; --full adds the delta
-    interval and that of the logarithm.
+    """Show what groups save, (control - group) / control in percent, with Fieller's interval. Where days are known, by
+    --day or in the book, the report's savings by shared days lead, as in `stats compare`; then those of all values,
+    ignoring days. --full adds their delta interval and that of the logarithm.
 
     On the book the values are the joules of its runs, with the error of the passive drain that they share, as in the
     report.

@@ -417,3 +417,6 @@ def test_compare_leads_with_the_test_by_shared_days(
     says(first, "shared days", rule)
     assert said in first
     says(second, "Ignoring days")
+    (saved,) = run(path, "savings", *words[1:])["decisions"]
+    assert (saved["rule"], saved["p"]) == (rule, decided["p"])
+    says(good(labbook("stats", "savings", path, *words[1:], at=tmp_path)).out, "shared days", rule)

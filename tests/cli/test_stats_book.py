@@ -116,6 +116,23 @@ def test_savings_are_those_of_the_report(reported: Reported) -> None:
     assert [mine["se_percent"], mine["shared_se_percent"], mine["df"]] == [theirs.se, theirs.shared_se, theirs.df]
 
 
+def test_savings_lead_with_those_of_the_deciding_test(reported: Reported) -> None:
+    (mine,) = reported.stats("savings", "--pooled")["decisions"]
+    theirs = reported.comparison(Outcome.JOULES, pairing.POOLED).decision
+    assert theirs is not None
+    assert theirs.savings is not None
+    assert mine["savings_percent"] == theirs.savings.value
+    assert mine["savings_percent_ci"] == ends(theirs.savings)
+    first, second, *_rest = good(labbook("stats", "savings", "--pooled", *SMALL, at=reported.book.folder)).out.split(
+        "\n"
+    )
+    assert first == good(labbook("stats", "compare", "--pooled", *SMALL, at=reported.book.folder)).out.split("\n")[0]
+    assert second.startswith("Ignoring days: ")
+    (lost,) = reported.stats("savings", "--quantity", "apex", "--pooled")["decisions"]
+    (compared,) = reported.stats("compare", "--quantity", "apex", "--pooled")["decisions"]
+    assert (lost["t"], lost["p"]) == (-compared["t"], compared["p"])
+
+
 def test_values_days_and_controls_are_the_books(reported: Reported) -> None:
     runs_by_role = {
         condition.control: {value.run: value.value for value in apex.runs}

@@ -76,7 +76,9 @@ def test_a_saving_that_cannot_be_bounded_is_not_sized(content):
     why = Undefined(Reason.CONTROL_NEAR_ZERO)
     unbounded = Number(12.1, "%", ci_low=why, ci_high=why)
     text = said(content, decided(content, Outcome.JOULES, savings=unbounded))
-    says(text, "cannot be bounded", "12.1 %", "t(4)", "6.32")
+    says(text, "cannot be bounded", "12.1 %", "t(4)", "6.32", why.reason)
+    unseen = said(content, decided(content, Outcome.JOULES, savings=unbounded, rejected=False))
+    says(unseen, "not significant", "12.1 %", why.reason)
 
 
 @pytest.mark.parametrize("measured_only", [True, False])

@@ -15,7 +15,7 @@ from labbook.analysis.comparison.by_day import add_shared_error
 from labbook.analysis.observations import Observations
 from labbook.presenting.report.day_layout import FROM_DAYS
 from labbook.presenting.stats.days import HERE, LEFT_OUT, day_left_out, day_notes, one_day_groups, with_days_said
-from labbook.presenting.stats.decided import decided_groups
+from labbook.presenting.stats.decided import DecidedGroups, decided_groups
 from labbook.presenting.stats.figures import estimation_of, number_of
 from labbook.presenting.stats.plan import plan_notes
 from stats.checks import Missing
@@ -42,7 +42,7 @@ def compare(question: Question, route: str) -> Answer:
     for label, result in found.items():
         own = result.sentence(names[label], control, observed.unit)
         own = with_days_said(own, one_day_groups(observed, (label, observed.control)))
-        sentences += [own] if by_days is None else [by_days.sentence(label), f"Ignoring days: {own}"]
+        sentences += led_by_days(by_days, label, own)
     answer = Answer(
         sentences,
         {
@@ -89,6 +89,11 @@ def compared(question: Question, route: str) -> dict[str, TwoSample]:
     return found
 
 
+def led_by_days(by_days: DecidedGroups | None, label: str, ignoring: str) -> list[str]:
+    """Return what is said of a group: what ignores days, after the test by shared days where that decides."""
+    return [ignoring] if by_days is None else [by_days.sentence(label), f"Ignoring days: {ignoring}"]
+
+
 def holm_of(found: dict[str, TwoSample], observed: Observations, alpha: float) -> HolmFamily:
     """Adjust the p-values of Welch's tests against the control, by label, which hold their level.
 
@@ -117,8 +122,12 @@ def _tests_of(found: dict[str, TwoSample]) -> str:
 
 
 def save(question: Question) -> Answer:
-    """Return the savings of every group, or of all but the control together."""
+    """Return the savings of every group, or of all but the control together.
+
+    As in `compare` the test by shared days leads, with the savings that the report states.
+    """
     observed, control = question.observed, question.control
+    by_days = decided_groups(observed, question.alpha, savings=True)
     found = {
         label: percent_savings(
             observed.values(observed.control),
@@ -132,32 +141,37 @@ def save(question: Question) -> Answer:
         for label in observed.others()
     }
     confounded = {label: one_day_groups(observed, (label, observed.control)) for label in found}
-    notes = [*plan_notes(observed, question.pooled, question.alpha), *day_notes(observed)]
+    notes = [
+        *plan_notes(observed, question.pooled, question.alpha),
+        *day_notes(observed, where=LEFT_OUT if by_days else HERE),
+    ]
     if observed.plan is not None and not observed.measured.has_savings:
         notes.insert(0, _not_consumed(observed.measured))
-    if len(found) > 1:
+    if len(found) > 1 and by_days is None:
         notes.append(NOT_CORRECTED)
+    sentences = []
+    for label, result in found.items():
+        own = result.sentence(control, observed.name(label), confounded[label] and FROM_DAYS)
+        sentences += led_by_days(by_days, label, with_days_said(own, confounded[label]))
+    shown = (
+        {label: number_of(result.percent, result.percent_ci, question.level, "%") for label, result in found.items()}
+        if by_days is None
+        else by_days.savings()
+    )
     answer = Answer(
-        [
-            with_days_said(
-                result.sentence(control, observed.name(label), confounded[label] and FROM_DAYS), confounded[label]
-            )
-            for label, result in found.items()
-        ],
+        sentences,
         {
+            **({} if by_days is None else {"decisions": by_days.data()}),
             "savings": [
                 {"treated": observed.name(label), "control": control, **as_dict(result)}
                 for label, result in found.items()
-            ]
+            ],
         },
         lambda: estimation_of(
             observed,
-            {
-                label: number_of(result.percent, result.percent_ci, question.level, "%")
-                for label, result in found.items()
-            },
+            shown,
             difference="Savings against",
-            interval="Fieller's",
+            interval="Fieller's" if by_days is None else "Fieller's, by shared days",
         ),
         notes,
         quantile_level=question.level,

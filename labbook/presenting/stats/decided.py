@@ -29,6 +29,10 @@ class DecidedGroups:
     results: Mapping[str, DecisionResult]
     family: HolmFamily | None
 
+    def savings(self) -> dict[str, Number]:
+        """Return the savings of every group by label, where they were asked for."""
+        return {label: result.savings for label, result in self.results.items() if result.savings is not None}
+
     def sentence(self, label: str) -> str:
         """Say by which rule a group is compared with the control, and what it found, as a report does."""
         result, name, control = (
@@ -48,7 +52,7 @@ class DecidedGroups:
             )
         days = f", {count_text(len(result.days), 'day')}" if result.days else ""
         elsewhere = f" {ELSEWHERE}" if result.rule is Rule.WITHIN else ""
-        said = decided_text(lead, _words(self.observed, name, control))
+        said = decided_text(lead, _words(self.observed, name, control, of_savings=result.savings is not None))
         text = f"By shared days ({result.rule}{days}): {said}{elsewhere}"
         return text.replace(NO_BREAK, " ").replace(MINUS, "-")
 
@@ -77,8 +81,8 @@ class DecidedGroups:
         return found
 
 
-def decided_groups(observed: Observations, alpha: float) -> DecidedGroups | None:
-    """Decide about every group by the days that it shares with the control.
+def decided_groups(observed: Observations, alpha: float, *, savings: bool = False) -> DecidedGroups | None:
+    """Decide about every group by the days that it shares with the control, with savings of any quantity if asked.
 
     None where days are not known, or where the plan counts runs or days and not what is shared.
     """
@@ -86,7 +90,7 @@ def decided_groups(observed: Observations, alpha: float) -> DecidedGroups | None
     if not has_days(observed) or (settings and settings.unit_of_analysis is not UnitOfAnalysis.SHARED_DAYS):
         return None
     known = observed.known()
-    has_savings = observed.plan is not None and observed.measured.has_savings
+    has_savings = savings or (observed.plan is not None and observed.measured.has_savings)
     control = [row for row in known.rows if row.label == known.control]
     # A table's values stay in their unit, where a report has thousandths of metres and seconds
     unit = observed.unit if observed.plan or shown_unit(observed.unit)[1] == 1.0 else ""
@@ -125,9 +129,9 @@ def _estimate(name: str, number: Number) -> dict[str, Any]:
     return {name: number.value, f"{name}_ci": list(ends) if undefined is None else undefined}
 
 
-def _words(observed: Observations, name: str, control: str) -> Words:
+def _words(observed: Observations, name: str, control: str, *, of_savings: bool) -> Words:
+    against = f" against {control}"
     if observed.plan is not None and observed.measured.has_savings:
-        against = f" against {control}"
         return Words(
             f"{name} saves energy{against}",
             f"a saving by {name}{against}",
@@ -136,10 +140,17 @@ def _words(observed: Observations, name: str, control: str) -> Words:
     what, (more, less) = observed.quantity, ("higher", "lower")
     if observed.plan is not None:
         what, (more, less) = f"the {in_sentence(what)}", observed.measured.comparative
-    elif shown_unit(observed.unit)[1] != 1.0:
+    elif shown_unit(observed.unit)[1] != 1.0 and not of_savings:
         what = f"{what} ({observed.unit})"
+
+    def effect(value: float, size: str) -> str:
+        lower = value > 0 if of_savings else value < 0
+        return f"{what} was {size} {less if lower else more} under {name} than under {control}"
+
+    if of_savings:
+        return Words(f"{name} saves {what}{against}", f"a saving of {what} by {name}{against}", effect)
     return Words(
         f"{what} differs between {name} and {control}",
         f"a difference of {what} between {name} and {control}",
-        lambda value, size: f"{what} was {size} {less if value < 0 else more} under {name} than under {control}",
+        effect,
     )
