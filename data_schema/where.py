@@ -42,7 +42,7 @@ class WhereColumn:
     """A column that may be asked about.
 
     `expression` is what SQL compares; NULL where a run has no such value. A date is stored as ISO text or as DATE.
-    `choices` are the levels of a label and the words of a choice; other kinds have none.
+    `choices` are the levels of a factor, one of which a label must be, and the words of a choice; others have none.
     """
 
     kind: ColumnKind
@@ -53,7 +53,8 @@ class WhereColumn:
 _EQUALITY = (Operator.EQUAL, Operator.NOT_EQUAL)
 _ORDERED = (ColumnKind.NUMBER, ColumnKind.DATE)
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
-_DATE = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}")
+DATE = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}")
+"""How a date is written."""
 
 
 def compile_where(text: str, columns: Mapping[str, WhereColumn]) -> sa.ColumnElement[bool]:
@@ -61,17 +62,18 @@ def compile_where(text: str, columns: Mapping[str, WhereColumn]) -> sa.ColumnEle
 
     Raises `UsageError`, and `UnknownName` for a column, level or word that is not known: one sentence, with position.
     """
-    return _compiled(parse(text), columns)
+    return compile_expression(parse(text), columns)
 
 
-def _compiled(expression: Expression, columns: Mapping[str, WhereColumn]) -> sa.ColumnElement[bool]:
+def compile_expression(expression: Expression, columns: Mapping[str, WhereColumn]) -> sa.ColumnElement[bool]:
+    """Build the condition that was parsed, as `compile_where` does."""
     match expression:
         case Or(operands):
-            return sa.or_(*(_compiled(operand, columns) for operand in operands))
+            return sa.or_(*(compile_expression(operand, columns) for operand in operands))
         case And(operands):
-            return sa.and_(*(_compiled(operand, columns) for operand in operands))
+            return sa.and_(*(compile_expression(operand, columns) for operand in operands))
         case Not(operand):
-            return sa.not_(_compiled(operand, columns))
+            return sa.not_(compile_expression(operand, columns))
         case Comparison(name, comparison, value):
             column = _column(name, columns)
             if comparison not in _EQUALITY and column.kind not in _ORDERED:
@@ -110,10 +112,15 @@ def _bound(value: Word, name: str, column: WhereColumn) -> sa.ColumnElement[Any]
     return _READERS[column.kind](_Given(value, name, column))
 
 
-def _number(given: _Given) -> sa.ColumnElement[Any]:
-    text = given.value.text
+def as_number(text: str) -> float | None:
+    """Return the finite number that a text is, None where it is none."""
     number = float(text) if _NUMBER.fullmatch(text) else math.nan
-    if not math.isfinite(number):
+    return number if math.isfinite(number) else None
+
+
+def _number(given: _Given) -> sa.ColumnElement[Any]:
+    number = as_number(given.value.text)
+    if number is None:
         raise UsageError(
             f"{given} is not a number, and {given.name!r} is compared with numbers: write one such as {given.name}=400."
         )
@@ -123,7 +130,7 @@ def _number(given: _Given) -> sa.ColumnElement[Any]:
 
 def _date(given: _Given) -> sa.ColumnElement[Any]:
     try:
-        if not _DATE.fullmatch(given.value.text):
+        if not DATE.fullmatch(given.value.text):
             raise ValueError
         date = datetime.date.fromisoformat(given.value.text)
     except ValueError:

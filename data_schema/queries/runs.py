@@ -110,9 +110,14 @@ _KINDS = {str(kind): kind for kind in RunKind}
 _STATES = {str(state): state for state in RunState}
 
 
-def has_runs(connection: sa.Connection) -> bool:
-    """Tell whether the book has any run."""
-    return connection.execute(sa.select(run.c.id).limit(1)).first() is not None
+def has_runs(connection: sa.Connection, where: sa.ColumnElement[bool] | None = None) -> bool:
+    """Tell whether the book has any run, or any that fulfils `where` (see `where_columns`)."""
+    return connection.execute(_in_order((run.c.id,), where).limit(1)).first() is not None
+
+
+def values_of_runs(connection: sa.Connection, expression: sa.ColumnElement[Any]) -> set[Any]:
+    """Return what runs have of a column of `where_columns`."""
+    return set(connection.execute(_in_order((expression,), expression.is_not(None))).scalars())
 
 
 def list_runs(connection: sa.Connection, where: sa.ColumnElement[bool] | None = None) -> list[RunRow]:
@@ -213,7 +218,7 @@ def where_columns(connection: sa.Connection) -> dict[str, WhereColumn]:
             .where(condition_level.c.condition == run.c.condition, factor.c.uid == row.uid)
             .scalar_subquery()
         )
-        choices = () if number else tuple(item.label for item in row.levels)
+        choices = tuple(item.label for item in row.levels)
         columns[row.name] = WhereColumn(ColumnKind.NUMBER if number else ColumnKind.LABEL, value, choices)
     of_run = {
         "run": WhereColumn(ColumnKind.TEXT, run.c.name),

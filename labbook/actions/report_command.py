@@ -14,6 +14,7 @@ import sqlalchemy as sa
 from data_schema import journal
 from data_schema.disk import make_folder, sync_all
 from data_schema.errors import BookReadOnly, UsageError, unknown_name
+from data_schema.queries.selecting import refuse_empty_selection
 from data_schema.row_hashes import altered_rows, has_hashes
 from data_schema.vocabulary import Action
 from ingest.store import STORED
@@ -179,6 +180,7 @@ def _unsaved_report(book: Book, where: str | None, step: Callable[[str], None]) 
 
 
 def _made(book: Book, connection: sa.Connection, where: str | None, step: Callable[[str], None]) -> MadeReport:
+    refuse_empty_selection(connection, where)
     made_at = now_utc().split(".")[0] + "Z"
     made = make_report(connection, book.store, book.configuration, where=where, made_at=made_at, progress=step)
     warning = _altered_warning(len(altered_rows(connection))) if has_hashes(connection) else NO_HASHES

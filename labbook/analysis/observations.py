@@ -12,6 +12,7 @@ import sqlalchemy as sa
 from data_schema.errors import InputRefused, UsageError, unknown_name
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
+from data_schema.queries.selecting import refuse_empty_selection
 from data_schema.vocabulary import Undefined
 from ingest.store import Store
 from labbook.analysis.comparison import pairing
@@ -221,6 +222,7 @@ def observations_of_book(
     Nothing is stored. Raises `UnknownName` for a factor or a level that is not the study's, `UsageError` for single
     jumps of joules, which a run has one of.
     """
+    refuse_empty_selection(connection, asked.where)
     evidence = gather(connection, configuration, asked.where)
     by = asked.by or pairing.swept_factor(configuration)
     if by is None:

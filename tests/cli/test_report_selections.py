@@ -172,3 +172,36 @@ def test_files_of_a_paper_are_not_replaced(fresh: SmallBook, name: str) -> None:
     assert own.read_text(encoding="utf-8") == "mine"
     assert [path.name for path in own.parent.iterdir()] == [own.name]
     good(labbook("report", "--out", "paper/report", at=fresh.folder))
+
+
+@pytest.mark.parametrize(
+    ("where", "said"),
+    [
+        ("b_ad_gain=50", ("'50' is not a known level of b_ad_gain (character 11", "nearest is 0 or 100")),
+        ("foot=small and k_gain in (400, 900)", ("'900'", "nearest is 400")),
+        ("day=2021-06-15", ("no run fulfils", "the nearest is day=2021-06-14 or 2021-06-16")),
+        ("run=r300", ("no run fulfils", "the nearest is run=r")),
+        ("duration_s>5000", ("no run fulfils", "the nearest is duration_s=3600")),
+        ("foot=small and kind=idle", ("some run fulfils each part of it, and none all",)),
+    ],
+)
+def test_a_selection_of_no_run_is_refused_with_what_is_nearest(
+    where: str, said: tuple[str, ...], whole: SmallBook
+) -> None:
+    refused(labbook("report", "--where", where, at=whole.folder), 2, *said)
+
+
+@pytest.mark.parametrize(
+    "command", ["stats compare", "stats anova", "study bed", "study emulator", "study force-plate"]
+)
+def test_what_takes_where_refuses_a_selection_of_no_run(command: str, whole: SmallBook) -> None:
+    refused(labbook(*command.split(), "--where", "b_ad_gain=50", at=whole.folder), 2, "nearest is 0 or 100")
+    refused(labbook(*command.split(), "--where", "day<2000-01-01", at=whole.folder), 2, "no run fulfils")
+
+
+def test_a_list_of_runs_may_be_empty_but_asks_for_levels_that_there_are(whole: SmallBook) -> None:
+    assert good(labbook("runs", "list", "--where", "state=void", at=whole.folder)).out == "no runs.\n"
+    refused(labbook("runs", "list", "--where", "b_ad_gain=50", at=whole.folder), 2, "nearest is 0 or 100")
+    assert (
+        good(labbook("runs", "list", "--where", "b_ad_gain>50 and day>2021-06-15", at=whole.folder)).out.count("\n") > 1
+    )

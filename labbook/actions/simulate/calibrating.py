@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from data_schema import journal
 from data_schema.errors import InputRefused, UsageError
 from data_schema.queries.facts import read_fact
+from data_schema.queries.selecting import refuse_empty_selection
 from labbook.analysis.comparison.pairing import swept_factor
 from labbook.analysis.outcomes.conditions import conditions_by_outcome
 from labbook.analysis.outcomes.detection import Detections
@@ -55,6 +56,7 @@ def calibrate_book(
         raise UsageError('labbook.toml names no scene to fit: write scene = "bed" under [simulation].')
     start = study_scene(configuration.simulation)
     with book.reading() as connection:
+        refuse_empty_selection(connection, where)
         evidence = gather(connection, configuration, where)
         entries, head = journal.head(connection)
         cache, detections = ResultCache(connection), Detections(connection, book.store, step)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from data_schema.errors import UsageError
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import has_runs
+from data_schema.queries.selecting import refuse_empty_selection
 from data_schema.vocabulary import Undefined
 from labbook.actions.studies.of_book import studies_of_book
 from labbook.book.opening import Book
@@ -88,6 +89,7 @@ def compare_predictions(
             "which parameter."
         )
     with book.reading() as connection:
+        refuse_empty_selection(connection, where)
         made = make_report(connection, book.store, book.configuration, where=where, made_at=now_utc(), progress=step)
     items = made.content.predictions.items
     if not items:

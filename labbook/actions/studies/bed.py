@@ -8,6 +8,7 @@ from pathlib import Path
 from data_schema.errors import InputRefused, UsageError
 from data_schema.outcomes import Outcome
 from data_schema.queries.readings import readings_in_force
+from data_schema.queries.selecting import refuse_empty_selection
 from data_schema.rounding import level_text
 from data_schema.vocabulary import FactorKind, StudyKind
 from labbook.actions.studies.compaction import compaction_of
@@ -36,6 +37,7 @@ def bed_study_of(
         protocol = configuration.studies.get("bed", StudyProtocol())
         where, level = where or protocol.where, first_given(level, protocol.level, None)
         level = None if level is None else as_level("--level", level)
+        refuse_empty_selection(connection, where)
         damping = damping_factor(configuration, "0, 50, 100, 150, 200, 250")
         content = make_report(
             connection, book.store, configuration, where=where, made_at=now_utc(), progress=progress, level=level

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from data_schema.errors import InputRefused, UsageError
 from data_schema.outcomes import Outcome
+from data_schema.queries.selecting import refuse_empty_selection
 from data_schema.vocabulary import FactorKind
 from labbook.actions.studies.of_book import LEVEL, OfBook, book_sources, damping_factor, first_given
 from labbook.analysis.outcomes.conditions import conditions_by_outcome
@@ -52,6 +53,7 @@ def emulator_study_of(
         gain, damping = _factors(book.configuration)
         _check_protocol(book.configuration)
         progress("joules and apex heights")
+        refuse_empty_selection(connection, where)
         evidence = gather(connection, book.configuration, where)
         conditions = conditions_by_outcome(
             ResultCache(connection),

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from data_schema.errors import UsageError
+from data_schema.queries.selecting import refuse_empty_selection
 from labbook.actions.studies.of_book import LEVEL, OfBook, book_sources, first_given
 from labbook.analysis.studies.force_plate import WINDOWS, ForcePlateStudy
 from labbook.analysis.studies.plate_runs import force_plate_study
@@ -29,6 +30,7 @@ def force_plate_of(
     with opened(book_folder) as book, book.reading() as connection:
         protocol = book.configuration.studies.get("force-plate", StudyProtocol())
         where, window = where or protocol.where, protocol.window if window is None else window
+        refuse_empty_selection(connection, where)
         level = as_level("--level", first_given(level, protocol.level, LEVEL))
         if window is not None and window not in WINDOWS:
             raise UsageError(
