@@ -27,7 +27,7 @@ def group_verdict(group: JudgedGroup, places: int) -> str:
     if group.differs:
         return f"predictions {_size([group], places)}"
     if group.agrees_only_by_assumed:
-        return f"{_size([group], places)}, within the assumed inputs' uncertainty only"
+        return f"{_size([group], places)}, not significant with the assumed inputs' uncertainty included"
     return "no significant bias"
 
 
@@ -106,7 +106,7 @@ def _where_biased(content: ReportContent, one: Judged) -> str:
             parts.append(f"{_size(biased, places_of_biases(one))}{_where(content, one.groups, biased)}")
     bought = [each for each in one.groups if each.agrees_only_by_assumed]
     if bought and not parts:
-        return f"agree{_where(content, one.groups, bought)} only within the assumed inputs' uncertainty"
+        return f"agree{_where(content, one.groups, bought)} only with the assumed inputs' uncertainty included"
     return list_text(parts) or ("no group significantly biased" if len(one.groups) > 1 else "no significant bias")
 
 

@@ -40,7 +40,7 @@ def test_where_more_runs_find_less_both_powers_are_said_and_the_plan_says_the_sa
     said = good(labbook(*words, "--n", "12", at=fresh.folder)).out
     crossing = (
         "From n = 11 on, where 4 days are shared, the test is paired on day means: power 29.8 %, and 46.9 % at n = 10, "
-        "within days, for these days alone."
+        "within days, valid for the days measured only."
     )
     assert crossing in said.splitlines()
     (row,) = [line.split() for line in said.splitlines() if line.startswith("by shared days  ")]

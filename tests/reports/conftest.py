@@ -380,7 +380,7 @@ def make_content(seed=5):
         detector="robust", people=("Ada Nwosu (AN)", "Li Wei (LW)"), days=days,
         flow=Flow(280, 272, 4, 12, {}, {Outcome.JOULES: 253, Outcome.APEX: 255},
                   {Outcome.JOULES: {"no charge record": 2, "pack swapped during the run": 1},
-                   Outcome.APEX: {"no log with a body height": 1}}, 6375, 6361,
+                   Outcome.APEX: {"no log with a body_height channel": 1}}, 6375, 6361,
                   {"first jumps of a run": 506, "touches a dropped packet": 83, "rejected on review": 21}, 5751),
         factors=FACTORS, conditions=conditions, claims=(), comparisons=comparisons, anovas=anovas,
         jump_comparisons=tuple(c for c in comparisons if c.quantity is Outcome.APEX and c.level == "pooled"),

@@ -118,7 +118,7 @@ class Crossing:
         within, paired = (f"{100.0 * power:.1f} %" for power in (self.power_within, self.power_paired))
         return (
             f"From n = {self.n_paired} on, where {LEAST_DAYS} days are shared, the test is paired on day means: power "
-            f"{paired}, and {within} at n = {self.n_within}, within days, for these days alone."
+            f"{paired}, and {within} at n = {self.n_within}, within days, valid for the days measured only."
         )
 
 

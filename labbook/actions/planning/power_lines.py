@@ -51,7 +51,7 @@ def power_table(found: StudyPower) -> tuple[tuple[str, ...], list[tuple[str, ...
     """Return head and rows: for each test the n of each condition, the size of that plan, and the chance at other n."""
     ns = list(found.needed[0].powers)
     at = [f"at n = {n}" for n in ns]
-    head = ("test", "alpha", f"n for {100 * found.target:g} %", "over the SD's CI", "runs", "days", *at)
+    head = ("test", "alpha", f"n for {100 * found.target:g} %", "at the CI limits of the SD", "runs", "days", *at)
     return head, [_row(item, ns) for item in found.needed]
 
 

@@ -51,12 +51,12 @@ def review(book: Book, connection: sa.Connection, name: str) -> RunReview:
     ]
     if run.kind != RunKind.JUMPS and not logs:
         raise UsageError(
-            f"run {name} has no log with a body height, and as one of kind {run.kind} no jumps: `labbook show {name}` "
-            "lists what it has."
+            f"run {name} has no log with a body_height channel, and as one of kind {run.kind} no jumps: "
+            f"`labbook show {name}` lists what it has."
         )
     if not logs and (others := {str(signal.role) for signal in signals_of_runs(connection, run_uid=run.uid)}):
         raise UsageError(
-            f"run {name} has no log with a body height, only {' and '.join(sorted(others))}: add its log with "
+            f"run {name} has no log with a body_height channel, only {' and '.join(sorted(others))}: add its log with "
             f"`labbook ingest FILE --run {name}`, or declare the column of the height with --column."
         )
     signals = usable_logs(run, logs)

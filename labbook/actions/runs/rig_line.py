@@ -207,10 +207,13 @@ def _joules(run: RunRow, evidence: StudyData, drains: Lines) -> tuple[str, bool]
     about = describe(earlier)
     if about.n < LIMITS_FROM_RUNS or isinstance(about.mean, Undefined) or isinstance(about.sd, Undefined):
         runs = "run" if about.n == 1 else "runs"
-        return f"{joules:.1f} J a jump, n = {about.n} {runs} so far, no limits yet", False
+        return f"{joules:.1f} J a jump, n = {about.n} {runs} before it; control limits take {LIMITS_FROM_RUNS}", False
     low, high = max(about.mean - LIMIT_SDS * about.sd, 0.0), about.mean + LIMIT_SDS * about.sd
     if high <= 0.0:
-        return f"{joules:.1f} J a jump, no limits: those of the earlier runs are below 0 J (n = {about.n})", False
+        return (
+            f"{joules:.1f} J a jump, no control limits: those of the earlier runs are below 0 J (n = {about.n})",
+            False,
+        )
     outside = not low <= joules <= high
     verdict = "OUTSIDE" if outside else "within"
     lowest = f"{low:.1f}" if low else "0"

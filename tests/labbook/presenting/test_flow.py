@@ -40,7 +40,7 @@ def test_runs_count_where_their_number_was_used_and_the_others_have_a_reason(mad
     assert flow.runs_with == {Outcome.JOULES: RUNS - 1, Outcome.APEX: RUNS - 2}
     assert flow.runs_without == {
         Outcome.JOULES: {"no charge recorded": 1},
-        Outcome.APEX: {"no log with a body height": 1, "none of its jumps counts": 1},
+        Outcome.APEX: {"no log with a body_height channel": 1, "none of its jumps counts": 1},
     }
     for quantity in made.content.outcomes:
         assert flow.runs_with[quantity] + sum(flow.runs_without[quantity].values()) == RUNS

@@ -168,4 +168,4 @@ def test_control_limits_begin_at_0_joules(tmp_path: Path) -> None:
     assert below.outside
     says(below.text, "OUTSIDE the control limits 0 to")
     assert not none.outside
-    says(none.text, "no limits")
+    says(none.text, "no control limits")
