@@ -127,6 +127,12 @@ def log_starts(connection: sa.Connection, run_uids: Sequence[str]) -> dict[str, 
     return found
 
 
+def every_start(connection: sa.Connection) -> list[str]:
+    """Return the instants at which logs start, each once, as far as they are known."""
+    query = sa.select(signal.c.start_utc).where(signal.c.start_utc.is_not(None)).distinct()
+    return list(connection.execute(query).scalars())
+
+
 def _channel_names(connection: sa.Connection, signals: Sequence[int] | None) -> dict[int, tuple[str, ...]]:
     query = sa.select(channel.c.signal, channel.c.name).order_by(channel.c.signal, channel.c.position)
     if signals is not None:

@@ -18,8 +18,10 @@ from data_schema.queries.imports import findings_of, refused_with
 from data_schema.vocabulary import Action, FileRole, Severity
 from ingest.declared import ABSENT
 from ingest.model import Finding, ReadFile
+from labbook.actions.files.charges_against_book import with_charges_possible
 from labbook.analysis.outcomes.log_dates import day_notes, swapped_day
 from labbook.book.write_session import Statement, WriteSession, new_uid
+from labbook.config.parsing import Configuration
 from labbook.statements.importing import PreparedImport, finding_values, without_name
 
 
@@ -62,16 +64,26 @@ def with_findings_of_book(connection: sa.Connection, ingest_uid: str, read: Read
     return replace(read, findings=read.findings + added)
 
 
-def with_day_of_run(
-    connection: sa.Connection, read: ReadFile, run: str | None, *, file_uid: str | None = None, notes: bool = False
+def refused_by_book(
+    connection: sa.Connection,
+    configuration: Configuration,
+    read: ReadFile,
+    run: str | None,
+    *,
+    file_uid: str | None = None,
+    notes: bool = False,
 ) -> ReadFile:
-    """Add the refusal where day and month were read the wrong way round; `notes`: also that the days differ.
+    """Add the refusal where day and month were read the wrong way round, or charges are none that packs can take.
+
+    `notes`: also that the days of a log and its run differ.
 
     The runs are those that the parts of the file `file_uid` belong to, where they belong to any, else the one named
     `run`.
     """
-    if read.refused or read.role is FileRole.CHARGE:
+    if read.refused:
         return read
+    if read.role is FileRole.CHARGE:
+        return with_charges_possible(connection, configuration, read, run)
     links = [] if file_uid is None else links_of_file(connection, file_uid)
     meant = {link.part: link.run_uid for link in links}
     if not meant:

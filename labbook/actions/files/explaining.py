@@ -21,7 +21,7 @@ from ingest.model import ChargeRow, ColumnUse, Explanation, Finding, Limits, Rea
 from ingest.read import read_file
 from ingest.signals import LEFT_OUT
 from ingest.tables.table import CellKind
-from labbook.actions.files.against_book import refused_without_columns, with_day_of_run
+from labbook.actions.files.against_book import refused_by_book, refused_without_columns
 from labbook.actions.files.ingesting import readable, stated_run
 from labbook.book.opening import Book
 from labbook.config.channels import OWN, SHEET_COLUMNS
@@ -69,7 +69,7 @@ def explain_file(book: Book, path: Path, options: Mapping[str, Any], run: str | 
     with book.reading() as connection:
         read = read_as_ingest(book, path, options)
         read = refused_without_columns(read, options) if alone else read
-        read = with_day_of_run(connection, read, run, notes=True)
+        read = refused_by_book(connection, book.configuration, read, run, notes=True)
         known = run is not None and find_uid(connection, "run", name=run) is not None
     return Explained(
         readable(path),

@@ -26,9 +26,9 @@ from ingest.formats.format import UNKNOWN
 from ingest.model import Finding, Limits, ReadFile
 from ingest.read import read_file
 from labbook.actions.files.against_book import (
+    refused_by_book,
     refused_without_columns,
     state_refusal,
-    with_day_of_run,
     with_findings_of_book,
 )
 from labbook.actions.files.rereading import take_known
@@ -115,7 +115,7 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
         of_run = None
     read = refused_without_columns(read, options) if request.batch is None else read
     with book.reading() as connection:
-        read = with_day_of_run(connection, read, of_run, notes=request.dry_run)
+        read = refused_by_book(connection, book.configuration, read, of_run, notes=request.dry_run)
         if request.dry_run:
             status = IngestStatus.REFUSED if read.refused else IngestStatus.IMPORTED
             runs = () if read.refused else _runs_meant(connection, of_run, read)

@@ -25,9 +25,9 @@ from ingest.model import DEFAULT_LIMITS, Finding, ReadFile
 from ingest.read import read_file
 from ingest.store import raw_path
 from labbook.actions.files.against_book import (
+    refused_by_book,
     refused_without_columns,
     state_refusal,
-    with_day_of_run,
     with_findings_of_book,
 )
 from labbook.actions.runs.charges import refuse_second_of_file
@@ -87,7 +87,7 @@ def reread(book: Book, row: ReadingRow, request: RereadRequest) -> Reread:
     if request.batch is None and canonical(dict(request.options)) != row.options_json:
         read = refused_without_columns(read, request.options)
     with book.reading() as connection:
-        read = with_day_of_run(connection, read, row.stated_run, file_uid=row.file_uid)
+        read = refused_by_book(connection, book.configuration, read, row.stated_run, file_uid=row.file_uid)
     if request.dry_run:
         prepared = without_storing(data, row.sha256, read, settings)
     else:

@@ -18,6 +18,7 @@ from data_schema.queries.signals import log_starts
 from data_schema.queries.study import CheckRow, StudyRow, days_with_runs
 from data_schema.vocabulary import RunKind, RunState
 from labbook.analysis.outcomes.log_dates import other_day
+from labbook.analysis.outcomes.run_energy import above_capacity
 from labbook.book.naming import study_of
 from labbook.config.parsing import Configuration
 
@@ -180,16 +181,10 @@ def _jumps(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background)
 
 
 def _charge(run: RunRow, charges: Sequence[ChargeOfRun], background: Background) -> str | None:
-    pack = background.configuration.batteries.get(run.battery)
-    for charge in charges:
-        if charge.charge_mah == 0:
-            return f"run {run.name} has a charge of 0 mAh"
-        if pack is not None and charge.charge_mah > pack.capacity_mah:
-            return (
-                f"run {run.name} has a charge of {charge.charge_mah:g} mAh, more than the {pack.capacity_mah:g} mAh "
-                f"that pack {run.battery} holds"
-            )
-    return None
+    if any(charge.charge_mah == 0 for charge in charges):
+        return f"run {run.name} has a charge of 0 mAh"
+    above = above_capacity(run, charges, background.configuration)
+    return None if above is None else f"run {run.name} has {above}"
 
 
 def _ended(run: RunRow, charges: Sequence[ChargeOfRun], background: Background) -> str | None:
@@ -204,6 +199,17 @@ def _ended(run: RunRow, charges: Sequence[ChargeOfRun], background: Background) 
         if before:
             began = f"{run.started_utc} (UTC)" if run.started_utc is not None else run.day
             return f"run {run.name} began {began} and its charge ended before, at {charge.ended_original}"
+    return None
+
+
+def _swapped(run: RunRow, charges: Sequence[ChargeOfRun], background: Background) -> str | None:
+    for charge in charges:
+        other = other_day(charge.ended_utc, run.day, background.study.time_zone)
+        if other is not None and other.swapped:
+            return (
+                f"run {run.name} is of {run.day} and its charge ended on {other.of_log}, with day and month the other "
+                "way round: `labbook files reread FILE --dates ...` says their order"
+            )
     return None
 
 
@@ -239,6 +245,7 @@ RULES: Mapping[str, Rule] = {
     "jumps_unusual": Rule(frozenset({"jumps_made", "kind", "state"}), _jumps),
     "charge_unusual": Rule(frozenset({"charge_mah", "battery", "run"}), _charge),
     "charge_before_run": Rule(frozenset({"charge_mah", "ended_utc", "started_utc", "day", "run"}), _ended, alike=False),
+    "day_month_swapped": Rule(frozenset({"charge_mah", "ended_utc", "day", "run"}), _swapped),
     "pack_differs": Rule(frozenset({"battery", "stated_pack", "run"}), _pack),
     "differs_from_plan": Rule(frozenset({"condition", "kind"}), _plan, alike=False),
 }

@@ -22,7 +22,7 @@ from data_schema.vocabulary import CheckKind, FileRole, RunKind, RunState, Undef
 from labbook.actions.runs.rig_line import Lines, joules_of, too_little_charged
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, rest_length_m
 from labbook.analysis.outcomes.run_apexes import as_protocol, judge, usable_logs
-from labbook.analysis.outcomes.run_energy import drain_lines
+from labbook.analysis.outcomes.run_energy import above_capacity, drain_lines
 from labbook.analysis.study_data import StudyData, gather_about
 from labbook.config.analysis import HOW_TO_DECIDE
 from labbook.config.parsing import Configuration
@@ -33,7 +33,8 @@ class ToDo:
     """What a day needs; runs by name. `planned_not_done` is of all plans, whatever their days.
 
     `logs_do_not_count` says why, by run, though the run has logs with a body height; `no_joules` and `no_apexes` say of
-    every run of jumps that lacks a number why it does; `too_little_charged` says of a run what its charge is below.
+    every run of jumps that lacks a number why it does; `too_little_charged` says of a run what its charge is below,
+    `above_capacity` what it is above.
     `analysis_undecided`: nothing is decided about the analysis, and nothing measured yet.
     """
 
@@ -51,6 +52,7 @@ class ToDo:
     inbox: int
     analysis_undecided: bool
     too_little_charged: Mapping[str, str] = field(default_factory=dict)
+    above_capacity: Mapping[str, str] = field(default_factory=dict)
     files_waiting: tuple[str, ...] = ()
     verdicts_waiting: tuple[str, ...] = ()
 
@@ -60,7 +62,7 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
     connection = detections.connection
     date = _date(day) if day else datetime.datetime.now(ZoneInfo(configuration.study.time_zone)).date()
     runs = [run for run in runs_of_day(connection, date.isoformat()) if run.state is not RunState.VOID]
-    charged = set(charges_of_runs(connection, [run.uid for run in runs]))
+    charged = charges_of_runs(connection, [run.uid for run in runs])
     logs = {run.uid: signals for run in runs if (signals := signals_of_runs(connection, FileRole.LOG, run_uid=run.uid))}
     made = {check.kind for check in checks_by_day(connection).get(date.isoformat(), ())}
 
@@ -92,6 +94,12 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
         },
         no_joules={} if evidence is None else without_joules(evidence, jumped, drains),
         too_little_charged={} if evidence is None else _too_little_charged(evidence, jumped, drains),
+        above_capacity={
+            run.name: said
+            for run in runs
+            for said in [above_capacity(run, charged.get(run.uid, ()), configuration)]
+            if said is not None
+        },
         no_apexes={} if evidence is None else without_apexes(detections, evidence, jumped, logs),
         checks_not_made=tuple(str(kind) for kind in CheckKind if kind not in made),
         inbox=len(inbox(connection)),
@@ -118,6 +126,7 @@ def to_do_lines(found: ToDo) -> list[str]:
     uncharged, unlogged = {*found.log_without_charge, *found.neither}, {*found.charge_without_log, *found.neither}
     lines += _by_reason("no joules", found.no_joules, uncharged)
     lines += [f"too little charged: {name}: {what}" for name, what in found.too_little_charged.items()]
+    lines += [f"too much charged: {name} has {what}" for name, what in found.above_capacity.items()]
     lines += _by_reason("no apexes", found.no_apexes, {*unlogged, *found.logs_do_not_count})
     lines += [f"{reason}." for reason in found.files_waiting]
     lines += found.verdicts_waiting

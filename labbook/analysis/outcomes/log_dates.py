@@ -13,6 +13,8 @@ from ingest.timebase.clock_formats import day_of, parse_stamp
 
 ABOUT_DAY = "log_day_differs"
 """The rule of a log that begins on another day than its run."""
+SWAPPED = "day_month_swapped"
+"""The rule of dates that are right only with day and month exchanged."""
 
 _NEAR = timedelta(days=1)
 """A run may go on after midnight."""
@@ -45,8 +47,13 @@ def other_day(start_utc: str | None, run_day: str, zone: str | None) -> OtherDay
     of_run = date.fromisoformat(run_day)
     if abs(of_log - of_run) <= _NEAR:
         return None
-    turned = _turned(of_log)
-    return OtherDay(of_log, of_run, turned is not None and timedelta(0) <= turned - of_run <= _NEAR)
+    return OtherDay(of_log, of_run, is_turned(of_log, of_run))
+
+
+def is_turned(read_as: date, day: date) -> bool:
+    """Tell whether a date is that of a day, or the next one, with day and month exchanged alone."""
+    other = turned(read_as)
+    return other is not None and read_as != other and timedelta(0) <= other - day <= _NEAR < abs(read_as - day)
 
 
 def day_notes(parts: Iterable[SignalPart], run: str, run_day: str, zone: str | None) -> list[Finding]:
@@ -63,7 +70,7 @@ def swapped_day(parts: Iterable[SignalPart], run: str, run_day: str, zone: str |
     """Return the refusal of the first part whose date `--dates` would make that of its run; empty where none is."""
     for part in parts:
         other = other_day(part.start_utc, run_day, zone)
-        order = _other_order(part.start_original or "", other.of_log) if other is not None and other.swapped else None
+        order = other_order(part.start_original or "", other.of_log) if other is not None and other.swapped else None
         if other is None or order is None:
             continue
         message = (
@@ -71,11 +78,11 @@ def swapped_day(parts: Iterable[SignalPart], run: str, run_day: str, zone: str |
             f"{other.of_run}, which it is with day and month the other way round: say `--dates {order}`, or, if the "
             f'run\'s date is wrong, `labbook correct {run} date={other.of_log} --why "..."` first.'
         )
-        return [_finding(Severity.FILE, "day_month_swapped", message, part.start_original)]
+        return [_finding(Severity.FILE, SWAPPED, message, part.start_original)]
     return []
 
 
-def _turned(day: date) -> date | None:
+def turned(day: date) -> date | None:
     """Return a date with day and month exchanged, None where there is no such date."""
     try:
         return day.replace(month=day.day, day=day.month)
@@ -83,13 +90,13 @@ def _turned(day: date) -> date | None:
         return None
 
 
-def _other_order(text: str, read_as: date) -> str | None:
+def other_order(text: str, read_as: date) -> str | None:
     """Return the order of `--dates` that exchanges day and month of a text; None where the year stands first."""
     stamp = parse_stamp(text)
     if stamp is None or stamp.date is None or len(stamp.date[0]) == 4:
         return None
     for order, other in (("m/d/y", "d/m/y"), ("d/m/y", "m/d/y")):
-        if day_of(stamp, order) == read_as and day_of(stamp, other) == _turned(read_as):
+        if day_of(stamp, order) == read_as and day_of(stamp, other) == turned(read_as):
             return other
     return None
 

@@ -28,6 +28,7 @@ from labbook.analysis.results.result_cache import (
     run_input,
 )
 from labbook.analysis.study_data import StudyData
+from labbook.config.parsing import Configuration
 from reports.numbers import Number
 from stats.compare.shared_error import SharedError
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain, rounding_sd_mah, why_no_line
@@ -211,6 +212,15 @@ def below_drain(run: RunRow, charges: list[ChargeOfRun], line: PassiveDrain | Un
         return None
     passive_mah = line.at(run.duration_s).charge_mah
     return (charge.charge_mah, passive_mah) if charge.charge_mah < passive_mah else None
+
+
+def above_capacity(run: RunRow, charges: Sequence[ChargeOfRun], configuration: Configuration) -> str | None:
+    """Say which charge of a run is more than its pack holds; None where none is."""
+    pack = configuration.batteries.get(run.battery)
+    above = [charge.charge_mah for charge in charges if pack is not None and charge.charge_mah > pack.capacity_mah]
+    if pack is None or not above:
+        return None
+    return f"a charge of {above[0]:g} mAh, more than the {pack.capacity_mah:g} mAh that pack {run.battery} holds"
 
 
 def run_energies(

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import ChargeMode, FileRole, Undefined
-from labbook.analysis.outcomes.run_energy import Drain, below_drain, unused_idle
+from labbook.analysis.outcomes.run_energy import Drain, above_capacity, below_drain, unused_idle
 from labbook.analysis.study import StudyAnalysis
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import UnitOfAnalysis
@@ -126,6 +126,7 @@ def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:
                 f"{_count(len(names), 'run', 'runs')} ({_names(names)}) {_have(names)} no {outcome.plural}: {cause}."
             )
     notes += _too_little_charged(analysis)
+    notes += _too_much_charged(analysis.evidence)
     notes += _lost_fits(analysis)
     mismatched = jumps_mismatched(analysis)
     if differing := [f"{run.name}: {found} of {run.jumps_made}" for run, found in mismatched if run.jumps_made]:
@@ -202,6 +203,17 @@ def _too_little_charged(analysis: StudyAnalysis) -> list[str]:
     ]
     which = f"{_count(len(runs), 'run', 'runs')} ({_names(runs)})"
     return [f"The charge of {which} is below the passive charge: negative joules a jump."] if runs else []
+
+
+def _too_much_charged(evidence: StudyData) -> list[str]:
+    """Name the jump and idle runs whose charge is more than their pack holds."""
+    runs = [
+        run
+        for run in (*evidence.runs, *evidence.idle)
+        if above_capacity(run, evidence.charges.get(run.uid, []), evidence.configuration)
+    ]
+    which = f"{_count(len(runs), 'run', 'runs')} ({_names(runs)})"
+    return [f"The charge of {which} is more than the pack holds: check its unit."] if runs else []
 
 
 def _lost_fits(analysis: StudyAnalysis) -> list[str]:

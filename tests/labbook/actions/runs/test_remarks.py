@@ -161,7 +161,7 @@ def test_a_charge_is_compared_with_the_pack_of_its_run(stated: SmallBook) -> Non
         ("461", "2021-06-13", "charge_before_run"),
         ("461", "2021-06-14 09:29", "charge_before_run"),
         ("461", "2021-06-12 10:00", "charge_before_run"),
-        ("11900", "2021-06-14 10:00", "charge_unusual"),
+        ("7900", "2021-06-14 10:00", "charge_unusual"),
     ],
 )
 def test_a_charge_that_cannot_be_is_questioned_at_ingest(
