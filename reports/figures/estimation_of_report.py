@@ -21,7 +21,7 @@ from reports.figures.estimation_parts import (
     set_names,
 )
 from reports.figures.kind import figures_of_outcomes, levels_alone
-from reports.figures.style import BLACK, BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure
+from reports.figures.style import BLACK, BLUE, GREY, VERMILLION, is_narrow, lay_out, light_grid, new_figure
 from reports.naming import levels_name, swept_factor, swept_words
 from reports.numbers import Number
 from reports.sentences import absence_text
@@ -116,7 +116,7 @@ def _draw(content: ReportContent, quantity: Outcome, width_in: float) -> Figure:
             lower.set_ylabel(f"Mean\n{named_with_unit('difference', unit)}\n({level_text(difference)})")
         uppers.append(upper)
     figure.align_ylabels()
-    figure.draw_without_rendering()  # which points touch follows from the layout
+    lay_out(figure)  # which points touch follows from the layout
     for upper, groups in zip(uppers, sides, strict=True):
         draw_values(upper, groups, {})
     return figure

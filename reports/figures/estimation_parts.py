@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from reports.display import EQUALS
-from reports.figures.style import BLACK, GREY, plain_ticks
+from reports.figures.style import BLACK, GREY, lay_out, plain_ticks
 from reports.numbers import Number
 
 if TYPE_CHECKING:
@@ -155,7 +155,7 @@ def draw_groups(figure: Figure, axes: Axes, groups: Sequence[DrawnGroup]) -> Non
         handles = [Line2D([], [], linestyle="none", marker=mark, color=GREY, markersize=4) for mark in marks.values()]
         across = columns_of(list(marks), figure.get_figwidth())
         figure.legend(handles, list(marks), loc="outside lower center", ncols=across, handletextpad=0.1)
-    figure.draw_without_rendering()
+    lay_out(figure)
     draw_values(axes, groups, marks)
 
 

@@ -11,7 +11,7 @@ from typing import IO, TYPE_CHECKING, Any
 
 from data_schema.errors import UsageError
 from reports.content import EMPTY, Condition, Outcome, ReportContent
-from reports.figures.style import BLACK, GREY, new_figure, publication_style
+from reports.figures.style import BLACK, GREY, lay_out, new_figure, publication_style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -142,17 +142,5 @@ def write_figure(figure: Figure, path: Path) -> None:
 
 def _write(figure: Figure, stream: IO[Any], suffix: str, metadata: dict[str, str | None]) -> None:
     with publication_style():
-        _lay_out(figure)
+        lay_out(figure)
         figure.savefig(stream, format=suffix, metadata=metadata)
-
-
-def _lay_out(figure: Figure) -> None:
-    """Lay a figure out for SVG, once: every format has these positions, and none is drawn to find them, too."""
-    from matplotlib.backends.backend_svg import FigureCanvasSVG
-
-    engine = figure.get_layout_engine()
-    if engine is not None and figure.axes:
-        FigureCanvasSVG(figure)
-        figure.set_dpi(FigureCanvasSVG.fixed_dpi)
-        engine.execute(figure)
-    figure.set_layout_engine(None)

@@ -29,6 +29,7 @@ from reports.figures.style import (
     GREY,
     TWO_COLUMNS_IN,
     is_narrow,
+    lay_out,
     light_grid,
     new_figure,
     plain_ticks,
@@ -96,7 +97,7 @@ def draw_residuals(plot: ResidualPlot, width_in: float = TWO_COLUMNS_IN) -> Figu
                 higher.append(_name_places(axes, against, width_in if narrow else width_in / count))
         put_above(figure, _line(plot), width_in)
         figure.set_figheight(figure.get_figheight() + (sum(higher) if narrow else max(higher, default=0.0)))
-        figure.draw_without_rendering()
+        lay_out(figure)
         for axes, against in zip(panels, plot.against, strict=True):
             _draw_points(axes, against, values)
         return figure

@@ -123,7 +123,8 @@ def publication_style() -> Iterator[None]:
 
     defaults = {key: value for key, value in matplotlib.rcParamsDefault.items() if "backend" not in key}
     settings: dict[Any, Any] = {**defaults, **_SETTINGS, "font.family": figure_font()}
-    with matplotlib.rc_context(settings), warnings.catch_warnings():
+    others = {key: value for key, value in settings.items() if matplotlib.rcParams[key] != value}  # each takes time
+    with matplotlib.rc_context(others), warnings.catch_warnings():
         # A name in a script that the font lacks is drawn as boxes; the page has it in full.
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
         yield
@@ -139,6 +140,21 @@ def new_figure(width_in: float, height_in: float) -> Figure:
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width_in, height_in), layout="constrained")
+
+
+def lay_out(figure: Figure) -> None:
+    """Lay a figure out for SVG, once: every format has these positions, and none is drawn to find them, too.
+
+    What is drawn afterwards has to lie within the axes.
+    """
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+    engine = figure.get_layout_engine()
+    if engine is not None and figure.axes:
+        FigureCanvasSVG(figure)
+        figure.set_dpi(FigureCanvasSVG.fixed_dpi)
+        engine.execute(figure)
+    figure.set_layout_engine(None)
 
 
 def light_grid(axes: Axes, axis: Literal["both", "x", "y"] = "y") -> None:
