@@ -10,15 +10,17 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import mmap
 import os
 import sys
 import tempfile
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
 from pathlib import Path
+from typing import TypeVar
 
 from data_schema.cache_folder import forget_old_versions, make_version_folder, places_above, why_not_trusted
 from reports.content import ReportContent
@@ -30,6 +32,8 @@ MOST_BYTES = 64 * 2**20
 """Of one version; beyond, the files go that were used longest ago."""
 _DRAW_WITH = ("matplotlib", "numpy", "fonttools", "kiwisolver", "contourpy")
 _HASH_BYTES = 32
+
+T = TypeVar("T")
 
 
 @cache
@@ -53,26 +57,35 @@ class Wanted:
     formats: Sequence[str]
 
 
-def drawn(content: ReportContent, wanted: Sequence[Wanted]) -> list[dict[str, bytes]]:
+def drawn(
+    content: ReportContent, wanted: Sequence[Wanted], meanwhile: Callable[[], T]
+) -> tuple[list[dict[str, bytes]], T]:
     """Return figures of the report by format, in order: each as it was drawn before of the same, else drawn now, once.
 
-    Of several to draw a second process draws half, where there is a core for it. It hands them over in the folder; what
-    does not arrive is drawn here.
+    `meanwhile` is done too, and what it returns is returned. Where there is a core for it a second process draws from
+    the first figure on, this one after that from the last on, until they meet. It hands its figures over in the folder;
+    what does not arrive is drawn here.
     """
     folder = _folder()
     paths = [_paths(folder, content, one) for one in wanted]
     found = [_kept(one, some) for one, some in zip(wanted, paths, strict=True)]
     missing = [place for place, known in enumerate(found) if known is None]
-    if missing:  # before another process is made, which then has all that drawing loads
-        found[missing[0]] = _drawn_now(content, wanted[missing[0]], paths[missing[0]])
-    others = missing[1::2] if folder and _may_share() else []
-    with _beside(lambda: [_drawn_now(content, wanted[place], paths[place]) for place in others], others):
-        for place in missing[1:]:
-            if place not in others:
+    shared = len(missing) > 1 and folder is not None and _may_share()
+    begun: mmap.mmap | bytearray = mmap.mmap(-1, len(wanted)) if shared else bytearray(len(wanted))
+
+    def draw(places: Iterable[int]) -> None:
+        for place in places:
+            if not begun[place]:
+                begun[place] = 1
                 found[place] = _drawn_now(content, wanted[place], paths[place])
-    for place in others:
-        found[place] = _kept(wanted[place], paths[place]) or _drawn_now(content, wanted[place], paths[place])
-    return [known for known in found if known is not None]
+
+    with _beside(lambda: draw(missing)) if shared else contextlib.nullcontext():
+        other = meanwhile()
+        draw(reversed(missing))
+    for place in missing:
+        if found[place] is None:
+            found[place] = _kept(wanted[place], paths[place]) or _drawn_now(content, wanted[place], paths[place])
+    return [known for known in found if known is not None], other
 
 
 def _paths(folder: Path | None, content: ReportContent, wanted: Wanted) -> dict[str, Path]:
@@ -106,11 +119,10 @@ def _may_share() -> bool:
 
 
 @contextlib.contextmanager
-def _beside(work: Callable[[], object], others: Sequence[int]) -> Iterator[None]:
-    """Let a copy of this process do some work meanwhile, and wait for its end; without `others` there is none."""
-    if not others:
-        yield
-        return
+def _beside(work: Callable[[], object]) -> Iterator[None]:
+    """Let a copy of this process do some work meanwhile, and wait for its end."""
+    import matplotlib.backends.backend_svg  # noqa: F401 - the copy has then all that drawing loads
+
     with warnings.catch_warnings():
         # Python warns of threads: those of the progress bar and of BLAS hold no lock that drawing asks for.
         warnings.simplefilter("ignore", DeprecationWarning)

@@ -7,11 +7,11 @@ import importlib.resources
 import os
 import re
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import jinja2
 
@@ -59,6 +59,8 @@ def inline_svg(svg: bytes, name: str, title: str, alternative: str) -> str:
     return head + text[opening.end() :].strip()
 
 
+T = TypeVar("T")
+
 _WIDTHS = {"": TWO_COLUMNS_IN, "_one_column": ONE_COLUMN_IN}
 """File name's end -> width: each figure fits both columns of a paper, and one."""
 
@@ -69,16 +71,12 @@ def report_files(content: ReportContent, *, summary: bool = False, every_figure:
     The figures are those of the page, at the width that they have there; with `every_figure` each as SVG and PDF, at
     both widths. With `summary` its first page stands alone in `summary.html`, too.
     """
-    figures = figure_files(content, None if every_figure else _drawn_on(sections_of(content)))
-    tables = {kind.name: kind.make(content) for kind in tables_of(content)}
+    of_page = None if every_figure else _drawn_on(sections_of(content))
+    figures, (tables, table_files) = figure_files(content, of_page, lambda: _tables(content))
     drawings = {name.removesuffix(".svg"): data for name, data in figures.items() if name.endswith(".svg")}
     pages = {"report.html": render_page(content, drawings, tables)}
     if summary:
         pages = {"summary.html": render_page(content, drawings, tables, first_only=True), **pages}
-    table_files = {f"{name}.csv": csv_bytes(table) for name, table in tables.items()}
-    if not run_anchors(content):  # so many runs are for programs, and no paper prints them
-        tables[EACH_RUN.name] = replace(tables[EACH_RUN.name], rows=())
-    table_files |= {f"{name}.tex": latex_bytes(table) for name, table in tables.items()}
     return {
         **{f"figures/{name}": data for name, data in figures.items()},
         **{f"tables/{name}": data for name, data in table_files.items()},
@@ -86,6 +84,16 @@ def report_files(content: ReportContent, *, summary: bool = False, every_figure:
         "references.bib": references_bib(content),
         **{name: page.encode("utf-8") for name, page in pages.items()},
     }
+
+
+def _tables(content: ReportContent) -> tuple[dict[str, Table], dict[str, bytes]]:
+    """Return the tables by name, and their files."""
+    tables = {kind.name: kind.make(content) for kind in tables_of(content)}
+    files = {f"{name}.csv": csv_bytes(table) for name, table in tables.items()}
+    printed = dict(tables)
+    if not run_anchors(content):  # so many runs are for programs, and no paper prints them
+        printed[EACH_RUN.name] = replace(printed[EACH_RUN.name], rows=())
+    return tables, files | {f"{name}.tex": latex_bytes(table) for name, table in printed.items()}
 
 
 def write_report(files: Mapping[str, bytes], out_dir: Path) -> Path:
@@ -152,8 +160,10 @@ _NAMES = (*_PAGES, "numbers.tex", "references.bib", "figures", "tables")
 """What a report puts into its folder."""
 
 
-def figure_files(content: ReportContent, of_page: set[str] | None) -> dict[str, bytes]:
-    """Draw figures; file name -> bytes.
+def figure_files(
+    content: ReportContent, of_page: set[str] | None, meanwhile: Callable[[], T]
+) -> tuple[dict[str, bytes], T]:
+    """Draw figures, file name -> bytes, and do something else meanwhile.
 
     `of_page` names those of the page, "_one_column" behind the narrow ones, which are wanted as SVG; None for every
     figure at both widths as SVG and PDF.
@@ -165,10 +175,11 @@ def figure_files(content: ReportContent, of_page: set[str] | None) -> dict[str, 
         for ending, width_in in _WIDTHS.items()
         if of_page is None or f"{kind.name}{ending}" in of_page
     }
-    found = zip(wanted, drawn(content, list(wanted.values())), strict=True)
-    files = {f"{name}.{suffix}": data for name, formed in found for suffix, data in formed.items()}
+    found, other = drawn(content, list(wanted.values()), meanwhile)
+    named = zip(wanted, found, strict=True)
+    files = {f"{name}.{suffix}": data for name, formed in named for suffix, data in formed.items()}
     forget_unused()
-    return files
+    return files, other
 
 
 def _drawn_on(sections: Sequence[Section]) -> set[str]:
