@@ -17,6 +17,7 @@ from typing import Any
 
 from numba.core.bytecode import FunctionIdentity
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
+from numba.core.runtime.nrt import rtsys
 
 from data_schema.cache_folder import (
     CACHE_VARIABLE,
@@ -141,8 +142,10 @@ def _kernel_cache(function: Function, folder: Path, name: str) -> FunctionCache:
 
         def load_overload(self, sig: Any, target_context: Any) -> Any:
             base: Any = super()
-            try:
-                return base.load_overload(sig, target_context)
+            try:  # as numba's own, but for all that only compiling asks for: half a second, 60 MB
+                rtsys.initialize(target_context)
+                with base._guard_against_spurious_io_errors():
+                    return base._load_overload(sig, target_context)
             except Exception:  # a file cut off by a full disk or a power cut: whatever it says, compile anew
                 with contextlib.suppress(OSError):
                     base.flush()
