@@ -70,12 +70,13 @@ def selection(
             )
     parts = [f"({where})"] if where and extra else [where] if where else []
     words = [word for item in extra for word in (item.split("=", 1) if item.startswith("--") else [item])]
+    for word in words:
+        if word.startswith("--") and word.removeprefix("--").replace("-", "_") not in configuration.factors:
+            raise unknown_name("option", word, [f"--{option}" for option in (*configuration.factors, *options)])
     if len(words) % 2 or any(not words[index].startswith("--") for index in range(0, len(words), 2)):
         raise UsageError(f"{' '.join(extra)!r} is not understood: write --FACTOR LEVEL, for example --foot small.")
     for name, level in zip(words[::2], words[1::2], strict=True):
         factor = name.removeprefix("--").replace("-", "_")
-        if factor not in configuration.factors:
-            raise unknown_name("option", name, [f"--{option}" for option in (*configuration.factors, *options)])
         quoted = (
             level if re.fullmatch(r"[\w.]+", level) else "'" + level.replace("\\", "\\\\").replace("'", "\\'") + "'"
         )

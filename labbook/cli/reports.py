@@ -92,7 +92,11 @@ def diff_command(
 def _lines(found: "ReportsCompared", full: bool) -> list[str]:
     lines = [_answer(found), f"from report {_called(found.before)}", f"to report {_called(found.after)}"]
     if found.before.selection != found.after.selection:
-        lines.append("the two are of different runs: numbers of a selection as a whole are in one of them alone.")
+        lines.insert(
+            0,
+            f"The selections differ, {_runs(found.before)} before and {_runs(found.after)} after: numbers of a "
+            "selection as a whole are in one of them alone.",
+        )
     moving = [place for place, cause in enumerate(found.causes) if cause.moved]
     names = {place: str(number) for number, place in enumerate(moving, start=1)}
     said = [f"{names[place]} {_said(found.causes[place])}" for place in moving]

@@ -44,6 +44,7 @@ UNKNOWN_NAMES = {
     "level in --where": ("runs list --where foot=smal", "'smal' is not a known level of foot", "'small'"),
     "state in --where": ("runs list --where state=viod", "'viod'", "'void'"),
     "factor as option": ("report --fot small", "'--fot' is not a known option", "'--foot'"),
+    "option of the command": ("report --sumary", "'--sumary' is not a known option", "'--summary'"),
     "level as option": ("report --foot tiny", "'tiny' is not a known level of foot", "'large', 'small'"),
     "factor to correct": ("correct r001 fot=large --why x", "'fot' is not a known field of a run", "'foot'"),
     "field to correct": ("correct r001 duration=720 --why x", "'duration'", "'duration_s'"),

@@ -229,7 +229,7 @@ def test_reports_of_different_runs_share_the_numbers_of_single_runs(before: Smal
     assert found.only_before
     assert found.only_after
     told = good(labbook("reports", "diff", "1", "2", "--full", at=before.folder)).out
-    says(told, "of different runs")
+    says(told.splitlines()[0], "selections differ", "all runs before", "foot=small after")
     assert told.count("foot=small") > 1
 
 
