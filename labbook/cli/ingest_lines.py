@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from data_schema.vocabulary import FileRole, IngestStatus, Severity
-from ingest.model import ColumnUse, Finding, TableUse
+from ingest.model import ColumnUse, Finding, ReadFile, TableUse
 from labbook.actions.files.ingesting import FileOutcome
 from labbook.actions.runs.rig_line import MissingHeight, RigLine, missing_height_lines
 from labbook.terminal import columns
@@ -79,11 +79,18 @@ def file_head(outcome: FileOutcome) -> str:
     if outcome.status is IngestStatus.REFUSED:
         return f"{outcome.path}: refused ({read.format}), nothing stored:"
     where = f"run {', '.join(outcome.runs)}" if outcome.runs else "no run yet (`labbook runs inbox`)"
+    where = "no row is new" if _knows_all(read) else where
     where = "for `labbook study`" if read.role is FileRole.SHEET else where
     if outcome.runs and outcome.prepared is None:
         where = f"would belong to {where}"
     rejected = f", {read.rows_rejected} rejected" if read.rows_rejected else ""
     return f"{outcome.path}: {read.format}, {read.rows_kept} rows kept{rejected}, {where}."
+
+
+def _knows_all(read: ReadFile) -> bool:
+    """Whether the book has all charges of a file already."""
+    known = sum(finding.count for finding in read.findings if finding.rule == "charge_known")
+    return bool(read.charges) and known == len(read.charges)
 
 
 def outcome_json(outcome: FileOutcome, rig: Sequence[RigLine], missing: MissingHeight | None) -> dict[str, Any]:
@@ -270,7 +277,7 @@ def _concern(outcome: FileOutcome, missing: MissingHeight | None, run: str | Non
     if read is not None and (read.rows_rejected or any(map(needs_a_person, read.findings))):
         return _ROWS, -read.rows_rejected
     not_heeded = outcome.first is not None and run is not None and run not in outcome.runs
-    no_run = read is not None and read.role is not FileRole.SHEET and not outcome.runs
+    no_run = read is not None and read.role is not FileRole.SHEET and not outcome.runs and not _knows_all(read)
     return (_NO_RUN, 0) if not_heeded or no_run else None
 
 

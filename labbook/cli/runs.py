@@ -117,7 +117,9 @@ def _taken_in(items: Mapping[str, Sequence[str]]) -> list[str]:
 
 @app.command("dismiss")
 def dismiss_command(
-    what: Annotated[str, typer.Argument(metavar="ITEM", help="A name of the inbox: FILE#ROW, or FILE.")],
+    what: Annotated[
+        str, typer.Argument(metavar="ITEM", help="A name of the inbox: FILE#ROW, FILE, or a charge's uid.")
+    ],
     why: Annotated[str, typer.Option("--why", "--reason", help="Why it belongs to no run.")],
     book: BookOption = None,
     person: AsOption = None,
@@ -155,7 +157,8 @@ def restore_command(
 def inbox_command(book: BookOption = None, as_json: JsonOption = False) -> None:
     """List files and charges that belong to no run, and why, where it is known; `labbook assign` gives them one.
 
-    Of a run that has another charge, correct that one (`labbook correct RUN mah=VALUE`) or dismiss the row.
+    Of a run that has another charge, correct that one (`labbook correct RUN mah=VALUE`), which settles rows that say
+    so, or dismiss the row.
 
     Example: labbook runs inbox
     """

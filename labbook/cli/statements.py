@@ -120,7 +120,7 @@ def correct(
     Example: labbook correct r017 foot=large --why "typed wrong"
     """
     from labbook.actions.runs.correcting import correct as state_correction
-    from labbook.actions.runs.correcting import runs_corrected
+    from labbook.actions.runs.correcting import runs_corrected, settle_waiting
     from labbook.actions.runs.remarks import remark_lines, remarks_on
     from labbook.actions.runs.rig_line import OF_JOULES, rig_lines_of_runs
     from labbook.actions.runs.run_view import changes_in_words
@@ -132,7 +132,7 @@ def correct(
     with opened(book) as opened_book:
         configuration = opened_book.configuration
 
-        def attempt(said: dict[str, str | None]) -> tuple[Any, Any, Any, Any, Any]:
+        def attempt(said: dict[str, str | None]) -> tuple[Any, Any, Any, Any, Any, Any]:
             with opened_book.session(person, correcting=True) as session:
                 changed = state_correction(opened_book, session, target, fields, why, fold=said["fold"])
                 shown = {name: values for name, values in changed.items() if name != "planned_run"}
@@ -140,9 +140,10 @@ def correct(
                 words = changes_in_words(session.connection, old, new)
                 runs = runs_corrected(session.connection, target, changed)
                 remarks = remarks_on(session.connection, configuration, runs, changed)
-                return changed, words, runs, remarks, session.stale
+                settled = settle_waiting(session, target, runs)
+                return changed, words, runs, remarks, settled, session.stale
 
-        changed, words, runs, remarks, stale = answered(attempt, {"fold": fold}, ask=not as_json)
+        changed, words, runs, remarks, settled, stale = answered(attempt, {"fold": fold}, ask=not as_json)
         rig = [line.text for line in rig_lines_of_runs(opened_book, runs if OF_JOULES & changed.keys() else ())]
     in_file = to_change(configuration, target, {name: new for name, (_old, new) in changed.items()})
     said = f"{target}: {', '.join(fields)}." if changed else f"{target} says that already: nothing was changed."
@@ -152,10 +153,11 @@ def correct(
         *rig,
         *stale_lines(stale),
         *in_file,
+        *(f"{row} waited and says so too: it is dismissed (`labbook runs restore {row}`)." for row in settled),
         *remark_lines(remarks),
     ]
     data = {"target": target, "changed": changed, "rig": rig, "stale": stale, "labbook_toml": in_file}
-    data["remarks"] = remarks
+    data |= {"settled": settled, "remarks": remarks}
     emit(data, lines, as_json)
 
 

@@ -128,9 +128,17 @@ def _place(context: ApplyContext, around: RowsAround, row: SheetRow, run_uid: st
 
 def _contradicts(row: SheetRow, run: str, other: SheetRow, where: str) -> Finding:
     """Say that a run has another charge than a row says."""
+    names = ("charge_mah", "end_voltage_v", "mode")
+    says = {name: value for name in names if (value := getattr(row, name)) not in (None, getattr(other, name))}
+    fields = " ".join(
+        f"{name}={value:.12g}" if isinstance(value, float) else f"{name}={value}" for name, value in says.items()
+    )
+    cure = "correct the sheet"
+    if not where.startswith("row "):
+        cure = f"`labbook correct {where} {fields} --why ...`, which settles the row"
     message = (
-        f"Run {run} has a charge of {other.charge_mah:g} mAh ({where}); this row waits in the inbox: correct that "
-        "charge if it is wrong."
+        f"Run {run} has a charge of {other.charge_mah:g} mAh ({where}); this row waits in the inbox: if that charge is "
+        f"wrong, {cure}, else `labbook runs dismiss` it."
     )
     return Finding(Severity.NOTE, "charge_contradicts", message, row.line, None, f"{row.charge_mah:g} mAh", 1, ())
 
@@ -151,7 +159,7 @@ def foreseen(connection: sa.Connection, charges: Sequence[ChargeRow]) -> list[Fi
             ChargeState.COUNTED, read.charge_mah, read.end_voltage_v, read.mode,
         )  # fmt: skip
         others = about.setdefault(read.stated_run, [])
-        same = next((other for other in others if _same(row, other)), None)
+        same = next((other for other in others if says_same(row, other)), None)
         standing = next((other for other in others if other.run_uid is not None), None)
         if same is not None:
             known.append(row)
@@ -199,7 +207,7 @@ def _left_alone(context: ApplyContext, uids: Sequence[str]) -> list[str]:
 
 
 def _repeats(context: ApplyContext, row: SheetRow, other: SheetRow) -> bool:
-    return _same(row, other) or (
+    return says_same(row, other) or (
         row.repeats == other.uid and _repeats_said(row, other, said_by_hand(context, [other.uid])[other.uid])
     )
 
@@ -208,10 +216,11 @@ def _repeats_said(row: SheetRow, other: SheetRow, said: SaidByHand) -> bool:
     """Tell whether a row says what another one says, or said before a person corrected it."""
     names = ("charge_mah", "end_voltage_v", "mode", "stated_run")
     before = {name: said.corrected[name][0] for name in names if name in said.corrected}
-    return _same(row, other) or (row.repeats == other.uid and _same(row, replace(other, **before)))
+    return says_same(row, other) or (row.repeats == other.uid and says_same(row, replace(other, **before)))
 
 
-def _same(row: SheetRow, other: SheetRow) -> bool:
+def says_same(row: SheetRow, other: SheetRow) -> bool:
+    """Tell whether two rows say the same of a run's charge; an end voltage may be unsaid."""
     voltages = {row.end_voltage_v, other.end_voltage_v} - {None}
     return row.charge_mah == other.charge_mah and row.mode == other.mode and len(voltages) < 2
 

@@ -202,3 +202,49 @@ def test_what_contradicts_a_charge_waits_with_the_reason_and_the_cure(whole: Sma
     says(told[1], "dup.csv#4 and 1 more belong to no run", "labbook runs import")
     again = good(labbook("files", "reread", "dup.csv", at=whole.folder)).out
     says(again, "charge_known", "1 of them of no run")
+
+
+def sheet(book: SmallBook, name: str, *rows: str) -> Path:
+    path = book.folder.parent / name
+    path.write_text("\n".join(["run,mAh,end_voltage,pack", *rows, ""]))
+    return path
+
+
+def test_the_uid_that_the_inbox_shows_names_its_item(stated: SmallBook) -> None:
+    for folder in ("first", "second"):
+        (stated.folder.parent / folder).mkdir()
+    for name, mah in (("first/one.csv", 112), ("second/one.csv", 113)):
+        good(labbook("ingest", sheet(stated, name, f"q1,{mah},16.8,A"), at=stated.folder))
+    first, second = (
+        item["detail"].split(", ")[1] for item in good(labbook("runs", "inbox", "--json", at=stated.folder)).json
+    )
+    good(labbook("runs", "dismiss", first, "--why", "another pack", at=stated.folder))
+    good(labbook("runs", "restore", f"charge:{first}", at=stated.folder))
+    good(labbook("assign", second, "r016", at=stated.folder))
+    (item,) = good(labbook("runs", "inbox", "--json", at=stated.folder)).json
+    assert first in item["detail"]
+
+
+@pytest.mark.parametrize("corrected", ["the run's charge", "the row that waits"])
+def test_a_row_that_contradicts_is_settled_by_the_correction_that_its_sentence_names(
+    corrected: str, whole: SmallBook
+) -> None:
+    told = good(labbook("ingest", sheet(whole, "late.csv", "r002,812,16.7,B"), at=whole.folder)).out
+    said = says(told, "charge_contradicts", "charge_mah=812 end_voltage_v=16.7", "settles the row")
+    (item,) = good(labbook("runs", "inbox", "--json", at=whole.folder)).json
+    row = f"charge:{item['detail'].split(', ')[1]}"
+    other = said.split("`labbook correct ")[1].split(" --why")[0].split()
+    target = other if corrected == "the run's charge" else [row, "charge_mah=105", "end_voltage_v=16.8"]
+    done = good(labbook("correct", *target, "--why", "misread", at=whole.folder)).out
+    says(done, "late.csv#1", "dismissed", "labbook runs restore")
+    assert good(labbook("runs", "inbox", "--json", at=whole.folder)).json == []
+    good(labbook("rebuild", at=whole.folder))
+    assert good(labbook("runs", "inbox", "--json", at=whole.folder)).json == []
+
+
+def test_a_sheet_whose_rows_are_all_known_does_not_lack_a_run(whole: SmallBook) -> None:
+    known = sheet(whole, "known.csv", "r002,105,16.8,B")
+    for flags in (["--dry-run"], []):
+        told = good(labbook("ingest", known, *flags, at=whole.folder)).out
+        assert "no row is new" in told
+        assert "no run yet" not in told

@@ -15,6 +15,7 @@ from data_schema.queries.imported_files import (
     find_files,
     links_of_file,
     parts_of_file,
+    place_of_charge,
 )
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import Action, FileRole
@@ -32,6 +33,7 @@ def assign(session: WriteSession, what: str, run_name: str, why: str | None) -> 
     if why is not None:
         refuse_empty("--why", why)
     run = None if run_name == NO_RUN else run_named(session.connection, run_name)
+    what = item_meant(session.connection, what)
     name, mark, place = what.rpartition("#")
     if not mark or not (place.isdigit() or find_files(session.connection, name)):
         file = file_named(session.connection, what)
@@ -137,6 +139,18 @@ def _state_no_run(session: WriteSession, charge: ChargeRef, why: str) -> None:
 
 def _names(rows: Sequence[Link | ChargeRef]) -> str:
     return ", ".join(sorted({row.run_name for row in rows if row.run_name is not None}))
+
+
+def item_meant(connection: sa.Connection, what: str) -> str:
+    """Return an item of the inbox as it is called there, FILE#ROW, where the uid of a charge was given, as is shown."""
+    uid = what.removeprefix("charge:")
+    place = place_of_charge(connection, uid)
+    if place is None:
+        return what
+    name, _mark, row = place.rpartition("#")
+    files = find_files(connection, name)
+    of_charge = [file for file in files if any(each.uid == uid for each in charges_of_file(connection, file.uid))]
+    return place if len(files) == 1 else f"{of_charge[0].uid}#{row}"
 
 
 def charge_of(connection: sa.Connection, file: FileRow, row_number: int) -> ChargeRef:

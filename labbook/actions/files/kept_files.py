@@ -33,7 +33,7 @@ from data_schema.queries.readings import (
 )
 from data_schema.queries.runs import run_uids_named
 from data_schema.vocabulary import Action, ChargeState, IngestStatus
-from labbook.actions.files.assigning import charge_of
+from labbook.actions.files.assigning import charge_of, item_meant
 from labbook.actions.files.named_files import file_named
 from labbook.book.naming import refuse_empty
 from labbook.book.opening import Book
@@ -206,6 +206,7 @@ def restore(session: WriteSession, name: str, why: str | None) -> str:
 def dismiss(session: WriteSession, what: str, why: str) -> str:
     """State that an item of the inbox belongs to no run and need not be asked about: a charge, or a whole file."""
     refuse_empty("--why", why)
+    what = item_meant(session.connection, what)
     name, mark, row = what.rpartition("#")
     if not mark or not row.isdigit():
         file = file_named(session.connection, what)
@@ -262,9 +263,9 @@ def waiting_lines(waiting: Sequence[Waiting]) -> list[str]:
     if contradicting:
         first = contradicting[0]
         lines.append(
-            f"{_and_more(contradicting, 'wait')} in the inbox, since {first.why}: correct that charge if it is wrong "
-            "(`labbook correct RUN mah=VALUE --why ...`), and dismiss the row (`labbook runs dismiss "
-            f"{first.item.name} --why ...`); `labbook runs inbox` lists all."
+            f"{_and_more(contradicting, 'wait')} in the inbox, since {first.why}: if that is wrong, correct it "
+            "(`labbook correct RUN mah=VALUE --why ...`), which settles rows of that value; else dismiss the row "
+            f"(`labbook runs dismiss {first.item.name} --why ...`); `labbook runs inbox` lists all."
         )
     if others:
         lines.append(
@@ -281,6 +282,7 @@ def _and_more(waiting: Sequence[Waiting], verb: str) -> str:
 
 def restore_item(session: WriteSession, what: str, why: str | None) -> str:
     """State that an item is in the inbox again."""
+    what = item_meant(session.connection, what)
     name, mark, row = what.rpartition("#")
     if not mark or not row.isdigit():
         return restore(session, what, why)

@@ -9,12 +9,14 @@ from zoneinfo import ZoneInfo
 import sqlalchemy as sa
 
 from data_schema.errors import UsageError, unknown_name
+from data_schema.queries.charges import rows_about, rows_with_uids
 from data_schema.queries.facts import find_uid, read_fact
+from data_schema.queries.imported_files import place_of_charge
 from data_schema.queries.plans import planned_runs
-from data_schema.queries.runs import RunRow, list_runs
+from data_schema.queries.runs import RunRow, list_runs, runs_named
 from data_schema.queries.study import factors
 from data_schema.tables import FACTS
-from data_schema.vocabulary import Action, RunKind, RunState
+from data_schema.vocabulary import Action, ChargeState, RunKind, RunState
 from labbook.actions.runs.charges import refuse_second_charge
 from labbook.actions.runs.corrected_values import (
     MAH,
@@ -38,6 +40,7 @@ from labbook.book.naming import (
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, WriteSession
 from labbook.config.parsing import Configuration
+from labbook.statements.counted_charges import says_same
 
 _NAMED = ("robot", "battery", "instrument", "factor")
 _FIXED = {"id", "uid", "study", "state", "planned_run", "condition", "file", "row_number", "line", "factor", "label"}
@@ -124,6 +127,27 @@ def runs_corrected(connection: sa.Connection, target: str, changed: Mapping[str,
         return [str(changed["name"][1]) if "name" in changed else target]
     run_uid = read_fact(connection, "charge", uid, ["run"])["run"]
     return [] if run_uid is None else [read_fact(connection, "run", run_uid, ["name"])["name"]]
+
+
+def settle_waiting(session: WriteSession, target: str, runs: Sequence[str]) -> list[str]:
+    """Dismiss the rows of the inbox that say now what the charge of their run does; returns their names.
+
+    `runs` are those that a correction of `target` was about; of a charge without a run its row's run is meant.
+    """
+    kind, _colon, uid = target.partition(":")
+    rows = rows_with_uids(session.connection, [uid]) if kind == "charge" and not runs else []
+    names = list(runs) or [row.stated_run for row in rows if row.stated_run is not None]
+    settled = []
+    for run in runs_named(session.connection, names):
+        about = rows_about(session.connection, [run.uid], [run.name])
+        standing = [row for row in about if row.run_uid is not None]
+        for row in about:
+            waits = row.run_uid is None and row.state is ChargeState.COUNTED
+            if waits and any(says_same(row, other) for other in standing):
+                reason = f"it says what the charge of run {run.name} does"
+                session.state(Statement(Action.DISMISS, "charge", row.uid, reason=reason))
+                settled.append(place_of_charge(session.connection, row.uid) or row.uid)
+    return settled
 
 
 def void(session: WriteSession, name: str, reason: str) -> str:
