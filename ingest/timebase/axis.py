@@ -217,16 +217,21 @@ def _say_sheet(sources: TimeSources) -> str:
     if not charges:
         return ""
     flag = argument(f"{charges[0].source_name}=charge")
-    return f"The file looks like a sheet of recharges: if it is, say `--format charger_sheet --column {flag}`. "
+    return (
+        "The file looks like a sheet of recharges: if it is, say which column names the run or the pack, `--column "
+        f'"NAME=run"` or `--column "NAME=pack"`, or, where none does, `--format charger_sheet --column {flag}`. '
+    )
 
 
 def _from_stated_rate(sources: TimeSources, usable: BoolArray, findings: FindingCollector) -> Recordings:
     rate = _stated_rate(sources, findings)
     if rate is None:
+        sheet = _say_sheet(sources)
+        the = "Else the" if sheet else "The"
         findings.add(
             FILE,
             "rate_missing",
-            f"{_say_sheet(sources)}The file has neither a time column nor a sampling rate: say `--rate 300` (hertz), "
+            f"{sheet}{the} file has neither a time column nor a sampling rate: say `--rate 300` (hertz), "
             f'or name {_say_clock_columns(sources)}its time column with `--column "NAME=time:ms"`, or do either in a '
             "[profiles.NAME] table of labbook.toml.",
         )

@@ -16,7 +16,7 @@ import pytest
 from data_schema.vocabulary import CHANNELS
 from ingest.model import Limits
 from labbook.config.channels import SHEET_COLUMNS
-from tests.cli.shell import LABBOOK, environment, labbook, rows
+from tests.cli.shell import LABBOOK, environment, good, labbook, rows
 from tests.helpers.books import instrument_files, small_book, small_toml
 from tests.helpers.wording import says
 from tests.labbook.config.test_parsing import SAMPLE
@@ -75,6 +75,18 @@ def test_every_command_works_from_the_first_log_to_the_report(tmp_path: Path, mo
     assert rows(folder, "SELECT count(*) FROM signal") == [(12,)]
     assert rows(folder, "SELECT count(*) FROM charge WHERE run IS NOT NULL AND ended_utc IS NOT NULL") == [(16,)]
     assert list((folder / "reports").rglob("report.html"))
+
+
+def test_the_gains_of_the_page_are_simulated(tmp_path: Path) -> None:
+    folder = small_book(tmp_path).folder
+    toml = re.sub(r"(?ms)^\[gains\..*?(?=^\[(?!gains))", "", (folder / "labbook.toml").read_text())
+    (block,) = (block for block in blocks("toml") if "[gains." in block)
+    (folder / "labbook.toml").write_text(toml + "\n" + block[block.index("[simulation]") :])
+    assert "Simulated as it stands: k_gain" in good(labbook("compare", at=folder)).out
+    (folder / "labbook.toml").write_text(toml + "\n" + block)
+    told = good(labbook("compare", at=folder)).out
+    assert "as it stands" not in told
+    assert "1091 N/m" in told
 
 
 def test_every_key_channel_and_column_is_on_the_page() -> None:

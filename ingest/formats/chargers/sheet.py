@@ -15,6 +15,7 @@ from ingest.declared import declared_columns, note_absent
 from ingest.findings import FILE, NOTE, ROW, FindingCollector
 from ingest.formats.chargers.sheet_columns import (
     FACTORS,
+    OUT_OF_RANGE,
     STORED_UNIT,
     UNIT_MISSING,
     Quantity,
@@ -311,8 +312,11 @@ def _charge(
     if charge is not None and charge.value < 0 and mode is not ChargeMode.DISCHARGE:
         faults.append(("charge", _NEGATIVE))
     for role, fault in faults:
-        name = header.columns[role].name
-        findings.add(ROW, fault.rule, fault.message, column=name, lines=[line], value=text[role])
+        name, unit, said = header.columns[role].name, header.columns[role].unit, fault.message
+        if fault == OUT_OF_RANGE and role == "charge" and unit is not None:
+            other = "mAh" if unit == "Ah" else "Ah"
+            said += f' If all are in {other}, say `--column "{name}=charge:{other}" --override-units`.'
+        findings.add(ROW, fault.rule, said, column=name, lines=[line], value=text[role])
     if faults or charge is None or isinstance(mode, CellFault):
         return None
     ended = _ended(text) or None

@@ -145,6 +145,8 @@ _UNIT_OF_NAME = {
     "endvoltage": "V",
 }  # fmt: skip
 _TITLE_LINES = 30
+_ENERGY = re.compile(r"(?:^|[\s_(\[/])(?:[mk]?Wh|k?J|joules?)[)\]]?$")
+"""The unit at the end of a heading of energies."""
 _NUMBERS = re.compile(rb"[\d\s.,;:|+-]*")
 """A line without a word: no header, unless columns are declared by their places."""
 
@@ -206,6 +208,19 @@ def find_sheet_header(source: TextSource, declared: Declarations) -> SheetHeader
         fitting = [header for header in headers if _is_sheet(header, declared)]
         if fitting:
             return max(fitting, key=lambda header: len(header.columns))
+    return None
+
+
+def energy_of_sheet(source: TextSource, declared: Declarations) -> str | None:
+    """Return the column of energies in a header that names a run or a pack and no charge; None where there is none."""
+    for line in source.head_lines(_TITLE_LINES):
+        for delimiter in CANDIDATES[:-1]:
+            cells = split_cells(line.content, delimiter) if delimiter in line.content else None
+            header = _header(source, line.number, cells, delimiter, declared) if cells else None
+            if header is not None and header.columns.keys() & {"run", "pack"} and "charge" not in header.columns:
+                energies = [name for name in header.names if _ENERGY.search(name)]
+                if energies:
+                    return energies[0]
     return None
 
 

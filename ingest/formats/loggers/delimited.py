@@ -10,6 +10,7 @@ import dataclasses
 from collections.abc import Sequence
 
 from ingest.findings import FILE, NOTE, FindingCollector
+from ingest.formats.chargers.sheet_columns import energy_of_sheet
 from ingest.formats.format import ANY_TEXT, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Declarations, Reading
@@ -32,7 +33,20 @@ def _recognise(head: Head) -> Recognition | None:
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
-    return Reading() if head.source is None else _read_tables(head.source, head.declared, findings, _LOG)
+    if head.source is None:
+        return Reading()
+    own = FindingCollector()
+    reading = _read_tables(head.source, head.declared, own, _LOG)
+    energy = energy_of_sheet(head.source, head.declared) if own.refuse else None
+    if energy is None:
+        findings.take_over(own)
+        return reading
+    message = (
+        f"The file looks like a sheet of recharges, and column {energy!r} is an energy: labbook counts charge, so add "
+        f'what the charger shows in mAh or Ah; if this is it, say `--column "{energy}=charge:mAh" --override-units`.'
+    )
+    findings.add(FILE, "charge_column_missing", message, column=energy)
+    return Reading()
 
 
 def _read_tables(

@@ -229,3 +229,35 @@ def test_two_columns_that_may_both_be_the_end_are_refused(said: dict[str, Column
     result = read(f"run,{header},mAh\nr1,2021-06-05 09:30,2021-06-05 11:30,461\n", Declarations(columns=said))
     assert "column_ambiguous" in rules(result)
     assert result.refused
+
+
+@pytest.mark.parametrize("rows", ["1,1.12,1\n2,1.05,1\n", "r001,1.12,A\nr002,1.05,B\n"])
+@pytest.mark.parametrize("heading", ["energy_Wh", "charge (Wh)", "E [kJ]", "Wh"])
+def test_a_sheet_of_energies_asks_for_charges_and_not_for_a_rate(heading: str, rows: str) -> None:
+    result = read(f"run,{heading},pack\n{rows}")
+    assert rules(result) == {"charge_column_missing"}
+    columns = {heading: ColumnDeclaration("charge", "mAh")}
+    as_said = Declarations(columns=columns, override_units=True, time_zone="UTC")
+    assert [charge.charge_mah for charge in read(f"run,{heading},pack\n{rows}", as_said).charges] == [1.12, 1.05]
+
+
+def test_a_log_with_a_column_of_energies_is_none_of_them() -> None:
+    rows = "".join(f"{k * 0.005:.3f},1,{0.3 + k % 7 / 100:.3f},{k}\n" for k in range(60))
+    result = read(f"time [s],trial,body_height [m],energy [Wh]\n{rows}")
+    assert (result.format, result.refused) == ("delimited_log", False)
+
+
+def test_a_sheet_without_runs_is_asked_which_column_names_them_and_that_is_enough() -> None:
+    text = "name,mAh,minutes\nr001,112,10\nr002,105,10\n"
+    (refusal,) = [finding for finding in read(text).findings if finding.severity == "file"]
+    assert '--column "NAME=run"' in refusal.message
+    said = read(text, Declarations(columns={"name": ColumnDeclaration("run")}, time_zone="UTC"))
+    assert [charge.stated_run for charge in said.charges] == ["r001", "r002"]
+
+
+def test_charges_that_none_can_be_name_the_flag_of_the_other_unit() -> None:
+    text = "run,capacity_Ah\nr001,812\nr002,805\n"
+    (row,) = [finding for finding in read(text).findings if finding.severity == "row"]
+    assert '`--column "capacity_Ah=charge:mAh" --override-units`' in row.message
+    columns = {"capacity_Ah": ColumnDeclaration("charge", "mAh")}
+    assert len(read(text, Declarations(columns=columns, override_units=True, time_zone="UTC")).charges) == 2
