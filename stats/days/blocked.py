@@ -22,7 +22,7 @@ from data_schema.vocabulary import Remark, Undefined
 from stats.checks import Labels, Missing, Sample, as_labels, as_level, as_sample, complete_rows, label_text
 from stats.days.blocked_fit import Fit, Fitted, fit_by_day
 from stats.days.blocked_result import BlockedByDay, ExactTest, MixedModel
-from stats.days.cells import Codes, cells_of
+from stats.days.cells import Codes, by_values, cells_of
 from stats.days.exact_by_day import Strata, exact_test, paired_tests, strata_of
 from stats.results import counted
 
@@ -127,6 +127,7 @@ def _read(columns: list[Any], control: object, order: Sequence[object] | None, m
         raise InputRefused("there are no values to compare: give at least one.")
     names, condition_codes = _coded("condition", conditions, n)
     _day_names, day_codes = _coded("day", days, n)
+    day_codes = by_values(sample.values, day_codes)
     if order is not None:
         names, condition_codes = _ordered(order, names, condition_codes)
     if control is not None:
@@ -134,7 +135,8 @@ def _read(columns: list[Any], control: object, order: Sequence[object] | None, m
     run_codes, n_runs = day_codes, 0
     if runs:
         _run_names, within_day = _coded("run", runs[0], n)
-        run_codes = np.unique(day_codes * n + within_day, return_inverse=True)[1]
+        run_codes = by_values(sample.values, day_codes * n + within_day)
+        run_codes = np.unique(day_codes * n + run_codes, return_inverse=True)[1]
         n_runs = int(run_codes.max()) + 1
     return _Labelled(sample, names, condition_codes, day_codes, run_codes, n_runs, left_out)
 

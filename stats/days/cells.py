@@ -259,8 +259,25 @@ class Cells:
         return between, within
 
 
+def by_values(values: Floats, group: Codes) -> Codes:
+    """Return the number of each value's group, shape (n,), when size and values decide the order of the groups.
+
+    What is summed in this order rounds alike whatever the groups are called; groups of like values keep their order.
+    """
+    group = np.unique(group, return_inverse=True)[1]
+    order, size = np.lexsort((values, group)), np.bincount(group)
+    first = blocks_of(group[order]).first
+    keys = [-values[order[first + place]] for place in (size - 1, (size - 1) // 2, 0 * size)]
+    number = np.empty(size.size, dtype=np.intp)
+    number[np.lexsort((*keys, size))] = np.arange(size.size)
+    return np.asarray(number[group])
+
+
 def cells_of(sample: Sample, condition: Codes, day: Codes, run: Codes) -> Cells:
-    """Return the cells of values of shape (n,) with the numbers of their conditions, days and runs."""
+    """Return the cells of values of shape (n,) with the numbers of their conditions, days and runs.
+
+    The conditions of a run stand in the order of `by_values`, not of their numbers.
+    """
     outer = math.frexp(greatest(sample.values))[1]
     scaled = np.ldexp(sample.values, -outer)
     shift = common_shift(scaled)
@@ -274,7 +291,7 @@ def cells_of(sample: Sample, condition: Codes, day: Codes, run: Codes) -> Cells:
     scaled = np.ldexp(scaled, -inner)
     unit = Unit(Fraction(shift) + Fraction(further), outer, outer + inner)
     condition_means = tuple(map(unit.scaled, _condition_means(sample, condition)))
-    order = np.lexsort((scaled, condition, run, day))
+    order = np.lexsort((scaled, by_values(scaled, condition), run, day))
     scaled, condition, day, run = scaled[order], condition[order], day[order], run[order]
     new = [np.diff(each, prepend=-1) != 0 for each in (condition, run, day)]
     cells = blocks_of(np.cumsum(new[0] | new[1] | new[2]) - 1)

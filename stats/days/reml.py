@@ -91,9 +91,12 @@ DAY, RUN = 0, 1
 def basis_of(cells: Cells) -> Floats:
     """Return columns that compare conditions within runs, then within days, then the parts that share no day.
 
-    Its determinant is 1 or -1, so that the deviance is that of any coding by indicators (lme4's).
+    Its determinant is 1 or -1, so that the deviance is that of any coding by indicators (lme4's). Conditions are taken
+    as they come in the cells, so that their numbers decide the order of the rows alone.
     """
-    by_day, by_run = parts_of(cells.condition, cells.day), parts_of(cells.condition, cells.run)
+    number = np.argsort(np.argsort(np.unique(cells.condition, return_index=True)[1]))
+    condition = number[cells.condition]
+    by_day, by_run = parts_of(condition, cells.day), parts_of(condition, cells.run)
     first_in_run = [int(np.argmax(by_run == part)) for part in by_run]
     first_in_day = [int(np.argmax(by_day == part)) for part in by_day]
     places = np.arange(cells.n_conditions)
@@ -101,7 +104,7 @@ def basis_of(cells: Cells) -> Floats:
     firsts = [place for place in places if first_in_run[place] == place]
     within_days = [by_run == by_run[place] for place in firsts if first_in_day[place] != place]
     rest = [by_day == by_day[place] for place in firsts if first_in_day[place] == place]
-    return np.column_stack([*within_runs, *within_days, *rest]).astype(np.float64)
+    return np.asarray(np.column_stack([*within_runs, *within_days, *rest]).astype(np.float64)[number])
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from data_schema.vocabulary import Undefined
@@ -223,6 +223,7 @@ def test_the_order_of_rows_changes_nothing(groups, order, seed):
 
 
 @given(st.integers(0, 2**32), st.sampled_from([0.3, 1.0, 5.0, 300.0]), st.permutations("abcd"), st.booleans())
+@example(813, 300.0, list("cbda"), True)
 def test_the_order_of_conditions_changes_no_p_of_an_uneven_design(seed, day_sd, names, with_runs):
     """lmerTest's overall p changes with it; its numbers stand apart."""
     rng = np.random.default_rng(seed)
