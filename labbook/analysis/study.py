@@ -26,7 +26,7 @@ from labbook.analysis.outcomes.run_energy import Drain, passive_drains, run_ener
 from labbook.analysis.prediction.bias import Biases, judge
 from labbook.analysis.prediction.checking import Checked, check_conditions, check_savings
 from labbook.analysis.prediction.hypotheses import Tested, judge_hypotheses
-from labbook.analysis.prediction.predicting import ALWAYS, SIMULATED, PredictionResult, predictions
+from labbook.analysis.prediction.predicting import ALWAYS, SIMULATED, PredictionResult, predictions, predictions_ahead
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.analysis.results.codec import StoredResult
 from labbook.analysis.results.result_cache import ResultCache, RunResults
@@ -116,6 +116,7 @@ def analyse(
     planned = planned_analysis(cache.connection, evidence.configuration, [run.uid for run in evidence.selected])
     if level is not None and not math.isclose(level, 1.0 - planned.settings.alpha):
         planned = replace(planned, settings=replace(planned.settings, alpha=1.0 - level))
+    ahead = predictions_ahead(cache, evidence)
     progress("passive drain and joules a jump")
     drains = passive_drains(cache, evidence)
     energies = run_energies(cache, evidence, drains)
@@ -133,7 +134,7 @@ def analyse(
     of_a_joule = budget(cache, evidence, conditions[Outcome.JOULES], scope)
     measured = list(dict.fromkeys(item.key for several in conditions.values() for item in several))
     simulated = [outcome for outcome in SIMULATED if outcome in ALWAYS or conditions.get(outcome)]
-    predicted = predictions(cache, evidence, measured, progress, simulated)
+    predicted = predictions(cache, evidence, measured, progress, simulated, ahead)
     checks = {
         outcome: check_conditions(cache, conditions[outcome], predicted, outcome, swept, scope)
         for outcome in simulated

@@ -14,8 +14,7 @@ import mmap
 import os
 import sys
 import tempfile
-import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
@@ -23,6 +22,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from data_schema.cache_folder import forget_old_versions, make_version_folder, places_above, why_not_trusted
+from data_schema.second_process import beside, has_core
 from reports.content import ReportContent
 from reports.figures.kind import FigureKind, draw_figure, pdf_bytes, svg_bytes
 
@@ -70,7 +70,7 @@ def drawn(
     paths = [_paths(folder, content, one) for one in wanted]
     found = [_kept(one, some) for one, some in zip(wanted, paths, strict=True)]
     missing = [place for place, known in enumerate(found) if known is None]
-    shared = len(missing) > 1 and folder is not None and _may_share()
+    shared = len(missing) > 1 and folder is not None and has_core()
     begun: mmap.mmap | bytearray = mmap.mmap(-1, len(wanted)) if shared else bytearray(len(wanted))
 
     def draw(places: Iterable[int]) -> None:
@@ -79,9 +79,14 @@ def drawn(
                 begun[place] = 1
                 found[place] = _drawn_now(content, wanted[place], paths[place])
 
-    with _beside(lambda: draw(missing)) if shared else contextlib.nullcontext():
-        other = meanwhile()
-        draw(reversed(missing))
+    if shared:
+        import matplotlib.backends.backend_svg  # noqa: F401 - the copy has then all that drawing loads
+
+    copy = beside(lambda: draw(missing)) if shared else None
+    other = meanwhile()
+    draw(reversed(missing))
+    if copy:
+        copy.result()
     for place in missing:
         if found[place] is None:
             found[place] = _kept(wanted[place], paths[place]) or _drawn_now(content, wanted[place], paths[place])
@@ -111,33 +116,6 @@ def _drawn_now(content: ReportContent, wanted: Wanted, paths: Mapping[str, Path]
     for name, path in paths.items():
         _keep(path, found[name])
     return {name: found[name] for name in wanted.formats}
-
-
-def _may_share() -> bool:
-    """Whether a copy of this process can draw on a core of its own: elsewhere than on Linux libraries forbid copies."""
-    return sys.platform == "linux" and len(os.sched_getaffinity(0)) > 1
-
-
-@contextlib.contextmanager
-def _beside(work: Callable[[], object]) -> Iterator[None]:
-    """Let a copy of this process do some work meanwhile, and wait for its end."""
-    import matplotlib.backends.backend_svg  # noqa: F401 - the copy has then all that drawing loads
-
-    with warnings.catch_warnings():
-        # Python warns of threads: those of the progress bar and of BLAS hold no lock that drawing asks for.
-        warnings.simplefilter("ignore", DeprecationWarning)
-        copy = os.fork()
-    if copy == 0:
-        try:
-            with Path(os.devnull).open("w") as nothing:
-                sys.stdout = sys.stderr = nothing
-                work()
-        finally:
-            os._exit(0)  # whatever happened: nothing of the process that it is a copy of is closed or said twice
-    try:
-        yield
-    finally:
-        os.waitpid(copy, 0)
 
 
 def forget_unused(most_bytes: int = MOST_BYTES) -> None:

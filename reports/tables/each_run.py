@@ -39,7 +39,7 @@ def each_run(content: ReportContent) -> Table:
                     words(name),
                     words(days.get(name, DASH)),
                     *levels,
-                    *(_value(values.get(outcome), outcome) for outcome in outcomes),
+                    *(_value(values.get(outcome), outcome, shown=bool(anchors)) for outcome in outcomes),
                     _jumps(
                         next((run for run in values.values() if run.jumps_m), RunValue(name, 0.0)),
                         spans.get(block, (0.0, 0.0)),
@@ -61,10 +61,11 @@ def _runs(condition: Condition) -> list[tuple[Outcome, RunValue]]:
     return [(outcome, run) for outcome, summary in condition.summaries.items() for run in summary.runs]
 
 
-def _value(run: RunValue | None, outcome: Outcome) -> Cell:
+def _value(run: RunValue | None, outcome: Outcome, *, shown: bool) -> Cell:
+    """Return a run's value; of more runs than a page shows (`run_anchors`) as it stands in CSV alone."""
     if run is None:
         return Cell(DASH, (None,))
-    return Cell(general_text(run.value * shown_unit(outcome.unit)[1]), (run.value,))
+    return Cell(general_text(run.value * shown_unit(outcome.unit)[1]) if shown else "", (run.value,))
 
 
 def _jumps(run: RunValue, span: tuple[float, float]) -> Cell:

@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
 import sqlalchemy as sa
@@ -21,8 +22,10 @@ from data_schema.journal import canonical
 from data_schema.outcomes import Outcome
 from data_schema.queries.facts import read_fact
 from data_schema.queries.predictions import PredictionRow, add_predictions
+from data_schema.queries.results import results_by_key
 from data_schema.queries.runs import RunRow
 from data_schema.reasons import Reason
+from data_schema.second_process import SecondProcess, beside, has_core
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import Undefined
 from labbook.analysis.prediction.condition_scenes import ROBOT_PARAMETERS, condition_scene, study_scene
@@ -210,31 +213,70 @@ class PredictionResult(StoredResult):
 ALGORITHM = Algorithm("prediction", 18, PredictionResult)
 
 
+@dataclass(frozen=True, slots=True)
+class Ahead:
+    """Predictions that another process makes while this one analyses what was measured."""
+
+    simulating: SecondProcess[dict[str, PredictionResult]] | None
+
+    def by_key(self) -> Mapping[str, PredictionResult]:
+        """Wait for them; those that do not come are made by whoever asks for them."""
+        return (self.simulating and self.simulating.result()) or {}
+
+
+def predictions_ahead(cache: ResultCache, evidence: StudyData) -> Ahead:
+    """Let another process make what no book has of joules and apexes of the conditions that were run."""
+    keys = list(dict.fromkeys(run.condition_key for run in evidence.runs))
+    requests = _requests(cache, evidence, keys, lambda _said: None, ALWAYS) if has_core() else {}
+    wanted = {request.key: request for request in requests.values()}
+    known = results_by_key(cache.connection, list(wanted))
+    new = {key: request for key, request in wanted.items() if key not in known}
+    return Ahead(beside(lambda: {key: request.compute() for key, request in new.items()}) if new else None)
+
+
 def predictions(
     cache: ResultCache,
     evidence: StudyData,
     keys: Sequence[str],
     progress: Callable[[str], None],
     outcomes: Sequence[Outcome],
+    ahead: Ahead,
 ) -> dict[tuple[str, str], PredictionResult]:
     """Ensure a prediction for each condition that is named by its key and each robot that ran it, by key and robot uid.
 
     `outcomes` are predicted, of `SIMULATED`. Empty where the study names no scene.
     """
+    requests = _requests(cache, evidence, keys, progress, outcomes)
+    if requests:
+        progress("what the simulator predicts")
+    made = ahead.by_key()
+    found = [
+        replace(request, compute=partial(made.__getitem__, request.key)) if request.key in made else request
+        for request in requests.values()
+    ]
+    return dict(zip(requests, cache.ensure(found), strict=True))
+
+
+def _requests(
+    cache: ResultCache,
+    evidence: StudyData,
+    keys: Sequence[str],
+    progress: Callable[[str], None],
+    outcomes: Sequence[Outcome],
+) -> dict[tuple[str, str], Request[PredictionResult]]:
     settings = evidence.configuration.simulation
     if settings is None or not keys:
         return {}
-    progress("what the simulator predicts")
     start = study_scene(settings)
     wanted = {(run.condition_key, run.robot_uid): run for run in evidence.runs if run.condition_key in set(keys)}
     facts = {
         uid: read_fact(cache.connection, "robot", uid, list(ROBOT_PARAMETERS.values()))
         for uid in sorted({uid for _key, uid in wanted})
     }
-    requests = [
-        _request(evidence, settings, start, run, facts[uid], outcomes, progress) for (_key, uid), run in wanted.items()
-    ]
-    return dict(zip(wanted, cache.ensure(requests), strict=True))
+    return {
+        (key, uid): _request(evidence, settings, start, run, facts[uid], outcomes, progress)
+        for (key, uid), run in wanted.items()
+    }
 
 
 def keep_predictions(connection: sa.Connection, cache: ResultCache) -> None:

@@ -125,7 +125,7 @@ def two_processes(monkeypatch):
     """Another process draws, too, however many cores there are."""
     if sys.platform != "linux":
         pytest.skip("there is no second process here")
-    monkeypatch.setattr(figure_cache, "_may_share", lambda: True)
+    monkeypatch.setattr(figure_cache, "has_core", lambda: True)
 
 
 def every(content, meanwhile=lambda: None):
@@ -142,7 +142,7 @@ def test_what_a_second_process_draws_has_the_same_bytes(content, cache, two_proc
     here = list(cache)
     for path in cache_folder(KIND).glob("*/*.svg"):
         path.unlink()
-    monkeypatch.setattr(figure_cache, "_may_share", lambda: False)
+    monkeypatch.setattr(figure_cache, "has_core", lambda: False)
     assert every(content) == shared
     assert here == FIGURE_NAMES[::-1][: len(here)]
     assert len(here) < len(FIGURE_NAMES)
