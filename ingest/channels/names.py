@@ -236,7 +236,9 @@ def factor(column: str, unit: str, stored: str, findings: FindingCollector) -> t
     try:
         return conversion(unit, stored)
     except InputRefused as error:
-        findings.add(FILE, "unit_not_convertible", f"Column {column!r}: {error}", column=column, value=unit)
+        flag = f'`--unit "{column}={stored}" --override-units`'
+        said = f"Column {column!r}: {str(error).rstrip('.')}, with {flag}."
+        findings.add(FILE, "unit_not_convertible", said, column=column, value=unit)
         return 1.0, 0.0
 
 

@@ -101,7 +101,10 @@ def _check_forces(
     if all(1 / WEIGHT_REFUSED <= nearest / weight <= WEIGHT_REFUSED for weight in weights):
         findings.add(NOTE, "force_weight_differs", f"{found}: was the robot weighed, the plate tared?", column=name)
     else:
-        advice = f'is the unit right? Say `--column "{name}=force_z:kN" --override-units`'
+        low, high = min(weights) / WEIGHT_REFUSED, max(weights) * WEIGHT_REFUSED
+        unit = fitting_unit(vertical[0], nearest, low, high, usual=min(weights))
+        advice = f"is the unit right? Say {say_unit(vertical[0], unit)}" if unit else "is it the vertical force"
+        advice += "" if unit else ', and the plate tared? Say which column is, `--column "NAME=force_z:UNIT"`'
         findings.add(FILE, "force_weight_implausible", f"{found}: {advice}{remedy}", column=name)
 
 

@@ -179,21 +179,47 @@ def _check_rates(found: Sequence[Recording], sources: TimeSources, findings: Fin
     for rate in rates:
         if rate is None:
             continue
-        if sources.declared.rate_hz is not None:
-            check_rate(rate, sources.declared.rate_hz, "the declaration", findings)
-        if sources.preamble.rate_hz is not None:
-            check_rate(rate, sources.preamble.rate_hz, "the file's header", findings)
+        declared, header = sources.declared.rate_hz, sources.preamble.rate_hz
+        if declared is not None:
+            remedy = _say_rate(sources, rate, declared, "leave `--rate` out")
+            check_rate(rate, declared, "the declaration", findings, remedy=remedy)
+        if header is not None:
+            confirmed = declared is not None and abs(rate / declared - 1) <= RATE_REFUSED
+            remedy = None if confirmed else _say_rate(sources, rate, header, f"say `--rate {rate:.6g}`")
+            check_rate(rate, header, "the file's header", findings, remedy=remedy)
         moving = any(column.channel in MOTION for column in sources.plan.columns)
         if moving and not MOTION_RATES_HZ[0] <= rate <= MOTION_RATES_HZ[1]:
             message = f"The time stamps give {rate:.3g} Hz, at which no jump can be seen: is the unit of time right? "
             findings.add(FILE, "rate_implausible", message + _say_time_unit(sources, rate))
 
 
+def _say_rate(sources: TimeSources, rate_hz: float, stated_hz: float, stamps_are_right: str) -> str:
+    """Return what to do about time stamps at another rate than is stated; the unit that explains it, where one does."""
+    time = sources.plan.time
+    if time is None:
+        return stamps_are_right
+    cell, cure = parse_header(time.source_name), f"count by the rate, {_say_no_time(time, f'{stated_hz:.6g}')}"
+    if time.kind is not CellKind.CLOCK:
+        second = rate_hz / TICKS_PER_SECOND[time.unit or "s"]
+        override = " --override-units" if cell.unit is not None else ""
+        for unit, ticks in TICKS_PER_SECOND.items():
+            if abs(second * ticks / stated_hz - 1) <= RATE_REFUSED:
+                cure = f"correct their unit, `--unit {argument(f'{cell.base}={unit}')}{override}`"
+    return f"if the time stamps are right, {stamps_are_right}, else {cure}"
+
+
+def _say_no_time(time: TimePlan, rate: str) -> str:
+    """Return the flags that have samples counted at a rate, whatever the time column says."""
+    return f"`--rate {rate} --column {argument(f'{parse_header(time.source_name).base}=own.clock')}`"
+
+
 def _say_time_unit(sources: TimeSources, rate_hz: float) -> str:
     """Return which flag corrects the time column, or the rate where none is; first the unit with a usual rate."""
     time = sources.plan.time
-    if time is None or time.kind is CellKind.CLOCK:
-        return "Say the rate with `--rate`, and name no time column."
+    if time is None:
+        return "Say the rate with `--rate`."
+    if time.kind is CellKind.CLOCK:
+        return f"Say the rate, and that this is not the time: {_say_no_time(time, '300')}, 300 being yours."
     cell = parse_header(time.source_name)
     override = " --override-units" if cell.unit is not None else ""
     second = rate_hz / TICKS_PER_SECOND[time.unit or "s"]
@@ -225,6 +251,8 @@ def _say_sheet(sources: TimeSources) -> str:
 
 def _from_stated_rate(sources: TimeSources, usable: BoolArray, findings: FindingCollector) -> Recordings:
     rate = _stated_rate(sources, findings)
+    if rate is None and findings.count("several_time_columns"):
+        return Recordings(usable, ())
     if rate is None:
         sheet = _say_sheet(sources)
         the = "Else the" if sheet else "The"
@@ -256,7 +284,8 @@ def _stated_rate(sources: TimeSources, findings: FindingCollector) -> float | No
     if declared is not None:
         if preamble.rate_hz is not None:
             where = "the file" if line is None else f"the file's line {line}"
-            check_rate(declared, preamble.rate_hz, where, findings, said="Declared are")
+            remedy = "leave `--rate` out, or correct the file"
+            check_rate(declared, preamble.rate_hz, where, findings, said="Declared are", remedy=remedy)
         findings.add(NOTE, "rate_declared", f"The axis is counted at the declared {declared:g} Hz.")
         return declared
     if preamble.other_rate_line is not None:

@@ -116,23 +116,29 @@ def _holes(steps: FloatArray, period: float) -> IntArray:
 
 
 def check_rate(
-    measured_hz: float, stated_hz: float, where: str, findings: FindingCollector, said: str = "The time stamps give"
+    measured_hz: float,
+    stated_hz: float,
+    where: str,
+    findings: FindingCollector,
+    said: str = "The time stamps give",
+    remedy: str | None = "correct what is wrong, the time's unit with `--unit` or the rate with `--rate`",
 ) -> None:
     """Compare a rate with the one stated elsewhere: over 0.5 % apart is noted, over 5 % refuses the file.
 
     `said` begins the sentence about `measured_hz`, the rate that is used; `where` tells where `stated_hz` stands.
+    Without a `remedy`, since a person has decided, any difference is only noted.
     """
     apart = abs(measured_hz / stated_hz - 1)
     if apart <= RATE_NOTED:
         return
     found = f"{said} {measured_hz:.6g} Hz and {where} says {stated_hz:.6g} Hz"
-    if apart <= RATE_REFUSED:
+    if apart <= RATE_REFUSED or remedy is None:
         findings.add(NOTE, "rate_differs", f"{found}: {measured_hz:.6g} Hz is used.")
     else:
         findings.add(
             FILE,
             "rate_contradicts",
-            f"{found}: correct what is wrong, the time's unit with `--unit` or the rate with `--rate`.",
+            f"{found}: {remedy}.",
         )
 
 

@@ -261,3 +261,30 @@ def test_a_comma_between_cells_and_in_numbers_is_read_once_both_are_said(fresh: 
     good(labbook("rebuild", at=fresh.folder))
     assert rate_of(fresh) == pytest.approx(200.0)
     assert labbook("ingest", path, "--delimiter", "a", at=fresh.folder).code == 2
+
+
+STAMPED = [(0.005 * k, 0.2 + 0.001 * (k * 37 % 89)) for k in range(400)]
+REMEDIES = {
+    "rate in the header": (
+        "# rate: 100 Hz\ntime [s],height [m]\n",
+        ["--rate 200", "--rate 100 --column time=own.clock"],
+    ),
+    "rate of other stamps": ("# rate: 200 Hz\ntime [ms],height [m]\n", ["--unit time=s --override-units"]),
+    "two times": ("time [s],time [ms],height [m]\n", ['--column "time [s]=time:s"']),
+    "a mass for a height": ("time [s],body_height [kg]\n", ['--unit "body_height [kg]=m" --override-units']),
+}
+
+
+@pytest.mark.parametrize("case", REMEDIES)
+def test_a_refused_log_is_taken_in_with_each_remedy_of_its_sentence(case: str, stated: SmallBook) -> None:
+    header, remedies = REMEDIES[case]
+    twice = header.count("time") == 2
+    path = stated.folder / "r001_odd.csv"
+    rows = [f"{t:.4f},{1000 * t:.1f},{h:.4f}" if twice else f"{t:.4f},{h:.4f}" for t, h in STAMPED]
+    path.write_text(header + "\n".join([*rows, ""]))
+    told = labbook("ingest", path, "--dry-run", at=stated.folder)
+    assert told.code == 2
+    assert "rate_missing" not in told.out
+    for remedy in remedies:
+        assert f"`{remedy}`" in told.out
+        good(labbook("ingest", path, "--dry-run", *shlex.split(remedy), at=stated.folder))

@@ -220,7 +220,8 @@ def _ask_units(header: SheetHeader, rows: list[list[str]], findings: FindingColl
             continue
         filled = [row[column.position] for row in rows if row[column.position]]
         if any(parse_quantity(role, text, None, b".") == UNIT_MISSING for text in filled):
-            stored = STORED_UNIT[role]
+            clocks = role == "duration" and any(text.count(":") == 1 for text in filled)
+            stored = "min" if clocks else STORED_UNIT[role]
             findings.add(
                 FILE,
                 "unit_missing",

@@ -261,3 +261,11 @@ def test_charges_that_none_can_be_name_the_flag_of_the_other_unit() -> None:
     assert '`--column "capacity_Ah=charge:mAh" --override-units`' in row.message
     columns = {"capacity_Ah": ColumnDeclaration("charge", "mAh")}
     assert len(read(text, Declarations(columns=columns, override_units=True, time_zone="UTC")).charges) == 2
+
+
+def test_durations_as_clock_times_are_asked_for_in_a_unit_that_reads_them() -> None:
+    text = "run,mAh,charge time\nr001,112,12:30\nr002,105,13:30\n"
+    (refusal,) = [finding for finding in read(text).findings if finding.severity == "file"]
+    assert '--column "charge time=duration:min"' in refusal.message
+    said = read(text, Declarations(columns={"charge time": ColumnDeclaration("duration", "min")}, time_zone="UTC"))
+    assert [charge.duration_s for charge in said.charges] == [750.0, 810.0]
