@@ -280,7 +280,7 @@ def refuse_two_units(column: str, name: str | None, below: str | None, findings:
             FILE,
             "unit_contradicts",
             f"The header of column {column!r} says {name} and below it stands {below}: correct the file, or say which "
-            f'holds with `--column "{column}=CHANNEL:{below}" --override-units`.',
+            f'holds with `--unit "{column}={below}" --override-units`.',
             column=column,
             value=below,
         )

@@ -55,7 +55,8 @@ GROUPED = CellFault(
 )
 OTHER_DECIMAL = CellFault(
     "decimal_sign_mixed",
-    f"A number uses the other decimal sign than its file; {_ROW_OUT}; declare it with `--decimal ,` or `--decimal .`.",
+    f"A number uses the other decimal sign than its file; {_ROW_OUT}; write one throughout, or, if that of the file is "
+    "the other, declare it with `--decimal ,` or `--decimal .`.",
 )
 
 

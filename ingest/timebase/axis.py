@@ -185,8 +185,8 @@ def _check_rates(found: Sequence[Recording], sources: TimeSources, findings: Fin
             check_rate(rate, declared, "the declaration", findings, remedy=remedy)
         if header is not None:
             confirmed = declared is not None and abs(rate / declared - 1) <= RATE_REFUSED
-            remedy = None if confirmed else _say_rate(sources, rate, header, f"say `--rate {rate:.6g}`")
-            check_rate(rate, header, "the file's header", findings, remedy=remedy)
+            cure = None if confirmed else _say_rate(sources, rate, header, f"say `--rate {rate:.6g}`")
+            check_rate(rate, header, "the file's header", findings, remedy=cure)
         moving = any(column.channel in MOTION for column in sources.plan.columns)
         if moving and not MOTION_RATES_HZ[0] <= rate <= MOTION_RATES_HZ[1]:
             message = f"The time stamps give {rate:.3g} Hz, at which no jump can be seen: is the unit of time right? "
@@ -244,8 +244,8 @@ def _say_sheet(sources: TimeSources) -> str:
         return ""
     flag = argument(f"{charges[0].source_name}=charge")
     return (
-        "The file looks like a sheet of recharges: if it is, say which column names the run or the pack, `--column "
-        f'"NAME=run"` or `--column "NAME=pack"`, or, where none does, `--format charger_sheet --column {flag}`. '
+        "The file looks like a sheet of recharges: if it is, say which column names the run (or the pack), `--column "
+        f'"NAME=run" --column {flag}`, or, where none does, `--format charger_sheet --column {flag}`. '
     )
 
 

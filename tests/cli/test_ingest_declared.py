@@ -271,6 +271,7 @@ REMEDIES = {
     ),
     "rate of other stamps": ("# rate: 200 Hz\ntime [ms],height [m]\n", ["--unit time=s --override-units"]),
     "two times": ("time [s],time [ms],height [m]\n", ['--column "time [s]=time:s"']),
+    "two units": ("time [s],height [mm]\ns,m\n", ['--unit "height [mm]=m" --override-units']),
     "a mass for a height": ("time [s],body_height [kg]\n", ['--unit "body_height [kg]=m" --override-units']),
 }
 

@@ -314,9 +314,9 @@ def _charge(
         faults.append(("charge", _NEGATIVE))
     for role, fault in faults:
         name, unit, said = header.columns[role].name, header.columns[role].unit, fault.message
-        if fault == OUT_OF_RANGE and role == "charge" and unit is not None:
-            other = "mAh" if unit == "Ah" else "Ah"
-            said += f' If all are in {other}, say `--column "{name}=charge:{other}" --override-units`.'
+        for other in FACTORS[role] if fault == OUT_OF_RANGE and unit is not None else ():
+            if isinstance(parse_quantity(role, text[role], other, decimal), Quantity):
+                said += f' If all are in {other}, say `--column "{name}={role}:{other}" --override-units`.'
         findings.add(ROW, fault.rule, said, column=name, lines=[line], value=text[role])
     if faults or charge is None or isinstance(mode, CellFault):
         return None

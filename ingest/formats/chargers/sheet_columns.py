@@ -145,8 +145,8 @@ _UNIT_OF_NAME = {
     "endvoltage": "V",
 }  # fmt: skip
 _TITLE_LINES = 30
-_ENERGY = re.compile(r"(?:^|[\s_(\[/])(?:[mk]?Wh|k?J|joules?)[)\]]?$")
-"""The unit at the end of a heading of energies."""
+_IN_UNIT = re.compile(r"(?:^|[\s_(\[/])(m?Ah|[mk]?Wh|k?J|joules?)[)\]]?$")
+"""The unit at the end of a heading of charges or energies."""
 _NUMBERS = re.compile(rb"[\d\s.,;:|+-]*")
 """A line without a word: no header, unless columns are declared by their places."""
 
@@ -211,16 +211,30 @@ def find_sheet_header(source: TextSource, declared: Declarations) -> SheetHeader
     return None
 
 
-def energy_of_sheet(source: TextSource, declared: Declarations) -> str | None:
-    """Return the column of energies in a header that names a run or a pack and no charge; None where there is none."""
+def advice_on_sheet(source: TextSource, declared: Declarations, *, charges: bool) -> str | None:
+    """Return what to say of a header that is nearly one of a sheet; None where there is none such.
+
+    It names a run or a pack, and energies for charges; or, where `charges` are looked for, these in unknown words.
+    """
     for line in source.head_lines(_TITLE_LINES):
         for delimiter in CANDIDATES[:-1]:
             cells = split_cells(line.content, delimiter) if delimiter in line.content else None
             header = _header(source, line.number, cells, delimiter, declared) if cells else None
-            if header is not None and header.columns.keys() & {"run", "pack"} and "charge" not in header.columns:
-                energies = [name for name in header.names if _ENERGY.search(name)]
-                if energies:
-                    return energies[0]
+            if header is None or _is_sheet(header, declared):
+                continue
+            named = {text: unit[1] for text in header.names if (unit := _IN_UNIT.search(text)) is not None}
+            charged = [text for text, unit in named.items() if unit in FACTORS["charge"]]
+            others = [text for text in header.names if text and text not in charged]
+            if charges and charged and others:
+                run = header.columns["run"].name if "run" in header.columns else others[0]
+                flags = f'--column "{run}=run" --column "{charged[0]}=charge:{named[charged[0]]}"'
+                return f"say which column names the run, or the pack, and which the charge, for example `{flags}`."
+            if named and not charged and header.columns.keys() & {"run", "pack"}:
+                energy = next(iter(named))
+                return (
+                    f"its column {energy!r} is an energy and labbook counts charge: add what the charger shows in mAh "
+                    f'or Ah; if this is it, say `--column "{energy}=charge:mAh" --override-units`.'
+                )
     return None
 
 

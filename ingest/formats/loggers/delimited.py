@@ -10,7 +10,7 @@ import dataclasses
 from collections.abc import Sequence
 
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats.chargers.sheet_columns import energy_of_sheet
+from ingest.formats.chargers.sheet_columns import advice_on_sheet
 from ingest.formats.format import ANY_TEXT, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Declarations, Reading
@@ -37,15 +37,12 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
         return Reading()
     own = FindingCollector()
     reading = _read_tables(head.source, head.declared, own, _LOG)
-    energy = energy_of_sheet(head.source, head.declared) if own.refuse else None
-    if energy is None:
+    textual, untimed = own.count("no_data_rows"), own.count("rate_missing")
+    advice = advice_on_sheet(head.source, head.declared, charges=not untimed) if textual or untimed else None
+    if advice is None:
         findings.take_over(own)
         return reading
-    message = (
-        f"The file looks like a sheet of recharges, and column {energy!r} is an energy: labbook counts charge, so add "
-        f'what the charger shows in mAh or Ah; if this is it, say `--column "{energy}=charge:mAh" --override-units`.'
-    )
-    findings.add(FILE, "charge_column_missing", message, column=energy)
+    findings.add(FILE, "charge_column_missing", f"The file looks like a sheet of recharges: {advice}")
     return Reading()
 
 

@@ -269,3 +269,30 @@ def test_durations_as_clock_times_are_asked_for_in_a_unit_that_reads_them() -> N
     assert '--column "charge time=duration:min"' in refusal.message
     said = read(text, Declarations(columns={"charge time": ColumnDeclaration("duration", "min")}, time_zone="UTC"))
     assert [charge.duration_s for charge in said.charges] == [750.0, 810.0]
+
+
+def test_a_sheet_in_words_not_known_here_is_asked_for_run_and_charge() -> None:
+    text = "Lauf;Ladung in mAh;Akku\nr001;112;A\nr002;105;B\n"
+    (refusal,) = read(text).findings
+    assert refusal.rule == "charge_column_missing"
+    assert '`--column "Lauf=run" --column "Ladung in mAh=charge:mAh"`' in refusal.message
+    columns = {"Lauf": ColumnDeclaration("run"), "Ladung in mAh": ColumnDeclaration("charge", "mAh")}
+    assert [charge.charge_mah for charge in read(text, Declarations(columns=columns)).charges] == [112.0, 105.0]
+    timed = read("time,mAh\n1,2\n2,3\n3,4\n")
+    assert rules(timed) & {"time_unit_missing", "charge_column_missing"} == {"time_unit_missing"}
+
+
+@pytest.mark.parametrize(
+    ("heading", "value", "said"),
+    [
+        ("end voltage (mV)", "16.8", "end_voltage:V"),
+        ("end voltage (V)", "16800", "end_voltage:mV"),
+        ("time (h)", "720", "duration:s"),
+    ],
+)
+def test_values_that_none_can_be_name_the_unit_that_reads_them(heading: str, value: str, said: str) -> None:
+    text = f"run,mAh,{heading}\nr001,112,{value}\n"
+    (row,) = [finding for finding in read(text).findings if finding.severity == "row"]
+    assert f'`--column "{heading}={said}" --override-units`' in row.message
+    columns = {heading: ColumnDeclaration(*said.split(":"))}
+    assert len(read(text, Declarations(columns=columns, override_units=True)).charges) == 1
