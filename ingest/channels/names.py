@@ -237,7 +237,7 @@ def factor(column: str, unit: str, stored: str, findings: FindingCollector) -> t
         return conversion(unit, stored)
     except InputRefused as error:
         flag = f'`--unit "{column}={stored}" --override-units`'
-        said = f"Column {column!r}: {str(error).rstrip('.')}, with {flag}."
+        said = f"Column {column!r}: {str(error).rstrip('.')}; if the column holds {stored}, say {flag}."
         findings.add(FILE, "unit_not_convertible", said, column=column, value=unit)
         return 1.0, 0.0
 

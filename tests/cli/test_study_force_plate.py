@@ -229,7 +229,7 @@ def test_one_day_has_its_interval_over_runs(book: Path) -> None:
     [
         (("--window", "14"), ("14", "odd")),
         (("--where", "k_gain=300"), ("k_gain 300", "one condition")),
-        (("--where", "k_gain=300 and k_gain=400"), ("none of 0 runs", "ingest")),
+        (("--where", "k_gain=300 and k_gain=400"), ("no run fulfils", "none all")),
         (("--plot", "plate.doc"), ("plate.doc",)),
     ],
     ids=["even window", "one gain", "no run", "no picture"],
