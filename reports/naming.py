@@ -33,13 +33,20 @@ class SweptWords:
 
 
 def swept_words(factor: Factor | None) -> SweptWords:
-    """Return the words for a swept factor: those of active damping only where the factor is one, else neutral ones."""
-    if factor is not None and (_ACTIVE_DAMPING.search(factor.title) or _ACTIVE_DAMPING.search(factor.name)):
+    """Return the words for a swept factor: those of the thesis where it is a gain of active damping, or its control is
+    called CE; else neutral ones.
+    """
+    if factor is not None and _is_of_thesis(factor):
         long = "compression-extension (CE)"
         return SweptWords("active damping", "AD", "CE", "CE", long, "active-damping coefficient", True)
     coefficient = "condition" if factor is None else in_sentence(title_of(factor))
     control = f"control ({_control_label(factor)})" if factor is not None and factor.control is not None else "control"
     return SweptWords("the treatment", "treatment", "control", control, control, coefficient)
+
+
+def _is_of_thesis(factor: Factor) -> bool:
+    named = _ACTIVE_DAMPING.search(factor.title) or _ACTIVE_DAMPING.search(factor.name)
+    return bool(named) and (factor.slope is not None or factor.control in (None, "CE"))
 
 
 def _control_label(factor: Factor) -> str:

@@ -42,6 +42,12 @@ def test_active_damping_is_named_only_where_it_was_varied(content, headline, nam
     assert savings_claim(changed, headline).text.startswith(f"{start} saved")
 
 
+@pytest.mark.parametrize(("slope", "control", "called"), [(3.3, "0", "CE"), (None, "CE", "CE"), (None, "off", None)])
+def test_a_control_is_called_ce_only_where_it_is_one(slope, control, called):
+    factor = Factor("controller", "active damping", slope=slope, control=control, swept=True)
+    assert swept_words(factor).control_level == (called or "control (off)")
+
+
 def test_a_saving_that_is_shown(content, headline):
     claim = savings_claim(content, with_savings(headline, value=15.2, se=3.4, ci_low=8.1, ci_high=21.9))
     says(plain(claim.text), "Active damping saved", "15.2 %", "1091 N/m", "95 %", "8.1", "21.9 %")
