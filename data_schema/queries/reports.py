@@ -43,6 +43,7 @@ class ShownRow:
     kind: str | None
     scope_json: str | None
     result_uid: str | None
+    se: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +96,7 @@ def shown_by_report(connection: sa.Connection, report_uid: str) -> list[ShownRow
             result.c.kind,
             result.c.scope_json,
             result.c.uid,
+            result_number.c.se,
         )
         .join(report, report_item.c.report == report.c.id)
         .outerjoin(result_number, report_item.c.result_number == result_number.c.id)

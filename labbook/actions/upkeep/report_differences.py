@@ -102,7 +102,7 @@ def compare_reports(connection: sa.Connection, before: ReportRow, after: ReportR
     shown = [{_what(row): row for row in shown_by_report(connection, report.uid)} for report in (before, after)]
     old, new = shown
     pairs = [(old[what], row) for what, row in new.items() if what in old]
-    moved = [(was, now) for was, now in pairs if not agree(was.value, now.value)]
+    moved = [(was, now) for was, now in pairs if not agree(was.value, now.value, now.se)]
     causes = causes_between(connection, (before, after))
     heads = result_heads(connection) if moved else {}
     results, found = _Results(heads, (row.result_uid or "" for row in old.values())), list[MovedNumber]()

@@ -11,11 +11,15 @@ SAME = 1e-9
 """Values that differ by less than this part are the same: another machine may add in another order."""
 
 
-def agree(printed: float | None, value: float | None) -> bool:
-    """Tell whether a value is the one that was printed."""
+def agree(printed: float | None, value: float | None, se: float | None = None) -> bool:
+    """Tell whether a value is the one that was printed.
+
+    Where its standard error is known, so much of that is the same, too: a difference that cancels to 1e-16 has no
+    digits of its own.
+    """
     if printed is None or value is None:
         return printed is value
-    return math.isclose(printed, value, rel_tol=SAME)
+    return math.isclose(printed, value, rel_tol=SAME, abs_tol=SAME * (se or 0.0))
 
 
 def versions_now() -> dict[str, int]:

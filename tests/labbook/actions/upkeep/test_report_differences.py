@@ -142,6 +142,18 @@ def test_nothing_moves_where_nothing_was_said(book: SmallBook) -> None:
     assert same["moved"] == []
 
 
+def test_what_is_rounding_beside_its_error_has_not_moved(before: SmallBook) -> None:
+    with before.open() as book:
+        report(book)
+        with writing(book.engine) as connection:
+            rounding = "value = value + 1e-15 WHERE report = 2 AND result_number IN (SELECT n.id FROM result_number n "
+            kind = "JOIN result r ON r.id = n.result WHERE r.kind = 'pack_deviation')"
+            nudged = connection.exec_driver_sql(f"UPDATE report_item SET {rounding}{kind}").rowcount
+        found = compared(book)
+    assert nudged > 0
+    assert found.moved == ()
+
+
 def test_what_nothing_explains_is_said(before: SmallBook) -> None:
     with before.open() as book:
         report(book)

@@ -31,6 +31,13 @@ def test_values_agree_when_another_machine_could_have_added_in_another_order(
     assert agree(printed, value) is same
 
 
+def test_a_rest_of_rounding_beside_its_error_is_the_same() -> None:
+    """The mean deviation of a book's only pack is 0 but for rounding."""
+    assert agree(5.9e-16, -2.2e-16, 0.3)
+    assert not agree(5.9e-16, 0.01, 0.3)
+    assert not agree(5.9e-16, -2.2e-16)
+
+
 def test_versions_are_told_of_results_and_of_detectors() -> None:
     assert {"run_energy", "run_apexes", "comparison"} <= set(versions_now())
     assert all(version >= 1 for version in versions_now().values())
