@@ -294,5 +294,6 @@ def test_values_that_none_can_be_name_the_unit_that_reads_them(heading: str, val
     text = f"run,mAh,{heading}\nr001,112,{value}\n"
     (row,) = [finding for finding in read(text).findings if finding.severity == "row"]
     assert f'`--column "{heading}={said}" --override-units`' in row.message
-    columns = {heading: ColumnDeclaration(*said.split(":"))}
+    role, unit = said.split(":")
+    columns = {heading: ColumnDeclaration(role, unit)}
     assert len(read(text, Declarations(columns=columns, override_units=True)).charges) == 1
