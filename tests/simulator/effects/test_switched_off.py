@@ -57,8 +57,9 @@ def opcodes(function: Function) -> Counter[str]:
     """How often each instruction occurs in the optimised code of a function and of what it calls."""
     compiled: Any = inner(function)
     compiled.compile(SIGNATURE)
-    (code,) = compiled.inspect_llvm().values()
-    return Counter(OPCODE.findall("".join(DEFINITION.findall(code))))
+    (result,) = compiled.overloads.values()
+    assert result.library.get_pointer_to_function(result.fndesc.mangled_name)  # an inner function is optimised then
+    return Counter(OPCODE.findall("".join(DEFINITION.findall(result.library.get_llvm_str()))))
 
 
 def composed_rates(*effects: str) -> Function:
