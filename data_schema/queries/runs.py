@@ -14,7 +14,7 @@ from data_schema.tables.design import condition, condition_level, day, factor, l
 from data_schema.tables.equipment import battery, robot
 from data_schema.tables.runs import run
 from data_schema.vocabulary import RunKind, RunState
-from data_schema.where import ColumnKind, WhereColumn
+from data_schema.where.compiling import ColumnKind, WhereColumn
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,9 +9,9 @@ import sqlalchemy as sa
 
 from data_schema.errors import UsageError, nearest
 from data_schema.queries.runs import has_runs, values_of_runs, where_columns
-from data_schema.where import DATE, as_number, compile_expression, compile_where
-from data_schema.where_parser import And, Comparison, Expression, Membership, Not, Or, parse
-from data_schema.where_tokens import Operator, Word
+from data_schema.where.compiling import DATE, as_number, compile_expression, compile_where
+from data_schema.where.parsing import And, Comparison, Expression, Membership, Not, Or, parse
+from data_schema.where.tokens import Operator, Word
 
 _SAME = (Operator.EQUAL, Operator.NOT_EQUAL)
 

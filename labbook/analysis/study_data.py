@@ -15,7 +15,7 @@ from data_schema.queries.runs import RunRow, idle_runs, list_runs, where_columns
 from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.queries.study import FactorRow, StudyRow, factors, the_study
 from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
-from data_schema.where import compile_where
+from data_schema.where.compiling import compile_where
 from labbook.analysis.outcomes.detection import BODY_HEIGHT
 from labbook.config.parsing import Configuration
 

@@ -31,7 +31,7 @@ def list_command(where: WhereOption = None, book: BookOption = None, as_json: Js
     """
     from data_schema.queries.runs import list_runs, shown_runs, where_columns
     from data_schema.queries.selecting import refuse_unknown_numbers
-    from data_schema.where import compile_where
+    from data_schema.where.compiling import compile_where
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:

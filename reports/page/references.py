@@ -6,7 +6,7 @@ import importlib.resources
 import re
 
 from reports.content import ReportContent
-from reports.tables.as_latex import latex_text
+from reports.tables.formats.as_latex import latex_text
 from reports.wording import list_text
 
 

@@ -23,10 +23,10 @@ from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from reports.page.references import references_bib
 from reports.page.sections import Bullets, FigureHere, FiguresBeside, Paragraph, Part, Section, TableHere, sections_of
 from reports.run_points import name_points, run_anchors
-from reports.tables.as_csv import csv_bytes
-from reports.tables.as_latex import latex_bytes
-from reports.tables.as_macros import macros_bytes
 from reports.tables.each_run import EACH_RUN
+from reports.tables.formats.as_csv import csv_bytes
+from reports.tables.formats.as_latex import latex_bytes
+from reports.tables.formats.as_macros import macros_bytes
 from reports.tables.registry import TABLES, tables_of
 from reports.tables.table import Table
 from reports.wording import count_text, list_text

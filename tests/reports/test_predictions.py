@@ -16,7 +16,7 @@ from reports.numbers import Number
 from reports.page.sections import sections_of
 from reports.predicted import PredictedQuantity, Predictions
 from reports.remarks import prediction_sentences
-from reports.tables.as_csv import csv_bytes
+from reports.tables.formats.as_csv import csv_bytes
 from reports.tables.registry import TABLES
 from tests.helpers.judged import judged
 from tests.helpers.wording import says

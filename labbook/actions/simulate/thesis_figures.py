@@ -10,7 +10,7 @@ from data_schema.errors import UsageError, unknown_name
 from labbook.presenting.simulation.thesis_claims import claims_markdown, claims_table
 from labbook.presenting.simulation.thesis_figures import THESIS_FIGURES, ThesisFigure
 from reports.figures.kind import write_figure
-from reports.tables.as_csv import csv_bytes
+from reports.tables.formats.as_csv import csv_bytes
 from simulator.thesis.claims import Finding, claims, findings
 from simulator.thesis.figures import ThesisFigures
 

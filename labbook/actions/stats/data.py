@@ -12,8 +12,8 @@ from pathlib import Path
 
 from data_schema.errors import InputRefused, UsageError, unknown_name
 from data_schema.outcomes import Outcome
-from data_schema.where_parser import And, Comparison, Expression, Membership, Not, Or, parse
-from data_schema.where_tokens import COMPARE, Operator, Word
+from data_schema.where.parsing import And, Comparison, Expression, Membership, Not, Or, parse
+from data_schema.where.tokens import COMPARE, Operator, Word
 from ingest.channels.names import parse_header
 from ingest.tables.long_table import (
     MINUS,

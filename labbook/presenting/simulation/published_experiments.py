@@ -23,7 +23,7 @@ from labbook.presenting.simulation.simulated import assumed_texts
 from labbook.presenting.simulation.thesis_claims import claims_rows, claims_table
 from labbook.presenting.simulation.work_precision import plain_number
 from reports.display import decimal_text
-from reports.tables.as_markdown import markdown_text
+from reports.tables.formats.as_markdown import markdown_text
 from reports.tables.table import Cell, Column, Row, Table
 from simulator.scene import Scene
 from simulator.steady.published_numbers import Comparison, apex_between_m, published_numbers

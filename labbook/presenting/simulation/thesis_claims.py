@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from reports.display import DASH, general_text, with_unit
-from reports.tables.as_markdown import markdown_text
+from reports.tables.formats.as_markdown import markdown_text
 from reports.tables.table import Cell, Column, Row, Table, words
 from simulator.thesis.claims import Claim, Finding
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from data_schema.errors import InputRefused, UnknownName
-from data_schema.where import ColumnKind, WhereColumn, compile_where
+from data_schema.where.compiling import ColumnKind, WhereColumn, compile_where
 from ingest.tables.long_table import column_for_where, maybe_thousands, numbers_of, read_table
 from labbook.actions.stats.data import rows_where
 from tests.helpers.wording import refuses

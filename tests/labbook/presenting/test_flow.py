@@ -14,7 +14,7 @@ from labbook.actions.report_command import state_report
 from labbook.actions.runs.jump_review import decide
 from labbook.presenting.report.content import MadeReport
 from reports.figures.registry import FIGURES
-from reports.tables.as_csv import csv_bytes
+from reports.tables.formats.as_csv import csv_bytes
 from reports.tables.registry import TABLES
 from tests.helpers.books import ADA, JUMPS, small_book
 from tests.helpers.pages import quick_page

@@ -10,7 +10,7 @@ import pytest
 from reports.figures.kind import draw_figure
 from reports.figures.registry import FIGURES
 from reports.figures.style import TWO_COLUMNS_IN
-from reports.tables.as_csv import csv_bytes
+from reports.tables.formats.as_csv import csv_bytes
 from reports.tables.registry import TABLES
 from tests.helpers.wording import says
 from tests.labbook.presenting.conftest import Told

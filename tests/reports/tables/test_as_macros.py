@@ -10,7 +10,7 @@ import pytest
 from data_schema.outcomes import Outcome
 from reports.content import Number, SignificanceTest
 from reports.evidence import OverallSavings, OverGroups
-from reports.tables.as_macros import macro_name, macros_bytes, macros_of
+from reports.tables.formats.as_macros import macro_name, macros_bytes, macros_of
 
 PDFLATEX = shutil.which("pdflatex")
 LINE = re.compile(r"\\newcommand\{\\(\w+)\}\{(.*)\}(?: % (\w+))?")

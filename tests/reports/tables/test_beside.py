@@ -10,7 +10,7 @@ from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports.remarks import FOOTNOTE, by_day_sentences
-from reports.tables.as_csv import csv_bytes
+from reports.tables.formats.as_csv import csv_bytes
 from reports.tables.registry import TABLES
 from tests.helpers.pages import quick_page
 from tests.helpers.wording import says

@@ -9,7 +9,7 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports.content import Number, SignificanceTest
 from reports.evidence import OverallSavings, OverGroups
-from reports.tables.as_csv import csv_bytes
+from reports.tables.formats.as_csv import csv_bytes
 from reports.tables.registry import TABLES
 from reports.tables.table import unit_slug
 from tests.helpers.pages import with_summary

@@ -13,7 +13,7 @@ from labbook.presenting.report.campaign import confounded_with_day
 from labbook.presenting.report.content import MadeReport
 from labbook.presenting.report.day_layout import one_day_each
 from reports.remarks import FOOTNOTE
-from reports.tables.as_csv import csv_bytes
+from reports.tables.formats.as_csv import csv_bytes
 from reports.tables.registry import TABLES
 from tests.helpers.books import ADA, DAYS, ingest_all, small_book
 from tests.helpers.pages import quick_page

@@ -11,7 +11,7 @@ import pytest
 
 from labbook.presenting.simulation.thesis_claims import claims_data, claims_markdown, claims_rows, claims_table
 from labbook.presenting.simulation.thesis_figures import THESIS_FIGURES
-from reports.tables.as_csv import csv_bytes
+from reports.tables.formats.as_csv import csv_bytes
 from simulator.thesis.claims import Claim, Finding, judged
 from tests.helpers.thesis import thesis_figures
 

@@ -18,7 +18,7 @@ from reports.content import Comparison, ReportContent
 from reports.display import as_shown, interval_text, p_text, places_of, value_text, with_unit
 from reports.evidence import Decision, Equivalence, OverGroups
 from reports.numbers import Number, Value
-from reports.tables.as_latex import latex_text
+from reports.tables.formats.as_latex import latex_text
 
 _HEAD = (
     "% Numbers of a report by labbook {}: \\input this file, and write \\labbookRunsDone{{}} in a sentence.\n"

@@ -8,7 +8,7 @@
 
 `and`, `or`, `not` and `in` are read in any case. A name or value is a bare word (letters, digits and `_ . + - : /`)
 or stands in single or double quotes, where a backslash takes the next quote or backslash as it is. What a value
-means (number, date, level) is decided by the column that it is compared with, in `data_schema.where`.
+means (number, date, level) is decided by the column that it is compared with, in `data_schema.where.compiling`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from data_schema.errors import UsageError
-from data_schema.where_tokens import OPERATORS, Operator, Token, Word, tokens
+from data_schema.where.tokens import OPERATORS, Operator, Token, Word, tokens
 
 MOST_COMPARISONS = 200
 """Comparisons that a condition may have; SQLite refuses expressions 1000 deep."""

@@ -1,0 +1,1 @@
+"""A table, or numbers, as a file: one format each."""
