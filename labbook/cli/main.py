@@ -30,7 +30,7 @@ from labbook.cli.statements import assign, charge, check, correct, note, void
 from labbook.cli.views import analysis, channels, compare, formats, plot, show, today, why
 from labbook.terminal import printable_json, say
 
-GARBAGE_AFTER = 100_000
+GARBAGE_AFTER = 1_000_000
 """New objects between two passes of the garbage collector. With Python's own 700 a tenth of a command's time goes into
 looking again and again at all that was imported."""
 
