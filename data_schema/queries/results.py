@@ -114,7 +114,7 @@ def add_results(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
     for some in in_chunks(rows):
         heads = [{name: getattr(row, name) for name in _HEAD} for row in some]
         connection.execute(result.insert(), [{**head, "config": newest_config, "stale": 0} for head in heads])
-        owners = _private_keys(connection, [row.key for row in some])
+        owners = ids_by_key(connection, [row.key for row in some])
         numbers = [
             {"result": owners[row.key], **{name: getattr(number, name) for name in NumberRow.__slots__}}
             for row in some
@@ -155,7 +155,8 @@ def _outdate(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
         written(connection, STALE, connection.execute(outdated).scalars().all())
 
 
-def _private_keys(connection: sa.Connection, keys: Sequence[str]) -> dict[str, int]:
+def ids_by_key(connection: sa.Connection, keys: Sequence[str]) -> dict[str, int]:
+    """Return the private keys of stored results among some `keys`, no more than a query takes."""
     rows = connection.execute(sa.select(result.c.key, result.c.id).where(result.c.key.in_(keys)))
     return {row.key: row.id for row in rows}
 

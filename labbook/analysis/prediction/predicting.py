@@ -10,7 +10,7 @@ itself errs; the value is that of the accuracy asked for.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Annotated
@@ -22,7 +22,7 @@ from data_schema.journal import canonical
 from data_schema.outcomes import Outcome
 from data_schema.queries.facts import read_fact
 from data_schema.queries.predictions import PredictionRow, add_predictions
-from data_schema.queries.results import results_by_key
+from data_schema.queries.results import ids_by_key
 from data_schema.queries.runs import RunRow
 from data_schema.reasons import Reason
 from data_schema.second_process import SecondProcess, beside, has_core
@@ -213,10 +213,15 @@ class PredictionResult(StoredResult):
 ALGORITHM = Algorithm("prediction", 18, PredictionResult)
 
 
+Wanted = Mapping[tuple[str, str], Request[PredictionResult]]
+"""A prediction for each condition, by its key, and each robot that ran it, by its uid."""
+
+
 @dataclass(frozen=True, slots=True)
 class Ahead:
     """Predictions that another process makes while this one analyses what was measured."""
 
+    wanted: Wanted
     simulating: SecondProcess[dict[str, PredictionResult]] | None
 
     def by_key(self) -> Mapping[str, PredictionResult]:
@@ -226,12 +231,12 @@ class Ahead:
 
 def predictions_ahead(cache: ResultCache, evidence: StudyData) -> Ahead:
     """Let another process make what no book has of joules and apexes of the conditions that were run."""
-    keys = list(dict.fromkeys(run.condition_key for run in evidence.runs))
-    requests = _requests(cache, evidence, keys, lambda _said: None, ALWAYS) if has_core() else {}
-    wanted = {request.key: request for request in requests.values()}
-    known = results_by_key(cache.connection, list(wanted))
-    new = {key: request for key, request in wanted.items() if key not in known}
-    return Ahead(beside(lambda: {key: request.compute() for key, request in new.items()}) if new else None)
+    try:
+        wanted = _wanted(cache, evidence, {run.condition_key for run in evidence.runs}, ALWAYS)
+    except LabbookError:  # of a condition that nothing may have been measured of
+        return Ahead({}, None)
+    new = _new(cache, wanted) if has_core() else {}
+    return Ahead(wanted, beside(lambda: {key: one.compute() for key, one in new.items()}) if new else None)
 
 
 def predictions(
@@ -246,36 +251,40 @@ def predictions(
 
     `outcomes` are predicted, of `SIMULATED`. Empty where the study names no scene.
     """
-    requests = _requests(cache, evidence, keys, progress, outcomes)
-    if requests:
-        progress("what the simulator predicts")
+    asked = set(keys)
+    wanted = {place: request for place, request in ahead.wanted.items() if place[0] in asked}
+    if tuple(outcomes) != ALWAYS or {key for key, _robot in wanted} != asked:
+        wanted = _wanted(cache, evidence, asked, outcomes)
+    if _new(cache, wanted):
+        progress("simulating each condition (compiling the simulator before, up to 30 s)")
     made = ahead.by_key()
     found = [
         replace(request, compute=partial(made.__getitem__, request.key)) if request.key in made else request
-        for request in requests.values()
+        for request in wanted.values()
     ]
-    return dict(zip(requests, cache.ensure(found), strict=True))
+    return dict(zip(wanted, cache.ensure(found), strict=True))
 
 
-def _requests(
-    cache: ResultCache,
-    evidence: StudyData,
-    keys: Sequence[str],
-    progress: Callable[[str], None],
-    outcomes: Sequence[Outcome],
+def _new(cache: ResultCache, wanted: Wanted) -> dict[str, Request[PredictionResult]]:
+    """Return the requests that no book answers, by key."""
+    known = ids_by_key(cache.connection, [request.key for request in wanted.values()])
+    return {request.key: request for request in wanted.values() if request.key not in known}
+
+
+def _wanted(
+    cache: ResultCache, evidence: StudyData, keys: Collection[str], outcomes: Sequence[Outcome]
 ) -> dict[tuple[str, str], Request[PredictionResult]]:
     settings = evidence.configuration.simulation
     if settings is None or not keys:
         return {}
     start = study_scene(settings)
-    wanted = {(run.condition_key, run.robot_uid): run for run in evidence.runs if run.condition_key in set(keys)}
+    wanted = {(run.condition_key, run.robot_uid): run for run in evidence.runs if run.condition_key in keys}
     facts = {
         uid: read_fact(cache.connection, "robot", uid, list(ROBOT_PARAMETERS.values()))
         for uid in sorted({uid for _key, uid in wanted})
     }
     return {
-        (key, uid): _request(evidence, settings, start, run, facts[uid], outcomes, progress)
-        for (key, uid), run in wanted.items()
+        (key, uid): _request(evidence, settings, start, run, facts[uid], outcomes) for (key, uid), run in wanted.items()
     }
 
 
@@ -305,7 +314,6 @@ def _request(
     run: RunRow,
     facts: Mapping[str, float],
     outcomes: Sequence[Outcome],
-    progress: Callable[[str], None],
 ) -> Request[PredictionResult]:
     from simulator.scene_file import write_scene
 
@@ -327,7 +335,7 @@ def _request(
             "varied_by": _parts(settings, scene),
             **({"outcomes": list(map(str, outcomes))} if tuple(outcomes) != ALWAYS else {}),
         },
-        lambda: _predicted(scene, settings, outcomes, progress),
+        lambda: _predicted(scene, settings, outcomes),
     )
 
 
@@ -341,17 +349,13 @@ def _parts(settings: SimulationSettings, scene: Scene) -> dict[str, float]:
     return {name: settings.varied.get(name, settings.varied_by) for name in _unsourced(scene)}
 
 
-def _predicted(
-    scene: Scene, settings: SimulationSettings, outcomes: Sequence[Outcome], progress: Callable[[str], None]
-) -> PredictionResult:
+def _predicted(scene: Scene, settings: SimulationSettings, outcomes: Sequence[Outcome]) -> PredictionResult:
     from simulator.declared import all_parameters
     from simulator.error_bars import simulate_finer
     from simulator.kernel.build import kernel_for
     from simulator.scene_file import write_scene
 
-    progress("compiling the simulator, up to 30 s")
     kernel_for(scene.effects)
-    progress("simulating each condition")
     found, parts = simulated(scene, settings.accuracy, outcomes), _parts(settings, scene)
     error = max(settings.accuracy, found.rounding)
     otherwise = {

@@ -65,11 +65,11 @@ def uses(analysis: StudyAnalysis) -> Counter[Use]:
 
 def _of_comparisons(analysis: StudyAnalysis) -> Iterator[Use]:
     for item in analysis.compared:
-        sides = (item.pair.a, item.pair.b)
+        by_day = _by_day((item.pair.a, item.pair.b))
         for method in _methods(analysis, item):
             idle_runs = _idle_runs(analysis, item, method) if method in _WITH_LINE else 0
             if method in _BY_DAY or not _on_day_means(analysis):  # by day it is runs, whatever the other tests are on
-                yield replace(on_runs(method, _by_day(sides)), idle_runs=idle_runs)
+                yield replace(on_runs(method, by_day), idle_runs=idle_runs)
             else:
                 yield Use(method, (item.result.n_a, item.result.n_b), idle_runs=idle_runs)
 
