@@ -94,7 +94,7 @@ OF_A_RUN: Mapping[str, Callable[[RunRow], str]] = {
 class Observation:
     """One value; None where it is missing and is to be left out. `shared` is its error in common with others.
 
-    `pooled` are its levels of other factors that its group pools: values share a day where they have these in common.
+    `pooled` are its levels of other factors that its group pools: groups are compared within them.
     """
 
     value: float | Decimal | None

@@ -8,6 +8,10 @@ what they measured:
   unit; the claim holds for the days measured;
 - otherwise no claim, no interval and no p.
 
+Where levels of another factor are pooled (strata), both conditions are compared within a day and a level, and a day is
+one day however many levels it holds: its means are those of its levels, weighted as days are within days, n m / (n + m)
+of n control and m treated runs.
+
 With C and T the means of the control and of the treatment over the shared days, T - r C has the variance
 V(r) = V_TT - 2 r V_CT + r^2 V_CC plus the square of what it takes from errors in common. The test of no difference is
 (T - C) / sqrt V(1). The interval of the savings 100 (1 - T / C) is Fieller's by the same variance and degrees of
@@ -32,11 +36,11 @@ from numpy.typing import ArrayLike
 from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from stats.checks import Labels, as_labels, as_level, as_number, as_sample
-from stats.compare.shared_error import ENOUGH_DEGREES, SharedError, shared_of_mean
+from stats.checks import Labels, as_level, as_number
+from stats.compare.shared_error import ENOUGH_DEGREES, SharedError
 from stats.days.decision_result import Bounded, Estimate, bounded, no_estimate, not_bounded
+from stats.days.runs_by_day import Block, Runs, SharedDay, blocks_of_runs, joined, weighed, weights_of
 from stats.exact.tails import t_quantile, t_two_sided
-from stats.results import counted
 
 LEAST_DAYS = 4
 """Shared days from which the day is the unit."""
@@ -51,25 +55,6 @@ class Rule(StrEnum):
     PAIRED = "paired on day means"
     WITHIN = "within days"
     NONE = "no claim"
-
-
-@dataclass(frozen=True, slots=True)
-class Runs:
-    """The runs of one condition on one day: their number and mean, the squares about it, their error in common."""
-
-    n: int
-    mean: float
-    squares: float
-    shared: SharedError
-
-
-@dataclass(frozen=True, slots=True)
-class SharedDay:
-    """A day with runs of both conditions."""
-
-    day: str
-    control: Runs
-    treated: Runs
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +91,7 @@ class Contrast:
     @property
     def days(self) -> tuple[str, ...]:
         """The shared days."""
-        return tuple(each.day for each in self.shared_days)
+        return tuple(dict.fromkeys(each.day for each in self.shared_days))
 
     def difference(self, level: float = 0.95) -> Estimate:
         """Return treatment less control and the test that it is 0."""
@@ -288,19 +273,23 @@ def contrast_by_day(
     days_control: Labels | None = None,
     shared_treated: Sequence[SharedError] | None = None,
     shared_control: Sequence[SharedError] | None = None,
+    strata_treated: Labels | None = None,
+    strata_control: Labels | None = None,
 ) -> Contrast:
     """Return the contrast of treated runs, shape (n_t,), with control runs, shape (n_c,), by the rule that fits them.
 
-    `days_treated` and `days_control` label the day of each value; without them all runs are of one day. The shared
+    `days_treated` and `days_control` label the day of each value; without them all runs are of one day.
+    `strata_treated` and `strata_control` label the levels that are pooled, within which both are compared. The shared
     errors are each value's own. Raises `InputRefused` for values that are missing or infinite, for labels or errors of
-    another length, and for days of one condition only.
+    another length, and for days or strata of one condition only.
     """
-    if (days_treated is None) != (days_control is None):
-        raise InputRefused("days are given for one condition only: give them for both or for none.")
-    of_control = _by_day("control", control, days_control, shared_control)
-    of_treated = _by_day("treated", treated, days_treated, shared_treated)
-    both = [day for day in of_control if day in of_treated]
-    shared_days = tuple(SharedDay(day, of_control[day], of_treated[day]) for day in sorted(both))
+    for what, one, other in (("days", days_treated, days_control), ("strata", strata_treated, strata_control)):
+        if (one is None) != (other is None):
+            raise InputRefused(f"{what} are given for one condition only: give them for both or for none.")
+    of_control = blocks_of_runs("control", control, days_control, strata_control, shared_control)
+    of_treated = blocks_of_runs("treated", treated, days_treated, strata_treated, shared_treated)
+    both = [block for block in of_control if block in of_treated]
+    shared_days = tuple(SharedDay(block[0], of_control[block], of_treated[block]) for block in sorted(both))
     df_control, df_treated = (
         sum(runs.n - 1 for runs in side)
         for side in ([day.control for day in shared_days], [day.treated for day in shared_days])
@@ -308,11 +297,14 @@ def contrast_by_day(
     counts = Counts(
         sum(day.control.n for day in shared_days),
         sum(day.treated.n for day in shared_days),
-        sum(runs.n for day, runs in of_control.items() if day not in both),
-        sum(runs.n for day, runs in of_treated.items() if day not in both),
+        sum(runs.n for block, runs in of_control.items() if block not in both),
+        sum(runs.n for block, runs in of_treated.items() if block not in both),
     )
-    if len(shared_days) >= LEAST_DAYS:
-        return _paired(shared_days, counts)
+    by_day: dict[str, list[SharedDay]] = {}
+    for each in shared_days:
+        by_day.setdefault(each.day, []).append(each)
+    if len(by_day) >= LEAST_DAYS:
+        return _paired(tuple(map(joined, by_day.values())), counts)
     if shared_days and min(df_control, df_treated) >= 1:
         return _within(shared_days, (df_control, df_treated), counts)
     if not of_control or not of_treated:
@@ -321,7 +313,7 @@ def contrast_by_day(
         why = Undefined(Reason.NO_DAY_HOLDS_BOTH, a=CONTROL, b=TREATED)
     else:
         of = CONTROL if df_control < 1 else TREATED
-        why = Undefined(Reason.NO_DAY_WITH_TWO, n=len(shared_days), of=of)
+        why = Undefined(Reason.NO_DAY_WITH_TWO, n=len(by_day), of=of)
     control_mean, treated_mean = _mean_of_runs(of_control, CONTROL), _mean_of_runs(of_treated, TREATED)
     none = SharedError()
     return Contrast(Rule.NONE, why, shared_days, control_mean, treated_mean, 0.0, 0.0, 0.0, 0, none, none, counts)
@@ -334,21 +326,20 @@ def _paired(days: tuple[SharedDay, ...], counts: Counts) -> Contrast:
     about = means - (control, treated)
     (v_cc, v_ct), (_, v_tt) = (about.T @ about / (k - 1) / k).tolist()
     weights = [1.0 / k] * k
-    of_control = _weighed([day.control.shared for day in days], weights)
-    of_treated = _weighed([day.treated.shared for day in days], weights)
+    of_control = weighed([day.control.shared for day in days], weights)
+    of_treated = weighed([day.treated.shared for day in days], weights)
     return Contrast(Rule.PAIRED, None, days, control, treated, v_cc, v_ct, v_tt, k - 1, of_control, of_treated, counts)
 
 
 def _within(days: tuple[SharedDay, ...], dfs: tuple[int, int], counts: Counts) -> Contrast:
-    sizes = [day.control.n * day.treated.n / (day.control.n + day.treated.n) for day in days]
-    weights = [size / math.fsum(sizes) for size in sizes]
+    weights = weights_of(days)
 
     def side(runs: list[Runs], df: int) -> tuple[float, float, SharedError]:
         """Return the weighed mean of a side, the variance of its error, and its error in common with others."""
         mean = math.fsum(weight * one.mean for weight, one in zip(weights, runs, strict=True))
         of_a_run = math.fsum(one.squares for one in runs) / df
         variance = of_a_run * math.fsum(w * w / one.n for w, one in zip(weights, runs, strict=True))
-        return mean, variance, _weighed([one.shared for one in runs], weights)
+        return mean, variance, weighed([one.shared for one in runs], weights)
 
     control, v_cc, of_control = side([day.control for day in days], dfs[0])
     treated, v_tt, of_treated = side([day.treated for day in days], dfs[1])
@@ -357,36 +348,8 @@ def _within(days: tuple[SharedDay, ...], dfs: tuple[int, int], counts: Counts) -
     )
 
 
-def _weighed(errors: Sequence[SharedError], weights: Sequence[float]) -> SharedError:
-    """Return the error of a weighted sum; the weights sum to 1."""
-    return shared_of_mean([error.times(weight * len(errors)) for error, weight in zip(errors, weights, strict=True)])
-
-
-def _by_day(
-    name: str, values: ArrayLike, labels: Labels | None, errors: Sequence[SharedError] | None
-) -> dict[str, Runs]:
-    found = as_sample(name, values).values
-    n = int(found.size)
-    days = [""] * n if labels is None else [str(day) for day in as_labels(f"days_{name}", labels, "refuse")]
-    own = [SharedError()] * n if errors is None else list(errors)
-    for what, given in (("label of day", days), ("shared error", own)):
-        if len(given) != n:
-            raise InputRefused(
-                f"{name} has {counted(n, 'value')} and {counted(len(given), what)}: give one for each value."
-            )
-    by_day: dict[str, list[int]] = {}
-    for at, day in enumerate(days):
-        by_day.setdefault(day, []).append(at)
-    return {day: _runs(found[places].tolist(), [own[at] for at in places]) for day, places in by_day.items()}
-
-
-def _runs(values: Sequence[float], errors: Sequence[SharedError]) -> Runs:
-    mean = math.fsum(values) / len(values)
-    return Runs(len(values), mean, math.fsum((value - mean) ** 2 for value in values), shared_of_mean(errors))
-
-
-def _mean_of_runs(by_day: Mapping[str, Runs], name: str) -> float | Undefined:
-    n = sum(runs.n for runs in by_day.values())
+def _mean_of_runs(blocks: Mapping[Block, Runs], name: str) -> float | Undefined:
+    n = sum(runs.n for runs in blocks.values())
     if not n:
         return Undefined(Reason.GROUP_EMPTY, group=name)
-    return math.fsum(runs.n * runs.mean for runs in by_day.values()) / n
+    return math.fsum(runs.n * runs.mean for runs in blocks.values()) / n

@@ -88,10 +88,12 @@ def contrast_of(pair: Pair, *, by_day: bool = True) -> Contrast:
     return contrast_by_day(
         [item.value for _, item in treated],
         [item.value for _, item in control],
-        days_treated=[_day(pair, levels, item) for levels, item in treated] if by_day else None,
-        days_control=[_day(pair, levels, item) for levels, item in control] if by_day else None,
+        days_treated=[item.run.day for _, item in treated] if by_day else None,
+        days_control=[item.run.day for _, item in control] if by_day else None,
         shared_treated=[item.shared for _, item in treated],
         shared_control=[item.shared for _, item in control],
+        strata_treated=[_stratum(pair, levels) for levels, _ in treated],
+        strata_control=[_stratum(pair, levels) for levels, _ in control],
     )
 
 
@@ -99,9 +101,9 @@ def _runs(side: Sequence[ConditionValues]) -> list[tuple[Mapping[str, str], RunN
     return [(condition.levels, item) for condition in side for item in condition.runs]
 
 
-def _day(pair: Pair, levels: Mapping[str, str], item: RunNumber) -> str:
-    """Name the day of a run; where a pair pools a factor, a day is shared by runs of the same level of it."""
-    return ", ".join([item.run.day, *(levels[factor] for factor in pair.pooled_over)])
+def _stratum(pair: Pair, levels: Mapping[str, str]) -> str:
+    """Name what a run is compared within: its levels of the factors that a pair pools."""
+    return ", ".join(levels[factor] or "none" for factor in pair.pooled_over) or "all"
 
 
 def decide(
@@ -114,7 +116,9 @@ def decide(
                 DECISION,
                 {"quantity": str(quantity), "family": pair.family, "label": pair.label, **scope},
                 _inputs(pair),
-                {"with_savings": _has_savings(pair, quantity), "alpha": alpha},
+                # Results of before have the key without what is pooled: they took its levels for days.
+                {"with_savings": _has_savings(pair, quantity), "alpha": alpha}
+                | ({"within": list(pair.pooled_over)} if pair.pooled_over else {}),
                 lambda pair=pair: decided(pair, quantity, alpha),  # type: ignore[misc]
             )
             for pair in pairs

@@ -100,10 +100,12 @@ def decided_groups(observed: Observations, alpha: float, *, savings: bool = Fals
         contrast = contrast_by_day(
             [_value(row) for row in treated],
             [_value(row) for row in control],
-            days_treated=[_day(row) for row in treated],
-            days_control=[_day(row) for row in control],
+            days_treated=[row.day for row in treated],
+            days_control=[row.day for row in control],
             shared_treated=[row.shared for row in treated],
             shared_control=[row.shared for row in control],
+            strata_treated=[", ".join(row.pooled) or "all" for row in treated],
+            strata_control=[", ".join(row.pooled) or "all" for row in control],
         )
         shares_error = any(row.shared.se > 0.0 for row in known.rows)
         results[label] = decided_by(contrast, unit, alpha, has_savings, shares_error)
@@ -117,10 +119,6 @@ def decided_groups(observed: Observations, alpha: float, *, savings: bool = Fals
 def _value(row: Observation) -> float:
     assert row.value is not None  # noqa: S101 - of known values
     return float(row.value)
-
-
-def _day(row: Observation) -> str:
-    return ", ".join([row.day, *row.pooled])
 
 
 def _estimate(name: str, number: Number) -> dict[str, Any]:

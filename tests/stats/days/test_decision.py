@@ -276,3 +276,37 @@ def test_groups_whose_days_cancel_have_no_overall_test() -> None:
     down = [([100.0], [90.0 - push]) for push in (1.0, -1.0, 1.0, -1.0)]
     found = overall_savings({"a": contrast(up), "b": contrast(down)})
     assert isinstance(found.estimate.p, Undefined)
+
+
+def test_a_day_counts_once_however_many_levels_it_holds() -> None:
+    """Two surfaces on each of four days: four days, not eight; the level of a surface cancels within it."""
+    rng = np.random.default_rng(4)
+    days, levels = np.repeat(["a", "b", "c", "d"], 6), np.tile(np.repeat(["sand", "gravel"], 3), 4)
+    control, treated = (rng.normal(40.0, 1.0, 24) + 30.0 * (levels == "sand") - saved for saved in (0.0, 4.0))
+    found = contrast_by_day(
+        treated,
+        control,
+        days_treated=days,
+        days_control=days,
+        strata_treated=levels,
+        strata_control=levels,
+    )
+    assert (found.rule, found.days, found.df) == (Rule.PAIRED, ("a", "b", "c", "d"), 3)
+    by_hand = [(treated - control)[days == day].mean() for day in found.days]
+    test = scipy_stats.ttest_1samp(by_hand, 0.0)
+    assert found.difference().t == pytest.approx(test.statistic, rel=1e-12)
+    few, uneven = days < "c", (levels == "sand") | (days == "a")
+    within = contrast_by_day(
+        treated[few],
+        control[few & uneven],
+        days_treated=days[few],
+        days_control=days[few & uneven],
+        strata_treated=levels[few],
+        strata_control=levels[few & uneven],
+    )
+    assert (within.rule, within.days, within.df) == (Rule.WITHIN, ("a", "b"), 6)
+    assert (within.counts.other_control, within.counts.other_treated) == (0, 3)
+    assert within.difference().value == pytest.approx(
+        np.mean([(treated - control)[few & uneven & (days == day) & (levels == level)].mean()
+                 for day, level in (("a", "sand"), ("a", "gravel"), ("b", "sand"))])
+    )  # fmt: skip
