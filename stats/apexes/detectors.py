@@ -287,7 +287,7 @@ DETECTORS: dict[str, Detector] = {
     detector.name: detector
     for detector in (
         Detector("published", 3, published_jumps, PublishedParameters()),
-        Detector("robust", 3, robust_jumps, RobustParameters()),
+        Detector("robust", 4, robust_jumps, RobustParameters()),
     )
 }
 """All detectors by name."""

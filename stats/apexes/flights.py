@@ -212,6 +212,10 @@ class FlightWindowParameters:
     """Least standard deviation of a sample in these tests: a 10-bit sensor over 1 m, or friction in a true flight."""
 
 
+_SAME = 1e-9
+"""Part by which strengths of two pushes differ that are the same but for rounding."""
+
+
 def window_ends(
     time_s: Floats,
     height_m: Floats,
@@ -237,7 +241,10 @@ def window_ends(
     rows = np.flatnonzero(caught.any(axis=1))
     right = np.argmax(caught[rows], axis=1)
     ends = (limit_s - apex_s) / scale_s
-    ends[rows] = np.minimum(ends[rows], moments[right - 1 - np.argmax(z[rows, right], axis=1)])
+    # With one sample since a gap, pushes from anywhere in the gap are as strong: rounding must not choose among them.
+    strongest = z[rows, right] >= (1.0 - _SAME) * z[rows, right].max(axis=1, keepdims=True)
+    back = z.shape[2] - 1 - np.argmax(strongest[:, ::-1], axis=1)
+    ends[rows] = np.minimum(ends[rows], moments[right - 1 - back])
     return apex_s + ends * scale_s
 
 

@@ -125,7 +125,7 @@ class DayComparison(StoredResult):
     notes: tuple[Remark, ...]
 
 
-ALGORITHM = Algorithm("comparison_by_day", 9, DayComparison)
+ALGORITHM = Algorithm("comparison_by_day", 10, DayComparison)
 
 CONTROL, TREATED = "the control", "the treatment"
 

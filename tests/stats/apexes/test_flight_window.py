@@ -45,3 +45,20 @@ def test_a_gravity_that_friction_changed_is_no_catch():
 
 def test_no_flight_has_no_window():
     assert ends(np.arange(3.0), np.full(3, 0.3), np.empty(0)).shape == (0,)
+
+
+@pytest.mark.parametrize("gap_s", [(0.237, 0.277), (0.251, 0.281), (0.262, 0.302)])
+@pytest.mark.parametrize("seed", range(5))
+def test_where_a_push_in_a_gap_begins_does_not_hang_on_the_last_bit(seed, gap_s):
+    """With one sample after the gap, a push from anywhere in the gap explains it as well."""
+    time_s = np.arange(0.0, 0.4, 1.0 / 300.0)
+    height_m = 0.3 - GRAVITY / 2.0 * (time_s - 0.2) ** 2
+    height_m += np.random.default_rng(seed).normal(0.0, 2e-4, time_s.size) + 0.003 * (time_s > gap_s[1])
+    seen = ((time_s < gap_s[0]) | (time_s > gap_s[1])) & (time_s < gap_s[1] + 0.005)
+    last_bits = np.random.default_rng(2)
+    ends = []
+    for _ in range(10):
+        heights = height_m[seen] * (1.0 + last_bits.integers(-2, 3, seen.sum()) * 2.0**-53)
+        bounds = [np.array([bound]) for bound in (0.2, 0.12, 0.28)]
+        ends += window_ends(time_s[seen], heights, *bounds, 2e-4, GRAVITY, FlightWindowParameters()).tolist()
+    assert max(ends) - min(ends) < 1e-9
