@@ -29,6 +29,8 @@ _ITERATIONS = 12
 _SCALE_FLOOR_M = 1e-9
 """Noise-free samples have no scale; a nanometre is below every sensor."""
 MINIMUM_SAMPLES = 5
+_SAME = 1e-9
+"""Part by which strengths of two pushes differ that are the same but for rounding."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,10 +214,6 @@ class FlightWindowParameters:
     """Least standard deviation of a sample in these tests: a 10-bit sensor over 1 m, or friction in a true flight."""
 
 
-_SAME = 1e-9
-"""Part by which strengths of two pushes differ that are the same but for rounding."""
-
-
 def window_ends(
     time_s: Floats,
     height_m: Floats,
@@ -243,8 +241,7 @@ def window_ends(
     ends = (limit_s - apex_s) / scale_s
     # With one sample since a gap, pushes from anywhere in the gap are as strong: rounding must not choose among them.
     strongest = z[rows, right] >= (1.0 - _SAME) * z[rows, right].max(axis=1, keepdims=True)
-    back = z.shape[2] - 1 - np.argmax(strongest[:, ::-1], axis=1)
-    ends[rows] = np.minimum(ends[rows], moments[right - 1 - back])
+    ends[rows] = np.minimum(ends[rows], moments[right - z.shape[2] + np.argmax(strongest[:, ::-1], axis=1)])
     return apex_s + ends * scale_s
 
 
@@ -380,11 +377,7 @@ def fit_flights(
 
 
 def departures(
-    signal: CleanSignal,
-    hops: list[Hop],
-    flights: list[Flight],
-    gravity_m_s2: float,
-    window: FlightWindowParameters,
+    signal: CleanSignal, hops: list[Hop], flights: list[Flight], gravity_m_s2: float, window: FlightWindowParameters
 ) -> list[float | Undefined]:
     """Return the lift-offs of a log without leg length: where, backward in time, the body leaves its parabola.
 
