@@ -222,7 +222,8 @@ class ReportContent:
 
     `drains` has one line a robot; `robots` counts the analysed runs of each. `planned` tells whether the analysis
     was decided on in time, `decided` says what was decided about the analysis before the first measurement,
-    `departures` what departs from it, `not_planned` what was not decided at all; `no_equivalence` why heights were
+    `run_before` is the day of the first run where that lies before the decision, `departures` says what departs from
+    it, of which there are `departed`, `not_planned` what was not decided at all; `no_equivalence` why heights were
     not tested for equality, "" where they were or there are none. `counted` is the unit of analysis that
     comparisons count: "run", or "day" where they rest on the means of days. `tests_beside` says what the tests in
     full are where others decide. `known_errors` has what is on record against the methods, an introduction first.
@@ -266,7 +267,9 @@ class ReportContent:
     hypotheses: tuple[Hypothesis, ...] = ()
     planned: bool = False
     decided: tuple[str, ...] = ()
+    run_before: str = ""
     departures: tuple[str, ...] = ()
+    departed: int = 0
     not_planned: tuple[str, ...] = ()
     no_equivalence: str = ""
     counted: str = "run"

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 
 from data_schema.outcomes import Outcome
-from reports.content import Comparison, ReportContent, Sensitivity
+from reports.content import Comparison, ReportContent, Sensitivity, Variant
 from reports.display import as_shown, common_places, decimal_text, general_text, shown_unit, with_unit
 from reports.numbers import Number
 from reports.wording import count_text, list_text, sentence_start
@@ -35,16 +35,15 @@ def flow_sentence(content: ReportContent) -> str:
 
 def trust_sentences(content: ReportContent) -> tuple[str, ...]:
     """Return how far to trust the answer: the plan, one day less, what its uncertainty comes from."""
-    departures = len(content.departures)
     if not content.planned:
         plan = "No analysis was decided on before the first measurement: every comparison is exploratory."
-    elif departures:
-        plan = (
-            f"The analysis was decided on beforehand, with {count_text(departures, 'departure')} from the plan (Plan "
-            "and deviations)."
-        )
     else:
-        plan = "The analysis was decided on beforehand, and nothing departs from it."
+        when = "beforehand"
+        if content.run_before:
+            when = f"before measurements came in, but after the first run ({content.run_before})"
+        counted = count_text(content.departed, "departure")
+        what = f"with {counted} (Plan and deviations)" if content.departed else "and nothing departs from it"
+        plan = f"The analysis was decided on {when}, {what}."
     found = [plan]
     return tuple(filter(None, (*found, _one_day_less(content), _uncertainty(content))))
 
@@ -104,13 +103,26 @@ def _one_day_less(content: ReportContent) -> str:
     """Say how far leaving out one day moves a group's headline, by the first unit that there is; "" without one."""
     known = [each for each in content.sensitivity if isinstance(each.as_reported.value, float)]
     of_unit = [each for each in known if each.as_reported.unit == known[0].as_reported.unit]
-    shifts = [abs(shift) for each in of_unit for label in _days(each) if (shift := _shift(each, label)) is not None]
+    measured, without = _days_measured(content), [(each, one) for each in of_unit for one in _days(content, each)]
+    shifts = [abs(shift) for each, one in without if (shift := _shift(each, one.label)) is not None]
     if not shifts:
-        return ""
-    unclaimed = {label for each in of_unit for label in _days(each) if _loses_its_interval(each, label)}
+        return _none_left_out(content)
+    unclaimed = measured - {one.day for _each, one in without}
+    unclaimed |= {one.day for each, one in without if _loses_its_interval(each, one.label)}
     lost = f"; {count_text(len(unclaimed), 'day')} cannot be left out, or a group has no test" if unclaimed else ""
     moved = _moved(max(shifts), of_unit[0], 1)
     return f"Leaving out any one day moves the {_what(of_unit[0])} of a group by at most {moved}{lost}."
+
+
+def _none_left_out(content: ReportContent) -> str:
+    """Say that no headline is known without a day of the selection; "" where one is, or there is no headline."""
+    known = [each for each in content.sensitivity if isinstance(each.as_reported.value, float)]
+    measured = _days_measured(content)
+    if not known or not measured or any(_days(content, each) for each in known):
+        return ""
+    if len(measured) == 1:
+        return "The one day measured cannot be left out."
+    return "No day measured can be left out: nothing would be left to compare."
 
 
 def robustness_sentences(content: ReportContent) -> tuple[str, ...]:
@@ -118,18 +130,19 @@ def robustness_sentences(content: ReportContent) -> tuple[str, ...]:
 
     Headlines of the first unit stand with their ranges, of the others how far any of them moves.
     """
-    found = []
     known = [each for each in content.sensitivity if isinstance(each.as_reported.value, float)]
+    found = [said for said in (_none_left_out(content),) if said]
     for rank, unit in enumerate(dict.fromkeys(each.as_reported.unit for each in known)):
         of_unit = [each for each in known if each.as_reported.unit == unit]
         places = common_places([each.as_reported for each in of_unit])
         moves: list[str] = []
         unmoved: list[str] = []
-        ranges = [text for each in of_unit if (text := _range(each, places))]
+        ranges = [text for each in of_unit if (text := _range(content, each, places))]
         if ranges and rank == 0:
             found.append(f"{sentence_start(_what(of_unit[0]))} without one day at a time: {'; '.join(ranges)}.")
         elif ranges:
-            days = [abs(shift) for each in of_unit for label in _days(each) if (shift := _shift(each, label))]
+            without = [(each, one.label) for each in of_unit for one in _days(content, each)]
+            days = [abs(shift) for each, label in without if (shift := _shift(each, label))]
             moves.append(f"{_moved(max(days, default=0.0), of_unit[0], places)} without one day at a time")
         labels = dict.fromkeys(variant.label for each in of_unit for variant in each.variants if not variant.day)
         for label in labels:
@@ -157,8 +170,20 @@ def _moved(shift: float, item: Sensitivity, places: int) -> str:
     return with_unit(decimal_text(shift, places), "points" if unit == "%" else unit)
 
 
-def _days(item: Sensitivity) -> list[str]:
-    return [variant.label for variant in item.variants if variant.day]
+def _days(content: ReportContent, item: Sensitivity) -> list[Variant]:
+    """Return a headline without one day of the selection at a time.
+
+    Other days have idle runs for its drain lines: the table has a headline without these, but nothing of the selection
+    is left out there.
+    """
+    selected = {day.date for day in content.days}
+    return [variant for variant in item.variants if variant.day in selected]
+
+
+def _days_measured(content: ReportContent) -> set[str]:
+    """Return the days with a run that a number rests on."""
+    runs = {one.run for condition in content.conditions for each in condition.summaries.values() for one in each.runs}
+    return {day.date for day in content.days if not runs.isdisjoint(day.runs)}
 
 
 def _loses_its_interval(item: Sensitivity, label: str) -> bool:
@@ -167,9 +192,9 @@ def _loses_its_interval(item: Sensitivity, label: str) -> bool:
     return isinstance(item.as_reported.ci_low, float) and any(not isinstance(end, float) for end in ends)
 
 
-def _range(item: Sensitivity, places: int) -> str:
+def _range(content: ReportContent, item: Sensitivity, places: int) -> str:
     """Write a headline with its range without one day at a time; "" where there is none."""
-    without = _known(variant.number for variant in item.variants if variant.day)
+    without = _known(variant.number for variant in _days(content, item))
     reported = as_shown(item.as_reported)
     if not without or not isinstance(reported.value, float):
         return ""

@@ -71,3 +71,51 @@ def test_a_day_left_out_is_told_by_its_day_not_by_the_label(content):
     ]
     changed = dataclasses.replace(content, sensitivity=tuple(named))
     assert plain(robustness_sentences(changed))[0] == plain(robustness_sentences(content))[0]
+
+
+def test_a_day_of_idle_runs_alone_outside_the_selection_is_no_day_left_out(content):
+    """The table has what the drain line without that day gives; the days measured are those of the selection."""
+    one_day = dataclasses.replace(content, days=content.days[:1])
+    own = {content.days[0].date}
+    others = [
+        dataclasses.replace(each, variants=tuple(one for one in each.variants if one.day not in own))
+        for each in content.sensitivity
+    ]
+    one_day = dataclasses.replace(one_day, sensitivity=tuple(others))
+    said = "The one day measured cannot be left out."
+    assert said in plain(trust_sentences(one_day))
+    assert plain(robustness_sentences(one_day))[0] == said
+    assert not any("at a time" in each or "any one day" in each for each in plain(robustness_sentences(one_day)))
+
+
+def test_a_day_of_the_selection_without_which_there_is_no_headline_is_counted(content):
+    gone = content.days[0].date
+    others = [
+        dataclasses.replace(each, variants=tuple(one for one in each.variants if one.day != gone))
+        for each in content.sensitivity
+    ]
+    second = plain(trust_sentences(dataclasses.replace(content, sensitivity=tuple(others))))[1]
+    assert second.endswith("points; 1 day cannot be left out, or a group has no test.")
+    assert "cannot be left out" not in plain(trust_sentences(content))[1]
+
+
+@pytest.mark.parametrize(
+    ("run_before", "departed", "said"),
+    [
+        ("", 0, "beforehand, and nothing departs from it."),
+        ("", 3, "beforehand, with 3 departures (Plan and deviations)."),
+        (
+            "2021-05-03",
+            1,
+            "before measurements came in, but after the first run (2021-05-03), with 1 departure "
+            "(Plan and deviations).",
+        ),
+    ],
+)
+def test_the_first_line_says_when_the_analysis_was_decided_on_and_how_often_it_was_departed_from(
+    content, run_before, departed, said
+):
+    """That a family counts as a whole stands among what departs, and is no departure."""
+    told = ("Departure: one.", "A family counts as planned only as a whole.")
+    changed = dataclasses.replace(content, planned=True, departures=told, departed=departed, run_before=run_before)
+    assert plain(trust_sentences(changed))[0] == f"The analysis was decided on {said}"

@@ -52,6 +52,8 @@ def test_what_was_left_out_is_told_once_with_what_it_concerns(honest: SmallBook)
     says(run, POOLED, "equivalence of apex")
     says(jumps, "was not allowed", POOLED, "equivalence of apex")
     assert whole[1:] == f"{AS_A_WHOLE}."[1:]
+    with honest.open() as book:
+        assert state_report(book, None, ADA, lambda _step: None).content.departed == 2
 
 
 def test_a_departure_that_makes_nothing_exploratory_is_told_alone(honest: SmallBook) -> None:
@@ -88,3 +90,4 @@ def test_that_runs_are_older_than_the_decision_is_told_once(honest: SmallBook) -
         content = state_report(book, None, ADA, lambda _step: None).content
     told = "nothing shows that it was made before the data were seen"
     assert [told in line for line in (*content.decided, *content.limitations)].count(True) == 1
+    assert content.run_before == min(day.date for day in content.days)
