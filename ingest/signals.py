@@ -261,9 +261,10 @@ class _UnitOrigin:
 
     def of_time(self, time: TimePlan) -> str | None:
         """Return where the unit of the time column was found."""
-        if time.unit is not None and self.declared.time_unit is not None:
-            return "declared" if self.declared.profile is None else f"declared, or profile {self.declared.profile}"
-        return self.of(time.position, time.unit)
+        found = self.of(time.position, time.unit)
+        if found == "declared" or time.unit is None or self.declared.time_unit is None:
+            return found
+        return "declared" if self.declared.profile is None else f"declared, or profile {self.declared.profile}"
 
 
 def _rate_from(table: Table, plan: Plan, declared: Declarations, instrument: Instrument) -> str | None:

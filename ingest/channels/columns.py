@@ -98,6 +98,7 @@ def plan_columns(
 ) -> Plan:
     """Decide what each column becomes; every column without a unit that needs one is reported."""
     said = declared_columns(declared, table.names)
+    declared = _time_of_flags(declared, table.names)
     columns = [
         _column(position, name, table, declared, said.get(position), findings)
         for position, name in enumerate(table.names)
@@ -120,6 +121,19 @@ def plan_columns(
     if not planned and columns:
         findings.add(FILE, "no_channels", "No column beside the time holds numbers: there is no signal to import.")
     return Plan(time, _distinct(planned, findings))
+
+
+def _time_of_flags(declared: Declarations, names: Sequence[str]) -> Declarations:
+    """Return `declared` without the time column, or its unit, where what is said directly of columns is otherwise."""
+    direct = declared_columns(dataclasses.replace(declared, profile_columns={}), names)
+    own = () if declared.time_column is None else positions_of(declared.time_column, names)
+    named = [position for position, said in direct.items() if said.channel == TIME]
+    other = [position for position in own if position in direct and direct[position].channel not in (None, TIME)]
+    if other or (named and not set(named).intersection(own)):
+        return dataclasses.replace(declared, time_column=None, time_unit=None)
+    if any(position in direct and direct[position].unit for position in (*own, *named)):
+        return dataclasses.replace(declared, time_unit=None)
+    return declared
 
 
 def _column(

@@ -107,6 +107,32 @@ def test_flags_stand_over_the_profile_column_by_column() -> None:
     assert values == pytest.approx(-EXPECTED)
 
 
+@pytest.mark.parametrize(
+    "said",
+    [
+        {"t": ColumnDeclaration(None, "ms")},
+        {"t": ColumnDeclaration("time", "ms")},
+        {"t": ColumnDeclaration("own_clock"), "x": ColumnDeclaration("time", "ms")},
+        {"x": ColumnDeclaration("time", "ms")},
+    ],
+    ids=["unit", "column", "another column", "another column alone"],
+)
+def test_flags_stand_over_the_time_of_a_profile(said: dict[str, ColumnDeclaration]) -> None:
+    """A profile's `time` stood over `--unit` and `--column`, and `--explain` said `declared, or profile`."""
+    rows = [f"{4 * k};{400 + k % 7};{4 * k}" for k in range(60)]
+    profile = Profile("p", ("t", "h"), time_column="t", time_unit="s", columns={"h": HEIGHT})
+    result = read(text("t;h;x", rows), profile, columns=said)
+    assert height(result) == pytest.approx(EXPECTED)
+    (time,) = [column for column in result.explanation.tables[0].columns if column.holds == "time"]
+    assert (time.unit, time.unit_from) == ("ms", "declared")
+    assert read(text("t;h;x", rows), profile).refused
+
+
+def test_a_flag_that_names_the_time_column_leaves_its_unit_to_the_profile() -> None:
+    profile = Profile("p", ("t", "h"), time_column="t", time_unit="ms", columns={"h": HEIGHT})
+    assert height(read(text("t;h;x", ROWS), profile, columns={"t": ColumnDeclaration("time")})).shape == (60,)
+
+
 GERMAN = """Ladebuch 2021
 Akku;Versuch;Kapazität;geladen;Dauer;Spannung;Programm
 A;r001;6600;812,5;61:30;16,81;Laden

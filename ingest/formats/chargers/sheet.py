@@ -14,6 +14,7 @@ from ingest.channels.names import refuse_other_unit, squash
 from ingest.declared import declared_columns, note_absent
 from ingest.findings import FILE, NOTE, ROW, FindingCollector
 from ingest.formats.chargers.sheet_columns import (
+    BELOW_ONE,
     FACTORS,
     OUT_OF_RANGE,
     STORED_UNIT,
@@ -314,7 +315,7 @@ def _charge(
         faults.append(("charge", _NEGATIVE))
     for role, fault in faults:
         name, unit, said = header.columns[role].name, header.columns[role].unit, fault.message
-        for other in FACTORS[role] if fault == OUT_OF_RANGE and unit is not None else ():
+        for other in FACTORS[role] if fault in (OUT_OF_RANGE, BELOW_ONE) and unit is not None else ():
             if isinstance(parse_quantity(role, text[role], other, decimal), Quantity):
                 said += f' If all are in {other}, say `--column "{name}={role}:{other}" --override-units`.'
         findings.add(ROW, fault.rule, said, column=name, lines=[line], value=text[role])

@@ -45,6 +45,9 @@ THOUSAND = CellFault(
     "thousands_separator",
     "A whole number of mAh with three decimals may be thousands; the row is left out; write 1234 or 1.2.",
 )
+BELOW_ONE = CellFault(
+    "out_of_range", "A charge below 1 mAh with three decimals is none that a charger shows; the row is left out."
+)
 OUT_OF_RANGE = CellFault("out_of_range", "No recharge has such a value: a wrong unit or a slip; the row is left out.")
 
 
@@ -75,7 +78,7 @@ def parse_quantity(role: str, text: str, unit: str | None, decimal: bytes) -> Qu
         return parsed
     decimals = len(re.split(r"[.,]", number)[1]) if re.search(r"[.,]", number) else 0
     if role == "charge" and factor == 1.0 and decimals == 3:
-        return THOUSAND
+        return BELOW_ONE if abs(parsed) < 1.0 else THOUSAND
     low, high = LIMITS[role]
     value = parsed * factor
     if not low <= abs(value) <= high:

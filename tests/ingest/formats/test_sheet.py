@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from ingest.model import ColumnDeclaration, Declarations, ReadFile
@@ -155,6 +157,20 @@ def test_a_decimal_comma_that_may_group_thousands_is_asked_for() -> None:
     sheet = "run;mAh\nr1;1,234\nr2;2,345\n"
     assert "decimal_sign_unclear" in rules(read(sheet))
     assert "thousands_separator" in rules(read(sheet, Declarations(decimal_sign=",")))
+
+
+@pytest.mark.parametrize("declared", [Declarations(), Declarations(decimal_sign=",")])
+def test_ampere_hours_under_a_heading_of_mah_are_no_thousands(declared: Declarations) -> None:
+    """It was `thousands_separator ... export without them`, though 0,108 has none."""
+    sheet = "Run;Charged mAh\nr1;0,17\nr2;0,108\nr3;0,106\n"
+    refused = read(sheet, declared)
+    assert refused.refused
+    assert "thousands_separator" not in rules(refused)
+    (message,) = [finding.message for finding in refused.findings if finding.rule == "out_of_range"]
+    assert 'If all are in Ah, say `--column "Charged mAh=charge:Ah" --override-units`' in message
+    columns = {"Charged mAh": ColumnDeclaration("charge", "Ah")}
+    result = read(sheet, replace(declared, columns=columns, override_units=True))
+    assert [charge.charge_mah for charge in result.charges] == pytest.approx([170.0, 108.0, 106.0])
 
 
 def test_a_decimal_comma_between_commas_is_refused() -> None:
