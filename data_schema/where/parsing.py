@@ -133,22 +133,22 @@ class _Parser:
             raise UsageError(
                 f"--where has more than {MOST_COMPARISONS} comparisons: write lists such as run in (r1, r2)."
             )
-        column = self._word("the name of a factor or run column", "write a comparison such as foot=small")
+        column = self._word("the name of a factor or run column", "write a comparison such as kind=jumps")
         if self.next.kind == "operator":
             operator = OPERATORS[self.next.text]
             self._place += 1
-            return Comparison(column, operator, self._word("a value", "write one such as foot=small"))
+            return Comparison(column, operator, self._word("a value", "write one such as kind=jumps"))
         negated = self._take("keyword", "not")
         if self._take("keyword", "in"):
             membership = Membership(column, self._values())
             return Not(membership) if negated else membership
         raise self.unexpected(
             "'in'" if negated else f"a comparison after {column.text!r}",
-            "write for example k_gain=400, and k_gain in (300, 400) for several values",
+            "write for example run=r001, and run in (r001, r002) for several values",
         )
 
     def _values(self) -> tuple[Word, ...]:
-        remedy = "write the values in brackets with commas between, such as in (300, 400)"
+        remedy = "write the values in brackets with commas between, such as in (r001, r002)"
         if not self._take("mark", "("):
             raise self.unexpected("'('", remedy)
         values = [self._word("a value", remedy)]

@@ -100,7 +100,7 @@ def _unreadable(character: str, position: int) -> str:
     if character in "'\"":
         return f"the quote at character {position} of --where is never closed: add a second {character}."
     return (
-        f"{character!r} at character {position} of --where means nothing here: write comparisons such as foot=small, "
+        f"{character!r} at character {position} of --where means nothing here: write comparisons such as kind=jumps, "
         "joined by 'and', 'or', 'not', and put quotes round a value with unusual characters."
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 import tempfile
@@ -200,7 +201,8 @@ def _refuse_store(out: Path) -> None:
 
 
 def _check_writable(folder: Path) -> None:
-    """Make the folder and a file in it, before it is stated that a report was made for it."""
+    """Make the folder and a file in it, before it is stated that a report was made for it; neither stays."""
+    is_new = not folder.exists()
     try:
         make_folder(folder)
         with tempfile.TemporaryFile(dir=folder):
@@ -210,6 +212,9 @@ def _check_writable(folder: Path) -> None:
             f"the report cannot be written to {str(folder)!r} ({error.strerror or error}): give a folder that can be "
             "written, with --out."
         ) from error
+    if is_new:
+        with contextlib.suppress(OSError):  # somebody has put something there meanwhile
+            folder.rmdir()
 
 
 def state_report(

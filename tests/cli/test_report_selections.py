@@ -186,9 +186,10 @@ def test_files_of_a_paper_are_not_replaced(fresh: SmallBook, name: str) -> None:
     ],
 )
 def test_a_selection_of_no_run_is_refused_with_what_is_nearest(
-    where: str, said: tuple[str, ...], whole: SmallBook
+    where: str, said: tuple[str, ...], whole: SmallBook, tmp_path: Path
 ) -> None:
-    refused(labbook("report", "--where", where, at=whole.folder), 2, *said)
+    refused(labbook("report", "--where", where, "--out", tmp_path / "page", at=whole.folder), 2, *said)
+    assert not (tmp_path / "page").exists()
 
 
 @pytest.mark.parametrize(
