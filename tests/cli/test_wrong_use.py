@@ -66,7 +66,7 @@ BAD_VALUES = {
     "day that never was": ("check rail_angle --day 2021-02-30", "'2021-02-30' is not a date"),
     "start": ("plan --seed 1 --start 1/6/2021", "--start '1/6/2021' is not a date", "2021-06-01"),
     "day in --where": ("runs list --where day>=2021-13-01", "'2021-13-01'", "is not a date"),
-    "--where without end": ('runs list --where "foot="', "character 6", "foot=small"),
+    "--where without end": ('runs list --where "foot="', "character 6", "kind=jumps"),
     "--where with SQL": ('runs list --where "run=1; DROP TABLE run"', "character 6"),
     "--where empty brackets": ("runs list --where ()", "character 2"),
     "--where order of a label": ("runs list --where foot>small", "has no order"),
