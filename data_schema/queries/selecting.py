@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 import sqlalchemy as sa
 
 from data_schema.errors import UsageError, nearest
 from data_schema.queries.runs import has_runs, values_of_runs, where_columns
-from data_schema.where.compiling import DATE, as_number, compile_expression, compile_where
+from data_schema.where.compiling import DATE, WhereColumn, as_number, compile_expression
 from data_schema.where.parsing import And, Comparison, Expression, Membership, Not, Or, parse
 from data_schema.where.tokens import Operator, Word
 
@@ -20,9 +20,9 @@ def refuse_empty_selection(connection: sa.Connection, where: str | None) -> None
     """Raise `UsageError` where no run fulfils `where`; it names the nearest values that runs have."""
     if not where:
         return
-    refuse_unknown_numbers(connection, where)
     columns, expression = where_columns(connection), parse(where)
-    if has_runs(connection, compile_expression(expression, columns)):
+    condition = compile_known(expression, columns)
+    if has_runs(connection, condition):
         return
     why = "some run fulfils each part of it, and none all"
     for one in _comparisons(expression):
@@ -34,11 +34,13 @@ def refuse_empty_selection(connection: sa.Connection, where: str | None) -> None
     raise UsageError(f"no run fulfils --where {where!r}: {why}; `labbook runs list` lists all.")
 
 
-def refuse_unknown_numbers(connection: sa.Connection, where: str) -> None:
-    """Raise `UsageError` where a number is asked for that is no level of its factor, as one is for such a word."""
-    columns = where_columns(connection)
-    compile_where(where, columns)
-    for one in _comparisons(parse(where)):
+def compile_known(expression: Expression, columns: Mapping[str, WhereColumn]) -> sa.ColumnElement[bool]:
+    """Build the condition; raises `UsageError`, too, for a number that is no level of its factor, as for such a word.
+
+    A selection that was stated before still selects no run: only what is asked now is refused.
+    """
+    condition = compile_expression(expression, columns)
+    for one in _comparisons(expression):
         levels = {number for label in columns[one.column.text].choices if (number := as_number(label)) is not None}
         for word in _words(one) if levels and (isinstance(one, Membership) or one.operator in _SAME) else ():
             if as_number(word.text) not in (None, *levels):
@@ -46,6 +48,7 @@ def refuse_unknown_numbers(connection: sa.Connection, where: str) -> None:
                     f"{word.text!r} is not a known level of {one.column.text} (character {word.position} of --where): "
                     f"the nearest is {_nearest(word.text, levels)}."
                 )
+    return condition
 
 
 def _comparisons(expression: Expression) -> Iterator[Comparison | Membership]:

@@ -26,7 +26,8 @@ from labbook.analysis.outcomes.run_energy import Drain, passive_drains, run_ener
 from labbook.analysis.prediction.bias import Biases, judge
 from labbook.analysis.prediction.checking import Checked, check_conditions, check_savings
 from labbook.analysis.prediction.hypotheses import Tested, judge_hypotheses
-from labbook.analysis.prediction.predicting import ALWAYS, SIMULATED, PredictionResult, predictions, predictions_ahead
+from labbook.analysis.prediction.predicting import PredictionResult, predictions, predictions_ahead
+from labbook.analysis.prediction.simulating import ALWAYS, SIMULATED
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.analysis.results.codec import StoredResult
 from labbook.analysis.results.result_cache import ResultCache, RunResults

@@ -30,14 +30,12 @@ def list_command(where: WhereOption = None, book: BookOption = None, as_json: Js
     Example: labbook runs list --where "foot=small and not state=void"
     """
     from data_schema.queries.runs import list_runs, shown_runs, where_columns
-    from data_schema.queries.selecting import refuse_unknown_numbers
-    from data_schema.where.compiling import compile_where
+    from data_schema.queries.selecting import compile_known
+    from data_schema.where.parsing import parse
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:
-        expression = compile_where(where, where_columns(connection)) if where else None
-        if where:
-            refuse_unknown_numbers(connection, where)
+        expression = compile_known(parse(where), where_columns(connection)) if where else None
         found, shown = (list_runs(connection, expression), ()) if as_json else ([], shown_runs(connection, expression))
     emit(found, run_lines(shown) if shown else ["no runs."], as_json)
 

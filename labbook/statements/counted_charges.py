@@ -121,20 +121,21 @@ def _place(context: ApplyContext, around: RowsAround, row: SheetRow, run_uid: st
     around.set(row, ChargeState.COUNTED, None if standing else run_uid, row.repeats)
     if standing:
         name = read_fact(context.connection, "run", standing[0].run_uid or "", ["name"])["name"]
-        placed.findings.append(finding_values(_contradicts(row, name, standing[0], f"charge:{standing[0].uid}")))
+        placed.findings.append(finding_values(_contradicts(row, name, standing[0])))
     elif run_uid is not None:
         placed.runs.append(run_uid)
 
 
-def _contradicts(row: SheetRow, run: str, other: SheetRow, where: str) -> Finding:
-    """Say that a run has another charge than a row says."""
+def _contradicts(row: SheetRow, run: str, other: SheetRow, *, of_same_sheet: bool = False) -> Finding:
+    """Say that a run has another charge than a row says; one of the same sheet is not in the book yet."""
+    where = other.uid if of_same_sheet else f"charge:{other.uid}"
     names = ("charge_mah", "end_voltage_v", "mode")
     says = {name: value for name in names if (value := getattr(row, name)) not in (None, getattr(other, name))}
     fields = " ".join(
         f"{name}={value:.12g}" if isinstance(value, float) else f"{name}={value}" for name, value in says.items()
     )
     cure = "correct the sheet"
-    if not where.startswith("row "):
+    if not of_same_sheet:
         cure = f"`labbook correct {where} {fields} --why ...`, which settles the row"
     message = (
         f"Run {run} has a charge of {other.charge_mah:g} mAh ({where}); this row waits in the inbox: if that charge is "
@@ -150,7 +151,7 @@ def foreseen(connection: sa.Connection, charges: Sequence[ChargeRow]) -> list[Fi
     about: dict[str, list[SheetRow]] = {}
     for row in rows_about(connection, sorted(names), sorted(uids)):
         about.setdefault(names.get(row.run_uid or "") or row.stated_run or "", []).append(row)
-    found, known, copies = [], [], set()
+    found, known, copies, own = [], [], set(), set[str]()
     for read in charges:
         if read.stated_run not in uids:
             continue
@@ -158,6 +159,7 @@ def foreseen(connection: sa.Connection, charges: Sequence[ChargeRow]) -> list[Fi
             0, f"row {read.row_number}", False, read.row_number, read.line, None, read.stated_run, None,
             ChargeState.COUNTED, read.charge_mah, read.end_voltage_v, read.mode,
         )  # fmt: skip
+        own.add(row.uid)
         others = about.setdefault(read.stated_run, [])
         same = next((other for other in others if says_same(row, other)), None)
         standing = next((other for other in others if other.run_uid is not None), None)
@@ -165,8 +167,7 @@ def foreseen(connection: sa.Connection, charges: Sequence[ChargeRow]) -> list[Fi
             known.append(row)
             copies |= {row.uid} if same.run_uid is None else set()
         elif standing is not None:
-            where = standing.uid if standing.uid.startswith("row ") else f"charge:{standing.uid}"
-            found.append(_contradicts(row, read.stated_run, standing, where))
+            found.append(_contradicts(row, read.stated_run, standing, of_same_sheet=standing.uid in own))
             others.append(row)
         else:
             others.append(replace(row, run_uid=uids[read.stated_run]))

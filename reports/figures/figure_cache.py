@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import importlib
 import mmap
 import os
 import sys
@@ -80,8 +81,7 @@ def drawn(
                 found[place] = _drawn_now(content, wanted[place], paths[place])
 
     if shared:
-        import matplotlib.backends.backend_svg  # noqa: F401 - the copy has then all that drawing loads
-
+        importlib.import_module("matplotlib.backends.backend_svg")  # the copy has then all that drawing loads
     copy = beside(lambda: draw(missing)) if shared else None
     other = meanwhile()
     draw(reversed(missing))

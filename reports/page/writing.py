@@ -36,6 +36,8 @@ _METADATA = re.compile(r"<metadata>.*?</metadata>|<!--.*?-->", re.DOTALL)
 _OPENING = re.compile(r"<svg\b[^>]*>")
 _VIEW_BOX = re.compile(r'viewBox="([^"]*)"')
 
+T = TypeVar("T")
+
 
 def inline_svg(svg: bytes, name: str, title: str, alternative: str) -> str:
     """Return the drawing as an `<svg>` element for HTML, described to those who cannot see it.
@@ -58,8 +60,6 @@ def inline_svg(svg: bytes, name: str, title: str, alternative: str) -> str:
     )
     return head + text[opening.end() :].strip()
 
-
-T = TypeVar("T")
 
 _WIDTHS = {"": TWO_COLUMNS_IN, "_one_column": ONE_COLUMN_IN}
 """File name's end -> width: each figure fits both columns of a paper, and one."""

@@ -19,7 +19,7 @@ from labbook.analysis.prediction.condition_scenes import (
     study_scene,
     unconverted_factors,
 )
-from labbook.analysis.prediction.predicting import ALWAYS
+from labbook.analysis.prediction.simulating import ALWAYS
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import gather
 from labbook.book.opening import Book

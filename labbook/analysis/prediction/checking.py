@@ -22,7 +22,8 @@ from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.comparing import ComparisonResult, Pair
 from labbook.analysis.comparison.deciding import DecisionResult
 from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues
-from labbook.analysis.prediction.predicting import ACCURACY, SIMULATED, PredictionResult, error_parts, in_all
+from labbook.analysis.prediction.predicting import ACCURACY, PredictionResult, error_parts, in_all
+from labbook.analysis.prediction.simulating import SIMULATED
 from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult
 from labbook.analysis.results.result_cache import Request, ResultCache, result_fingerprint
 from reports.numbers import Number, Value

@@ -32,7 +32,8 @@ from labbook.analysis.prediction.checking import (
     values_of_side,
     varied_means,
 )
-from labbook.analysis.prediction.predicting import SIMULATED, error_parts, in_all
+from labbook.analysis.prediction.predicting import error_parts, in_all
+from labbook.analysis.prediction.simulating import SIMULATED
 from labbook.analysis.results.codec import Algorithm, StoredResult
 from labbook.analysis.results.result_cache import Request, ResultCache
 from labbook.config.model import AnalysisSettings, ClaimKind, HypothesisSettings, Side, UnitOfAnalysis

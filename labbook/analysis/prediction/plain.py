@@ -11,7 +11,7 @@ from data_schema.errors import LabbookError
 from data_schema.outcomes import Outcome
 from data_schema.queries.facts import read_fact
 from labbook.analysis.prediction.condition_scenes import ROBOT_PARAMETERS, condition_scene, study_scene
-from labbook.analysis.prediction.predicting import ALWAYS, simulated
+from labbook.analysis.prediction.simulating import ALWAYS, SIMULATING, simulated
 from labbook.analysis.study_data import StudyData
 
 
@@ -41,7 +41,7 @@ def plain_predictions(
         start = study_scene(settings)
     except LabbookError as error:
         return PlainPredictions({}, str(error))
-    progress("simulating each condition (compiling the simulator before, up to 30 s)")
+    progress(SIMULATING)
     found: dict[str, Mapping[str, float | None]] = {}
     failed: dict[str, str] = {}
     for run in {run.condition_key: run for run in reversed(evidence.runs) if run.levels}.values():

@@ -11,7 +11,8 @@ from data_schema.vocabulary import StudyKind, Undefined
 from labbook.analysis.prediction.bias import BiasOfGroup, LimitsResult
 from labbook.analysis.prediction.checking import Checked
 from labbook.analysis.prediction.condition_scenes import unconverted_factors
-from labbook.analysis.prediction.predicting import SIMULATED, PredictionResult
+from labbook.analysis.prediction.predicting import PredictionResult
+from labbook.analysis.prediction.simulating import SIMULATED
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.numbers import Shown
 from labbook.presenting.report.campaign import factor_title

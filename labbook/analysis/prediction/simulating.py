@@ -1,0 +1,104 @@
+"""A scene simulated once, and what it gives of each outcome, as means over its jumps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from data_schema.errors import LabbookError
+from data_schema.outcomes import Outcome
+from data_schema.units import STANDARD_GRAVITY_M_S2
+
+if TYPE_CHECKING:
+    from simulator.result import JumpResult
+    from simulator.scene import Scene
+
+SIMULATING = "simulating each condition (compiling the simulator before, up to 30 s)"
+"""What is done while simulations are waited for."""
+
+ALWAYS = (Outcome.JOULES, Outcome.APEX)
+SIMULATED = (*ALWAYS, Outcome.CONTACT_TIME, Outcome.IMPULSE_HEIGHT)
+"""The outcomes that a simulation has: those of a plate where it was measured. A peak force is none of them: the foot's
+impact is an impulse there, and a peak on the plate.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Simulated:
+    """One simulation of a scene: a value a quantity (None where a jump has no apex), and how the jump ended.
+
+    `close_decision`: whether a decision hangs on a knife's edge; `branch` holds the values had it fallen otherwise,
+    where that was simulated. `rounding`: what rounding has grown to, 0 where the accuracy has room for it.
+    `under_surface`: whether the body gets under the grains; `open_book`: whether an energy book does not close.
+    """
+
+    values: Mapping[str, float | None]
+    outcome: str
+    close_decision: bool
+    rounding: float
+    under_surface: bool
+    open_book: bool
+    branch: Mapping[str, float | None] | None = None
+
+
+def varied(
+    scene: Scene, name: str, factor: float, accuracy: float, outcomes: Sequence[Outcome]
+) -> Mapping[str, float | None]:
+    """Simulate with one parameter times a factor; nothing comes of what no scene can have."""
+    try:
+        changed = scene.changed({name: scene[name] * factor})
+    except LabbookError:
+        return dict.fromkeys(map(str, outcomes))
+    return simulated(changed, accuracy, outcomes).values
+
+
+def simulated(scene: Scene, accuracy: float, outcomes: Sequence[Outcome]) -> Simulated:
+    """Simulate a scene and take the mean over its jumps."""
+    from simulator.jump import close_decision, grown_rounding, simulate
+
+    jumps = simulate(scene, accuracy).jumps
+    ended = next((jump.outcome for jump in jumps if jump.apex_height_m is None), jumps[-1].outcome)
+    branch = None
+    if any(jump.other_branch is not None for jump in jumps):
+        branch = mean_values(scene, [jump.other_branch or jump for jump in jumps], outcomes)
+    rounding = max(grown_rounding(jump, accuracy) for jump in jumps)
+    return Simulated(
+        mean_values(scene, jumps, outcomes),
+        ended,
+        any(map(close_decision, jumps)),
+        rounding,
+        any(jump.under_surface for jump in jumps),
+        any(jump.open_book for jump in jumps),
+        branch,
+    )
+
+
+def mean_values(scene: Scene, jumps: Sequence[JumpResult], outcomes: Sequence[Outcome]) -> dict[str, float | None]:
+    """Return each outcome's mean over the jumps of a scene, None where a jump has none."""
+    found: dict[str, float | None] = dict.fromkeys(map(str, outcomes))
+    if any(jump.apex_height_m is None for jump in jumps):
+        return found
+    for outcome in outcomes:
+        known = [value for jump in jumps if (value := _VALUES[outcome](scene, jump)) is not None]
+        found[outcome] = math.fsum(known) / len(jumps) if len(known) == len(jumps) else None
+    return found
+
+
+def _impulse_height_m(scene: Scene, jump: JumpResult) -> float | None:
+    """Return how high the centre of mass rises above lift-off by its speed there, as a plate's impulses tell it."""
+    body_m_s, foot_m_s = jump.liftoff_body_velocity_m_s, jump.liftoff_foot_velocity_m_s
+    if body_m_s is None or foot_m_s is None:
+        return None
+    body_kg, foot_kg = scene["body_mass"], scene["foot_mass"]
+    speed_m_s = (body_kg * body_m_s + foot_kg * foot_m_s) / (body_kg + foot_kg)
+    return speed_m_s**2 / (2.0 * STANDARD_GRAVITY_M_S2)
+
+
+_VALUES: Mapping[Outcome, Callable[[Scene, JumpResult], float | None]] = {
+    Outcome.JOULES: lambda _scene, jump: jump.cost_J,
+    Outcome.APEX: lambda _scene, jump: jump.apex_height_m,
+    Outcome.CONTACT_TIME: lambda _scene, jump: jump.liftoff_time_s,
+    Outcome.IMPULSE_HEIGHT: _impulse_height_m,
+}
