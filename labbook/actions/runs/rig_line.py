@@ -23,6 +23,7 @@ from ingest.model import ChannelData, ReadFile
 from labbook.actions.files.ingesting import FileOutcome
 from labbook.actions.runs.remarks import remarks_on
 from labbook.actions.studies.sheet_source import logs_of_sheets
+from labbook.analysis.outcomes.control_limits import LIMITS_FROM_RUNS, ControlLimits, limits_of
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections
 from labbook.analysis.outcomes.energy import joules_per_jump
 from labbook.analysis.outcomes.run_apexes import jumps_found_in_run, usable_logs
@@ -30,13 +31,8 @@ from labbook.analysis.outcomes.run_energy import below_drain, drain_lines, usabl
 from labbook.analysis.study_data import StudyData, gather_about
 from labbook.book.opening import Book
 from labbook.statements.importing import PreparedImport
-from stats.compare.summary import describe
 from stats.lines.passive_drain import PassiveDrain
 
-LIMIT_SDS = 3.0
-"""Control limits lie three standard deviations from the mean of the condition's earlier runs (Shewhart 1931)."""
-LIMITS_FROM_RUNS = 5
-"""Fewer earlier runs than this give no limits: their standard deviation is too uncertain."""
 OF_JOULES = frozenset({"charge_mah", "duration_s", "jumps_made", "condition", "mode", "run"})
 """Columns of a run and its charge whose correction changes its joules a jump, or with which others they compare."""
 _RIG_GAPS = (GapKind.DROPPED, GapKind.HELD)
@@ -127,15 +123,21 @@ def rig_lines(
     `files` has what one command read for each run, logs and charges, told in one line; the book may hold more of a run.
     """
     drains = drain_lines(evidence)
+    limits = limits_of(evidence.runs, known_joules(evidence, drains))
     return {
-        run.name: _line(run, detections, files[run.name], evidence, drains)
+        run.name: _line(run, detections, files[run.name], evidence, drains, limits.get(run.uid, ControlLimits()))
         for run in evidence.runs
         if run.name in files
     }
 
 
 def _line(
-    run: RunRow, detections: Detections, files: Sequence[PreparedImport], evidence: StudyData, drains: Lines
+    run: RunRow,
+    detections: Detections,
+    files: Sequence[PreparedImport],
+    evidence: StudyData,
+    drains: Lines,
+    limits: ControlLimits,
 ) -> RigLine:
     parts = [f"run {run.name}:"]
     found: int | Undefined = run.jumps_made
@@ -146,7 +148,7 @@ def _line(
     logs = [prepared.read for prepared in files if prepared.parts]
     if logs:
         parts.append(f"{_gaps(logs)}{_where(files, evidence.logs.get(run.uid, []))},")
-    joules, outside = _joules(run, evidence, drains)
+    joules, outside = _joules(joules_of(run, evidence, drains), limits)
     too_little = too_little_charged(run, evidence, drains)
     text = " ".join([*parts, joules]) + (f"; look again: {too_little}" if too_little else "")
     unknown = isinstance(found, Undefined)
@@ -186,38 +188,23 @@ def _where(files: Sequence[PreparedImport], in_book: Sequence[SignalRow]) -> str
     return " in the log just read" if sum(bool(prepared.parts) for prepared in files) == 1 else " in the logs just read"
 
 
-def _joules(run: RunRow, evidence: StudyData, drains: Lines) -> tuple[str, bool]:
-    """Say a run's joules a jump beside those of its condition before, and whether they are out of the limits.
-
-    Limits begin at 0 J or above: a jump takes energy, and a run whose joules are negative is out of them.
-    """
-    joules = joules_of(run, evidence, drains)
+def _joules(joules: float | Undefined, limits: ControlLimits) -> tuple[str, bool]:
+    """Say a run's joules a jump beside those of its condition before, and whether they are out of the limits."""
     if isinstance(joules, Undefined):
         return f"joules unknown: {joules.reason}", False
-    now = (run.day, run.position_in_day)
-    earlier = [
-        value
-        for other in evidence.runs
-        if other.condition_key == run.condition_key and (other.day, other.position_in_day) < now
-        for value in [joules_of(other, evidence, drains)]
-        if not isinstance(value, Undefined)
-    ]
-    if not earlier:
-        return f"{joules:.1f} J a jump, the first of its condition", False
-    about = describe(earlier)
-    if about.n < LIMITS_FROM_RUNS or isinstance(about.mean, Undefined) or isinstance(about.sd, Undefined):
-        runs = "run" if about.n == 1 else "runs"
-        return f"{joules:.1f} J a jump, n = {about.n} {runs} before it; control limits take {LIMITS_FROM_RUNS}", False
-    low, high = max(about.mean - LIMIT_SDS * about.sd, 0.0), about.mean + LIMIT_SDS * about.sd
-    if high <= 0.0:
-        return (
-            f"{joules:.1f} J a jump, no control limits: those of the earlier runs are below 0 J (n = {about.n})",
-            False,
-        )
-    outside = not low <= joules <= high
-    verdict = "OUTSIDE" if outside else "within"
+    said = f"{joules:.1f} J a jump"
+    if not limits.n:
+        return f"{said}, the first of its condition", False
+    if limits.n < LIMITS_FROM_RUNS:
+        runs = "run" if limits.n == 1 else "runs"
+        return f"{said}, n = {limits.n} {runs} before it; control limits take {LIMITS_FROM_RUNS}", False
+    if limits.ends is None:
+        return f"{said}, no control limits: those of the earlier runs are below 0 J (n = {limits.n})", False
+    low, high = limits.ends
+    outside = limits.outside(joules)
     lowest = f"{low:.1f}" if low else "0"
-    return f"{joules:.1f} J a jump, {verdict} the control limits {lowest} to {high:.1f} J (n = {about.n})", outside
+    verdict = "OUTSIDE" if outside else "within"
+    return f"{said}, {verdict} the control limits {lowest} to {high:.1f} J (n = {limits.n})", outside
 
 
 def too_little_charged(run: RunRow, evidence: StudyData, drains: Lines) -> str | None:
@@ -241,6 +228,12 @@ def joules_of(run: RunRow, evidence: StudyData, drains: Lines) -> float | Undefi
         return Undefined(Reason.NO_DRAIN_FIT_YET)
     passive = drain.at(run.duration_s or 0.0).charge_mah
     return joules_per_jump(charge.charge_mah, passive, evidence.study.reference_voltage_v, run.jumps_made)
+
+
+def known_joules(evidence: StudyData, drains: Lines) -> dict[str, float]:
+    """Return the joules a jump of all runs that have any, by uid."""
+    every = {run.uid: joules_of(run, evidence, drains) for run in evidence.runs}
+    return {uid: joules for uid, joules in every.items() if not isinstance(joules, Undefined)}
 
 
 _LIKE_HEIGHT = ("bodyheight", "height", "hgt", "bodyz", "z", "h", "pot", "string", "position", "hoehe")

@@ -15,11 +15,12 @@ from data_schema.queries.history import first_measurement
 from data_schema.queries.imported_files import inbox
 from data_schema.queries.plans import planned_runs
 from data_schema.queries.readings import waiting_files
-from data_schema.queries.runs import RunRow, runs_of_day
+from data_schema.queries.runs import RunRow, runs_of_conditions, runs_of_day
 from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.queries.study import checks_by_day
 from data_schema.vocabulary import CheckKind, FileRole, RunKind, RunState, Undefined
-from labbook.actions.runs.rig_line import Lines, joules_of, too_little_charged
+from labbook.actions.runs.rig_line import Lines, joules_of, known_joules, too_little_charged
+from labbook.analysis.outcomes.control_limits import runs_outside
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, rest_length_m
 from labbook.analysis.outcomes.run_apexes import as_protocol, judge, usable_logs
 from labbook.analysis.outcomes.run_energy import above_capacity, drain_lines
@@ -34,7 +35,7 @@ class ToDo:
 
     `logs_do_not_count` says why, by run, though the run has logs with a body height; `no_joules` and `no_apexes` say of
     every run of jumps that lacks a number why it does; `too_little_charged` says of a run what its charge is below,
-    `above_capacity` what it is above.
+    `above_capacity` what it is above, and `outside_limits` are the runs out of the control limits of their condition.
     `analysis_undecided`: nothing is decided about the analysis, and nothing measured yet.
     """
 
@@ -53,6 +54,7 @@ class ToDo:
     analysis_undecided: bool
     too_little_charged: Mapping[str, str] = field(default_factory=dict)
     above_capacity: Mapping[str, str] = field(default_factory=dict)
+    outside_limits: tuple[str, ...] = ()
     files_waiting: tuple[str, ...] = ()
     verdicts_waiting: tuple[str, ...] = ()
 
@@ -74,7 +76,9 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
         )
 
     jumped = [run for run in runs if _needs_log(run)]
-    evidence = gather_about(connection, configuration, jumped) if jumped else None
+    conditions = list({run.condition_uid for run in jumped if run.condition_uid is not None})
+    alike = runs_of_conditions(connection, conditions)
+    evidence = gather_about(connection, configuration, jumped, alike) if jumped else None
     drains = {} if evidence is None else drain_lines(evidence)
     idle_uncharged = tuple(run.name for run in runs if run.kind is RunKind.IDLE and run.uid not in charged)
     return ToDo(
@@ -100,6 +104,7 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
             for said in [above_capacity(run, charged.get(run.uid, ()), configuration)]
             if said is not None
         },
+        outside_limits=() if evidence is None else _outside_limits(evidence, jumped, drains),
         no_apexes={} if evidence is None else without_apexes(detections, evidence, jumped, logs),
         checks_not_made=tuple(str(kind) for kind in CheckKind if kind not in made),
         inbox=len(inbox(connection)),
@@ -118,6 +123,7 @@ def to_do_lines(found: ToDo) -> list[str]:
         ("log without charge", found.log_without_charge),
         ("charge without log", found.charge_without_log),
         ("neither log nor charge", found.neither),
+        ("outside the control limits of their condition", found.outside_limits),
         ("checks not made", found.checks_not_made),
     ):
         if names:
@@ -176,6 +182,11 @@ def without_joules(evidence: StudyData, runs: Sequence[RunRow], drains: Lines) -
 def _too_little_charged(evidence: StudyData, runs: Sequence[RunRow], drains: Lines) -> dict[str, str]:
     said = {run.name: too_little_charged(run, evidence, drains) for run in runs}
     return {name: what for name, what in said.items() if what is not None}
+
+
+def _outside_limits(evidence: StudyData, runs: Sequence[RunRow], drains: Lines) -> tuple[str, ...]:
+    outside = {run.uid for run in runs_outside(evidence.runs, known_joules(evidence, drains))}
+    return tuple(run.name for run in runs if run.uid in outside)
 
 
 def without_apexes(

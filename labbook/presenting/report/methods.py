@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
+from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import ChargeMode, FileRole, Undefined
+from labbook.analysis.outcomes.conditions import run_numbers
+from labbook.analysis.outcomes.control_limits import runs_outside
 from labbook.analysis.outcomes.run_energy import Drain, above_capacity, below_drain, unused_idle
 from labbook.analysis.study import StudyAnalysis
 from labbook.analysis.study_data import StudyData
@@ -127,6 +130,7 @@ def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:
             )
     notes += _too_little_charged(analysis)
     notes += _too_much_charged(analysis.evidence)
+    notes += _outside_limits(analysis)
     notes += _lost_fits(analysis)
     mismatched = jumps_mismatched(analysis)
     if differing := [f"{run.name}: {found} of {run.jumps_made}" for run, found in mismatched if run.jumps_made]:
@@ -214,6 +218,16 @@ def _too_much_charged(evidence: StudyData) -> list[str]:
     ]
     which = f"{_count(len(runs), 'run', 'runs')} ({_names(runs)})"
     return [f"The charge of {which} is more than the pack holds: check its unit."] if runs else []
+
+
+def _outside_limits(analysis: StudyAnalysis) -> list[str]:
+    """Name the runs whose joules are out of the control limits of their condition."""
+    runs = analysis.evidence.runs
+    joules = run_numbers(runs, analysis.results[Outcome.JOULES].results, Outcome.JOULES)
+    outside = runs_outside(runs, {item.run.uid: item.value for item in joules})
+    lie = _count(len(outside), "run lies", "runs lie")
+    whose = "its condition" if len(outside) == 1 else "their conditions"
+    return [f"{lie} outside the control limits of {whose}: {_names(outside)}."] if outside else []
 
 
 def _lost_fits(analysis: StudyAnalysis) -> list[str]:
