@@ -9,6 +9,7 @@ import pytest
 
 from tests.cli.shell import good, labbook, refused, rows, unchanged
 from tests.helpers.books import SmallBook
+from tests.helpers.wording import says
 
 LADEBUCH = """Akku;Versuch;Kapazität;geladen;Dauer
 A;r001;6600;812,5;61:30
@@ -118,6 +119,25 @@ def test_a_sheet_in_another_language_is_read_with_its_draft_filled_in(fresh: Sma
     (item,) = good(labbook("ingest", path, "--json", at=fresh.folder)).json
     assert item["format"] == "charger_sheet"
     assert rows(fresh.folder, "SELECT charge_mah, duration_s FROM charge") == [(812.5, 3690.0), (790.0, 3600.0)]
+
+
+def test_a_draft_leaves_a_quantity_without_a_unit_open(fresh: SmallBook, tmp_path: Path) -> None:
+    """It declared the charge of such a sheet without a unit, as if that were settled."""
+    path = tmp_path / "packs.csv"
+    path.write_text("run,charge,pack,duration\nr001,812,A,61\nr002,790,B,60\n")
+    assert labbook("ingest", path, at=fresh.folder).code == 2
+    draft = good(labbook("ingest", path, "--draft-profile", at=fresh.folder)).out
+    says(draft, '#"charge" = ', "mAh")
+    says(draft, '#"duration" = ', '"s"')
+    assert {'"run" = { channel = "run" }', '"pack" = { channel = "pack" }'} <= set(draft.splitlines())
+    assert "time" not in draft
+    before = fresh.toml.read_text()
+    fresh.toml.write_text(before + draft)
+    assert "unit_missing" in labbook("ingest", path, at=fresh.folder).out
+    units = ("charge", '{ channel = "charge", unit = "mAh" }'), ("duration", '{ channel = "duration", unit = "min" }')
+    fresh.toml.write_text(before + edited(draft, *units))
+    good(labbook("ingest", path, at=fresh.folder))
+    assert rows(fresh.folder, "SELECT charge_mah, duration_s FROM charge") == [(812.0, 3660.0), (790.0, 3600.0)]
 
 
 def test_words_that_are_none_are_refused_with_the_nearest(fresh: SmallBook, odd: Path) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -123,6 +123,7 @@ _HEAD_BYTES, _HEAD_LINES = 65_536, 60
 MOST_RECOGNISED = 4
 """Columns by which a draft recognises files: enough to tell loggers apart, few enough to survive a new column."""
 
+_ITS_UNIT = "  # its unit in the file"
 _TIME_UNITS = "s, ms, us, ns, min, h or filetime"
 
 
@@ -174,11 +175,11 @@ def _lines(name: str, file_name: str, read: ReadFile, data: bytes) -> Iterator[s
     others = f"; also recognised as {', '.join(formats[1:])}" if formats[1:] else ""
     yield f'#format = "{formats[0]}"  # "charger_sheet" for a sheet of recharges; `labbook formats` lists all{others}'
     yield from _layout_lines(read, table, rules)
-    yield from _time_lines(read, table, rules)
+    yield from _time_lines(table, rules)
     yield ""
     yield f"[profiles.{name}.columns]"
     yield "# channels: `labbook channels`; in a sheet of recharges: " + ", ".join(SHEET_COLUMNS)
-    yield from _column_lines(table)
+    yield from _column_lines(table, {finding.column for finding in read.findings if finding.rule == "unit_missing"})
 
 
 def _guessed(data: bytes, encoding: str | None) -> TableUse:
@@ -221,7 +222,7 @@ def _layout_lines(read: ReadFile, table: TableUse, rules: set[str]) -> Iterator[
     yield '#footer = "END"  # the data end at a line that begins so'
 
 
-def _time_lines(read: ReadFile, table: TableUse, rules: set[str]) -> Iterator[str]:
+def _time_lines(table: TableUse, rules: set[str]) -> Iterator[str]:
     key = _keys(table)
     time = next((column for column in table.columns if column.holds == "time"), None)
     if time is not None and time.unit == "clock":
@@ -232,7 +233,7 @@ def _time_lines(read: ReadFile, table: TableUse, rules: set[str]) -> Iterator[st
         yield f'#time = {{ column = {key[time.place]}, unit = "ms" }}  # {_TIME_UNITS}'
     elif clock := next((column for column in table.columns if column.left_out == LEFT_OUT[CellKind.CLOCK]), None):
         yield f"#time = {{ column = {key[clock.place]} }}  # its dates or times; dates apart: `date_column`"
-    elif table.columns and not read.charges:
+    elif table.columns and not any(column.holds in SHEET_COLUMNS for column in table.columns):
         yield f'#time = {{ column = {key[table.columns[0].place]}, unit = "ms" }}  # its time column; {_TIME_UNITS}'
         if table.rate_from is None:
             yield "#rate_hz = 300  # without a time column: samples a second"
@@ -244,16 +245,18 @@ def _time_lines(read: ReadFile, table: TableUse, rules: set[str]) -> Iterator[st
         yield '#axes = "z up"  # or "z down" or "y up"'
 
 
-def _column_lines(table: TableUse) -> Iterator[str]:
+def _column_lines(table: TableUse, lacking: Collection[str | None]) -> Iterator[str]:
     key = _keys(table)
     for column in table.columns:
         if column.holds not in ("time", "date", "trial") and column.name:
-            yield _column(key[column.place], column)
+            yield _column(key[column.place], column, column.name in lacking)
 
 
-def _column(key: str, column: ColumnUse) -> str:
+def _column(key: str, column: ColumnUse, lacks_unit: bool) -> str:
     kind = channel_kind(column.holds or "")
     sign = ", sign = -1" if column.sign == -1 and not column.assumed else ""
+    if column.holds in SHEET_COLUMNS and lacks_unit:
+        return f"#{key} = {{ channel = {_text(column.holds)}, unit = {_text(column.stored_unit or '1')} }}{_ITS_UNIT}"
     if column.holds in SHEET_COLUMNS or (kind is not None and column.unit is not None):
         unit = "" if column.unit is None else f", unit = {_text(column.unit)}"
         return f"{key} = {{ channel = {_text(column.holds or '')}{unit}{sign} }}"
@@ -261,7 +264,7 @@ def _column(key: str, column: ColumnUse) -> str:
         return f"{key} = {{ channel = {_text(column.holds or '')}{sign} }}"
     if kind is not None:
         unit = CHANNELS[kind].unit
-        return f"#{key} = {{ channel = {_text(column.holds or '')}, unit = {_text(unit)} }}  # its unit in the file"
+        return f"#{key} = {{ channel = {_text(column.holds or '')}, unit = {_text(unit)} }}{_ITS_UNIT}"
     if column.left_out is None and column.holds is None:
         return f'#{key} = {{ channel = "charge", unit = "mAh" }}  # or another, and its unit where it has one'
     close = nearest(column.name, CHANNELS)
