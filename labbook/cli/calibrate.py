@@ -1,5 +1,6 @@
 """`labbook calibrate`: the ground's parameters from a book's own jumps."""
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -54,10 +55,13 @@ def calibrate(
         text = selection(opened_book.configuration, where, context.args, options_given(context))
         with progress("calibrate", None, shown=not as_json) as step:
             found = calibrate_book(opened_book, text, fit or [], resamples, seed, level, step)
+        folder = opened_book.folder.resolve()
     if out is not None:
         write_whole(out, write_scene(found.scene).encode("utf-8"))
     files = {} if out is None else {"scene": str(out)}
-    use = [] if out is None else [how_to_use(found.calibration, out.name)]
+    use = []
+    if out is not None:  # labbook.toml says where a scene is from its own folder
+        use.append(how_to_use(found.calibration, Path(os.path.relpath(out.resolve(), folder)).as_posix()))
     table = [] if as_json else columns(HEAD, rows(found.calibration))
     lines = [*table, "", *within_width(sentences(found.calibration)), *use, *files.values()]
     emit({**as_data(found.calibration), **files}, lines, as_json)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -148,6 +149,18 @@ def test_a_books_ground_is_a_scene_that_cites_it_and_predicts(book: SmallBook) -
     found = good(labbook("compare", "--json", at=book.folder)).json
     (fitted,) = (one for one in found["assumed"] if one["name"] == "kg_scale")  # its error is in what is predicted
     assert "fitted to" in fitted["why"]
+
+
+def test_the_line_for_labbook_toml_holds_wherever_the_scene_was_written(book: SmallBook) -> None:
+    """It named the file alone, and labbook.toml looks for that in the folder of the book."""
+    beside = book.folder.parent / "scenes"
+    beside.mkdir()
+    told = labbook("calibrate", "--fit", "kg_scale", "--resamples", "0", "--out", "../scenes/sand.toml", at=book.folder)
+    says(good(told).out, "[simulation]", "../scenes/sand.toml")
+    (named,) = re.findall('scene = "(.*?)"', told.out)
+    text = book.toml.read_text(encoding="utf-8")
+    book.toml.write_text(re.sub('scene = ".*?"', f'scene = "{named}"', text), encoding="utf-8")
+    assert good(labbook("compare", "--json", at=book.folder)).json["assumed"]
 
 
 def test_without_a_scene_there_is_nothing_to_fit(tmp_path: Path) -> None:
