@@ -175,13 +175,16 @@ def _opened(said: str, measured: str) -> str:
 
 def _within(item: Equivalence | None) -> str:
     """Say whether a difference lies within the bounds; "" where that is not tested."""
-    if item is None or isinstance(item.p, Undefined):
-        return ""
+    return "" if item is None or isinstance(item.p, Undefined) else within_text(item, "It is")
+
+
+def within_text(item: Equivalence, lead: str, control: str = "the control") -> str:
+    """Say after the lead whether what was tested lies within the bounds."""
     verdict = "" if item.shown else "not shown to be "
-    of_mean = " of the control's mean" if item.estimate.unit == "%" else ""
+    of_mean = f" of {control}'s mean" if item.estimate.unit == "%" else ""
     evidence = "; ".join([*_interval(item.estimate), f"TOST, {p_text(item.p)}"])
     exploratory = exploratory_text(item.exploratory, "test")
-    return f"It is {verdict}within {bounds_text(item)}{of_mean} ({evidence}){exploratory}."
+    return f"{lead} {verdict}within {bounds_text(item)}{of_mean} ({evidence}){exploratory}."
 
 
 def _saved(content: ReportContent, overall: OverallSavings) -> Claim:

@@ -203,7 +203,8 @@ def equivalence(
     pooled: PooledOption = False,
 ) -> "CommandOutput":
     """Test whether groups differ from the control by less than what matters: two one-sided t-tests (TOST), or one for a
-    single bound. The interval has level 1 - 2 alpha.
+    single bound. The interval has level 1 - 2 alpha. Where days are known the report's test by shared days leads, as in
+    `stats compare`; a single bound is tested ignoring days.
 
     On the book the values are one a run, those of the report; for its apex heights (in metres) the bounds of its
     [analysis] are taken where none are given.

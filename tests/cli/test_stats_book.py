@@ -107,6 +107,34 @@ def test_compare_leads_with_the_deciding_test_of_the_report(reported: Reported, 
     assert second.startswith("Ignoring days: ")
 
 
+def test_equivalence_leads_with_the_deciding_test_of_the_report(tmp_path: Path) -> None:
+    book = small_book(tmp_path)
+    bounded = book.toml.read_text(encoding="utf-8") + "\n[analysis]\napex_bounds_percent = [-4, 5]\n"
+    book.toml.write_text(bounded + 'unit_of_analysis = "shared_days"\n', encoding="utf-8")
+    words = ("stats", "equivalence", "--quantity", "apex", "--pooled", *SMALL)
+    (mine,) = good(labbook(*words, "--json", at=book.folder)).json["decisions"]
+    with opened(book.folder) as opened_book, opened_book.reading() as connection:
+        content = make_report(
+            connection, opened_book.store, opened_book.configuration, where=SMALL[1], made_at="2021-07-01T12:00:00Z"
+        ).content
+    comparison = next(item for item in content.comparisons if item.decision and item.decision.equivalence)
+    decision = comparison.decision
+    assert decision is not None
+    theirs = decision.equivalence
+    assert theirs is not None
+    assert (mine["rule"], mine["days"]) == ("within days", [*decision.days])
+    assert [mine["estimate"], *mine["estimate_ci"]] == [theirs.estimate.value, *ends(theirs.estimate)]
+    assert [mine["t_low"], mine["t_high"], mine["p"]] == [theirs.at_low.statistic, theirs.at_high.statistic, theirs.p]
+    assert mine["equivalent"] == theirs.shown
+    first, second, *_rest = good(labbook(*words, at=book.folder)).out.splitlines()
+    says(first, "shared days", "within days", "2 days", "-4 to 5 %", "90 %", "holds on other")
+    assert second.startswith("Ignoring days: ")
+    metres = (*words, "--low", "-0.01", "--high", "0.02")
+    says(good(labbook(*metres, at=book.folder)).out.splitlines()[0], "shared days", "-10 to 20 mm")
+    one_bound = good(labbook(*words, "--low", "-0.01", at=book.folder)).out
+    assert one_bound.startswith("Ignoring days: ")
+
+
 def test_a_day_of_two_feet_is_one_day(tmp_path: Path) -> None:
     book = small_book(tmp_path)
     (mine,) = good(labbook("stats", "compare", "--pooled", "--json", at=book.folder)).json["decisions"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import re
+from collections.abc import Callable
 from decimal import Decimal
 from pathlib import Path
 
@@ -11,6 +12,10 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from labbook.actions.stats.answering import Answer, Question
+from labbook.actions.stats.comparing import compare
+from labbook.actions.stats.data import DataSource
+from labbook.actions.stats.equivalence import EquivalenceRequest, equal
 from labbook.analysis.observations import Asked, Observation, Observations, observations_of_book
 from labbook.presenting.stats.figures import (
     as_drawn,
@@ -211,3 +216,23 @@ def test_every_value_is_seen(sizes: tuple[int, ...]) -> None:
         apart = np.hypot(*(at[:, None, :] - at[None, :, :]).transpose(2, 0, 1)) + 1e9 * np.eye(len(at))
         assert apart.min() >= line.get_markersize()
         assert np.max(line.get_xdata()) < place + SD_AT
+
+
+@pytest.mark.parametrize("asked", [lambda it: compare(it, "welch"), lambda it: equal(it, EquivalenceRequest(-9, 9))])
+def test_where_days_decide_their_intervals_are_drawn(asked: Callable[[Question], Answer]) -> None:
+    values = {"a": (1.0, 2.0, 4.0, 3.0), "b": (2.0, 4.0, 5.0, 6.0), "c": (3.0, 5.0, 9.0, 7.0)}
+    rows = [(label, place, value) for label, column in values.items() for place, value in enumerate(column)]
+    days = tuple(Observation(value, label, f"2021-06-1{place}") for label, place, value in rows)
+    none = tuple(Observation(value, label) for label, _place, value in rows)
+    for cells, by_days in ((days, True), (none, False)):
+        observed = Observations("data.csv", "energy", "J", "g", "a", cells)
+        found = asked(Question(observed, DataSource(None, ""), 0.05, False, lambda _step: None))
+        drawn = found.drawn()
+        assert ("by shared days" in drawn.interval) is by_days
+        key = "decisions" if by_days else "comparisons" if "comparisons" in found.data else "equivalence"
+        for one, number in zip(found.data[key], drawn.differences[1:], strict=True):
+            assert number is not None
+            ends = next(one[name] for name in ("difference_ci", "estimate_ci") if name in one)
+            assert [number.ci_low, number.ci_high] == [*ends]
+        families = [said for said in found.sentences if "Family" in said]
+        assert [said.startswith("Ignoring days: ") for said in families] == [by_days] * len(families)

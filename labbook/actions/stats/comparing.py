@@ -15,7 +15,7 @@ from labbook.analysis.comparison.by_day import add_shared_error
 from labbook.analysis.observations import Observations
 from labbook.presenting.report.day_layout import FROM_DAYS
 from labbook.presenting.stats.days import HERE, LEFT_OUT, day_left_out, day_notes, one_day_groups, with_days_said
-from labbook.presenting.stats.decided import DecidedGroups, decided_groups
+from labbook.presenting.stats.decided import IGNORING, DecidedEquivalence, DecidedGroups, decided_groups
 from labbook.presenting.stats.figures import estimation_of, number_of
 from labbook.presenting.stats.plan import plan_notes
 from stats.checks import Missing
@@ -54,8 +54,10 @@ def compare(question: Question, route: str) -> Answer:
             {
                 label: number_of(result.difference, result.difference_ci, question.level, observed.unit)
                 for label, result in found.items()
-            },
-            interval=_tests_of(found),
+            }
+            if by_days is None
+            else by_days.differences(),
+            interval=_tests_of(found) if by_days is None else "t, by shared days",
         ),
         [
             *plan_notes(observed, question.pooled, question.alpha),
@@ -66,7 +68,7 @@ def compare(question: Question, route: str) -> Answer:
     )
     if len(found) > 1:
         family = holm_of(found, observed, question.alpha)
-        answer.sentences.append(family.sentence())
+        answer.sentences.append(family.sentence() if by_days is None else f"{IGNORING}: {family.sentence()}")
         answer.data["holm"] = as_dict(family)
     answer.add_fields_of_each((f"{names[label]} (a) minus {control} (b)", result) for label, result in found.items())
     return answer
@@ -89,9 +91,9 @@ def compared(question: Question, route: str) -> dict[str, TwoSample]:
     return found
 
 
-def led_by_days(by_days: DecidedGroups | None, label: str, ignoring: str) -> list[str]:
+def led_by_days(by_days: DecidedGroups | DecidedEquivalence | None, label: str, ignoring: str) -> list[str]:
     """Return what is said of a group: what ignores days, after the test by shared days where that decides."""
-    return [ignoring] if by_days is None else [by_days.sentence(label), f"Ignoring days: {ignoring}"]
+    return [ignoring] if by_days is None else [by_days.sentence(label), f"{IGNORING}: {ignoring}"]
 
 
 def holm_of(found: dict[str, TwoSample], observed: Observations, alpha: float) -> HolmFamily:

@@ -10,9 +10,11 @@ from data_schema.reasons import Reason
 from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
 from labbook.actions.stats.answering import SHARED_NOTE, Answer, Question
+from labbook.actions.stats.comparing import led_by_days
 from labbook.config.model import Bounds
 from labbook.presenting.report.day_layout import FROM_DAYS
-from labbook.presenting.stats.days import day_notes, one_day_groups, with_days_said
+from labbook.presenting.stats.days import HERE, LEFT_OUT, day_notes, one_day_groups, with_days_said
+from labbook.presenting.stats.decided import IGNORING, decided_equivalence, shared_days_decide
 from labbook.presenting.stats.figures import estimation_of, number_of
 from labbook.presenting.stats.plan import Bounded, bounds_notes
 from stats.checks import Missing
@@ -37,10 +39,9 @@ def equal(question: Question, request: EquivalenceRequest) -> Answer:
     low, high, percent = bounds
     if not percent:
         low, high = (None if end is None else question.scale * end for end in (low, high))
-    found, sentences = {}, []
-    for label in observed.others():
-        name, confounded = observed.name(label), one_day_groups(observed, (label, observed.control))
-        result = equivalence(
+    confounded = {label: one_day_groups(observed, (label, observed.control)) for label in observed.others()}
+    tested = {
+        label: equivalence(
             observed.values(label),
             observed.values(observed.control),
             low=low,
@@ -49,28 +50,47 @@ def equal(question: Question, request: EquivalenceRequest) -> Answer:
             route=cast(EquivalenceRoute, request.route),
             alpha=question.alpha,
             missing=cast(Missing, question.source.missing),
-            names=(name, control),
+            names=(observed.name(label), control),
         )
-        sentences.append(
-            with_days_said(result.sentence(name, control, observed.unit, confounded and FROM_DAYS), confounded)
-        )
-        found[label] = _left_open(result, name, control) if confounded else result
+        for label in confounded
+    }
+    # A single bound is a test that no report makes: what ignores days is all that is said of it
+    by_days = (
+        None
+        if low is None or high is None
+        else decided_equivalence(observed, Bounds(low, high, percent), question.alpha)
+    )
+    alone, sentences = by_days is None and shared_days_decide(observed), []
+    for label, result in tested.items():
+        own = result.sentence(observed.name(label), control, observed.unit, confounded[label] and FROM_DAYS)
+        own = with_days_said(own, confounded[label])
+        sentences += [f"{IGNORING}: {own}"] if alone else led_by_days(by_days, label, own)
+    found = {
+        label: _left_open(result, observed.name(label), control) if confounded[label] else result
+        for label, result in tested.items()
+    }
     unit, level = "%" if percent else observed.unit, 1.0 - 2.0 * question.alpha
-    notes = [*bounds_notes(observed, question.pooled, question.alpha, bounds), *day_notes(observed)]
+    notes = [
+        *bounds_notes(observed, question.pooled, question.alpha, bounds),
+        *day_notes(observed, where=LEFT_OUT if by_days else HERE),
+    ]
     if question.has_shared_errors:
         notes.append(SHARED_NOTE)
     answer = Answer(
         sentences,
         {
+            **({} if by_days is None else {"decisions": by_days.data()}),
             "equivalence": [
                 {"a": observed.name(label), "b": control, **as_dict(result)} for label, result in found.items()
-            ]
+            ],
         },
         lambda: estimation_of(
             observed,
-            {label: number_of(result.estimate, result.estimate_ci, level, unit) for label, result in found.items()},
+            {label: number_of(result.estimate, result.estimate_ci, level, unit) for label, result in found.items()}
+            if by_days is None
+            else by_days.differences(),
             [bound for bound in (low, high) if bound is not None],
-            interval=f"both one-sided tests ({request.route.capitalize()})",
+            interval=f"both one-sided tests ({request.route.capitalize() if by_days is None else 'by shared days'})",
         ),
         notes,
         quantile_level=question.level,

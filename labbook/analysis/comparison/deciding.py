@@ -242,7 +242,11 @@ def _rejected(p: float | Undefined, alpha: float) -> bool | None:
 
 
 def _equivalent(pair: Pair, bounds: Bounds, alpha: float) -> EquivalenceResult:
-    contrast = contrast_of(pair)
+    return equivalent_by(contrast_of(pair), bounds, alpha)
+
+
+def equivalent_by(contrast: Contrast, bounds: Bounds, alpha: float) -> EquivalenceResult:
+    """Test by a contrast of values in m whether the difference lies within the bounds."""
     found = contrast.equivalence(bounds.low, bounds.high, alpha, percent=bounds.percent)
     return EquivalenceResult(**_within(found, bounds, alpha, sum(contrast.n)))
 

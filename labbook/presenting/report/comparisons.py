@@ -59,7 +59,7 @@ def overall_equivalence(analysis: StudyAnalysis, shown: Shown) -> OverallEquival
     result = analysis.overall.equivalent
     why = analysis.planned.exploratory_equivalence(pairing.POOLED) or ""
     return (
-        None if result is None else OverallEquivalence(_equivalence(result, shown, why), _over_groups(analysis, result))
+        None if result is None else OverallEquivalence(equivalence(result, shown, why), _over_groups(analysis, result))
     )
 
 
@@ -173,7 +173,7 @@ def _comparison(analysis: StudyAnalysis, item: Compared, shown: Shown, family: s
         rejected=result.rejected,
         adjusted_rejected=None if item.adjusted is None else item.adjusted.rejected[label],
         savings_shown=result.savings_shown,
-        equivalence=None if item.equivalent is None else _equivalence(item.equivalent, on_units, beside_plan),
+        equivalence=None if item.equivalent is None else equivalence(item.equivalent, on_units, beside_plan),
         decision=None if item.decided is None else _decision(item, item.decided, on_units, beside_plan),
         exploratory=analysis.planned.exploratory(item.quantity, item.pair.family, item.conditions) or "",
     )
@@ -238,7 +238,7 @@ def _decision(item: Compared, decided: Decided, shown: Shown, beside_plan: str) 
         decision(decided.result, shown),
         adjusted=None if family is None else shown.number(family.adjusted_p[item.pair.label]),
         adjusted_rejected=None if family is None else family.rejected[item.pair.label],
-        equivalence=None if decided.equivalent is None else _equivalence(decided.equivalent, shown, beside_plan),
+        equivalence=None if decided.equivalent is None else equivalence(decided.equivalent, shown, beside_plan),
     )
 
 
@@ -257,7 +257,8 @@ def decision(result: DecisionResult, shown: Shown) -> Decision:
     )
 
 
-def _equivalence(result: EquivalenceResult, shown: Shown, beside_plan: str) -> Equivalence:
+def equivalence(result: EquivalenceResult, shown: Shown, beside_plan: str = "") -> Equivalence:
+    """Return two one-sided tests as a report carries them."""
     return Equivalence(
         estimate=shown.number(result.estimate),
         low=result.low,

@@ -7,18 +7,22 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from data_schema.vocabulary import Undefined
-from labbook.analysis.comparison.deciding import DecisionResult, decided_by
+from labbook.analysis.comparison.deciding import DecisionResult, decided_by, equivalent_by
+from labbook.analysis.comparison.equivalence import EquivalenceResult
 from labbook.analysis.observations import Observation, Observations
-from labbook.config.model import UnitOfAnalysis
+from labbook.config.model import Bounds, UnitOfAnalysis
 from labbook.presenting.numbers import Shown
-from labbook.presenting.report.comparisons import decision
+from labbook.presenting.report.comparisons import decision, equivalence
 from labbook.presenting.stats.days import has_days
-from reports.decided_sentences import ELSEWHERE, Words, decided_text, saving_text
-from reports.display import MINUS, NO_BREAK, shown_unit
+from reports.decided_sentences import ELSEWHERE, Words, decided_text, saving_text, within_text
+from reports.display import MINUS, NO_BREAK, as_shown, places_of, shown_unit, value_text, with_unit
 from reports.numbers import Number
 from reports.wording import count_text, in_sentence
-from stats.days.decision import Rule, contrast_by_day
+from stats.days.decision import Contrast, Rule, contrast_by_day
 from stats.groups.multiple import HolmFamily, holm
+
+IGNORING = "Ignoring days"
+"""What a test of values as if they had no days begins with, where days decide."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +36,11 @@ class DecidedGroups:
     def savings(self) -> dict[str, Number]:
         """Return the savings of every group by label, where they were asked for."""
         return {label: result.savings for label, result in self.results.items() if result.savings is not None}
+
+    def differences(self) -> dict[str, Number]:
+        """Return the difference of every group from the control by label, in the values' unit."""
+        unit = self.observed.unit
+        return {label: replace(result.difference, unit=unit) for label, result in self.results.items()}
 
     def sentence(self, label: str) -> str:
         """Say by which rule a group is compared with the control, and what it found, as a report does."""
@@ -50,11 +59,8 @@ class DecidedGroups:
                 adjusted=Number(adjusted, "1", n=len(self.results)),
                 adjusted_rejected=None if isinstance(rejected, Undefined) else rejected,
             )
-        days = f", {count_text(len(result.days), 'day')}" if result.days else ""
-        elsewhere = f" {ELSEWHERE}" if result.rule is Rule.WITHIN else ""
         said = decided_text(lead, _words(self.observed, name, control, of_savings=result.savings is not None))
-        text = f"By shared days ({result.rule}{days}): {said}{elsewhere}"
-        return text.replace(NO_BREAK, " ").replace(MINUS, "-")
+        return _opened(result.rule, result.days, said)
 
     def data(self) -> list[dict[str, Any]]:
         """Return the tests for programs; differences are of the group from the control."""
@@ -81,23 +87,109 @@ class DecidedGroups:
         return found
 
 
+@dataclass(frozen=True, slots=True)
+class DecidedEquivalence:
+    """The deciding test of every group, by label, that it differs from the control by less than the bounds."""
+
+    observed: Observations
+    contrasts: Mapping[str, Contrast]
+    results: Mapping[str, EquivalenceResult]
+
+    def differences(self) -> dict[str, Number]:
+        """Return the difference of every group from the control by label, in the unit of the bounds."""
+        return {
+            label: replace(result.estimate, unit="%" if result.percent else self.observed.unit)
+            for label, result in self.results.items()
+        }
+
+    def sentence(self, label: str) -> str:
+        """Say by which rule a group is tested against the bounds, and what was found, as a report does."""
+        name, control, contrast = (
+            self.observed.name(label),
+            self.observed.name(self.observed.control),
+            self.contrasts[label],
+        )
+        value = "run" if self.observed.plan else "value"
+        item = equivalence(self.results[label], Shown().of_sides((name, control), value))
+        number = as_shown(item.estimate)
+        if isinstance(item.p, Undefined) or isinstance(number.value, Undefined):
+            why = item.p if isinstance(item.p, Undefined) else number.value
+            said = f"Whether {name} minus {control} lies within the bounds cannot be told: {value_text(why)}."
+        else:
+            size = with_unit(value_text(number.value, places_of(item.estimate)), number.unit)
+            said = within_text(item, f"{name} minus {control} is {size} and", control)
+        return _opened(contrast.rule, contrast.days, said)
+
+    def data(self) -> list[dict[str, Any]]:
+        """Return the tests for programs; differences are of the group from the control, in the unit of the bounds."""
+        return [
+            {
+                "a": self.observed.name(label),
+                "b": self.observed.name(self.observed.control),
+                "rule": str(contrast.rule),
+                "days": list(contrast.days),
+                "n_a": contrast.n[1],
+                "n_b": contrast.n[0],
+                **_estimate("estimate", result.estimate),
+                "t_low": result.t_low.value,
+                "t_high": result.t_high.value,
+                "df": result.t_low.df,
+                "p": result.p.value,
+                "equivalent": result.equivalent,
+            }
+            for label, result in self.results.items()
+            for contrast in [self.contrasts[label]]
+        ]
+
+
+def shared_days_decide(observed: Observations) -> bool:
+    """Tell whether days are known, and the plan leaves the test to those that are shared."""
+    settings = observed.settings
+    return has_days(observed) and (not settings or settings.unit_of_analysis is UnitOfAnalysis.SHARED_DAYS)
+
+
 def decided_groups(observed: Observations, alpha: float, *, savings: bool = False) -> DecidedGroups | None:
     """Decide about every group by the days that it shares with the control, with savings of any quantity if asked.
 
-    None where days are not known, or where the plan counts runs or days and not what is shared.
+    None where shared days do not decide.
     """
-    settings = observed.settings
-    if not has_days(observed) or (settings and settings.unit_of_analysis is not UnitOfAnalysis.SHARED_DAYS):
+    if not shared_days_decide(observed):
         return None
-    known = observed.known()
     has_savings = savings or (observed.plan is not None and observed.measured.has_savings)
-    control = [row for row in known.rows if row.label == known.control]
-    # A table's values stay in their unit, where a report has thousandths of metres and seconds
-    unit = observed.unit if observed.plan or shown_unit(observed.unit)[1] == 1.0 else ""
+    unit, shares_error = _unit(observed), any(row.shared.se > 0.0 for row in observed.known().rows)
     results, logs = {}, {}
+    for label, contrast in _contrasts(observed).items():
+        results[label] = decided_by(contrast, unit, alpha, has_savings, shares_error)
+        logs[observed.name(label)] = contrast.difference(1.0 - alpha).log10_p
+    if len(results) == 1:
+        return DecidedGroups(observed, results, None)
+    names = {observed.name(label): result.p.value for label, result in results.items()}
+    return DecidedGroups(observed, results, holm(names, "by shared days", log10_p=logs, alpha=alpha))
+
+
+def decided_equivalence(observed: Observations, bounds: Bounds, alpha: float) -> DecidedEquivalence | None:
+    """Test every group against the bounds, in percent or in the values' unit, by the days shared with the control.
+
+    None where shared days do not decide.
+    """
+    if not shared_days_decide(observed):
+        return None
+    contrasts, results = _contrasts(observed), {}
+    for label, contrast in contrasts.items():
+        result = equivalent_by(contrast, bounds, alpha)
+        unit = "%" if bounds.percent else _unit(observed)
+        results[label] = replace(result, estimate=replace(result.estimate, unit=unit))
+    return DecidedEquivalence(observed, contrasts, results)
+
+
+def _contrasts(observed: Observations) -> dict[str, Contrast]:
+    """Return the contrast of every group with the control by the days that both share, by label."""
+    known = observed.known()
+    control = [row for row in known.rows if row.label == known.control]
+    found = {}
     for label in observed.others():
         treated = [row for row in known.rows if row.label == label]
-        contrast = contrast_by_day(
+        found[label] = contrast_by_day(
             [_value(row) for row in treated],
             [_value(row) for row in control],
             days_treated=[row.day for row in treated],
@@ -107,13 +199,19 @@ def decided_groups(observed: Observations, alpha: float, *, savings: bool = Fals
             strata_treated=[", ".join(row.pooled) or "all" for row in treated],
             strata_control=[", ".join(row.pooled) or "all" for row in control],
         )
-        shares_error = any(row.shared.se > 0.0 for row in known.rows)
-        results[label] = decided_by(contrast, unit, alpha, has_savings, shares_error)
-        logs[observed.name(label)] = contrast.difference(1.0 - alpha).log10_p
-    if len(results) == 1:
-        return DecidedGroups(observed, results, None)
-    names = {observed.name(label): result.p.value for label, result in results.items()}
-    return DecidedGroups(observed, results, holm(names, "by shared days", log10_p=logs, alpha=alpha))
+    return found
+
+
+def _unit(observed: Observations) -> str:
+    """Return the unit of differences: a table's values stay in theirs, where a report has thousandths of m and s."""
+    return observed.unit if observed.plan or shown_unit(observed.unit)[1] == 1.0 else ""
+
+
+def _opened(rule: Rule, days: tuple[str, ...], said: str) -> str:
+    """Open a sentence with the rule and the days that it is by, in letters that a terminal has."""
+    count = f", {count_text(len(days), 'day')}" if days else ""
+    elsewhere = f" {ELSEWHERE}" if rule is Rule.WITHIN else ""
+    return f"By shared days ({rule}{count}): {said}{elsewhere}".replace(NO_BREAK, " ").replace(MINUS, "-")
 
 
 def _value(row: Observation) -> float:
