@@ -106,7 +106,8 @@ def _where_biased(content: ReportContent, one: Judged) -> str:
             parts.append(f"{_size(biased, places_of_biases(one))}{_where(content, one.groups, biased)}")
     bought = [each for each in one.groups if each.agrees_only_by_assumed]
     if bought and not parts:
-        return f"agree{_where(content, one.groups, bought)} only with the assumed inputs' uncertainty included"
+        means = "mean agrees" if len(bought) == 1 else "means agree"
+        return f"group {means}{_where(content, one.groups, bought)} only with the assumed inputs' uncertainty included"
     return list_text(parts) or ("no group significantly biased" if len(one.groups) > 1 else "no significant bias")
 
 

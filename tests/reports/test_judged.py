@@ -84,6 +84,9 @@ def test_without_bias_nothing_is_missing(content):
 def test_an_agreement_that_assumed_inputs_buy_is_said(content):
     changed = shifted(content, dict.fromkeys(GROUPS, 5.0), se=9.0)
     says(said(changed), "assumed inputs' uncertainty")
+    assert "group means agree in all groups only" in said(changed)  # single conditions may not
+    alone = shifted(content, {("large", "400"): 5.0}, se=9.0, groups=[("large", "400")])
+    assert "group mean agrees only" in said(alone)
     verdict = TABLES["prediction_bias"].make(changed).rows[0].cells[-3].text
     says(verdict, "assumed inputs' uncertainty")
 
