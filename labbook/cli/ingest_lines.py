@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 _MOST_COLUMNS = 8
-_CONTRADICTIONS = ("charge_contradicts", "log_day_differs", "height_doubtful")
+_CONTRADICTIONS = ("charge_contradicts", "log_day_differs", "date_in_future", "height_doubtful")
 """Rules of notes that wait for a person's word."""
 
 

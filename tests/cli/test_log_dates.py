@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import datetime as dt
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from ingest.model import SignalPart
-from labbook.analysis.outcomes.log_dates import swapped_day
+from labbook.analysis.outcomes.log_dates import ahead_sentence, is_ahead, swapped_day
 from tests.cli.shell import Answer, good, labbook, rows
 from tests.helpers.books import SmallBook, small_book
+from tests.helpers.wording import says
 
 
 def dated_log(folder: Path, name: str, date: str) -> Path:
@@ -118,3 +120,38 @@ def test_a_file_given_to_a_run_of_another_day_is_told(stated: SmallBook, tmp_pat
     told = good(labbook("assign", "odd.csv", "r001", at=stated.folder)).out
     assert "2021-12-14" in told
     assert "2021-06-14" in told
+
+
+@pytest.mark.parametrize(
+    ("date", "order", "fact"),
+    [
+        ("2098-03-04", (), "2098-03-04"),
+        ("13/12/2098", (), "2098-12-13"),
+        ("05/06/2098", ("--dates", "m/d/y"), "2098-05-06"),
+    ],
+)
+def test_a_log_of_a_day_to_come_is_questioned_though_its_run_is_unknown(
+    date: str, order: tuple[str, ...], fact: str, early: SmallBook, tmp_path: Path
+) -> None:
+    """It was taken in without a word, to wait for a run of that name."""
+    log = dated_log(tmp_path, "r900.csv", date)
+    tried = good(labbook("ingest", log, *order, "--dry-run", at=early.folder)).out
+    told = good(labbook("ingest", log, *order, at=early.folder)).out
+    for out in (tried, told):
+        assert "--dates" not in says(out, "date_in_future", repr(date)[:-1], fact)  # no order makes it past
+
+
+def test_recharges_of_days_to_come_are_questioned_though_their_runs_are_unknown(
+    early: SmallBook, tmp_path: Path
+) -> None:
+    sheet = tmp_path / "packs.csv"
+    sheet.write_text("run,mAh,pack,ended\nr900,103,A,2021-05-06 10:00\nr901,104,B,2098-03-05 12:00\n")
+    says(good(labbook("ingest", sheet, at=early.folder)).out, "date_in_future", "line 3", "'2098-03-05 12:00'")
+    good(labbook("db", "check", "--deep", at=early.folder))  # what does not stay true is not stored
+
+
+def test_a_day_to_come_that_is_past_in_the_other_order_is_told_with_that() -> None:
+    today = dt.date(2024, 6, 1)
+    says(ahead_sentence("05/12/2024 10:00", dt.date(2024, 12, 5), today), "`--dates m/d/y` if it is 2024-05-12")
+    assert "--dates" not in ahead_sentence("05/08/2024", dt.date(2024, 8, 5), today - dt.timedelta(days=60))
+    assert not is_ahead(today + dt.timedelta(days=1), today)  # it has begun somewhere

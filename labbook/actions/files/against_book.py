@@ -18,8 +18,8 @@ from data_schema.queries.imports import findings_of, refused_with
 from data_schema.vocabulary import Action, FileRole, Severity
 from ingest.declared import ABSENT
 from ingest.model import Finding, ReadFile
-from labbook.actions.files.charges_against_book import with_charges_possible
-from labbook.analysis.outcomes.log_dates import day_notes, swapped_day
+from labbook.actions.files.charges_against_book import charges_ahead, with_charges_possible
+from labbook.analysis.outcomes.log_dates import ABOUT_DAY, day_notes, log_ahead, swapped_day
 from labbook.book.write_session import Statement, WriteSession, new_uid
 from labbook.config.parsing import Configuration
 from labbook.statements.importing import PreparedImport, finding_values, without_name
@@ -61,7 +61,18 @@ def with_findings_of_book(connection: sa.Connection, ingest_uid: str, read: Read
         )
         for row in findings_of(connection, ingest_uid, rules)
     )
-    return replace(read, findings=read.findings + added)
+    return with_days_ahead(replace(read, findings=read.findings + added))
+
+
+def with_days_ahead(read: ReadFile) -> ReadFile:
+    """Add that a file's days are yet to come, unless it is told already that they are not its run's.
+
+    That is told and never stored: it does not stay true.
+    """
+    zone = None if read.declared is None else read.declared.time_zone
+    if read.refused or zone is None or any(finding.rule == ABOUT_DAY for finding in read.findings):
+        return read
+    return replace(read, findings=(*read.findings, *charges_ahead(read, zone), *log_ahead(read.parts, zone)))
 
 
 def refused_by_book(
@@ -75,7 +86,7 @@ def refused_by_book(
 ) -> ReadFile:
     """Add the refusal where day and month were read the wrong way round, or charges are none that packs can take.
 
-    `notes`: also that the days of a log and its run differ.
+    `notes`: also that the days of a log and its run differ, or are yet to come.
 
     The runs are those that the parts of the file `file_uid` belong to, where they belong to any, else the one named
     `run`.
@@ -83,7 +94,8 @@ def refused_by_book(
     if read.refused:
         return read
     if read.role is FileRole.CHARGE:
-        return with_charges_possible(connection, configuration, read, run)
+        possible = with_charges_possible(connection, configuration, read, run)
+        return with_days_ahead(possible) if notes else possible
     links = [] if file_uid is None else links_of_file(connection, file_uid)
     meant = {link.part: link.run_uid for link in links}
     if not meant:
@@ -97,7 +109,8 @@ def refused_by_book(
         name, day = name_and_day(connection, run_uid)
         refusals += swapped_day(of_run, name, day, zone)
         noted += day_notes(of_run, name, day, zone) if notes else []
-    return replace(read, findings=(*refusals, *read.findings, *(() if refusals else noted)))
+    judged = replace(read, findings=(*refusals, *read.findings, *(() if refusals else noted)))
+    return with_days_ahead(judged) if notes else judged
 
 
 def name_and_day(connection: sa.Connection, run_uid: str) -> tuple[str, str]:

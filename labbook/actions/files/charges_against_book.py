@@ -16,7 +16,7 @@ from data_schema.vocabulary import Severity
 from ingest.findings import MORE_LINES
 from ingest.model import ChargeRow, ColumnUse, Finding, ReadFile
 from labbook.actions.runs.charges import MOST_OF_CAPACITY
-from labbook.analysis.outcomes.log_dates import SWAPPED, is_turned, other_order, turned
+from labbook.analysis.outcomes.log_dates import AHEAD, SWAPPED, ahead_sentence, is_ahead, is_turned, other_order, turned
 from labbook.config.parsing import Configuration
 
 _IMPLAUSIBLE = "charge_implausible"
@@ -82,6 +82,27 @@ def _unit_remedy(column: ColumnUse | None) -> str:
     )
 
 
+def charges_ahead(read: ReadFile, zone: str) -> list[Finding]:
+    """Return what is found of recharges that ended on days to come; empty where none did."""
+    today = datetime.now(UTC).date()
+    ahead = {place: day for place, day in _dates(read, zone).items() if is_ahead(day, today)}
+    if not ahead:
+        return []
+    first, day = next(iter(ahead.items()))
+    original = read.charges[first].ended_original
+    found = _finding(AHEAD, ahead_sentence(original, day, today), [read.charges[place] for place in ahead], original)
+    return [replace(found, severity=Severity.NOTE)]
+
+
+def _dates(read: ReadFile, zone: str) -> dict[int, date]:
+    """Return the local dates at which recharges ended, by their place in the file, of those that have one."""
+    return {
+        place: datetime.fromisoformat(charge.ended_utc).astimezone(ZoneInfo(zone)).date()
+        for place, charge in enumerate(read.charges)
+        if charge.ended_utc is not None and charge.ended_original is not None
+    }
+
+
 def _swapped(connection: sa.Connection, read: ReadFile, runs: Sequence[RunRow | None]) -> list[Finding]:
     """Refuse dates that are their run's, or past, only with day and month exchanged.
 
@@ -90,12 +111,8 @@ def _swapped(connection: sa.Connection, read: ReadFile, runs: Sequence[RunRow | 
     zone = None if read.declared is None else read.declared.time_zone
     if zone is None:
         return []
-    dates = {
-        place: datetime.fromisoformat(charge.ended_utc).astimezone(ZoneInfo(zone)).date()
-        for place, charge in enumerate(read.charges)
-        if charge.ended_utc is not None and charge.ended_original is not None
-    }
-    last = datetime.now(UTC).date() + timedelta(days=1)
+    dates = _dates(read, zone)
+    today = datetime.now(UTC).date()
     wrong, unknown = {}, {}
     for place, day in dates.items():
         run = runs[place]
@@ -103,7 +120,7 @@ def _swapped(connection: sa.Connection, read: ReadFile, runs: Sequence[RunRow | 
             unknown[place] = day
         elif is_turned(day, date.fromisoformat(run.day)):
             wrong[place] = f"run {run.name} is of {run.day}"
-        if place not in wrong and day > last and (other := turned(day)) is not None and other <= last:
+        if place not in wrong and is_ahead(day, today) and not is_ahead(turned(day) or day, today):
             wrong[place] = "that is yet to come"
     if not wrong and len(set(unknown.values())) > 1:
         days = {date.fromisoformat(day) for day in days_with_runs(connection)}

@@ -1,10 +1,10 @@
-"""Whether a log begins on the day of its run, and whether day and month were read in the wrong order."""
+"""Whether a log begins on the day of its run, and whether its date is yet to come or has day and month exchanged."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from datetime import date, datetime, timedelta
+from datetime import UTC, date, datetime, timedelta
 from zoneinfo import ZoneInfo
 
 from data_schema.vocabulary import Severity
@@ -15,6 +15,8 @@ ABOUT_DAY = "log_day_differs"
 """The rule of a log that begins on another day than its run."""
 SWAPPED = "day_month_swapped"
 """The rule of dates that are right only with day and month exchanged."""
+AHEAD = "date_in_future"
+"""The rule of dates that are yet to come."""
 
 _NEAR = timedelta(days=1)
 """A run may go on after midnight."""
@@ -79,6 +81,35 @@ def swapped_day(parts: Iterable[SignalPart], run: str, run_day: str, zone: str |
             f'run\'s date is wrong, `labbook correct {run} date={other.of_log} --why "..."` first.'
         )
         return [_finding(Severity.FILE, SWAPPED, message, part.start_original)]
+    return []
+
+
+def is_ahead(day: date, today_utc: date) -> bool:
+    """Tell whether a date is yet to come in every time zone."""
+    return day > today_utc + _NEAR
+
+
+def ahead_sentence(text: str | None, read_as: date, today_utc: date) -> str:
+    """Say that the date of a file is yet to come, and what to do; another order of day and month may explain it."""
+    order, other = other_order(text or "", read_as), turned(read_as)
+    said = f"{text!r} is read as {read_as}, which is yet to come" if text else f"The date {read_as} is yet to come"
+    exchanged = order is not None and other is not None and not is_ahead(other, today_utc)
+    remedy = (
+        f"say `--dates {order}` if it is {other}, else correct it in the file"
+        if exchanged
+        else "correct it in the file"
+    )
+    return f"{said}: {remedy}; where the instrument's clock is wrong, set that and leave the file."
+
+
+def log_ahead(parts: Iterable[SignalPart], zone: str) -> list[Finding]:
+    """Return what is found of the first part that begins on a day to come; empty where none does."""
+    today = datetime.now(UTC).date()
+    for part in parts:
+        day = part.start_utc and datetime.fromisoformat(part.start_utc).astimezone(ZoneInfo(zone)).date()
+        if day and is_ahead(day, today):
+            message = ahead_sentence(part.start_original, day, today)
+            return [_finding(Severity.NOTE, AHEAD, message, part.start_original)]
     return []
 
 
