@@ -5,6 +5,7 @@ A comparison stands in the block of its family, under its label, with a word for
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
@@ -12,7 +13,7 @@ from dataclasses import replace
 from data_schema.outcomes import Outcome
 from reports.content import Comparison, ReportContent
 from reports.display import DASH, common_places, shown_unit
-from reports.evidence import ByDay
+from reports.evidence import ByDay, Decision
 from reports.naming import level_of, levels_name
 from reports.numbers import Number, SignificanceTest
 from reports.remarks import FOOTNOTE
@@ -159,7 +160,7 @@ def _effects(content: ReportContent, comparisons: list[Comparison], name: str, c
             Cell(f"{lead.n_control}, {lead.n_treatment}", (lead.n_control, lead.n_treatment)),
             number_cell(lead.difference, places),
             on_one_day_each(interval_cell(lead.difference, places), why),
-            *over_runs(lead.test, why),
+            *over_runs(_of_difference(lead), why),
             on_one_day_each(_adjusted_cell(lead.adjusted), why),
             number_cell(lead.savings, savings_places),
             on_one_day_each(interval_cell(lead.savings, savings_places), why),
@@ -170,6 +171,14 @@ def _effects(content: ReportContent, comparisons: list[Comparison], name: str, c
         )
         rows.append(Row(cells, block=block))
     return Table(name, caption + exploratory_note(comparisons), columns, tuple(rows))
+
+
+def _of_difference(lead: Decision) -> SignificanceTest:
+    """Return the test with the sign of the difference beside it; t of savings is stored as positive for a saving."""
+    t, difference = lead.test.statistic, lead.difference.value
+    if not isinstance(t, float) or not isinstance(difference, float):
+        return lead.test
+    return replace(lead.test, statistic=math.copysign(t, difference))
 
 
 def _adjusted_cell(adjusted: Number | None) -> Cell:

@@ -1,6 +1,7 @@
 import csv
 import dataclasses
 import io
+import math
 
 import pytest
 
@@ -60,6 +61,19 @@ def test_comparisons_carry_tests_and_savings(content):
         assert float(test["welch_df"]) == comparison.welch.df[0]
         assert float(test["f_df_2"]) == comparison.variance_test.df[1]
         assert float(test["welch_ci_low_j"]) == comparison.welch_difference.ci_low
+
+
+@pytest.mark.parametrize(("difference", "t"), [(-2.6, 2.75), (2.6, -2.75), (-2.6, -2.75)])
+def test_the_sign_of_t_is_that_of_the_difference_beside_it(content, difference, t):
+    """The t of savings is stored as positive for a saving, which is a negative difference."""
+    first = next(c for c in content.comparisons if c.savings is not None)
+    test = SignificanceTest("by shared days", t, (4.0,), 0.051)
+    changed = dataclasses.replace(first.lead.difference, value=difference)
+    decision = dataclasses.replace(first.lead, difference=changed, test=test)
+    comparison = dataclasses.replace(first, decision=decision)
+    (row,) = csv_rows("comparisons_joules", dataclasses.replace(content, comparisons=(comparison,)))
+    assert float(row["t_statistic"]) == math.copysign(2.75, difference)
+    assert float(row["difference_j"]) == difference
 
 
 def test_a_family_with_several_levels_has_a_block_a_group(content):
