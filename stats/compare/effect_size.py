@@ -34,6 +34,7 @@ from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import as_count, as_number
 from stats.exact.numbers import Interval, finite_pair
+from stats.exact.roots import root_between
 from stats.exact.tails import f_tails, t_tails
 from stats.results import Result
 
@@ -118,10 +119,7 @@ def eta_squared_ci(
 
 
 def _root(rising: Callable[[float], float], start: float, step: float, least: float | None) -> float:
-    """Return where a rising function is 0, by steps away from `start` until it changes sign and then by halving.
-
-    The Illinois form of regula falsi: it keeps the sign change and converges in some ten steps.
-    """
+    """Return where a rising function is 0, by steps away from `start` until it changes sign."""
     inside, outside = start, start
     value_inside = value_outside = rising(start)
     seek = step if (value_inside < 0.0) == (step > 0.0) else -step
@@ -132,20 +130,7 @@ def _root(rising: Callable[[float], float], start: float, step: float, least: fl
         if (value_outside > 0.0) != (value_inside > 0.0) or outside == least:
             break
         seek *= 2.0
-    low, value_low, high, value_high = inside, value_inside, outside, value_outside
-    for _ in range(_STEPS):
-        middle = high - value_high * (high - low) / (value_high - value_low)
-        if not min(low, high) < middle < max(low, high):
-            middle = (low + high) / 2.0
-        value = rising(middle)
-        if value == 0.0 or abs(middle - high) <= 4.0 * np.finfo(np.float64).eps * abs(middle):
-            return middle
-        if (value > 0.0) != (value_high > 0.0):
-            low, value_low = high, value_high
-        else:
-            value_low /= 2.0
-        high, value_high = middle, value
-    return high
+    return root_between(rising, (inside, value_inside), (outside, value_outside))
 
 
 def _log(ratio: float) -> float:

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Literal
 
-import scipy
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused, unknown_name
@@ -25,6 +24,7 @@ from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_pair
 from stats.compare.summary import AS_A_AND_B, Groups, Names, read_groups, two_names
 from stats.exact.numbers import QUANTILE_BEYOND_DOUBLES, Number, exact_root, finite, finite_pair, shortened
+from stats.exact.roots import root_between
 from stats.exact.tails import complement_level, exact_df, t_quantile, t_upper
 from stats.results import Result, missing_text, with_unit
 
@@ -126,12 +126,12 @@ class Contrast:
                 return math.inf
             return float(abs(away) * control_mean / found[0]) - t_quantile(level, found[1])
 
-        inside, outside = 0.0, 1.0
+        inside, outside = (0.0, surplus(0.0)), 1.0
         for _ in range(_MOST_DOUBLINGS):
-            if surplus(outside) >= 0.0:
-                steps = scipy.optimize.brentq(surplus, inside, outside, xtol=1e-300, rtol=1e-14, maxiter=_MOST_STEPS)
-                return estimate + Fraction(float(steps)) * step
-            inside, outside = outside, 2.0 * outside
+            found = outside, surplus(outside)
+            if found[1] >= 0.0:
+                return estimate + Fraction(root_between(surplus, inside, found, _MOST_STEPS)) * step
+            inside, outside = found, 2.0 * outside
         return None
 
 

@@ -203,10 +203,13 @@ def t_upper_quantile(tail: Number, df: float) -> float:
         return math.inf
     if middle == 0:
         return 0.0
-    if exact >= _USUAL_TAIL and middle >= _MIDDLE and _USUAL_DF[0] <= df <= _USUAL_DF[1]:
-        t = float(_polished(np.array(df), float(exact)))
-        if t <= _USUAL_T:
-            return t
+    if exact >= _USUAL_TAIL and middle >= _MIDDLE and df >= _USUAL_DF[0]:
+        if df == math.inf:
+            return _normal_quantile(float(exact))
+        if df <= (_MOST_DF if exact >= _FAR_TAIL else _USUAL_DF[1]):
+            t = float(_polished(np.array(df), float(exact)))
+            if t <= _USUAL_T:
+                return t
     if middle < _LINEAR and df > _FLAT_DF:  # the density is flat there
         return float(Fraction(t_upper_quantile((1 - _LINEAR) / 2, df)) * middle / _LINEAR)
     if middle < Fraction(1, 2):
@@ -245,6 +248,12 @@ def _polished(df: Floats, tail: float) -> Floats:
             - (df + 1.0) / 2.0 * np.log1p(t * t / df)
         )
     return np.asarray(t + (special.stdtr(df, -t) - tail) / np.exp(log_density))
+
+
+def _normal_quantile(tail: float) -> float:
+    """Return scipy's normal quantile, taken to the last digits by one of Newton's steps."""
+    z = -float(special.ndtri(tail))
+    return z + (float(special.ndtr(-z)) - tail) * math.sqrt(2.0 * math.pi) * math.exp(0.5 * z * z)
 
 
 def exact_df(parts: Sequence[tuple[Fraction, int]]) -> Fraction:
