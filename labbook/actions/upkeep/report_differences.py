@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import sqlalchemy as sa
 
-from data_schema.errors import unknown_name
+from data_schema.errors import UnknownName, nearest, unknown_name
 from data_schema.queries.reports import ReportRow, ResultHead, ShownRow, reports_stated, result_heads, shown_by_report
 from labbook.actions.upkeep.report_causes import (
     LOST_RUN,
@@ -26,6 +26,9 @@ from labbook.actions.upkeep.report_causes import (
     Thing,
     causes_between,
 )
+from labbook.analysis.comparison.comparing import COMPARISON
+from labbook.analysis.comparison.deciding import DECISION, OVERALL
+from labbook.analysis.comparison.pairing import POOLED
 from labbook.analysis.results.printed_values import agree
 
 LAST = "last"
@@ -59,8 +62,8 @@ class MovedNumber:
 class ReportsCompared:
     """Two reports: how many numbers both have, which of these moved, which only one has, and what was said between.
 
-    `unmatched` counts, for each report, the numbers whose results the book has no longer, so that nobody can tell which
-    of the other one's they are.
+    The headlines that moved stand first. `unmatched` counts, for each report, the numbers whose results the book has no
+    longer, so that nobody can tell which of the other one's they are.
     """
 
     before: ReportRow
@@ -86,10 +89,13 @@ def report_named(connection: sa.Connection, name: str) -> ReportRow:
     begun = [report for report in reports if name and report.uid.startswith(name)]
     if len(begun) == 1:
         return begun[0]
-    names = [*(str(report.number) for report in reports), *(report.uid for report in reports), LAST]
-    raise unknown_name(
-        "report", name, names if reports else [], "`labbook reports list` lists them." if reports else ""
-    )
+    if not reports:
+        raise unknown_name("report", name, [])
+    # Numbers that look alike are of other reports: what may be misspelt is an id or a word
+    near = None if name.isdigit() else nearest(name, [*(report.uid for report in reports), LAST])
+    count = "there is 1" if len(reports) == 1 else f"there are {len(reports)}"
+    hint = f"{count}." if near is None else f"did you mean {near!r}?"
+    raise UnknownName(f"{name!r} is not a known report: {hint} `labbook reports list` lists them.")
 
 
 def report_numbers(connection: sa.Connection, report: ReportRow) -> list[ReportNumber]:
@@ -116,7 +122,7 @@ def compare_reports(connection: sa.Connection, before: ReportRow, after: ReportR
         before=before,
         after=after,
         common=len(pairs),
-        moved=tuple(found),
+        moved=tuple(sorted(found, key=_rank)),
         only_before=tuple(_number(row) for row in alone[0] if row.result_uid is not None),
         only_after=tuple(_number(row) for row in alone[1] if row.result_uid is not None),
         unmatched=(_gone(alone[0]), _gone(alone[1])),
@@ -127,6 +133,18 @@ def compare_reports(connection: sa.Connection, before: ReportRow, after: ReportR
 def _number(row: ShownRow) -> ReportNumber:
     scope = json.loads(row.scope_json) if row.scope_json else {}
     return ReportNumber(row.number_uid, row.kind, scope, row.name, row.unit, row.value)
+
+
+def _rank(moved: MovedNumber) -> int:
+    """Put the headlines first: the savings over all groups, then each group's; all else stays as the report has it."""
+    number = moved.now
+    if number.name != "savings" or "variant" in number.scope:
+        return 3
+    if number.kind == OVERALL.kind:
+        return 0
+    kinds = (DECISION.kind, COMPARISON.kind)
+    pooled = number.kind in kinds and number.scope.get("family") == POOLED
+    return 1 + kinds.index(number.kind) if pooled else 3
 
 
 def _what(row: ShownRow) -> tuple[str | None, ...]:

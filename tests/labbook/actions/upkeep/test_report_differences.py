@@ -21,6 +21,7 @@ from labbook.actions.upkeep.pruning import prune
 from labbook.actions.upkeep.report_causes import CauseKind
 from labbook.actions.upkeep.report_differences import MovedNumber, ReportsCompared, compare_reports, report_named
 from labbook.analysis import algorithms
+from labbook.analysis.comparison.pairing import POOLED
 from labbook.analysis.outcomes import run_apexes
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database
@@ -52,6 +53,13 @@ def moved_by(found: ReportsCompared, of: Callable[[MovedNumber], bool]) -> list[
 def mean(quantity: str, condition: str) -> Callable[[MovedNumber], bool]:
     about = {"quantity": quantity, "condition": condition, "selection": ""}
     return lambda one: (one.now.kind, one.now.scope, one.now.name) == ("condition_summary", about, "mean")
+
+
+def is_headline(one: MovedNumber) -> bool:
+    """Whether it is a savings that the answer of a report states, over all groups or of one."""
+    scope = one.now.scope
+    of_group = one.now.kind in ("decision", "comparison") and scope.get("family") == POOLED
+    return one.now.name == "savings" and "variant" not in scope and (of_group or one.now.kind == "overall_savings")
 
 
 def raise_apexes(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -110,6 +118,9 @@ def test_a_correction_a_verdict_a_file_and_a_version_are_told_apart(
     assert moved_by(found, mean("apex height", CONTROL)) == [{CauseKind.VERSION}]
     assert moved_by(found, mean("apex height", TREATED)) == [set(CauseKind) & {one.kind for one in found.causes}]
     assert found.unmatched == (0, 0)
+    headlines = [is_headline(one) for one in found.moved]
+    assert any(headlines)
+    assert headlines == sorted(headlines, reverse=True)
     told = good(labbook("reports", "diff", "1", "2", at=before.folder)).out
     first, *lines = told.splitlines()
     counts = f"{len(found.moved)} of {found.common} numbers"
@@ -275,3 +286,4 @@ def test_reports_are_called_by_number_place_and_id(before: SmallBook) -> None:
     assert len(numbers) == first["numbers"]
     refused(labbook("reports", "show", "lsat", at=before.folder), 2, "'lsat' is not a known report", "mean 'last'")
     refused(labbook("reports", "diff", "last-1", "last", at=before.folder), 2, "'last-1'", "`labbook reports list`")
+    refused(labbook("reports", "diff", "1", "99", at=before.folder), 2, "'99' is not a known report: there is 1.")
