@@ -1,4 +1,4 @@
-"""The tests behind comparisons in full, equality of apex heights within bounds (TOST), and analyses of variance."""
+"""The tests behind comparisons in full, equivalence of apex heights within bounds (TOST), and analyses of variance."""
 
 from __future__ import annotations
 

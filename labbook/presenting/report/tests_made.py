@@ -142,7 +142,7 @@ def _equivalence(analysis: StudyAnalysis) -> str:
         return ""
     by = "tests by that contrast" if by_shared_days(analysis) else "Welch tests"
     return (
-        f"Equality of apex heights within {_bounds(bounds)} is tested by two one-sided {by} (TOST) in "
+        f"Equivalence of apex heights within {_bounds(bounds)} is tested by two one-sided {by} (TOST) in "
         f"{count_text(len(tested), 'comparison')}"
         f"{', unadjusted' if len(tested) > 1 else ''}."
     )
