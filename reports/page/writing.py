@@ -23,7 +23,6 @@ from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from reports.page.references import references_bib
 from reports.page.sections import Bullets, FigureHere, FiguresBeside, Paragraph, Part, Section, TableHere, sections_of
 from reports.run_points import name_points, run_anchors
-from reports.tables.each_run import EACH_RUN
 from reports.tables.formats.as_csv import csv_bytes
 from reports.tables.formats.as_latex import latex_bytes
 from reports.tables.formats.as_macros import macros_bytes
@@ -88,12 +87,13 @@ def report_files(content: ReportContent, *, summary: bool = False, every_figure:
 
 def _tables(content: ReportContent) -> tuple[dict[str, Table], dict[str, bytes]]:
     """Return the tables by name, and their files."""
-    tables = {kind.name: kind.make(content) for kind in tables_of(content)}
-    files = {f"{name}.csv": csv_bytes(table) for name, table in tables.items()}
-    printed = dict(tables)
-    if not run_anchors(content):  # so many runs are for programs, and no paper prints them
-        printed[EACH_RUN.name] = replace(printed[EACH_RUN.name], rows=())
-    return tables, files | {f"{name}.tex": latex_bytes(table) for name, table in printed.items()}
+    many = not run_anchors(content)  # so many runs are for programs, and no paper prints them
+    tables, files = {}, {}
+    for kind in tables_of(content):
+        table = tables[kind.name] = kind.make(content)
+        files[f"{kind.name}.csv"] = csv_bytes(table)
+        files[f"{kind.name}.tex"] = latex_bytes(replace(table, rows=()) if many and kind.by_run else table)
+    return tables, files
 
 
 def write_report(files: Mapping[str, bytes], out_dir: Path) -> Path:

@@ -176,4 +176,4 @@ def run_values(content: ReportContent) -> Table:
 
 BY_CONDITION = tables_of_outcomes("{}_by_condition", _make)
 """A table an outcome."""
-RUN_VALUES = TableKind("run_values", run_values)
+RUN_VALUES = TableKind("run_values", run_values, by_run=True)

@@ -83,4 +83,4 @@ def _jumps(run: RunValue, span: tuple[float, float]) -> Cell:
     return Cell(text, (len(run.jumps_m), low, high), marks=marks, details=details)
 
 
-EACH_RUN = TableKind("each_run", each_run)
+EACH_RUN = TableKind("each_run", each_run, by_run=True)

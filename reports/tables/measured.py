@@ -325,6 +325,6 @@ def _sensitivity(content: ReportContent) -> Table:
 UNCERTAINTY_BUDGET = TableKind("uncertainty_budget", _budget)
 PASSIVE_DRAIN = TableKind("passive_drain", _drain)
 IDLE_RUNS = TableKind("idle_runs", _idle_runs)
-RUNS = TableKind("runs", _runs)
+RUNS = TableKind("runs", _runs, by_run=True)
 PACKS = TableKind("packs", _packs)
 SENSITIVITY = TableKind("sensitivity", _sensitivity)

@@ -117,11 +117,15 @@ def _mark(index: int) -> str:
 
 @dataclass(frozen=True, slots=True)
 class TableKind:
-    """How one table is made from a report's content; `outcome` is the only one that it shows, None for any other."""
+    """How one table is made from a report's content; `outcome` is the only one that it shows, None for any other.
+
+    A table `by_run` has a row for each run.
+    """
 
     name: str
     make: Callable[[ReportContent], Table]
     outcome: Outcome | None = None
+    by_run: bool = False
 
 
 def tables_of_outcomes(name: str, make: Callable[[ReportContent, Outcome, str], Table]) -> tuple[TableKind, ...]:

@@ -7,7 +7,7 @@ import io
 
 from data_schema.vocabulary import Undefined
 from reports.display import NO_BREAK
-from reports.tables.table import Raw, Row, Table
+from reports.tables.table import Raw, Table
 
 _FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\n")
 
@@ -20,27 +20,27 @@ def csv_bytes(table: Table) -> bytes:
     """
     names = [name for column in table.columns for name in column.fields]
     with_block = any(row.block for row in table.rows)
-    reasons = [_reasons(names, row) for row in table.rows]
+    rows = [[value for cell in row.cells for value in cell.values] for row in table.rows]
+    reasons = [_reasons(names, values) for values in rows]
     with_reasons = any(reasons)
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(["block"] * with_block + names + ["undefined"] * with_reasons)
-    for row, reason in zip(table.rows, reasons, strict=True):
-        values: list[Raw] = [value for cell in row.cells for value in cell.values]
+    for row, values, reason in zip(table.rows, rows, reasons, strict=True):
         line = [row.block] * with_block + values + [reason] * with_reasons
         writer.writerow([_field(value) for value in line])
     return stream.getvalue().encode("utf-8")
 
 
-def _reasons(names: list[str], row: Row) -> str:
-    values = [value for cell in row.cells for value in cell.values]
-    found = [f"{n}: {v.reason}" for n, v in zip(names, values, strict=True) if isinstance(v, Undefined)]
-    return "; ".join(found)
+def _reasons(names: list[str], values: list[Raw]) -> str:
+    return "; ".join(f"{n}: {v.reason}" for n, v in zip(names, values, strict=True) if isinstance(v, Undefined))
 
 
 def _field(value: Raw) -> str:
     if type(value) is float:
         return repr(value)
+    if type(value) is str and value.isalnum():
+        return value
     match value:
         case None | Undefined():
             return ""
