@@ -83,6 +83,7 @@ def plan(
 
 def _tested(done: "PlanMade") -> list[str]:
     """Say by which test the report will decide, as the days of the plan allow, and what that finds."""
+    from data_schema.vocabulary import Undefined
     from stats.days.decision import LEAST_DAYS
 
     days = done.shared_days
@@ -96,6 +97,9 @@ def _tested(done: "PlanMade") -> list[str]:
     found = ""
     if isinstance(done.power, float):
         found = f" It finds a difference of one standard deviation of runs with a power of {100.0 * done.power:.1f} %."
+    if done.too_few:
+        why = done.power.reason if isinstance(done.power, Undefined) else "that is below alpha"
+        found += f" Too few runs to test, {why}: give more with --n."
     lines = [f"Compared conditions share at least {days} day{'s' * (days > 1)}: the test is {test}.{found}"]
     return [*lines, *([] if done.crossing is None else [done.crossing.sentence])]
 

@@ -56,7 +56,7 @@ def test_every_condition_reaches_its_n_and_every_day_has_its_controls(method: st
         assert groups == {(row["foot"], row["k_gain"]) for row in of_day if row["b_ad_gain"] == "0"}
 
 
-@pytest.mark.parametrize(("n", "test"), [(2, "within days"), (12, "on day means")])
+@pytest.mark.parametrize(("n", "test"), [(2, "within days"), (3, "within days"), (12, "on day means")])
 def test_plan_says_which_test_its_days_allow(n: int, test: str, fresh: SmallBook) -> None:
     drawn = ("plan", "--seed", "7", "--n", str(n), "--per-day", "8", "--dry-run")
     done = good(labbook(*drawn, "--json", at=fresh.folder)).json
@@ -67,7 +67,11 @@ def test_plan_says_which_test_its_days_allow(n: int, test: str, fresh: SmallBook
             of_day.add(row["b_ad_gain"] == "0")
     shared_days = min(sum(len(sides) == 2 for sides in days.values()) for days in both.values())
     assert done["shared_days"] == shared_days
-    assert test in good(labbook(*drawn, "--out", "again.csv", at=fresh.folder)).out
+    said = good(labbook(*drawn, "--out", "again.csv", at=fresh.folder)).out
+    assert test in said
+    assert done["too_few"] is (n < 12)
+    assert ("Too few runs" in said) is (n < 12)
+    assert n == 2 or (done["power"] < 0.05) is (n < 12)
 
 
 def test_dry_run_writes_the_sheet_and_states_nothing(fresh: SmallBook) -> None:

@@ -249,7 +249,7 @@ def _needed(
             test.note,
             test.alpha,
             none,
-            f"No power: {none.reason}.",
+            f"No power: {none.reason}{_remedy(none)}.",
             None,
             dict.fromkeys(ns, none),
             none,
@@ -264,6 +264,11 @@ def _needed(
     runs, days = _size(draw, found.n) if unit is not UnitOfAnalysis.DAY else (_IN_DAYS, _IN_DAYS)
     powers = {n: test.plan(sd, n).power for n in ns}
     return Needed(test.name, test.note, test.alpha, found.n, found.sentence(), over, powers, runs, days)
+
+
+def _remedy(why: Undefined) -> str:
+    """Say what to give for apex heights that no runs tell of; without the primary outcome's there is no answer."""
+    return ": give --apex-sd and --apex-mean" if why.code is Reason.NO_TWO_OF_A_CONDITION else ""
 
 
 _IN_DAYS = Undefined(Reason.DAYS_COUNT)

@@ -58,7 +58,8 @@ class PlanMade:
 
     `shared_days` is the least number of days that hold both sides of a comparison, None where they decide no test;
     `power` is the least with which a comparison then finds a difference of one standard deviation of runs, and
-    `crossing` where fewer runs would find more of it.
+    `crossing` where fewer runs would find more of it; `too_few` says that the power is below alpha,
+    or that nothing can be tested.
     """
 
     runs: int
@@ -68,6 +69,7 @@ class PlanMade:
     shared_days: int | None
     power: float | Undefined | None
     crossing: Crossing | None
+    too_few: bool
     sheet: str
     printed: str
     remarks: tuple[str, ...]
@@ -127,6 +129,7 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
         shared_days=days,
         power=power,
         crossing=crossing,
+        too_few=isinstance(power, Undefined) or (power is not None and power < settings.alpha),
         sheet=str(request.out),
         printed=str(page),
         remarks=tuple(_remarks(configuration, sum(run.kind is RunKind.IDLE for run in drawn.runs))),
