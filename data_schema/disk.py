@@ -71,6 +71,15 @@ def part_of(path: Path) -> Path:
     return path.with_name(f".{path.name}{PART}")
 
 
+@contextlib.contextmanager
+def naming(path: Path) -> Iterator[None]:
+    """Name the file in what the system refuses, where it names the part that was to become it."""
+    try:
+        yield
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from error
+
+
 def put_in_place(path: Path) -> None:
     """Give the part of a file, now whole, its name; it survives a power cut, and what had the name is replaced."""
     part = part_of(path)
@@ -97,8 +106,9 @@ def name_anew(fresh: Path, path: Path) -> None:
 def write_whole(path: Path, content: bytes) -> None:
     """Write a file so that it holds what it held before or all of this, whenever the writing is cut off."""
     make_folder(path.parent)
-    part_of(path).write_bytes(content)
-    put_in_place(path)
+    with naming(path):
+        part_of(path).write_bytes(content)
+        put_in_place(path)
 
 
 def read_json(path: Path) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from pathlib import Path
 import sqlalchemy as sa
 
 from data_schema import journal, migrations
-from data_schema.disk import make_folder, sync
+from data_schema.disk import make_folder, naming, sync
 from data_schema.engine import reading, sqlite_engine, translated
 from data_schema.errors import UsageError
 from data_schema.journal import Entry
@@ -92,12 +92,13 @@ def last_configuration(entries: Iterable[Entry]) -> str | None:
 def _write_whole(path: Path, text: str) -> None:
     """Write a file that is there as a whole or not at all, whenever the power goes."""
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
-    try:
-        temporary.write_text(text, encoding="utf-8")
-        sync(temporary)
-        temporary.rename(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with naming(path):
+        try:
+            temporary.write_text(text, encoding="utf-8")
+            sync(temporary)
+            temporary.rename(path)
+        finally:
+            temporary.unlink(missing_ok=True)
     sync(path.parent)
 
 
@@ -137,12 +138,13 @@ def make_database(folder: Path, configuration: Configuration) -> None:
 def make_sqlite(path: Path) -> None:
     """Make an empty database file of this labbook's revision under a temporary name, then rename it."""
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
-    try:
-        fill_sqlite(temporary)
-        temporary.rename(path)
-        sync(path.parent)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with naming(path):
+        try:
+            fill_sqlite(temporary)
+            temporary.rename(path)
+            sync(path.parent)
+        finally:
+            temporary.unlink(missing_ok=True)
 
 
 def fill_sqlite(path: Path) -> None:

@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 
 import jinja2
 
+from data_schema.disk import naming
 from data_schema.errors import UsageError
 from reports.content import ReportContent
 from reports.figures.figure_cache import Wanted, drawn, forget_unused
@@ -346,13 +347,14 @@ def _shown_figure(
 
 def _replace(path: Path, data: bytes) -> Path:
     """Write a file beside its place and move it there: a reader sees the old bytes or the new, never a half."""
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(data)
-        Path(temporary).chmod(0o644)
-        Path(temporary).replace(path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    with naming(path):
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
+        try:
+            with os.fdopen(handle, "wb") as stream:
+                stream.write(data)
+            Path(temporary).chmod(0o644)
+            Path(temporary).replace(path)
+        except BaseException:
+            Path(temporary).unlink(missing_ok=True)
+            raise
     return path

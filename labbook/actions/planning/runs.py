@@ -203,7 +203,8 @@ def _written_beside(texts: Mapping[Path, str]) -> Iterator[None]:
             beside.replace(path)
     finally:
         for beside in temporary:
-            beside.unlink(missing_ok=True)
+            with contextlib.suppress(OSError):  # nothing of it is there where nothing may be written
+                beside.unlink()
 
 
 @dataclass(frozen=True, slots=True)

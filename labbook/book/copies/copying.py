@@ -83,7 +83,7 @@ def _bring(source: Store, place: Path, target: Store, sha256: str) -> None:
     make_folder(place.parent)
     part = part_of(place)
     part.unlink(missing_ok=True)  # one that was cut off may be read-only
-    with contextlib.suppress(FileNotFoundError), _naming(part):
+    with contextlib.suppress(FileNotFoundError), _naming(place):
         shutil.copyfile(source.root / raw_path(sha256), part)
         if _holds(target, part, sha256):
             with contextlib.suppress(OSError):  # some sticks and drives know no permissions
