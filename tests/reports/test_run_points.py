@@ -12,7 +12,7 @@ from reports.display import general_text
 from reports.figures.kind import draw_figure, svg_bytes
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN
-from reports.page.writing import inline_svg, render_page
+from reports.page.writing import inline_svg, render_page, report_files
 from reports.run_points import name_points, points_drawn, run_anchors, run_days
 from reports.tables.each_run import each_run
 from reports.tables.registry import tables_of
