@@ -69,7 +69,10 @@ def ingest(
         say(fault, err=True)
     if explain or draft_profile:
         with opened(book) as opened_book:
-            files = files_of(paths, opened_book.folder)
+            meant = files_of(paths, opened_book.folder)
+            files = meant.files
+            if meant.skipped:
+                say(meant.skipped_line, err=True)
             if draft_profile:
                 _draft(opened_book, files, options, out, as_json)
             else:
@@ -81,7 +84,8 @@ def ingest(
     with opened(book) as opened_book:
         if not dry_run:
             opened_book.speaker(person)
-        files = files_of(paths, opened_book.folder)
+        meant = files_of(paths, opened_book.folder)
+        files = meant.files
         many = len(files) > 1
         take = ingest_file_or_refuse if many else ingest_file
         batch = new_uid() if many else None
@@ -100,9 +104,11 @@ def ingest(
         finally:  # what was finished is told, also where Ctrl-C or a full disk ended the rest
             if outcomes and not as_json:
                 n = len(outcomes)
-                done = Batch(outcomes, rig or [[]] * n, heights or [None] * n, run, dry_run)
+                done = Batch(outcomes, rig or [[]] * n, heights or [None] * n, run, dry_run, meant.skipped_line)
                 emit(None, batch_lines(done, verbose=verbose), as_json=False)
     if as_json:
+        if meant.skipped:
+            say(meant.skipped_line, err=True)
         emit([outcome_json(*both) for both in zip(outcomes, rig, heights, strict=True)], [], as_json=True)
     if any(outcome.status == "refused" for outcome in outcomes):
         raise typer.Exit(2)

@@ -167,13 +167,17 @@ _REFUSED, _NO_HEIGHT, _JUMPS, _LOGS, _CHARGE, _ROWS, _NO_RUN, _LIMITS = range(8)
 
 @dataclass(frozen=True, slots=True)
 class Batch:
-    """What one command did: for each outcome the lines of its runs, and what it lacks for jumps to be found."""
+    """What one command did: for each outcome the lines of its runs, and what it lacks for jumps to be found.
+
+    `skipped` names what was left out of the folders named; "" where nothing was.
+    """
 
     outcomes: Sequence[FileOutcome]
     rig: Sequence[Sequence[RigLine]]
     heights: Sequence[MissingHeight | None]
     run: str | None
     dry_run: bool
+    skipped: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,7 +200,7 @@ class _Sorted:
 
 def batch_lines(batch: Batch, *, verbose: bool) -> list[str]:
     """Return all lines; of one file, or where `verbose`, everything that is known, else short lines and counts."""
-    summary = summary_line(batch.outcomes, batch.dry_run)
+    summary = [summary_line(batch.outcomes, batch.dry_run), *([batch.skipped] if batch.skipped else [])]
     if len(batch.outcomes) == 1 or verbose:
         full = [
             line
@@ -204,7 +208,7 @@ def batch_lines(batch: Batch, *, verbose: bool) -> list[str]:
             for line in outcome_lines(outcome, missing)
         ]
         rig = sorted((line for of_file in batch.rig for line in of_file), key=_of_run)
-        return [summary, *full, *(f"  {line.text}" for line in rig)]
+        return [*summary, *full, *(f"  {line.text}" for line in rig)]
     found = _sorted(batch)
     attention = _worst_first(found.attention)
     if attention:
@@ -212,7 +216,7 @@ def batch_lines(batch: Batch, *, verbose: bool) -> list[str]:
         if found.noted or found.fine or found.fine_runs:
             attention.append("the others:")
     return [
-        summary,
+        *summary,
         *attention,
         *found.noted,
         *_folded(found.fine, "files with nothing to remark"),

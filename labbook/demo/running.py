@@ -121,7 +121,7 @@ def _levels(run: DemoRun) -> dict[str, str] | None:
 
 
 def _ingest(book: Book, folder: Path, step: Callable[[str], None]) -> Counter[str]:
-    files = [path for path in files_of([folder], book.folder) if path.name != RUN_SHEET]
+    files = [path for path in files_of([folder], book.folder).files if path.name != RUN_SHEET]
     counts: Counter[str] = Counter()
     for position, path in enumerate(files, start=1):
         step(f"ingesting {position} of {len(files)}")

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 from pathlib import Path
 
 import pytest
 
-from tests.cli.shell import good, labbook, rows
+from tests.cli.shell import good, labbook, refused, rows
 from tests.helpers.books import SmallBook
 from tests.helpers.hopping_log import apex_s, hopping_log
 from tests.helpers.wording import says
@@ -108,3 +109,24 @@ def test_a_remark_that_several_columns_share_is_one_line(fresh: SmallBook, forei
     (line,) = [line for line in out.splitlines() if "unknown_column" in line]
     assert "'pot_raw'" in line
     assert "'motor'" in line
+
+
+def test_what_a_folder_holds_beside_files_is_named_as_skipped(stated: SmallBook, tmp_path: Path) -> None:
+    """A link to a stick that is not there any more was passed over without a word."""
+    folder, elsewhere = tmp_path / "day", tmp_path / "elsewhere"
+    folder.mkdir()
+    elsewhere.mkdir()
+    (folder / "r003.csv").symlink_to(elsewhere / "r003.csv")
+    (folder / "older").symlink_to(elsewhere)
+    os.mkfifo(folder / "pipe")
+    refused(
+        labbook("ingest", "../day", at=stated.folder), 2, "no file in ../day", "../day/r003.csv (a link to nothing)"
+    )
+    for run in ("r001", "r002"):
+        (folder / f"{run}.csv").symlink_to(stated.log(run))
+    for words in ((), ("--dry-run", "--verbose")):
+        _summary, line = good(labbook("ingest", "../day", *words, at=stated.folder)).out.splitlines()[:2]
+        says(line, "skipped (3)", "../day/r003.csv", "link", "../day/older", "../day/pipe")
+    for words in (("--json",), ("--explain",), ("--draft-profile",)):
+        told = labbook("ingest", "../day", *words, at=stated.folder)
+        assert (told.code, told.err.strip()) == (0, line)

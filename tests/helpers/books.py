@@ -191,7 +191,7 @@ def import_sheet(book: Book, sheet: Path, person: str = ADA) -> None:
 
 def ingest_all(book: Book, instruments: Path, person: str = ADA) -> None:
     """Ingest everything that the instruments wrote."""
-    for path in files_of([instruments / "charger", instruments / "logs"], book.folder):
+    for path in files_of([instruments / "charger", instruments / "logs"], book.folder).files:
         ingest_file(book, path, IngestRequest(person=person))
 
 

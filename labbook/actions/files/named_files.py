@@ -5,6 +5,7 @@ from __future__ import annotations
 import codecs
 import hashlib
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import sqlalchemy as sa
@@ -39,23 +40,54 @@ def file_named(connection: sa.Connection, name: str, *, withdrawn: bool = False)
     return row
 
 
-def files_of(paths: Sequence[Path], book_folder: Path) -> list[Path]:
-    """Return the files meant: those named, and all in the folders named, but hidden ones and the book's own."""
-    found: list[Path] = []
+_MOST_SKIPPED = 12
+
+
+@dataclass(frozen=True, slots=True)
+class FoundFiles:
+    """The files that paths mean, and why others in the folders named are none, by path."""
+
+    files: list[Path]
+    skipped: dict[Path, str]
+
+    @property
+    def skipped_line(self) -> str:
+        """Name what was skipped and why; "" where nothing was."""
+        said = [f"{path} ({why})" for path, why in self.skipped.items()]
+        more = f" and {len(said) - _MOST_SKIPPED} more" if len(said) > _MOST_SKIPPED else ""
+        return f"skipped ({len(said)}): {', '.join(said[:_MOST_SKIPPED])}{more}." if said else ""
+
+
+def files_of(paths: Sequence[Path], book_folder: Path) -> FoundFiles:
+    """Find the files meant: those named, and all in the folders named, but hidden ones and the book's own."""
+    found: dict[Path, None] = {}
+    skipped: dict[Path, str] = {}
     for path in paths:
         if not path.exists():
             raise InputRefused(f"{path} does not exist: check the name.")
         if not path.is_dir():
             refuse_special(path)
-            found.append(path)
+            found[path] = None
             continue
-        inside = sorted(item for item in path.rglob("*") if item.is_file() and not _hidden(item, path))
-        found += [item for item in inside if not _the_books_own(item, book_folder)]
+        for item in sorted(item for item in path.rglob("*") if not _hidden(item, path)):
+            if item.is_file():
+                if not _the_books_own(item, book_folder):
+                    found[item] = None
+            elif why := _why_skipped(item):
+                skipped[item] = why
+    meant = FoundFiles(list(found), skipped)
     if not found:
-        raise InputRefused(
-            f"there is no file in {', '.join(map(str, paths))}: name the folder the instruments wrote to."
-        )
-    return list(dict.fromkeys(found))
+        where = ", ".join(map(str, paths))
+        also = f"; {meant.skipped_line}" if skipped else "."
+        raise InputRefused(f"there is no file in {where}: name the folder the instruments wrote to{also}")
+    return meant
+
+
+def _why_skipped(path: Path) -> str | None:
+    """Say why what stands in a folder and is no file is left out; None of a folder, which was gone through."""
+    if path.is_symlink():
+        return "a link to a folder: name that" if path.is_dir() else "a link to nothing"
+    return None if path.is_dir() else "no regular file"
 
 
 def _hidden(path: Path, folder: Path) -> bool:
