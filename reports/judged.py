@@ -59,6 +59,9 @@ def verdict_text(content: ReportContent) -> str:
     ]
     if any(group.differs for each in found for group in each.groups):
         sentences.append(_missing(content))
+    fitted = [one.name for one in content.predictions.assumed if one.fitted]
+    if found and fitted:
+        sentences.append(f"Fitted to this study: {list_text(fitted)}; agreement with the runs fitted is no test.")
     return " ".join(sentences)
 
 

@@ -169,7 +169,7 @@ class AssumedInput:
 
     It was raised and lowered by the part `varied_by`; `changes` has the largest part of any condition's error by
     quantity. `raises` says of a quantity whether more of the input means more of it, and
-    nothing where that depends on the condition.
+    nothing where that depends on the condition. `fitted` says that it was fitted to runs of the same study.
     """
 
     name: str
@@ -179,6 +179,7 @@ class AssumedInput:
     varied_by: float
     changes: Mapping[PredictedQuantity, Value | None]
     raises: Mapping[PredictedQuantity, bool] = field(default_factory=dict)
+    fitted: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -91,6 +91,13 @@ def test_an_agreement_that_assumed_inputs_buy_is_said(content):
     says(verdict, "assumed inputs' uncertainty")
 
 
+def test_agreement_with_the_runs_that_inputs_were_fitted_to_is_no_test(content):
+    first, *others = content.predictions.assumed
+    about = dataclasses.replace(content.predictions, assumed=(dataclasses.replace(first, fitted=True), *others))
+    says(said(shifted(dataclasses.replace(content, predictions=about), {})), "Fitted", "kg_scale", "no test")
+    assert "no test" not in said(shifted(content, {}))
+
+
 def test_the_table_has_the_groups_and_says_the_unit(content):
     table = TABLES["prediction_bias"].make(content)
     assert [row.cells[0].text for row in table.rows] == ["joules a jump"] * 4 + ["apex height"] * 4

@@ -28,6 +28,9 @@ ROBOT_PARAMETERS: Mapping[str, str] = {
 }
 """Parameter of a scene -> fact about a robot."""
 
+FITTED_TO = "fitted to {study}: "
+"""What the reason of a parameter in a scene's file begins with that `labbook calibrate` fitted to a study."""
+
 IN_FILE = "[simulation] of labbook.toml"
 _GAIN_UNITS = ("N/m", "kg/s", "kg/m")
 """Units of what a controller has gains for."""

@@ -10,7 +10,7 @@ from data_schema.outcomes import Outcome
 from data_schema.vocabulary import StudyKind, Undefined
 from labbook.analysis.prediction.bias import BiasOfGroup, LimitsResult
 from labbook.analysis.prediction.checking import Checked
-from labbook.analysis.prediction.condition_scenes import unconverted_factors
+from labbook.analysis.prediction.condition_scenes import FITTED_TO, unconverted_factors
 from labbook.analysis.prediction.predicting import PredictionResult
 from labbook.analysis.prediction.simulating import SIMULATED
 from labbook.analysis.study import StudyAnalysis
@@ -200,6 +200,7 @@ def _judged_group(each: BiasOfGroup, shown: Shown) -> JudgedGroup:
 
 def _assumed(analysis: StudyAnalysis) -> tuple[AssumedInput, ...]:
     """Return every assumed input, with the most that varying it changed in any condition."""
+    fitted_to = FITTED_TO.format(study=analysis.evidence.configuration.study.name)
     inputs = {name: about for one in analysis.predicted.values() for name, about in one.assumed.items()}
     return tuple(
         AssumedInput(
@@ -210,6 +211,7 @@ def _assumed(analysis: StudyAnalysis) -> tuple[AssumedInput, ...]:
             about.varied_by,
             {quantity: _most(analysis, quantity, name) for quantity in PredictedQuantity},
             _raises(analysis, name),
+            fitted=about.why.startswith(fitted_to),
         )
         for name, about in inputs.items()
     )

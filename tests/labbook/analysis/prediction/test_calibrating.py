@@ -149,6 +149,7 @@ def test_a_books_ground_is_a_scene_that_cites_it_and_predicts(book: SmallBook) -
     found = good(labbook("compare", "--json", at=book.folder)).json
     (fitted,) = (one for one in found["assumed"] if one["name"] == "kg_scale")  # its error is in what is predicted
     assert "fitted to" in fitted["why"]
+    assert "Fitted to this study: kg_scale; agreement" in good(labbook("compare", at=book.folder)).out
 
 
 def test_the_line_for_labbook_toml_holds_wherever_the_scene_was_written(book: SmallBook) -> None:
