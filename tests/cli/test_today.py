@@ -51,3 +51,12 @@ def test_the_last_line_says_when_the_last_backup_was_made(stated: SmallBook, tmp
     says(line, tmp_path / "stick", "1 entry")
     assert good(labbook("db", "status", at=stated.folder)).out.splitlines()[-1] == line
     assert good(labbook(*DAY, "--json", at=stated.folder)).json["last_backup"]["where"] == str(tmp_path / "stick")
+
+
+def test_void_runs_are_named_with_their_reason_beside_those_done(stated: SmallBook) -> None:
+    good(labbook("void", "r002", "--why", "the string was off", at=stated.folder))
+    first = good(labbook(*DAY, at=stated.folder)).out.splitlines()[0]
+    says(first, "7 runs", "1 void", "r002", "the string was off")
+    assert good(labbook(*DAY, "--json", at=stated.folder)).json["void"] == {"r002": "the string was off"}
+    good(labbook("void", "r002", "--undo", "--why", "it was r003", at=stated.folder))
+    assert good(labbook(*DAY, at=stated.folder)).out.splitlines()[0] == "2021-06-14: 8 runs."

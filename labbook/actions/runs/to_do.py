@@ -8,17 +8,19 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from zoneinfo import ZoneInfo
 
+import sqlalchemy as sa
+
 from data_schema.errors import UsageError
 from data_schema.queries.charges import charges_of_runs
 from data_schema.queries.detections import verdicts_waiting
-from data_schema.queries.history import first_measurement
+from data_schema.queries.history import first_measurement, history_of
 from data_schema.queries.imported_files import inbox
 from data_schema.queries.plans import planned_runs
 from data_schema.queries.readings import waiting_files
 from data_schema.queries.runs import RunRow, runs_of_conditions, runs_of_day
 from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.queries.study import checks_by_day
-from data_schema.vocabulary import CheckKind, FileRole, RunKind, RunState, Undefined
+from data_schema.vocabulary import Action, CheckKind, FileRole, RunKind, RunState, Undefined
 from labbook.actions.runs.rig_line import Lines, joules_of, known_joules, too_little_charged
 from labbook.analysis.outcomes.control_limits import runs_outside
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, rest_length_m
@@ -36,6 +38,7 @@ class ToDo:
     `logs_do_not_count` says why, by run, though the run has logs with a body height; `no_joules` and `no_apexes` say of
     every run of jumps that lacks a number why it does; `too_little_charged` says of a run what its charge is below,
     `above_capacity` what it is above, and `outside_limits` are the runs out of the control limits of their condition.
+    `void` are runs that do not count, none of those done, with the reason.
     `analysis_undecided`: nothing is decided about the analysis, and nothing measured yet.
     """
 
@@ -57,13 +60,15 @@ class ToDo:
     outside_limits: tuple[str, ...] = ()
     files_waiting: tuple[str, ...] = ()
     verdicts_waiting: tuple[str, ...] = ()
+    void: Mapping[str, str] = field(default_factory=dict)
 
 
 def to_do(detections: Detections, configuration: Configuration, day: str | None) -> ToDo:
     """Compare the day's runs with what they should have; without `day`, today in the study's time zone."""
     connection = detections.connection
     date = _date(day) if day else datetime.datetime.now(ZoneInfo(configuration.study.time_zone)).date()
-    runs = [run for run in runs_of_day(connection, date.isoformat()) if run.state is not RunState.VOID]
+    of_day = runs_of_day(connection, date.isoformat())
+    runs = [run for run in of_day if run.state is not RunState.VOID]
     charged = charges_of_runs(connection, [run.uid for run in runs])
     logs = {run.uid: signals for run in runs if (signals := signals_of_runs(connection, FileRole.LOG, run_uid=run.uid))}
     made = {check.kind for check in checks_by_day(connection).get(date.isoformat(), ())}
@@ -84,6 +89,7 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
     return ToDo(
         day=date.isoformat(),
         runs_done=tuple(run.name for run in runs),
+        void={run.name: _why_void(connection, run) for run in of_day if run.state is RunState.VOID},
         planned_not_done=tuple(row.name for row in planned_runs(connection) if row.run_name is None),
         open_runs=tuple(run.name for run in runs if run.state is RunState.OPEN),
         log_without_charge=names(True, False),
@@ -116,7 +122,10 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
 
 def to_do_lines(found: ToDo) -> list[str]:
     """Say it line by line; what is in order is not mentioned."""
-    lines = [f"{found.day}: {len(found.runs_done)} runs."]
+    void = [f"{name} ({why})" for name, why in found.void.items()]
+    beside = f", and {len(void)} void: {_listed(void)}" if void else ""
+    done = len(found.runs_done)
+    lines = [f"{found.day}: {done} run{'' if done == 1 else 's'}{beside}."]
     for what, names in (
         ("planned, not done, of all plans and days", found.planned_not_done),
         ("still open (duration or jumps missing)", found.open_runs),
@@ -160,6 +169,11 @@ def _why_not(run: RunRow, logs: Sequence[SignalRow]) -> str | None:
     heights = [log for log in logs if BODY_HEIGHT in log.channels]
     usable = usable_logs(run, heights) if heights else None
     return usable.reason if isinstance(usable, Undefined) else None
+
+
+def _why_void(connection: sa.Connection, run: RunRow) -> str:
+    said = [item.reason for item in history_of(connection, run.uid) if item.action == Action.VOID]
+    return said[-1] or "" if said else ""
 
 
 def _needs_log(run: RunRow) -> bool:
