@@ -60,3 +60,18 @@ def test_void_runs_are_named_with_their_reason_beside_those_done(stated: SmallBo
     assert good(labbook(*DAY, "--json", at=stated.folder)).json["void"] == {"r002": "the string was off"}
     good(labbook("void", "r002", "--undo", "--why", "it was r003", at=stated.folder))
     assert good(labbook(*DAY, at=stated.folder)).out.splitlines()[0] == "2021-06-14: 8 runs."
+
+
+def test_a_run_without_log_or_charge_shows_what_it_lacks_and_how_to_add_it(stated: SmallBook, tmp_path: Path) -> None:
+    shown = {run: good(labbook("show", run, at=stated.folder)).out for run in ("r001", "r007")}
+    says(shown["r001"], "no log", "`labbook ingest FILE --run r001`")
+    says(shown["r001"], "no charge", "`labbook charge r001 MAH`")
+    assert "no log" not in shown["r007"]  # an idle run has none
+    says(labbook("jumps", "list", "r001", at=stated.folder).err, "no log", "`labbook ingest FILE --run r001`")
+    path = tmp_path / "pot.csv"
+    path.write_bytes(hopping_log(3))
+    good(labbook("ingest", path, "--run", "r001", at=stated.folder))
+    good(labbook("charge", "r001", "128", at=stated.folder))
+    assert "  no " not in good(labbook("show", "r001", at=stated.folder)).out
+    good(labbook("void", "r002", "--why", "the string was off", at=stated.folder))
+    assert "  no " not in good(labbook("show", "r002", at=stated.folder)).out

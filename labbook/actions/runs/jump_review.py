@@ -54,10 +54,12 @@ def review(book: Book, connection: sa.Connection, name: str) -> RunReview:
             f"run {name} has no log with a body_height channel, and as one of kind {run.kind} no jumps: "
             f"`labbook show {name}` lists what it has."
         )
-    if not logs and (others := {str(signal.role) for signal in signals_of_runs(connection, run_uid=run.uid)}):
+    if not logs:
+        others = sorted({str(signal.role) for signal in signals_of_runs(connection, run_uid=run.uid)})
+        only = f", only {' and '.join(others)}" if others else ""
         raise UsageError(
-            f"run {name} has no log with a body_height channel, only {' and '.join(sorted(others))}: add its log with "
-            f"`labbook ingest FILE --run {name}`, or declare the column of the height with --column."
+            f"run {name} has no log with a body_height channel{only}: add its log with `labbook ingest FILE --run "
+            f"{name}`, or declare the column of the height with --column."
         )
     signals = usable_logs(run, logs)
     if isinstance(signals, Undefined):

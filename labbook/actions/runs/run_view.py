@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ from data_schema.queries.history import HistoryRow, NoteRow, RunFileRow, files_o
 from data_schema.queries.results import standing_number
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import GapRow, SignalRow, gaps_of, signals_of_runs
-from data_schema.vocabulary import FileRole, Undefined
+from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections
 from labbook.analysis.outcomes.run_apexes import jumps_found_in_run
 from labbook.book.naming import run_named
@@ -113,10 +114,24 @@ def view_lines(view: RunView) -> list[str]:
         f"{'' if charge.stated_pack is None else f', pack {charge.stated_pack}'}"
         for charge in view.charges
     ]
+    lines += [f"  {what}" for what in _lacking(view)]
     lines += [f"  note by {note.person} on {note.at_utc}: {note.text}" for note in view.notes]
     for words in view.history_in_words:
         lines += textwrap.wrap(words, WIDTH, initial_indent="  ", subsequent_indent="    ")
     return lines
+
+
+def _lacking(view: RunView) -> list[str]:
+    """Say what a run that counts has not, and how it gets it."""
+    run, name = view.run, shlex.quote(view.run.name)
+    if run.state is RunState.VOID or run.kind not in (RunKind.JUMPS, RunKind.IDLE):
+        return []
+    found = []
+    if run.kind is RunKind.JUMPS and not any(item.role == FileRole.LOG for item in view.files):
+        found.append(f"no log: `labbook ingest FILE --run {name}` takes it in")
+    if not view.charges:
+        found.append(f"no charge: `labbook ingest` of the charger's sheet, or `labbook charge {name} MAH`, adds it")
+    return found
 
 
 def _found(view: RunView) -> str:
