@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
@@ -205,7 +205,19 @@ def _saved(content: ReportContent, overall: OverallSavings) -> Claim:
     test = significance_text(overall.test, name=False)
     evidence = "; ".join([*_interval(savings), test, count_text(len(scope.days), "day"), apart])
     exploratory = exploratory_text(overall.exploratory, "effect")
-    return _over_groups(content, scope, f"{said} ({evidence}){exploratory}", savings)
+    claim = _over_groups(content, scope, f"{said} ({evidence}){exploratory}", savings)
+    return replace(claim, text=" ".join(filter(None, (claim.text, _significant_alone(content, overall)))))
+
+
+def _significant_alone(content: ReportContent, overall: OverallSavings) -> str:
+    """Name the groups whose own savings are significant, after Holm; "" where all or none are."""
+    groups = [
+        (levels_name(content, each.group), bool(each.lead.rejected) and not lost_by_holm(each.lead))
+        for each in content.pooled
+        if each.quantity is overall.quantity and each.group in overall.scope.groups
+    ]
+    alone = [name for name, significant in groups if significant]
+    return f"Significant alone: {list_text(alone)}." if 0 < len(alone) < len(groups) else ""
 
 
 def _kept_height(content: ReportContent, heights: OverallEquivalence) -> Claim:

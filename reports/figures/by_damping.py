@@ -14,6 +14,7 @@ from reports.figures.kind import figures_of_outcomes, levels_alone
 from reports.figures.series import Axis, Series, axis_of, drawn_factor, series_lie_apart, series_of
 from reports.figures.style import GREY, TWO_COLUMNS_IN, is_narrow, light_grid, new_figure, publication_style
 from reports.naming import swept_factor, swept_words
+from reports.numbers import Number
 from reports.sentences import absence_text
 from reports.wording import count_text
 
@@ -58,12 +59,17 @@ def points_text(content: ReportContent, quantity: Outcome) -> str:
             sentences.append("Circles: the only run of a condition, which gives no interval.")
         else:
             bars = level_text(found[0][1].mean)
-            sentences.append(f"Circles: means ({runs}); bars: {bars}; dots: runs.")
+            drain = ", drain error included" if any(_shares_error(summary.mean) for _, summary in found) else ""
+            sentences.append(f"Circles: means ({runs}); bars: {bars}{drain}; dots: runs.")
     if series_lie_apart(content, quantity):
         sentences.append("Each group has its panel; the vertical axes have one span.")
     elif len(series_of(content)) > 1:
         sentences.append("Levels are drawn side by side.")
     return " ".join(sentences)
+
+
+def _shares_error(mean: Number) -> bool:
+    return isinstance(mean.shared_se, float) and mean.shared_se > 0.0
 
 
 def _control_text(content: ReportContent) -> str:

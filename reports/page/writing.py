@@ -195,14 +195,16 @@ def render_page(
 ) -> str:
     """Return the page's HTML; `drawings` has the SVG of each figure by name, "_one_column" behind it for the narrow.
 
-    With `first_only` it is the first section alone, whose numbers keep their ids without a table to link to.
+    With `first_only` it is the first section alone, whose numbers keep their ids without a table to link to, and whose
+    references to other sections say where these are.
     """
     numbering = {"figure": 0, "table": 0}
     anchors = {} if first_only else run_anchors(content)
-    planned = sections_of(content)[:1] if first_only else sections_of(content)
+    every = sections_of(content)
+    planned = every[:1] if first_only else every
     traced = {**tables, "provenance": _of_this_page(tables["provenance"], _ids_of(planned, tables))}
     sections = [_shown_section(content, section, drawings, traced, numbering, anchors) for section in planned]
-    return (
+    page = (
         environment()
         .get_template("report.html.j2")
         .render(
@@ -214,6 +216,9 @@ def render_page(
             known_ids=set() if first_only else {row.cells[0].text for row in traced["provenance"].rows},
         )
     )
+    for title in (section.title for section in every if section not in planned):
+        page = page.replace(f"({title})", f"({title}, in the full report)")
+    return page
 
 
 def environment() -> jinja2.Environment:

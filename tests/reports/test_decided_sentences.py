@@ -103,6 +103,25 @@ def test_an_effect_over_groups_says_what_it_is_of(content, measured_only):
     says(saved.text, "4.0 %", "2.6 %", "their errors")
 
 
+@pytest.mark.parametrize(("rejected", "named"), [((True, False), True), ((True, True), False), ((False, False), False)])
+def test_groups_that_are_significant_alone_are_named_where_not_all_or_none_are(content, rejected, named):
+    pooled = [c for c in content.pooled if c.quantity is Outcome.JOULES][:2]
+    comparisons = tuple(
+        dataclasses.replace(one, decision=dataclasses.replace(one.lead, rejected=each, adjusted=None))
+        for one, each in zip(pooled, rejected, strict=True)
+    )
+    scope = OverGroups(tuple(one.group for one in pooled), (), DAYS, False)
+    test = SignificanceTest("overall", 7.7, (4.0,), 0.01)
+    savings = OverallSavings(
+        Outcome.JOULES, Number(11.2, "%", 1.5, None, 8.1, 14.3), test, Number(4.0, "%"), Number(2.6, "%"), True, scope
+    )
+    whole = dataclasses.replace(content, comparisons=comparisons, overall=(savings,))
+    ((_outcome, claim),) = overall_claims(whole)
+    assert ("Significant alone: " in claim.text) is named
+    if named:
+        says(claim.text, "Significant alone", "foot")
+
+
 def test_one_group_speaks_for_itself(content):
     scope = OverGroups((content.pooled[0].group,), (), DAYS, False)
     alone = OverallSavings(

@@ -1,5 +1,6 @@
 """Page one alone, and both pages as PDF: one sheet of A4, and a sentence where no browser is."""
 
+import dataclasses
 import hashlib
 import html
 import re
@@ -31,6 +32,16 @@ def test_page_one_alone_has_the_answer_and_links_to_nothing_else(content, summar
     assert "href=" not in re.sub(r"<svg.*?</svg>", "", html, flags=re.DOTALL)
     assert content.claims[0].provenance[0] in html
     assert summarised.exists()
+
+
+def test_sections_that_page_one_alone_refers_to_are_in_the_full_report(content):
+    joules = next(each for each in content.pooled if each.savings is not None)
+    decided = dataclasses.replace(joules, decision=dataclasses.replace(joules.lead, days=("2021-06-01",)))
+    whole = dataclasses.replace(content, comparisons=(decided,))
+    pages = report_files(whole, summary=True)
+    alone, full = (pages[name].decode("utf-8") for name in ("summary.html", "report.html"))
+    assert "both (Methods, in the full report)" in alone
+    assert "both (Methods)" in full
 
 
 def test_page_one_is_written_only_where_it_is_asked_for(written):

@@ -247,3 +247,15 @@ def test_a_control_that_is_a_plain_number_stands_at_its_value(content):
     assert axes.get_xticks().tolist() == [1.0, 2.0, 3.0]
     assert [label.get_text().replace("\u00a0", " ") for label in axes.get_xticklabels()] == ["1", "control (2 kg)", "3"]
     says(FIGURES["joules_by_damping"].caption(changed).replace("\u00a0", " "), "The control", "2 kg")
+
+
+@pytest.mark.parametrize(("shared", "said"), [(0.4, True), (0.0, False), (None, False)])
+def test_the_caption_says_where_bars_hold_the_error_of_the_drain(content, shared, said):
+    conditions = []
+    for one in content.conditions:
+        joules = one.summaries[Outcome.JOULES]
+        changed = dataclasses.replace(joules, mean=dataclasses.replace(joules.mean, shared_se=shared))
+        conditions.append(with_summary(one, Outcome.JOULES, changed))
+    whole = dataclasses.replace(content, conditions=tuple(conditions))
+    captions = [FIGURES[name].caption(whole) for name in ("joules_by_damping", "apex_by_damping")]
+    assert ["drain error included" in caption for caption in captions] == [said, False]
