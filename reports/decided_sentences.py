@@ -217,7 +217,7 @@ def _significant_alone(content: ReportContent, overall: OverallSavings) -> str:
         if each.quantity is overall.quantity and each.group in overall.scope.groups
     ]
     alone = [name for name, significant in groups if significant]
-    return f"Significant alone: {list_text(alone)}." if 0 < len(alone) < len(groups) else ""
+    return f"Significant alone: {'; '.join(alone)}." if 0 < len(alone) < len(groups) else ""
 
 
 def _kept_height(content: ReportContent, heights: OverallEquivalence) -> Claim:

@@ -127,6 +127,8 @@ def publication_style() -> Iterator[None]:
     with matplotlib.rc_context(others), warnings.catch_warnings():
         # A name in a script that the font lacks is drawn as boxes; the page has it in full.
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
+        # Where labels leave no room for the axes, as of absurd numbers, these keep matplotlib's margins.
+        warnings.filterwarnings("ignore", message="constrained_layout not applied")
         yield
 
 

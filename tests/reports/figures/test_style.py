@@ -1,7 +1,8 @@
 from matplotlib import font_manager, rcParams
 from matplotlib.figure import Figure
 
-from reports.figures.style import FAMILY, figure_font, publication_style
+from reports.figures.kind import FORMS, write_figure
+from reports.figures.style import FAMILY, figure_font, new_figure, publication_style
 
 WORDS = "Yes, AV Te: k = 1091 N/m − 12 × 3 °C 包 é ß"
 
@@ -25,3 +26,13 @@ def test_words_are_as_wide_as_in_dejavu_sans():
                 for family in (FAMILY, "DejaVu Sans")
             }
             assert len(widths) == 1
+
+
+def test_labels_that_leave_the_axes_no_room_are_drawn_without_a_warning(tmp_path):
+    """Warnings are errors here: a user of absurd numbers read matplotlib's on the terminal."""
+    for form in FORMS:
+        with publication_style():
+            figure = new_figure(3.5, 2.0)
+            figure.subplots().set_yticks([0, 1], ["1" * 200] * 2)
+        write_figure(figure, tmp_path / f"figure{form}")
+        assert (tmp_path / f"figure{form}").stat().st_size > 1000
