@@ -94,4 +94,6 @@ def blocks_of_runs(
 
 def _runs(values: Sequence[float], errors: Sequence[SharedError]) -> Runs:
     mean = math.fsum(values) / len(values)
-    return Runs(len(values), mean, math.fsum((value - mean) ** 2 for value in values), shared_of_mean(errors))
+    # The mean of equal values, rounded, may be another number; they do not scatter about it.
+    squares = 0.0 if min(values) == max(values) else math.fsum((value - mean) ** 2 for value in values)
+    return Runs(len(values), mean, squares, shared_of_mean(errors))

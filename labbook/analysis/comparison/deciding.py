@@ -115,7 +115,7 @@ def decide(
             Request(
                 DECISION,
                 {"quantity": str(quantity), "family": pair.family, "label": pair.label, **scope},
-                _inputs(pair),
+                fingerprints_of_contrast(pair),
                 # Results of before have the key without what is pooled: they took its levels for days.
                 {"with_savings": _has_savings(pair, quantity), "alpha": alpha}
                 | ({"within": list(pair.pooled_over)} if pair.pooled_over else {}),
@@ -130,7 +130,9 @@ def decide_equivalence(
     cache: ResultCache, pairs: Sequence[Pair], bounds: Bounds, alpha: float, scope: Mapping[str, Any]
 ) -> list[EquivalenceResult]:
     """Ensure the two one-sided tests of apex heights of every pair, in order, by the same contrast."""
-    return ensure_equivalence(cache, DECISION_EQUIVALENCE, pairs, bounds, alpha, scope, _inputs, _equivalent)
+    return ensure_equivalence(
+        cache, DECISION_EQUIVALENCE, pairs, bounds, alpha, scope, fingerprints_of_contrast, _equivalent
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,12 +200,26 @@ def _contrasts(pairs: Mapping[str, Pair]) -> dict[str, Contrast]:
     return {name: contrast_of(pair) for name, pair in pairs.items()}
 
 
-def _inputs(pair: Pair) -> tuple[InputRow, ...]:
-    return (*fingerprints_of_sides(pair), *fingerprints_of_days(pair))
+def fingerprints_of_contrast(pair: Pair) -> tuple[InputRow, ...]:
+    """Name what a contrast rests on: the conditions of both sides, and the day of every run."""
+    # Results of before name the days of equal runs as those of others: they took rounding for scatter.
+    role = "day of equal runs" if _equal_within_days(pair) else "day"
+    return (*fingerprints_of_sides(pair), *fingerprints_of_days(pair, role))
+
+
+def _equal_within_days(pair: Pair) -> bool:
+    """Whether runs of one side, day and stratum are equal throughout, and three of them somewhere."""
+    blocks: dict[tuple[int, str, str], list[float]] = {}
+    for at, side in enumerate((pair.a, pair.b)):
+        for levels, item in _runs(side):
+            blocks.setdefault((at, item.run.day, _stratum(pair, levels)), []).append(item.value)
+    return any(len(values) > 2 for values in blocks.values()) and all(
+        min(values) == max(values) for values in blocks.values()
+    )
 
 
 def _fingerprints(pairs: Mapping[str, Pair]) -> tuple[InputRow, ...]:
-    return tuple(one for pair in pairs.values() for one in _inputs(pair))
+    return tuple(one for pair in pairs.values() for one in fingerprints_of_contrast(pair))
 
 
 def decided(pair: Pair, quantity: Outcome, alpha: float) -> DecisionResult:

@@ -20,8 +20,8 @@ from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
-from labbook.analysis.comparison.comparing import Pair, fingerprints_of_days, fingerprints_of_sides
-from labbook.analysis.comparison.deciding import contrast_of
+from labbook.analysis.comparison.comparing import Pair
+from labbook.analysis.comparison.deciding import contrast_of, fingerprints_of_contrast
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.prediction.checking import (
     AllPredicted,
@@ -182,7 +182,7 @@ def _request(
 ) -> Request[ComparisonVerdict]:
     by_day, alpha = decided.unit_of_analysis is not UnitOfAnalysis.RUN, decided.alpha
     simulated = predicted if settings.outcome in SIMULATED else {}
-    inputs = [row for pair in one.pairs for row in (*fingerprints_of_sides(pair), *fingerprints_of_days(pair))]
+    inputs = [row for pair in one.pairs for row in fingerprints_of_contrast(pair)]
     if simulated:
         inputs += [row for side in one.sides for row in inputs_of("predicted", side_of(side, simulated))]
     return Request(

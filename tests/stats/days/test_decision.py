@@ -207,6 +207,18 @@ def test_constant_runs_have_no_test() -> None:
     assert within.code is Reason.GROUPS_WITHOUT_SCATTER
 
 
+@pytest.mark.parametrize("n", [3, 5, 6, 7])
+def test_equal_runs_do_not_scatter_by_rounding(n: int) -> None:
+    """The mean of n equal doubles, summed and divided, is often another double: a t of 1e15 followed from it."""
+    for each in np.random.default_rng(n).uniform(30.0, 50.0, 50):
+        control, treated = float(each), 0.9 * float(each)
+        found = contrast([([control] * n, [treated] * n)], DRAIN)
+        p = found.savings().p
+        assert isinstance(p, Undefined)
+        assert p.code is Reason.GROUPS_WITHOUT_SCATTER
+        assert overall_savings({"small": found, "large": found}).scope.groups == ()
+
+
 def test_what_days_do_to_both_sides_costs_no_digits() -> None:
     """Days differ a million times as much as their pairs do: the same test as without them."""
     days = [0.0, 3e6, -7e6, 1e6]
