@@ -107,10 +107,11 @@ def _claims(content: ReportContent, compared: Sequence[Comparison]) -> tuple[Cla
     if pooled and pooled[0].decision is not None:
         over_groups = overall_claims(content)
         said = {outcome for outcome, _claim in over_groups}
-        wanted = {Outcome.APEX} - said if over_groups else set(Outcome)
-        narrow = [item for item in pooled if item.quantity in wanted]
+        wanted = {Outcome.JOULES, Outcome.APEX} - said if over_groups else set(Outcome)
+        narrow = [(item.quantity, group_claim(content, item)) for item in pooled if item.quantity in wanted]
         opening = [family_claim(planned)] if planned else []
-        return (*opening, *(claim for _, claim in over_groups), *(group_claim(content, item) for item in narrow))
+        by_outcome = sorted((*over_groups, *narrow), key=lambda each: list(Outcome).index(each[0]))
+        return (*opening, *(claim for _outcome, claim in by_outcome))
     saved = [item for item in pooled if item.quantity.has_savings]
     others = [item for item in pooled if not item.quantity.has_savings]
     found = [
