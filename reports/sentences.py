@@ -170,10 +170,11 @@ def family_claim(planned: Sequence[Comparison]) -> Claim:
         family = [item for item in planned if item.quantity is quantity]
         shown = sum(item.lead.adjusted_rejected is True and not item.one_day_each for item in family)
         if family:
-            confounded = sum(
+            untold = sum(
                 item.decision.rejected is None if item.decision else bool(item.one_day_each) for item in family
             )
-            days = f" ({confounded} {NOT_FROM_DAYS})" if confounded else ""
+            why = "without a test" if family[0].decision else NOT_FROM_DAYS
+            days = f" ({untold} {why})" if untold else ""
             by_quantity.append(f"{shown or 'none'} of {count_text(len(family), 'comparison')} of {quantity}{days}")
             ids += [item.lead.adjusted.provenance for item in family if item.lead.adjusted is not None][:1]
     named = "The family of comparisons is" if any(item.exploratory for item in planned) else "Decided on beforehand was"

@@ -7,7 +7,8 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports.content import Factor
 from reports.naming import swept_words
-from reports.sentences import difference_claim, savings_claim
+from reports.remarks import NOT_FROM_DAYS
+from reports.sentences import difference_claim, family_claim, savings_claim
 from tests.helpers.wording import says
 
 
@@ -212,3 +213,18 @@ def test_bounds_in_percent_are_of_the_controls_mean(content):
     percent = dataclasses.replace(apex.equivalence, estimate=estimate, low=-3.0, high=3.0, shown=True)
     claim = difference_claim(content, dataclasses.replace(apex, equivalence=percent))
     says(plain(claim.text), "−3", "3 %", "mean was shown", "90 %", "0.10", "0.70 %")
+
+
+def test_a_family_counts_apart_what_has_no_test_and_what_days_cannot_tell(content):
+    """Decided by shared days, a comparison may lack a test for other reasons than its days."""
+    family = [c for c in content.comparisons if c.opens and c.quantity is Outcome.JOULES]
+    confounded = [dataclasses.replace(family[0], one_day_each=DAYS_TELL_NOTHING), *family[1:]]
+    says(plain(family_claim(confounded).text), f"(1 {NOT_FROM_DAYS})")
+    why = Undefined(Reason.GROUPS_WITHOUT_SCATTER)
+    decided = [dataclasses.replace(c, decision=c.lead) for c in family]
+    lead = decided[0].lead
+    test = dataclasses.replace(lead.test, p=why)
+    untested = dataclasses.replace(lead, rejected=None, adjusted_rejected=None, test=test)
+    text = plain(family_claim([dataclasses.replace(decided[0], decision=untested), *decided[1:]]).text)
+    says(text, "(1 without a test)")
+    assert NOT_FROM_DAYS not in text
