@@ -55,13 +55,16 @@ def _uncertainty(content: ReportContent) -> str:
     days that act on both sides differently.
     """
     overall = next(iter(content.overall), None)
-    if overall is None:
-        several = content.pooled[:1]
-        number = several[0].lead.savings or several[0].lead.difference if several else None
-    else:
-        several = [each for each in content.pooled if each.quantity is overall.quantity]
+    of_pooled = min((each.quantity for each in content.pooled), key=list(Outcome).index, default=None)
+    several = [each for each in content.pooled if each.quantity is (overall.quantity if overall else of_pooled)]
+    number: Number | None = None
+    if overall is not None:
         several = [each for each in several if each.group in overall.scope.groups]
         number = overall.savings
+    elif len(several) == 1:  # of several groups without an effect over all, none is the answer
+        number = several[0].lead.savings or several[0].lead.difference
+    if content.counted != "run" or any(each.decision is None and each.one_day_each for each in several):
+        return ""  # n counts days, or the error leaves out what two days differ by
     squares = [square for each in several if (square := _of_runs(each)) is not None]
     if (
         number is None
@@ -101,7 +104,7 @@ def _of_runs(comparison: Comparison) -> float | None:
 
 def _one_day_less(content: ReportContent) -> str:
     """Say how far leaving out one day moves a group's headline, by the first unit that there is; "" without one."""
-    known = [each for each in content.sensitivity if isinstance(each.as_reported.value, float)]
+    known = _known_headlines(content)
     of_unit = [each for each in known if each.as_reported.unit == known[0].as_reported.unit]
     measured, without = _days_measured(content), [(each, one) for each in of_unit for one in _days(content, each)]
     shifts = [abs(shift) for each, one in without if (shift := _shift(each, one.label)) is not None]
@@ -116,7 +119,7 @@ def _one_day_less(content: ReportContent) -> str:
 
 def _none_left_out(content: ReportContent) -> str:
     """Say that no headline is known without a day of the selection; "" where one is, or there is no headline."""
-    known = [each for each in content.sensitivity if isinstance(each.as_reported.value, float)]
+    known = _known_headlines(content)
     measured = _days_measured(content)
     if not known or not measured or any(_days(content, each) for each in known):
         return ""
@@ -130,7 +133,7 @@ def robustness_sentences(content: ReportContent) -> tuple[str, ...]:
 
     Headlines of the first unit stand with their ranges, of the others how far any of them moves.
     """
-    known = [each for each in content.sensitivity if isinstance(each.as_reported.value, float)]
+    known = _known_headlines(content)
     found = [said for said in (_none_left_out(content),) if said]
     for rank, unit in enumerate(dict.fromkeys(each.as_reported.unit for each in known)):
         of_unit = [each for each in known if each.as_reported.unit == unit]
@@ -158,6 +161,12 @@ def robustness_sentences(content: ReportContent) -> tuple[str, ...]:
         if moves:
             found.append(f"{sentence_start(_what(of_unit[0]))} move by at most {', '.join(moves)}.")
     return tuple(found)
+
+
+def _known_headlines(content: ReportContent) -> list[Sensitivity]:
+    """Return the headlines that have a value, savings first; so that these lead where a group has none."""
+    known = [each for each in content.sensitivity if isinstance(each.as_reported.value, float)]
+    return sorted(known, key=lambda each: each.as_reported.unit != "%")
 
 
 def _what(item: Sensitivity) -> str:

@@ -119,3 +119,26 @@ def test_the_first_line_says_when_the_analysis_was_decided_on_and_how_often_it_w
     told = ("Departure: one.", "A family counts as planned only as a whole.")
     changed = dataclasses.replace(content, planned=True, departures=told, departed=departed, run_before=run_before)
     assert plain(trust_sentences(changed))[0] == f"The analysis was decided on {said}"
+
+
+def test_of_days_counted_or_days_compared_nothing_says_that_more_runs_help(content):
+    """n counts days where the plan does; and of sides with a day each the error knows nothing of days."""
+    changed = of_one_group(content, 2.0)
+    (only,) = changed.comparisons
+    apart = dataclasses.replace(only, one_day_each="of one day each")
+    for other in (
+        dataclasses.replace(changed, counted="day"),
+        dataclasses.replace(changed, comparisons=(apart,)),
+        dataclasses.replace(content, overall=()),  # several groups, and none of them is the answer
+    ):
+        assert not any("standard error" in each for each in trust_sentences(other))
+
+
+def test_savings_lead_where_the_first_group_has_none(content):
+    """The first group has heights alone: its differences in mm come after the savings of the others."""
+    first, *others = content.sensitivity
+    in_m = [dataclasses.replace(each, number=Number(0.0013, "m")) for each in first.variants]
+    heights = dataclasses.replace(first, as_reported=Number(0.0012, "m"), variants=tuple(in_m))
+    changed = dataclasses.replace(content, sensitivity=(heights, *others))
+    assert plain(trust_sentences(changed))[1].startswith("Leaving out any one day moves the savings of a group by")
+    assert plain(robustness_sentences(changed))[0].startswith("Savings without one day at a time: ")
