@@ -223,16 +223,24 @@ class Contrast:
         return _Error(math.sqrt(variance), shared.se, math.sqrt(variance + more))
 
     def _fieller(self, level: float) -> tuple[float, float] | Undefined:
-        control, treated, squared = self._control, self._treated, t_quantile(level, self.df) ** 2
+        squared = t_quantile(level, self.df) ** 2
+        # Fourth powers of the values stay doubles in the power of two next to the control, which changes no digit
+        unit = math.ldexp(1.0, math.frexp(self._control)[1])
+        control, treated = self._control / unit, self._treated / unit
         of_control, of_treated = self.control_shared, self.treated_shared
-        v_cc = self.control_variance + joined_variance(of_control, of_control, level, self.df)
-        v_ct = self.covariance + joined_variance(of_control, of_treated, level, self.df)
-        v_tt = self.treated_variance + joined_variance(of_treated, of_treated, level, self.df)
+        v_cc, v_ct, v_tt = (
+            (own + joined_variance(one, other, level, self.df)) / unit / unit
+            for own, one, other in (
+                (self.control_variance, of_control, of_control),
+                (self.covariance, of_control, of_treated),
+                (self.treated_variance, of_treated, of_treated),
+            )
+        )
         a = control * control - squared * v_cc
         if a <= 0.0:
             return Undefined(Reason.CONTROL_NEAR_ZERO)
         # b^2 - a g and a - b, written so that nothing cancels where the errors are small
-        error = self._test(treated / control, level).error
+        error = self._test(treated / control, level).error / unit
         root = math.sqrt(max(0.0, squared * (control * error) ** 2 - squared * squared * (v_cc * v_tt - v_ct * v_ct)))
         middle = control * (control - treated) - squared * (v_cc - v_ct)
         return 100.0 * (middle - root) / a, 100.0 * (middle + root) / a

@@ -322,3 +322,13 @@ def test_a_day_counts_once_however_many_levels_it_holds() -> None:
         np.mean([(treated - control)[few & uneven & (days == day) & (levels == level)].mean()
                  for day, level in (("a", "sand"), ("a", "gravel"), ("b", "sand"))])
     )  # fmt: skip
+
+
+@pytest.mark.parametrize("power", [-330, 330])
+def test_percent_of_tiny_and_huge_values_are_the_same(power: int) -> None:
+    """Near 1e100 the fourth power of a value is no double."""
+    scaled = [tuple([math.ldexp(value, power) for value in side] for side in day) for day in JOULES]
+    for days, others in ((JOULES, scaled), (JOULES[:3], scaled[:3])):
+        one, other = contrast(days), contrast(others)  # type: ignore[arg-type]
+        assert other.savings().ci == one.savings().ci
+        assert other.equivalence(-3.0, 3.0) == one.equivalence(-3.0, 3.0)
