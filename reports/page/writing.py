@@ -100,17 +100,18 @@ def _tables(content: ReportContent) -> tuple[dict[str, Table], dict[str, bytes]]
 def write_report(files: Mapping[str, bytes], out_dir: Path) -> Path:
     """Write what `report_files` made into a folder, which is made where it is missing.
 
-    Each file replaces its predecessor in one step, the page last. What an earlier report left of its files is removed:
-    it would show other numbers than the page. Returns where the page is. Raises `UsageError` where the folder cannot be
-    written to.
+    Once all are on disk each replaces its predecessor in one step, the page last: where one cannot be written, an
+    earlier report stays whole. What else it left of its files is removed: it would show other numbers than the page.
+    Returns where the page is. Raises `UsageError` where the folder cannot be written to.
     """
     refuse_foreign(out_dir)
     with _writing_to(out_dir):
         for folder in ("figures", "tables"):
             (out_dir / folder).mkdir(parents=True, exist_ok=True)
         (out_dir / _MARK).touch()
-        written = {_replace(out_dir / name, data) for name, data in files.items()}
-        for path in _of_a_report(out_dir) - written:
+        written = {out_dir / name: data for name, data in files.items()}
+        _replace(written)
+        for path in _of_a_report(out_dir) - written.keys():
             path.unlink(missing_ok=True)
     return out_dir / "report.html"
 
@@ -350,16 +351,23 @@ def _shown_figure(
     }
 
 
-def _replace(path: Path, data: bytes) -> Path:
-    """Write a file beside its place and move it there: a reader sees the old bytes or the new, never a half."""
-    with naming(path):
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
-        try:
-            with os.fdopen(handle, "wb") as stream:
-                stream.write(data)
-            Path(temporary).chmod(0o644)
-            Path(temporary).replace(path)
-        except BaseException:
-            Path(temporary).unlink(missing_ok=True)
-            raise
-    return path
+def _replace(files: Mapping[Path, bytes]) -> None:
+    """Write files beside their places and then move them there: a reader sees the old bytes or the new, never a half.
+
+    Where one cannot be written, none is moved.
+    """
+    beside: dict[Path, Path] = {}
+    try:
+        for path, data in files.items():
+            with naming(path):
+                handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
+                beside[path] = Path(temporary)
+                with os.fdopen(handle, "wb") as stream:
+                    stream.write(data)
+                beside[path].chmod(0o644)
+        for path, written in beside.items():
+            with naming(path):
+                written.replace(path)
+    finally:
+        for written in beside.values():
+            written.unlink(missing_ok=True)

@@ -252,6 +252,16 @@ def test_a_folder_that_cannot_be_written_is_one_sentence(minimal, tmp_path):
     assert blocked.read_text() == "a file is here"
 
 
+def test_where_one_file_cannot_be_written_an_earlier_report_stays_whole(minimal, tmp_path):
+    """As on a full disk: its page would stand beside tables with other numbers."""
+    write_report(report_files(minimal), tmp_path)
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    files = {name: data + b" " for name, data in report_files(minimal).items()}
+    with refuses(UsageError, "cannot be written"):
+        write_report({**files, f"{'long' * 100}.html": b""}, tmp_path)
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
+
+
 def test_captions_stay_where_a_table_scrolls_and_no_heading_ends_a_printed_sheet(content):
     page = quick_page(content)
     assert re.search(r"^caption {[^}]*position: sticky; left: 0", page, re.MULTILINE)
