@@ -130,12 +130,16 @@ POOLED = "pooled"
 
 @dataclass(frozen=True, slots=True)
 class Between:
-    """Two levels of a factor that are compared: `level` less `against`, of the runs of a `side` (control, treated)."""
+    """Two levels of a factor that are compared: `level` less `against`, of the runs of a `side` (control, treated).
+
+    `at` is the level of the swept factor where the runs are of one treated level alone, "" elsewhere.
+    """
 
     factor: str
     level: str
     against: str
     side: str
+    at: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -134,37 +134,18 @@ def _known_levels(content: ReportContent) -> dict[tuple[str, str], Level]:
 def level_of(content: ReportContent, comparison: Comparison) -> str:
     """Name the level that a comparison sets against its control: "d = 186 kg/s (gain 50)" or "pooled".
 
-    Between two levels of a further factor the level carries the other, and its side: "k = 1091 N/m less k = 835 N/m,
-    treated", or the level of the swept factor.
+    Of two levels of a further factor both are named, and their side: "k = 1091 N/m less k = 835 N/m, treated", or the
+    level of the swept factor.
     """
-    swept = swept_factor(content)
-    if swept is not None:
-        for condition in content.conditions:
-            level = condition.level(swept.name)
-            if level is not None and level.label == comparison.level and not condition.control:
-                return level_name(swept, level, gain=True)
-    label, _, side = comparison.level.rpartition(", ")
-    known = _known_levels(content)
-    for factor in content.factors:
-        further = None if factor.swept or factor.name in comparison.group else known.get((factor.name, label))
-        if further is not None:
-            other = _only_other(content, further, comparison.group)
-            less = "" if other is None else f" less {level_name(factor, other)}"
-            at = None if swept is None else known.get((swept.name, side.removeprefix(f"{swept.name} ")))
-            side = side if swept is None or at is None else level_name(swept, at)
-            return f"{level_name(factor, further)}{less}, {side}"
-    return comparison.level
-
-
-def _only_other(content: ReportContent, level: Level, group: Mapping[str, str]) -> Level | None:
-    """Return the level that a group has beside one, None where it has several: then the label alone says which."""
-    others: dict[str, Level] = {}
-    for condition in content.conditions:
-        known = {found.factor: found for found in condition.levels}
-        inside = all(name in known and known[name].label == label for name, label in group.items())
-        if inside and level.factor in known and known[level.factor].label != level.label:
-            others[known[level.factor].label] = known[level.factor]
-    return next(iter(others.values())) if len(others) == 1 else None
+    swept, between = swept_factor(content), comparison.between
+    if between is not None:
+        level, against = (
+            level_names(content, {between.factor: label})[0] for label in (between.level, between.against)
+        )
+        at = between.side if swept is None or not between.at else level_names(content, {swept.name: between.at})[0]
+        return f"{level} less {against}, {at}"
+    known = None if swept is None else _known_levels(content).get((swept.name, comparison.level))
+    return comparison.level if swept is None or known is None else level_name(swept, known, gain=True)
 
 
 def swept_factor(content: ReportContent) -> Factor | None:

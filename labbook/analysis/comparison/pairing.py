@@ -104,8 +104,9 @@ def pairs_between(conditions: Sequence[ConditionValues], swept: str) -> list[Pai
         for group, items in by_levels(conditions, kept):
             levels = list(dict.fromkeys(item.levels[factor] for item in items))
             treated, control = treated_and_control(items)
-            sides = {"treated": treated, "control": control} | _by_level(treated, swept)
-            for name, side in sides.items():
+            sides = [("treated", "", treated), ("control", "", control)]
+            sides += [(f"{swept} {label}", label, of_label) for label, of_label in _by_level(treated, swept).items()]
+            for name, at, side in sides:
                 of_level = {level: [item for item in side if item.levels[factor] == level] for level in levels}
                 for level in levels[1:]:
                     if of_level[levels[0]] and of_level[level]:
@@ -114,15 +115,15 @@ def pairs_between(conditions: Sequence[ConditionValues], swept: str) -> list[Pai
                         found.append(
                             Pair(family, label, group, f"{level}, {name}", tuple(of_level[levels[0]]),
                                  tuple(of_level[level]), against_control=False,
-                                 between=Between(factor, level, levels[0], name))
+                                 between=Between(factor, level, levels[0], name, at))
                         )  # fmt: skip
     return found
 
 
 def _by_level(treated: Sequence[ConditionValues], swept: str) -> dict[str, list[ConditionValues]]:
-    """Return the treated conditions of each level of the swept factor, where there are several, by a name for it."""
+    """Return the treated conditions of each level of the swept factor, where there are several."""
     labels = sorted({item.levels[swept] for item in treated}, key=_order)
-    found = {f"{swept} {label}": [item for item in treated if item.levels[swept] == label] for label in labels}
+    found = {label: [item for item in treated if item.levels[swept] == label] for label in labels}
     return found if len(found) > 1 else {}
 
 

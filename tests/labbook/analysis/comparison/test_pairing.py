@@ -55,4 +55,6 @@ def test_a_pair_between_levels_names_what_its_difference_is_of() -> None:
             assert pair.between is not None
             assert {one.levels["foot"] for one in pair.a} == {pair.between.against}
             assert {one.levels["foot"] for one in pair.b} == {pair.between.level}
+            at_one_level = pair.between.side not in ("treated", "control")
+            assert pair.between.at == (pair.a[0].levels["b_ad_gain"] if at_one_level else "")
     assert {pair.between.against for pair in pairs if pair.between} != {conditions()[0].levels["foot"]}
