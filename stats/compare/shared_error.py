@@ -125,6 +125,8 @@ def shared_of_mean(errors: Sequence[SharedError]) -> SharedError:
     """
     if isinstance(errors, SharedError) or not isinstance(errors, Sequence):
         raise InputRefused(f"the shared errors of a mean are {errors!r}: give a list of them, one of each value.")
+    if len(errors) == 1:
+        return as_shared("a shared error of a mean", errors[0])
     terms: dict[tuple[str, str], list[float]] = {}
     df = degrees_of_fits(as_shared("a shared error of a mean", error) for error in errors)
     for error in errors:

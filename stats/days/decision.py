@@ -39,7 +39,7 @@ from data_schema.vocabulary import Undefined
 from stats.checks import Labels, as_level, as_number
 from stats.compare.shared_error import ENOUGH_DEGREES, SharedError
 from stats.days.decision_result import Bounded, Estimate, bounded, no_estimate, not_bounded
-from stats.days.runs_by_day import Block, Runs, SharedDay, blocks_of_runs, joined, weighed, weights_of
+from stats.days.runs_by_day import Block, Runs, RunsByDay, SharedDay, blocks_of_runs, joined, weighed, weights_of
 from stats.exact.tails import t_quantile, t_two_sided
 
 LEAST_DAYS = 4
@@ -87,6 +87,11 @@ class Contrast:
     control_shared: SharedError
     treated_shared: SharedError
     counts: Counts
+    runs: RunsByDay
+
+    def without(self, day: str) -> Contrast:
+        """Return the contrast of the runs of the other days, by the rule that fits these."""
+        return _contrast(self.runs.without(day))
 
     @property
     def days(self) -> tuple[str, ...]:
@@ -294,27 +299,35 @@ def contrast_by_day(
     for what, one, other in (("days", days_treated, days_control), ("strata", strata_treated, strata_control)):
         if (one is None) != (other is None):
             raise InputRefused(f"{what} are given for one condition only: give them for both or for none.")
-    of_control = blocks_of_runs("control", control, days_control, strata_control, shared_control)
-    of_treated = blocks_of_runs("treated", treated, days_treated, strata_treated, shared_treated)
-    both = [block for block in of_control if block in of_treated]
+    return _contrast(
+        RunsByDay(
+            blocks_of_runs("control", control, days_control, strata_control, shared_control),
+            blocks_of_runs("treated", treated, days_treated, strata_treated, shared_treated),
+        )
+    )
+
+
+def _contrast(runs: RunsByDay) -> Contrast:
+    of_control, of_treated = runs.control, runs.treated
+    both = of_control.keys() & of_treated.keys()
     shared_days = tuple(SharedDay(block[0], of_control[block], of_treated[block]) for block in sorted(both))
     df_control, df_treated = (
-        sum(runs.n - 1 for runs in side)
+        sum(one.n - 1 for one in side)
         for side in ([day.control for day in shared_days], [day.treated for day in shared_days])
     )
     counts = Counts(
         sum(day.control.n for day in shared_days),
         sum(day.treated.n for day in shared_days),
-        sum(runs.n for block, runs in of_control.items() if block not in both),
-        sum(runs.n for block, runs in of_treated.items() if block not in both),
+        sum(one.n for block, one in of_control.items() if block not in both),
+        sum(one.n for block, one in of_treated.items() if block not in both),
     )
     by_day: dict[str, list[SharedDay]] = {}
     for each in shared_days:
         by_day.setdefault(each.day, []).append(each)
     if len(by_day) >= LEAST_DAYS:
-        return _paired(tuple(map(joined, by_day.values())), counts)
+        return _paired(tuple(map(joined, by_day.values())), counts, runs)
     if shared_days and min(df_control, df_treated) >= 1:
-        return _within(shared_days, (df_control, df_treated), counts)
+        return _within(shared_days, (df_control, df_treated), counts, runs)
     if not of_control or not of_treated:
         why = Undefined(Reason.GROUP_EMPTY, group=CONTROL if not of_control else TREATED)
     elif not shared_days:
@@ -324,10 +337,10 @@ def contrast_by_day(
         why = Undefined(Reason.NO_DAY_WITH_TWO, n=len(by_day), of=of)
     control_mean, treated_mean = _mean_of_runs(of_control, CONTROL), _mean_of_runs(of_treated, TREATED)
     none = SharedError()
-    return Contrast(Rule.NONE, why, shared_days, control_mean, treated_mean, 0.0, 0.0, 0.0, 0, none, none, counts)
+    return Contrast(Rule.NONE, why, shared_days, control_mean, treated_mean, 0.0, 0.0, 0.0, 0, none, none, counts, runs)
 
 
-def _paired(days: tuple[SharedDay, ...], counts: Counts) -> Contrast:
+def _paired(days: tuple[SharedDay, ...], counts: Counts, runs: RunsByDay) -> Contrast:
     k = len(days)
     means = np.array([(day.control.mean, day.treated.mean) for day in days])
     control, treated = (math.fsum(column) / k for column in means.T)
@@ -336,23 +349,25 @@ def _paired(days: tuple[SharedDay, ...], counts: Counts) -> Contrast:
     weights = [1.0 / k] * k
     of_control = weighed([day.control.shared for day in days], weights)
     of_treated = weighed([day.treated.shared for day in days], weights)
-    return Contrast(Rule.PAIRED, None, days, control, treated, v_cc, v_ct, v_tt, k - 1, of_control, of_treated, counts)
+    return Contrast(
+        Rule.PAIRED, None, days, control, treated, v_cc, v_ct, v_tt, k - 1, of_control, of_treated, counts, runs
+    )
 
 
-def _within(days: tuple[SharedDay, ...], dfs: tuple[int, int], counts: Counts) -> Contrast:
+def _within(days: tuple[SharedDay, ...], dfs: tuple[int, int], counts: Counts, runs: RunsByDay) -> Contrast:
     weights = weights_of(days)
 
-    def side(runs: list[Runs], df: int) -> tuple[float, float, SharedError]:
+    def side(found: list[Runs], df: int) -> tuple[float, float, SharedError]:
         """Return the weighed mean of a side, the variance of its error, and its error in common with others."""
-        mean = math.fsum(weight * one.mean for weight, one in zip(weights, runs, strict=True))
-        of_a_run = math.fsum(one.squares for one in runs) / df
-        variance = of_a_run * math.fsum(w * w / one.n for w, one in zip(weights, runs, strict=True))
-        return mean, variance, weighed([one.shared for one in runs], weights)
+        mean = math.fsum(weight * one.mean for weight, one in zip(weights, found, strict=True))
+        of_a_run = math.fsum(one.squares for one in found) / df
+        variance = of_a_run * math.fsum(w * w / one.n for w, one in zip(weights, found, strict=True))
+        return mean, variance, weighed([one.shared for one in found], weights)
 
     control, v_cc, of_control = side([day.control for day in days], dfs[0])
     treated, v_tt, of_treated = side([day.treated for day in days], dfs[1])
     return Contrast(
-        Rule.WITHIN, None, days, control, treated, v_cc, 0.0, v_tt, min(dfs), of_control, of_treated, counts
+        Rule.WITHIN, None, days, control, treated, v_cc, 0.0, v_tt, min(dfs), of_control, of_treated, counts, runs
     )
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
 from stats.checks import Labels, as_labels, as_sample
-from stats.compare.shared_error import SharedError, shared_of_mean
+from stats.compare.shared_error import SharedError, degrees_of_fits, shared_of_mean
 from stats.results import counted
 
 Block = tuple[str, str]
@@ -25,6 +25,21 @@ class Runs:
     mean: float
     squares: float
     shared: SharedError
+
+
+@dataclass(frozen=True, slots=True)
+class RunsByDay:
+    """The runs of a control and of a treatment, by day and stratum."""
+
+    control: Mapping[Block, Runs]
+    treated: Mapping[Block, Runs]
+
+    def without(self, day: str) -> RunsByDay:
+        """Return the runs of the other days."""
+        control, treated = (
+            {block: runs for block, runs in side.items() if block[0] != day} for side in (self.control, self.treated)
+        )
+        return RunsByDay(control, treated)
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +78,12 @@ def weights_of(days: Sequence[SharedDay]) -> list[float]:
 
 def weighed(errors: Sequence[SharedError], weights: Sequence[float]) -> SharedError:
     """Return the error of a weighted sum; the weights sum to 1."""
-    return shared_of_mean([error.times(weight * len(errors)) for error, weight in zip(errors, weights, strict=True)])
+    n = len(errors)
+    terms: dict[tuple[str, str], list[float]] = {}
+    for error, weight in zip(errors, weights, strict=True):
+        for term, value in error.terms.items():
+            terms.setdefault(term, []).append(weight * n * value)
+    return SharedError({term: math.fsum(values) / n for term, values in terms.items()}, degrees_of_fits(errors))
 
 
 def blocks_of_runs(

@@ -222,9 +222,10 @@ def _fingerprints(pairs: Mapping[str, Pair]) -> tuple[InputRow, ...]:
     return tuple(one for pair in pairs.values() for one in fingerprints_of_contrast(pair))
 
 
-def decided(pair: Pair, quantity: Outcome, alpha: float) -> DecisionResult:
-    """Decide about a pair by the rule that fits its days; intervals have level 1 - alpha."""
-    return decided_by(contrast_of(pair), quantity.unit, alpha, _has_savings(pair, quantity), quantity.shares_error)
+def decided(pair: Pair, quantity: Outcome, alpha: float, contrast: Contrast | None = None) -> DecisionResult:
+    """Decide about a pair by the rule that fits its days, or by another contrast; intervals have level 1 - alpha."""
+    found = contrast_of(pair) if contrast is None else contrast
+    return decided_by(found, quantity.unit, alpha, _has_savings(pair, quantity), quantity.shares_error)
 
 
 def decided_by(found: Contrast, unit: str, alpha: float, with_savings: bool, shares_error: bool) -> DecisionResult:

@@ -6,9 +6,10 @@ between them, as each run's joules by another drain line, would be every run aga
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache as once
+from functools import cached_property, partial
 from typing import Any
 
 from data_schema.outcomes import Outcome
@@ -16,13 +17,14 @@ from data_schema.queries.results import InputRow
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.comparing import COMPARISON, ComparisonResult, Pair, compare, compared, pairs_in_units
-from labbook.analysis.comparison.deciding import DECISION, DecisionResult, decide, decided
+from labbook.analysis.comparison.deciding import DECISION, DecisionResult, contrast_of, decide, decided
 from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber, days_of, mean_of, number_of, unit_scope
 from labbook.analysis.outcomes.run_energy import Drain, RunEnergy, drain_lines, energies_by, idle_charges
 from labbook.analysis.results.result_cache import Request, ResultCache, fingerprint, result_fingerprint
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import AnalysisSettings, UnitOfAnalysis
 from stats.compare.shared_error import shared_of_mean
+from stats.days.decision import Contrast
 from stats.lines.passive_drain import why_no_line
 
 
@@ -59,13 +61,17 @@ class LeftOut:
             one.run.day != self.day and one.run.robot_uid not in lost for condition in side for one in condition.runs
         )
 
+    def changes(self, quantity: Outcome) -> bool:
+        """Whether the values of other days are others without its idle runs."""
+        return quantity is Outcome.JOULES and self.has_idle
+
     def rest_of(self, side: Sequence[ConditionValues], quantity: Outcome) -> tuple[ConditionValues, ...]:
         """Return a side with the values that are left; joules are computed anew where idle runs are left out."""
         kept = [
             replace(condition, runs=tuple(one for one in condition.runs if one.run.day != self.day))
             for condition in side
         ]
-        if quantity is Outcome.JOULES and self.has_idle:
+        if self.changes(quantity):
             kept = [self._by_other_lines(condition) for condition in kept]
         return tuple(condition for condition in kept if condition.runs)
 
@@ -129,15 +135,16 @@ def estimates_without(
     else:
         units = pairs_in_units(cache, pairs, quantity, unit, scope)
         whole += compare(cache, units, quantity, unit_scope(scope, unit), alpha)
+    contrasts = [once(partial(contrast_of, pair)) for pair in pairs]
     wanted = [
-        (day, pair, result)
+        (day, pair, result, contrast)
         for day in days
-        for pair, result in zip(pairs, whole, strict=True)
+        for pair, result, contrast in zip(pairs, whole, contrasts, strict=True)
         if day.remains(pair.a, quantity) and day.remains(pair.b, quantity)
     ]
-    found = cache.ensure([_request(day, pair, result, quantity, settings, scope) for day, pair, result in wanted])
+    found = cache.ensure([_request(*one, quantity, settings, scope) for one in wanted])
     by_day: dict[str, list[tuple[Pair, ComparisonResult | DecisionResult]]] = {}
-    for (day, pair, _whole), result in zip(wanted, found, strict=True):
+    for (day, pair, _whole, _contrast), result in zip(wanted, found, strict=True):
         by_day.setdefault(day.day, []).append((pair, result))
     return by_day
 
@@ -146,14 +153,18 @@ def _request(
     day: LeftOut,
     pair: Pair,
     whole: ComparisonResult | DecisionResult,
+    contrast: Callable[[], Contrast],
     quantity: Outcome,
     settings: AnalysisSettings,
     scope: Mapping[str, Any],
 ) -> Request[Any]:
+    """Ask for an estimate without a day; `contrast` gives that of all days."""
     unit, alpha = settings.unit_of_analysis, settings.alpha
     decides = unit is UnitOfAnalysis.SHARED_DAYS
 
     def estimate() -> ComparisonResult | DecisionResult:
+        if decides and not day.changes(quantity):
+            return decided(pair, quantity, alpha, contrast().without(day.day))
         rest = replace(pair, a=day.rest_of(pair.a, quantity), b=day.rest_of(pair.b, quantity))
         if unit is UnitOfAnalysis.DAY:
             rest = replace(rest, a=(_day_means(rest.a),), b=(_day_means(rest.b),))

@@ -193,6 +193,18 @@ def test_an_error_in_common_cancels_in_the_difference_and_stays_in_the_ratio() -
     assert narrow[1] < wide[1]
 
 
+@pytest.mark.parametrize("days", [5, 4, 2, 1])
+def test_without_a_day_it_is_the_contrast_of_the_others(days: int) -> None:
+    """To the last digit, and by their rule: of five days four are paired, of four three are within."""
+    every = [*JOULES, JOULES[0]][:days]
+    for left_out in range(days):
+        rest = [([], []) if at == left_out else day for at, day in enumerate(every)]
+        found, expected = contrast(every, DRAIN).without(str(left_out)), contrast(rest, DRAIN)
+        assert found == expected
+        assert found.savings() == expected.savings()
+        assert found.days == tuple(str(at) for at in range(days) if at != left_out) or found.rule is Rule.NONE
+
+
 def test_constant_runs_have_no_test() -> None:
     found = contrast([([40.0, 40.0], [36.0, 36.0])] * 5)
     assert found.savings().value == pytest.approx(10.0)
