@@ -302,7 +302,6 @@ class Order:
 
     points: tuple[RunPoint, ...] = ()
     packs: tuple[PackMean, ...] = ()
-    position_trend: Number | None = None
     sentences: tuple[str, ...] = ()
 
 

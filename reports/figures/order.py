@@ -6,7 +6,6 @@ import math
 from typing import TYPE_CHECKING
 
 from reports.content import ReportContent, RunPoint
-from reports.display import number_text
 from reports.figures.kind import FigureKind
 from reports.figures.style import BLACK, BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure
 from reports.naming import SweptWords, swept_factor, swept_words
@@ -74,15 +73,13 @@ def _scatter(
 
 
 def days_caption(content: ReportContent) -> str:
-    """Say what is drawn, with the trend where it was estimated."""
+    """Say what is drawn."""
     order = content.order
     count = len(order.points)
     runs = "one run" if count == 1 else f"each of {count_text(count, 'run')}"
     text = f"Energy of a jump in {runs} by its position in the day; days are spread within a position."
     if any(point.deviation_j is not None for point in order.points):
         text += " Panel a: as measured; panel b: less the mean of the run's condition."
-    if order.position_trend is not None:
-        text += f" Trend over the day: {number_text(order.position_trend)}."
     return text
 
 

@@ -264,9 +264,7 @@ def _order(maker, conditions):
         for pack in packs
     )
     sentences = ("The large foot was measured on other days than the small foot: foot and day are confounded.",)
-    trend = Number(0.012, "J per position", se=0.02, ci_low=-0.027, ci_high=0.051, n=len(points),
-                   provenance=maker.id("trend over the day", len(points)))  # fmt: skip
-    return Order(tuple(points), means, trend, sentences)
+    return Order(tuple(points), means, sentences)
 
 
 def _days(points):

@@ -212,7 +212,7 @@ def order(analysis: StudyAnalysis, shown: Shown, *, in_claims: bool) -> Order:
         for item in condition.runs
     ]
     packs = tuple(PackMean(pack, shown.number(found.deviation)) for pack, found in analysis.packs.items())
-    return Order(tuple(points), packs, None, tuple(confounded_with_day(analysis, in_claims=in_claims)))
+    return Order(tuple(points), packs, tuple(confounded_with_day(analysis, in_claims=in_claims)))
 
 
 def confounded_with_day(analysis: StudyAnalysis, *, in_claims: bool = False) -> list[str]:
