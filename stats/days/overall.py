@@ -33,7 +33,7 @@ class Scope:
     groups: tuple[str, ...]
     """Groups that enter."""
     left_out: tuple[str, ...]
-    """Groups whose days claim nothing, or whose runs do not scatter."""
+    """Groups whose days claim nothing, or whose runs, or differences by day, do not scatter."""
     days: tuple[str, ...]
     """Days on which the groups were compared."""
     days_measured_only: bool
@@ -139,7 +139,23 @@ def _claimed(groups: Mapping[str, Contrast]) -> dict[str, Contrast]:
         and isinstance(one.control_mean, float)
         and one.control_mean > 0.0
         and one.variance(one.ratio) > 0.0
+        and one.variance(1.0) > 0.0
     }
+
+
+def same_on_every_day(groups: Mapping[str, Contrast]) -> list[str]:
+    """Return the groups left out because treatment and control differ by as much on every day: their error is unknown.
+
+    The saving in percent of such a group scatters with its control alone, which tells nothing of the difference.
+    """
+    return [
+        name
+        for name, one in groups.items()
+        if one.rule is Rule.PAIRED
+        and isinstance(one.control_mean, float)
+        and one.control_mean > 0.0
+        and one.variance(one.ratio) > 0.0 == one.variance(1.0)
+    ]
 
 
 def _squared_se(one: Contrast) -> float:

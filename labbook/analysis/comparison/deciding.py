@@ -23,7 +23,7 @@ from labbook.config.model import Bounds
 from reports.numbers import Number
 from stats.days.decision import Contrast, Rule, contrast_by_day
 from stats.days.decision_result import Bounded, Estimate
-from stats.days.overall import OverallSavings, overall_equivalence, overall_savings
+from stats.days.overall import OverallSavings, overall_equivalence, overall_savings, same_on_every_day
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,13 +167,14 @@ def overall_effects(
 def _overall_savings(
     cache: ResultCache, pairs: Mapping[str, Pair], quantity: Outcome, scope: Mapping[str, Any], alpha: float
 ) -> OverallResult:
+    contrasts = _contrasts(pairs)
     return cache.ensure_one(
         Request(
             OVERALL,
             {"quantity": str(quantity), **scope},
             _fingerprints(pairs),
-            {"alpha": alpha, "groups": list(pairs)},
-            lambda: _overall(overall_savings(_contrasts(pairs), 1.0 - alpha), alpha),
+            {"alpha": alpha, **_groups(contrasts)},
+            lambda: _overall(overall_savings(contrasts, 1.0 - alpha), alpha),
         )
     )
 
@@ -181,15 +182,22 @@ def _overall_savings(
 def _overall_within(
     cache: ResultCache, pairs: Mapping[str, Pair], bounds: Bounds, alpha: float, scope: Mapping[str, Any]
 ) -> OverallEquivalenceResult:
+    contrasts = _contrasts(pairs)
     return cache.ensure_one(
         Request(
             OVERALL_EQUIVALENCE,
             {"quantity": str(Outcome.APEX), **scope},
             _fingerprints(pairs),
-            {"alpha": alpha, "bounds": asdict(bounds), "groups": list(pairs)},
-            lambda: _overall_equivalent(_contrasts(pairs), bounds, alpha),
+            {"alpha": alpha, "bounds": asdict(bounds), **_groups(contrasts)},
+            lambda: _overall_equivalent(contrasts, bounds, alpha),
         )
     )
+
+
+def _groups(contrasts: Mapping[str, Contrast]) -> dict[str, list[str]]:
+    """Name the groups of an effect over all, and those of them that results of before took for known exactly."""
+    same = same_on_every_day(contrasts)
+    return {"groups": list(contrasts)} | ({"same_on_every_day": same} if same else {})
 
 
 def _has_savings(pair: Pair, quantity: Outcome) -> bool:

@@ -16,7 +16,7 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.compare.shared_error import SharedError
 from stats.days.decision import Contrast, Rule, contrast_by_day
-from stats.days.overall import overall_equivalence, overall_savings
+from stats.days.overall import overall_equivalence, overall_savings, same_on_every_day
 from tests.helpers.campaigns import DESIGNS, LAYOUTS, campaign
 from tests.helpers.wording import refuses
 
@@ -282,6 +282,17 @@ def test_groups_without_a_claim_are_left_out_of_the_overall_effect() -> None:
     nothing = overall_savings({"b": none})
     assert isinstance(nothing.estimate.value, Undefined)
     assert isinstance(overall_equivalence({"b": none}, -3.0, 3.0).bounded.p, Undefined)
+
+
+def test_a_group_whose_difference_is_the_same_on_every_day_is_left_out_of_the_overall_effect() -> None:
+    """Its share of the control scatters with the control alone: no error of the difference is known."""
+    constant = contrast([([control], [control - 4.0]) for control in (40.0, 41.5, 39.0, 42.25, 40.5)])
+    assert isinstance(constant.savings().p, Undefined)
+    one = contrast(JOULES)
+    assert same_on_every_day({"a": one, "b": constant}) == ["b"]
+    overall = overall_savings({"a": one, "b": constant})
+    assert (overall.scope.groups, overall.scope.left_out) == (("a",), ("b",))
+    assert overall.estimate == overall_savings({"a": one}).estimate
 
 
 def test_overall_equivalence_is_shown_just_where_its_interval_lies_within_the_bounds() -> None:
