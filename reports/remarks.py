@@ -137,6 +137,8 @@ def _simulated(content: ReportContent) -> str:
             f" {sentence_start(list_text(about.unmapped))} changes nothing in the scene: [simulation] of labbook.toml "
             "names no parameter for it."
         )
+    if about.unconverted:
+        text += f" {unconverted_text(about.unconverted)}"
     for conditions, what in (
         (
             about.branched,

@@ -41,7 +41,8 @@ def _other_units(content: ReportContent) -> str:
     return "".join(
         f" {sentence_start(factor.title)}: {factor.unit} in the study, as many {unit} in the scene."
         for factor in content.factors
-        if factor.slope is not None and (unit := content.predictions.units.get(factor.name, factor.unit)) != factor.unit
+        if (factor.slope is not None or factor.unit)
+        and (unit := content.predictions.units.get(factor.name, factor.unit)) != factor.unit
     )
 
 

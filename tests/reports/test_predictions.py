@@ -109,6 +109,16 @@ def test_sentences_say_what_predictions_rest_on(content):
     assert "rounding" not in text
 
 
+def test_a_level_that_the_scene_takes_as_it_stands_is_named_with_its_unit_there(content):
+    as_it_stands = dataclasses.replace(
+        content.predictions, unconverted=(("damp", "b_ad", "kg/m"),), units={"damp": "kg/m"}
+    )
+    factor = dataclasses.replace(content.factors[-1], name="damp", title="damper", unit="kg/s", slope=None)
+    shown = dataclasses.replace(content, predictions=as_it_stands, factors=(*content.factors[:-1], factor))
+    says(" ".join(prediction_sentences(shown)), "damp", "b_ad", "kg/m")
+    says(TABLES["prediction_bias"].make(shown).caption, "kg/s in the study", "kg/m in the scene")
+
+
 def test_without_predictions_there_is_no_section_and_the_figure_says_why(content):
     bare = dataclasses.replace(content, predictions=Predictions(), hypotheses=())
     assert "predicted" in [section.anchor for section in sections_of(content)]
