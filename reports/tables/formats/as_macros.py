@@ -1,4 +1,4 @@
-r"""The numbers of page one and of the results as LaTeX macros, for `\input{numbers}`: `\labbookOverallSaving{}`.
+r"""Numbers of page one and of planned comparisons as LaTeX macros, for `\input{numbers}`: `\labbookOverallSaving{}`.
 
 A name says what the number is and of which group; levels are spelt out, for a macro's name has letters alone. It stays
 the same from report to report, so that a paper takes over new numbers when it is typeset again. Numbers of groups whose
@@ -17,6 +17,7 @@ from data_schema.vocabulary import Undefined
 from reports.content import Comparison, ReportContent
 from reports.display import as_shown, interval_text, p_text, places_of, value_text, with_unit
 from reports.evidence import Decision, Equivalence, OverGroups
+from reports.naming import swept_factor
 from reports.numbers import Number, Value
 from reports.tables.formats.as_latex import latex_text
 
@@ -52,7 +53,7 @@ class Macro:
 
 
 def macros_of(content: ReportContent) -> tuple[Macro, ...]:
-    """Return a macro a number of page one and of the results, but for those whose names would be the same."""
+    """Return a macro a number of page one and of planned comparisons, but for those whose names would be the same."""
     found = (*_counts(content), *_over_groups(content), *_by_group(content))
     times = Counter(macro.name for macro in found)
     return tuple(macro for macro in found if times[macro.name] == 1)
@@ -102,7 +103,7 @@ def _over_groups(content: ReportContent) -> Iterator[Macro]:
         yield from _value((*name, "spread"), overall.spread, overall.savings)
     if content.overall_equivalence is not None:
         tested = content.overall_equivalence.tested
-        name = ("overall", "apex change")
+        name = ("overall", "apex equivalence")
         yield from _number(name, tested.estimate, tested.p)
         yield from _scope(name, content.overall_equivalence.scope, tested.estimate)
 
@@ -113,8 +114,8 @@ def _scope(name: Iterable[str], scope: OverGroups, number: Number) -> Iterator[M
 
 
 def _by_group(content: ReportContent) -> Iterator[Macro]:
-    for comparison in content.pooled:
-        name = (comparison.quantity.key, *_group(comparison.group))
+    for comparison in (*content.pooled, *_planned_levels(content)):
+        name = (comparison.quantity.key, *_group(comparison.group), *_level(content, comparison))
         lead = comparison.lead
         if lead.savings is not None:
             yield from _number((*name, "saving"), lead.savings, lead.test.p)
@@ -122,6 +123,16 @@ def _by_group(content: ReportContent) -> Iterator[Macro]:
         yield from _runs(name, comparison, lead)
         if lead.equivalence is not None:
             yield from _equivalence((*name, "equivalence"), lead.equivalence)
+
+
+def _planned_levels(content: ReportContent) -> list[Comparison]:
+    """Return the comparisons of one level with the control that the plan names."""
+    return [each for each in content.by_group if not (each.opens or each.exploratory or each.between)]
+
+
+def _level(content: ReportContent, comparison: Comparison) -> list[str]:
+    swept = swept_factor(content)
+    return [] if comparison.opens or swept is None else [f"{swept.name} {comparison.level}"]
 
 
 def _runs(name: tuple[str, ...], comparison: Comparison, lead: Decision) -> Iterator[Macro]:

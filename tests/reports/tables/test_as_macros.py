@@ -66,6 +66,21 @@ def test_the_overall_saving_comes_with_interval_p_and_days(with_overall):
     assert found["labbookRunsDone"][0] == str(with_overall.flow.runs_done)
 
 
+def test_each_level_that_the_plan_compares_has_its_numbers_and_an_exploratory_one_has_none(with_overall):
+    levels = [each for each in with_overall.comparisons if not each.opens and each.between is None]
+    first = dataclasses.replace(levels[0], exploratory="")
+    others = [dataclasses.replace(each, exploratory="pooled by plan") for each in levels[1:]]
+    found = parsed(macros_bytes(dataclasses.replace(with_overall, comparisons=(first, *others))))
+    group = " ".join(f"{factor} {level}" for factor, level in first.group.items())
+    (swept,) = [factor.name for factor in with_overall.factors if factor.swept]
+    name = macro_name(first.quantity.key, group, f"{swept} {first.level}")
+    assert found[f"{name}DifferenceP"][1] == first.lead.difference.provenance
+    assert found[f"{name}RunsControl"][0] == str(first.lead.n_control)
+    assert all(
+        each.startswith((name, "labbookOverall", "labbookRuns", "labbookJumps", "labbookDays")) for each in found
+    )
+
+
 def test_names_are_letters_and_each_stands_for_one_number(with_overall):
     assert macro_name("joules", "k_gain 300", "mass -1.5") == "labbookJoulesKGainThreeZeroZeroMassMinusOnePointFive"
     pooled = [each for each in with_overall.comparisons if each.opens][:1]
