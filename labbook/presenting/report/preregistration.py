@@ -59,7 +59,7 @@ def made_before(planned: Planned) -> tuple[str, ...]:
         return ()
     return (
         f"The first run is dated {planned.run_before}, before the decision: "
-        "nothing shows that it was made before the data were seen.",
+        "nothing shows that the decision was made before the data were seen.",
     )
 
 

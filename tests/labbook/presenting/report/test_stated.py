@@ -88,6 +88,6 @@ def test_a_family_is_said_to_count_as_a_whole_only_where_what_was_not_allowed_co
 def test_that_runs_are_older_than_the_decision_is_told_once(honest: SmallBook) -> None:
     with honest.open() as book:
         content = state_report(book, None, ADA, lambda _step: None).content
-    told = "nothing shows that it was made before the data were seen"
+    told = "nothing shows that the decision was made before the data were seen"
     assert [told in line for line in (*content.decided, *content.limitations)].count(True) == 1
     assert content.run_before == min(day.date for day in content.days)
