@@ -210,14 +210,29 @@ def _saved(content: ReportContent, overall: OverallSavings) -> Claim:
 
 
 def _significant_alone(content: ReportContent, overall: OverallSavings) -> str:
-    """Name the groups whose own savings are significant, after Holm; "" where all or none are."""
-    groups = [
-        (levels_name(content, each.group), bool(each.lead.rejected) and not lost_by_holm(each.lead))
-        for each in content.pooled
-        if each.quantity is overall.quantity and each.group in overall.scope.groups
-    ]
-    alone = [name for name, significant in groups if significant]
-    return f"Significant alone: {'; '.join(alone)}." if 0 < len(alone) < len(groups) else ""
+    """Name the groups whose own savings are significant, after Holm; "" where none is, or all are in one direction."""
+    leads = _leads(content, overall.quantity, overall.scope)
+    significant = {name: lead for name, lead in leads.items() if lead.rejected and not lost_by_holm(lead)}
+    saved = [name for name, lead in significant.items() if not _cost(lead)]
+    cost = [name for name in significant if name not in saved]
+    if not significant or (len(significant) == len(leads) and not (saved and cost)):
+        return ""
+    if not cost:
+        return f"Significant alone: {'; '.join(saved)}."
+    told = [("saving", saved), ("cost", cost)]
+    return " ".join(f"Significant {what} alone: {'; '.join(names)}." for what, names in told if names)
+
+
+def _leads(content: ReportContent, quantity: Outcome, scope: OverGroups) -> dict[str, Decision]:
+    """Return what decides each group of an effect over groups, by the group's name."""
+    pooled = [each for each in content.pooled if each.quantity is quantity and each.group in scope.groups]
+    return {levels_name(content, each.group): each.lead for each in pooled}
+
+
+def _cost(lead: Decision) -> bool:
+    """Tell whether a treatment took more than its control."""
+    value = lead.difference.value
+    return isinstance(value, float) and value > 0.0
 
 
 def _kept_height(content: ReportContent, heights: OverallEquivalence) -> Claim:
@@ -237,7 +252,15 @@ def _kept_height(content: ReportContent, heights: OverallEquivalence) -> Claim:
     evidence = "; ".join([*_interval(change), tost, count_text(len(scope.days), "day")])
     sign = "+" if change.value > 0.0 else ""
     exploratory = exploratory_text(item.exploratory, "test")
-    return _over_groups(content, scope, f"{said}{_over(scope)}: {sign}{signed} ({evidence}){exploratory}", change)
+    claim = _over_groups(content, scope, f"{said}{_over(scope)}: {sign}{signed} ({evidence}){exploratory}", change)
+    return replace(claim, text=" ".join(filter(None, (claim.text, _not_shown_alone(content, scope)))))
+
+
+def _not_shown_alone(content: ReportContent, scope: OverGroups) -> str:
+    """Name the groups whose own change of apex height is not shown to be within the bounds; "" where all or none."""
+    leads = _leads(content, Outcome.APEX, scope)
+    unshown = [name for name, lead in leads.items() if lead.equivalence is not None and not lead.equivalence.shown]
+    return f"Not shown alone: {'; '.join(unshown)}." if 0 < len(unshown) < len(leads) else ""
 
 
 def _over(scope: OverGroups) -> str:

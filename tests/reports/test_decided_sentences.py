@@ -9,6 +9,7 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports.decided_sentences import group_claim, overall_claims, told_together
 from reports.evidence import Decision, Equivalence, OverallEquivalence, OverallSavings, OverGroups
+from reports.naming import levels_name
 from reports.numbers import Number, SignificanceTest
 from tests.helpers.wording import says
 
@@ -103,23 +104,69 @@ def test_an_effect_over_groups_says_what_it_is_of(content, measured_only):
     says(saved.text, "4.0 %", "2.6 %", "their errors")
 
 
-@pytest.mark.parametrize(("rejected", "named"), [((True, False), True), ((True, True), False), ((False, False), False)])
-def test_groups_that_are_significant_alone_are_named_where_not_all_or_none_are(content, rejected, named):
+def saved_over(content, rejected, costs=(False, False)):
+    """Return the claim over two groups, whose own savings are significant or not, and savings or costs."""
     pooled = [c for c in content.pooled if c.quantity is Outcome.JOULES][:2]
     comparisons = tuple(
-        dataclasses.replace(one, decision=dataclasses.replace(one.lead, rejected=each, adjusted=None))
-        for one, each in zip(pooled, rejected, strict=True)
+        dataclasses.replace(
+            one,
+            decision=dataclasses.replace(
+                one.lead, rejected=each, adjusted=None, difference=Number(2.0 if cost else -2.0, "J")
+            ),
+        )
+        for one, each, cost in zip(pooled, rejected, costs, strict=True)
     )
     scope = OverGroups(tuple(one.group for one in pooled), (), DAYS, False)
     test = SignificanceTest("overall", 7.7, (4.0,), 0.01)
     savings = OverallSavings(
         Outcome.JOULES, Number(11.2, "%", 1.5, None, 8.1, 14.3), test, Number(4.0, "%"), Number(2.6, "%"), True, scope
     )
-    whole = dataclasses.replace(content, comparisons=comparisons, overall=(savings,))
-    ((_outcome, claim),) = overall_claims(whole)
-    assert ("Significant alone: " in claim.text) is named
+    ((_outcome, claim),) = overall_claims(dataclasses.replace(content, comparisons=comparisons, overall=(savings,)))
+    return claim.text
+
+
+@pytest.mark.parametrize(("rejected", "named"), [((True, False), True), ((True, True), False), ((False, False), False)])
+def test_groups_that_are_significant_alone_are_named_where_not_all_or_none_are(content, rejected, named):
+    text = saved_over(content, rejected)
+    assert ("Significant alone: " in text) is named
     if named:
-        says(claim.text, "Significant alone", "foot")
+        says(text, "Significant alone", "foot")
+
+
+@pytest.mark.parametrize(
+    ("rejected", "costs", "saving", "cost"),
+    [
+        ((True, True), (True, False), True, True),
+        ((True, False), (True, False), False, True),
+        ((True, True), (True, True), False, False),
+    ],
+)
+def test_a_group_that_alone_cost_more_is_not_named_as_a_saving(content, rejected, costs, saving, cost):
+    text = saved_over(content, rejected, costs)
+    assert "Significant alone" not in text
+    assert ("Significant saving alone: " in text) is saving
+    assert ("Significant cost alone: " in text) is cost
+
+
+@pytest.mark.parametrize("shown", [(True, False), (True, True), (False, False)])
+def test_groups_whose_own_height_is_not_shown_to_be_kept_are_named_where_others_are(content, shown):
+    test = SignificanceTest("lower bound", 9.0, (3.0,), 0.001)
+    change = Number(-0.4, "%", ci_low=-0.7, ci_high=-0.1, ci_level=0.9)
+    pooled = [c for c in content.pooled if c.quantity is Outcome.APEX][:2]
+    comparisons = tuple(
+        dataclasses.replace(
+            one,
+            decision=dataclasses.replace(one.lead, equivalence=Equivalence(change, -3.0, 3.0, test, test, 0.1, each)),
+        )
+        for one, each in zip(pooled, shown, strict=True)
+    )
+    scope = OverGroups(tuple(one.group for one in pooled), (), DAYS, False)
+    heights = OverallEquivalence(Equivalence(change, -3.0, 3.0, test, test, 1e-4, True), scope)
+    whole = dataclasses.replace(content, comparisons=comparisons, overall=(), overall_equivalence=heights)
+    ((_outcome, claim),) = overall_claims(whole)
+    assert ("Not shown alone: " in claim.text) is (shown == (True, False))
+    if shown == (True, False):
+        assert claim.text.endswith(f"Not shown alone: {levels_name(whole, pooled[1].group)}.")
 
 
 def test_one_group_speaks_for_itself(content):
