@@ -74,7 +74,7 @@ def diff_command(
     book: BookOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Say which numbers moved between two reports, and by what: corrections, verdicts, files, settings, versions.
+    """Say which numbers moved between two reports, by what: corrections, voids, verdicts, files, settings, versions.
 
     Numbers are the same where they are called the same and about the same, whatever their ids; whether one moved is
     told from what was printed. A cause is one of a number where the number rests on what it changed.

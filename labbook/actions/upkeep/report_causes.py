@@ -38,6 +38,7 @@ class CauseKind(StrEnum):
     """What numbers can move by."""
 
     CORRECTION = "correction"
+    VOID = "void"
     VERDICT = "verdict"
     FILE = "file"
     CHARGE = "charge"
@@ -133,7 +134,7 @@ class _Known:
             case Action.DECLARE, "config":
                 return CauseKind.CONFIGURATION, f"labbook.toml: {self._settings(entry.seq)}"
             case Action.VOID, "run":
-                return CauseKind.CORRECTION, f"{self._run(entry.uid)} declared void"
+                return CauseKind.VOID, f"{self._run(entry.uid)} declared void"
             case Action.CORRECT, kind if kind != "run_file" and "run" not in new:
                 changed = changes_in_words(self.connection, entry.old, new)
                 return CauseKind.CORRECTION, f"{self._called(kind, entry.uid)}: {changed}"

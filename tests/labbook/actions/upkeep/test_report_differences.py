@@ -204,7 +204,7 @@ def test_what_was_taken_away_or_back_moves_numbers_too(before: SmallBook) -> Non
     told = [(one.kind, one.what) for one in found.causes]
     assert told[1:] == [
         (CauseKind.FILE, "r001.csv withdrawn"),
-        (CauseKind.CORRECTION, "run r006 declared void"),
+        (CauseKind.VOID, "run r006 declared void"),
         (CauseKind.CORRECTION, "run r004: duration_s 720 to 780"),
     ]
     assert told[0][0] is CauseKind.VERDICT
