@@ -140,6 +140,15 @@ def test_a_draft_leaves_a_quantity_without_a_unit_open(fresh: SmallBook, tmp_pat
     assert rows(fresh.folder, "SELECT charge_mah, duration_s FROM charge") == [(812.0, 3660.0), (790.0, 3600.0)]
 
 
+def test_a_column_of_a_log_that_is_called_as_one_of_a_sheet_is_left_open(fresh: SmallBook, tmp_path: Path) -> None:
+    path = tmp_path / "r7.csv"
+    rows = (f"{n * 5},{400 + n % 7},{12.1 - n / 1000:.3f}" for n in range(200))
+    path.write_text("\n".join(["t_ms,pot [mm],pack [V]", *rows]) + "\n")
+    draft = good(labbook("ingest", path, "--draft-profile", at=fresh.folder)).out
+    (line,) = [line for line in draft.splitlines() if "pack [V]" in line and "recognise" not in line]
+    assert line.startswith('#"pack [V]" = { channel = "own.')
+
+
 def test_words_that_are_none_are_refused_with_the_nearest(fresh: SmallBook, odd: Path) -> None:
     for flag, given, named in (
         ("--format", "delimited", "delimited_log"),

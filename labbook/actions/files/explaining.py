@@ -179,7 +179,8 @@ def _lines(name: str, file_name: str, read: ReadFile, data: bytes) -> Iterator[s
     yield ""
     yield f"[profiles.{name}.columns]"
     yield "# channels: `labbook channels`; in a sheet of recharges: " + ", ".join(SHEET_COLUMNS)
-    yield from _column_lines(table, {finding.column for finding in read.findings if finding.rule == "unit_missing"})
+    lacking = {finding.column for finding in read.findings if finding.rule == "unit_missing"}
+    yield from _column_lines(table, lacking, is_log=formats[0] == "delimited_log")
 
 
 def _guessed(data: bytes, encoding: str | None) -> TableUse:
@@ -245,19 +246,22 @@ def _time_lines(table: TableUse, rules: set[str]) -> Iterator[str]:
         yield '#axes = "z up"  # or "z down" or "y up"'
 
 
-def _column_lines(table: TableUse, lacking: Collection[str | None]) -> Iterator[str]:
+def _column_lines(table: TableUse, lacking: Collection[str | None], *, is_log: bool) -> Iterator[str]:
     key = _keys(table)
     for column in table.columns:
         if column.holds not in ("time", "date", "trial") and column.name:
-            yield _column(key[column.place], column, column.name in lacking)
+            unknown = is_log and column.holds not in CHANNELS  # kept under its name, which may be that of a sheet's
+            yield _column(key[column.place], column, column.name in lacking, of_sheet=not unknown)
 
 
-def _column(key: str, column: ColumnUse, lacks_unit: bool) -> str:
+def _column(key: str, column: ColumnUse, lacks_unit: bool, *, of_sheet: bool) -> str:
     kind = channel_kind(column.holds or "")
     sign = ", sign = -1" if column.sign == -1 and not column.assumed else ""
-    if column.holds in SHEET_COLUMNS and lacks_unit:
-        return f"#{key} = {{ channel = {_text(column.holds)}, unit = {_text(column.stored_unit or '1')} }}{_ITS_UNIT}"
-    if column.holds in SHEET_COLUMNS or (kind is not None and column.unit is not None):
+    of_sheet = of_sheet and column.holds in SHEET_COLUMNS
+    if of_sheet and lacks_unit:
+        unit = column.stored_unit or "1"
+        return f"#{key} = {{ channel = {_text(column.holds or '')}, unit = {_text(unit)} }}{_ITS_UNIT}"
+    if of_sheet or (kind is not None and column.unit is not None):
         unit = "" if column.unit is None else f", unit = {_text(column.unit)}"
         return f"{key} = {{ channel = {_text(column.holds or '')}{unit}{sign} }}"
     if kind is not None and CHANNELS[kind].unit == "1":
