@@ -76,7 +76,7 @@ def _make(content: ReportContent) -> Table:
         )
         for one in content.hypotheses
     )
-    return Table("hypotheses", "Hypotheses of the study", columns, rows)
+    return Table("hypotheses", "Hypotheses of the study, by one-sided tests", columns, rows)
 
 
 def _in_full(content: ReportContent) -> Table:
