@@ -132,7 +132,7 @@ def _known_levels(content: ReportContent) -> dict[tuple[str, str], Level]:
 
 
 def level_of(content: ReportContent, comparison: Comparison) -> str:
-    """Name the level that a comparison sets against its control: "d = 186 kg/s (gain 50)" or "pooled".
+    """Name the level that a comparison sets against its control: "d = 186 kg/s (gain 50)", or "pooled" of several.
 
     Of two levels of a further factor both are named, and their side: "k = 1091 N/m less k = 835 N/m, treated", or the
     level of the swept factor.
@@ -145,6 +145,8 @@ def level_of(content: ReportContent, comparison: Comparison) -> str:
         at = between.side if swept is None or not between.at else level_names(content, {swept.name: between.at})[0]
         return f"{level} less {against}, {at}"
     known = None if swept is None else _known_levels(content).get((swept.name, comparison.level))
+    if comparison.opens and len(alone := treated_levels(content, comparison.group)) == 1:
+        known = alone[0]
     return comparison.level if swept is None or known is None else level_name(swept, known, gain=True)
 
 
@@ -161,15 +163,22 @@ def treatment_name(content: ReportContent, group: Mapping[str, str]) -> str:
     """Name the treatment of a group with its levels: "the treatment (gravel surface)", "active damping"."""
     swept = swept_factor(content)
     called = swept_words(swept)
+    levels = treated_levels(content, group)
+    if swept is None or called.of_active_damping or not levels:
+        return called.treatment
+    return f"{called.treatment} ({_levels_in_brackets(swept, levels)})"
+
+
+def treated_levels(content: ReportContent, group: Mapping[str, str]) -> list[Level]:
+    """Return the treated levels of a group's conditions, each once."""
+    swept = swept_factor(content)
     levels: dict[str, Level] = {}
     for condition in content.conditions:
         level = None if swept is None else condition.level(swept.name)
         labels = {found.factor: found.label for found in condition.levels}
         if level is not None and not condition.control and group.items() <= labels.items():
             levels[level.label] = level
-    if swept is None or called.of_active_damping or not levels:
-        return called.treatment
-    return f"{called.treatment} ({_levels_in_brackets(swept, list(levels.values()))})"
+    return list(levels.values())
 
 
 def _levels_in_brackets(factor: Factor, levels: list[Level]) -> str:

@@ -66,7 +66,7 @@ def _which(content: ReportContent, found: list[Comparison], total: int) -> str:
         return " the only comparison by day" if total == 1 else f" all {count_text(total, 'comparison')} by day"
     if len(found) > _LISTED:
         return f" {len(found)} of {count_text(total, 'comparison')} by day"
-    names = (f"{levels_name(content, c.group) or 'all runs'}, {level_of(content, c)}" for c in found)
+    names = dict.fromkeys(f"{levels_name(content, c.group) or 'all runs'}, {level_of(content, c)}" for c in found)
     return f": {'; '.join(names)}"
 
 

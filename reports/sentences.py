@@ -163,8 +163,11 @@ def difference_claim(content: ReportContent, comparison: Comparison) -> Claim:
     return Claim(sentence, (*filter(None, (difference.provenance,)), *_ids_beside(comparison)))
 
 
-def family_claim(planned: Sequence[Comparison]) -> Claim:
-    """Say how many comparisons of the family that was decided on are shown, where the claims are not of that family."""
+def family_claim(planned: Sequence[Comparison], *, pooled: bool = True) -> Claim:
+    """Say how many comparisons of the family that was decided on are shown, where the claims are not of that family.
+
+    `pooled` tells whether these pool levels.
+    """
     by_quantity, ids = [], []
     for quantity in Outcome:
         family = [item for item in planned if item.quantity is quantity]
@@ -179,8 +182,8 @@ def family_claim(planned: Sequence[Comparison]) -> Claim:
             ids += [item.lead.adjusted.provenance for item in family if item.lead.adjusted is not None][:1]
     named = "The family of comparisons is" if any(item.exploratory for item in planned) else "Decided on beforehand was"
     text = (
-        f"{named} {planned[0].family}. A difference is shown, counted by Holm, in {list_text(by_quantity)}. "
-        "The levels are pooled in what follows, which is exploratory."
+        f"{named} {planned[0].family}. A difference is shown, counted by Holm, in {list_text(by_quantity)}."
+        f"{' The levels are pooled in what follows, which is exploratory.' if pooled else ''}"
     )
     return Claim(text, tuple(filter(None, ids)))
 

@@ -13,7 +13,7 @@ from reports.content import Comparison, ReportContent
 from reports.display import EQUALS, as_shown, common_places, interval_text, level_text, value_text
 from reports.figures.kind import FigureKind, levels_alone
 from reports.figures.style import BLACK, BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure, plain_ticks
-from reports.naming import level_of, levels_name, swept_factor, swept_words
+from reports.naming import level_of, levels_name, swept_factor, swept_words, treated_levels
 from reports.numbers import Number
 
 if TYPE_CHECKING:
@@ -49,9 +49,15 @@ _ACROSS = "pooled across groups"
 def shown_savings(content: ReportContent) -> list[tuple[str, list[tuple[str, Comparison]]]]:
     """Return the comparisons that have savings as heading and labelled rows, what the page opens with first.
 
-    A group with one row needs no heading (""); rows pooled across groups stand together at the end.
+    A group of one level has one row, and with one row it needs no heading (""); rows pooled across groups stand
+    together at the end.
     """
-    found = [comparison for comparison in content.by_group if comparison.lead.savings is not None]
+    found = [
+        comparison
+        for comparison in content.by_group
+        if comparison.lead.savings is not None
+        and (comparison.opens or len(treated_levels(content, comparison.group)) != 1)
+    ]
     factors = max((len(comparison.group) for comparison in found), default=0)
     groups: dict[str, list[Comparison]] = {}
     across: list[tuple[str, Comparison]] = []
@@ -141,10 +147,11 @@ def caption(content: ReportContent) -> str:
     numbers = [c.lead.savings for c in content.comparisons if c.lead.savings is not None]
     level = level_text(numbers[0]) if numbers else "confidence interval"
     called = swept_words(swept_factor(content))
+    several = len(treated_levels(content, {})) > 1
+    marks = f"diamonds, all levels of the {called.coefficient} pooled; circles, each; " if several else ""
     return (
         f"Savings, ({called.control} − {called.treatment_short}) / {called.control}, with {level} (Fieller): "
-        f"diamonds, all levels of the {called.coefficient} pooled; circles, each; right, percent (interval) and "
-        f"{content.counted}s."
+        f"{marks}right, percent (interval) and {content.counted}s."
     )
 
 

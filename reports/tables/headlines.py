@@ -6,7 +6,7 @@ from data_schema.outcomes import Outcome
 from reports.content import Comparison, ReportContent
 from reports.display import DASH, common_places, shown_unit
 from reports.evidence import OverallSavings
-from reports.naming import control_name, levels_name, swept_factor, swept_words, treatment_name
+from reports.naming import control_name, levels_name, swept_factor, swept_words, treated_levels, treatment_name
 from reports.numbers import Number
 from reports.tables.comparisons import ONE_DAY_EACH, on_one_day_each
 from reports.tables.table import (
@@ -52,9 +52,10 @@ def headlines(content: ReportContent) -> Table:
     control, sides = control_name(content), "the control and of the treatment"
     if called.of_active_damping:
         control, sides = f"{called.control_long}, the control", f"{called.control} and of {called.treatment}"
+    levels = ", all levels" if len(treated_levels(content, {})) > 1 else ""
     caption = (
         f"{what} of a jump with {treatment_name(content, {})} against {control}; intervals and p {test}. "
-        f"n: {content.counted}s of {sides}, all levels{', on these days' if by_days else ''}."
+        f"n: {content.counted}s of {sides}{levels}{', on these days' if by_days else ''}."
     )
     return Table("headlines", caption, columns, tuple(rows))
 

@@ -228,3 +228,5 @@ def test_a_family_counts_apart_what_has_no_test_and_what_days_cannot_tell(conten
     text = plain(family_claim([dataclasses.replace(decided[0], decision=untested), *decided[1:]]).text)
     says(text, "(1 without a test)")
     assert NOT_FROM_DAYS not in text
+    assert text.endswith("The levels are pooled in what follows, which is exploratory.")
+    assert plain(family_claim(decided, pooled=False).text).endswith("joules a jump.")

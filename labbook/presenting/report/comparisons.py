@@ -17,6 +17,7 @@ from labbook.analysis.comparison.equivalence import EquivalenceResult
 from labbook.analysis.comparison.robustness import WITHOUT_EXCLUSIONS, Varied
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.study import StudyAnalysis
+from labbook.config.model import Family
 from labbook.presenting.numbers import Shown
 from labbook.presenting.report.campaign import factor_title
 from labbook.presenting.report.day_layout import one_day_each
@@ -33,8 +34,32 @@ RUN = "run"
 
 
 def comparisons(analysis: StudyAnalysis, shown: Shown) -> tuple[Comparison, ...]:
-    """Return all comparisons."""
-    return tuple(_comparison(analysis, item, shown, _family(analysis, item)) for item in analysis.compared)
+    """Return all comparisons; where nothing is pooled, those of all levels are shown as the planned ones of each."""
+    found = [_comparison(analysis, item, shown, _family(analysis, item)) for item in analysis.compared]
+    if not planned_as_each(analysis):
+        return tuple(found)
+    each = {_key(item): item for item in found if item.family == pairing.EACH}
+    return tuple(
+        replace(each[_key(item)], label=item.label, level=item.level, family=item.family)
+        if item.family == pairing.POOLED
+        else item
+        for item in found
+    )
+
+
+def _key(item: Comparison) -> tuple[Outcome, str]:
+    return item.quantity, pairing.group_label(item.group)
+
+
+def one_level(analysis: StudyAnalysis) -> bool:
+    """Tell whether each group has one treated level, so that its comparison and that of all levels are the same."""
+    pooled = [item.pair for item in analysis.compared if item.pair.family == pairing.POOLED]
+    return bool(pooled) and all(len(pair.b) == 1 for pair in pooled)
+
+
+def planned_as_each(analysis: StudyAnalysis) -> bool:
+    """Tell whether comparisons of all levels are those that were planned level by level, for want of a second level."""
+    return analysis.planned.settings.family is Family.EACH and one_level(analysis)
 
 
 def overall(analysis: StudyAnalysis, shown: Shown) -> tuple[OverallSavings, ...]:

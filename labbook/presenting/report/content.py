@@ -91,31 +91,33 @@ def build_content(
         budget=budget,
         budget_note=budget_note,
         sensitivity=comparisons.sensitivity(analysis, shown, bare),
-        claims=_claims(bare, compared),
+        claims=_claims(bare, compared, one_level=comparisons.one_level(analysis)),
         provenance=provenance(shown.ids, results),
     )
 
 
-def _claims(content: ReportContent, compared: Sequence[Comparison]) -> tuple[Claim, ...]:
+def _claims(content: ReportContent, compared: Sequence[Comparison], *, one_level: bool) -> tuple[Claim, ...]:
     """One sentence over all groups, or one a pooled comparison: savings, then the other outcomes.
 
-    Where another family was decided on, what that shows comes before all of them. What days leave untold is said in
-    full after the first claim that it is true of.
+    Where another family was decided on, what that shows comes before all of them, but for one group of one level, whose
+    claims are of that family. What days leave untold is said in full after the first claim that it is true of.
     """
     planned = [item for item in compared if item.family != pairing.POOLED and item.adjusted is not None]
     pooled = [item for item in compared if item.family == pairing.POOLED]
+    if one_level and len(planned) == len({item.quantity for item in planned}):
+        planned = []  # one group, whose claims are those of the family
     if pooled and pooled[0].decision is not None:
         over_groups = overall_claims(content)
         said = {outcome for outcome, _claim in over_groups}
         wanted = {Outcome.JOULES, Outcome.APEX} - said if over_groups else set(Outcome)
         narrow = [(item.quantity, group_claim(content, item)) for item in pooled if item.quantity in wanted]
-        opening = [family_claim(planned)] if planned else []
+        opening = [family_claim(planned, pooled=not one_level)] if planned else []
         by_outcome = sorted((*over_groups, *narrow), key=lambda each: list(Outcome).index(each[0]))
         return (*opening, *(claim for _outcome, claim in by_outcome))
     saved = [item for item in pooled if item.quantity.has_savings]
     others = [item for item in pooled if not item.quantity.has_savings]
     found = [
-        *([(family_claim(planned), planned)] if planned else []),
+        *([(family_claim(planned, pooled=not one_level), planned)] if planned else []),
         *((savings_claim(content, item), [item]) for item in saved),
         *((difference_claim(content, item), [item]) for item in others),
     ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 
 from data_schema.vocabulary import ReasonCode
+from labbook.analysis.comparison import pairing
 from labbook.analysis.preregistration.planned import (
     AS_A_WHOLE,
     FAMILY_OF,
@@ -16,6 +17,7 @@ from labbook.analysis.preregistration.planned import (
 from labbook.analysis.study import StudyAnalysis
 from labbook.config.analysis import HOW_TO_DECIDE
 from labbook.config.model import AnalysisSettings, UnitOfAnalysis
+from labbook.presenting.report.comparisons import planned_as_each
 from reports.content import Comparison
 from reports.wording import sentence_start
 
@@ -137,8 +139,10 @@ def _with_exploratory(sentence: str, names: Collection[str]) -> str:
 
 def _exploratory(analysis: StudyAnalysis, compared: Sequence[Comparison]) -> Iterator[tuple[Reason, str]]:
     """Give a reason and what is exploratory for it, comparison by comparison, then what no plan can have."""
-    planned = analysis.planned
+    planned, as_each = analysis.planned, planned_as_each(analysis)
     for item, shown in zip(analysis.compared, compared, strict=True):
+        if as_each and item.pair.family == pairing.POOLED:
+            continue
         asked = (item.pair.family, item.conditions)
         if reason := planned.reason(item.quantity, *asked):
             yield reason, f"{shown.family} ({shown.quantity})"
