@@ -223,13 +223,13 @@ class ReportContent:
     `drains` has one line a robot; `robots` counts the analysed runs of each. `planned` tells whether the analysis
     was decided on in time, `decided` says what was decided about the analysis before the first measurement,
     `run_before` is the day of the first run where that lies before the decision, `departures` says what departs from
-    it, of which there are `departed`, `not_planned` what was not decided at all; `no_equivalence` why heights were
-    not tested for equality, "" where they were or there are none. `counted` is the unit of analysis that
-    comparisons count: "run", or "day" where they rest on the means of days. `tests_beside` says what the tests in
-    full are where others decide. `known_errors` has what is on record against the methods, an introduction first.
-    `overall` is the effect over all groups, where there are several. `sources` are those of the methods used;
-    `software` names the libraries that computed it, with versions. `stored` tells whether the book has the
-    report, so that its numbers can be traced. `warning` says what makes all numbers doubtful, "" where nothing
+    it, of which there are `departed`, `void` which runs are void and why, `not_planned` what was not decided at all;
+    `no_equivalence` why heights were not tested for equality, "" where they were or there are none. `counted` is the
+    unit of analysis that comparisons count: "run", or "day" where they rest on the means of days. `tests_beside` says
+    what the tests in full are where others decide. `known_errors` has what is on record against the methods, an
+    introduction first. `overall` is the effect over all groups, where there are several. `sources` are those of the
+    methods used; `software` names the libraries that computed it, with versions. `stored` tells whether the book has
+    the report, so that its numbers can be traced. `warning` says what makes all numbers doubtful, "" where nothing
     does.
     """
 
@@ -270,6 +270,7 @@ class ReportContent:
     run_before: str = ""
     departures: tuple[str, ...] = ()
     departed: int = 0
+    void: str = ""
     not_planned: tuple[str, ...] = ()
     no_equivalence: str = ""
     counted: str = "run"

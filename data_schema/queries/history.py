@@ -171,6 +171,14 @@ def _entries(connection: sa.Connection, wanted: sa.ColumnElement[bool]) -> list[
     ]
 
 
+def void_reasons(connection: sa.Connection) -> dict[str, str]:
+    """Return why runs were declared void, by their uid, the last time that each was."""
+    query = sa.select(journal.c.entity_uid, journal.c.reason).where(
+        journal.c.entity_kind == "run", journal.c.action == str(Action.VOID)
+    )
+    return {uid: reason or "" for uid, reason in connection.execute(query.order_by(journal.c.seq))}
+
+
 def reports_made(connection: sa.Connection) -> list[int]:
     """Return the numbers of the entries of reports, in order."""
     query = sa.select(journal.c.seq).where(journal.c.action == str(Action.REPORT)).order_by(journal.c.seq)

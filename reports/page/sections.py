@@ -277,6 +277,7 @@ def _plan(content: ReportContent) -> Section:
     parts: list[Part] = [*map(Paragraph, content.decided)]
     if content.departures:
         parts.append(Bullets(tuple(map(Paragraph, content.departures))))
+    parts += [Paragraph(content.void)] if content.void else []
     return Section("plan", "Plan and deviations", tuple(parts))
 
 

@@ -8,7 +8,7 @@ report saw: a number that somebody had seen could have been replaced to please, 
 from __future__ import annotations
 
 from bisect import bisect
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
@@ -54,6 +54,11 @@ class DepartureKind(Enum):
     SURPLUS = "{name} came to run {run} when it had its {source} ({by}){lost}"
     GIVEN_LATE = (
         "the {source} of run {run} was in the book when a report was made, and was given to it only afterwards ({by})"
+    )
+    VOIDED = "{runs} made void ({reason}) after a report had been made ({by})"
+    COMPARISONS_LOST = (
+        "planned and not made: {compared}, because no run of {conditions} counts any more{after}; Holm's p of the "
+        "others does not count it"
     )
     RUNS_UNSELECTED = "the selection leaves out {runs} of the condition {condition} and takes its other runs"
     LEVELS_UNSELECTED = "the selection compares some levels of a group and leaves out {count} of it whole: {conditions}"
@@ -107,10 +112,16 @@ _LOST_BY: Mapping[str, Collection[FileRole]] = {
 """From which sources a run can have lost a number when a column of it or of its charge says otherwise."""
 
 
-def departures_since(history: BookHistory, now: BookState, first_seq: int) -> list[Departure]:
-    """List what departs from the book as it was first stated after an entry, and from what reports saw since."""
+def departures_since(
+    history: BookHistory, now: BookState, first_seq: int, told: Collection[str] = ()
+) -> list[Departure]:
+    """List what departs from the book as it was first stated after an entry, and from what reports saw since.
+
+    Of void runs that are `told` of elsewhere, by their names, nothing is said.
+    """
     states = _States(history, now, first_seq)
-    return [*_corrected(states), *_condition_changed(states), *_replaced(states), *_came_late(states)]
+    void = _voided(states, told)
+    return [*_corrected(states), *_condition_changed(states), *_replaced(states), *_came_late(states), *void]
 
 
 class _States:
@@ -319,6 +330,32 @@ def _came_late(states: _States) -> Iterator[Departure]:
             ]
             if missed and (item, uid) not in replacing and not states.moved(item, uid):
                 yield Departure(DepartureKind.GIVEN_LATE, {**words, "by": _by(states.arrival(item, uid))})
+
+
+def _voided(states: _States, told: Collection[str]) -> Iterator[Departure]:
+    """Find runs that are void and had numbers when a report was made, by who said so and why."""
+    said, found = {entry.uid: entry for entry in states.history.void}, dict[Any, dict[str, set[Outcome]]]()
+    for uid, run in states.now.runs.items():
+        if run.state is RunState.VOID and run.name not in told:
+            seen = {item for state in states.reports.values() if uid in state.runs for item in state.given(uid)}
+            if seen:
+                of_idle = run.kind is RunKind.IDLE
+                found.setdefault((said[uid].reason or "", _by(said[uid]), of_idle), {})[uid] = seen
+    for (reason, by, of_idle), of in found.items():
+        names = [states.now.runs[uid].name for uid in of]
+        runs = f"run {names[0]} was" if len(names) == 1 else f"runs {first_named(names)} were"
+        keys = None if of_idle else tuple(dict.fromkeys(states.now.runs[uid].condition_key for uid in of))
+        words = {"runs": runs, "reason": reason, "by": by}
+        yield Departure(DepartureKind.VOIDED, words, in_order(set().union(*of.values())), keys)
+
+
+def first_named(names: Sequence[str], between: str = ", ") -> str:
+    """Name the first of many and count how many more there are."""
+    more = [f"and {len(names) - _MOST_NAMED} more"] if len(names) > _MOST_NAMED else []
+    return between.join([*names[:_MOST_NAMED], *more])
+
+
+_MOST_NAMED = 4
 
 
 def _command(entry: EntryRow) -> str:

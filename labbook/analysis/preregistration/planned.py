@@ -27,11 +27,16 @@ from data_schema.vocabulary import FileRole, ReasonCode, RunKind, RunState
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.pairing import place_configured
 from labbook.analysis.preregistration.book_state import BookState, read_history, state_at
-from labbook.analysis.preregistration.departures import Departure, DepartureKind, departures_since, in_order
+from labbook.analysis.preregistration.departures import (
+    Departure,
+    DepartureKind,
+    departures_since,
+    first_named,
+    in_order,
+)
+from labbook.analysis.preregistration.lost import comparisons_lost
 from labbook.config.analysis import kept_analysis, kept_jump_rules
 from labbook.config.model import AnalysisSettings, Bounds, Configuration, Family
-
-_MOST_NAMED = 4
 
 
 def unselected(now: BookState, configuration: Configuration, selected: Collection[str]) -> list[Departure]:
@@ -66,10 +71,9 @@ def unselected(now: BookState, configuration: Configuration, selected: Collectio
 
 def _listed(keys: Sequence[str]) -> dict[str, str]:
     """Count and name conditions, of many the first and how many more there are."""
-    more = [f"and {len(keys) - _MOST_NAMED} more"] if len(keys) > _MOST_NAMED else []
     return {
         "count": f"{len(keys)} condition{'' if len(keys) == 1 else 's'}",
-        "conditions": "; ".join([*keys[:_MOST_NAMED], *more]),
+        "conditions": first_named(keys, "; "),
     }
 
 
@@ -206,7 +210,10 @@ def planned_analysis(
     history, since = read_history(connection), _since(before, stood)
     state = state_at(history)
     left_out = _disallowed(state, stood.exclusions)
-    further = [*_changed_jump_rules(before[-1][0].text, configuration), *departures_since(history, state, first.seq)]
+    told = [item.run for item in left_out if item.jumps is None]
+    since_first = departures_since(history, state, first.seq, told)
+    since_first += comparisons_lost(history, state, first.seq, configuration, stood, since_first)
+    further = [*_changed_jump_rules(before[-1][0].text, configuration), *since_first]
     further += [] if selected is None else unselected(state, configuration, selected)
     departing = [*_changed_settings(stood, now, stated), *map(not_allowed, left_out)]
     late_bounds = None if stood.apex_bounds or now is None else now.apex_bounds

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import sqlalchemy as sa
 
 from data_schema.outcomes import Outcome
+from data_schema.queries.history import void_reasons as reasons_of_void
 from data_schema.queries.plans import PlannedRow, planned_runs
 from data_schema.queries.results import ResultRow
 from data_schema.queries.study import CheckRow, checks_by_day, people
@@ -37,6 +38,7 @@ def build_content(
     people: Sequence[str],
     planned: Sequence[PlannedRow],
     checks: Mapping[str, Sequence[CheckRow]],
+    void_reasons: Mapping[str, str],
     results: Iterable[ResultRow],
 ) -> ReportContent:
     """Fill a report's content; `shown` collects the numbers that it shows, which are those of the `results`."""
@@ -78,6 +80,7 @@ def build_content(
         run_before=analysis.planned.run_before or "",
         departures=preregistration.departures(analysis, compared),
         departed=len(analysis.planned.departures),
+        void=preregistration.void(analysis, void_reasons),
         not_planned=preregistration.not_planned(analysis, compared),
         counted=analysis.planned.settings.unit_of_analysis.noun,
         no_equivalence=preregistration.no_equivalence(analysis),
@@ -162,6 +165,7 @@ def make_report(
         people=list(people(connection)),
         planned=planned_runs(connection),
         checks=checks_by_day(connection),
+        void_reasons=reasons_of_void(connection),
         results=[*cache.computed.values(), *cache.reused.values()],
     )
     return MadeReport(content, analysis, cache, detections, tuple(shown.ids))

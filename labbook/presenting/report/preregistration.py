@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 
-from data_schema.vocabulary import ReasonCode
+from data_schema.vocabulary import ReasonCode, RunState
 from labbook.analysis.comparison import pairing
+from labbook.analysis.preregistration.departures import first_named
 from labbook.analysis.preregistration.planned import (
     AS_A_WHOLE,
     FAMILY_OF,
@@ -120,6 +121,16 @@ def departures(analysis: StudyAnalysis, compared: Sequence[Comparison]) -> tuple
         *(_with_exploratory(sentence, departing.get(sentence, ())) for sentence in said),
         *as_a_whole,
     )
+
+
+def void(analysis: StudyAnalysis, reasons: Mapping[str, str]) -> str:
+    """Name the selected runs that are void by the `reasons` (by uid); "" without one."""
+    names: dict[str, list[str]] = {}
+    for run in analysis.evidence.selected:
+        if run.state is RunState.VOID:
+            names.setdefault(reasons.get(run.uid, ""), []).append(run.name)
+    said = [f"{first_named(several)} ({reason})" for reason, several in names.items()]
+    return f"Void: {'; '.join(said)}." if said else ""
 
 
 def not_planned(analysis: StudyAnalysis, compared: Sequence[Comparison]) -> tuple[str, ...]:
