@@ -139,7 +139,8 @@ class Condition:
 class Flow:
     """Counts of the selection: every run, and every jump of the runs that have apex heights.
 
-    `runs_planned` is None where no plan was written. By quantity, `runs_with` counts the runs whose number was used and
+    `runs_planned` is None where no plan was written, or the selection is by more than factors; `runs_withdrawn` counts
+    runs taken off the plan. By quantity, `runs_with` counts the runs whose number was used and
     `runs_without` the other runs of jumps by reason; `runs_other` has kinds of runs that are neither of jumps nor idle.
     Reasons map to counts; a run has one reason a quantity, a jump has one.
     """
@@ -155,6 +156,7 @@ class Flow:
     jumps_detected: int
     jumps_excluded: Mapping[str, int]
     jumps_analysed: int
+    runs_withdrawn: int = 0
 
     @property
     def has_jump_runs(self) -> bool:

@@ -19,6 +19,7 @@ def flow_sentence(content: ReportContent) -> str:
         return ""
     planned = "" if flow.runs_planned is None else f"{count_text(flow.runs_planned, 'run')} planned, "
     parts = [f"{planned}{flow.runs_done if planned else count_text(flow.runs_done, 'run')} made"]
+    parts += [f"{flow.runs_withdrawn} withdrawn from the plan"] if flow.runs_withdrawn else []
     parts += [f"{flow.runs_void} void"] if flow.runs_void else []
     parts += [f"{flow.runs_idle} idle, for the electronics' passive drain"] if flow.runs_idle else []
     parts += [f"{count} {why}" for why, count in flow.runs_other.items()]

@@ -78,6 +78,17 @@ def parse(text: str) -> Expression:
     return expression
 
 
+def names_in(expression: Expression) -> set[str]:
+    """Return the names of factors and run columns that a condition asks about."""
+    match expression:
+        case Or(operands) | And(operands):
+            return set().union(*map(names_in, operands))
+        case Not(operand):
+            return names_in(operand)
+        case Comparison(name) | Membership(name):
+            return {name.text}
+
+
 class _Parser:
     """Recursive descent over the tokens; one method a rule of the grammar."""
 

@@ -6,7 +6,7 @@ import math
 import pytest
 
 from reports.numbers import Number
-from reports.trust import robustness_sentences, trust_sentences
+from reports.trust import flow_sentence, robustness_sentences, trust_sentences
 
 
 def plain(sentences):
@@ -54,6 +54,13 @@ def test_without_an_error_or_scatter_within_days_there_are_two_lines(content):
         dataclasses.replace(only, savings=dataclasses.replace(only.savings, se=None)),
     ):
         assert len(trust_sentences(dataclasses.replace(changed, comparisons=(other,)))) == 2
+
+
+def test_the_flow_line_says_how_many_runs_were_withdrawn_from_the_plan(content):
+    assert "withdrawn" not in flow_sentence(content)
+    flow = dataclasses.replace(content.flow, runs_withdrawn=8)
+    (said,) = plain([flow_sentence(dataclasses.replace(content, flow=flow))])
+    assert said.startswith("280 runs planned, 272 made; 8 withdrawn from the plan; 4 void; ")
 
 
 def test_ranges_without_a_day_name_the_groups_alone(content):

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from data_schema.outcomes import Outcome
 from data_schema.queries.plans import PlannedRow
 from data_schema.queries.runs import RunRow
 from data_schema.queries.study import CheckRow, FactorRow
 from data_schema.vocabulary import CheckKind, FactorKind, RunKind, RunState
+from data_schema.where.parsing import names_in, parse
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.pairing import place
 from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
@@ -155,8 +156,8 @@ def days(analysis: StudyAnalysis, checks: Mapping[str, Sequence[CheckRow]]) -> t
     return tuple(found)
 
 
-def flow(analysis: StudyAnalysis, planned: Sequence[PlannedRow]) -> Flow:
-    """Count runs and jumps from the plan to the numbers; with a selection, planned runs of its conditions only."""
+def flow(analysis: StudyAnalysis, planned: Sequence[PlannedRow], withdrawn: Collection[str] = ()) -> Flow:
+    """Count runs and jumps from the plan to the numbers; of a selection by factors, planned runs of its conditions."""
     selected = analysis.evidence.selected
     jump_runs = analysis.evidence.runs
     used = {
@@ -190,12 +191,17 @@ def flow(analysis: StudyAnalysis, planned: Sequence[PlannedRow]) -> Flow:
         jumps_detected=len(judged),
         jumps_excluded=dict(jumps_excluded),
         jumps_analysed=sum(item.excluded is None for item in judged),
+        runs_withdrawn=0 if analysis.evidence.selection else len(withdrawn),
     )
 
 
 def _planned_count(analysis: StudyAnalysis, planned: Sequence[PlannedRow]) -> int:
-    if not analysis.evidence.selection:
+    """Count the plan's runs; those of a selection are known where it is by factors alone, which the plan has too."""
+    selection = analysis.evidence.selection
+    if not selection:
         return len(planned)
+    if not names_in(parse(selection)) <= {row.name for row in analysis.evidence.factors}:
+        return 0
     conditions = {run.condition_key for run in analysis.evidence.selected}
     return sum((row.condition_key or "") in conditions for row in planned)
 

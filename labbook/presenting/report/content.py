@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import importlib.metadata
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import sqlalchemy as sa
 
 from data_schema.outcomes import Outcome
 from data_schema.queries.history import void_reasons as reasons_of_void
-from data_schema.queries.plans import PlannedRow, planned_runs
+from data_schema.queries.plans import PlannedRow, planned_runs, withdrawn_names
 from data_schema.queries.results import ResultRow
 from data_schema.queries.study import CheckRow, checks_by_day, people
 from ingest.store import Store
@@ -37,6 +37,7 @@ def build_content(
     made_at: str,
     people: Sequence[str],
     planned: Sequence[PlannedRow],
+    withdrawn: Collection[str],
     checks: Mapping[str, Sequence[CheckRow]],
     void_reasons: Mapping[str, str],
     results: Iterable[ResultRow],
@@ -55,7 +56,7 @@ def build_content(
         detector=f"{detector}, version {DETECTORS[detector].version}",
         people=tuple(people),
         days=campaign.days(analysis, checks),
-        flow=campaign.flow(analysis, planned),
+        flow=campaign.flow(analysis, planned, withdrawn),
         factors=campaign.factors(analysis),
         conditions=campaign.conditions(analysis, shown),
         claims=(),
@@ -164,6 +165,7 @@ def make_report(
         made_at=made_at,
         people=list(people(connection)),
         planned=planned_runs(connection),
+        withdrawn=withdrawn_names(connection),
         checks=checks_by_day(connection),
         void_reasons=reasons_of_void(connection),
         results=[*cache.computed.values(), *cache.reused.values()],

@@ -255,8 +255,17 @@ def test_planned_runs_are_those_of_the_selected_conditions(analysis: StudyAnalys
     planned = [PlannedRow(f"p{i}", f"p{i}", i, 1, "1", key, None) for i, key in enumerate([*keys, None])]
     assert flow(analysis, planned).runs_planned == len(keys) + 1
     runs = tuple(run for run in analysis.evidence.runs if run.condition_key == keys[0])
-    evidence = replace(analysis.evidence, selection="a selection", selected=runs, runs=runs)
+    evidence = replace(analysis.evidence, selection="foot=small", selected=runs, runs=runs)
     assert flow(replace(analysis, evidence=evidence), planned).runs_planned == 1
+    assert flow(analysis, planned, {"p8", "p9"}).runs_withdrawn == 2
+
+
+@pytest.mark.parametrize("selection", ["day=2021-06-14", "foot=small and not (run in (r001, r002) or foot=large)"])
+def test_no_planned_count_stands_beside_a_selection_that_no_plan_knows(analysis: StudyAnalysis, selection: str) -> None:
+    """The plan has conditions, but neither the days nor the runs that were made."""
+    planned = [PlannedRow("p1", "p1", 1, 1, "1", analysis.evidence.runs[0].condition_key, None)]
+    counted = flow(replace(analysis, evidence=replace(analysis.evidence, selection=selection)), planned, {"p9"})
+    assert (counted.runs_planned, counted.runs_withdrawn) == (None, 0)
 
 
 def test_a_day_that_the_drain_line_cannot_do_without_is_said(analysis: StudyAnalysis) -> None:
