@@ -27,7 +27,7 @@ from reports.sentences import bounds_text, exploratory_text, lost_by_holm, sides
 from reports.wording import count_text, in_sentence, list_text, sentence_start
 
 ELSEWHERE = "That it holds on other days is not shown."
-"""What follows a claim that holds for the days measured."""
+"""What follows a claim that holds for the days measured; where nothing is shown there is nothing to hold."""
 
 
 def group_claim(content: ReportContent, comparison: Comparison) -> Claim:
@@ -35,7 +35,8 @@ def group_claim(content: ReportContent, comparison: Comparison) -> Claim:
     lead = comparison.lead
     said = [decided_text(lead, _words(content, comparison), exploratory_text(comparison.exploratory))]
     if isinstance(lead.test.p, float):
-        said += [_within(lead.equivalence), "" if lead.unit == "day" else ELSEWHERE]
+        within = lead.equivalence is not None and lead.equivalence.shown
+        said += [_within(lead.equivalence), ELSEWHERE if lead.unit != "day" and (lead.rejected or within) else ""]
     return Claim(" ".join(filter(None, said)), _id(as_shown(_number(lead))))
 
 

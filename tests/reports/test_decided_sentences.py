@@ -50,6 +50,12 @@ def test_within_days_the_claim_and_its_test_of_equivalence_hold_for_these_days(c
     text = said(content, decided(content, Outcome.APEX, unit="run", days=DAYS[:3], equivalence=within))
     says(text, "3 days", "1.30 mm", "−3", "3 %", "90 %", "0.10")
     assert text.endswith(ELSEWHERE)
+    unshown = dataclasses.replace(within, shown=False)
+    nothing = said(
+        content, decided(content, Outcome.APEX, unit="run", days=DAYS[:3], equivalence=unshown, rejected=False)
+    )
+    says(nothing, "3 days", "not significant")
+    assert ELSEWHERE not in nothing
 
 
 def test_where_days_tell_nothing_there_is_no_p_and_no_interval(content):
