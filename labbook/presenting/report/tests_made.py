@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from data_schema.outcomes import Outcome
 from data_schema.rounding import level_text
 from data_schema.vocabulary import Undefined
+from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.comparisons import Compared, Decided
 from labbook.analysis.preregistration.planned import FAMILY_OF
 from labbook.analysis.study import StudyAnalysis
@@ -61,8 +62,10 @@ def decided_by(analysis: StudyAnalysis, called: SweptWords) -> str:
     numbers = [count_text(rules[rule], "comparison") if rule is made[0] else str(rules[rule]) for rule in made]
     counts = list_text([f"{said[rule]} ({number})" for rule, number in zip(made, numbers, strict=True)])
     treated = called.treatment_short
+    several = any(item.pair.family == pairing.POOLED and len(item.pair.b) > 1 for item in analysis.compared)
+    weighted = ", pooled levels weighted by their runs" if several else ""
     sentences = [
-        f"Treatment and control are compared on the days that hold runs of both: {counts}.",
+        f"Treatment and control are compared on the days that hold runs of both{weighted}: {counts}.",
         f"Savings are ({called.control} - {treated}) / {called.control} with Fieller's interval by the same contrast."
         if saved(analysis)
         else "",

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
+from labbook.actions.report_command import state_report
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.report.methods import limitations, methods
 from stats.lines.passive_drain import PassiveDrain
+from tests.helpers.books import ADA, small_book
 from tests.helpers.wording import says
 from tests.labbook.presenting.conftest import Told
 
@@ -96,3 +99,12 @@ def test_a_log_of_a_run_without_jumps_made(analysis: StudyAnalysis) -> None:
     assert not any("jumps made" in note for note in notes)
     (note,) = [note for note in notes if "recorded as made" in note]
     says(note, "1 run", "r002", "3 found", "labbook correct RUN")
+
+
+def test_how_pooled_levels_are_weighted_is_said_where_levels_are_pooled(tmp_path: Path) -> None:
+    with small_book(tmp_path).open() as book:
+        one_level = state_report(book, None, ADA, lambda _step: None).analysis
+    pooled = [replace(item, pair=replace(item.pair, b=item.pair.b * 2)) for item in one_level.compared]
+    weighted = "pooled levels weighted by their runs"
+    assert weighted not in methods(one_level)[-1]
+    says(methods(replace(one_level, compared=pooled))[-1], weighted)
