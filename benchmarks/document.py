@@ -33,7 +33,7 @@ Under each title stand the day, the load at the benchmark's start (processes tha
 minute: below the number of cores on an idle machine) and the machine. Files are in the page cache when they are read.
 """
 
-_MARK = re.compile(r"^<!-- benchmark: (\w+) -->\n", re.MULTILINE)
+_MARK = re.compile(r"^<!-- benchmark: ([\w-]+) -->\n", re.MULTILINE)
 _BUDGET = re.compile(r"^- (MET|MISSED|NOT MEASURED): (.+): (.+) \(budget: (.+)\)$", re.MULTILINE)
 """A line of `verdict_line` in the document."""
 

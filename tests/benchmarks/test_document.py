@@ -38,6 +38,12 @@ def test_one_section_is_replaced_and_the_others_stay() -> None:
     assert row in after
 
 
+def test_a_section_whose_name_has_a_number_behind_it_stays() -> None:
+    names = ("lists", "lists-10000")
+    texts = {name: section_text(section(name, 1.0), ON) for name in names}
+    assert document(document("", texts, names), {"lists": texts["lists"]}, names) == document("", texts, names)
+
+
 def test_a_budget_that_was_not_measured_says_why() -> None:
     text = document("", {"lists": section_text(section("Lists", None), ON)}, NAMES)
     says(text, "2 budgets", "1 missed")
