@@ -22,7 +22,15 @@ from reports.display import (
     with_unit,
 )
 from reports.evidence import Decision, Equivalence
-from reports.naming import control_name, level_names, swept_factor, swept_words, treatment_name
+from reports.naming import (
+    control_name,
+    level_names,
+    level_of,
+    levels_name,
+    swept_factor,
+    swept_words,
+    treatment_name,
+)
 from reports.remarks import NOT_FROM_DAYS
 from reports.wording import count_text, in_sentence, list_text, sentence_start
 
@@ -163,22 +171,24 @@ def difference_claim(content: ReportContent, comparison: Comparison) -> Claim:
     return Claim(sentence, (*filter(None, (difference.provenance,)), *_ids_beside(comparison)))
 
 
-def family_claim(planned: Sequence[Comparison], *, pooled: bool = True) -> Claim:
-    """Say how many comparisons of the family that was decided on are shown, where the claims are not of that family.
+def family_claim(content: ReportContent, planned: Sequence[Comparison], *, pooled: bool = True) -> Claim:
+    """Say which comparisons of the family that was decided on are shown, where the claims are not of that family.
 
     `pooled` tells whether these pool levels.
     """
     by_quantity, ids = [], []
     for quantity in Outcome:
         family = [item for item in planned if item.quantity is quantity]
-        shown = sum(item.lead.adjusted_rejected is True and not item.one_day_each for item in family)
+        shown = [item for item in family if item.lead.adjusted_rejected is True and not item.one_day_each]
         if family:
             untold = sum(
                 item.decision.rejected is None if item.decision else bool(item.one_day_each) for item in family
             )
             why = "without a test" if family[0].decision else NOT_FROM_DAYS
-            days = f" ({untold} {why})" if untold else ""
-            by_quantity.append(f"{shown or 'none'} of {count_text(len(family), 'comparison')} of {quantity}{days}")
+            notes = [_named(content, shown)] if 0 < len(shown) <= min(MOST_NAMED, len(family) - 1) else []
+            notes += [f"{untold} {why}"] if untold else []
+            counted = f"{len(shown) or 'none'} of {count_text(len(family), 'comparison')}"
+            by_quantity.append(f"{counted} of {quantity}" + (f" ({'; '.join(notes)})" if notes else ""))
             ids += [item.lead.adjusted.provenance for item in family if item.lead.adjusted is not None][:1]
     named = "The family of comparisons is" if any(item.exploratory for item in planned) else "Decided on beforehand was"
     text = (
@@ -186,6 +196,16 @@ def family_claim(planned: Sequence[Comparison], *, pooled: bool = True) -> Claim
         f"{' The levels are pooled in what follows, which is exploratory.' if pooled else ''}"
     )
     return Claim(text, tuple(filter(None, ids)))
+
+
+MOST_NAMED = 4
+"""Comparisons that a sentence names; of more it says how many there are."""
+
+
+def _named(content: ReportContent, comparisons: Sequence[Comparison]) -> str:
+    """Name comparisons by group and level: "small foot, 80 kg/s; small foot, 160 kg/s"."""
+    names = ((levels_name(content, each.group), "" if each.opens else level_of(content, each)) for each in comparisons)
+    return "; ".join(", ".join(filter(None, each)) for each in names)
 
 
 def _ids(comparison: Comparison) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports.content import Factor
-from reports.naming import swept_words
+from reports.naming import level_of, levels_name, swept_words
 from reports.remarks import NOT_FROM_DAYS
 from reports.sentences import difference_claim, family_claim, savings_claim
 from tests.helpers.wording import says
@@ -219,14 +219,26 @@ def test_a_family_counts_apart_what_has_no_test_and_what_days_cannot_tell(conten
     """Decided by shared days, a comparison may lack a test for other reasons than its days."""
     family = [c for c in content.comparisons if c.opens and c.quantity is Outcome.JOULES]
     confounded = [dataclasses.replace(family[0], one_day_each=DAYS_TELL_NOTHING), *family[1:]]
-    says(plain(family_claim(confounded).text), f"(1 {NOT_FROM_DAYS})")
+    says(plain(family_claim(content, confounded).text), f"1 {NOT_FROM_DAYS})")
     why = Undefined(Reason.GROUPS_WITHOUT_SCATTER)
     decided = [dataclasses.replace(c, decision=c.lead) for c in family]
     lead = decided[0].lead
     test = dataclasses.replace(lead.test, p=why)
     untested = dataclasses.replace(lead, rejected=None, adjusted_rejected=None, test=test)
-    text = plain(family_claim([dataclasses.replace(decided[0], decision=untested), *decided[1:]]).text)
-    says(text, "(1 without a test)")
+    text = plain(family_claim(content, [dataclasses.replace(decided[0], decision=untested), *decided[1:]]).text)
+    says(text, "1 without a test)")
     assert NOT_FROM_DAYS not in text
     assert text.endswith("The levels are pooled in what follows, which is exploratory.")
-    assert plain(family_claim(decided, pooled=False).text).endswith("joules a jump.")
+    none = [dataclasses.replace(c, decision=dataclasses.replace(c.lead, adjusted_rejected=False)) for c in family]
+    assert plain(family_claim(content, none, pooled=False).text).endswith("joules a jump.")
+
+
+def test_a_family_names_the_few_comparisons_that_are_shown(content):
+    levels = [c for c in content.comparisons if not c.opens and c.quantity is Outcome.JOULES][:3]
+    first, *others = (
+        dataclasses.replace(c, decision=dataclasses.replace(c.lead, adjusted_rejected=shown))
+        for c, shown in zip(levels, (True, False, False), strict=True)
+    )
+    text = plain(family_claim(content, [first, *others]).text)
+    says(text, "1 of 3", plain(levels_name(content, first.group)), plain(level_of(content, first)))
+    assert "(" not in plain(family_claim(content, [first, first]).text)

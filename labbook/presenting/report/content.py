@@ -115,13 +115,13 @@ def _claims(content: ReportContent, compared: Sequence[Comparison], *, one_level
         said = {outcome for outcome, _claim in over_groups}
         wanted = {Outcome.JOULES, Outcome.APEX} - said if over_groups else set(Outcome)
         narrow = [(item.quantity, group_claim(content, item)) for item in pooled if item.quantity in wanted]
-        opening = [family_claim(planned, pooled=not one_level)] if planned else []
+        opening = [family_claim(content, planned, pooled=not one_level)] if planned else []
         by_outcome = sorted((*over_groups, *narrow), key=lambda each: list(Outcome).index(each[0]))
         return (*opening, *(claim for _outcome, claim in by_outcome))
     saved = [item for item in pooled if item.quantity.has_savings]
     others = [item for item in pooled if not item.quantity.has_savings]
     found = [
-        *([(family_claim(planned, pooled=not one_level), planned)] if planned else []),
+        *([(family_claim(content, planned, pooled=not one_level), planned)] if planned else []),
         *((savings_claim(content, item), [item]) for item in saved),
         *((difference_claim(content, item), [item]) for item in others),
     ]
