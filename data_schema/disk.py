@@ -11,7 +11,8 @@ import fcntl
 import json
 import os
 import re
-from collections.abc import Iterator
+import secrets
+from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -109,6 +110,27 @@ def write_whole(path: Path, content: bytes) -> None:
     with naming(path):
         part_of(path).write_bytes(content)
         put_in_place(path)
+
+
+@contextlib.contextmanager
+def written_beside(files: Mapping[Path, bytes]) -> Iterator[None]:
+    """Write files under temporary names, let something be done, and only then give them their names.
+
+    A reader sees the old bytes of a file or the new, never a half; where one cannot be written none gets its name.
+    """
+    beside = {path: path.with_name(f".{path.name}.{secrets.token_hex(4)}{PART}") for path in files}
+    try:
+        for path, part in beside.items():
+            with naming(path):
+                part.write_bytes(files[path])
+        yield
+        for path, part in beside.items():
+            with naming(path):
+                part.replace(path)
+    finally:
+        for part in beside.values():
+            with contextlib.suppress(OSError):  # nothing of it is there where nothing may be written
+                part.unlink()
 
 
 def read_json(path: Path) -> dict[str, Any]:

@@ -232,7 +232,7 @@ class ReportContent:
     introduction first. `overall` is the effect over all groups, where there are several. `sources` are those of the
     methods used; `software` names the libraries that computed it, with versions. `stored` tells whether the book has
     the report, so that its numbers can be traced. `warning` says what makes all numbers doubtful, "" where nothing
-    does.
+    does. `first_only` tells that the first page stands alone, without the other sections.
     """
 
     title: str
@@ -280,6 +280,11 @@ class ReportContent:
     sources: tuple[Source, ...] = ()
     stored: bool = True
     warning: str = ""
+    first_only: bool = False
+
+    def section(self, title: str) -> str:
+        """Refer to a section by its title, and say where it is if this page does not have it."""
+        return f"{title}, in the full report" if self.first_only else title
 
     @property
     def outcomes(self) -> tuple[Outcome, ...]:

@@ -185,7 +185,7 @@ def family_claim(content: ReportContent, planned: Sequence[Comparison], *, poole
                 item.decision.rejected is None if item.decision else bool(item.one_day_each) for item in family
             )
             why = "without a test" if family[0].decision else NOT_FROM_DAYS
-            notes = [_named(content, shown)] if 0 < len(shown) <= min(MOST_NAMED, len(family) - 1) else []
+            notes = [_named(content, shown)] if 0 < len(shown) <= min(_MOST_NAMED, len(family) - 1) else []
             notes += [f"{untold} {why}"] if untold else []
             counted = f"{len(shown) or 'none'} of {count_text(len(family), 'comparison')}"
             by_quantity.append(f"{counted} of {quantity}" + (f" ({'; '.join(notes)})" if notes else ""))
@@ -198,7 +198,7 @@ def family_claim(content: ReportContent, planned: Sequence[Comparison], *, poole
     return Claim(text, tuple(filter(None, ids)))
 
 
-MOST_NAMED = 4
+_MOST_NAMED = 4
 """Comparisons that a sentence names; of more it says how many there are."""
 
 

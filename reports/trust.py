@@ -43,7 +43,11 @@ def trust_sentences(content: ReportContent) -> tuple[str, ...]:
         if content.run_before:
             when = f"before measurements came in, but after the first run ({content.run_before})"
         counted = count_text(content.departed, "departure")
-        what = f"with {counted} (Plan and deviations)" if content.departed else "and nothing departs from it"
+        what = (
+            f"with {counted} ({content.section('Plan and deviations')})"
+            if content.departed
+            else "and nothing departs from it"
+        )
         plan = f"The analysis was decided on {when}, {what}."
     found = [plan]
     return tuple(filter(None, (*found, _one_day_less(content), _uncertainty(content))))

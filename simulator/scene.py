@@ -19,12 +19,14 @@ class Value:
     """A parameter's value in SI units, and where it is from.
 
     It has a source, or `why` says for what it was assumed, or it was set by who uses the scene, who has said no more.
+    An assumed value may have been fitted to the runs of a study, which `fitted_to` names.
     """
 
     value: float
     source: str = ""
     why: str = ""
     set_by_user: bool = False
+    fitted_to: str = ""
 
     @property
     def assumed(self) -> bool:

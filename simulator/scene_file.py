@@ -35,8 +35,8 @@ from simulator.scene import Scene, Value
 PARTS: tuple[str, ...] = get_args(Part)
 _TOP = ("title", "description", "jumps", "effects")
 _KEYS = ("value", "source", "assumed")
-_SET_BY_USER = "set_by_user"
-"""Key that only `write_scene` gives a value: a person names the source, or why there is none."""
+_SET_BY_USER, _FITTED_TO = "set_by_user", "fitted_to"
+"""Keys that only `write_scene` gives a value: a person names the source, or why there is none."""
 _ALIKE = 0.75
 """How much alike an unknown key and a known one are, of 1, where the one was most likely meant to be the other."""
 _KINDS = ((bool, "true or false"), (str, "text"), (list, "a list"), (dict, "a table"))
@@ -133,7 +133,10 @@ def write_scene(scene: Scene) -> str:
 def _origin(value: Value) -> str:
     if value.set_by_user:
         return "set_by_user = true"
-    return f"assumed = {_text(value.why)}" if value.assumed else f"source = {_text(value.source)}"
+    if not value.assumed:
+        return f"source = {_text(value.source)}"
+    fitted = f", {_FITTED_TO} = {_text(value.fitted_to)}" if value.fitted_to else ""
+    return f"assumed = {_text(value.why)}{fitted}"
 
 
 def _scene(top: Mapping[str, object], name: str) -> Scene:
@@ -179,13 +182,16 @@ def _value(part: str, name: str, item: object) -> Value:
     if not isinstance(item, dict) or "value" not in item:
         raise InputRefused(f"{name} is not given with its value and source: {form}")
     for key in item:
-        if key not in (*_KEYS, _SET_BY_USER):
+        if key not in (*_KEYS, _SET_BY_USER, _FITTED_TO):
             raise unknown_name(f"key of {name}", key, _KEYS)
     source, why, is_set = item.get("source", ""), item.get("assumed", ""), item.get(_SET_BY_USER, False)
     of_their_kinds = isinstance(source, str) and isinstance(why, str) and isinstance(is_set, bool)
     if not of_their_kinds or [bool(source), bool(why), is_set].count(True) != 1:
         raise InputRefused(f"{name} has to have either a source or a reason why it is assumed: {form}")
-    return Value(_number_in(name, item["value"]), source, why, is_set)
+    fitted_to = item.get(_FITTED_TO, "")
+    if not isinstance(fitted_to, str) or (fitted_to and not why):
+        raise InputRefused(f"{_FITTED_TO} of {name} is no name of a study beside a reason why it is assumed: {form}")
+    return Value(_number_in(name, item["value"]), source, why, is_set, fitted_to)
 
 
 def _number_in(name: str, found: object) -> float:

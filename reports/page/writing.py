@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib.resources
-import os
 import re
-import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from html import escape
@@ -15,7 +13,7 @@ from typing import Any, TypeVar
 
 import jinja2
 
-from data_schema.disk import naming
+from data_schema.disk import written_beside
 from data_schema.errors import UsageError
 from reports.content import ReportContent
 from reports.figures.figure_cache import Wanted, drawn, forget_unused
@@ -27,6 +25,7 @@ from reports.run_points import name_points, run_anchors
 from reports.tables.formats.as_csv import csv_bytes
 from reports.tables.formats.as_latex import latex_bytes
 from reports.tables.formats.as_macros import macros_bytes
+from reports.tables.headlines import HEADLINES
 from reports.tables.registry import TABLES, tables_of
 from reports.tables.table import Table
 from reports.wording import count_text, list_text
@@ -110,7 +109,8 @@ def write_report(files: Mapping[str, bytes], out_dir: Path) -> Path:
             (out_dir / folder).mkdir(parents=True, exist_ok=True)
         (out_dir / _MARK).touch()
         written = {out_dir / name: data for name, data in files.items()}
-        _replace(written)
+        with written_beside(written):
+            pass
         for path in _of_a_report(out_dir) - written.keys():
             path.unlink(missing_ok=True)
     return out_dir / "report.html"
@@ -201,11 +201,13 @@ def render_page(
     """
     numbering = {"figure": 0, "table": 0}
     anchors = {} if first_only else run_anchors(content)
-    every = sections_of(content)
-    planned = every[:1] if first_only else every
+    if first_only:
+        content = replace(content, first_only=True)
+        tables = {**tables, HEADLINES.name: HEADLINES.make(content)}
+    planned = sections_of(content)[:1] if first_only else sections_of(content)
     traced = {**tables, "provenance": _of_this_page(tables["provenance"], _ids_of(planned, tables))}
     sections = [_shown_section(content, section, drawings, traced, numbering, anchors) for section in planned]
-    page = (
+    return (
         environment()
         .get_template("report.html.j2")
         .render(
@@ -217,9 +219,6 @@ def render_page(
             known_ids=set() if first_only else {row.cells[0].text for row in traced["provenance"].rows},
         )
     )
-    for title in (section.title for section in every if section not in planned):
-        page = page.replace(f"({title})", f"({title}, in the full report)")
-    return page
 
 
 def environment() -> jinja2.Environment:
@@ -349,25 +348,3 @@ def _shown_figure(
         "caption": kind.caption(content),
         "drawing": name_points(drawing, name, content, anchors),
     }
-
-
-def _replace(files: Mapping[Path, bytes]) -> None:
-    """Write files beside their places and then move them there: a reader sees the old bytes or the new, never a half.
-
-    Where one cannot be written, none is moved.
-    """
-    beside: dict[Path, Path] = {}
-    try:
-        for path, data in files.items():
-            with naming(path):
-                handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
-                beside[path] = Path(temporary)
-                with os.fdopen(handle, "wb") as stream:
-                    stream.write(data)
-                beside[path].chmod(0o644)
-        for path, written in beside.items():
-            with naming(path):
-                written.replace(path)
-    finally:
-        for written in beside.values():
-            written.unlink(missing_ok=True)

@@ -46,7 +46,7 @@ def headlines(content: ReportContent) -> Table:
     places = common_places(saved, 1), common_places(heights)
     rows = [_row(group, pair, places) for group, pair in found.items()]
     rows += _all_groups(content, places[0])
-    test = "by the days that hold both (Methods)" if by_days else "by Welch's t-test"
+    test = f"by the days that hold both ({content.section('Methods')})" if by_days else "by Welch's t-test"
     what = "Apex height" if alone else "Energy"
     called = swept_words(swept_factor(content))
     control, sides = control_name(content), "the control and of the treatment"

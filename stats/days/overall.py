@@ -132,15 +132,8 @@ def _spread(groups: Mapping[str, Contrast]) -> float | Undefined:
 
 
 def _claimed(groups: Mapping[str, Contrast]) -> dict[str, Contrast]:
-    return {
-        name: one
-        for name, one in groups.items()
-        if one.rule is not Rule.NONE
-        and isinstance(one.control_mean, float)
-        and one.control_mean > 0.0
-        and one.variance(one.ratio) > 0.0
-        and one.variance(1.0) > 0.0
-    }
+    same = same_on_every_day(groups)
+    return {name: one for name, one in groups.items() if name not in same and _scatters(one)}
 
 
 def same_on_every_day(groups: Mapping[str, Contrast]) -> list[str]:
@@ -148,14 +141,17 @@ def same_on_every_day(groups: Mapping[str, Contrast]) -> list[str]:
 
     The saving in percent of such a group scatters with its control alone, which tells nothing of the difference.
     """
-    return [
-        name
-        for name, one in groups.items()
-        if one.rule is Rule.PAIRED
+    return [name for name, one in groups.items() if _scatters(one) and one.variance(1.0) == 0.0]
+
+
+def _scatters(one: Contrast) -> bool:
+    """Tell whether a group has a saving, of which something is claimed, that scatters."""
+    return (
+        one.rule is not Rule.NONE
         and isinstance(one.control_mean, float)
         and one.control_mean > 0.0
-        and one.variance(one.ratio) > 0.0 == one.variance(1.0)
-    ]
+        and one.variance(one.ratio) > 0.0
+    )
 
 
 def _squared_se(one: Contrast) -> float:

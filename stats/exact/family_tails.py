@@ -31,6 +31,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from stats.exact.numbers import Number
+from stats.exact.roots import next_share
 
 Floats = NDArray[np.float64]
 
@@ -296,7 +297,7 @@ def critical_values(log_upper: LogUpper, tail: float, guess: Floats) -> Floats:
             least = _ENOUGH * np.maximum(np.abs(found[rows]), 1e-3) / np.abs(b[rows] - a[rows])
         going = (least < 0.5) & (f != 0.0)
         rows, least = rows[going], least[going]
-        share[rows] = np.clip(_share(a[rows], fa[rows], b[rows], fb[rows], c[rows], fc[rows]), least, 1.0 - least)
+        share[rows] = np.clip(next_share(a[rows], fa[rows], b[rows], fb[rows], c[rows], fc[rows]), least, 1.0 - least)
         if not rows.size:
             break
     return found
@@ -318,16 +319,6 @@ def _bracketed(log_upper: LogUpper, wanted: float, guess: Floats) -> tuple[Float
             values[rows] = log_upper(rows, ends[rows]) - wanted
             rows = rows[side * values[rows] > 0.0]
     return low, f_low, high, f_high
-
-
-def _share(a: Floats, fa: Floats, b: Floats, fb: Floats, c: Floats, fc: Floats) -> Floats:
-    """Return how far from a to b to look next."""
-    with np.errstate(all="ignore"):
-        xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
-        alpha = (c - a) / (b - a)
-        quadratic = fa / (fb - fa) * fc / (fb - fc) + alpha * fa / (fc - fa) * fb / (fc - fb)
-    allowed = (phi * phi < xi) & ((1.0 - phi) ** 2 < 1.0 - xi) & np.isfinite(quadratic)
-    return np.where(allowed, quadratic, 0.5)
 
 
 _DEGREE = 80

@@ -25,11 +25,11 @@ from fractions import Fraction
 from functools import lru_cache
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 from scipy import special
 
 from stats.exact.numbers import Floats, Number
+from stats.exact.roots import root_between
 
 _LEAST = 1e-290
 """Below it scipy's functions lose digits."""
@@ -221,9 +221,10 @@ def t_upper_quantile(tail: Number, df: float) -> float:
         return t_two_sided(math.exp(log_t), df).log10_p * _LN_10 / log_both - 1.0
 
     ends = math.log(sys.float_info.min), math.log(sys.float_info.max)
-    if beyond(ends[1]) < 0.0:
+    last = beyond(ends[1])
+    if last < 0.0:
         return math.inf
-    return math.exp(float(scipy.optimize.brentq(beyond, *ends, xtol=1e-15, rtol=8.9e-16, maxiter=_MOST_STEPS)))
+    return math.exp(root_between(beyond, (ends[0], beyond(ends[0])), (ends[1], last)))
 
 
 def t_upper_quantiles(tail: Fraction, df: Floats) -> Floats:

@@ -92,12 +92,12 @@ ANY_TEXT = st.text(st.characters(codec="utf-8"))
 TEXT = st.text(st.characters(codec="utf-8"), min_size=1)
 
 
-@given(TEXT, ANY_TEXT, TEXT, TEXT, st.floats(0.01, 100.0))
+@given(TEXT, ANY_TEXT, TEXT, TEXT, ANY_TEXT, st.floats(0.01, 100.0))
 def test_any_words_and_numbers_read_back_as_written(
-    title: str, description: str, source: str, why: str, mass: float
+    title: str, description: str, source: str, why: str, study: str, mass: float
 ) -> None:
     plate = load_scene("force_plate")
-    values = {**plate.values, "body_mass": Value(mass, source), "foot_mass": Value(0.1, "", why)}
+    values = {**plate.values, "body_mass": Value(mass, source), "foot_mass": Value(0.1, "", why, fitted_to=study)}
     scene = Scene("own", title, plate.effects, values, 7, description)
     assert parse_scene(write_scene(scene), "own") == scene
 
@@ -180,6 +180,11 @@ def test_a_key_that_only_programs_write_is_not_offered_to_people() -> None:
     with refuses(InputRefused, "'set'", "body_mass", "'value'") as refusal:
         parse_scene(edited("body_mass = { value = 1.75,", "body_mass = { value = 1.75, set = 1,"), "own")
     assert "set_by_user" not in str(refusal.value)
+
+
+def test_only_an_assumed_value_can_have_been_fitted() -> None:
+    with refuses(InputRefused, "fitted_to", "body_mass"):
+        parse_scene(edited("body_mass = { value = 1.75,", 'body_mass = { value = 1.75, fitted_to = "bed",'), "own")
 
 
 def test_a_value_that_was_set_is_written_as_such_and_never_with_a_source() -> None:

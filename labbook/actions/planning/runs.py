@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import datetime
-import secrets
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from zoneinfo import ZoneInfo
 
+from data_schema.disk import written_beside
 from data_schema.errors import UsageError, unknown_name
 from data_schema.queries.plans import OpenPlan, open_plans, planned_runs, withdrawn_names
 from data_schema.queries.runs import run_names
@@ -186,25 +186,17 @@ def _remarks(configuration: Configuration, idle: int) -> Iterator[str]:
 
 @contextlib.contextmanager
 def _written_beside(texts: Mapping[Path, str]) -> Iterator[None]:
-    """Write files under temporary names, let a plan be stated, and only then give them their names.
+    """Write files, let a plan be stated, and only then give them their names.
 
     What cannot be written is never stated, and what was not stated leaves no file.
     """
-    temporary = {path.with_name(f".{path.name}.{secrets.token_hex(4)}"): path for path in texts}
-    try:
-        for beside, path in temporary.items():
-            try:
-                beside.write_text(texts[path], encoding="utf-8")
-            except OSError as error:
-                reason = error.strerror or error
-                raise UsageError(f"{path} cannot be written ({reason}): name another file with --out.") from error
+    with contextlib.ExitStack() as written:
+        try:
+            written.enter_context(written_beside({path: text.encode() for path, text in texts.items()}))
+        except OSError as error:
+            reason = error.strerror or error
+            raise UsageError(f"{error.filename} cannot be written ({reason}): name another file with --out.") from error
         yield
-        for beside, path in temporary.items():
-            beside.replace(path)
-    finally:
-        for beside in temporary:
-            with contextlib.suppress(OSError):  # nothing of it is there where nothing may be written
-                beside.unlink()
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,19 +8,17 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from zoneinfo import ZoneInfo
 
-import sqlalchemy as sa
-
 from data_schema.errors import UsageError
 from data_schema.queries.charges import charges_of_runs
 from data_schema.queries.detections import verdicts_waiting
-from data_schema.queries.history import first_measurement, history_of
+from data_schema.queries.history import first_measurement, void_reasons
 from data_schema.queries.imported_files import inbox
 from data_schema.queries.plans import planned_runs
 from data_schema.queries.readings import waiting_files
 from data_schema.queries.runs import RunRow, runs_of_conditions, runs_of_day
 from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.queries.study import checks_by_day
-from data_schema.vocabulary import Action, CheckKind, FileRole, RunKind, RunState, Undefined
+from data_schema.vocabulary import CheckKind, FileRole, RunKind, RunState, Undefined
 from labbook.actions.runs.rig_line import Lines, joules_of, known_joules, too_little_charged
 from labbook.analysis.outcomes.control_limits import runs_outside
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, rest_length_m
@@ -69,6 +67,7 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
     date = _date(day) if day else datetime.datetime.now(ZoneInfo(configuration.study.time_zone)).date()
     of_day = runs_of_day(connection, date.isoformat())
     runs = [run for run in of_day if run.state is not RunState.VOID]
+    why_void = void_reasons(connection) if len(runs) < len(of_day) else {}
     charged = charges_of_runs(connection, [run.uid for run in runs])
     logs = {run.uid: signals for run in runs if (signals := signals_of_runs(connection, FileRole.LOG, run_uid=run.uid))}
     made = {check.kind for check in checks_by_day(connection).get(date.isoformat(), ())}
@@ -89,7 +88,7 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
     return ToDo(
         day=date.isoformat(),
         runs_done=tuple(run.name for run in runs),
-        void={run.name: _why_void(connection, run) for run in of_day if run.state is RunState.VOID},
+        void={run.name: why_void.get(run.uid, "") for run in of_day if run.state is RunState.VOID},
         planned_not_done=tuple(row.name for row in planned_runs(connection) if row.run_name is None),
         open_runs=tuple(run.name for run in runs if run.state is RunState.OPEN),
         log_without_charge=names(True, False),
@@ -169,11 +168,6 @@ def _why_not(run: RunRow, logs: Sequence[SignalRow]) -> str | None:
     heights = [log for log in logs if BODY_HEIGHT in log.channels]
     usable = usable_logs(run, heights) if heights else None
     return usable.reason if isinstance(usable, Undefined) else None
-
-
-def _why_void(connection: sa.Connection, run: RunRow) -> str:
-    said = [item.reason for item in history_of(connection, run.uid) if item.action == Action.VOID]
-    return said[-1] or "" if said else ""
 
 
 def _needs_log(run: RunRow) -> bool:

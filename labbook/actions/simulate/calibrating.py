@@ -14,7 +14,6 @@ from labbook.analysis.outcomes.conditions import conditions_by_outcome
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.prediction.calibrating import FITTED, Calibration, calibrate, measured_means
 from labbook.analysis.prediction.condition_scenes import (
-    FITTED_TO,
     ROBOT_PARAMETERS,
     condition_scene,
     study_scene,
@@ -93,10 +92,11 @@ def calibrate_book(
         unconverted = unconverted_factors(configuration, evidence.factors)
         raise InputRefused(f"{error} {unconverted_text(unconverted)}".rstrip()) from error
     cited = (
-        f"{FITTED_TO.format(study=configuration.study.name)}{len(measured)} means of {len(runs)} conditions, "
+        f"fitted to {configuration.study.name}: {len(measured)} means of {len(runs)} conditions, "
         f"configuration {configuration.sha256[:12]}, journal of {entries} entries to {head[:12]}; that these runs "
         "agree with it is no test"
     )
-    values = {one.name: Value(one.value, why=cited) for one in found.parameters}
+    fitted_to = configuration.study.name
+    values = {one.name: Value(one.value, why=cited, fitted_to=fitted_to) for one in found.parameters}
     scene = replace(start, title=f"{start.title}, calibrated", values={**start.values, **values})
     return CalibratedScene(found, scene, configuration.study.name)

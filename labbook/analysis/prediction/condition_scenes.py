@@ -28,9 +28,6 @@ ROBOT_PARAMETERS: Mapping[str, str] = {
 }
 """Parameter of a scene -> fact about a robot."""
 
-FITTED_TO = "fitted to {study}: "
-"""What the reason of a parameter in a scene's file begins with that `labbook calibrate` fitted to a study."""
-
 IN_FILE = "[simulation] of labbook.toml"
 _GAIN_UNITS = ("N/m", "kg/s", "kg/m")
 """Units of what a controller has gains for."""
@@ -130,6 +127,7 @@ def _sourced(start: Scene, given: Mapping[str, tuple[float, str]], assumed: tupl
     scene = start.changed({parameter: value for parameter, (value, _source) in given.items()})
     values = {parameter: Value(scene[parameter], source) for parameter, (_value, source) in given.items()}
     for parameter in assumed:
-        why = start.values[parameter].why if parameter in start.values else ""
-        values[parameter] = Value(scene[parameter], "", why or f"named as assumed in {IN_FILE}")
+        known = start.values.get(parameter, Value(scene[parameter]))
+        why = known.why or f"named as assumed in {IN_FILE}"
+        values[parameter] = Value(scene[parameter], why=why, fitted_to=known.fitted_to)
     return replace(scene, values={**scene.values, **values})

@@ -10,10 +10,11 @@ from data_schema.outcomes import Outcome
 from data_schema.vocabulary import StudyKind, Undefined
 from labbook.analysis.prediction.bias import BiasOfGroup, LimitsResult
 from labbook.analysis.prediction.checking import Checked
-from labbook.analysis.prediction.condition_scenes import FITTED_TO, unconverted_factors
+from labbook.analysis.prediction.condition_scenes import study_scene, unconverted_factors
 from labbook.analysis.prediction.predicting import PredictionResult
 from labbook.analysis.prediction.simulating import SIMULATED
 from labbook.analysis.study import StudyAnalysis
+from labbook.config.model import SimulationSettings
 from labbook.presenting.numbers import Shown
 from labbook.presenting.report.campaign import factor_title
 from reports.evidence import POOLED
@@ -58,7 +59,7 @@ def predictions(analysis: StudyAnalysis, shown: Shown) -> Predictions:
         units={factor: all_parameters()[name].unit for factor, name in settings.factors.items()},
         items=items,
         judged=_judged(analysis, shown),
-        assumed=_assumed(analysis),
+        assumed=_assumed(analysis, settings),
         branched=_conditions(analysis, lambda one: one.branched),
         on_edge=_conditions(analysis, lambda one: one.close_decision and not one.branched),
         grown=_conditions(analysis, lambda one: one.relative_error > one.accuracy),
@@ -198,9 +199,10 @@ def _judged_group(each: BiasOfGroup, shown: Shown) -> JudgedGroup:
     )
 
 
-def _assumed(analysis: StudyAnalysis) -> tuple[AssumedInput, ...]:
+def _assumed(analysis: StudyAnalysis, settings: SimulationSettings) -> tuple[AssumedInput, ...]:
     """Return every assumed input, with the most that varying it changed in any condition."""
-    fitted_to = FITTED_TO.format(study=analysis.evidence.configuration.study.name)
+    study = analysis.evidence.configuration.study.name
+    fitted = {name for name, value in study_scene(settings).values.items() if value.fitted_to == study}
     inputs = {name: about for one in analysis.predicted.values() for name, about in one.assumed.items()}
     return tuple(
         AssumedInput(
@@ -211,7 +213,7 @@ def _assumed(analysis: StudyAnalysis) -> tuple[AssumedInput, ...]:
             about.varied_by,
             {quantity: _most(analysis, quantity, name) for quantity in PredictedQuantity},
             _raises(analysis, name),
-            fitted=about.why.startswith(fitted_to),
+            fitted=name in fitted,
         )
         for name, about in inputs.items()
     )
