@@ -41,7 +41,8 @@ class SecondProcess(Generic[T]):
 def beside(work: Callable[[], T]) -> SecondProcess[T]:
     """Let a copy of this process do some work and return what it gives, which is pickled.
 
-    The work may use no connection to a database, and say nothing.
+    The work may use no connection to a database that this process has opened, and say nothing. SQLite's locks are the
+    process', so that it may open one of its own only to a file to which this one has none.
     """
     out, into = os.pipe()
     with warnings.catch_warnings():

@@ -8,6 +8,7 @@ import re
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import sqlalchemy as sa
@@ -17,6 +18,7 @@ from data_schema.disk import make_folder, sync_all
 from data_schema.errors import BookReadOnly, UsageError, unknown_name
 from data_schema.queries.selecting import refuse_empty_selection
 from data_schema.row_hashes import altered_rows, has_hashes
+from data_schema.second_process import beside, has_core
 from data_schema.vocabulary import Action
 from ingest.store import STORED
 from labbook.book.opening import JOURNAL, Book
@@ -176,17 +178,34 @@ def _saved_report(
 
 
 def _unsaved_report(book: Book, where: str | None, step: Callable[[str], None]) -> MadeReport:
-    with book.reading() as connection:
-        made = _made(book, connection, where, step)
+    made, _seen = _made(book, where, step)
     return replace(made, content=replace(made.content, stored=False))
 
 
-def _made(book: Book, connection: sa.Connection, where: str | None, step: Callable[[str], None]) -> MadeReport:
-    refuse_empty_selection(connection, where)
-    made_at = now_utc().split(".")[0] + "Z"
-    made = make_report(connection, book.store, book.configuration, where=where, made_at=made_at, progress=step)
-    warning = _altered_warning(len(altered_rows(connection))) if has_hashes(connection) else NO_HASHES
-    return replace(made, content=replace(made.content, warning=warning))
+def _made(book: Book, where: str | None, step: Callable[[str], None]) -> tuple[MadeReport, tuple[int, str]]:
+    """Make a report of the book as it stands; returns it and the head of the journal then.
+
+    Meanwhile a copy of this process, where there is a core for it, looks whether rows were altered.
+    """
+    book.close()  # no connection is open that both would have
+    look = beside(partial(_head_and_warning, book)) if has_core() else None
+    with book.reading() as connection:
+        refuse_empty_selection(connection, where)
+        seen = journal.head(connection)
+        made_at = now_utc().split(".")[0] + "Z"
+        made = make_report(connection, book.store, book.configuration, where=where, made_at=made_at, progress=step)
+        looked = look.result() if look else None
+        warning = looked[1] if looked and looked[0] == seen else _warning(connection)
+    return replace(made, content=replace(made.content, warning=warning)), seen
+
+
+def _head_and_warning(book: Book) -> tuple[tuple[int, str], str]:
+    with book.reading() as connection:
+        return journal.head(connection), _warning(connection)
+
+
+def _warning(connection: sa.Connection) -> str:
+    return _altered_warning(len(altered_rows(connection))) if has_hashes(connection) else NO_HASHES
 
 
 def _refuse_store(out: Path) -> None:
@@ -230,9 +249,7 @@ def state_report(
     only when its files are there, whole.
     """
     for _attempt in range(ATTEMPTS):
-        with book.reading() as connection:
-            seen = journal.head(connection)
-            made = _made(book, connection, where, step)
+        made, seen = _made(book, where, step)
         put = draw(made)
         with book.session(person) as session:
             if session.said or journal.head(session.connection) != seen:
