@@ -18,7 +18,7 @@ from data_schema.queries import history as queries
 from data_schema.queries.history import EntryRow
 from data_schema.queries.reports import ReportRow
 from data_schema.queries.signals import samples_of_files
-from data_schema.vocabulary import Action, ReasonCode, Verdict
+from data_schema.vocabulary import Action, ReasonCode, RunState, Verdict
 from labbook.actions.runs.run_view import changes_in_words
 from labbook.analysis.outcomes.run_apexes import UNKNOWN_FLIGHT_S
 from labbook.analysis.preregistration.book_state import Change, read_history
@@ -135,6 +135,8 @@ class _Known:
                 return CauseKind.CONFIGURATION, f"labbook.toml: {self._settings(entry.seq)}"
             case Action.VOID, "run":
                 return CauseKind.VOID, f"{self._run(entry.uid)} declared void"
+            case Action.CORRECT, "run" if entry.old == {"state": RunState.VOID}:
+                return CauseKind.VOID, f"{self._run(entry.uid)} counts again"
             case Action.CORRECT, kind if kind != "run_file" and "run" not in new:
                 changed = changes_in_words(self.connection, entry.old, new)
                 return CauseKind.CORRECTION, f"{self._called(kind, entry.uid)}: {changed}"

@@ -60,7 +60,7 @@ class DecidedGroups:
                 adjusted_rejected=None if isinstance(rejected, Undefined) else rejected,
             )
         said = decided_text(lead, _words(self.observed, name, control, of_savings=result.savings is not None))
-        return _opened(result.rule, result.days, said)
+        return _opened(result.rule, result.days, said, shown=lead.rejected is True)
 
     def data(self) -> list[dict[str, Any]]:
         """Return the tests for programs; differences are of the group from the control."""
@@ -118,7 +118,7 @@ class DecidedEquivalence:
         else:
             size = with_unit(value_text(number.value, places_of(item.estimate)), number.unit)
             said = within_text(item, f"{name} minus {control} is {size} and", control)
-        return _opened(contrast.rule, contrast.days, said)
+        return _opened(contrast.rule, contrast.days, said, shown=item.shown is True)
 
     def data(self) -> list[dict[str, Any]]:
         """Return the tests for programs; differences are of the group from the control, in the unit of the bounds."""
@@ -207,10 +207,10 @@ def _unit(observed: Observations) -> str:
     return observed.unit if observed.plan or shown_unit(observed.unit)[1] == 1.0 else ""
 
 
-def _opened(rule: Rule, days: tuple[str, ...], said: str) -> str:
+def _opened(rule: Rule, days: tuple[str, ...], said: str, *, shown: bool) -> str:
     """Open a sentence with the rule and the days that it is by, in letters that a terminal has."""
     count = f", {count_text(len(days), 'day')}" if days else ""
-    elsewhere = f" {ELSEWHERE}" if rule is Rule.WITHIN else ""
+    elsewhere = f" {ELSEWHERE}" if shown and rule is Rule.WITHIN else ""
     return f"By shared days ({rule}{count}): {said}{elsewhere}".replace(NO_BREAK, " ").replace(MINUS, "-")
 
 

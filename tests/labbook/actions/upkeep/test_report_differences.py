@@ -15,7 +15,7 @@ from data_schema.vocabulary import Undefined
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.files.kept_files import withdraw
 from labbook.actions.report_command import state_report
-from labbook.actions.runs.correcting import correct, void
+from labbook.actions.runs.correcting import correct, unvoid, void
 from labbook.actions.runs.jump_review import decide
 from labbook.actions.upkeep.pruning import prune
 from labbook.actions.upkeep.report_causes import CauseKind
@@ -216,6 +216,11 @@ def test_what_was_taken_away_or_back_moves_numbers_too(before: SmallBook) -> Non
         found = compared(book, "1", "last")
     assert [one.moved > 0 for one in found.causes] == [False, False, True, True, True]  # a verdict was taken back
     assert "  verdict: jump at " in good(labbook("reports", "diff", "1", "last", at=before.folder)).out
+    with before.open() as book:
+        with book.session(ADA) as session:
+            unvoid(session, "r006", "it was tight")
+        report(book)
+        assert [(one.kind, one.what) for one in compared(book).causes] == [(CauseKind.VOID, "run r006 counts again")]
 
 
 def test_a_log_too_many_takes_a_run_out_of_the_mean(before: SmallBook, tmp_path: Path) -> None:
