@@ -7,8 +7,9 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.errors import UsageError, unknown_name
+from data_schema.errors import UnknownName, UsageError, unknown_name
 from data_schema.queries.facts import find_uid, read_fact
+from data_schema.queries.plans import open_plans
 from data_schema.queries.runs import RunRow, find_run, run_names
 from data_schema.queries.study import StudyRow, conditions_by_key, day_uids, factors, the_study
 from labbook.book.write_session import WriteSession
@@ -24,9 +25,14 @@ def study_of(connection: sa.Connection) -> StudyRow:
 
 
 def run_named(connection: sa.Connection, name: str) -> RunRow:
-    """Return a run by name; an unknown one is refused with the nearest."""
+    """Return a run by name; an unknown one is refused with the nearest, one that is only planned as such."""
     found = find_run(connection, name)
     if found is None:
+        if any(name in plan.to_be_made for plan in open_plans(connection)):
+            raise UnknownName(
+                f"run {name} is planned and was not made yet: import its filled-in line of the run sheet with "
+                "`labbook runs import`."
+            )
         raise unknown_name("run", name, run_names(connection), "List them with `labbook runs list`.")
     return found
 

@@ -96,6 +96,7 @@ def test_plan_is_filled_in_row_by_row(fresh: SmallBook) -> None:
     says(good(labbook("today", "--day", "2021-06-01", at=fresh.folder)).out, "plans and days", "14")
 
     first = next(line for line in lines if line["kind"] == "jumps")
+    refused(labbook("show", first["run"], at=fresh.folder), 2, "planned", "labbook runs import")
     first.update(started="09:30", battery="A", jumps_made="3")
     write(sheet, lines)
     with unchanged(fresh.folder):
