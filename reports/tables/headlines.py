@@ -40,6 +40,7 @@ def headlines(content: ReportContent) -> Table:
         Column("n", ("n_control", "n_treatment")),
         *_columns("savings", interval_title(saved), "savings{}_percent", "%", shown=not alone),
         *_columns("apex", interval_title(heights), "apex{}_m", shown_unit("m")[0], shown=alone),
+        Column("apex n", ("apex_days", "apex_n_control", "apex_n_treatment"), shown=False),
         PROVENANCE,
         ONE_DAY_EACH,
     )
@@ -84,6 +85,9 @@ def groups(content: ReportContent) -> dict[str, tuple[Comparison | None, Compari
     }
 
 
+_NONE = Cell("", (None, None, None))
+
+
 def _row(group: str, pair: tuple[Comparison | None, Comparison | None], places: tuple[int, int]) -> Row:
     joules, apex = pair
     lead = next(each.lead for each in pair if each is not None)
@@ -94,6 +98,7 @@ def _row(group: str, pair: tuple[Comparison | None, Comparison | None], places: 
             Cell(f"{lead.n_control}, {lead.n_treatment}", (lead.n_control, lead.n_treatment)),
             *_effect(joules, None if joules is None else joules.lead.savings, places[0]),
             *_effect(apex, None if apex is None else apex.lead.difference, places[1]),
+            _NONE if apex is None else Cell("", (len(apex.lead.days), apex.lead.n_control, apex.lead.n_treatment)),
             provenance_cell((lead.savings or lead.difference).provenance),
             words(next((each.one_day_each for each in pair if each is not None), "")),
         )
@@ -121,8 +126,9 @@ def _all_groups(content: ReportContent, places: int) -> list[Row]:
                 interval_cell(overall.savings, places),
                 p_cell(overall.test.p),
                 none,
-                Cell("", (None, None, None)),
+                _NONE,
                 none,
+                _NONE,
                 provenance_cell(overall.savings.provenance),
                 words(""),
             ),

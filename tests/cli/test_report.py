@@ -81,6 +81,8 @@ def test_numbers_are_those_of_the_instruments_files(reported: Reported) -> None:
     (headline,) = reported.table("headlines")
     savings = 1 - np.mean(treated) / np.mean(control)
     assert float(headline["savings_percent"]) == pytest.approx(100 * savings)
+    counted = [int(headline[f"{of}n_{side}"]) for of in ("", "apex_") for side in ("control", "treatment")]
+    assert counted == [len(control), len(treated), 4, 4]
     assert f"{100 * savings:.1f}\N{NO-BREAK SPACE}%" in reported.said["claims"][0]
 
 
