@@ -43,6 +43,7 @@ ROUNDING = 1e-15
 MOST_STEPS_A_JUMP = 2_000_000
 MOST_REPEATS = 5
 _SURE = ("min_leg_length_m", "max_leg_length_m", "min_body_height_m", "capped_time_s", "energy_at_play_J")
+_NUMBERS = COLUMNS[1 : COLUMN["decision_margin"] + 1]
 _KEPT_CHANGES = 4096
 _RECORDED_STEPS = 100_000
 
@@ -111,7 +112,10 @@ def beside_other_contact(result: SceneResult, simulated: Callable[[Scene, float]
 def flagged_from_the_first_on(jumps: tuple[JumpResult, ...]) -> tuple[JumpResult, ...]:
     """What follows an ill-conditioned jump starts from a state that is not better known."""
     flags = itertools.accumulate((jump.ill_conditioned for jump in jumps), max)
-    return tuple(replace(jump, ill_conditioned=flag) for jump, flag in zip(jumps, flags, strict=True))
+    return tuple(
+        jump if jump.ill_conditioned == flag else replace(jump, ill_conditioned=flag)
+        for jump, flag in zip(jumps, flags, strict=True)
+    )
 
 
 def limits_for(accuracy: float, stop_after: int = STOP_AFTER_TOUCHDOWN, fixed_step_s: float = 0.0) -> Row:
@@ -148,34 +152,29 @@ def _run(kernel: Kernel, table: Row, limits: Row, jumps: int, record: bool) -> t
         room, steps = 8 * room if full else room, 8 * steps if recorded else steps
 
 
-def _number(row: Row, name: str) -> float | None:
-    value = float(row[COLUMN[name]])
-    return value if math.isfinite(value) else None
-
-
 def _jump(scene: Scene, accuracy: float, row: Row, changes: Row) -> JumpResult:
-    values: dict[str, Any] = {name: _number(row, name) for name in COLUMNS[1 : COLUMN["decision_margin"]]}
+    found = dict(zip(COLUMNS, row.tolist(), strict=True))
+    values: dict[str, Any] = {name: found[name] if math.isfinite(found[name]) else None for name in _NUMBERS}
     for name in _SURE:
-        values[name] = float(row[COLUMN[name]])
-    values["decision_margin"] = _number(row, "decision_margin")
+        values[name] = found[name]
     seconds = values.pop("jump_time_s")
     passive_j = scene["passive_power"] * seconds if "passive_draw" in scene.effects else 0.0
     span = "jump" if "cost_of_whole_jump" in scene.effects else "stance"
-    tick = row[COLUMN["decision_tick"]]
-    margin, growth = values["decision_margin"], float(row[COLUMN["error_growth"]])
+    tick = found["decision_tick"]
+    margin, growth = values["decision_margin"], found["error_growth"]
     return JumpResult(
-        outcome=OUTCOMES[int(row[0])],
+        outcome=OUTCOMES[int(found["outcome"])],
         **values,
         passive_J=passive_j,
         cost_J=sum(values[f"{span}_{part}_J"] for part in COST_PARTS) + passive_j,
         decision_tick=int(tick) if tick >= 0 else None,
-        counters={name: int(row[COLUMN[name]]) for name in COUNTERS},
+        counters={name: int(found[name]) for name in COUNTERS},
         mode_changes=tuple(
-            ModeChange(float(change[1]), MODES[int(change[2])], MODES[int(change[3])]) for change in changes
+            ModeChange(time_s, MODES[int(before)], MODES[int(after)]) for _, time_s, before, after in changes.tolist()
         ),
-        steps=int(row[COLUMN["steps"]]),
-        rhs_evaluations=int(row[COLUMN["rhs_evaluations"]]),
-        repeats=int(row[COLUMN["repeats"]]),
+        steps=int(found["steps"]),
+        rhs_evaluations=int(found["rhs_evaluations"]),
+        repeats=int(found["repeats"]),
         error_growth=growth,
         ill_conditioned=bool(ill_conditioned(np.inf if margin is None else margin, growth, accuracy)),
         under_surface=bool(under_surface(values["min_body_height_m"], scene.effects)),

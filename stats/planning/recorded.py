@@ -160,17 +160,27 @@ def weak_point(
         None where the method errs at most 0.06 and covers at least 0.93 there, or is not on record.
 
     """
-    rows = [
-        row
-        for row in recorded()
-        if row.method == method and row.layout == layout and min(len(row.groups), SEVERAL) == min(len(n), SEVERAL)
-    ]
+    return _weak_point(method, tuple(n), layout, days, idle_runs)
+
+
+@lru_cache(maxsize=4096)
+def _weak_point(method: str, n: tuple[int, ...], layout: str, days: int | None, idle_runs: int) -> Recorded | None:
+    rows = _looked_up().get((method, layout, min(len(n), SEVERAL)), ())
     if not rows or not n or min(n) < 1:
         return None
     apart = [_distance(row, n, days, idle_runs) for row in rows]
     least = min(apart)
     weak = (row for row, distance in zip(rows, apart, strict=True) if distance == least and row.weak)
     return max(weak, key=lambda row: row.excess, default=None)
+
+
+@lru_cache(maxsize=1)
+def _looked_up() -> dict[tuple[str, str, int], list[Recorded]]:
+    """Return the rows of each method and layout, of one group, two and several."""
+    found: dict[tuple[str, str, int], list[Recorded]] = {}
+    for row in recorded():
+        found.setdefault((row.method, row.layout, min(len(row.groups), SEVERAL)), []).append(row)
+    return found
 
 
 def _distance(row: Recorded, n: Sequence[int], days: int | None, idle_runs: int) -> tuple[float, float, float]:
