@@ -19,6 +19,8 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 import alembic.command
+import matplotlib.backends.backend_svg
+import mpmath
 import pandas as pd
 import pyarrow.compute
 import pyarrow.csv
@@ -26,13 +28,19 @@ import pyarrow.pandas_compat
 import pyarrow.parquet
 
 import labbook.actions.report_command
+import labbook.actions.upkeep.health
 import labbook.analysis.study
+import labbook.book.copies.backing_up
 import labbook.book.rebuilding
+import labbook.cli.db
 import labbook.cli.ingest_lines
+import reports.figures.log
 from labbook.cli.main import run
 
 LOADED = (
     alembic.command,
+    matplotlib.backends.backend_svg,
+    mpmath,
     pd,
     pyarrow.compute,
     pyarrow.csv,
@@ -42,6 +50,10 @@ LOADED = (
     labbook.cli.ingest_lines,
     labbook.book.rebuilding,
     labbook.actions.report_command,
+    labbook.actions.upkeep.health,
+    labbook.book.copies.backing_up,
+    labbook.cli.db,
+    reports.figures.log,
 )
 
 
