@@ -18,13 +18,13 @@ import sqlalchemy as sa
 from sqlalchemy.dialects.postgresql.psycopg import PGDialect_psycopg
 from sqlalchemy.dialects.sqlite.pysqlite import SQLiteDialect_pysqlite
 
-from data_schema.engine import postgres_engine, sqlite_engine
+from data_schema.engine import postgres_engine, sqlite_engine, translated
 from labbook.book.making import make_tables
 from labbook.cli.main import GARBAGE_AFTER
 from tests.helpers import wording
 from tests.helpers.books import SmallBook, small_book
 from tests.helpers.commands import Commands, running_commands
-from tests.helpers.databases import ENGINES, make_empty_sqlite, migrate
+from tests.helpers.databases import ENGINES, make_empty_sqlite, migrate, statements_of
 from tests.helpers.folders import folder_in_memory
 from tests.helpers.once import SHARED, made_once
 from tests.helpers.postgres import Cluster, NoServer, running_cluster
@@ -129,16 +129,21 @@ def _tables_are_copied() -> Iterator[None]:
     """Books get the tables that all migrations made once; processes of their own run the migrations, as does
     `tests/data_schema/test_migrations.py`.
     """
+    on_server: list[str] = []
 
     def copied(engine: sa.Engine) -> None:
-        if engine.dialect.name != "sqlite":
-            make_tables(engine)
-            return
-        with closing(sqlite3.connect(with_all_tables())) as made, closing(engine.raw_connection()) as to:
-            made.backup(to.driver_connection)
+        if engine.dialect.name == "sqlite":
+            with closing(sqlite3.connect(with_all_tables())) as made, closing(engine.raw_connection()) as to:
+                made.backup(to.driver_connection)
+        elif on_server:
+            with translated(), engine.begin() as connection:
+                connection.exec_driver_sql(";".join(on_server), execution_options={"no_parameters": True})
+        else:
+            on_server.extend(statements_of(engine, make_tables))
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("labbook.book.making.make_tables", copied)
+        patch.setattr("labbook.book.replacing_postgres.make_tables", copied)
         yield
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -36,6 +36,23 @@ def migrate(engine: sa.Engine) -> None:
     """Run all migrations."""
     with engine.connect().execution_options(labbook_writes=True) as connection, connection.begin():
         migrations.upgrade(connection)
+
+
+def statements_of(engine: sa.Engine, work: Callable[[sa.Engine], None]) -> list[str]:
+    """Let `work` change a database; returns all statements but those that only ask: they do the same to another."""
+    said: list[str] = []
+
+    def keep(_connection: object, _cursor: object, statement: str, parameters: object, *_how: object) -> None:
+        if not statement.lstrip().upper().startswith("SELECT"):
+            assert not parameters, statement
+            said.append(statement)
+
+    sa.event.listen(engine, "before_cursor_execute", keep)
+    try:
+        work(engine)
+    finally:
+        sa.event.remove(engine, "before_cursor_execute", keep)
+    return said
 
 
 def all_rows(engine: sa.Engine) -> dict[str, Rows]:
