@@ -1,9 +1,9 @@
-"""Reports of small books, made once for all tests that look at their comparisons."""
+"""What tests of books share: readings of the same files, and reports of small books, each made once."""
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -11,10 +11,18 @@ import pytest
 from labbook.actions.report_command import state_report
 from labbook.presenting.report.content import MadeReport
 from tests.helpers.books import ADA, DAYS, import_sheet, ingest_all, small_book
+from tests.helpers.readings import read_once
 
 Reports = Callable[..., MadeReport]
 CONFOUNDED = f"b_ad_gain == 0 and day == {DAYS[0]} or b_ad_gain == 100 and day == {DAYS[1]}"
 """Runs of the control on one day and of active damping on the other."""
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _files_are_read_once() -> Iterator[None]:
+    """Processes of their own read each file anew; `tests/ingest` looks at readings."""
+    with read_once():
+        yield
 
 
 @pytest.fixture(scope="session")
