@@ -8,6 +8,7 @@ repeat counts no more, and give way when it is back.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -130,7 +131,8 @@ def _contradicts(row: SheetRow, run: str, other: SheetRow, *, of_same_sheet: boo
     """Say that a run has another charge than a row says; one of the same sheet is not in the book yet."""
     where = other.uid if of_same_sheet else f"charge:{other.uid}"
     names = ("charge_mah", "end_voltage_v", "mode")
-    says = {name: value for name in names if (value := getattr(row, name)) not in (None, getattr(other, name))}
+    said = [(name, getattr(row, name), getattr(other, name)) for name in names]
+    says = {name: value for name, value, before in said if value is not None and not same_value(value, before)}
     fields = " ".join(
         f"{name}={value:.12g}" if isinstance(value, float) else f"{name}={value}" for name, value in says.items()
     )
@@ -222,8 +224,20 @@ def _repeats_said(row: SheetRow, other: SheetRow, said: SaidByHand) -> bool:
 
 def says_same(row: SheetRow, other: SheetRow) -> bool:
     """Tell whether two rows say the same of a run's charge; an end voltage may be unsaid."""
-    voltages = {row.end_voltage_v, other.end_voltage_v} - {None}
-    return row.charge_mah == other.charge_mah and row.mode == other.mode and len(voltages) < 2
+    voltages = (row.end_voltage_v, other.end_voltage_v)
+    voltages_agree = None in voltages or same_value(*voltages)
+    return same_value(row.charge_mah, other.charge_mah) and row.mode == other.mode and voltages_agree
+
+
+def same_value(value: Any, other: Any) -> bool:
+    """Tell whether two values are the same but for rounding: 0.0561 Ah is read as 56.099999999999994 mAh."""
+    if isinstance(value, float) and isinstance(other, float):
+        return math.isclose(value, other, rel_tol=_ROUNDING)
+    return bool(value == other)
+
+
+_ROUNDING = 1e-12
+"""Far above the rounding of a conversion of units, and far below the last digit that any charger shows."""
 
 
 def _second(row: SheetRow, other: SheetRow) -> bool:

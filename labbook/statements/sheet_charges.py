@@ -22,7 +22,7 @@ from data_schema.queries.readings import reading_entries
 from data_schema.vocabulary import ChargeState
 from ingest.model import ChargeRow, ReadFile
 from labbook.statements.apply_context import ApplyContext, derived_uid
-from labbook.statements.counted_charges import Placed, SaidByHand, lose, note_on, place, said_by_hand
+from labbook.statements.counted_charges import Placed, SaidByHand, lose, note_on, place, said_by_hand, same_value
 
 
 def update_charges(
@@ -145,7 +145,7 @@ def _corrected(
     stands = {name: said.corrected[name][1] for name in sorted(said.corrected.keys() & says.keys())}
     for name, now in stands.items():
         before = said.corrected[name][0]
-        if says[name] not in (before, now):
+        if not same_value(says[name], before) and not same_value(says[name], now):
             message = (
                 f"{_row(old, read_row)} says {name}={says[name]}, where {before} stood, and a person corrected that to "
                 f"{now}: the correction stands; correct charge:{uid} again if the sheet is right."
@@ -157,7 +157,7 @@ def _corrected(
 
 def _says_same(old: SheetRow, row: ChargeRow) -> bool:
     names = ("charge_mah", "end_voltage_v", "mode", "stated_run")
-    return all(getattr(old, name) == getattr(row, name) for name in names)
+    return all(same_value(getattr(old, name), getattr(row, name)) for name in names)
 
 
 def _uid(file_uid: str, number: int) -> str:

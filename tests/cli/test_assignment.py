@@ -248,3 +248,16 @@ def test_a_sheet_whose_rows_are_all_known_does_not_lack_a_run(whole: SmallBook) 
         told = good(labbook("ingest", known, *flags, at=whole.folder)).out
         assert "no row is new" in told
         assert "no run yet" not in told
+
+
+def test_a_charge_in_ampere_hours_is_the_same_charge_in_milliampere_hours(whole: SmallBook) -> None:
+    """0.0561 times 1000 is 56.099999999999994."""
+    for name, mah in (("r001", "56.1"), ("r002", "105")):
+        good(labbook("correct", name, f"mah={mah}", "--why", "misread", at=whole.folder))
+    other = whole.folder.parent / "ah.csv"
+    other.write_text("run,charge [Ah]\nr001,0.0561\nr002,0.1051\n")
+    told = good(labbook("ingest", other, at=whole.folder)).out
+    says(told, "charge_known", "1 row is known")
+    says(told, "charge_contradicts", "Run r002", "charge_mah=105.1 ")
+    good(labbook("correct", "r002", "mah=105.1", "--why", "misread", at=whole.folder))
+    assert good(labbook("runs", "inbox", "--json", at=whole.folder)).json == []

@@ -22,6 +22,7 @@ from data_schema.queries.plans import planned_runs
 from data_schema.queries.study import config_in_force
 from data_schema.vocabulary import Action, ChargeState, IngestStatus
 from labbook.statements.apply_context import derived_uid
+from labbook.statements.counted_charges import same_value
 from labbook.statements.importing import without_name
 
 
@@ -333,7 +334,7 @@ _RULES: Mapping[Action, Callable[[Here, Entry], Already | Conflict | None]] = {
 
 
 def _alike(row: object, values: Mapping[str, Any], names: Collection[str]) -> bool:
-    return all(getattr(row, name) == values[name] for name in names)
+    return all(same_value(getattr(row, name), values[name]) for name in names)
 
 
 def _shown(here: Here, value: Any, column: str) -> str:
