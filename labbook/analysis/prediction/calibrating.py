@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -136,6 +136,8 @@ class Problem:
 
     scenes: ManyScenes
     measured: tuple[Measured, ...]
+    _known: dict[bytes, Floats] = field(default_factory=dict)
+    """What was simulated: each fit to means drawn anew starts where the first one ended."""
 
     def residuals(self, means: Floats, covariance: Floats, which: NDArray[np.bool_]) -> Callable[[Floats], Floats]:
         """Return whitened residuals of the chosen means, shape (m, n), as a function of parameters, shape (m, k)."""
@@ -152,8 +154,11 @@ class Problem:
 
     def predicted(self, tried: Floats) -> Floats:
         """Return every mean, shape (m, n), for parameters of shape (m, k); NaN where the robot does not jump."""
-        by_outcome = self.scenes.means(tried)
-        return np.stack([by_outcome[each.outcome][:, each.place] for each in self.measured], axis=1)
+        name = tried.tobytes()
+        if name not in self._known:
+            by_outcome = self.scenes.means(tried)
+            self._known[name] = np.stack([by_outcome[each.outcome][:, each.place] for each in self.measured], axis=1)
+        return self._known[name]
 
 
 def calibrate(
