@@ -15,14 +15,20 @@ import pytest
 from data_schema.engine import sqlite_engine
 from data_schema.errors import BookDamaged
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
+from labbook.book import reading_ahead
 from labbook.book.opening import Book
-from labbook.book.reading_ahead import FEWEST
 from labbook.book.rebuilding import rebuild_database
 from tests.helpers.books import SmallBook, small_book
 from tests.helpers.databases import Rows, all_rows
 from tests.helpers.hopping_log import hopping_log
 
-MANY = FEWEST
+FEW, MANY = 8, 24
+"""From so many files on others read them here, and of so many further ones each book has logs."""
+
+
+@pytest.fixture(autouse=True)
+def _few_are_enough(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reading_ahead, "FEWEST", FEW)
 
 
 @pytest.fixture(scope="module")
@@ -97,9 +103,14 @@ def test_the_rows_are_those_of_the_ingest_and_samples_that_are_gone_are_written_
 
 def test_readers_of_a_killed_rebuild_end_by_themselves(full: SmallBook, tmp_path: Path) -> None:
     book = _copy(full, tmp_path)
-    code = "import sys; from pathlib import Path; from labbook.book.rebuilding import rebuild_database\n"
-    code += "rebuild_database(Path(sys.argv[1]), lambda _step: print('.', flush=True))"
-    with subprocess.Popen([sys.executable, "-c", code, book.folder], stdout=subprocess.PIPE) as process:
+    code = "import sys; from pathlib import Path; from labbook.book import reading_ahead, rebuilding\n"
+    code += f"reading_ahead.FEWEST = {FEW}\n"
+    code += "rebuilding.rebuild_database(Path(sys.argv[1]), lambda _step: print(input(), flush=True))"
+    words = [sys.executable, "-c", code, str(book.folder)]
+    with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        assert process.stdin is not None
+        process.stdin.write(b"one step\n")  # before the next it waits
+        process.stdin.flush()
         assert process.stdout is not None
         process.stdout.readline()
         readers = _children(process.pid)
