@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pickle
+import signal
 import sys
 import warnings
 from collections.abc import Callable
@@ -36,6 +37,13 @@ class SecondProcess(Generic[T]):
         except (EOFError, pickle.UnpicklingError):  # it was killed, or its work failed
             return None
         return found
+
+    def stop(self) -> None:
+        """End the work where its result has not been asked for."""
+        if not self.answer.closed:
+            self.answer.close()
+            os.kill(self.process, signal.SIGKILL)
+            os.waitpid(self.process, 0)
 
 
 def beside(work: Callable[[], T]) -> SecondProcess[T]:

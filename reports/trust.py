@@ -11,6 +11,9 @@ from reports.display import as_shown, common_places, decimal_text, general_text,
 from reports.numbers import Number
 from reports.wording import count_text, list_text, sentence_start
 
+MOST_NAMED = 6
+"""So many odd runs are named."""
+
 
 def flow_sentence(content: ReportContent) -> str:
     """Say how many runs were planned, made, void and analysed, and how many jumps; "" where no run was made."""
@@ -35,7 +38,7 @@ def flow_sentence(content: ReportContent) -> str:
 
 
 def trust_sentences(content: ReportContent) -> tuple[str, ...]:
-    """Return how far to trust the answer: the plan, one day less, what its uncertainty comes from."""
+    """Return how far to trust the answer: odd runs, the plan, one day less, what its uncertainty comes from."""
     if not content.planned:
         plan = "No analysis was decided on before the first measurement: every comparison is exploratory."
     else:
@@ -49,8 +52,17 @@ def trust_sentences(content: ReportContent) -> tuple[str, ...]:
             else "and nothing departs from it"
         )
         plan = f"The analysis was decided on {when}, {what}."
-    found = [plan]
-    return tuple(filter(None, (*found, _one_day_less(content), _uncertainty(content))))
+    return tuple(filter(None, (_odd_runs(content), plan, _one_day_less(content), _uncertainty(content))))
+
+
+def _odd_runs(content: ReportContent) -> str:
+    """Name the runs whose joules are unlike those of their condition; "" where there are none."""
+    names = content.outside_limits
+    if not names:
+        return ""
+    lie, whose = ("lies", "its condition") if len(names) == 1 else ("lie", "their conditions")
+    listed = f"{', '.join(names[:MOST_NAMED])}{', ...' if len(names) > MOST_NAMED else ''}"
+    return f"{count_text(len(names), 'run')} {lie} outside the control limits of {whose}: {listed}."
 
 
 def _uncertainty(content: ReportContent) -> str:

@@ -189,13 +189,17 @@ def _made(book: Book, where: str | None, step: Callable[[str], None]) -> tuple[M
     """
     book.close()  # no connection is open that both would have
     look = beside(partial(_head_and_warning, book)) if has_core() else None
-    with book.reading() as connection:
-        refuse_empty_selection(connection, where)
-        seen = journal.head(connection)
-        made_at = now_utc().split(".")[0] + "Z"
-        made = make_report(connection, book.store, book.configuration, where=where, made_at=made_at, progress=step)
-        looked = look.result() if look else None
-        warning = looked[1] if looked and looked[0] == seen else _warning(connection)
+    try:
+        with book.reading() as connection:
+            refuse_empty_selection(connection, where)
+            seen = journal.head(connection)
+            made_at = now_utc().split(".")[0] + "Z"
+            made = make_report(connection, book.store, book.configuration, where=where, made_at=made_at, progress=step)
+            looked = look.result() if look else None
+            warning = looked[1] if looked and looked[0] == seen else _warning(connection)
+    finally:
+        if look:
+            look.stop()
     return replace(made, content=replace(made.content, warning=warning)), seen
 
 

@@ -19,8 +19,8 @@ def today(
     """List what a day still needs: logs without charge, charges without log, logs that do not count, checks not made.
 
     Runs of jumps without joules or without apex heights are named with the reason, and runs whose charge is below what
-    the electronics alone draw, a line for each; so are runs whose joules are out of control limits, three standard
-    deviations from the mean of the five or more runs of their condition before them.
+    the electronics alone draw, a line for each; so are runs whose joules are out of control limits, where 99.73 %
+    of runs lie that are like the other ones of their condition, three or more.
 
     Planned runs that were not made are listed of all plans and days, for a plan's days are not bound to dates. The last
     line says when the last backup was made.

@@ -1,6 +1,7 @@
 import os
 import signal
 import sys
+import time
 from collections.abc import Callable
 
 import pytest
@@ -34,3 +35,14 @@ def _is_killed() -> None:
 def test_work_without_an_end_gives_nothing(work: Callable[[], object], capfd: pytest.CaptureFixture[str]) -> None:
     assert beside(work).result() is None
     assert capfd.readouterr() == ("", "")
+
+
+def test_work_that_is_not_wanted_ends() -> None:
+    copy = beside(lambda: time.sleep(3600))
+    copy.stop()
+    copy.stop()
+    with pytest.raises(ProcessLookupError):
+        os.kill(copy.process, 0)
+    done = beside(lambda: 1)
+    assert done.result() == 1
+    done.stop()

@@ -189,17 +189,17 @@ def _where(files: Sequence[PreparedImport], in_book: Sequence[SignalRow]) -> str
 
 
 def _joules(joules: float | Undefined, limits: ControlLimits) -> tuple[str, bool]:
-    """Say a run's joules a jump beside those of its condition before, and whether they are out of the limits."""
+    """Say a run's joules a jump beside those of its condition, and whether they are out of the limits."""
     if isinstance(joules, Undefined):
         return f"joules unknown: {joules.reason}", False
     said = f"{joules:.1f} J a jump"
     if not limits.n:
-        return f"{said}, the first of its condition", False
+        return f"{said}, the only one of its condition", False
     if limits.n < LIMITS_FROM_RUNS:
         runs = "run" if limits.n == 1 else "runs"
-        return f"{said}, n = {limits.n} {runs} before it; control limits take {LIMITS_FROM_RUNS}", False
+        return f"{said}, n = {limits.n} other {runs} of its condition; control limits take {LIMITS_FROM_RUNS}", False
     if limits.ends is None:
-        return f"{said}, no control limits: those of the earlier runs are below 0 J (n = {limits.n})", False
+        return f"{said}, no control limits: those of the other runs are below 0 J (n = {limits.n})", False
     low, high = limits.ends
     outside = limits.outside(joules)
     lowest = f"{low:.1f}" if low else "0"

@@ -72,6 +72,7 @@ def build_content(
         sources=methods.sources(analysis),
         known_errors=known_errors(analysis),
         limitations=methods.limitations(analysis),
+        outside_limits=methods.outside_limits(analysis),
         assumed=methods.assumed(analysis),
         robots=campaign.runs_by_robot(analysis),
         predictions=predicted.predictions(analysis, shown),

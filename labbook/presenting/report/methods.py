@@ -130,7 +130,6 @@ def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:
             )
     notes += _too_little_charged(analysis)
     notes += _too_much_charged(analysis.evidence)
-    notes += _outside_limits(analysis)
     notes += _lost_fits(analysis)
     mismatched = jumps_mismatched(analysis)
     if differing := [f"{run.name}: {found} of {run.jumps_made}" for run, found in mismatched if run.jumps_made]:
@@ -220,14 +219,11 @@ def _too_much_charged(evidence: StudyData) -> list[str]:
     return [f"The charge of {which} is more than the pack holds: check its unit."] if runs else []
 
 
-def _outside_limits(analysis: StudyAnalysis) -> list[str]:
+def outside_limits(analysis: StudyAnalysis) -> tuple[str, ...]:
     """Name the runs whose joules are out of the control limits of their condition."""
     runs = analysis.evidence.runs
     joules = run_numbers(runs, analysis.results[Outcome.JOULES].results, Outcome.JOULES)
-    outside = runs_outside(runs, {item.run.uid: item.value for item in joules})
-    lie = _count(len(outside), "run lies", "runs lie")
-    whose = "its condition" if len(outside) == 1 else "their conditions"
-    return [f"{lie} outside the control limits of {whose}: {_names(outside)}."] if outside else []
+    return tuple(run.name for run in runs_outside(runs, {item.run.uid: item.value for item in joules}))
 
 
 def _lost_fits(analysis: StudyAnalysis) -> list[str]:

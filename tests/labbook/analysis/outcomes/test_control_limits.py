@@ -1,4 +1,4 @@
-"""Control limits come from the runs of a condition before a run, and are the same wherever they are told."""
+"""Control limits come from the other runs of a condition, and are the same wherever they are told."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from scipy.stats import binomtest
+from scipy.stats import t as student
 
 from data_schema.queries.runs import RunRow, list_runs
 from data_schema.vocabulary import RunKind
@@ -17,6 +19,7 @@ from labbook.actions.runs.rig_line import rig_lines_of_runs
 from labbook.actions.runs.to_do import to_do, to_do_lines
 from labbook.analysis.outcomes.control_limits import limits_of, runs_outside
 from labbook.analysis.outcomes.detection import Detections
+from reports.trust import trust_sentences
 from tests.helpers.books import ADA, small_book
 from tests.helpers.wording import says
 
@@ -27,35 +30,48 @@ def run(tmp_path: Path) -> RunRow:
         return next(run for run in list_runs(connection) if run.kind is RunKind.JUMPS)
 
 
-def test_limits_are_three_standard_deviations_about_the_mean_of_the_runs_before(run: RunRow) -> None:
+def test_limits_are_those_of_a_prediction_interval_from_the_other_runs_of_a_condition(run: RunRow) -> None:
     draws = random.Random(5)
-    runs = [
-        replace(
-            run, uid=f"{n}", day=f"2021-06-{1 + n // 20:02d}", position_in_day=n % 20 // 2, condition_key=f"{n % 3}"
-        )
-        for n in range(80)
-    ]
+    runs = [replace(run, uid=f"{n}", condition_key=f"{n % 3 if n < 70 else n // 3}") for n in range(80)]
     values = {each.uid: draws.gauss(40.0, 3.0) for each in runs if each.uid != "30"}
     found = limits_of(draws.sample(runs, len(runs)), values)
     assert set(found) == set(values)
     for each in runs:
-        earlier = [
-            values[other.uid]
-            for other in runs
-            if other.uid in values
-            and other.condition_key == each.condition_key
-            and (other.day, other.position_in_day) < (each.day, each.position_in_day)
-        ]
         if each.uid not in values:
             continue
-        assert found[each.uid].n == len(earlier)
+        others = [
+            values[other.uid]
+            for other in runs
+            if other.uid in values and other.condition_key == each.condition_key and other.uid != each.uid
+        ]
+        assert found[each.uid].n == len(others)
         ends = found[each.uid].ends
-        assert (ends is not None) is (len(earlier) >= 5)
+        assert (ends is not None) is (len(others) >= 3)
         if ends is not None:
-            width = 3.0 * statistics.stdev(earlier)
-            assert ends == pytest.approx(
-                (statistics.mean(earlier) - width, statistics.mean(earlier) + width), rel=1e-12
-            )
+            middle, sd = statistics.mean(others), statistics.stdev(others) * (1.0 + 1.0 / len(others)) ** 0.5
+            width = float(student.ppf(1.0 - 0.00135, len(others) - 1)) * sd
+            assert ends == pytest.approx((middle - width, middle + width), rel=1e-9)
+
+
+@pytest.mark.parametrize("n", [4, 6, 20])
+def test_of_runs_that_are_alike_27_in_10_000_lie_outside(n: int, run: RunRow) -> None:
+    draws, runs = random.Random(n), [replace(run, uid=f"{at}") for at in range(n)]
+    campaigns = 40_000 // n
+    outside = sum(
+        uid.uid == "0"
+        for _ in range(campaigns * 4)
+        for uid in runs_outside(runs, {each.uid: draws.gauss(40.0, 3.0) for each in runs})
+    )
+    assert binomtest(outside, campaigns * 4, 0.0027).pvalue > 1e-4
+
+
+def test_a_slip_in_the_first_run_is_found_when_others_are_there(run: RunRow) -> None:
+    """Limits of earlier runs alone never looked at the first five of a condition, and were wide ever after."""
+    runs = [replace(run, uid=f"{n}", position_in_day=n) for n in range(5)]
+    values = dict(zip("01234", (1160.5, 40.5, 41.3, 42.4, 40.9), strict=True))
+    assert [each.uid for each in runs_outside(runs, values)] == ["0"]
+    assert [each.uid for each in runs_outside(runs, values | {"0": 61.2})] == ["0"]
+    assert [each.uid for each in runs_outside(runs, values | {"0": 1e300})] == ["0"]
 
 
 def test_equal_runs_before_leave_no_scatter_and_none_of_their_rounding(run: RunRow) -> None:
@@ -76,7 +92,7 @@ def test_a_run_outside_is_named_at_the_rig_in_the_day_and_in_the_report(tmp_path
         with book.reading() as connection:
             detections = Detections(connection, book.store)
             days = [to_do(detections, book.configuration, day) for day in ("2021-06-14", "2021-06-16")]
-        notes = state_report(book, None, ADA, lambda _step: None).content.limitations
+        notes = trust_sentences(state_report(book, None, ADA, lambda _step: None).content)
     says(line.text, "OUTSIDE the control limits")
     assert [day.outside_limits for day in days] == [(), ("r014",)]
     says(to_do_lines(days[1]), "control limits", "r014")
