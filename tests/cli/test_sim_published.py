@@ -8,8 +8,10 @@ import pytest
 
 from simulator.scene_file import load_scene
 from simulator.steady.published_results import contradictions
+from simulator.steady.tables import SteadyTables
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.steady import results, steady_tables
+from tests.helpers.thesis import thesis_figures
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "published.md"
 
@@ -20,7 +22,19 @@ def test_the_document_is_what_the_command_writes(tmp_path: Path) -> None:
     assert (tmp_path / "new" / "published.md").read_bytes() == DOCUMENT.read_bytes()
 
 
-def test_what_programs_read(tmp_path: Path) -> None:
+@pytest.fixture
+def simulated_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the command simulates is what its rows are compared with: that it does so is seen by the document."""
+
+    def tables(accuracy: float, _step: object) -> SteadyTables:
+        assert accuracy == 1e-6
+        return steady_tables()
+
+    monkeypatch.setattr("simulator.steady.tables.steady_tables", tables)
+    monkeypatch.setattr("simulator.thesis.figures.ThesisFigures", lambda _accuracy: thesis_figures())
+
+
+def test_what_programs_read(tmp_path: Path, simulated_once: None) -> None:
     found = good(labbook("sim", "published", "--json", at=tmp_path)).json
     assert found["accuracy"] == 1e-6
     for name, jumps in (("emulator", 100), ("force_plate", 80), ("bed", 1)):

@@ -128,7 +128,7 @@ def test_a_picture_of_the_motion(kind: str, tmp_path: Path) -> None:
 
 
 def test_a_moving_picture(tmp_path: Path) -> None:
-    found = simulated(tmp_path, "emulator", ["jumps=3"], "--animate", "jump.gif")
+    found = simulated(tmp_path, "emulator", ["jumps=1"], "--animate", "jump.gif")
     with Image.open(tmp_path / found["animation"]) as picture:
         assert picture.format == "GIF"
         assert getattr(picture, "n_frames", 1) > 20

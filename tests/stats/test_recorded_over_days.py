@@ -8,11 +8,9 @@ import numpy as np
 import pytest
 
 from benchmarks.stats_evidence.sizes.method import standard_error
-from benchmarks.stats_evidence.sizes.record import every_rate
 from data_schema.vocabulary import Undefined
 from stats.days.blocked import blocked_by_day
-
-EVERY = every_rate()
+from tests.helpers.recorded_rates import EVERY
 
 
 def test_day_means_hold_the_level_that_pooled_values_do_not():

@@ -11,12 +11,11 @@ import pytest
 
 from benchmarks.stats_evidence.sizes.design import Design
 from benchmarks.stats_evidence.sizes.method import standard_error
-from benchmarks.stats_evidence.sizes.record import LOOKED_UP, design_of, every_rate, looked_up
+from benchmarks.stats_evidence.sizes.record import LOOKED_UP, design_of, looked_up
 from labbook.presenting.report.error_rates import NAMES
 from stats.planning import recorded as module
 from stats.planning.recorded import Recorded, recorded, weak_point
-
-EVERY = every_rate()
+from tests.helpers.recorded_rates import EVERY
 
 YARDSTICKS = [
     ("f_test", Design((10, 10)), 0.05, 0.005),

@@ -6,6 +6,7 @@ drawn anew find the recorded share. What is simulated over arrays is the library
 
 from __future__ import annotations
 
+import functools
 import math
 import zlib
 from collections import Counter
@@ -15,14 +16,13 @@ import pytest
 
 from benchmarks.stats_evidence.sizes.design import draw
 from benchmarks.stats_evidence.sizes.method import said_of, seed_of, simulated, standard_error, studies
-from benchmarks.stats_evidence.sizes.record import EVERY_RATE, LOOKED_UP, design_of, every_rate, main
+from benchmarks.stats_evidence.sizes.record import EVERY_RATE, LOOKED_UP, design_of, main
 from benchmarks.stats_evidence.sizes.registry import METHODS
+from tests.helpers.recorded_rates import EVERY
 from tests.helpers.wording import refuses
 
 OVER_ARRAYS = [method for method in METHODS if method.many is not None]
 ROWS = [(method, design) for method in METHODS for design in method.designs]
-EVERY = every_rate()
-BY_DESIGN = {(row.method, row.kind, design_of(row)): row for row in EVERY}
 SLOW = ("bootstrap", "games_howell", "permutation")
 LIGHT_RUNS, ONE_BY_ONE_RUNS, SHARE_OF_ROWS = 2000, 30, 211
 SOME_ROWS = [
@@ -34,6 +34,11 @@ SOME_ROWS = [
 """Of each method at least one."""
 
 
+@functools.cache
+def by_design():
+    return {(row.method, row.kind, design_of(row)): row for row in EVERY}
+
+
 def named(method, design):
     layout = f"-{design.days}d-{design.layout}-{design.day_sd:g}" if design.days else ""
     sizes = "+".join(map(str, design.n))
@@ -42,8 +47,8 @@ def named(method, design):
 
 def test_the_record_holds_every_method_on_every_design():
     due = {(method.name, method.kind, design): method.runs for method, design in ROWS}
-    assert {key: row.runs for key, row in BY_DESIGN.items()} == due
-    assert len(BY_DESIGN) == len(EVERY) == len(ROWS)
+    assert {key: row.runs for key, row in by_design().items()} == due
+    assert len(by_design()) == len(EVERY) == len(ROWS)
 
 
 @pytest.mark.parametrize("most", [2, pytest.param(12, marks=pytest.mark.soak)])
@@ -61,7 +66,7 @@ def test_what_is_simulated_over_arrays_is_the_librarys_own(place, most):
 @pytest.mark.parametrize("place", range(len(METHODS)), ids=lambda place: METHODS[place].name)
 def test_exact_methods_have_the_nominal_share(place):
     method = METHODS[place]
-    rows = [BY_DESIGN[method.name, method.kind, design] for design in method.designs if method.exact(design)]
+    rows = [by_design()[method.name, method.kind, design] for design in method.designs if method.exact(design)]
     wrong = [row for row in rows if abs(row.value - row.nominal) >= 4.0 * standard_error(row.nominal, row.runs)]
     assert wrong == []
 
@@ -87,16 +92,16 @@ def test_which_methods_are_exact_and_on_how_many_designs():
 @pytest.mark.parametrize(("method", "design"), [pytest.param(*pair, id=named(*pair)) for pair in SOME_ROWS])
 def test_studies_drawn_anew_find_the_recorded_share(method, design):
     runs = ONE_BY_ONE_RUNS if method.many is None or method.name in SLOW else LIGHT_RUNS
-    row = BY_DESIGN[method.name, method.kind, design]
+    row = by_design()[method.name, method.kind, design]
     value = simulated(method, design, runs, seed_of(method, design) + 1)
     error = math.hypot(standard_error(row.value, runs), standard_error(row.value, row.runs))
     assert abs(value - row.value) < 4.0 * error
 
 
-@pytest.mark.parametrize("name", SLOW)
+@pytest.mark.parametrize("name", [pytest.param("bootstrap", marks=pytest.mark.soak), *SLOW[1:]])
 def test_of_slow_methods_a_whole_row_is_what_its_seed_gives(name):
     method, design = min(((m, d) for m, d in ROWS if m.name == name), key=lambda row: (sum(row[1].n), len(row[1].n)))
-    row = BY_DESIGN[method.name, method.kind, design]
+    row = by_design()[method.name, method.kind, design]
     assert abs(simulated(method, design, row.runs, seed_of(method, design)) - row.value) <= 1.5 / row.runs
 
 
@@ -106,7 +111,7 @@ def test_every_row_is_what_its_seed_gives(place):
     """To one study: another processor may round a study on the edge to its other side."""
     method, wrong = METHODS[place], []
     for design in method.designs:
-        row = BY_DESIGN[method.name, method.kind, design]
+        row = by_design()[method.name, method.kind, design]
         value = simulated(method, design, row.runs, seed_of(method, design))
         wrong += [(row, value)] if abs(value - row.value) > 1.5 / row.runs else []
     assert wrong == []
