@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -37,19 +37,6 @@ class NoteRow:
     at_utc: str
 
 
-@dataclass(frozen=True, slots=True)
-class HistoryRow:
-    """A journal row about one thing."""
-
-    seq: int
-    at_utc: str
-    person: str
-    action: str
-    old_json: str | None
-    new_json: str | None
-    reason: str | None
-
-
 def files_of_run(connection: sa.Connection, run_uid: str) -> list[RunFileRow]:
     """Return the files of a run: those assigned, and those with a charge of it."""
     of_run = sa.select(run.c.id).where(run.c.uid == run_uid).scalar_subquery()
@@ -76,17 +63,6 @@ def notes_of(connection: sa.Connection, uid: str) -> list[NoteRow]:
         .order_by(note.c.id)
     )
     return [NoteRow(*row) for row in connection.execute(query)]
-
-
-def history_of(connection: sa.Connection, uid: str) -> list[HistoryRow]:
-    """Return all statements about a thing, oldest first."""
-    query = (
-        sa.select(*columns_of(HistoryRow, journal, person=person.c.name))
-        .join(person, journal.c.person == person.c.id)
-        .where(journal.c.entity_uid == uid)
-        .order_by(journal.c.seq)
-    )
-    return [HistoryRow(*row) for row in connection.execute(query)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,6 +118,22 @@ _BY_WORD = {str(action): action for action in Action}
 def entries_about_runs(connection: sa.Connection) -> list[EntryRow]:
     """Return the entries that declare, import, assign, correct, judge and void runs, charges and files, in order."""
     return _entries(connection, sa.and_(journal.c.entity_kind.in_(_KINDS), journal.c.action.in_(_ACTIONS)))
+
+
+def history_of_run(connection: sa.Connection, run_uid: str, charge_uids: Sequence[str]) -> list[EntryRow]:
+    """Return all statements about a run, its charges, and charges that were given to it or taken off, oldest first."""
+    in_words = f'%"{run_uid}"%'
+    of_run = sa.or_(journal.c.old_json.like(in_words), journal.c.new_json.like(in_words))
+    about_charge = sa.or_(journal.c.entity_uid.in_(charge_uids), of_run)
+    about = (journal.c.entity_uid == run_uid, sa.and_(journal.c.entity_kind == "charge", about_charge))
+    return _entries(connection, sa.or_(*about))
+
+
+def corrections_after(connection: sa.Connection, uid: str, report_uids: Sequence[str]) -> list[EntryRow]:
+    """Return what was corrected or declared void of a thing after the last of these reports, oldest first."""
+    reports = sa.select(sa.func.max(journal.c.seq)).where(journal.c.entity_uid.in_(report_uids)).scalar_subquery()
+    corrected = journal.c.action.in_((str(Action.CORRECT), str(Action.VOID)))
+    return _entries(connection, sa.and_(journal.c.entity_uid == uid, corrected, journal.c.seq > reports))
 
 
 def entries_between(connection: sa.Connection, after_seq: int, until_seq: int) -> list[EntryRow]:

@@ -182,6 +182,27 @@ def test_correction_names_what_it_made_stale_and_no_more(reported: Reported, tmp
     assert "run_energy" not in {kind for kind, _scope in reject["stale"]}
 
 
+def test_a_corrected_charge_is_in_the_history_of_its_run_and_in_the_chain_of_earlier_numbers(
+    reported: Reported, tmp_path: Path
+) -> None:
+    book = tmp_path / "book"
+    shutil.copytree(reported.book.folder, book)
+    (charge,) = good(labbook("show", "r001", "--json", at=book)).json["charges"]
+    was = f"{charge['charge_mah']:g}"
+    good(labbook("correct", "r001", "mah=56.1", "jumps=2", "--why", "slip", at=book))
+    shown = " ".join(good(labbook("show", "r001", at=book)).out.split())
+    assert f"corrected charge {charge['uid']}: charge_mah {was} to 56.1 (slip)" in shown
+    uid = reported.table("headlines")[0]["provenance"]
+    for flags in ([], ["--check"]):
+        told = good(labbook("why", uid, *flags, at=book)).out.splitlines()
+        (line,) = [line for line in told if f"charge_mah {was} to 56.1" in line]
+        says(line, "charge: charge_mah 56.1", "corrected after the last report")
+        line = next(line for line in told if "jumps_made 3 to 2" in line)
+        assert line.strip().startswith("run: run r001,")
+    good(labbook("correct", "r001", f"mah={was}", "jumps=3", "--why", "it was right", at=book))
+    assert "corrected after" not in good(labbook("why", uid, at=book)).out
+
+
 def test_folder_that_cannot_be_written_to_is_named(reported: Reported, tmp_path: Path) -> None:
     (tmp_path / "taken").write_text("a file")
     results = rows(reported.book.folder, "SELECT * FROM result ORDER BY id")

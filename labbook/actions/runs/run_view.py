@@ -2,32 +2,35 @@
 
 from __future__ import annotations
 
-import json
-import re
 import shlex
 import textwrap
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import sqlalchemy as sa
 
 from data_schema.journal import canonical
 from data_schema.queries.charges import ChargeOfRun, charges_of_run
-from data_schema.queries.facts import read_fact
-from data_schema.queries.history import HistoryRow, NoteRow, RunFileRow, files_of_run, history_of, notes_of
+from data_schema.queries.history import EntryRow, NoteRow, RunFileRow, files_of_run, history_of_run, notes_of
 from data_schema.queries.results import standing_number
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import GapRow, SignalRow, gaps_of, signals_of_runs
 from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections
 from labbook.analysis.outcomes.run_apexes import jumps_found_in_run
+from labbook.book.changes import changes_in_words
 from labbook.book.naming import run_named
 from labbook.config.parsing import Configuration
 
 WIDTH = 100
 """Columns of a line of history."""
-_NAME_OF = {"condition": "key", "day": "date_local", "robot": "name", "battery": "name", "run": "name", "study": "name"}
-_DONE = {"declare": "declared", "correct": "corrected", "void": "declared void"}
+_DONE = {
+    "declare": "declared",
+    "correct": "corrected",
+    "void": "declared void",
+    "assign": "assigned",
+    "dismiss": "dismissed",
+    "restore": "restored",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +47,7 @@ class RunView:
     notes: tuple[NoteRow, ...]
     jumps_found: int | None
     jumps_do_not_count: str | None
-    history: tuple[HistoryRow, ...]
+    history: tuple[EntryRow, ...]
     history_in_words: tuple[str, ...]
     joules_per_jump: float | None
     mean_apex_height_m: float | None
@@ -54,7 +57,8 @@ def run_view(detections: Detections, configuration: Configuration, name: str) ->
     """Collect what belongs to a run; its numbers are those of the newest report that still stand."""
     connection = detections.connection
     run = run_named(connection, name)
-    history = tuple(history_of(connection, run.uid))
+    charges = tuple(charges_of_run(connection, run.uid))
+    history = tuple(history_of_run(connection, run.uid, [charge.uid for charge in charges]))
     protocol = configuration.protocol
     as_protocol = {
         "run": name,
@@ -72,7 +76,7 @@ def run_view(detections: Detections, configuration: Configuration, name: str) ->
         run=run,
         files=tuple(files_of_run(connection, run.uid)),
         signals=tuple((signal, gaps_of(connection, signal.uid)) for signal in signals),
-        charges=tuple(charges_of_run(connection, run.uid)),
+        charges=charges,
         notes=tuple(notes_of(connection, run.uid)),
         jumps_found=found if isinstance(found, int) else None,
         jumps_do_not_count=found.reason if isinstance(found, Undefined) else None,
@@ -140,31 +144,8 @@ def _found(view: RunView) -> str:
     return "" if view.jumps_found is None else f", {view.jumps_found} found"
 
 
-def _in_words(connection: sa.Connection, item: HistoryRow) -> str:
-    said = changes_in_words(connection, _facts(item.old_json), _facts(item.new_json))
+def _in_words(connection: sa.Connection, item: EntryRow) -> str:
+    said = changes_in_words(connection, item.old, item.new)
     reason = f" ({item.reason})" if item.reason else ""
-    return f"{item.at_utc} {item.person} {_DONE.get(item.action, item.action)}: {said}{reason}"
-
-
-def changes_in_words(connection: sa.Connection, old: Mapping[str, object], new: Mapping[str, object]) -> str:
-    """Say what columns are now, and were where that is known; what they refer to is called by its name."""
-    said = []
-    for name, value in new.items():
-        before = f"{_named(connection, name, old[name])} to " if name in old else ""
-        if value is not None or before:
-            said.append(f"{name} {before}{_named(connection, name, value)}")
-    return ", ".join(said)
-
-
-def _facts(text: str | None) -> dict[str, object]:
-    found = json.loads(text) if text else {}
-    return found if isinstance(found, dict) else {}
-
-
-def _named(connection: sa.Connection, name: str, value: object) -> str:
-    """Return what people call a thing that the journal names by its uid."""
-    if value is None:
-        return "unknown"
-    if name in _NAME_OF and re.fullmatch("[0-9a-f]{12}", str(value)):
-        return str(read_fact(connection, name, str(value), [_NAME_OF[name]])[_NAME_OF[name]])
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    what = f" charge {item.uid}" if item.kind == "charge" else ""
+    return f"{item.at_utc} {item.person} {_DONE.get(item.action, item.action)}{what}: {said}{reason}"

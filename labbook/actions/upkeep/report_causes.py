@@ -19,9 +19,9 @@ from data_schema.queries.history import EntryRow
 from data_schema.queries.reports import ReportRow
 from data_schema.queries.signals import samples_of_files
 from data_schema.vocabulary import Action, ReasonCode, RunState, Verdict
-from labbook.actions.runs.run_view import changes_in_words
 from labbook.analysis.outcomes.run_apexes import UNKNOWN_FLIGHT_S
 from labbook.analysis.preregistration.book_state import Change, read_history
+from labbook.book.changes import changes_in_words
 
 Thing = tuple[str, str]
 """What a result can rest on: its kind and uid."""

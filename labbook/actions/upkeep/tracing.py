@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import sqlalchemy as sa
 
 from data_schema.errors import UnknownName
+from data_schema.queries.history import corrections_after
 from data_schema.queries.results import (
     NumberRow,
     ResultRow,
@@ -19,6 +20,7 @@ from data_schema.queries.results import (
 )
 from data_schema.queries.sources import Source, describe_input
 from labbook.analysis.results.printed_values import agree, versions_now
+from labbook.book.changes import changes_in_words
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,13 +72,14 @@ def trace(connection: sa.Connection, beginning: str) -> NumberTrace | PrintedNum
     if found is None:
         return PrintedNumber(uid, shown_in[-1].value, shown_in, versions_now())
     row, number = found
-    return NumberTrace(number, shown_in, _trace(connection, row, set()))
+    return NumberTrace(number, shown_in, _trace(connection, row, [shown.report for shown in shown_in], set()))
 
 
 def trace_of(connection: sa.Connection, uid: str) -> Trace | None:
     """Follow a number down, None where it is not there."""
     found = result_of_number(connection, uid)
-    return None if found is None else _trace(connection, found[0], set())
+    reports = [shown.report for shown in reports_showing(connection, uid)]
+    return None if found is None else _trace(connection, found[0], reports, set())
 
 
 def trace_lines(found: NumberTrace | PrintedNumber) -> list[str]:
@@ -114,7 +117,8 @@ def _named(versions: Mapping[str, int]) -> str:
     return ", ".join(f"{name} {version}" for name, version in versions.items())
 
 
-def _trace(connection: sa.Connection, row: ResultRow, met: set[str]) -> Trace:
+def _trace(connection: sa.Connection, row: ResultRow, reports: Sequence[str], met: set[str]) -> Trace:
+    """Follow a result down, whose number these reports show: a fact corrected after all of them is told with both."""
     again = row.uid in met
     met.add(row.uid)
     sources, below = [], []
@@ -123,11 +127,25 @@ def _trace(connection: sa.Connection, row: ResultRow, met: set[str]) -> Trace:
             results_by_uid(connection, [item.input_uid]).get(item.input_uid) if item.input_kind == "result" else None
         )
         if result is not None:
-            below.append(_trace(connection, result, met))
+            below.append(_trace(connection, result, reports, met))
         else:
-            sources.append(describe_input(connection, item))
+            source = describe_input(connection, item)
+            changed = row.stale and item.input_kind != "idle_runs"  # whose uid is that of the robot
+            since = _corrected_since(connection, item.input_uid, reports) if changed else ""
+            sources.append(replace(source, text=source.text + since))
     about = (row.uid, row.kind, row.scope_json, row.algorithm, row.version, row.stale)
     return Trace(*about, tuple(sources), tuple(below), again)
+
+
+def _corrected_since(connection: sa.Connection, uid: str, reports: Sequence[str]) -> str:
+    old: dict[str, object] = {}
+    new: dict[str, object] = {}
+    for said in corrections_after(connection, uid, reports):
+        old = {**said.old, **old}
+        new |= said.new
+    differing = {name: value for name, value in new.items() if value != old.get(name)}
+    words = changes_in_words(connection, old, differing)
+    return f"; corrected after the last report with this number: {words}" if words else ""
 
 
 def _lines(found: Trace, depth: int) -> list[str]:
