@@ -376,6 +376,12 @@ def test_today_and_ingest_say_that_a_second_log_takes_the_first_out_of_the_count
     without = good(labbook(*day, "--json", at=whole.folder)).json["logs_do_not_count"]
     assert [*without] == ["r001"]
     says(without["r001"], "2 log files", "1 start")
+    good(labbook("assign", again.name, "none", "--why", "another run's", at=whole.folder))
+    for words in (("assign", again.name, "r001"), ("ingest", again, "--run", "r001")):
+        told = good(labbook(*words, at=whole.folder)).out.splitlines()
+        says(told, "look again", "run r001", "2 log", "1 start", "none of them counts", "labbook assign FILE none")
+        good(labbook("assign", again.name, "none", "--why", "another run's", at=whole.folder))
+    good(labbook("assign", again.name, "r001", at=whole.folder))
     good(labbook("correct", "r001", "starts=2", "--why", "it was switched on twice", at=whole.folder))
     assert "do not count" not in good(labbook(*day, at=whole.folder)).out
 

@@ -14,10 +14,12 @@ import sqlalchemy as sa
 from data_schema.queries.charges import ChargeOfRun, charges_of_runs
 from data_schema.queries.plans import PlannedRow, planned_runs
 from data_schema.queries.runs import RunRow, runs_named
-from data_schema.queries.signals import log_starts
+from data_schema.queries.signals import SignalRow, log_starts, signals_of_runs
 from data_schema.queries.study import CheckRow, StudyRow, days_with_runs
-from data_schema.vocabulary import RunKind, RunState
+from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
+from labbook.analysis.outcomes.detection import BODY_HEIGHT
 from labbook.analysis.outcomes.log_dates import other_day
+from labbook.analysis.outcomes.run_apexes import usable_logs
 from labbook.analysis.outcomes.run_energy import above_capacity
 from labbook.book.naming import study_of
 from labbook.config.parsing import Configuration
@@ -41,7 +43,7 @@ class Remark:
 @dataclass(frozen=True, slots=True)
 class Background:
     """What a run is compared with: the study, protocol and packs, the dates of all runs, the instants at which its logs
-    start (by run uid), and its plan (by run name).
+    start and, where they are more than its starts, those with a body height (by run uid), and its plan (by run name).
     """
 
     study: StudyRow
@@ -49,6 +51,7 @@ class Background:
     today: str
     days: Collection[str]
     starts: Mapping[str, Sequence[str | None]]
+    many_logs: Mapping[str, Sequence[SignalRow]]
     planned: Mapping[str, PlannedRow]
 
 
@@ -76,7 +79,14 @@ def remarks_on(
     planned = {row.run_name: row for row in planned_runs(connection) if row.run_name is not None}
     rows = runs_named(connection, runs)
     starts = log_starts(connection, [row.uid for row in rows])
-    background = Background(study, configuration, today, days_with_runs(connection), starts, planned)
+    many_logs = {
+        row.uid: [
+            log for log in signals_of_runs(connection, FileRole.LOG, run_uid=row.uid) if BODY_HEIGHT in log.channels
+        ]
+        for row in rows
+        if len(starts.get(row.uid, ())) > max(row.starts, 1)
+    }
+    background = Background(study, configuration, today, days_with_runs(connection), starts, many_logs, planned)
     charges = charges_of_runs(connection, [row.uid for row in rows])
     found = []
     for name, rule in RULES.items():
@@ -173,6 +183,18 @@ def _log_day(run: RunRow, _charges: Sequence[ChargeOfRun], background: Backgroun
     return None if first is None else first.sentence(run.name)
 
 
+def _logs(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background) -> str | None:
+    logs = background.many_logs.get(run.uid)
+    why = usable_logs(run, logs) if logs else ()
+    if not isinstance(why, Undefined):
+        return None
+    return (
+        f"run {run.name} has {why.reason}, so none of them counts: take one off with "
+        f"`labbook assign FILE none --why ...`, or say how often the run was started with "
+        f"`labbook correct {shlex.quote(run.name)} starts=N --why ...`"
+    )
+
+
 def _jumps(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background) -> str | None:
     nominal = background.study.jumps_nominal
     if run.kind is not RunKind.JUMPS or run.state is RunState.OPEN or 0 < run.jumps_made <= 2 * nominal:
@@ -242,6 +264,7 @@ RULES: Mapping[str, Rule] = {
     "date_in_future": Rule(frozenset({"day"}), _future),
     "date_long_ago": Rule(frozenset({"day"}), _long_ago),
     "log_day_differs": Rule(frozenset({"day", "log"}), _log_day, alike=False),
+    "logs_too_many": Rule(frozenset({"log", "starts"}), _logs, alike=False),
     "jumps_unusual": Rule(frozenset({"jumps_made", "kind", "state"}), _jumps),
     "charge_unusual": Rule(frozenset({"charge_mah", "battery", "run"}), _charge),
     "charge_before_run": Rule(frozenset({"charge_mah", "ended_utc", "started_utc", "day", "run"}), _ended, alike=False),

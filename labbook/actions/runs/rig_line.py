@@ -26,7 +26,7 @@ from labbook.actions.studies.sheet_source import logs_of_sheets
 from labbook.analysis.outcomes.control_limits import LIMITS_FROM_RUNS, ControlLimits, limits_of
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections
 from labbook.analysis.outcomes.energy import joules_per_jump
-from labbook.analysis.outcomes.run_apexes import jumps_found_in_run, usable_logs
+from labbook.analysis.outcomes.run_apexes import jumps_found_in_run
 from labbook.analysis.outcomes.run_energy import below_drain, drain_lines, usable_charge
 from labbook.analysis.study_data import StudyData, gather_about
 from labbook.book.opening import Book
@@ -77,11 +77,11 @@ def rig_lines_of(book: Book, outcomes: Sequence[FileOutcome]) -> list[list[RigLi
             found[last[name]].append(line)
         charged = [name for name, prepared in files.items() if any(each.read.charges for each in prepared)]
         remarks = remarks_on(connection, book.configuration, charged, ["charge_mah"])
+        too_many = remarks_on(connection, book.configuration, list(files), ["starts"])
     for remark in remarks:
         found[last[remark.first]].append(RigLine(f"look again: {remark.message}", charge_odd=True))
-    for run in evidence.runs:
-        if run.name in last:
-            found[last[run.name]] += _logs_too_many(run, evidence)
+    for remark in too_many:
+        found[last[remark.first]].append(RigLine(f"look again: {remark.message}", logs_do_not_count=True))
     return found
 
 
@@ -99,20 +99,6 @@ def _evidence(book: Book, connection: sa.Connection, names: Sequence[str]) -> St
     about = runs_named(connection, names)
     conditions = sorted({run.condition_uid for run in about if run.condition_uid is not None})
     return gather_about(connection, book.configuration, about, runs_of_conditions(connection, conditions))
-
-
-def _logs_too_many(run: RunRow, evidence: StudyData) -> list[RigLine]:
-    """Say that a run has logs that do not count, for there are more of them than it had starts."""
-    logs = evidence.logs.get(run.uid, ())
-    why = usable_logs(run, logs) if logs else ()
-    if not isinstance(why, Undefined):
-        return []
-    text = (
-        f"look again: run {run.name} has {why.reason}, so none of them counts: take one off with "
-        f"`labbook assign FILE none --why ...`, or say how often the run was started with "
-        f"`labbook correct {run.name} starts=N --why ...`."
-    )
-    return [RigLine(text, logs_do_not_count=True)]
 
 
 def rig_lines(
