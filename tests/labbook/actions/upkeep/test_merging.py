@@ -6,6 +6,7 @@ import contextlib
 import shutil
 import tomllib
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -40,6 +41,7 @@ from tests.cli.shell import contents
 from tests.helpers.books import ADA, BEN, SmallBook, copy_of, instrument_files, small_book, small_toml
 from tests.helpers.databases import all_rows_by_name
 from tests.helpers.old_book import unpack
+from tests.helpers.once import made_once
 from tests.helpers.statements import in_table, note, said_alike
 from tests.helpers.wording import refuses, says
 
@@ -126,10 +128,21 @@ def in_the_field(book: Book, files: SmallBook) -> None:
 
 
 def go_on(lab: SmallBook, laptop: SmallBook, here: Work = at_the_lab, there: Work = in_the_field) -> None:
-    with lab.open() as book:
-        here(book, lab)
-    with laptop.open() as book:
-        there(book, laptop)
+    for book, work in ((lab, here), (laptop, there)):
+        if work in (at_the_lab, in_the_field):  # of many tests: done once, to a copy of what `lab` gives
+            made = made_once(f"merging-{work.__name__}", partial(_gone_on, work=work))
+            shutil.rmtree(book.folder)
+            shutil.copytree(made, book.folder)
+        else:
+            with book.open() as opened_book:
+                work(opened_book, book)
+
+
+def _gone_on(folder: Path, work: Work) -> Path:
+    book = copy_of("merging", first_day, folder)
+    with book.open() as opened_book:
+        work(opened_book, book)
+    return book.folder
 
 
 def merged(into: SmallBook, other: SmallBook, *, dry_run: bool = False) -> Merged:
