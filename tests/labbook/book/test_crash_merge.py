@@ -12,7 +12,10 @@ import pytest
 
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.runs.runs_importing import import_runs
+from labbook.actions.upkeep.health import check_book
+from labbook.actions.upkeep.merging import merge
 from labbook.book.opening import opened
+from labbook.terminal import progress
 from tests.helpers.books import ADA, BEN, SmallBook, instrument_files, small_book
 from tests.helpers.commands import KILLED, Commands
 from tests.helpers.statements import in_file, in_table, note, said_alike
@@ -50,12 +53,10 @@ class Homecoming:
             (self.merged, self.merged),
         )
         assert mirrored[: len(table)] == table
-        code, said = self.commands.run(*self.words(folder))
-        assert code == 0, said
-        code, said = self.commands.run("db", "check", "--deep", "--book", folder)
-        assert code == 0, said
         with opened(folder) as book:
+            merge(book, self.laptop.folder, ADA)
             assert len(said_alike(book)) == self.merged
+        assert check_book(folder, lambda total: progress("checking", total, shown=False), deep=True).problems == ()
         shutil.rmtree(folder)
 
 
