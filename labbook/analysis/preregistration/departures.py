@@ -175,14 +175,30 @@ class _States:
         """Return whether a file holds logs of heights or of forces."""
         return FileRole(next(log.role for (uid, _), log in self.now.logs.items() if uid == file_uid))
 
-    def arrival(self, item: str, run_uid: str) -> EntryRow:
-        """Return the entry with which a charge or a file came to its run; an absence that no report saw was none."""
+    def _arrivals(self, item: str, run_uid: str) -> list[EntryRow]:
+        """Return the entries with which a charge or a file came to a run, in order."""
         moves = [(entry, came) for entry, other, came in self.moves.get(item, ()) if other == run_uid]
+        arrivals = [entry for entry, came in moves if came]
         if not moves or not moves[0][1]:
             known = [entry for entry in (self.history.entry_of(item), self.history.since.get(run_uid)) if entry]
-            moves.insert(0, (max(known, key=lambda entry: entry.seq), True))
+            arrivals.insert(0, max(known, key=lambda entry: entry.seq))
+        return arrivals
+
+    def arrival(self, item: str, run_uid: str) -> EntryRow:
+        """Return the entry with which a charge or a file came to its run; an absence that no report saw was none."""
         missed = max((seq for seq, state in self.reports.items() if not state.has(run_uid, item)), default=0)
-        return next(entry for entry, came in moves if came and entry.seq > missed)
+        return next(entry for entry in self._arrivals(item, run_uid) if entry.seq > missed)
+
+    def undone(self, item: str, run_uid: str, source: FileRole) -> bool:
+        """Tell whether a charge or a file came to a run after all that it can have, and no report saw it there.
+
+        Taken off again, it leaves the run as it was; what came with the same command may have been chosen from.
+        """
+        first = self._arrivals(item, run_uid)[0]
+        others = [self._arrivals(other, run_uid)[0] for other in self.now.contents(run_uid, source) if other != item]
+        earlier = [other for other in others if other.seq < first.seq and _command(other) != _command(first)]
+        seen = any(state.has(run_uid, item) for state in self.reports.values())
+        return not seen and len(earlier) >= self.now.most(run_uid, source)
 
     def moved(self, item: str, run_uid: str) -> bool:
         """Tell whether a charge or a file had been another run's when it came to its run."""
@@ -237,6 +253,8 @@ def _corrected(states: _States) -> Iterator[Departure]:
             if change.kind is ChangeKind.CHARGE and not change.now:  # its sheet may have come anew
                 charges = now.contents(change.was, FileRole.CHARGE).values()
                 hidden |= frozenset([now.charges[change.item].charge_mah]) in charges
+            elif not change.now and not hidden:
+                hidden = states.undone(change.item, change.was, states.role_of(change.item))
         else:
             hidden = change.column == "condition_key" and change.item in states.elsewhere
         if change.kind is not ChangeKind.EXCLUSION and not hidden and seen not in reported:

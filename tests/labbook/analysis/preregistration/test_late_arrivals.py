@@ -95,7 +95,26 @@ def test_a_further_log_takes_its_run_out(honest: SmallBook) -> None:
 def test_a_further_log_that_is_taken_off_again_is_no_departure(honest: SmallBook) -> None:
     ingests(honest, another_log(honest, "r002 again.csv"))
     assigns(honest, "r002 again.csv", "none", "belongs to no run")
-    assert not [said for said in planned(honest).departures if "which leaves" in said]
+    assert planned(honest).departures == ()
+
+
+def test_an_assignment_taken_back_is_no_departure_unless_a_report_saw_it(reported: SmallBook) -> None:
+    ingests(reported, another_log(reported, "loose.csv"))
+    assigns(reported, "loose.csv", "r002")
+    assigns(reported, "loose.csv", "none", "wrong")
+    assert planned(reported).departures == ()
+    assigns(reported, "loose.csv", "r002")
+    reports(reported)
+    assigns(reported, "loose.csv", "none", "wrong")
+    (said,) = planned(reported).departures
+    says(said, "loose.csv was taken off run r002")
+
+
+def test_the_first_of_two_logs_taken_off_is_a_departure(honest: SmallBook) -> None:
+    ingests(honest, another_log(honest, "r002 again.csv"))
+    assigns(honest, "r002.csv", "none", "the other one is better")
+    (said,) = planned(honest).departures
+    says(said, "r002.csv was taken off run r002")
 
 
 def test_a_second_charge_takes_its_run_out(honest: SmallBook) -> None:
