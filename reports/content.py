@@ -230,9 +230,10 @@ class ReportContent:
     unit of analysis that comparisons count: "run", or "day" where they rest on the means of days. `tests_beside` says
     what the tests in full are where others decide. `known_errors` has what is on record against the methods, an
     introduction first. `overall` is the effect over all groups, where there are several. `sources` are those of the
-    methods used; `outside_limits` names the runs whose joules are out of control limits; `software` names the libraries that computed it, with versions. `stored` tells whether the book has
-    the report, so that its numbers can be traced. `warning` says what makes all numbers doubtful, "" where nothing
-    does. `first_only` tells that the first page stands alone, without the other sections.
+    methods used; `outside_limits` names the runs whose joules are out of control limits; `software` names the libraries
+    that computed it, with versions. `stored` tells whether the book has the report, so that its numbers can be traced.
+    `warning` says what makes all numbers doubtful, "" where nothing does. `first_only` tells that the first page stands
+    alone, without the other sections.
     """
 
     title: str
