@@ -116,6 +116,7 @@ class Reason(Code):
     NO_DAY_HOLDS_BOTH = "no day holds both {a} and {b}"
     NO_DAY_WITH_TWO = "on the {n} day{s} with both, no day has two {unit}s of {of}"
     NO_GROUP_WITH_CLAIM = "in no group can treatment and control be compared within days"
+    GROUP_WITHOUT_BOUNDS = "in a group the control's mean is not distinguishable from 0"
     ONE_GROUP = "there is one group only"
     ONE_DAY_HOLDS_BOTH = "one day only holds both {a} and {b}"
     SAME_ON_EVERY_DAY = "{a} and {b} differ by as much on every day"

@@ -75,10 +75,15 @@ class _Overall:
 
 
 def overall_savings(groups: Mapping[str, Contrast], level: float = 0.95) -> OverallSavings:
-    """Return the mean of the savings of groups by name; those without a claim, or without a scatter, are left out."""
+    """Return the mean of the savings of groups by name; those without a claim, or without a scatter, are left out.
+
+    There is none where a group's savings have no bounds: its control is too uncertain for a ratio's standard error.
+    """
     level = as_level("level", level)
     claimed = _claimed(groups)
     scope, found = _scope(groups, claimed), _overall(claimed)
+    if unbounded_savings(groups, level):
+        found = Undefined(Reason.GROUP_WITHOUT_BOUNDS)
     if isinstance(found, Undefined):
         return OverallSavings(no_estimate(found, level, found), scope, found, found)
     error, percent = found.error(level), 100.0 * found.saved
@@ -142,6 +147,11 @@ def same_on_every_day(groups: Mapping[str, Contrast]) -> list[str]:
     The saving in percent of such a group scatters with its control alone, which tells nothing of the difference.
     """
     return [name for name, one in groups.items() if _scatters(one) and one.variance(1.0) == 0.0]
+
+
+def unbounded_savings(groups: Mapping[str, Contrast], level: float) -> list[str]:
+    """Return the groups of an effect over all whose own savings have no interval at this level."""
+    return [name for name, one in _claimed(groups).items() if isinstance(one.savings(level).ci, Undefined)]
 
 
 def _scatters(one: Contrast) -> bool:

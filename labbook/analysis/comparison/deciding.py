@@ -23,7 +23,13 @@ from labbook.config.model import Bounds
 from reports.numbers import Number
 from stats.days.decision import Contrast, Rule, contrast_by_day
 from stats.days.decision_result import Bounded, Estimate
-from stats.days.overall import OverallSavings, overall_equivalence, overall_savings, same_on_every_day
+from stats.days.overall import (
+    OverallSavings,
+    overall_equivalence,
+    overall_savings,
+    same_on_every_day,
+    unbounded_savings,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,12 +174,14 @@ def _overall_savings(
     cache: ResultCache, pairs: Mapping[str, Pair], quantity: Outcome, scope: Mapping[str, Any], alpha: float
 ) -> OverallResult:
     contrasts = _contrasts(pairs)
+    # Results of before gave an interval here
+    unbounded = {"unbounded": found} if (found := unbounded_savings(contrasts, 1.0 - alpha)) else {}
     return cache.ensure_one(
         Request(
             OVERALL,
             {"quantity": str(quantity), **scope},
             _fingerprints(pairs),
-            {"alpha": alpha, **_groups(contrasts)},
+            {"alpha": alpha, **_groups(contrasts), **unbounded},
             lambda: _overall(overall_savings(contrasts, 1.0 - alpha), alpha),
         )
     )

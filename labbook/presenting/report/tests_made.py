@@ -56,7 +56,7 @@ def decided_by(analysis: StudyAnalysis, called: SweptWords) -> str:
     said = {
         Rule.PAIRED: "paired t on day means from four such days on",
         Rule.WITHIN: "a contrast within days on one to three, which holds for these days",
-        Rule.NONE: "no test on none",
+        Rule.NONE: "no test otherwise",
     }
     made = [rule for rule in said if rules[rule]]
     numbers = [count_text(rules[rule], "comparison") if rule is made[0] else str(rules[rule]) for rule in made]
@@ -71,7 +71,7 @@ def decided_by(analysis: StudyAnalysis, called: SweptWords) -> str:
         else "",
         _holm(analysis),
         _equivalence(analysis),
-        "The overall effect is the mean of the groups' savings, errors of shared days added before squaring."
+        "The overall effect is the mean of the groups' savings by the delta method, days' errors added before squaring."
         if analysis.overall.savings
         else "",
         _levels(analysis),

@@ -16,7 +16,7 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.compare.shared_error import SharedError
 from stats.days.decision import Contrast, Rule, contrast_by_day
-from stats.days.overall import overall_equivalence, overall_savings, same_on_every_day
+from stats.days.overall import overall_equivalence, overall_savings, same_on_every_day, unbounded_savings
 from tests.helpers.campaigns import DESIGNS, LAYOUTS, campaign
 from tests.helpers.wording import refuses
 
@@ -293,6 +293,20 @@ def test_a_group_whose_difference_is_the_same_on_every_day_is_left_out_of_the_ov
     overall = overall_savings({"a": one, "b": constant})
     assert (overall.scope.groups, overall.scope.left_out) == (("a",), ("b",))
     assert overall.estimate == overall_savings({"a": one}).estimate
+
+
+def test_there_is_no_overall_effect_where_a_group_has_savings_without_bounds() -> None:
+    """One run of 1160 J among 41 J gave an overall interval of 28 to 68 % where its group had none."""
+    slip = [([1160.5, 41.0] if not at else control, treated) for at, (control, treated) in enumerate(JOULES)]
+    groups = {"a": contrast(JOULES), "b": contrast(slip)}
+    assert isinstance(groups["b"].savings().ci, Undefined)
+    assert unbounded_savings(groups, 0.95) == ["b"]
+    found = overall_savings(groups).estimate
+    assert isinstance(found.p, Undefined)
+    assert isinstance(found.ci, Undefined)
+    assert found.p.code is Reason.GROUP_WITHOUT_BOUNDS
+    assert unbounded_savings(groups, 0.5) == []
+    assert isinstance(overall_savings(groups, 0.5).estimate.ci, tuple)
 
 
 def test_overall_equivalence_is_shown_just_where_its_interval_lies_within_the_bounds() -> None:
