@@ -71,6 +71,7 @@ def _missing(content: ReportContent) -> str:
     Of the inputs that which moves the quantity most is named; what it moves is taken to be linear.
     """
     needed: list[str] = []
+    must = "must be "
     for each in content.predictions.judged:
         biased = [group.bias.value for group in each.groups if group.differs]
         biases = [value for value in biased if isinstance(value, float)]
@@ -80,8 +81,11 @@ def _missing(content: ReportContent) -> str:
             off = max(map(abs, biases)) / part * one.varied_by
             shares = [with_unit(general_text(100.0 * share, 2), "%") for share in (off, one.varied_by)]
             side = _side(one.raises.get(each.quantity), biases)
-            must = "" if needed else "must be "
+            if side == "lower" and off >= 1.0:
+                needed.append(f"no {one.name} is low enough ({each.quantity})")
+                continue
             needed.append(f"{one.name} {must}{shares[0]} {side}, not within {shares[1]} ({each.quantity})")
+            must = ""
     if not needed:
         return "No assumed input explains it: an effect is missing in the scene, or an input is wrong."
     return f"To explain that, {'; '.join(needed)}; or an effect is missing."

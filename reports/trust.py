@@ -61,7 +61,8 @@ def _odd_runs(content: ReportContent) -> str:
     if not names:
         return ""
     lie, whose = ("lies", "its condition") if len(names) == 1 else ("lie", "their conditions")
-    listed = f"{', '.join(names[:MOST_NAMED])}{', ...' if len(names) > MOST_NAMED else ''}"
+    more = len(names) - MOST_NAMED
+    listed = list_text([*names[:MOST_NAMED], *([f"{more} more"] if more > 0 else [])])
     return f"{count_text(len(names), 'run')} {lie} outside the control limits of {whose}: {listed}."
 
 
@@ -94,8 +95,9 @@ def _uncertainty(content: ReportContent) -> str:
     of_runs = math.sqrt(math.fsum(squares)) / len(squares)
     shown, factor = shown_unit(number.unit)
     of_drain = number.shared_se if isinstance(number.shared_se, float) else 0.0
+    unit = "points" if shown == "%" else shown
     total, drain = (
-        with_unit(general_text(each * factor, 2), shown) for each in (math.hypot(number.se, of_drain), of_drain)
+        with_unit(general_text(each * factor, 2), unit) for each in (math.hypot(number.se, of_drain), of_drain)
     )
     mostly, helps = ("runs' scatter", "runs") if 2.0 * of_runs**2 >= number.se**2 else ("days acting unlike", "days")
     if of_drain > number.se:

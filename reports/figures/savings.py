@@ -6,7 +6,7 @@ Estimates with intervals, one a row: the parts that forest plots share.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from data_schema.vocabulary import Undefined
 from reports.content import Comparison, ReportContent
@@ -46,35 +46,51 @@ _ROW_IN, _LETTER_PT = 0.165, 4.0
 _ACROSS = "pooled across groups"
 
 
-def shown_savings(content: ReportContent) -> list[tuple[str, list[tuple[str, Comparison]]]]:
+class _Row(NamedTuple):
+    label: str
+    savings: Number
+    opens: bool
+    counts: str
+
+    @classmethod
+    def of(cls, label: str, comparison: Comparison) -> _Row:
+        lead = comparison.lead
+        assert lead.savings is not None  # noqa: S101 - `shown_savings` has looked
+        return cls(label, lead.savings, comparison.opens, f"n{EQUALS}{lead.n_control}, {lead.n_treatment}")
+
+
+def shown_savings(content: ReportContent) -> list[tuple[str, list[_Row]]]:
     """Return the comparisons that have savings as heading and labelled rows, what the page opens with first.
 
-    A group of one level has one row, and with one row it needs no heading (""); rows pooled across groups stand
-    together at the end.
+    The mean of several groups stands on top. A group of one level has one row, and with one row it needs no heading
+    (""); rows pooled across some groups stand together at the end, those over all runs where there is no mean.
     """
+    means = [each for each in content.overall if len(each.scope.groups) > 1]
     found = [
         comparison
         for comparison in content.by_group
         if comparison.lead.savings is not None
         and (comparison.opens or len(treated_levels(content, comparison.group)) != 1)
+        and (comparison.group or not means)
     ]
     factors = max((len(comparison.group) for comparison in found), default=0)
     groups: dict[str, list[Comparison]] = {}
-    across: list[tuple[str, Comparison]] = []
+    across: list[_Row] = []
     for comparison in found:
         name = levels_name(content, comparison.group) or "all runs"
         if len(comparison.group) < factors:
-            across.append((f"{name}, {level_of(content, comparison)}", comparison))
+            across.append(_Row.of(f"{name}, {level_of(content, comparison)}", comparison))
         else:
             groups.setdefault(name, []).append(comparison)
-    blocks = [_block(content, name, sorted(rows, key=lambda c: not c.opens)) for name, rows in groups.items()]
+    blocks = [("", [_Row(f"mean of {len(each.scope.groups)} groups", each.savings, True, "")]) for each in means]
+    blocks += [_block(content, name, sorted(rows, key=lambda c: not c.opens)) for name, rows in groups.items()]
     return [*blocks, (_ACROSS, across)] if across else blocks
 
 
-def _block(content: ReportContent, name: str, rows: list[Comparison]) -> tuple[str, list[tuple[str, Comparison]]]:
+def _block(content: ReportContent, name: str, rows: list[Comparison]) -> tuple[str, list[_Row]]:
     if len(rows) == 1:
-        return "", [(f"{name}, {level_of(content, rows[0])}", rows[0])]
-    return name, [(level_of(content, comparison), comparison) for comparison in rows]
+        return "", [_Row.of(f"{name}, {level_of(content, rows[0])}", rows[0])]
+    return name, [_Row.of(level_of(content, comparison), comparison) for comparison in rows]
 
 
 def draw(content: ReportContent, width_in: float) -> Figure:
@@ -85,19 +101,17 @@ def draw(content: ReportContent, width_in: float) -> Figure:
     figure = new_figure(width_in, 0.75 + _ROW_IN * max(rows, 2))
     axes = figure.add_subplot()
     axes.axvline(0.0, color=GREY, linewidth=0.8, zorder=1)
-    every = [comparison for _, found in blocks for _, comparison in found]
-    places = common_places([comparison.lead.savings for comparison in every])
-    texts = [
-        _number_text(comparison.lead.savings, places) for comparison in every if comparison.lead.savings is not None
-    ]
+    every = [row.savings for _, found in blocks for row in found]
+    places = common_places(every)
+    texts = [_number_text(savings, places) for savings in every]
     counts_pt = 14 + _LETTER_PT * max(map(len, texts), default=0)
     ticks: list[tuple[str, bool]] = []
     for heading, found in blocks:
         if heading:
             ticks.append((heading, True))
-        for label, comparison in found:
-            _draw_row(axes, comparison, len(ticks), places, None if narrow else counts_pt)
-            ticks.append((label, False))
+        for row in found:
+            _draw_row(axes, row, len(ticks), places, None if narrow else counts_pt)
+            ticks.append((row.label, False))
     axes.set_yticks(range(len(ticks)), [text for text, _ in ticks])
     for label_text, (_, is_heading) in zip(axes.get_yticklabels(), ticks, strict=True):
         label_text.set_fontweight("bold" if is_heading else "normal")
@@ -118,20 +132,16 @@ def _number_text(savings: Number, places: int) -> str:
     return f"{value_text(savings.value, places)} ({interval})"
 
 
-def _draw_row(axes: Axes, comparison: Comparison, row: int, places: int, counts_pt: float | None) -> None:
+def _draw_row(axes: Axes, row: _Row, place: int, places: int, counts_pt: float | None) -> None:
     """Draw one estimate; the numbers at its right are left out where the runs' column has no place."""
-    savings = comparison.lead.savings
-    if savings is None:
+    colour, marker = (VERMILLION, "D") if row.opens else (BLUE, "o")
+    draw_estimate(axes, row.savings, place, colour=colour, marker=marker)
+    if counts_pt is None or isinstance(row.savings.value, Undefined):
         return
-    colour, marker = (VERMILLION, "D") if comparison.opens else (BLUE, "o")
-    draw_estimate(axes, savings, row, colour=colour, marker=marker)
-    if counts_pt is None or isinstance(savings.value, Undefined):
-        return
-    counts = f"n{EQUALS}{comparison.lead.n_control}, {comparison.lead.n_treatment}"
-    for offset_pt, words, ink in ((6, _number_text(savings, places), BLACK), (counts_pt, counts, GREY)):
+    for offset_pt, words, ink in ((6, _number_text(row.savings, places), BLACK), (counts_pt, row.counts, GREY)):
         axes.annotate(
             words,
-            (1.0, row),
+            (1.0, place),
             xycoords=axes.get_yaxis_transform(),
             xytext=(offset_pt, 0),
             textcoords="offset points",
@@ -156,12 +166,12 @@ def caption(content: ReportContent) -> str:
 
 
 def alternative(content: ReportContent) -> str:
-    """Describe the plot in words: the pooled savings of each group."""
+    """Describe the plot in words: the mean of the groups, and the pooled savings of each."""
     parts = [
-        f"{' '.join(filter(None, (heading, label)))}: {_number_text(c.lead.savings, common_places([c.lead.savings]))} %"
+        f"{' '.join(filter(None, (heading, row.label)))}: {_number_text(row.savings, common_places([row.savings]))} %"
         for heading, found in shown_savings(content)
-        for label, c in found
-        if c.opens and c.lead.savings is not None
+        for row in found
+        if row.opens
     ]
     return f"Forest plot of savings in percent. {'; '.join(parts)}."
 
@@ -176,7 +186,8 @@ def absent(content: ReportContent) -> str | None:
 def shows(content: ReportContent) -> dict[str, object]:
     """Return what is drawn of a report."""
     with_savings = tuple(each for each in content.comparisons if each.lead.savings is not None)
-    return {"factors": content.factors, "conditions": levels_alone(content), "comparisons": with_savings}
+    shown = {"factors": content.factors, "conditions": levels_alone(content), "comparisons": with_savings}
+    return {**shown, "overall": content.overall}
 
 
 SAVINGS = FigureKind("savings", "Savings", draw, caption, alternative, absent, shows)

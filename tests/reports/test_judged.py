@@ -61,6 +61,7 @@ def test_the_side_to_which_an_input_must_move_is_said(content):
     assert "40 % higher" in of(False, 5.0)
     assert "40 % higher" in of(True, -5.0)
     assert "40 % off" in of(None, 5.0)
+    says(of(True, 15.0), "no kg_scale is low enough (joules a jump)")  # 120 % lower is no value
 
 
 def test_what_would_explain_a_plate_s_quantity_is_said_as_of_joules(content, plated):

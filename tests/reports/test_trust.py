@@ -36,13 +36,15 @@ def by_runs(comparison):
 def test_the_third_line_says_what_the_uncertainty_comes_from_and_what_narrows_it(content, times, said):
     se = times * by_runs(content.pooled[0])
     third = plain(trust_sentences(of_one_group(content, se)))[-1]
-    assert third.startswith(f"The answer's standard error, {se:.2g} %, is mostly {said}: more ")
-    assert third.endswith(f"{'runs' if times < 2 else 'days'} narrow it; the passive drain's part is 0.1 %.")
+    assert third.startswith(f"The answer's standard error, {se:.2g} points, is mostly {said}: more ")
+    assert third.endswith(f"{'runs' if times < 2 else 'days'} narrow it; the passive drain's part is 0.1 points.")
 
 
 def test_the_answer_s_standard_error_has_the_passive_drain_s_in_it(content):
     third = plain(trust_sentences(of_one_group(content, 0.05)))[-1]
-    assert third.startswith("The answer's standard error, 0.11 %, is mostly the passive drain: more idle runs narrow")
+    assert third.startswith(
+        "The answer's standard error, 0.11 points, is mostly the passive drain: more idle runs narrow"
+    )
 
 
 def test_without_an_error_or_scatter_within_days_there_are_two_lines(content):
@@ -149,3 +151,11 @@ def test_savings_lead_where_the_first_group_has_none(content):
     changed = dataclasses.replace(content, sensitivity=(heights, *others))
     assert plain(trust_sentences(changed))[1].startswith("Leaving out any one day moves the savings of a group by")
     assert plain(robustness_sentences(changed))[0].startswith("Savings without one day at a time: ")
+
+
+def test_runs_unlike_those_of_their_condition_are_named_first(content):
+    first, *others = plain(trust_sentences(dataclasses.replace(content, outside_limits=("r001",))))
+    assert first == "1 run lies outside the control limits of its condition: r001."
+    assert others == plain(trust_sentences(dataclasses.replace(content, outside_limits=())))
+    several = dataclasses.replace(content, outside_limits=tuple(f"r{n}" for n in range(9)))
+    assert plain(trust_sentences(several))[0].endswith("r0, r1, r2, r3, r4, r5 and 3 more.")
