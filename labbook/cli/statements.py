@@ -179,7 +179,7 @@ def void(
 
     Example: labbook void r017 --reason "foot came loose"; labbook void r017 --undo --reason "it was r018"
     """
-    from labbook.actions.runs.correcting import unvoid
+    from labbook.actions.runs.correcting import other_reason, unvoid
     from labbook.actions.runs.correcting import void as state_void
     from labbook.actions.runs.jump_review import reason_remarks
     from labbook.book.opening import opened
@@ -187,7 +187,8 @@ def void(
     with opened(book) as opened_book, opened_book.session(person) as session:
         said = (unvoid if undo else state_void)(session, run, reason)
         stale = session.stale
-        remarks = [] if undo else reason_remarks(session.connection, opened_book.configuration, reason)
+        about = (session.connection, opened_book.configuration, reason)
+        remarks = [] if undo else reason_remarks(*about, remedy=f"If one of these is meant, {other_reason(run)}.")
     emit(
         {"run": run, "stale": stale, "remarks": remarks},
         [f"{said}; {len(stale)} results became stale.", *(f"look again: {remark}" for remark in remarks)],

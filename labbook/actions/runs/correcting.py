@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping, Sequence
 from typing import Any
 from zoneinfo import ZoneInfo
@@ -158,11 +159,20 @@ def void(session: WriteSession, name: str, reason: str) -> str:
     refuse_empty("--reason", reason)
     run = run_named(session.connection, name)
     if run.state is RunState.VOID:
-        return f"run {name} is void already: the journal keeps who said so and why (`labbook show {name}`)"
+        return (
+            f"run {name} is void already, and the journal keeps who said so and why "
+            f"(`labbook show {shlex.quote(name)}`); for another reason, {other_reason(name)}"
+        )
     session.state(
         Statement(Action.VOID, "run", run.uid, new={"state": "void"}, old={"state": str(run.state)}, reason=reason)
     )
     return f"run {name} is void"
+
+
+def other_reason(name: str) -> str:
+    """Say how a run that is void becomes so for another reason."""
+    command = f"labbook void {shlex.quote(name)}"
+    return f"take it back with `{command} --undo --reason ...` and give that with `{command} --reason ...`"
 
 
 def unvoid(session: WriteSession, name: str, reason: str) -> str:

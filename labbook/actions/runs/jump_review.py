@@ -228,14 +228,20 @@ def jump_lines(found: RunReview) -> tuple[tuple[str, ...], list[tuple[str, ...]]
 
 
 def reason_remarks(
-    connection: sa.Connection, configuration: Configuration, reason: str, concerned: str = "every comparison"
+    connection: sa.Connection,
+    configuration: Configuration,
+    reason: str,
+    concerned: str = "every comparison",
+    remedy: str = "",
 ) -> list[str]:
     """Return what to say of a reason while it can still be thought over: nothing, or one remark.
 
     `concerned` are the comparisons that become exploratory: all by a void run, those of heights by a rejected jump.
+    `remedy` says how another reason is given, where any is allowed.
     """
     planned = planned_analysis(connection, configuration)
     if not planned.stated or is_allowed(reason, planned.settings.exclusions):
         return []
     listed = ", ".join(map(str, planned.settings.exclusions)) or "no reason"
-    return [f"[analysis] allows {listed}, so the report calls {concerned} exploratory ({reason}): {AS_A_WHOLE}."]
+    cure = f" {remedy}" if remedy and planned.settings.exclusions else ""
+    return [f"[analysis] allows {listed}, so the report calls {concerned} exploratory ({reason}): {AS_A_WHOLE}.{cure}"]
