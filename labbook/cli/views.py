@@ -71,11 +71,11 @@ def plot(
 
     Example: labbook plot r017 --jump 4 --out r017.png
     """
-    from labbook.actions.runs.run_plot import plot_run
+    from labbook.actions.runs.run_plot import picture_named, plot_run
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:
-        plotted = plot_run(opened_book, connection, run, jump, out or Path(f"{run}.png"))
+        plotted = plot_run(opened_book, connection, run, jump, out or picture_named(run))
     said = [str(plotted.path), *([plotted.remark] if plotted.remark else [])]
     emit({"run": run, "figure": str(plotted.path), "remark": plotted.remark}, said, as_json)
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from labbook.actions.runs.run_plot import picture_named
 from tests.cli.shell import good, labbook, refused, rows, unchanged
 from tests.helpers.books import SmallBook
 from tests.helpers.wording import says
@@ -147,6 +148,10 @@ def test_plot_makes_a_picture_in_the_form_asked_for(
 def test_plot_is_named_after_its_run(whole: SmallBook, tmp_path: Path) -> None:
     good(labbook("plot", "r001", "--book", whole.folder, at=tmp_path))
     assert (tmp_path / "r001.png").exists()
+    good(labbook("correct", "r001", "run=r 1/ö", "--why", "as on the sheet", at=whole.folder))
+    good(labbook("plot", "r 1/ö", "--book", whole.folder, at=tmp_path))
+    assert (tmp_path / "r 1_ö.png").exists()
+    assert str(picture_named("ö" * 200)) == f"{'ö' * 100}.png"
 
 
 def test_void_can_be_taken_back_and_both_statements_stay(whole: SmallBook) -> None:

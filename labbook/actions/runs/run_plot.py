@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
@@ -29,6 +30,11 @@ from reports.wording import count_text
 _NO_FLIGHT = (Reason.NO_FALL, Reason.NO_FREE_FLIGHT)
 """Why a stance without an apex is a misfire; where samples are missing, nobody can tell."""
 
+_NOT_IN_NAMES = re.compile(r'[\x00-\x1f\x7f/\\:*?"<>|]')
+"""What no file's name may hold on some system."""
+_LONGEST_BYTES = 200
+"""Of a file's name without its ending; most systems allow 255 bytes with it."""
+
 _UNKNOWN_PAUSE_S = 5.0
 """Drawn between two logs of which a clock does not say how long the pause was."""
 
@@ -39,6 +45,12 @@ class PlottedRun:
 
     path: Path
     remark: str
+
+
+def picture_named(run: str) -> Path:
+    """Return the name of a run's picture where none was given: the run's, as far as a file can be called so."""
+    name = _NOT_IN_NAMES.sub("_", run).encode(errors="ignore")[:_LONGEST_BYTES].decode(errors="ignore")
+    return Path(f"{name}.png")
 
 
 def plot_run(book: Book, connection: sa.Connection, name: str, jump: int | None, out: Path) -> PlottedRun:
