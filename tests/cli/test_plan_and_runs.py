@@ -36,7 +36,8 @@ def test_same_seed_gives_the_same_bytes_and_nothing_is_overwritten(tmp_path: Pat
         assert (done["runs"], done["idle"]) == (14, 6)
         sheets.append((book.folder / "runs.csv").read_bytes() + (book.folder / "runs.html").read_bytes())
         with unchanged(book.folder):
-            refused(labbook(*PLAN, at=book.folder), 2, "runs.csv exists", "--out")
+            refused(labbook(*PLAN, at=book.folder), 2, "seed 7")
+            refused(labbook(*PLAN, "--seed", "9", at=book.folder), 2, "runs.csv exists", "--out")
     assert sheets[0] == sheets[1]
     good(labbook("plan", "--seed", "8", "--n", "2", "--per-day", "8", "--out", "other.csv", at=book.folder))
     assert (book.folder / "other.csv").read_bytes() not in sheets[1]
@@ -77,8 +78,11 @@ def test_plan_says_which_test_its_days_allow(n: int, test: str, fresh: SmallBook
 def test_dry_run_writes_the_sheet_and_states_nothing(fresh: SmallBook) -> None:
     before = rows(fresh.folder, "SELECT count(*) FROM journal")
     good(labbook(*PLAN, "--dry-run", at=fresh.folder))
-    assert (fresh.folder / "runs.csv").exists()
+    sheet = (fresh.folder / "runs.csv").read_bytes()
     assert rows(fresh.folder, "SELECT count(*) FROM journal") == before
+    good(labbook(*PLAN, at=fresh.folder))  # the plan that was looked at
+    assert (fresh.folder / "runs.csv").read_bytes() == sheet
+    assert rows(fresh.folder, "SELECT count(*) FROM journal") > before
 
 
 def test_study_without_factors_cannot_be_planned(tmp_path: Path) -> None:

@@ -80,8 +80,6 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
     configuration = book.configuration
     if request.method not in tuple(PlanMethod):
         raise unknown_name("method", request.method, tuple(PlanMethod))
-    if request.out.exists():
-        raise UsageError(f"{request.out} exists: name another file with --out, or move it away.")
     factors = plan_factors(configuration)
     if not factors:
         raise UsageError("the study has no factors: declare them under [factors] in labbook.toml.")
@@ -112,6 +110,8 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
     printed = format_run_sheet_for_print(
         drawn, names, dates, study=configuration.study.name, jumps_nominal=configuration.study.jumps_nominal, **only
     )
+    if request.out.exists() and request.out.read_bytes() != sheet.encode():  # that of a dry run is the same
+        raise UsageError(f"{request.out} exists: name another file with --out, or move it away.")
     page = request.out.with_suffix(".html")
     with _written_beside({request.out: sheet, page: printed}):
         if not request.dry_run:
