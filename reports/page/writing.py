@@ -18,7 +18,7 @@ from data_schema.errors import UsageError
 from reports.content import ReportContent
 from reports.figures.figure_cache import Wanted, drawn, forget_unused
 from reports.figures.registry import FIGURES, figures_of
-from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
+from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN, is_narrow
 from reports.page.references import references_bib
 from reports.page.sections import Bullets, FigureHere, FiguresBeside, Paragraph, Part, Section, TableHere, sections_of
 from reports.run_points import name_points, run_anchors
@@ -52,8 +52,9 @@ def inline_svg(svg: bytes, name: str, title: str, alternative: str) -> str:
     if opening is None or box is None:
         raise ValueError(f"figure {name!r} is no SVG with a viewBox")
     width_pt = float(box.group(1).split()[2])
+    wide = "" if is_narrow(width_pt / 72) else 'class="wide" '
     head = (
-        f'<svg viewBox="{box.group(1)}" style="width:{width_pt / 72:.3f}in" role="img" '
+        f'<svg {wide}viewBox="{box.group(1)}" style="width:{width_pt / 72:.3f}in" role="img" '
         f'aria-labelledby="{name}-title {name}-desc">'
         f'<title id="{name}-title">{escape(title)}</title><desc id="{name}-desc">{escape(alternative)}</desc>'
     )
