@@ -109,17 +109,15 @@ def test_numbers_of_an_earlier_algorithm_are_kept_and_told(reported: SmallBook) 
 
 
 def test_a_number_that_came_out_otherwise_is_told_with_both_values(reported: SmallBook) -> None:
-    (victim, value), *_others = [
-        (uid, value) for uid, value in (reports(reported)[0].new or {})["shown"].items() if value
-    ]
+    every, of_small_foot = [(entry.new or {})["shown"] for entry in reports(reported)]
+    victim, value = next((uid, value) for uid, value in every.items() if value and uid in of_small_foot)
 
     def earlier(said: Words) -> Words:
         shown = {uid: 1.01 * value if uid == victim else value for uid, value in said["shown"].items()}
         return {**said, "shown": {uid: v and v * (1 + 1e-12) for uid, v in shown.items()}}
 
     found = as_earlier(reported, Action.REPORT, earlier)
-    assert found.numbers_changed in (1, 2)  # one in each report that shows it
-    assert found == Differences(numbers_changed=found.numbers_changed)
+    assert found == Differences(numbers_changed=2)  # one in each report that shows it
     says(found.sentences[0], "another value than")
     with reported.open() as book, book.reading() as connection:
         told = trace(connection, victim)
