@@ -37,7 +37,8 @@ def test_same_seed_gives_the_same_bytes_and_nothing_is_overwritten(tmp_path: Pat
         sheets.append((book.folder / "runs.csv").read_bytes() + (book.folder / "runs.html").read_bytes())
         with unchanged(book.folder):
             refused(labbook(*PLAN, at=book.folder), 2, "seed 7")
-            refused(labbook(*PLAN, "--seed", "9", at=book.folder), 2, "runs.csv exists", "--out")
+            for there in ("runs.csv", "."):
+                refused(labbook(*PLAN, "--seed", "9", "--out", there, at=book.folder), 2, f"{there} exists", "--out")
     assert sheets[0] == sheets[1]
     good(labbook("plan", "--seed", "8", "--n", "2", "--per-day", "8", "--out", "other.csv", at=book.folder))
     assert (book.folder / "other.csv").read_bytes() not in sheets[1]

@@ -110,7 +110,8 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
     printed = format_run_sheet_for_print(
         drawn, names, dates, study=configuration.study.name, jumps_nominal=configuration.study.jumps_nominal, **only
     )
-    if request.out.exists() and request.out.read_bytes() != sheet.encode():  # that of a dry run is the same
+    of_dry_run = request.out.is_file() and request.out.read_bytes() == sheet.encode()
+    if request.out.exists() and not of_dry_run:
         raise UsageError(f"{request.out} exists: name another file with --out, or move it away.")
     page = request.out.with_suffix(".html")
     with _written_beside({request.out: sheet, page: printed}):
