@@ -32,12 +32,6 @@ def charges(tmp_path: Path) -> Path:
     return path
 
 
-def test_flag_names_the_run(stated: SmallBook, nameless: Path) -> None:
-    (item,) = good(labbook("ingest", nameless, "--run", "r001", "--json", at=stated.folder)).json
-    assert item["runs"] == ["r001"]
-    assert rows(stated.folder, LINKS) == [("r001",)]
-
-
 def test_file_name_names_the_run_and_the_rig_hears_at_once_how_it_was(stated: SmallBook) -> None:
     for sheet in sorted((stated.instruments / "charger").iterdir()):
         good(labbook("ingest", sheet, at=stated.folder))
@@ -85,18 +79,6 @@ def test_unknown_run_waits_in_the_inbox_and_is_used_once_assigned(stated: SmallB
     assert "LOG0007.csv" in good(labbook("show", "r001", at=stated.folder)).out
 
 
-def test_files_of_one_name_are_told_apart_by_their_uid(stated: SmallBook, tmp_path: Path) -> None:
-    for run, folder in (("r001", "a"), ("r002", "b")):
-        (tmp_path / folder).mkdir()
-        shutil.copy(stated.log(run), tmp_path / folder / "log.csv")
-        good(labbook("ingest", tmp_path / folder / "log.csv", at=stated.folder))
-    uids = [uid for (uid,) in rows(stated.folder, "SELECT uid FROM file ORDER BY id")]
-    with unchanged(stated.folder):
-        refused(labbook("assign", "log.csv", "r001", at=stated.folder), 2, "2 imported files", *uids)
-    good(labbook("assign", uids[0], "r001", at=stated.folder))
-    assert rows(stated.folder, LINKS) == [("r001",)]
-
-
 def test_moving_a_file_or_a_charge_needs_a_reason_and_keeps_the_old_run(
     stated: SmallBook, nameless: Path, charges: Path
 ) -> None:
@@ -113,17 +95,6 @@ def test_moving_a_file_or_a_charge_needs_a_reason_and_keeps_the_old_run(
     assert rows(stated.folder, CHARGES)[0] == (1, "r002")
     said = rows(stated.folder, "SELECT reason, old_json IS NOT NULL FROM journal WHERE action = 'correct'")
     assert said == [("wrong card", 1), ("read a line too low", 1)]
-
-
-def test_files_and_charges_that_came_before_their_run_sheet_find_their_runs(fresh: SmallBook) -> None:
-    good(labbook("ingest", fresh.instruments / "logs", fresh.instruments / "charger", at=fresh.folder))
-    waiting = good(labbook("runs", "inbox", "--json", at=fresh.folder)).json
-    assert len(waiting) == 12 + 16
-    good(labbook("runs", "import", fresh.instruments / "runs.csv", at=fresh.folder))
-    assert good(labbook("runs", "inbox", "--json", at=fresh.folder)).json == []
-    assert len(rows(fresh.folder, LINKS)) == 12
-    assert all(run for _row, run in rows(fresh.folder, CHARGES))
-    assert len(good(labbook("jumps", "list", "r014", "--json", at=fresh.folder)).json["jumps"]) == 3
 
 
 def test_typed_charge_stands_in_for_a_sheet(stated: SmallBook) -> None:

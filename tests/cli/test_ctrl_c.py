@@ -120,7 +120,7 @@ def test_while_a_connection_goes_back(stated: SmallBook, caplog: pytest.LogCaptu
 @pytest.mark.parametrize(
     ("number", "last", "code"),
     [
-        (signal.SIGINT, "_one_column.svg", 130),
+        pytest.param(signal.SIGINT, "_one_column.svg", 130, marks=pytest.mark.soak),
         (signal.SIGKILL, "report.html", -signal.SIGKILL),
     ],
 )

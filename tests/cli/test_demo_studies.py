@@ -61,7 +61,9 @@ def test_instruments_of_a_demonstration_have_their_resolution() -> None:
         assert all(len(water.partition(".")[2]) <= (float(water) < 100.0) for water in waters)
 
 
-@pytest.mark.parametrize("study", ["compaction", "field", pytest.param("characterisation", marks=pytest.mark.soak)])
+@pytest.mark.parametrize(
+    "study", ["compaction", *(pytest.param(name, marks=pytest.mark.soak) for name in ("field", "characterisation"))]
+)
 def test_a_study_s_page_has_its_answer_figure_and_the_hash_of_its_sheet(tmp_path: Path, study: str) -> None:
     folder, page = tmp_path / "demo", tmp_path / "page.html"
     command = good(labbook("demo", "--study", study, "--json", str(folder), at=tmp_path)).json["next"]

@@ -9,7 +9,7 @@ from pathlib import Path
 import pyarrow as pa
 import pytest
 
-from tests.cli.shell import Answer, contents, good, labbook, no_file_above, rows, unchanged
+from tests.cli.shell import contents, good, labbook, no_file_above, rows, unchanged
 from tests.helpers.books import SmallBook
 from tests.helpers.wording import says
 from tests.ingest.synthetic import SHEET, bertec_acquire, icharger_rows, robot_log, twenty_faults
@@ -136,11 +136,6 @@ def test_one_refused_file_leaves_the_others_imported_and_ends_with_2(fresh: Smal
     says(again.out.splitlines()[0], "6 files", "0 imported", "4", "2 refused")
 
 
-def test_files_by_name_and_folders_mix(fresh: SmallBook, folder: Path) -> None:
-    answer = good(labbook("ingest", folder / "log.csv", folder / "charger", at=fresh.folder))
-    says(answer.out.splitlines()[0], "3 files", "3 imported", "0 refused")
-
-
 def test_a_folder_with_the_book_in_it_gives_the_instruments_files_only(fresh: SmallBook, folder: Path) -> None:
     shutil.copytree(folder, fresh.folder / "data")
     found = good(labbook("ingest", ".", "--json", at=fresh.folder)).json
@@ -189,22 +184,6 @@ def test_refused_file_leaves_one_row_with_its_findings_and_the_second_time_none(
         assert labbook("ingest", path, at=fresh.folder).code == 2
         path.rename(path.with_name("renamed.csv"))
         assert labbook("ingest", path.with_name("renamed.csv"), at=fresh.folder).code == 2
-
-
-def test_findings_name_their_column_and_lines(fresh: SmallBook, tmp_path: Path) -> None:
-    path = twenty(tmp_path)
-    answer: Answer = labbook("ingest", path, at=fresh.folder)
-    says(answer.out.replace("height [m] (2)", "height [m]"), "not_a_number", "'height [m]'")
-
-
-def test_the_book_can_be_rebuilt_after_imports_and_refusals(fresh: SmallBook, folder: Path) -> None:
-    twenty(folder)
-    assert labbook("ingest", folder, at=fresh.folder).code == 2
-    before = contents(fresh.folder)
-    good(labbook("rebuild", at=fresh.folder))
-    after = contents(fresh.folder)
-    assert sorted(after.rows) == sorted(before.rows)
-    assert after.files == before.files
 
 
 def test_file_that_the_disk_refuses_does_not_end_the_batch(fresh: SmallBook, folder: Path, tmp_path: Path) -> None:

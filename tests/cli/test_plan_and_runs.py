@@ -391,19 +391,6 @@ def test_today_and_ingest_say_that_a_second_log_takes_the_first_out_of_the_count
     assert "do not count" not in good(labbook(*day, at=whole.folder)).out
 
 
-def test_a_seed_names_one_plan_that_is_being_made(fresh: SmallBook) -> None:
-    good(labbook(*PLAN, at=fresh.folder))
-    with unchanged(fresh.folder):
-        refused(
-            labbook(*PLAN, "--out", "second.csv", at=fresh.folder),
-            2,
-            "a plan with seed 7 has 14 runs still to be made",
-            "labbook plan --withdraw --seed 7",
-        )
-    good(labbook("plan", "--withdraw", "--seed", "7", "--why", "new foot", at=fresh.folder))
-    good(labbook(*PLAN, "--out", "second.csv", at=fresh.folder))
-
-
 def test_plan_says_what_it_leaves_open(fresh: SmallBook) -> None:
     assert "look again" not in good(labbook(*PLAN, "--dry-run", "--out", "one.csv", at=fresh.folder)).out
     text = fresh.toml.read_text()
@@ -414,7 +401,3 @@ def test_plan_says_what_it_leaves_open(fresh: SmallBook) -> None:
     assert [line.startswith("look again: ") for line in drawn] == [True, True]
     assert "control = ..." in drawn[0]
     says(drawn[1], "2 robots", "three or more", "6")
-
-
-def test_charge_says_that_it_takes_no_sign(fresh: SmallBook) -> None:
-    assert "0 or more" in good(labbook("charge", "--help", at=fresh.folder)).out

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from simulator.scene_file import load_scene, write_scene
-from tests.cli.shell import Answer, environment, good, labbook, process, refused
+from tests.cli.shell import Answer, environment, good, labbook, refused
 from tests.helpers.kernels import interpreted
 
 KEYS = {
@@ -98,7 +98,9 @@ def test_a_run_with_only_the_effects_that_matter(tmp_path: Path) -> None:
 def test_what_a_run_says_of_the_effects_it_left_out(tmp_path: Path) -> None:
     lean = load_scene("force_plate").changed(effects_off=["cost_of_whole_jump", "torque_cap"], jumps=1)
     (tmp_path / "lean.toml").write_text(write_scene(lean), encoding="utf-8")
-    shown = good(process("sim", "run", "--scene", "lean.toml", "--effects", "auto", "--within", "2%", at=tmp_path)).out
+    shown = good(
+        uncompiled("sim", "run", "--scene", "lean.toml", "--effects", "auto", "--within", "2%", at=tmp_path)
+    ).out
     assert "Within 2 %, 5 of 7 effects are enough: rigid_ground, " in shown
     assert "Left out: short_leg_guard, drag; that changes cost by -" in shown
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -27,8 +28,7 @@ def simulated_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """What the command simulates is what its rows are compared with: that it does so is seen by the document."""
 
     def tables(accuracy: float, _step: object) -> SteadyTables:
-        assert accuracy == 1e-6
-        return steady_tables()
+        return replace(steady_tables(), accuracy=accuracy)
 
     monkeypatch.setattr("simulator.steady.tables.steady_tables", tables)
     monkeypatch.setattr("simulator.thesis.figures.ThesisFigures", lambda _accuracy: thesis_figures())
@@ -69,7 +69,7 @@ def test_what_programs_read(tmp_path: Path, simulated_once: None) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_a_person_sees(tmp_path: Path) -> None:
+def test_what_a_person_sees(tmp_path: Path, simulated_once: None) -> None:
     shown = good(labbook("sim", "published", "--accuracy", "1e-4", at=tmp_path)).out
     for said in (
         "ground emulator, jump 100 of 100",

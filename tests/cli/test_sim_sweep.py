@@ -170,7 +170,7 @@ def test_in_a_process_of_its_own(tmp_path: Path) -> None:
     assert (tmp_path / "one.nc").read_bytes() == (tmp_path / "here.nc").read_bytes()
 
 
-@pytest.mark.parametrize("address", ["foo", "http://127.0.0.1:8786"])
+@pytest.mark.parametrize("address", [pytest.param("foo", marks=pytest.mark.soak), "http://127.0.0.1:8786"])
 def test_no_address_of_a_scheduler_is_refused_to_the_last_line(address: str, tmp_path: Path) -> None:
     """In a process of its own: what a client leaves behind is told as Python ends."""
     words = ("--scene", "sim2", "--over", "b_ad=0,1", "--out", "a.nc", "--scheduler", address)

@@ -193,7 +193,7 @@ W1 = {"a": ["0.04"] * 10, "b": ["0.04"] * 30}
 W2 = {"a": ["0.1"] * 3, "b": ["0.1"] * 7}
 
 
-@pytest.mark.parametrize("groups", [W1, W2], ids=["W1", "W2"])
+@pytest.mark.parametrize("groups", [W1, pytest.param(W2, marks=pytest.mark.soak)], ids=["W1", "W2"])
 @pytest.mark.parametrize(
     "words",
     [("compare",), ("anova",), ("savings",), ("equivalence", "--low=-1", "--high=1"), ("blocked", "--day=date")],

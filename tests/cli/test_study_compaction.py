@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PIL import Image
 
 from benchmarks.validation_document import STUDIES, covered, outside
 from labbook.actions.studies.compaction import compaction_of
@@ -96,17 +95,6 @@ def test_the_page_works_as_it_says(tmp_path: Path) -> None:
     assert told == f"{page.said}compaction.pdf\n"
     assert len(told.split("\n\n")[1].splitlines()) == 12, "a head, ten measurements, and the file"
     assert (tmp_path / "compaction.pdf").read_bytes().startswith(b"%PDF")
-
-
-def test_data_for_programs_and_a_picture(tmp_path: Path) -> None:
-    (tmp_path / "flasks.csv").write_text(flasks(np.random.default_rng(2)), encoding="utf-8")
-    words = ("study", "compaction", "flasks.csv", "--grain", "3.4", "--plot", "a.png", "--json")
-    found = good(labbook(*words, at=tmp_path)).json
-    assert [state["state"] for state in found["states"]] == ["loose", "compacted"]
-    assert all(len(state["measurements"]) == len(FLASK_RADII_MM) for state in found["states"])
-    assert found["difference"]["coefficients"][0] == pytest.approx(COMPACTED - LOOSE, abs=0.01)
-    with Image.open(tmp_path / "a.png") as picture:
-        assert picture.size[0] > 300
 
 
 ROWS = "15,loose,6.3\n15,hard,5.9\n20,loose,14.5\n20,hard,13.6\n"

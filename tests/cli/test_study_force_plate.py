@@ -162,6 +162,7 @@ def test_joules_stand_beside_the_simulator_and_the_slope_beside_the_thesis(book:
         assert float(one["simulated"]) == pytest.approx(float(one["measured"]), rel=0.1)
 
 
+@pytest.mark.soak
 def test_page_one_of_its_page_is_a_sheet(book: Path, tmp_path: Path) -> None:
     page = tmp_path / "plate.html"
     good(labbook("study", "force-plate", "--page", str(page), at=book))
