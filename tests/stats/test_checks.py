@@ -79,6 +79,7 @@ def test_truth_values_text_complex_numbers_and_times_are_no_numbers(values):
         [1.0, math.nan, 3.0],
         [1, None, 3],
         [Decimal(1), Decimal("NaN"), Decimal(3)],
+        [1, pd.NaT, 3],
         pd.Series([1, pd.NA, 3], dtype="Int64"),
         pd.Series([1.0, np.nan, 3.0]),
         np.ma.masked_array([1, 77, 3], mask=[False, True, False]),

@@ -43,49 +43,26 @@ def shared(three: Three, df: float = 3.0) -> SharedError:
 
 
 OF_GROUPS: dict[str, Callable[[Three], Any]] = {
-    "describe": lambda three: stats.describe(three[0]),
-    "compare_two": lambda three: stats.compare_two(three[0], three[1]),
     "compare_two student": lambda three: stats.compare_two(three[0], three[1], "student"),
     "compare_two welch": lambda three: stats.compare_two(three[0], three[1], "welch"),
-    "f_test": lambda three: stats.f_test(three[0], three[1]),
     "bartlett": lambda three: stats.bartlett(named(three)),
     "levene": lambda three: stats.levene(named(three)),
     "brown_forsythe": lambda three: stats.brown_forsythe(named(three)),
-    "one_way_anova": lambda three: stats.one_way_anova(named(three)),
     "welch_anova": lambda three: stats.welch_anova(named(three)),
-    "tukey": lambda three: stats.compare_all_pairs(named(three)),
-    "games_howell": lambda three: stats.compare_all_pairs(named(three), variances="unequal"),
-    "dunnett": lambda three: stats.dunnett(three[0], {"b": three[1], "c": three[2]}),
-    "dunnett greater": lambda three: stats.dunnett(three[0], {"b": three[1]}, alternative="greater"),
     "dunnett less": lambda three: stats.dunnett(three[0], {"b": three[1]}, alternative="less"),
-    "equivalence": lambda three: stats.equivalence(three[0], three[1], **bounds(three)),
     "equivalence student": lambda three: stats.equivalence(three[0], three[1], **bounds(three), route="student"),
     "equivalence above": lambda three: stats.equivalence(three[0], three[1], low=three[2][0], high=None),
-    "equivalence percent": lambda three: stats.equivalence(
-        three[0], positive(three[1]), low=-5.0, high=5.0, bounds="percent"
-    ),
     "percent_savings": lambda three: stats.percent_savings(positive(three[0]), three[1]),
-    "percent_savings shared": lambda three: stats.percent_savings(
-        positive(three[0]), three[1], shared_in_control=shared(three), shared_in_treated=shared(three[::-1])
-    ),
-    "describe_shared": lambda three: stats.describe_shared(three[0], shared(three)),
-    "difference_with_shared": lambda three: difference_with_shared(three),
     "permutation_test": lambda three: stats.permutation_test(three[0][:4], three[1][:4]),
     "permutation_test drawn": lambda three: stats.permutation_test(three[0], three[1], exact_limit=1, resamples=50),
-    "bootstrap_difference": lambda three: stats.bootstrap_difference(three[0], three[1], resamples=100),
     "residuals_of_groups": lambda three: stats.residuals_of_groups(named(three)),
-    "normal_quantiles": lambda three: stats.normal_quantiles(stats.residuals_of_groups(named(three))),
     "autocorrelation": lambda three: stats.autocorrelation(three[0]),
 }
-"""Functions of groups that need not be of one size."""
+"""Functions of groups that need not be of one size; others are asked at any level (`AT_LEVELS`)."""
 OF_ROWS: dict[str, Callable[[Three], Any]] = {
-    "fit_linear": lambda three: stats.fit_linear(three[0], {"x": three[1]}),
     "fit_linear of two": lambda three: stats.fit_linear(three[0], {"x": three[1], "z": three[2]}),
     "fit_linear through 0": lambda three: stats.fit_linear(three[0], {"x": three[1]}, intercept=False),
-    "LinearFit.at": lambda three: stats.fit_linear(three[0], {"x": three[1]}).at({"x": three[2][0]}),
-    "fit_polynomial": lambda three: stats.fit_polynomial(three[1], three[0], 2),
     "PolynomialFit.at": lambda three: stats.fit_polynomial(three[1], three[0], 2).at(three[2][0]),
-    "fit_gain_line": lambda three: stats.fit_gain_line(three[1], three[0]),
     "fit_passive_drain": lambda three: stats.fit_passive_drain(positive(three[0]), three[1], abs(three[2][0])),
     "fit_stiffness": lambda three: stats.fit_stiffness(*(np.tile(group, 50) for group in three)),
     "unbounded_fraction": lambda three: stats.unbounded_fraction(positive(three[0]), three[1], 0.002),
@@ -106,7 +83,7 @@ OF_ROWS: dict[str, Callable[[Three], Any]] = {
         three[0], three[1], DAYS, DAYS, resamples=100
     ),
 }
-"""Functions of values that belong together by their places."""
+"""Functions of values that belong together by their places; others are asked at any level (`ROWS_AT_LEVELS`)."""
 DAYS = ["mon", "mon", "mon", "tue", "tue", "tue"]
 
 
@@ -153,16 +130,6 @@ def test_rows_of_any_magnitude_give_numbers_or_reasons(name, three):
 OF_NUMBERS: dict[str, Callable[[float, float, float], Any]] = {
     "bayes_factor": lambda one, _two, _three: stats.bayes_factor(one, 5, 6),
     "bayes_factor scale": lambda one, two, _three: stats.bayes_factor(one, 5, 6, abs(two)),
-    "power_t": lambda one, two, _three: stats.power_t(one, abs(two), 5, 6),
-    "power_welch": lambda one, two, three: stats.power_welch(one, abs(two), abs(three), 5, 6),
-    "power_anova": lambda one, two, three: stats.power_anova([one, two, 0.0], abs(three), 4),
-    "power_equivalence": lambda one, two, three: stats.power_equivalence(one, abs(two), -abs(three), abs(three), 5, 6),
-    "power_equivalence student": lambda one, two, three: stats.power_equivalence(
-        one, abs(two), -abs(three), abs(three), 5, 6, route="student"
-    ),
-    "power_percent_equivalence": lambda one, two, three: stats.power_percent_equivalence(
-        one, abs(two), abs(three), -3.0, 3.0, 5, 6
-    ),
     "joules_per_jump": lambda one, two, three: joules_per_jump(abs(one), two, abs(three), 25),
     "fraction_from_mass": lambda one, two, three: stats.fraction_from_mass(abs(one), abs(two), abs(three)),
     "fraction_from_water": lambda one, two, three: stats.fraction_from_water(

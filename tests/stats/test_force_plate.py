@@ -92,7 +92,7 @@ def test_the_impulse_of_a_contact_is_that_of_the_momentum(hops: Hops) -> None:
         assert contact.impulse_n_s == pytest.approx(true, abs=noise)
 
 
-@pytest.mark.parametrize("count", [4, 12, 80])
+@pytest.mark.parametrize("count", [4, 12, pytest.param(80, marks=pytest.mark.soak)])
 def test_jump_heights_are_right_within_their_standard_error(count: int) -> None:
     """Of the hops' known apexes above take-off; over seeds the errors scatter as stated, or less."""
     scores = []

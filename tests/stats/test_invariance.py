@@ -239,7 +239,7 @@ def test_the_order_of_conditions_changes_no_p_of_an_uneven_design(seed, day_sd, 
 
 
 @pytest.mark.parametrize("name", [name for name in [*MOVABLE, *FIXED] if name not in ("permutation", "parabola")])
-@pytest.mark.parametrize("exponent", [-1066, -500, 500, 990])
+@pytest.mark.parametrize("exponent", [-1066, 990])
 def test_samples_of_many_values_keep_their_digits_too(name, exponent):
     """Longer samples are summed by arrays of doubles, which must not be subnormal."""
     rng = np.random.default_rng(5)

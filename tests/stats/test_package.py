@@ -49,12 +49,11 @@ def test_all_results_come_from_functions_at_hand() -> None:
     assert tried <= set(stats.__all__)
 
 
-@pytest.mark.parametrize("first", ["stats.equivalence(a, b, low=-9, high=9)", "stats.compare_two(a, b)"])
-def test_a_notebook_needs_one_import(first: str) -> None:
+def test_a_notebook_needs_one_import() -> None:
     """Loading the package loads nothing of weight."""
     code = (
         "import sys, stats; light = not {'numpy', 'scipy', 'pandas'} & set(sys.modules); a, b = [1, 2, 4], [2, 3, 3]; "
-        f"print(light, {first}.n_a, stats.equivalence(a, b, low=-9, high=9).n_b, "
+        "print(light, stats.compare_two(a, b).n_a, stats.equivalence(a, b, low=-9, high=9).n_b, "
         "stats.dunnett(a, {'b': b}).sentence()[:1])"
     )
     printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -198,7 +198,7 @@ def test_a_dropout_over_the_apex_does_not_make_peaks(bed_log):
 
 @pytest.mark.parametrize("detector", ["published", "robust"])
 @pytest.mark.parametrize("leg", [True, False])
-@pytest.mark.parametrize(("rate_hz", "sd_m"), [(100.0, 0.003), (300.0, 0.001), (1000.0, 0.005)])
+@pytest.mark.parametrize(("rate_hz", "sd_m"), [(100.0, 0.003), (1000.0, 0.005)])
 def test_a_hop_of_any_height_is_a_flight(bed_log, emulator_log, detector, leg, rate_hz, sd_m):
     """Rises of 0.53 to 1.2 m, up to the rail at 1.5 m: above 0.58 m the fall comes later than 0.35 s."""
     for make in (bed_log, emulator_log):

@@ -10,7 +10,6 @@ from data_schema.vocabulary import Undefined
 from stats.compare.effect_size import (
     eta_squared_ci,
     hedges_factor,
-    hedges_g_ci,
     noncentral_f_interval,
     noncentral_t_interval,
 )
@@ -78,22 +77,13 @@ def test_small_f_has_no_lower_end_and_undefined_stays_so():
     )
 
 
-def test_the_interval_of_three_against_three():
-    """d = 1.5: [-0.45, 3.33]; pingouin's normal interval is [-1.07, 4.07]. At n = 5 + 5 the sign of the end differs."""
-    for n, right in ((3, (-0.45, 3.33)), (5, (0.03, 2.90))):
-        df = 2 * n - 2
-        t = 1.5 * math.sqrt(n / 2.0)
-        low, high = (end / hedges_factor(df) for end in hedges_g_ci(t, df, n, n))
-        assert (low, high) == pytest.approx(right, abs=0.006)
-
-
 def test_the_correction_at_all_sizes():
     assert hedges_factor(2.0) == pytest.approx(1.0 / math.gamma(0.5), rel=1e-15)
     assert hedges_factor(1e5) == pytest.approx(hedges_factor(1e5 + 1.0), rel=1e-9)
     assert 1.0 - 1e-5 < hedges_factor(1e5) < 1.0
 
 
-@pytest.mark.parametrize("n", [3, 5, 10, 25])
+@pytest.mark.parametrize("n", [3, *(pytest.param(n, marks=pytest.mark.soak) for n in (5, 10, 25))])
 def test_the_true_noncentrality_is_inside_as_often_as_stated(n):
     """4000 simulated pairs of groups, true d = 0.8; 99 % binomial band. Inside is where neither tail is too small."""
     rng = np.random.default_rng(17)
@@ -126,14 +116,6 @@ def test_the_interval_of_a_negative_effect_mirrors_that_of_a_positive_one(t, df)
     ends = [t * math.sqrt(2.0 * special.gammaincinv(df / 2.0, share) / df) for share in (0.025, 0.975)]
     if t > 1e9:
         assert (low, high) == pytest.approx(ends, rel=1e-12)
-
-
-def test_hedges_g_of_groups_far_apart():
-    found = compare_two([1.0, 1.1, 0.9], [9.0, 9.1, 8.9])
-    low, high = found.hedges_g_ci
-    assert low < found.hedges_g < high < 0.0
-    other = compare_two([9.0, 9.1, 8.9], [1.0, 1.1, 0.9]).hedges_g_ci
-    assert (-high, -low) == pytest.approx(other, rel=1e-9)
 
 
 @pytest.mark.parametrize(("df_between", "df_within"), [(1, 4), (2, 9), (3, 200)])

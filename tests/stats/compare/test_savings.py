@@ -201,9 +201,8 @@ def test_the_sentence_claims_no_more_than_the_interval_bears_out(control, treate
     assert percent_savings(control, treated).sentence("CE", "AD").startswith(said)
 
 
-@pytest.mark.parametrize(
-    "shared_df", [None, *(pytest.param(df, marks=pytest.mark.soak) for df in (1.0, 2.0, 4.0, 1e9))]
-)
+@pytest.mark.soak
+@pytest.mark.parametrize("shared_df", [None, 1.0, 2.0, 4.0, 1e9])
 def test_the_interval_covers_the_savings_as_often_as_it_says(shared_df):
     """n = 5, coefficient of variation 0.2, true savings 30 %; without a common error, or one known from few runs."""
     rng = np.random.default_rng(29)
@@ -233,26 +232,10 @@ def test_the_intervals_beside_fiellers():
     assert percent_savings(CONTROL, TREATED).to_frame()["log_ci_low"].item() == low
 
 
-@pytest.mark.parametrize("exponent", [-600, -500, 500, 600])
-def test_the_unit_changes_nothing(exponent):
-    """W6, W7: squares of values that small or large leave the range of doubles."""
-    one = with_shared(CONTROL, TREATED, 0.7, 4.0)
-    other = with_shared(np.ldexp(CONTROL, exponent), np.ldexp(TREATED, exponent), math.ldexp(0.7, exponent), 4.0)
-    assert (other.percent, other.percent_ci, other.delta_ci) == (one.percent, one.percent_ci, one.delta_ci)
-    assert other.control_mean == math.ldexp(one.control_mean, exponent)
-
-
 def test_small_savings_keep_their_digits():
     """1 - T / C would leave three digits here."""
     found = percent_savings([1e9, 1e9 + 2.0], [1e9, 1e9 + 2.0 - 2.0**-10])
     assert found.percent == pytest.approx(100.0 * 2.0**-11 / (1e9 + 1.0), rel=1e-14)
-
-
-def test_missing_runs_are_refused_or_counted():
-    found = percent_savings([*CONTROL, math.nan], TREATED, missing="drop")
-    assert (found.missing, found.n_control) == (1, 5)
-    says(found.sentence(), "1 missing")
-    assert found.percent_ci == percent_savings(CONTROL, TREATED).percent_ci
 
 
 @pytest.mark.parametrize(

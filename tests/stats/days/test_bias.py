@@ -93,8 +93,8 @@ def test_turning_the_sign_turns_the_interval(values: list[float], predicted: flo
 @pytest.mark.parametrize(
     ("day_sd", "shared_days"),
     [
-        (0.0, False),
         (1.0, True),
+        pytest.param(0.0, False, marks=pytest.mark.soak),
         pytest.param(1.0, False, marks=pytest.mark.soak),
         pytest.param(0.5, True, marks=pytest.mark.soak),
     ],

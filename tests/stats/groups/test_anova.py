@@ -7,28 +7,12 @@ import statsmodels.api as sm
 from hypothesis import given
 from hypothesis import strategies as st
 
-from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.compare.two_sample import compare_two
 from stats.groups.anova import one_way_anova, welch_anova
 from tests.helpers.wording import says
 
 GROUPS = {"0": [42.1, 39.8, 44.0], "50": [36.9, 38.2, 35.1, 37.7], "100": [37.0, 39.5]}
-
-
-@pytest.mark.parametrize("offset", [0.0, 1e6, 1e12])
-def test_f_agrees_with_exact_arithmetic_at_any_offset(offset):
-    """As NIST's SmLs sets: at an offset of 1e12 other programs keep two to three digits."""
-    groups = {name: [x + offset for x in values] for name, values in GROUPS.items()}
-    exact = {name: [Fraction(x) for x in values] for name, values in groups.items()}
-    n = sum(map(len, exact.values()))
-    grand = sum(map(sum, exact.values())) / n
-    means = {name: sum(values) / len(values) for name, values in exact.items()}
-    between = sum(len(values) * (means[name] - grand) ** 2 for name, values in exact.items())
-    within = sum((x - means[name]) ** 2 for name, values in exact.items() for x in values)
-    found = one_way_anova(groups)
-    assert found.f == pytest.approx(float((between / 2) / (within / (n - 3))), rel=1e-13)
-    assert found.eta_squared == pytest.approx(float(between / (between + within)), rel=1e-13)
 
 
 def test_agrees_with_scipy_and_with_a_regression_on_dummies():
@@ -76,25 +60,6 @@ def test_too_few_groups_or_values():
     assert one_way_anova({}).df_between == 0
 
 
-def test_nan_is_refused_by_group():
-    with pytest.raises(InputRefused, match="group 'b'"):
-        one_way_anova({"a": [1.0, 2.0], "b": [float("nan")]})
-
-
-@given(
-    st.lists(st.lists(st.integers(-99, 99), min_size=2, max_size=6), min_size=2, max_size=5).filter(
-        lambda groups: any(len(set(group)) > 1 for group in groups)
-    ),
-    st.integers(-(2**30), 2**30),
-    st.integers(-100, 100),
-)
-def test_shift_scale_and_order_leave_f_as_it_is(groups, shift, exponent):
-    one = one_way_anova({str(k): group for k, group in enumerate(groups)})
-    other = one_way_anova({str(k): (np.array(g) + shift) * 2.0**exponent for k, g in enumerate(reversed(groups))})
-    assert other.f == pytest.approx(one.f, rel=1e-11, abs=1e-13)
-    assert other.p == pytest.approx(one.p, rel=1e-10)
-
-
 @given(
     st.lists(st.lists(st.floats(-3.0, 3.0), min_size=1, max_size=6), min_size=2, max_size=4).filter(
         lambda groups: any(np.ptp(np.array(group) + 1e15) > 0.0 for group in groups)
@@ -112,18 +77,6 @@ def test_f_agrees_with_exact_arithmetic_on_random_values(groups, offset):
     within = sum((x - mean) ** 2 for values, mean in zip(exact, means, strict=True) for x in values)
     found = one_way_anova(groups)
     assert found.f == pytest.approx(float(between / (k - 1) / (within / (n - k))), rel=1e-14, abs=1e-300)
-
-
-@pytest.mark.parametrize("exponent", [-500, 500])
-def test_scale_alone_changes_nothing(exponent):
-    """W7: at 2^-600 other programs give p = 0, at 2^600 p = 1 or no number."""
-    one = one_way_anova(GROUPS)
-    other = one_way_anova({name: np.ldexp(values, exponent) for name, values in GROUPS.items()})
-    assert (other.f, other.p, other.eta_squared_ci) == (one.f, one.p, one.eta_squared_ci)
-    assert other.residual_sd == np.ldexp(one.residual_sd, exponent)
-    assert other.ss_within == np.ldexp(one.ss_within, 2 * exponent)
-    far = one_way_anova({name: np.ldexp(values, 600) for name, values in GROUPS.items()})
-    assert "range of doubles" in far.ss_within.reason
 
 
 def test_an_empty_group_leaves_the_question_open():
@@ -161,11 +114,3 @@ def test_the_estimate_of_the_share_lies_in_its_interval(anova, level, groups):
 
 def test_groups_that_differ_less_than_chance_share_nothing():
     assert one_way_anova({"a": [1.0, 3.0], "b": [2.0, 2.5]}).omega_squared == 0.0
-
-
-def test_log10_p_agrees_with_p_and_goes_on_below_all_doubles():
-    found = one_way_anova(GROUPS)
-    assert found.log10_p == pytest.approx(np.log10(found.p), rel=1e-14)
-    far = one_way_anova({"a": np.arange(400) * 1e-9, "b": 1.0 + np.arange(400) * 1e-9})
-    assert far.p == 0.0
-    assert -6500.0 < far.log10_p < -300.0

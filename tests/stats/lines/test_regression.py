@@ -49,15 +49,6 @@ def test_nist_sets_to_the_last_digit(name):
         assert fit.f_p == pytest.approx(float(truth["p"]), rel=1e-9)
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.int16, np.uint8, np.int64, np.uint64, np.longdouble])
-def test_every_real_type_is_the_number_it_holds(dtype):
-    x, y = np.arange(12), np.array([3, 5, 4, 8, 9, 7, 12, 11, 15, 14, 18, 16])
-    expected = fit_linear(y.astype(np.float64), {"x": x.astype(np.float64)})
-    found = fit_linear(y.astype(dtype), {"x": x.astype(dtype)})
-    assert found.coefficients == pytest.approx(expected.coefficients, rel=1e-15)
-    assert found.p == pytest.approx(expected.p, rel=1e-13)
-
-
 def test_whole_numbers_and_decimals_beyond_doubles_stay_exact():
     y = [Decimal("1000000000000.1"), Decimal("1000000000000.3"), Decimal("1000000000000.2"), Decimal("1000000000000.7")]
     x = [2**70 + 1, 2**70 + 2, 2**70 + 4, 2**70 + 7]
@@ -262,14 +253,6 @@ def test_numbers_near_the_ends_of_doubles(size):
     assert far.coefficients[1] == near.coefficients[1]
     assert far.standard_errors[1] == near.standard_errors[1]
     assert far.p == near.p
-
-
-def test_the_interval_of_a_slope_covers_it_as_often_as_it_says():
-    rng = np.random.default_rng(4)
-    x = np.array([0.0, 1.0, 2.0, 4.0, 8.0])
-    fits = [fit_linear(1.0 + 2.0 * x + rng.normal(size=5), {"x": x}) for _ in range(1500)]
-    covered = np.mean([fit.ci[1][0] <= 2.0 <= fit.ci[1][1] for fit in fits])
-    assert abs(covered - 0.95) < 2.58 * (0.95 * 0.05 / 1500) ** 0.5
 
 
 def test_columns_of_doubles_are_whole_numbers_of_their_finest_digit():
