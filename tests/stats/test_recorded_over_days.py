@@ -96,57 +96,6 @@ def test_two_conditions_by_day_are_on_record_as_a_report_compares_them():
             assert abs(row.value + interval.value - 1.0) < 4.0 * error
 
 
-KNOW_NO_DAYS = {
-    2: (
-        *("f_test", "bartlett", "levene", "brown_forsythe", "f_ratio_ci"),
-        *("f_then_t", "student", "welch", "equivalence", "equivalence_student", "equivalence_percent"),
-        *("difference_ci_f_then_t", "difference_ci_student", "difference_ci_welch", "hedges_g_ci"),
-        *("fieller", "delta", "log_ratio"),
-        *("equivalence_percent_ci", "equivalence_percent_student", "equivalence_percent_student_ci"),
-    ),
-    3: (
-        *("bartlett", "levene", "brown_forsythe"),
-        *("one_way_anova", "welch_anova", "eta_squared_ci", "welch_eta_squared_ci", "tukey", "games_howell"),
-    ),
-    4: ("dunnett", "dunnett_greater", "holm"),
-}
-"""Methods that take no days, by number of groups that they are on record of."""
-
-
-@pytest.mark.parametrize("groups", KNOW_NO_DAYS)
-def test_every_method_is_on_record_over_one_to_six_days_in_every_layout(groups):
-    there = {
-        (row.method, row.layout, row.days, row.n[0] // row.days) for row in EVERY if row.days and len(row.n) == groups
-    }
-    fewest = {"own": 1, "shared": 1, "partly": 2, "mostly": 3}
-    assert there >= {
-        (method, layout, days, times)
-        for method in KNOW_NO_DAYS[groups]
-        for layout, first in fewest.items()
-        for days in range(first, 7)
-        for times in (3, 5, 10, 25)
-    }
-
-
-@pytest.mark.parametrize("groups", KNOW_NO_DAYS)
-def test_unequal_scatter_and_unequal_times_are_on_record_over_one_to_six_days_in_every_layout(groups):
-    there = {
-        (row.method, row.layout, row.days, row.sd_ratio, len(set(row.n)) == 1)
-        for row in EVERY
-        if row.days and len(row.n) == groups
-    }
-    variances = ("f_test", "f_ratio_ci", "bartlett", "levene", "brown_forsythe")
-    fewest = {"own": 1, "shared": 1, "partly": 2, "mostly": 3}
-    assert there >= {
-        (method, layout, days, *unlike)
-        for method in KNOW_NO_DAYS[groups]
-        for layout, first in fewest.items()
-        for days in range(first, 7)
-        for unlike in ((1.0, False), *(() if method in variances else ((2.0, True), (0.5, False), (2.0, False))))
-    }
-    assert not [row for row in EVERY if row.method in variances and row.sd_ratio != 1.0]
-
-
 @pytest.mark.parametrize("method", ["tukey", "games_howell", "dunnett", "holm", "welch_anova", "eta_squared_ci"])
 def test_methods_of_several_groups_take_days_for_groups_unless_all_share_them(method):
     there = {
@@ -174,31 +123,3 @@ def test_days_of_their_own_pass_for_unequal_variances(method, groups):
     }
     assert all(there["own", days].value > 0.09 for days in range(2, 7))
     assert not [row for (layout, days), row in there.items() if row.weak and (layout == "shared" or days == 1)]
-
-
-def test_the_model_is_on_record_for_unequal_scatter_and_unequal_times_of_two_conditions():
-    for method in ("blocked_by_day", "blocked_by_day_exact", "blocked_by_day_ci"):
-        there = {
-            (row.sd_ratio, tuple(n // row.days for n in row.n), row.days)
-            for row in EVERY
-            if (row.method, row.layout, len(row.n)) == (method, "shared", 2)
-        }
-        for days in range(1, 7):
-            assert {(2.0, (3, 3), days), (2.0, (10, 10), days)} <= there
-            assert {(ratio, (3, 10), days) for ratio in (0.5, 1.0, 2.0)} <= there
-
-
-@pytest.mark.parametrize(
-    ("method", "layout", "days"),
-    [
-        ("permutation", "shared", {1, 2, 3, 4, 5, 6}),
-        ("bootstrap", "shared", {1, 2, 3, 4, 5, 6}),
-        ("blocked_by_day", "holes", {2, 3, 4, 5, 6}),
-        ("blocked_by_day", "runs", {1, 2, 3, 4, 5, 6}),
-        ("blocked_by_day_mean_ci", "shared", {2, 3, 4, 5, 6}),
-        ("blocked_by_day_mean_ci", "own", {2, 3, 4, 5, 6}),
-        ("mean_ci", "own", {1, 2, 3, 4, 5, 6}),
-    ],
-)
-def test_days_on_record_of_each_method_with_days(method, layout, days):
-    assert {row.days for row in EVERY if (row.method, row.layout) == (method, layout)} == days

@@ -24,7 +24,7 @@ from tests.helpers.wording import refuses
 OVER_ARRAYS = [method for method in METHODS if method.many is not None]
 ROWS = [(method, design) for method in METHODS for design in method.designs]
 SLOW = ("bootstrap", "games_howell", "permutation")
-LIGHT_RUNS, ONE_BY_ONE_RUNS, SHARE_OF_ROWS = 2000, 30, 211
+LIGHT_RUNS, ONE_BY_ONE_RUNS, SHARE_OF_ROWS = 2000, 30, 600
 SOME_ROWS = [
     (method, design)
     for method in METHODS
