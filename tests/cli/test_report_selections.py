@@ -21,6 +21,7 @@ from reports.tables.registry import TABLES
 from reports.trust import flow_sentence
 from tests.cli.shell import good, labbook, refused, rows
 from tests.helpers.books import SmallBook, small_book
+from tests.helpers.pages import quick_page
 
 ONE_A_CONDITION = "run in (r001, r002, r003, r005)"
 CASES: dict[str, tuple[str | None, str | None, tuple[str, ...]]] = {
@@ -83,7 +84,13 @@ def page_of(content: ReportContent, width_in: float) -> str:
     return render_page(content, drawings, tables)
 
 
-@pytest.mark.parametrize("case", CASES)
+LIKE_ANOTHER = ("one condition", "no logs", "no charges")
+"""Cases in a soak alone."""
+
+
+@pytest.mark.parametrize(
+    "case", [pytest.param(case, marks=pytest.mark.soak) if case in LIKE_ANOTHER else case for case in CASES]
+)
 def test_report_of_too_little_is_a_page_with_sentences(case: str, whole: SmallBook, tmp_path: Path) -> None:
     where, left_out, files = CASES[case]
     book = whole if where is not None else book_with(tmp_path, left_out, files)
@@ -104,7 +111,7 @@ def test_void_runs_are_counted_and_left_out(whole: SmallBook, tmp_path: Path) ->
         good(labbook("void", name, "--reason", "the rail was bent", at=book.folder))
     content = content_of(book, None)
     assert set(content.flow.runs_with.values()) == {0}
-    assert "12" in page_of(content, TWO_COLUMNS_IN)
+    assert "12" in quick_page(content)
 
 
 def test_flow_says_where_an_exclusion_changed_the_test(tmp_path: Path) -> None:

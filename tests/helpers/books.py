@@ -20,6 +20,7 @@ import numpy as np
 from data_schema.vocabulary import CheckKind, RunKind
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.files.named_files import files_of
+from labbook.actions.report_command import state_report
 from labbook.actions.runs.day_checks import state_check
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.making import make_book
@@ -105,6 +106,18 @@ def small_book(
             name, lambda above: _make(above, runs, ingested, two_people, database_url), folder, database_url
         )
     return copy_of(name, lambda above: _make(above, runs, ingested, two_people, None), folder)
+
+
+def reported_book(folder: Path) -> SmallBook:
+    """Make the finished book with a report on all of its runs."""
+
+    def made(above: Path) -> SmallBook:
+        book = small_book(above)
+        with book.open() as opened_book:
+            state_report(opened_book, None, ADA, lambda _step: None)
+        return book
+
+    return copy_of("small-book-reported", made, folder)
 
 
 def copy_of(name: str, make: Callable[[Path], SmallBook], folder: Path) -> SmallBook:

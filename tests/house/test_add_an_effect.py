@@ -39,6 +39,14 @@ without = simulate(load_scene("sim2")).jump
 assert 0.0 < jump.stance_gear_J < jump.jump_gear_J
 assert abs(jump.cost_J - without.cost_J - jump.stance_gear_J) < 1e-6 * jump.cost_J
 """
+COLUMN = """
+from simulator.sweep.outputs import PLACE
+
+assert "viscous_loss_J" in PLACE
+scene = load_scene("sim2").changed(effects_on=["viscous_rail"])
+assert scene["rail_viscosity"] == 0.5
+assert "rail_viscosity" in scene.assumed
+"""
 
 
 @pytest.fixture(scope="module")
@@ -57,28 +65,13 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_a_part_of_the_cost_is_one_file_too(copy: Path) -> None:
-    python(["-c", COSTS], folder=copy, NUMBA_DISABLE_JIT="1")
+def test_a_part_of_the_cost_is_one_file_too_and_a_column_is_in_sweeps(copy: Path) -> None:
+    python(["-c", COSTS + COLUMN], folder=copy, NUMBA_DISABLE_JIT="1")
 
 
 def test_its_effect_passes_its_test(copy: Path) -> None:
     function = re.findall(r"def (test_\w+)", TEST)[0]
     python(["-c", f"{TEST}\n\n{function}()"], folder=copy, NUMBA_DISABLE_JIT="1")
-
-
-def test_its_column_is_in_sweeps_and_its_parameter_has_a_value(copy: Path) -> None:
-    python(
-        [
-            "-c",
-            "from simulator.scene_file import load_scene\n"
-            "from simulator.sweep.outputs import PLACE\n"
-            "assert 'viscous_loss_J' in PLACE\n"
-            "scene = load_scene('sim2').changed(effects_on=['viscous_rail'])\n"
-            "assert scene['rail_viscosity'] == 0.5 and 'rail_viscosity' in scene.assumed\n",
-        ],
-        folder=copy,
-        NUMBA_DISABLE_JIT="1",
-    )
 
 
 def test_an_effect_without_its_modes_is_refused(copy: Path, tmp_path: Path) -> None:

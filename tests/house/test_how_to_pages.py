@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.shell import Answer, labbook, rows
-from tests.helpers.books import SmallBook, small_book
-from tests.helpers.whole_book import copy_of_whole_book
+from tests.helpers.books import SmallBook, reported_book, small_book
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -84,7 +83,7 @@ def test_a_book_moves_to_a_server(tmp_path: Path, book: SmallBook, postgres_url:
 
 def test_a_reviewer_looks_and_recomputes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("LABBOOK_AS", "Ada Nwosu")
-    book = copy_of_whole_book(tmp_path)
+    book = reported_book(tmp_path / "book")
     ((number,),) = rows(book.folder, "SELECT max(uid) FROM result_number WHERE value IS NOT NULL")
     for words in commands("reviewer.md"):
         works([number if word == "ID" else word for word in words], book.folder)

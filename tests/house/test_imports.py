@@ -61,21 +61,20 @@ def test_configuration_is_read_without_database_or_arrays() -> None:
     assert loaded_by("import labbook.config.parsing", HEAVY) == set()
 
 
-def test_a_report_loads_the_simulator_only_where_a_scene_is_named() -> None:
-    code = "import labbook.actions.report_command, labbook.actions.simulate.comparing_predictions, labbook.cli.views"
-    assert loaded_by(code, ("simulator.scene", "simulator.jump", "numba")) == set()
+def test_a_report_loads_the_simulator_only_where_a_scene_is_named_and_no_postgresql_for_sqlite() -> None:
+    modules = "report_command", "simulate.comparing_predictions"
+    code = "import data_schema.tables, labbook.book.opening, labbook.cli.runs, labbook.cli.views"
+    unwanted = ("simulator.scene", "simulator.jump", "numba", "sqlalchemy.dialects.postgresql", "psycopg")
+    found = loaded_by(
+        "\n".join([code, *(f"import labbook.actions.{name}" for name in modules)]),
+        (*unwanted, "sqlalchemy.dialects.sqlite"),
+    )
+    assert found == {"sqlalchemy.dialects.sqlite"}
 
 
 def test_a_scene_and_what_is_published_are_read_without_a_compiler() -> None:
     code = "import simulator.changes, simulator.scene_file, simulator.steady.published_results"
     assert loaded_by(code, ("numba", "llvmlite")) == set()
-
-
-def test_a_book_on_sqlite_loads_nothing_of_postgresql() -> None:
-    code = "import data_schema.tables, labbook.book.opening, labbook.actions.report_command, labbook.cli.runs"
-    assert loaded_by(code, ("sqlalchemy.dialects.sqlite", "sqlalchemy.dialects.postgresql", "psycopg")) == {
-        "sqlalchemy.dialects.sqlite"
-    }
 
 
 def test_listing_runs_draws_nothing() -> None:
@@ -90,7 +89,7 @@ import os
 os.chdir({str(stated.folder)!r})
 from labbook.cli.main import run
 try:
-    run(["ingest", {str(stated.instruments / "logs")!r}])
+    run(["ingest", {str(stated.log("r001"))!r}])
 except SystemExit as end:
     assert not end.code
 """

@@ -258,7 +258,7 @@ def test_any_order_of_statements() -> None:
     run_state_machine_as_test(
         Statements,
         settings=settings(
-            max_examples=5,
+            max_examples=3,
             stateful_step_count=12,
             derandomize=True,
             phases=PHASES,

@@ -11,7 +11,6 @@ import pytest
 
 from data_schema.queries.charges import charges_of_run
 from labbook.actions.files.assigning import assign
-from labbook.actions.report_command import state_report
 from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.correcting import correct, void
 from labbook.actions.runs.runs_importing import import_runs
@@ -20,21 +19,15 @@ from labbook.book.naming import run_named
 from labbook.book.opening import Book
 from labbook.book.write_session import DryRun, WriteSession
 from labbook.statements.facts import NUMBERS_REST_ON
-from tests.helpers.books import ADA, SmallBook, instrument_files, small_book
+from tests.helpers.books import ADA, instrument_files, reported_book
 
 Stale = dict[str, set[str]]
 NOTHING: Stale = {}
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> SmallBook:
-    return small_book(tmp_path_factory.mktemp("reported"))
-
-
-@pytest.fixture(scope="module")
-def book(made: SmallBook) -> Iterator[Book]:
-    with made.open() as standing:
-        state_report(standing, None, ADA, lambda _step: None)
+def book(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Book]:
+    with reported_book(tmp_path_factory.mktemp("reported")).open() as standing:
         yield standing
 
 
@@ -153,6 +146,8 @@ def test_a_log_taken_off_names_apexes_and_no_joules(book: Book) -> None:
     assert stale["run_apexes"] == {"r001"}
     compared = {"comparison", "comparison_by_day", "family", "jump_comparison", "decision", "decision_family"}
     assert stale.keys() == {"run_apexes", "condition_summary", *compared}
+    moved = stale_after(book, lambda session: assign(session, "r001.csv", "r003", "mixed up"))
+    assert moved["run_apexes"] == {"r001", "r003"}
 
 
 def test_columns_of_a_run_that_a_result_hashes_are_known_to_the_statements(book: Book) -> None:

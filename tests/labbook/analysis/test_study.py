@@ -32,14 +32,14 @@ from labbook.presenting.report.methods import limitations
 from reports.numbers import Number
 from stats.compare.shared_error import SharedError
 from stats.lines.passive_drain import PassiveDrain
-from tests.helpers.books import ADA, small_book
+from tests.helpers.books import ADA, reported_book, small_book
 from tests.helpers.wording import says
 
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> MadeReport:
     folder: Path = tmp_path_factory.mktemp("study")
-    with small_book(folder).open() as book:
+    with reported_book(folder).open() as book:
         return state_report(book, None, ADA, lambda _step: None)
 
 
@@ -131,7 +131,7 @@ def test_a_run_of_a_robot_without_idle_runs_has_no_joules(tmp_path: Path, analys
 
 
 def test_without_exclusions_void_runs_are_back(tmp_path: Path) -> None:
-    with small_book(tmp_path).open() as book:
+    with reported_book(tmp_path).open() as book:
         before = state_report(book, None, ADA, lambda _step: None).analysis
         with book.session(ADA) as session:
             void(session, "r002", "rail loose")

@@ -150,25 +150,9 @@ ALTERATIONS = {
 }
 
 
-ALONE = ("a fact", "what a check of a file found")
-"""A part of the journal is played back for each; the others alone in a soak, and all together below."""
-
-
-@pytest.mark.parametrize("what", [w if w in ALONE else pytest.param(w, marks=pytest.mark.soak) for w in ALTERATIONS])
-def test_an_altered_row_is_named_with_what_should_stand_there(whole: SmallBook, what: str) -> None:
-    statement, *said = ALTERATIONS[what]
-    execute(engine_of(whole), statement)
-    found = check(whole)
-    assert not found.whole
-    problem = next(problem for problem in found.problems if problem.startswith(said[0]))
-    assert said[1] in problem
-    assert "`labbook rebuild`" in found.problems[-1]
-
-
 @server_in_a_soak("database_url")
 def test_all_altered_rows_are_named_and_a_rebuild_says_and_mends_them(tmp_path: Path, database_url: str | None) -> None:
     book = whole_book(tmp_path, database_url) if database_url else copy_of_whole_book(tmp_path)
-    assert check(book, deep=True).problems == ()
     execute(engine_of(book, database_url), *(statement for statement, *_said in ALTERATIONS.values()))
     problems = check(book).problems
     for what, (_statement, *said) in ALTERATIONS.items():
@@ -212,7 +196,7 @@ def test_a_flipped_bit_of_a_stored_value_is_found(judged: SmallBook) -> None:
     assert f"and should be {value!r}" in problem
 
 
-def test_a_row_altered_with_its_hash_is_found_by_the_deep_check_only(judged: SmallBook) -> None:
+def test_a_row_altered_with_its_hash_is_found_by_the_deep_check_and_a_rebuild(judged: SmallBook) -> None:
     engine = engine_of(judged)
     with writing(engine) as connection:
         uid = connection.exec_driver_sql("SELECT uid FROM charge WHERE id = 2").scalar_one()
@@ -222,6 +206,8 @@ def test_a_row_altered_with_its_hash_is_found_by_the_deep_check_only(judged: Sma
     (problem,) = check(judged, deep=True).problems
     assert f"charge {uid}" in problem
     says(problem, "charge_mah", "1.0")
+    (found,) = rebuild_database(judged.folder, lambda _step: None).altered
+    assert (found.rows.uid, [value.column for value in found.values]) == (uid, ["charge_mah"])
 
 
 def test_a_fact_is_compared_without_reading_any_log(judged: SmallBook) -> None:
@@ -262,19 +248,15 @@ def test_rows_without_hashes_are_named_with_the_remedy(judged: SmallBook) -> Non
     execute(engine_of(judged), "DELETE FROM row_hash")
     (problem,) = check(judged).problems
     assert "have no hashes" in problem
-    assert rebuild_database(judged.folder, lambda _step: None).n_altered == 0
-    assert check(judged, deep=True).whole
-
-
-def test_rows_without_hashes_stay_named_after_something_was_written(judged: SmallBook) -> None:
-    execute(engine_of(judged), "DELETE FROM row_hash")
     with judged.open() as book, book.session(ADA) as session:
         note(session, "written before a rebuild", "r001")
     (problem,) = check(judged).problems
     assert "have no hashes" in problem
+    assert rebuild_database(judged.folder, lambda _step: None).n_altered == 0
+    assert check(judged, deep=True).whole
 
 
-@pytest.mark.parametrize("table", ["decision", "config"])
+@pytest.mark.parametrize("table", ["decision", pytest.param("config", marks=pytest.mark.soak)])
 def test_an_order_that_was_turned_round_is_found(judged: SmallBook, table: str) -> None:
     """The last verdict on a jump counts, and the last configuration: no value of a row says which one that is."""
     if table == "config":
@@ -333,8 +315,7 @@ def test_a_number_computed_from_a_forged_fact_does_not_stand(whole: SmallBook) -
         (honest,) = random.Random(3).sample(sorted(before), 1)
     execute(engine_of(whole), "UPDATE charge SET charge_mah = charge_mah + 5 WHERE run = 2")
     with whole.open() as book:
-        state_report(book, None, ADA, lambda _step: None)  # whatever made it compute anew
-        with book.session(ADA) as session:
+        with book.session(ADA) as session:  # whatever makes it compute anew
             decide(book, session, "r004", [1], "reject", "touched_by_hand", None)
         state_report(book, None, ADA, lambda _step: None)
         with book.reading() as connection:
@@ -431,16 +412,6 @@ def test_an_entry_whose_effect_is_there_already_names_the_remedy(judged: SmallBo
         state_report(book, None, ADA, lambda _step: None)
 
 
-def test_a_rebuild_names_a_row_that_was_altered_with_its_hash(judged: SmallBook) -> None:
-    engine = engine_of(judged)
-    with writing(engine) as connection:
-        uid = connection.exec_driver_sql("SELECT uid FROM charge WHERE id = 2").scalar_one()
-        update_fact(connection, "charge", uid, {"charge_mah": 1.0})
-    engine.dispose()
-    (found,) = rebuild_database(judged.folder, lambda _step: None).altered
-    assert (found.rows.uid, [value.column for value in found.values]) == (uid, ["charge_mah"])
-
-
 def test_no_damage_ends_a_check_without_a_sentence(judged: SmallBook) -> None:
     execute(engine_of(judged), "INSERT INTO row_hash (kind, uid, sha256) VALUES ('foo', 'x', 'y')")
     (problem,) = check(judged).problems
@@ -492,7 +463,7 @@ def test_what_cannot_be_compared_is_named_all_the_same(judged: SmallBook) -> Non
     says(problems, "in the database")
 
 
-@pytest.mark.parametrize("many", [15, pytest.param(50, marks=pytest.mark.soak)])
+@pytest.mark.parametrize("many", [6, pytest.param(50, marks=pytest.mark.soak)])
 def test_any_number_of_any_report_comes_out_again_to_the_last_digit(many: int, whole: SmallBook) -> None:
     with whole.open() as book:
         with book.reading() as connection:

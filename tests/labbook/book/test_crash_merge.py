@@ -118,10 +118,6 @@ def kill_at_random(home: Homecoming, rounds: int) -> int:
     return died
 
 
-def test_a_merge_killed_after_some_syncs_is_made_or_not(homecoming: Homecoming) -> None:
-    assert kill_after_syncs(homecoming, 20) >= 1
-
-
 def test_a_merge_cut_off_between_journal_and_commit_is_applied_next_time(homecoming: Homecoming) -> None:
     folder = homecoming.fresh()
     code, said = homecoming.commands.run(*homecoming.words(folder), die_after_sync=1, of="journal.jsonl")

@@ -198,18 +198,10 @@ def lab_at(folder: Path, database_url: str | None, commands: Commands) -> Lab:
     return Lab(small_book(folder, database_url=database_url), commands, folder, database_url is not None)
 
 
+@pytest.mark.soak
 def test_a_verdict_and_a_correction_killed_can_be_given_again(tmp_path: Path, commands: Commands) -> None:
     counts = kill_in_turn(lab_at(tmp_path, None, commands), ("verdict", "correct"), 1, seed=1)
     assert [count.cut_off for count in counts] == [1, 1]
-
-
-def test_a_verdict_cut_off_between_journal_and_commit_is_given_once(tmp_path: Path, commands: Commands) -> None:
-    lab = lab_at(tmp_path, None, commands)
-    words, before = lab.verdict(), lab.entries()
-    code, said = commands.run(*words, die_after_sync=1, of="journal.jsonl")
-    assert code == KILLED, said
-    lab.run(*words)
-    assert len(check(lab, before)) == 1
 
 
 @pytest.mark.soak

@@ -22,7 +22,7 @@ from tests.helpers.books import SmallBook, small_book
 from tests.helpers.databases import Rows, all_rows
 from tests.helpers.hopping_log import hopping_log
 
-FEW, MANY = 8, 24
+FEW, MANY = 8, 12
 """From so many files on others read them here, and of so many further ones each book has logs."""
 
 
@@ -101,6 +101,7 @@ def test_the_rows_are_those_of_the_ingest_and_samples_that_are_gone_are_written_
     assert now == kept
 
 
+@pytest.mark.soak
 def test_readers_of_a_killed_rebuild_end_by_themselves(full: SmallBook, tmp_path: Path) -> None:
     book = _copy(full, tmp_path)
     code = "import sys; from pathlib import Path; from labbook.book import reading_ahead, rebuilding\n"

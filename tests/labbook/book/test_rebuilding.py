@@ -518,7 +518,7 @@ def test_on_postgresql_a_rebuild_that_is_killed_leaves_the_old_tables(
 # --- what is not as it was
 
 
-@pytest.mark.parametrize("how", ["changed", "removed", "cut"])
+@pytest.mark.parametrize("how", ["changed", "removed", pytest.param("cut", marks=pytest.mark.soak)])
 def test_a_raw_copy_that_is_not_what_was_kept_stops_it(judged: SmallBook, commands: Commands, how: str) -> None:
     before, files = rows_of(judged), sorted(judged.folder.rglob("*"))
     raw = sorted((judged.folder / "raw").rglob("*.zst"))[3]
@@ -578,7 +578,7 @@ def test_the_log_of_a_lost_database_is_not_read_into_the_new_one(judged: SmallBo
 
 
 @pytest.mark.parametrize(
-    "most", [*(pytest.param(most, marks=pytest.mark.soak) for most in (100, 5_000)), 60_000, 150_000]
+    "most", [*(pytest.param(most, marks=pytest.mark.soak) for most in (100, 5_000, 60_000)), 150_000]
 )
 def test_a_rebuild_without_space_is_a_sentence_and_leaves_the_book(
     most: int, tmp_path: Path, commands: Commands

@@ -8,30 +8,27 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 from data_schema.errors import BookDamaged, InputRefused, LabbookError, UsageError
 from data_schema.journal import GENESIS, placed
 from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.study import config_in_force
-from data_schema.vocabulary import Action, Verdict
+from data_schema.vocabulary import Action
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
-from labbook.actions.runs.correcting import correct, void
-from labbook.actions.runs.day_checks import state_check
-from labbook.actions.runs.jump_review import decide
+from labbook.actions.runs.correcting import correct
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database, rewrite_journal
 from labbook.book.write_session import Statement, WriteSession, new_uid
 from labbook.cli.main import application
 from tests.helpers.books import ADA, BEN, SmallBook, small_book
-from tests.helpers.databases import all_rows
+from tests.helpers.databases import all_rows, server_in_a_soak
 from tests.helpers.folders import contents
 from tests.helpers.journals import entry
 from tests.helpers.statements import in_file, in_table, note, notes, said_alike
 from tests.helpers.wording import refuses
 
-SIMPLE = settings(max_examples=12, suppress_health_check=[HealthCheck.function_scoped_fixture])
+SERVER_IN_A_SOAK = server_in_a_soak("book")
+"""For what is settled by the journal before the engine matters."""
 
 
 def refused(book: Book, kind: type[LabbookError], says: str, state: Callable[[WriteSession], object]) -> None:
@@ -102,6 +99,7 @@ def test_what_the_tables_refuse_leaves_nothing_of_the_command(book: SmallBook) -
         )
 
 
+@SERVER_IN_A_SOAK
 def test_a_text_that_no_journal_can_hold_is_refused(book: SmallBook) -> None:
     with book.open() as standing:
         refused(
@@ -118,6 +116,7 @@ def test_a_text_that_no_journal_can_hold_is_refused(book: SmallBook) -> None:
         )
 
 
+@SERVER_IN_A_SOAK
 def test_any_error_inside_the_desk_leaves_nothing(book: SmallBook) -> None:
     def break_off(session: WriteSession) -> None:
         raise UsageError("the cable came off")
@@ -126,49 +125,12 @@ def test_any_error_inside_the_desk_leaves_nothing(book: SmallBook) -> None:
         refused(standing, UsageError, "cable", break_off)
 
 
+@SERVER_IN_A_SOAK
 def test_an_empty_desk_says_nothing(book: SmallBook) -> None:
     before = contents(book.folder)
     with book.open() as standing, standing.session(ADA):
         pass
     assert contents(book.folder) == before
-
-
-OPERATIONS: dict[str, Callable[[Book, WriteSession], object]] = {
-    "note": lambda _book, session: note(session, "said"),
-    "check": lambda book, session: state_check(
-        session, book.configuration, "lubrication", None, None, True, "2021-06-14"
-    ),
-    "correct": lambda book, session: correct(
-        book, session, "r002", [f"starts={len(notes(book)) + 2}"], "counted again"
-    ),
-    "void": lambda _book, session: void(session, "r003", "foot came loose"),  # the second time it is void already
-    "reject": lambda book, session: decide(book, session, "r001", [1, 2], Verdict.REJECT, "misfire", "no lift-off"),
-    "reject too far": lambda book, session: decide(book, session, "r001", [1, 99], Verdict.REJECT, "misfire", None),
-    "unknown run": lambda _book, session: note(session, "said", "r999"),
-    "wrong field": lambda book, session: correct(book, session, "r002", ["startz=3"], "counted again"),
-}
-
-
-@SIMPLE
-@given(st.lists(st.lists(st.sampled_from(sorted(OPERATIONS)), min_size=1, max_size=3), min_size=1, max_size=5))
-def test_after_any_commands_file_and_table_are_the_same_chain(
-    tmp_path_factory: pytest.TempPathFactory, commands: list[list[str]]
-) -> None:
-    with small_book(tmp_path_factory.mktemp("book")).open() as book:
-        entries = said_alike(book)
-        for command in commands:
-            before = all_rows(book.engine)
-            try:
-                with book.session(ADA) as session:
-                    for name in command:
-                        OPERATIONS[name](book, session)
-            except LabbookError:
-                assert all_rows(book.engine) == before
-            else:
-                more = len(said_alike(book)) - len(entries)
-                assert more > 0 or set(command) <= {"correct", "void", "reject"}, "said again, these add nothing"
-            assert said_alike(book)[: len(entries)] == entries
-            entries = said_alike(book)
 
 
 # --- file and database disagree
@@ -188,6 +150,7 @@ def test_an_entry_that_reached_the_file_only_is_applied_by_the_next_writer(book:
         assert said_alike(standing)[-2] == late
 
 
+@SERVER_IN_A_SOAK
 def test_a_torn_line_is_forgotten(book: SmallBook) -> None:
     with book.open() as standing:
         before = said_alike(standing)
@@ -231,6 +194,7 @@ def test_of_a_command_cut_off_anywhere_all_or_nothing_is_there_after_the_next(tm
                 assert all_rows(book.engine) == rows
 
 
+@SERVER_IN_A_SOAK
 def test_half_a_command_in_the_file_is_not_rebuilt(book: SmallBook) -> None:
     with book.open() as standing:
         rows = all_rows(standing.engine)
@@ -244,6 +208,7 @@ def test_half_a_command_in_the_file_is_not_rebuilt(book: SmallBook) -> None:
         assert all_rows(standing.engine) == rows
 
 
+@SERVER_IN_A_SOAK
 @pytest.mark.parametrize("how", ["cut", "emptied", "removed"])
 def test_a_file_behind_the_database_is_refused_and_written_anew(book: SmallBook, how: str) -> None:
     whole = book.journal.read_bytes()
@@ -270,6 +235,7 @@ def test_a_file_behind_the_database_is_refused_and_written_anew(book: SmallBook,
         assert said_alike(standing)[-1].new is not None
 
 
+@SERVER_IN_A_SOAK
 def test_the_file_of_another_book_is_refused(book: SmallBook, tmp_path: Path) -> None:
     other = small_book(tmp_path / "other")
     with book.open() as standing, other.open() as stranger:
@@ -289,6 +255,7 @@ def test_the_file_of_another_book_is_refused(book: SmallBook, tmp_path: Path) ->
             assert book.journal.read_bytes() == b"".join(foreign)
 
 
+@SERVER_IN_A_SOAK
 def test_a_journal_that_knows_more_than_the_database_is_not_overwritten(book: SmallBook) -> None:
     with book.open() as standing:
         last = said_alike(standing)[-1]
@@ -299,6 +266,7 @@ def test_a_journal_that_knows_more_than_the_database_is_not_overwritten(book: Sm
     assert book.journal.read_bytes() == before
 
 
+@SERVER_IN_A_SOAK
 def test_a_damaged_journal_is_kept_beside_the_new_one(book: SmallBook) -> None:
     whole = book.journal.read_bytes()
     damaged = whole.replace(b"rail", b"nail", 1)
@@ -477,12 +445,6 @@ def test_an_earlier_configuration_can_come_into_force_again(made: SmallBook) -> 
             assert in_force is not None
             assert in_force.text == text
             said_alike(standing)
-
-
-def test_a_factor_is_not_silently_another(made: SmallBook) -> None:
-    rewritten(made, '[factors.foot]\nkind = "label"', '[factors.foot]\nkind = "label"\nunit = "mm"')
-    with made.open() as standing, pytest.raises(InputRefused, match="factor:foot unit"), standing.session(ADA):
-        pytest.fail("a session opened on a contradiction")
 
 
 # --- files with names that are no text

@@ -70,7 +70,7 @@ NAMES = {
         ("", UNBALANCED),
         ("apex_bounds_percent = [-3, 3]", None),
         ('unit_of_analysis = "shared_days"', None),
-        ('unit_of_analysis = "shared_days"', CONFOUNDED),
+        pytest.param('unit_of_analysis = "shared_days"', CONFOUNDED, marks=pytest.mark.soak),
     ],
 )
 def test_what_the_methods_name_is_cited_and_nothing_else(reports: Reports, analysis: str, where: str | None) -> None:

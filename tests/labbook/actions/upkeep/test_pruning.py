@@ -186,6 +186,7 @@ def test_an_ingest_whose_files_are_removed_before_its_rows_are_there_is_not_half
     assert check(book).problems == ()
 
 
+@pytest.mark.soak
 @server_in_a_soak("database_url")
 def test_pruning_while_others_ingest_takes_nothing_from_them(
     tmp_path: Path, database_url: str | None, commands: Commands
@@ -230,7 +231,7 @@ def test_old_tables_on_which_a_lab_built_something_stay(tmp_path: Path, postgres
 def test_a_prune_that_is_killed_leaves_a_whole_book(tmp_path: Path, commands: Commands) -> None:
     book = small_book(tmp_path)
     chance = random.Random(8)
-    for number in range(4):
+    for number in range(2):
         for name in (TEMPORARY, "signals/ab/ab.parquet", f"labbook.db.before-rebuild.{number}"):
             lay(book, name)
         running = commands.start("db", "prune", "--yes", "--book", book.folder)

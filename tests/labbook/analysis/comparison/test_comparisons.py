@@ -148,7 +148,7 @@ def test_a_day_that_was_corrected_is_another_result(reports: Reports, cache: Res
     assert other.origin.key != same.origin.key
 
 
-@pytest.mark.parametrize(("family", "named"), [("pooled", POOLED), ("each", EACH)])
+@pytest.mark.parametrize(("family", "named"), [pytest.param("pooled", POOLED, marks=pytest.mark.soak), ("each", EACH)])
 def test_holm_adjusts_the_welch_tests_of_the_family_that_was_decided_and_no_other(
     reports: Reports, family: str, named: str
 ) -> None:
@@ -221,7 +221,10 @@ def test_savings_are_shown_where_their_own_interval_does_not_hold_0(reports: Rep
 
 @pytest.mark.parametrize(
     ("bounds", "unit", "low"),
-    [("apex_bounds_m = [-0.004, 0.006]", "m", -0.004), ("apex_bounds_percent = [-2, 3]", "%", -2.0)],
+    [
+        pytest.param("apex_bounds_m = [-0.004, 0.006]", "m", -0.004, marks=pytest.mark.soak),
+        ("apex_bounds_percent = [-2, 3]", "%", -2.0),
+    ],
 )
 def test_heights_are_tested_against_the_bounds_that_were_decided(
     reports: Reports, bounds: str, unit: str, low: float

@@ -31,7 +31,7 @@ def adjusted_p(made: MadeReport, quantity: Outcome) -> dict[str, tuple[Value, in
     return found
 
 
-@pytest.mark.parametrize(("family", "named"), [("pooled", POOLED), ("each", EACH)])
+@pytest.mark.parametrize(("family", "named"), [("pooled", POOLED), pytest.param("each", EACH, marks=pytest.mark.soak)])
 def test_a_selection_has_the_adjusted_p_of_the_whole(tmp_path: Path, family: str, named: str) -> None:
     made = decided_book(tmp_path, f'\n[analysis]\nfamily = "{family}"\n')
     whole, part = report(made, None), report(made, "foot=small")

@@ -17,7 +17,7 @@ from labbook.actions.runs.correcting import correct
 from labbook.actions.runs.jump_review import review
 from labbook.analysis.outcomes.detection import Log, detect, detection_rows, heeded_gaps
 from labbook.book.opening import Book
-from tests.helpers.books import ADA, SmallBook, small_book
+from tests.helpers.books import ADA, SmallBook, reported_book, small_book
 
 
 @pytest.fixture
@@ -31,9 +31,9 @@ def book(made: SmallBook) -> Iterator[Book]:
         yield standing
 
 
-def test_a_corrected_rest_length_makes_apexes_stale_and_new(made: SmallBook) -> None:
+def test_a_corrected_rest_length_makes_apexes_stale_and_new(tmp_path: Path) -> None:
+    made = reported_book(tmp_path)
     with made.open() as book:
-        state_report(book, None, ADA, lambda _step: None)
         with book.session(ADA) as session:
             correct(book, session, "robot:hopper", ["rest_length_m=0.26"], "measured again")
         assert {"run_apexes", "condition_summary", "comparison"} <= {kind for kind, _scope in session.stale}

@@ -20,11 +20,12 @@ from reports.tables.formats.as_csv import csv_bytes
 from reports.tables.registry import TABLES, tables_of
 from stats.compare.summary import describe
 from stats.force_plate import Contact, find_contacts, jump_heights
+from tests.cli.shell import good, labbook
 from tests.helpers.books import ADA, SmallBook, small_book, small_runs
-from tests.helpers.commands import Commands
 from tests.helpers.pages import quick_page
 from tests.helpers.stated_campaign import plate_record
 from tests.helpers.wording import says
+from tests.labbook.conftest import Reports
 
 HOPS = 6
 OF_PLATE = [outcome for outcome in Outcome if outcome.source == "force"]
@@ -98,20 +99,16 @@ def test_the_report_compares_it_as_any_outcome(outcome: Outcome, on_plate: tuple
     says(page, "2 force")
 
 
-def test_a_book_without_a_plate_says_nothing_of_it(tmp_path: Path) -> None:
-    with small_book(tmp_path, ingested=True).open() as book:
-        content = state_report(book, None, ADA, lambda _step: None).content
+def test_a_book_without_a_plate_says_nothing_of_it(reports: Reports) -> None:
+    content = reports().content
     assert not set(OF_PLATE) & set(content.outcomes)
     assert "Peak force" not in quick_page(content)
 
 
 @pytest.mark.parametrize("outcome", OF_PLATE)
-def test_it_is_compared_on_the_command_line(
-    outcome: Outcome, on_plate: tuple[SmallBook, MadeReport], commands: Commands
-) -> None:
-    folder = on_plate[0].folder
-    code, said = commands.run("stats", "compare", "--quantity", outcome.key, "--where", "foot=small", "--book", folder)
-    assert code == 0, said
+def test_it_is_compared_on_the_command_line(outcome: Outcome, on_plate: tuple[SmallBook, MadeReport]) -> None:
+    words = ("stats", "compare", "--quantity", outcome.key, "--where", "foot=small")
+    said = good(labbook(*words, at=on_plate[0].folder)).out
     assert re.search(r"mean [\d.]+ (N|s|mm), n = ", said), said
 
 

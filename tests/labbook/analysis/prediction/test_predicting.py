@@ -468,8 +468,6 @@ def test_a_jump_that_ends_otherwise_is_no_number(tmp_path: Path) -> None:
     answer = labbook("compare", "--foot", "small", "--check", at=book.folder)
     assert answer.code == 1  # where nothing can be compared, nothing is met
     assert "leg_folded" in answer.out
-    found = good(labbook("compare", "--foot", "small", "--json", at=book.folder)).json
-    assert {item["predicted"]["value"] for item in found["predictions"]} == {None}
 
 
 def test_a_scene_of_one_s_own_is_traced_to_its_bytes_and_predicted_again_from_the_journal(tmp_path: Path) -> None:
@@ -549,7 +547,7 @@ parameters = { foot_radius = 0.0073, kg_scale = %g }
 """
 
 
-@pytest.mark.parametrize(("kg_scale", "conditions"), [(1.0, 1), (3.0, 0)])
+@pytest.mark.parametrize(("kg_scale", "conditions"), [(1.0, 1), pytest.param(3.0, 0, marks=pytest.mark.soak)])
 def test_a_body_that_gets_under_the_grains_is_told_of(tmp_path: Path, kg_scale: float, conditions: int) -> None:
     book = predicted_book(tmp_path, SUNK % kg_scale)
     with book.open() as standing:

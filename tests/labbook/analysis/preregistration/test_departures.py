@@ -16,7 +16,6 @@ from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.book.rebuilding import rebuild_database
 from tests.helpers.books import ADA, SmallBook, ingest_all, small_book
 from tests.helpers.decided import DECIDED, decided_book
-from tests.helpers.statements import gives_charge
 from tests.helpers.wording import says
 
 
@@ -215,13 +214,6 @@ def test_a_charge_taken_off_its_run_takes_the_run_out(honest: SmallBook) -> None
     assert planned(honest).exploratory(Outcome.JOULES, POOLED, [key_of(honest, "r002")]) == said
 
 
-def test_a_second_charge_moved_to_a_run_takes_that_out_too(honest: SmallBook) -> None:
-    with honest.open() as book, book.session(ADA) as session:
-        gives_charge(session, "2021-06-14.csv#2", "r003", "looked odd")
-    (said,) = planned(honest).departures
-    says(said, "r002", "r003", "without joules a")
-
-
 def test_a_correction_is_not_blamed_for_what_another_took(honest: SmallBook) -> None:
     corrects(honest, "r002", "jumps_made=2")
     corrects(honest, charge_of(honest, "r002"), "run=none")
@@ -229,13 +221,6 @@ def test_a_correction_is_not_blamed_for_what_another_took(honest: SmallBook) -> 
     assert "jumps_made" in told
     assert "which leaves" not in told
     says(blamed, "r002", "without joules a")
-
-
-def test_a_charge_of_another_value_is_told_only(honest: SmallBook) -> None:
-    corrects(honest, charge_of(honest, "r002"), "charge_mah=90")
-    (said,) = planned(honest).departures
-    says(said, "charge_mah", "r002", "and is", "90")
-    assert planned(honest).exploratory(Outcome.JOULES, POOLED) is None
 
 
 def test_the_charge_of_an_idle_run_bears_on_all_joules(honest: SmallBook) -> None:

@@ -92,12 +92,6 @@ def test_a_further_log_takes_its_run_out(honest: SmallBook) -> None:
     says(corrected, "starts of run", "r002", "1")
 
 
-def test_a_further_log_that_is_taken_off_again_is_no_departure(honest: SmallBook) -> None:
-    ingests(honest, another_log(honest, "r002 again.csv"))
-    assigns(honest, "r002 again.csv", "none", "belongs to no run")
-    assert planned(honest).departures == ()
-
-
 def test_an_assignment_taken_back_is_no_departure_unless_a_report_saw_it(reported: SmallBook) -> None:
     ingests(reported, another_log(reported, "loose.csv"))
     assigns(reported, "loose.csv", "r002")
@@ -108,13 +102,6 @@ def test_an_assignment_taken_back_is_no_departure_unless_a_report_saw_it(reporte
     assigns(reported, "loose.csv", "none", "wrong")
     (said,) = planned(reported).departures
     says(said, "loose.csv was taken off run r002")
-
-
-def test_the_first_of_two_logs_taken_off_is_a_departure(honest: SmallBook) -> None:
-    ingests(honest, another_log(honest, "r002 again.csv"))
-    assigns(honest, "r002.csv", "none", "the other one is better")
-    (said,) = planned(honest).departures
-    says(said, "r002.csv was taken off run r002")
 
 
 def test_a_second_charge_takes_its_run_out(honest: SmallBook) -> None:
@@ -132,14 +119,6 @@ def test_a_second_charge_takes_its_run_out(honest: SmallBook) -> None:
     assert found.exploratory_equivalence(POOLED) is None
     rebuild_database(honest.folder, lambda _step: None)
     assert planned(honest) == found
-
-
-def test_a_second_charge_of_an_idle_run_bears_on_all_joules(honest: SmallBook) -> None:
-    sheet = honest.instruments / "again.csv"
-    sheet.write_text("run,mAh,minutes,end_voltage,pack,ended\nr007,90,10,16.80,B,2021-06-14 12:25\n")
-    ingests(honest, sheet)
-    assigns(honest, "again.csv#1", "r007")
-    says(str(planned(honest).exploratory(Outcome.JOULES, POOLED, ["any"])), "r007", "without joules")
 
 
 @pytest.mark.parametrize("report_first", [True, False])
@@ -169,12 +148,6 @@ def test_a_log_taken_off_and_put_back_after_a_report_is_no_departure(reported: S
     assert planned(reported).departures == (said,)
 
 
-def test_a_charge_taken_off_and_put_back_is_no_departure(reported: SmallBook) -> None:
-    assigns(reported, "2021-06-14.csv#2", "none", "was it this one?")
-    assigns(reported, "2021-06-14.csv#2", "r002")
-    assert planned(reported).departures == ()
-
-
 @pytest.mark.parametrize(("what", "lost"), [("r002.csv", "apex height"), ("2021-06-14.csv#2", "joules a jump")])
 def test_what_was_taken_off_a_run_and_given_to_another_is_told_once(honest: SmallBook, what: str, lost: str) -> None:
     assigns(honest, what, "none", "was it this one?")
@@ -196,7 +169,7 @@ AWAY = [("r003", "belongs there"), ("none", "does it?")]
     ],
 )
 @pytest.mark.parametrize("what", ["r002.csv", "2021-06-14.csv#2"])
-@pytest.mark.parametrize("before", ["reported", "honest"])
+@pytest.mark.parametrize("before", ["reported", pytest.param("honest", marks=pytest.mark.soak)])
 def test_what_is_where_it_was_in_the_end_is_no_departure(
     request: pytest.FixtureRequest, what: str, back: list[tuple[str, str | None]], before: str
 ) -> None:

@@ -22,6 +22,7 @@ from labbook.book.rebuilding import rebuild_database
 from labbook.config.model import AnalysisSettings, Bounds, Family, UnitOfAnalysis
 from labbook.presenting.report.preregistration import planned_sentences
 from tests.helpers.books import ADA, BEN, SmallBook, import_sheet, ingest_all, small_book
+from tests.helpers.databases import server_in_a_soak
 from tests.helpers.statements import note, said_alike
 from tests.helpers.wording import says
 
@@ -275,6 +276,7 @@ def test_whoever_allows_other_reasons_allows_all(tmp_path: Path) -> None:
     assert planned(made).departures == ()
 
 
+@server_in_a_soak("database_url")
 def test_a_rebuilt_book_says_the_same(either: SmallBook) -> None:
     decides(either, DECIDED)
     measured_by_one(either)

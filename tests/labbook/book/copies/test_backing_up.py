@@ -242,7 +242,7 @@ def test_killed_after_each_sync_the_next_backup_completes_it(tmp_path: Path, com
         code, said = commands.run("ingest", log, "--book", book.folder)
         assert code == 0, said
     destination = tmp_path / "backup"
-    for number in range(1, 40):
+    for number in (1, 2, 3, 5, 8, 12, 20, 40):
         code, said = commands.run("backup", destination, "--book", book.folder, die_after_sync=number)
         assert code in (0, KILLED), said
         if (destination / "journal.jsonl").exists():
@@ -261,7 +261,7 @@ def test_a_backup_during_eight_ingesting_programs_is_whole(
     logs = sorted((book.instruments / "logs").iterdir())
     running = [commands.start("ingest", log, "--book", book.folder) for log in logs[:8]]
     seen = []
-    for number in range(4):
+    for number in range(2):
         code, said = commands.run("backup", tmp_path / f"backup {number}", "--book", book.folder)
         assert code == 0, said
         seen.append(check_backup(tmp_path / f"backup {number}"))

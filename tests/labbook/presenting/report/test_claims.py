@@ -35,7 +35,7 @@ def test_joules_are_claimed_where_heights_alone_are_told_over_groups(tmp_path: P
     says(heights, "apex height", "cannot be told")
 
 
-@pytest.mark.parametrize("unit", ["shared_days", "run"])
+@pytest.mark.parametrize("unit", ["shared_days", pytest.param("run", marks=pytest.mark.soak)])
 def test_one_level_is_not_pooled_and_its_planned_comparison_is_shown_as_planned(tmp_path: Path, unit: str) -> None:
     """With one treated level all levels against the control are the comparisons that were planned level by level."""
     analysis = f'\n[analysis]\nfamily = "each"\nunit_of_analysis = "{unit}"\n'

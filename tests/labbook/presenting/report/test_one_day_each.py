@@ -18,6 +18,7 @@ from reports.tables.registry import TABLES
 from tests.helpers.books import ADA, DAYS, ingest_all, small_book
 from tests.helpers.pages import quick_page
 from tests.helpers.wording import says
+from tests.labbook.conftest import Reports
 
 FIRST, SECOND = DAYS
 APART = f"b_ad_gain == 0 and day == {FIRST} or b_ad_gain == 100 and day == {SECOND}"
@@ -105,10 +106,7 @@ def test_a_factor_is_confounded_with_days_where_no_claim_says_so(confounded: Mad
     assert confounded_with_day(confounded.analysis, in_claims=True) == []
 
 
-def test_on_shared_days_nothing_of_that_is_said(tmp_path: Path) -> None:
-    with small_book(tmp_path).open() as opened:
-        content = state_report(opened, None, ADA, lambda _step: None).content
+def test_on_shared_days_nothing_of_that_is_said(reports: Reports) -> None:
+    content = reports().content
     assert {c.one_day_each for c in (*content.comparisons, *content.jump_comparisons)} == {""}
-    with small_book(tmp_path / "one").open() as opened:
-        content = state_report(opened, f"day == {FIRST}", ADA, lambda _step: None).content
-    assert {c.one_day_each for c in content.comparisons} == {""}
+    assert {c.one_day_each for c in reports(where=f"day == {FIRST}").content.comparisons} == {""}
