@@ -73,7 +73,9 @@ def _outputs(rows: Row) -> Row:
     return np.stack([*(rows[:, COLUMN[name]] for name in OUTPUTS), cost])
 
 
-@pytest.fixture(scope="module", params=["sim2", pytest.param("sim1", marks=pytest.mark.soak), "bed"])
+@pytest.fixture(
+    scope="module", params=["sim2", *(pytest.param(name, marks=pytest.mark.soak) for name in ("sim1", "bed"))]
+)
 def drawn(request: pytest.FixtureRequest) -> Drawn:
     scene = load_scene(request.param)
     kernel = kernel_for(scene.effects)

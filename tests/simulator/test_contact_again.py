@@ -38,6 +38,9 @@ SCENES = {
 }
 
 
+QUICK = ("sim1, none", "pressed")
+
+
 def at_the_print(scene: Scene) -> Scene:
     """The scene by the other rule."""
     return scene.changed(effects_off=("contact_once_risen",))
@@ -91,14 +94,22 @@ def test_at_the_print_the_second_set_with_soft_gains_in_flight() -> None:
     assert relative_error(jump.apex_height_m, 0.303625277) < 1e-8
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(
+    "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.soak) for name in SCENES]
+)
 def test_a_result_says_how_far_the_foot_sank_unresisted(name: str) -> None:
     scene = SCENES[name]
     assert simulate(scene, 1e-7).jump.unresisted_sink_m == pytest.approx(max(0.0, largest_dip_m(scene, 1e-7)), abs=1e-6)
     assert interpreted(largest_dip_m, at_the_print(scene), 1e-7) < 1e-9
 
 
-@pytest.mark.parametrize("values", [{}, {"k_extension": 1091.0, "b_ad": 1000.0}], ids=["shipped", "strong damping"])
+@pytest.mark.parametrize(
+    "values",
+    [
+        pytest.param({}, id="shipped"),
+        pytest.param({"k_extension": 1091.0, "b_ad": 1000.0}, id="strong damping", marks=pytest.mark.soak),
+    ],
+)
 def test_at_the_print_a_held_force_gives_way_to_that_of_flight(values: dict[str, float]) -> None:
     """A leg on the ground whose controller sleeps has the force of flight, not the one that was held."""
     changed = at_the_print(SOFT).changed(values, effects_on=("held_force",))

@@ -26,7 +26,7 @@ def jumps_of(gain: float, jumps: int, accuracy: float, rate: float = 0.0) -> tup
     return simulate(scene, accuracy).jumps
 
 
-RATES = ((1e3, 1.5e-4, 0.05), (1e4, 1.2e-5, 0.003), (1e5, 1.2e-6, 4e-4))
+RATES = ((1e3, 1.5e-4, 0.05), (1e4, 1.2e-5, 0.003))
 """Rates (Hz), and how far apex (m) and cost (J) may be from those of continuous control."""
 Found = dict[str, tuple[JumpResult, ...]]
 

@@ -119,6 +119,7 @@ def test_of_many_jumps_the_tenth_is_looked_at_and_the_last_too() -> None:
     assert ablation.searched_within == ablation.tolerance
 
 
+@pytest.mark.soak
 def test_a_difference_that_grows_beyond_the_tolerance_is_not_let_pass() -> None:
     ablation = ablation_of_effects(PLATE, 0.0226)
     both = ablation.pairs["torque_cap", "drag"].difference

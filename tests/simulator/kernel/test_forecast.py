@@ -49,7 +49,7 @@ def ended(rows: Row, outcome: str) -> NDArray[np.bool_]:
 @pytest.mark.parametrize(
     ("count", "few", "more"),
     [
-        (200, FEW, SURELY_MORE),
+        (60, FEW, SURELY_MORE),
         pytest.param(2000, MOST_STEPS_A_JUMP, 1.5 * MOST_STEPS_A_JUMP, marks=pytest.mark.soak),
     ],
 )
@@ -67,6 +67,6 @@ def test_what_is_given_up_has_no_end_within_the_limit_and_nothing_else_changes(
 
 
 def test_steps_of_a_fixed_length_are_not_counted_ahead() -> None:
-    table = stiff(200)
-    table = table[ended(simulated(table, FEW), "too_stiff")][:5]
+    table = stiff(60)
+    table = table[ended(simulated(table, FEW), "too_stiff")][:2]
     assert np.all(ended(simulated(table, FEW, 1e-13), "step_limit"))

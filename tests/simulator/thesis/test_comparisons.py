@@ -72,6 +72,7 @@ def test_over_damping_has_its_axes_in_the_stated_order() -> None:
     )
 
 
+@pytest.mark.soak
 def test_the_default_accuracy_keeps_its_goal_at_every_point_of_every_figure() -> None:
     """Beside 1e-9; none differs by more, ill-conditioned or not."""
     default, fine = thesis_figures(), ThesisFigures(1e-9)
