@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import ParamSpec
 
 from data_schema.errors import UsageError
+from simulator.effects.registry import EFFECTS
 from simulator.scene import Scene
 
 P = ParamSpec("P")
@@ -17,6 +18,17 @@ def scene_or_sentence(make: Callable[P, Scene], *values: P.args, **options: P.kw
         return make(*values, **options)
     except UsageError as refusal:
         return str(refusal)
+
+
+def with_needs(effects: frozenset[str], ground: str) -> frozenset[str]:
+    """The effects, the ground, and all they need: of alternatives the first that nothing there excludes."""
+    found = effects | {ground}
+    while missing := [
+        alternatives for name in found for alternatives in EFFECTS[name].needs if not found & set(alternatives)
+    ]:
+        free = [name for name in missing[0] if not any(name in EFFECTS[other].excludes for other in found)]
+        found |= {(free or missing[0])[0]}
+    return found
 
 
 def is_sentence(text: str) -> bool:

@@ -17,7 +17,7 @@ from simulator.effects.registry import EFFECTS, ENERGIES
 from simulator.kernel.composition import compose
 from simulator.scene import Scene
 from simulator.scene_file import PARTS, load_scene, shipped_scenes
-from tests.helpers.scenes import is_sentence, scene_or_sentence
+from tests.helpers.scenes import is_sentence, scene_or_sentence, with_needs
 
 ON_GROUND = {"hydrostatic_stiffness": "sim2", "rigid_ground": "force_plate", "emulated_ground": "emulator"}
 NEVER_TOGETHER = {
@@ -101,17 +101,6 @@ def test_a_parameter_has_a_part_a_unit_a_meaning_and_a_box(name: str) -> None:
         assert value is not None
         assert parameter.low <= value <= parameter.high
     assert (parameter.assumed is None) != bool(parameter.why)
-
-
-def with_needs(effects: frozenset[str], ground: str) -> frozenset[str]:
-    """The effects, the ground, and all they need: of alternatives the first that nothing there excludes."""
-    found = effects | {ground}
-    while missing := [
-        alternatives for name in found for alternatives in EFFECTS[name].needs if not found & set(alternatives)
-    ]:
-        free = [name for name in missing[0] if not any(name in EFFECTS[other].excludes for other in found)]
-        found |= {(free or missing[0])[0]}
-    return found
 
 
 def test_every_pair_of_effects_is_built_or_refused_with_a_sentence() -> None:

@@ -8,7 +8,6 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from data_schema.errors import UsageError
 from simulator.basics import GRAVITY_M_S2
 from simulator.error_bars import simulate_with_errors
 from simulator.jump import simulate
@@ -40,11 +39,6 @@ def test_ground_that_grows_stiffer_tends_to_a_limit() -> None:
     changes = np.abs(np.diff(times))
     assert all(later < earlier for earlier, later in pairwise(changes))
     assert changes[-1] < 2e-6
-
-
-def test_ground_too_weak_for_its_own_grains_is_refused() -> None:
-    with pytest.raises(UsageError, match=r"kg_scale = 0\.0182"):
-        load_scene("sim2").changed({"kg_scale": 0.01})
 
 
 @pytest.mark.parametrize("foot_mass", [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6])
@@ -95,12 +89,6 @@ def test_a_creeping_foot_settles_where_the_body_held_back_by_its_rail_lets_the_f
     assert crept.max_depth_m == pytest.approx(rung.max_depth_m, rel=2e-5)
 
 
-def test_growing_errors_are_told() -> None:
-    jump = simulate(load_scene("sim1"), 1e-6).jump
-    assert jump.error_growth > 1e9
-    assert jump.ill_conditioned
-
-
 def test_start_at_rest_on_the_surface() -> None:
     at_rest, almost = _jump(initial_velocity=0.0), _jump(initial_velocity=-1e-9)
     assert at_rest.outcome == "touchdown"
@@ -131,13 +119,6 @@ def test_what_cannot_jump_has_a_named_outcome(changes: dict[str, float], outcome
     assert jump.outcome == outcome
     assert jump.apex_height_m is None
     assert np.isfinite(jump.cost_J)
-
-
-@pytest.mark.parametrize("name", ["foot_radius", "body_mass", "foot_mass", "k_extension"])
-@pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf")])
-def test_what_makes_no_sense_is_refused_in_a_sentence(name: str, value: float) -> None:
-    with pytest.raises(UsageError, match=name):
-        load_scene("sim2").changed({name: value})
 
 
 @pytest.mark.parametrize(

@@ -152,27 +152,6 @@ def test_far_from_an_edge_there_is_one_branch() -> None:
     assert jump.other_branch is None
 
 
-ENDINGS = [
-    # published leg gains on the plate straighten the leg (scenes.md section 2)
-    ("force_plate", {"b_compression": 0.5}, 10, "leg_straight"),
-    ("emulator", {"k_compression": 180.0, "k_extension": 323.36}, 20, "no_liftoff"),
-    ("emulator", {"k_compression": 160.0, "k_extension": 323.36}, 20, "carried"),
-    ("sim2", {"k_extension": 120.0}, 1, "no_liftoff"),
-]
-
-
-@pytest.mark.parametrize(("name", "values", "jumps", "outcome"), ENDINGS)
-def test_a_jump_that_does_not_come_off_has_a_name(
-    name: str, values: dict[str, float], jumps: int, outcome: str
-) -> None:
-    result = simulate(load_scene(name).changed(values, jumps=jumps), 1e-6)
-    assert result.jump.outcome == outcome
-    assert outcome in OUTCOMES
-    assert all(jump.outcome == "touchdown" for jump in result.jumps[:-1])
-    if outcome != "carried":
-        assert len(result.jumps) < jumps or jumps == 1
-
-
 SUNK = {"foot_radius": 0.0073, "kg_scale": 1.0, "k_extension": 5254.0}
 
 

@@ -16,7 +16,7 @@ from simulator.result import JumpResult
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
 from tests.helpers.kernels import interpreted
-from tests.helpers.scenes import scene_or_sentence
+from tests.helpers.scenes import scene_or_sentence, with_needs
 
 ACCURACY = 1e-4
 MOST_RESIDUAL_J = 5e-4
@@ -31,17 +31,6 @@ ACTIVE_DAMPING_KG_M = 60.0
 """Shipped scenes have none or much; beside few other effects much of it makes a leg chatter."""
 PUBLISHED = {name for effect in EFFECTS.values() for name in effect.outputs}
 Found = dict[tuple[str, str], tuple[frozenset[str], tuple[JumpResult, ...]]]
-
-
-def with_needs(effects: frozenset[str], ground: str) -> frozenset[str]:
-    """The effects, the ground, and all they need: of alternatives the first that nothing there excludes."""
-    found = effects | {ground}
-    while missing := [
-        alternatives for name in found for alternatives in EFFECTS[name].needs if not found & set(alternatives)
-    ]:
-        free = [name for name in missing[0] if not any(name in EFFECTS[other].excludes for other in found)]
-        found |= {(free or missing[0])[0]}
-    return found
 
 
 def damped(scene: Scene) -> Scene:

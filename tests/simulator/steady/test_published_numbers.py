@@ -29,7 +29,7 @@ from simulator.steady.tables import (
 from tests.helpers.steady import steady_tables
 
 SHARED = Path(__file__).parents[3].parent / "shared"
-RESULTS, THESIS = SHARED / "reference" / "published_results.csv", SHARED / "seed" / "thesis.txt"
+RESULTS = SHARED / "reference" / "published_results.csv"
 COMBINATIONS = tuple((foot, gain) for foot in FEET_M for gain in BED_GAINS)
 BY_ID = {number.claim.id: number for number in published_numbers()}
 
@@ -76,33 +76,6 @@ def test_numbers_of_the_collected_results_are_carried_over() -> None:
         claim = BY_ID[name].claim
         assert (claim.where, claim.published) == (rows[name]["section"], float(rows[name]["value"]))
         assert claim.unit == {"fraction": "1"}.get(rows[name]["unit"], rows[name]["unit"])
-
-
-@pytest.mark.skipif(not THESIS.is_file(), reason="the thesis lies beside the project: ../shared/seed")
-@pytest.mark.parametrize(
-    "words",
-    [
-        "the lowest apex jump height of 25.6cm",
-        "The highest apex height, 49.3cm",
-        "no appreciable difference in jump height between the two stiffest conditions (gains = 400 and 500)",
-        "standard deviations were very small (< 0.75cm for all conditions)",
-        "excluding any hops where a dropped data packet obscured part of the aerial phase of the hop. "
-        "The first two jumps of each experiment were also excluded.",
-        "The apex heights varied approximately linearly with the extension position gain for all experimental "
-        "conditions",
-        "was consistently less than 6%",
-        "In all conditions, active damping did improve energy efficiency of locomotion",
-        "gave a consistent 20% improvement across all jump height conditions",
-        "gave extremely high relative improvement in the lowest stiffness condition and very little improvement in the "
-        "highest stiffness condition",
-        "linear relationship to apex jump height",
-        r"$\hat{J} = 1.35\bar{J}$, RMSE/IQR = 0.63",
-        "active damping gains were set to the same value (=50)",
-        "at a ratio of 1:6",
-    ],
-)
-def test_the_thesis_says_so(words: str) -> None:
-    assert words in " ".join(THESIS.read_text(encoding="utf-8").split())
 
 
 def made_up(apexes_m: list[float], costs_j: list[float]) -> SteadyTables:

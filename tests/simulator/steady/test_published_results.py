@@ -37,7 +37,7 @@ from tests.helpers.steady import results, steady_tables
 from tests.helpers.thesis import thesis_figures
 
 SHARED = Path(__file__).parents[3].parent / "shared"
-RESULTS, THESIS = SHARED / "reference" / "published_results.csv", SHARED / "seed" / "thesis.txt"
+RESULTS = SHARED / "reference" / "published_results.csv"
 RELATIONS = {"approx": "about", "equal": "", "qualitative": ""}
 UNITS = {"fraction": "1", "ratio": "1"}
 
@@ -213,51 +213,6 @@ def test_the_contradictions_have_their_places() -> None:
     found = contradictions()
     assert len(found) == len({item.text for item in found})
     assert all(re.search(r"\b[345]\.\d", item.where) for item in found)
-
-
-@pytest.mark.skipif(not THESIS.is_file(), reason="the thesis lies beside the project: ../shared/seed")
-@pytest.mark.parametrize(
-    "words",
-    [
-        "seven of the ten extension stiffness-active damping pairs were statistically significant (p < 0.05)",
-        "with the stiffer leg (p = 0.024)",
-        "The combination of the smaller foot and stiffer leg spring, and the larger foot and softer leg spring, both "
-        "were statistically significantly different from the control in 4/5 cases",
-        "with a maximum height loss of less than 5%",
-        "come at a consistent < 6% cost in apex",
-        "Previous experiments [106, 108] suggested that the robot should jump slightly less high",
-        "are comparable, and in some cases higher when active damping is used",
-        "on a robot with a stiffer virtual extension spring and larger feet",
-        "The greatest benefit from using active damping is conferred when the robot has a small foot",
-        "I see a consistent savings of 20%",
-        "the compression-extension controller uses about 20% more energy than the active damping controller",
-        "still dissipates almost 20% more energy",
-        "requires about twice as much mechanical energy",
-        "more than twice as efficiently",
-        "the difference in mechanical energy loss between the compression-extension and active damping controllers is "
-        "very similar",
-        "and thus loses less mechanical energy",
-        "the active damping controller loses more energy in a mechanical sense",
-        r"F_{bf} = -k_l(x_b - x_f - l)",
-        r"-\frac{F_{bf}}{m_b} - g",
-        "converted to damping coefficients (units: kg/s)",
-        "arbitrarily set the active damping coefficient to the same value as the extension stiffness",
-        "the velocity of the change in leg length was zero",
-        "When the robot's body velocity reached zero, the robot switched",
-        "the body mass velocity reaches zero",
-        "a strong correlation that was close to unity",
-        "a slightly higher moving average window resulted in a fit with slope equal to 1",
-        "active damping gain 200/600 = 33 was used",
-        "a previous study on a similar leg [108]",
-        "I characterized the force response of the ground emulator's leg",
-        "4.3:1 reduction",
-        "in the 0.61-0.62 range",
-        "was 2%",
-        "Repeat steps 7-9 for a total of 25 jumps",
-    ],
-)
-def test_the_thesis_says_what_the_contradictions_are_about(words: str) -> None:
-    assert words in " ".join(THESIS.read_text(encoding="utf-8").split())
 
 
 def test_no_verdict_is_left_out() -> None:
