@@ -146,11 +146,6 @@ def test_constant_empty_and_single_groups_are_drawn(two):
         ElementTree.fromstring(svg_bytes(figure))
 
 
-def test_the_same_estimation_gives_the_same_bytes(two, five):
-    for each in (two, five):
-        assert svg_bytes(draw_estimation(each)) == svg_bytes(draw_estimation(each))
-
-
 @given(st.lists(st.floats(0, 20).map(lambda x: round(x, 1)), min_size=1, max_size=17))
 def test_no_point_of_a_swarm_covers_another(values):
     axes = Figure(figsize=(3.5, 4)).add_subplot()
@@ -164,7 +159,7 @@ def test_no_point_of_a_swarm_covers_another(values):
 
 
 @pytest.mark.parametrize("width_in", WIDTHS)
-@pytest.mark.parametrize("count", [3, 9, 30])
+@pytest.mark.parametrize("count", [3, 30])
 def test_marks_stay_clear_of_the_line_of_the_sd_beside_them(count, width_in):
     rng = np.random.default_rng(count)
     groups = tuple(EstimationGroup(f"g{place}", tuple(rng.normal(0.0, 1.0, 12).tolist())) for place in range(count))

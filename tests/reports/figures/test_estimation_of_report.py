@@ -9,9 +9,16 @@ from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from tests.helpers.wording import says
 
 
-def panels(name, content, width_in=TWO_COLUMNS_IN):
+@pytest.fixture(scope="module")
+def drawn(content):
+    """The figures of the unchanged content, which no test changes."""
+    return {
+        name: draw_figure(FIGURES[name], content, TWO_COLUMNS_IN) for name in ("estimation_joules", "estimation_apex")
+    }
+
+
+def panels(figure):
     """Upper and lower axes of every group."""
-    figure = draw_figure(FIGURES[name], content, width_in)
     shown = [axes for axes in figure.axes if axes.get_visible()]
     uppers = [axes for axes in shown if axes.get_title()]
     return uppers, [axes for axes in shown if axes not in uppers]
@@ -32,8 +39,8 @@ def intervals(axes):
     ("name", "quantity", "factor"),
     [("estimation_joules", Outcome.JOULES, 1.0), ("estimation_apex", Outcome.APEX, 1000.0)],
 )
-def test_every_run_of_control_and_treatment_is_drawn(content, name, quantity, factor):
-    uppers, lowers = panels(name, content)
+def test_every_run_of_control_and_treatment_is_drawn(content, drawn, name, quantity, factor):
+    uppers, lowers = panels(drawn[name])
     assert len(uppers) == len(lowers) == 4
     titles = [axes.get_title().replace("\u00a0", " ").split("\n") for axes in uppers]
     assert titles[0] == ["small foot", "k = 835 N/m"]
@@ -61,12 +68,13 @@ def test_every_run_of_control_and_treatment_is_drawn(content, name, quantity, fa
     assert ("each upper one" in said) == (quantity is Outcome.APEX)
 
 
-def test_bounds_are_drawn_in_the_unit_of_the_difference(content):
-    def dashed(lowers):
+def test_bounds_are_drawn_in_the_unit_of_the_difference(content, drawn):
+    def dashed(figure):
+        lowers = panels(figure)[1]
         return [[line.get_ydata()[0] for line in axes.lines if line.get_linestyle() == "--"] for axes in lowers]
 
-    assert dashed(panels("estimation_apex", content)[1]) == [[-5.0, 5.0]] * 4
-    assert dashed(panels("estimation_joules", content)[1]) == [[]] * 4
+    assert dashed(drawn["estimation_apex"]) == [[-5.0, 5.0]] * 4
+    assert dashed(drawn["estimation_joules"]) == [[]] * 4
     percent = tuple(
         c
         if c.equivalence is None
@@ -80,7 +88,9 @@ def test_bounds_are_drawn_in_the_unit_of_the_difference(content):
     )
     changed = dataclasses.replace(content, comparisons=percent)
     means_m = [c.sides[0].mean for c in percent if c.opens and c.quantity is Outcome.APEX]
-    for found, mean_m in zip(dashed(panels("estimation_apex", changed)[1]), means_m, strict=True):
+    for found, mean_m in zip(
+        dashed(draw_figure(FIGURES["estimation_apex"], changed, TWO_COLUMNS_IN)), means_m, strict=True
+    ):
         assert found == pytest.approx([-30.0 * mean_m, 30.0 * mean_m])
     caption = FIGURES["estimation_apex"].caption(content).replace("\u00a0", " ")
     assert "Dashed: the bounds" in caption
@@ -88,18 +98,17 @@ def test_bounds_are_drawn_in_the_unit_of_the_difference(content):
     assert "Dashed" not in FIGURES["estimation_joules"].caption(content)
 
 
-def test_the_interval_of_the_test_lies_thick_behind_that_of_the_difference(content):
+def test_the_interval_of_the_test_lies_thick_behind_that_of_the_difference(content, drawn):
     pooled = [c for c in content.comparisons if c.opens and c.quantity is Outcome.APEX]
-    for axes, comparison in zip(panels("estimation_apex", content)[1], pooled, strict=True):
+    for axes, comparison in zip(panels(drawn["estimation_apex"])[1], pooled, strict=True):
         estimate = comparison.equivalence.estimate
         thin, thick = intervals(axes)
         assert thick == pytest.approx([1000.0 * estimate.ci_low, 1000.0 * estimate.ci_high])
         assert thin[0] < thick[0] < thick[1] < thin[1]
-    assert all(len(intervals(axes)) == 1 for axes in panels("estimation_joules", content)[1])
+    assert all(len(intervals(axes)) == 1 for axes in panels(drawn["estimation_joules"])[1])
 
 
-def test_in_one_column_two_groups_stand_side_by_side(content):
-    wide = draw_figure(FIGURES["estimation_joules"], content, TWO_COLUMNS_IN)
+def test_in_one_column_two_groups_stand_side_by_side(content, drawn):
     narrow = draw_figure(FIGURES["estimation_joules"], content, ONE_COLUMN_IN)
-    assert narrow.get_figheight() == 2 * wide.get_figheight()
-    assert len(panels("estimation_joules", content, ONE_COLUMN_IN)[0]) == 4
+    assert narrow.get_figheight() == 2 * drawn["estimation_joules"].get_figheight()
+    assert len(panels(narrow)[0]) == 4

@@ -19,7 +19,7 @@ from tests.helpers.pages import FIGURE_NAMES
 PROJECT = Path(__file__).parents[3]
 FEW = ["savings", "passive_drain", "joules_by_damping", "flow"]
 OTHERS = [name for name in FIGURE_NAMES if name != FEW[0]]
-"""What is kept of a figure does not depend on what it shows; each is drawn twice in `test_registry`."""
+"""What is kept of a figure does not depend on what it shows; each is drawn twice in a soak of `test_registry`."""
 
 
 @pytest.fixture

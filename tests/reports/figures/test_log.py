@@ -42,10 +42,6 @@ def test_a_log_without_jumps_or_without_samples(run_log):
     ElementTree.fromstring(svg_bytes(draw_log(empty)))
 
 
-def test_the_same_log_gives_the_same_bytes(run_log):
-    assert svg_bytes(draw_log(run_log)) == svg_bytes(draw_log(run_log))
-
-
 def test_thinning_keeps_every_extreme():
     rng = np.random.default_rng(3)
     time, height = np.arange(216_000) / 300.0, rng.normal(size=216_000)

@@ -55,10 +55,6 @@ def test_heights_and_force_over_one_time_with_every_mode_named_once(trajectory, 
     ElementTree.fromstring(svg_bytes(figure))
 
 
-def test_the_same_motion_gives_the_same_bytes(trajectory):
-    assert svg_bytes(draw_trajectory(trajectory)) == svg_bytes(draw_trajectory(trajectory))
-
-
 @given(st.floats(0.1001, 0.2999), st.floats(-1.0, 1.0))
 def test_the_knee_is_a_link_from_the_hip_and_a_link_from_the_foot(length, foot):
     out, up = knee_m(LEG, foot + length, foot)
@@ -84,8 +80,10 @@ def test_an_animation_plays_slower_and_shows_all_of_the_motion(trajectory, tmp_p
 def test_an_animation_has_the_title_of_the_plot(trajectory, tmp_path):
     """Above the axes, all of it, and in every frame: with another title, that is other and nothing else."""
 
+    short = dataclasses.replace(trajectory, time_s=0.1 * trajectory.time_s, spans=(), marks=())
+
     def frames(title):
-        write_animation(dataclasses.replace(trajectory, title=title), tmp_path / "jump.gif")
+        write_animation(dataclasses.replace(short, title=title), tmp_path / "jump.gif")
         with Image.open(tmp_path / "jump.gif") as picture:
             for number in (0, picture.n_frames - 1):
                 picture.seek(number)
