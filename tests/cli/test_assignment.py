@@ -97,17 +97,6 @@ def test_moving_a_file_or_a_charge_needs_a_reason_and_keeps_the_old_run(
     assert said == [("wrong card", 1), ("read a line too low", 1)]
 
 
-def test_typed_charge_stands_in_for_a_sheet(stated: SmallBook) -> None:
-    said = good(
-        labbook("charge", "r001", "151", "--minutes", "12", "--end-voltage", "15.4", "--json", at=stated.folder)
-    )
-    uid = said.json["charge"]
-    assert "151 mAh" in good(labbook("show", "r001", at=stated.folder)).out
-    good(labbook("correct", f"charge:{uid}", "charge_mah=161", "--why", "misread the display", at=stated.folder))
-    shown = good(labbook("show", "r001", at=stated.folder)).out
-    assert "161 mAh" in shown
-
-
 def test_file_taken_off_its_run_is_in_the_inbox_and_can_be_assigned_again(whole: SmallBook) -> None:
     off = ("assign", "r001.csv", "none", "--why", "wrong card")
     assert good(labbook(*off, "--json", at=whole.folder)).json["run"] is None

@@ -158,6 +158,7 @@ def test_at_a_terminal_the_person_is_asked(fresh: SmallBook, tmp_path: Path) -> 
     assert rate_of(fresh) == pytest.approx(300.0, rel=0.01)
 
 
+@pytest.mark.soak
 def test_no_answer_at_a_terminal_stores_nothing(fresh: SmallBook, tmp_path: Path) -> None:
     code, out, asked = at_a_terminal("ingest", without_time(tmp_path), at=fresh.folder, typed="\x04")
     assert "samples a second" in asked

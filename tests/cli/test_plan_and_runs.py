@@ -44,20 +44,6 @@ def test_same_seed_gives_the_same_bytes_and_nothing_is_overwritten(tmp_path: Pat
     assert (book.folder / "other.csv").read_bytes() not in sheets[1]
 
 
-@pytest.mark.parametrize("method", ["randomised", "blocked"])
-def test_every_condition_reaches_its_n_and_every_day_has_its_controls(method: str, fresh: SmallBook) -> None:
-    good(labbook(*PLAN, "--method", method, "--no-idle", at=fresh.folder))
-    planned = table(fresh.folder / "runs.csv")
-    conditions = [(row["foot"], row["k_gain"], row["b_ad_gain"]) for row in planned]
-    assert {conditions.count(condition) for condition in set(conditions) if condition[2] != "0"} == {2}
-    assert all(conditions.count((foot, "400", "0")) >= 2 for foot in ("small", "large"))
-    for day in {row["date"] for row in planned}:
-        of_day = [row for row in planned if row["date"] == day]
-        assert len(of_day) <= 8
-        groups = {(row["foot"], row["k_gain"]) for row in of_day}
-        assert groups == {(row["foot"], row["k_gain"]) for row in of_day if row["b_ad_gain"] == "0"}
-
-
 @pytest.mark.parametrize(("n", "test"), [(2, "within days"), (3, "within days"), (12, "on day means")])
 def test_plan_says_which_test_its_days_allow(n: int, test: str, fresh: SmallBook) -> None:
     drawn = ("plan", "--seed", "7", "--n", str(n), "--per-day", "8", "--dry-run")
@@ -154,41 +140,6 @@ def test_values_of_every_kind_are_shown_as_a_sheet_has_them(stated: SmallBook) -
             "day=2021-06-14 where the sheet has 2021-06-13",
             "started_utc=2021-06-14T13:30:00Z where the sheet has 2021-06-13T14:30:00Z",
             "kind=jumps where the sheet has characterisation",
-        )
-
-
-def test_faults_of_a_sheet_are_told_all_at_once_with_line_and_column(fresh: SmallBook) -> None:
-    sheet = fresh.instruments / "runs.csv"
-    lines = table(sheet)
-    for number, wrong in enumerate(
-        [
-            {"date": "14.6.21"},
-            {"foot": "smal"},
-            {"kind": "jump"},
-            {"battery": "Z"},
-            {"started": "25:00"},
-            {"duration_s": "long"},
-            {"jumps_made": "-1"},
-            {"run": "r001"},
-            {"position": "1"},
-        ]
-    ):
-        lines[number].update(wrong)
-    write(sheet, lines)
-    with unchanged(fresh.folder):
-        answer = labbook("runs", "import", sheet, at=fresh.folder)
-        refused(
-            answer,
-            2,
-            "nothing was stored",
-            "line 2, date",
-            "line 3, foot: 'smal'",
-            "line 4, kind: 'jump'",
-            "line 5, battery: 'Z'",
-            "line 6, started",
-            "line 7, duration_s",
-            "line 8, jumps_made",
-            "line 9, run: 'r001' is on line 2 too",
         )
 
 

@@ -39,14 +39,6 @@ def test_a_german_sheet_is_read_and_its_page_is_said(fresh: SmallBook, tmp_path:
     assert rows(fresh.folder, "SELECT text FROM note") == [(NOTE,)]
 
 
-def test_a_date_with_slashes_is_refused_with_the_flag_and_read_with_it(fresh: SmallBook, tmp_path: Path) -> None:
-    path = sheet(tmp_path, date="03/04/2019")
-    with unchanged(fresh.folder):
-        refused(labbook("runs", "import", path, at=fresh.folder), 2, "'03/04/2019'", "--dates d/m/y", "--dates m/d/y")
-    good(labbook("runs", "import", path, "--dates", "d/m/y", at=fresh.folder))
-    assert rows(fresh.folder, "SELECT date_local FROM day") == [("2019-04-03",)]
-
-
 def test_a_time_that_came_twice_is_refused_with_the_flag_and_asked_about_at_a_terminal(
     fresh: SmallBook, tmp_path: Path
 ) -> None:

@@ -150,6 +150,7 @@ def test_what_could_be_thousands_is_asked_about(tmp_path: Path) -> None:
     assert compared["mean_b"] == 1.242
 
 
+@pytest.mark.soak
 def test_decimals_at_a_large_offset_lose_no_digit(tmp_path: Path) -> None:
     """NIST's hardest set: 18009 decimals at 1e12, of which doubles keep four digits of F."""
     rows = [f"{name},{value}" for name, values in nist.groups("SmLs09").items() for value in values]

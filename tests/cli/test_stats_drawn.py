@@ -27,7 +27,7 @@ from labbook.presenting.stats.figures import (
 )
 from labbook.presenting.stats.names import drawn_name, shortened
 from reports.figures.estimation import Estimation, EstimationGroup, draw_estimation
-from reports.figures.estimation_parts import MOST_DRAWN, SD_AT
+from reports.figures.estimation_parts import MOST_DRAWN
 from reports.figures.quantiles import draw_quantiles
 from reports.figures.residuals import draw_residuals
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
@@ -194,28 +194,6 @@ def test_the_axis_of_differences_says_of_what_they_are() -> None:
     figure = draw_estimation(Estimation("Apex height", "m", groups, 0, (None, number, number)))
     words = figure.axes[1].get_ylabel().replace("\xa0", " ").replace("\n", " ")
     says(words, "difference from CE", "95 %")
-
-
-@pytest.mark.parametrize("sizes", [(60,) * 6, (2, 2), (2,) * 6])
-def test_every_value_is_seen(sizes: tuple[int, ...]) -> None:
-    """Marks of a group do not lie on each other, nor on the line of mean and SD beside them."""
-    random = np.random.default_rng(3)
-    groups = tuple(
-        EstimationGroup(f"group {place}", tuple(random.normal(size=size).tolist())) for place, size in enumerate(sizes)
-    )
-    number = Number(0.1, "J", ci_low=-0.4, ci_high=0.6)
-    differences = (None, *(number,) * (len(sizes) - 1))
-    width = ONE_COLUMN_IN if len(sizes) == 2 else TWO_COLUMNS_IN
-    figure = draw_estimation(Estimation("Energy", "J", groups, 0, differences), width)
-    figure.draw_without_rendering()
-    axes = figure.axes[0]
-    points = [line for line in axes.lines if line.get_alpha() == 0.75]
-    assert [len(line.get_xdata()) for line in points] == list(sizes)
-    for place, line in enumerate(points):
-        at = axes.transData.transform(np.column_stack([line.get_xdata(), line.get_ydata()])) * 72.0 / figure.dpi
-        apart = np.hypot(*(at[:, None, :] - at[None, :, :]).transpose(2, 0, 1)) + 1e9 * np.eye(len(at))
-        assert apart.min() >= line.get_markersize()
-        assert np.max(line.get_xdata()) < place + SD_AT
 
 
 @pytest.mark.parametrize("asked", [lambda it: compare(it, "welch"), lambda it: equal(it, EquivalenceRequest(-9, 9))])

@@ -6,11 +6,13 @@ import contextlib
 import json
 from collections.abc import Callable, Iterator
 from dataclasses import fields, replace
+from pathlib import Path
 
 import pytest
 
 from data_schema.queries.charges import charges_of_run
 from labbook.actions.files.assigning import assign
+from labbook.actions.report_command import state_report
 from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.correcting import correct, void
 from labbook.actions.runs.runs_importing import import_runs
@@ -19,7 +21,7 @@ from labbook.book.naming import run_named
 from labbook.book.opening import Book
 from labbook.book.write_session import DryRun, WriteSession
 from labbook.statements.facts import NUMBERS_REST_ON
-from tests.helpers.books import ADA, instrument_files, reported_book
+from tests.helpers.books import ADA, instrument_files, reported_book, small_book
 
 Stale = dict[str, set[str]]
 NOTHING: Stale = {}
@@ -88,6 +90,15 @@ def test_a_charge_names_joules_and_no_apexes(book: Book) -> None:
     assert stale["run_energy"] == {"r002"}
     assert {"condition_summary", "comparison"} <= stale.keys()
     assert "run_apexes" not in stale
+
+
+def test_a_charge_typed_in_later_names_its_condition(tmp_path: Path) -> None:
+    with small_book(tmp_path).open() as book:
+        with book.session(ADA) as session:
+            correct(book, session, charge_of(book, "r001"), ["run=none"], "belongs elsewhere")
+        state_report(book, None, ADA, lambda _step: None)
+        typed = stale_after(book, lambda session: state_charge(session, book.configuration, "r001", 120.0, None, None))
+    assert "condition_summary" in typed
 
 
 def all_joules(stale: Stale) -> bool:

@@ -111,12 +111,6 @@ def test_a_faulty_configuration_leaves_no_half_made_book(folder: Path) -> None:
     assert contents(folder) == before
 
 
-def test_a_new_book_needs_a_person(tmp_path: Path) -> None:
-    with refuses(UsageError, "needs a person", "--as"):
-        make_book(tmp_path, None)
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_journal_and_store_lie_where_the_configuration_says(tmp_path: Path) -> None:
     shared = tmp_path / "shared"
     text = small_toml() + f'\n[store]\npath = "{shared}"\n'

@@ -10,8 +10,8 @@ import pytest
 import sqlalchemy as sa
 
 from data_schema.engine import postgres_engine, reading
-from data_schema.errors import BookDamaged, BookMissing, BookVersion, InputRefused, UnknownName, UsageError
-from labbook.book.opening import check_revision, find_folder, open_book, opened
+from data_schema.errors import BookDamaged, BookVersion, UnknownName, UsageError
+from labbook.book.opening import check_revision
 from tests.helpers.books import ADA, BEN, SmallBook, small_book, small_toml
 from tests.helpers.folders import contents
 from tests.helpers.wording import refuses
@@ -33,43 +33,11 @@ def test_opening_and_reading_change_no_byte(book: SmallBook) -> None:
     assert contents(book.folder) == before
 
 
-def test_opening_makes_nothing_where_there_is_no_book(folder: Path) -> None:
-    before = contents(folder)
-    with refuses(BookMissing, "labbook.db", "labbook rebuild", "labbook init") as caught:
-        open_book(folder)
-    assert caught.value.exit_code == 2
-    assert contents(folder) == before
-
-
-def test_a_folder_that_is_in_no_book_is_named_with_the_next_command(tmp_path: Path) -> None:
-    with (
-        refuses(BookMissing, "no book in", "labbook init DIR"),
-        opened(tmp_path),
-    ):
-        pass
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_the_book_is_found_from_a_folder_inside_it(folder: Path) -> None:
-    (folder / "reports" / "today").mkdir(parents=True)
-    assert find_folder(folder / "reports" / "today") == folder.resolve()
-    (folder / "reports" / "labbook.toml").mkdir()  # a folder of that name is no configuration
-    assert find_folder(folder / "reports" / "today") == folder.resolve()
-
-
 def test_an_empty_database_is_no_book(empty_engine: sa.Engine) -> None:
     with refuses(BookVersion, "is empty", "labbook init DIR", "labbook rebuild", "url"):
         check_revision(empty_engine)
     with reading(empty_engine) as connection:
         assert sa.inspect(connection).get_table_names() == []
-
-
-def test_a_file_of_no_bytes_is_no_book_and_stays_empty(folder: Path) -> None:
-    (folder / "labbook.db").touch()
-    with pytest.raises(BookVersion, match="is empty"):
-        open_book(folder)
-    with closing(sqlite3.connect(folder / "labbook.db")) as connection:
-        assert connection.execute("SELECT count(*) FROM sqlite_master").fetchone() == (0,)
 
 
 def test_a_database_of_another_program_is_refused(empty_engine: sa.Engine) -> None:
@@ -99,28 +67,9 @@ def test_a_password_is_never_shown(postgres_url: str) -> None:
     assert "***" in str(caught.value)
 
 
-def test_a_file_that_is_no_database_is_damage(folder: Path) -> None:
-    (folder / "labbook.db").write_bytes(b"This is not what SQLite writes. " * 200)
-    with pytest.raises(BookDamaged, match=r"damaged .*`labbook rebuild`"):
-        open_book(folder)
-
-
 def read_all(book: SmallBook, table: str) -> None:
     with book.open() as opened_book, opened_book.reading() as connection:
         connection.exec_driver_sql(f"SELECT * FROM {table}").fetchall()
-
-
-def test_a_page_of_rubbish_is_damage_when_it_is_read(tmp_path: Path) -> None:
-    book = small_book(tmp_path)
-    with closing(sqlite3.connect(book.database)) as connection:
-        (page,) = connection.execute("SELECT rootpage FROM sqlite_master WHERE name = 'journal'").fetchone()
-        (size,) = connection.execute("PRAGMA page_size").fetchone()
-    with book.database.open("r+b") as handle:
-        handle.seek((page - 1) * size)
-        handle.write(b"\xff" * size)
-    read_all(book, "run")
-    with pytest.raises(BookDamaged, match=r"damaged .*`labbook rebuild`"):
-        read_all(book, "journal")
 
 
 def test_a_table_that_is_gone_is_damage(tmp_path: Path) -> None:
@@ -131,21 +80,7 @@ def test_a_table_that_is_gone_is_damage(tmp_path: Path) -> None:
         read_all(book, "jump")
 
 
-def test_a_configuration_with_faults_names_the_file(folder: Path) -> None:
-    (folder / "labbook.toml").write_text("[study]\nname = ")
-    with refuses(InputRefused, "labbook.toml"):
-        open_book(folder)
-    (folder / "labbook.toml").write_bytes(b'[study]\nname = "B\xe4r"')
-    with refuses(UsageError, "not UTF-8", "byte 17"):
-        open_book(folder)
-
-
 # --- who speaks
-
-
-def test_the_only_person_speaks_unasked(tmp_path: Path) -> None:
-    with small_book(tmp_path, ingested=False).open() as book:
-        assert book.speaker(None) == ADA
 
 
 def test_of_several_one_must_be_named_by_name_or_initials(tmp_path: Path) -> None:
@@ -155,13 +90,3 @@ def test_of_several_one_must_be_named_by_name_or_initials(tmp_path: Path) -> Non
             book.speaker(None)
         with refuses(UnknownName, "'Ada Nwoso'", ADA):
             book.speaker("Ada Nwoso")
-
-
-def test_a_statement_of_nobody_is_not_even_begun(tmp_path: Path) -> None:
-    made = small_book(tmp_path, ingested=False, two_people=True)
-    before = contents(made.folder)
-    with made.open() as book:
-        for nobody in (None, "Eve"):
-            with pytest.raises(UsageError), book.session(nobody):
-                pytest.fail("a session opened for nobody")
-    assert contents(made.folder) == before

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import os
-import random
 import shutil
 import sqlite3
 import subprocess
 import sys
-import time
 from contextlib import closing
 from pathlib import Path
 
@@ -18,11 +16,11 @@ import sqlalchemy as sa
 
 from data_schema.engine import postgres_engine, sqlite_engine, writing
 from data_schema.errors import BookBusy, BookDamaged, UsageError
-from data_schema.journal_file import NOTHING, LeftOut
+from data_schema.journal_file import NOTHING
 from labbook.book.differing import Differences
 from labbook.book.making import make_sqlite
 from labbook.book.rebuilding import Rebuilt, rebuild_database, rewrite_journal
-from labbook.book.replacing_postgres import FRESH, replace_postgres
+from labbook.book.replacing_postgres import replace_postgres
 from labbook.book.replacing_sqlite import replace_sqlite
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.commands import KILLED, Commands
@@ -243,17 +241,6 @@ def test_what_cannot_follow_to_new_tables_is_named_before_anything_is_done(
     engine.dispose()
 
 
-def test_a_database_of_another_program_is_not_rebuilt_into(postgres_url: str, judged: SmallBook) -> None:
-    engine = postgres_engine(postgres_url)
-    with engine.begin() as connection:
-        connection.exec_driver_sql("CREATE TABLE recipes (x TEXT)")
-    moved(judged, "[files]", f'[database]\nurl = "{postgres_url}"\n\n[files]')
-    with refuses(UsageError, "recipes and no"):
-        rebuild(judged)
-    assert schemas(engine) == []
-    engine.dispose()
-
-
 def test_another_program_with_migrations_of_its_own_is_not_taken_for_a_book(
     postgres_url: str, judged: SmallBook
 ) -> None:
@@ -428,22 +415,6 @@ def test_a_journal_that_ends_before_the_database_is_not_rebuilt_from(book: Small
 
 
 @SERVER_IN_A_SOAK
-def test_the_database_of_another_book_is_not_replaced(book: SmallBook, tmp_path: Path) -> None:
-    other = small_book(tmp_path / "other", ingested=False, two_people=True)
-    with other.open() as standing:
-        for number in range(40):
-            with standing.session(ADA) as session:
-                note(session, f"remark {number}")
-    shutil.copy(other.journal, book.journal)
-    with book.open() as standing:
-        rows = all_rows_by_name(standing.engine)
-    with refuses(BookDamaged, "belong to different"):
-        rebuild(book)
-    with book.open() as standing:
-        assert all_rows_by_name(standing.engine) == rows
-
-
-@SERVER_IN_A_SOAK
 def test_a_journal_that_lacks_only_its_last_newline_is_rebuilt_from_to_its_end(book: SmallBook) -> None:
     with book.open() as standing:
         rows, entries = all_rows_by_name(standing.engine), len(said_alike(standing))
@@ -460,59 +431,7 @@ def test_a_journal_that_lacks_only_its_last_newline_is_rebuilt_from_to_its_end(b
     assert book.journal.read_bytes().startswith(whole)
 
 
-def test_what_is_cut_off_is_told_and_never_thrown_away(tmp_path: Path) -> None:
-    book = small_book(tmp_path, ingested=False)
-    whole = book.journal.read_bytes()
-    book.journal.write_bytes(whole + b'{"action":"note"')
-    left_out = LeftOut(1, 16)
-    assert rebuild(book).left_out == left_out
-    assert book.journal.read_bytes() == whole + b'{"action":"note"'
-    rewrite_journal(book.folder)
-    assert book.journal.read_bytes() == whole
-    (kept,) = book.folder.glob("journal.jsonl.cut-off.*")
-    assert kept.read_bytes() == b'{"action":"note"'
-
-
 # --- interrupted
-
-
-@pytest.mark.soak
-def test_a_rebuild_that_is_killed_leaves_the_old_database(whole: SmallBook, commands: Commands) -> None:
-    before, chance = rows_of(whole), random.Random(5)
-    died = 0
-    for _ in range(4):
-        running = commands.start("rebuild", "--book", whole.folder)
-        time.sleep(chance.uniform(0, 0.8))
-        running.kill()
-        died += running.wait() == KILLED
-        assert rows_of(whole) == before
-    assert died > 1
-    code, said = commands.run("rebuild", "--book", whole.folder)
-    assert code == 0, said
-    assert rows_of(whole) == before
-    assert list(whole.folder.glob(".labbook*")) == []
-
-
-@pytest.mark.soak
-def test_on_postgresql_a_rebuild_that_is_killed_leaves_the_old_tables(
-    postgres_url: str, tmp_path: Path, commands: Commands
-) -> None:
-    book, chance = small_book(tmp_path, database_url=postgres_url), random.Random(6)
-    before = schema_and_rows(postgres_url)
-    died = 0
-    for _ in range(4):
-        running = commands.start("rebuild", "--book", book.folder)
-        time.sleep(chance.uniform(0, 0.9))
-        running.kill()
-        died += running.wait() == KILLED
-        assert schema_and_rows(postgres_url) == before
-    assert died > 1
-    code, said = commands.run("rebuild", "--book", book.folder)
-    assert code == 0, said
-    assert schema_and_rows(postgres_url) == before
-    engine = postgres_engine(postgres_url)
-    assert FRESH not in schemas(engine)
-    engine.dispose()
 
 
 # --- what is not as it was

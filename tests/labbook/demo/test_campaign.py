@@ -1,5 +1,3 @@
-import itertools
-
 import numpy as np
 import pytest
 
@@ -20,18 +18,6 @@ def test_default_campaign_is_chapter_5s(campaign: Campaign) -> None:
     assert len(campaign.of_kind(RunKind.CHARACTERISATION)) == 1
     assert [run.name for run in campaign.runs] == [f"r{n:03d}" for n in range(1, 272)]
     assert {run.battery for run in campaign.runs} == set(BATTERIES)
-
-
-def test_runs_follow_one_another_within_a_days_work(campaign: Campaign) -> None:
-    for before, after in itertools.pairwise(campaign.runs):
-        assert (after.started - before.started).total_seconds() > before.duration_s
-        assert after.position == (before.position + 1 if after.date == before.date else 1)
-    assert all(9 <= run.started.hour <= 19 for run in campaign.runs)
-
-
-def test_timer_keeps_runs_at_12_minutes_within_seconds(campaign: Campaign) -> None:
-    assert all(718 <= run.duration_s <= 724 for run in campaign.of_kind(RunKind.JUMPS))
-    assert sorted(round(run.duration_s / 60) for run in campaign.of_kind(RunKind.IDLE)) == [20, 24, 30, 40, 50, 60]
 
 
 def test_faults_of_real_work_occur() -> None:
@@ -70,18 +56,3 @@ def test_one_run_is_entered_with_the_other_foot(campaign: Campaign) -> None:
     assert run.condition is not None
     assert correction.right == run.condition.foot
     assert {correction.written, correction.right} == {"small", "large"}
-
-
-def test_same_seed_same_campaign_other_seed_another() -> None:
-    def facts(seed: int) -> list[tuple[object, ...]]:
-        runs = make_campaign(seed, runs_per_condition=2).runs
-        return [(run.started, run.condition, run.charge_mah, run.note, *run.apex_heights_m) for run in runs]
-
-    assert facts(5) == facts(5)
-    assert facts(5) != facts(6)
-
-
-def test_small_campaigns_can_be_made() -> None:
-    campaign = make_campaign(2, runs_per_condition=1, extra_controls=8, jumps_per_run=2)
-    assert len(campaign.of_kind(RunKind.JUMPS)) == 24 + 8
-    assert len(campaign.of_kind(RunKind.IDLE)) == 6

@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-from data_schema.errors import UsageError
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import RunKind
 from labbook.demo.campaign import make_campaign
@@ -37,15 +36,6 @@ def test_clock_shows_whole_milliseconds_at_300_hz(logs: list[tuple[DemoRun, RunL
         missing = missing_within(log)
         assert sum(n for step, n in usual.items() if step > 4) == len(missing - {sample + 1 for sample in missing})
         assert log.time_ms[0] >= 15_000
-
-
-def test_all_channels_have_every_kept_sample(logs: list[tuple[DemoRun, RunLog]]) -> None:
-    for run, log in logs:
-        assert {values.size for values in log.channels.values()} == {log.time_ms.size}
-        assert run.condition is not None
-        assert np.all(log.channels["b_ad_gain"] == run.condition.b_ad_gain)
-        assert set(np.unique(log.channels["controller_state"])) == {0.0, 1.0}
-        assert all(np.isfinite(values).all() for values in log.channels.values())
 
 
 def test_dropped_packets_miss_what_they_say(logs: list[tuple[DemoRun, RunLog]]) -> None:
@@ -89,29 +79,3 @@ def test_misfired_jumps_stay_below_the_ground_line_until_picked_up(campaign: Cam
     edges = np.flatnonzero(np.diff(low.astype(int)) == 1)
     assert edges.size == run.jumps_made
     assert log.apex_ms.size == run.jumps_made - run.misfired.sum()
-
-
-def test_full_log_lasts_12_minutes(campaign: Campaign) -> None:
-    run = campaign.of_kind(RunKind.JUMPS)[0]
-    log = run_log(3, campaign.truth, run, full=True)
-    assert log.time_ms.size + log.dropped[:, 1].sum() == 216_000
-    np.testing.assert_array_equal(log.apex_height_m, run.reached_apexes_m)
-
-
-def test_default_log_lasts_about_80_seconds(campaign: Campaign) -> None:
-    for run in campaign.of_kind(RunKind.JUMPS)[:5]:
-        time_ms = run_log(3, campaign.truth, run).time_ms
-        assert 70_000 < time_ms[-1] - time_ms[0] < 95_000
-
-
-def test_same_run_same_log(campaign: Campaign) -> None:
-    run = campaign.of_kind(RunKind.JUMPS)[4]
-    first, again = (run_log(3, campaign.truth, run) for _ in range(2))
-    np.testing.assert_array_equal(first.time_ms, again.time_ms)
-    for name, values in first.channels.items():
-        np.testing.assert_array_equal(values, again.channels[name])
-
-
-def test_an_idle_run_has_no_log(campaign: Campaign) -> None:
-    with pytest.raises(UsageError, match="made no jumps"):
-        run_log(3, campaign.truth, campaign.of_kind(RunKind.IDLE)[0])

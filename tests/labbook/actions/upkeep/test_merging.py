@@ -394,13 +394,6 @@ def test_a_contradiction_is_named_and_nothing_is_written(lab: SmallBook, laptop:
     assert contents(lab.folder) == before
 
 
-def test_contradictions_are_listed_all_at_once(lab: SmallBook, laptop: SmallBook) -> None:
-    cases = [AGAINST[name] for name in ("a run in both", "a verdict against another", "two charges of a run")]
-    for here, there, _words in cases:
-        go_on(lab, laptop, here, there)
-    assert len(merged(lab, laptop, dry_run=True).conflicts) == 3
-
-
 def test_what_both_say_alike_is_said_once(lab: SmallBook, laptop: SmallBook) -> None:
     def both(book: Book, files: SmallBook) -> None:
         state_runs(book, SECOND_DAY)

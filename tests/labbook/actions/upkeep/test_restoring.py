@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import random
 import shutil
 import time
 import tomllib
@@ -12,7 +11,7 @@ import pytest
 
 from data_schema.engine import postgres_engine, sqlite_engine
 from data_schema.errors import BookDamaged, UsageError
-from labbook.actions.upkeep.restoring import MARKER, Place, Restored, restore
+from labbook.actions.upkeep.restoring import Place, Restored, restore
 from labbook.book.copies.backing_up import back_up
 from labbook.book.opening import opened
 from labbook.terminal import progress
@@ -194,37 +193,6 @@ def test_a_journal_cut_after_the_backup_is_refused(source: Path, tmp_path: Path)
 
 
 # --- cut off
-
-
-def kill_rounds(quick: Path, folder: Path, commands: Commands, rounds: int, seed: int) -> int:
-    """Kill a restore at a random moment, let the same command go on, begin anew; how many died."""
-    chance, died = random.Random(seed), 0
-    words = ["restore", quick / "backup", folder]
-    whole = rows(quick / "book")
-    started = time.monotonic()
-    code, said = commands.run(*words)
-    assert code == 0, said
-    usual_s = time.monotonic() - started
-    for _ in range(rounds):
-        shutil.rmtree(folder)
-        running = commands.start(*words)
-        time.sleep(chance.uniform(0, usual_s))
-        running.kill()
-        code = running.wait()
-        assert code in (0, KILLED), running.output.read_text()
-        died += code == KILLED
-        if code == KILLED:
-            assert not folder.exists() or (folder / MARKER).exists() or not any(folder.glob("[!.]*"))
-            code, said = commands.run(*words)
-            assert code == 0, said
-        assert rows(folder) == whole
-        assert not (folder / MARKER).exists()
-    return died
-
-
-@pytest.mark.soak
-def test_killed_at_random_the_same_command_completes_it(quick: Path, tmp_path: Path, commands: Commands) -> None:
-    assert kill_rounds(quick, tmp_path / "restored", commands, 100, 2) > 50
 
 
 def test_killed_after_a_sync_the_same_command_completes_it(quick: Path, tmp_path: Path, commands: Commands) -> None:

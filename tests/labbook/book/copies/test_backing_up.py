@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import random
-import time
 from pathlib import Path
 
 import pytest
@@ -188,52 +186,12 @@ def test_the_line_of_today_says_what_was_gained_since(whole: SmallBook, tmp_path
 # --- while others write, and cut off
 
 
-def kill_rounds(book: SmallBook, destination: Path, commands: Commands, rounds: int, seed: int) -> int:
-    """Kill a backup at a random moment, of a book that gains a file and a remark each round; how many died."""
-    chance, usual_s = random.Random(seed), []
-    for _ in range(2):
-        started = time.monotonic()
-        code, said = commands.run("backup", destination, "--book", book.folder)
-        assert code == 0, said
-        usual_s.append(time.monotonic() - started)
-    logs = sorted((book.instruments / "logs").iterdir())
-    died = 0
-    for number in range(rounds):
-        say(book, f"remark {number}")
-        log = logs[number % len(logs)]
-        log.write_bytes(log.read_bytes() + b"\n" * (number // len(logs)))
-        code, said = commands.run("ingest", log, "--book", book.folder)
-        assert code == 0, said
-        running = commands.start("backup", destination, "--book", book.folder)
-        time.sleep(chance.uniform(0, 1.2 * min(usual_s)))
-        running.kill()
-        code = running.wait()
-        assert code in (0, KILLED), running.output.read_text()
-        died += code == KILLED
-        check_backup(destination)
-    return died
-
-
 def finish(book: SmallBook, destination: Path, commands: Commands) -> None:
     code, said = commands.run("backup", destination, "--book", book.folder)
     assert code == 0, said
     check_backup(destination)
     assert (destination / "journal.jsonl").read_bytes() == book.journal.read_bytes()
     assert list(destination.rglob(".*")) == []
-
-
-@pytest.mark.soak
-def test_killed_at_random_a_backup_is_the_one_before_or_the_new_one(tmp_path: Path, commands: Commands) -> None:
-    book = small_book(tmp_path, ingested=False)
-    assert kill_rounds(book, tmp_path / "backup", commands, 8, seed=1) > 1
-    finish(book, tmp_path / "backup", commands)
-
-
-@pytest.mark.soak
-def test_killed_for_long_a_backup_is_the_one_before_or_the_new_one(tmp_path: Path, commands: Commands) -> None:
-    book = small_book(tmp_path, ingested=False)
-    assert kill_rounds(book, tmp_path / "backup", commands, 300, seed=2) > 150
-    finish(book, tmp_path / "backup", commands)
 
 
 def test_killed_after_each_sync_the_next_backup_completes_it(tmp_path: Path, commands: Commands) -> None:

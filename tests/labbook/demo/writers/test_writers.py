@@ -11,13 +11,10 @@ from labbook.demo.files import recharge_course
 from labbook.demo.writers import (
     COLUMNS,
     RunRow,
-    SheetRow,
     bertec_text,
-    charger_sheet,
     checksum,
     icharger_log,
     run_sheet,
-    string_pot_log,
 )
 
 SAMPLE = Path(__file__).parents[5] / "shared" / "samples" / "charger" / "LiPo[Storage_952_CH1].txt"
@@ -25,31 +22,6 @@ SAMPLE = Path(__file__).parents[5] / "shared" / "samples" / "charger" / "LiPo[St
 
 def rows_of(text: bytes) -> list[dict[str, str]]:
     return list(csv.DictReader(io.StringIO(text.decode())))
-
-
-def test_string_pot_log_reads_back() -> None:
-    rng = np.random.default_rng(0)
-    time_ms = np.cumsum(rng.integers(3, 5, 50))
-    height_m = rng.normal(0.4, 0.1, 50)
-    text = string_pot_log(time_ms, {"body_height [m]": height_m, "k_gain": np.full(50, 300.0)}, {"k_gain": 4})
-    assert text.startswith(b"time [ms],body_height [m],k_gain\n")
-    rows = rows_of(text)
-    assert [int(row["time [ms]"]) for row in rows] == time_ms.tolist()
-    np.testing.assert_allclose([float(row["body_height [m]"]) for row in rows], height_m, atol=5e-7)
-    assert {row["k_gain"] for row in rows} == {"300.0000"}
-
-
-def test_charger_sheet_reads_back() -> None:
-    row = SheetRow("r007", 104, 10, 15.4, "B", dt.datetime.fromisoformat("2021-06-14 10:09"))
-    (read,) = rows_of(charger_sheet([row]))
-    assert read == {
-        "run": "r007",
-        "mAh": "104",
-        "minutes": "10",
-        "end_voltage": "15.40",
-        "pack": "B",
-        "ended": "2021-06-14 10:09",
-    }
 
 
 def test_run_sheet_has_empty_factors_for_an_idle_run_and_quotes_notes() -> None:
