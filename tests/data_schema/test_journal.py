@@ -223,21 +223,6 @@ def test_of_a_command_that_was_cut_off_anywhere_nothing_counts(
     assert mirror.path.read_bytes() == whole
 
 
-@pytest.mark.parametrize("every", [3, pytest.param(1, marks=pytest.mark.soak)])
-def test_a_command_of_many_entries_is_there_whole_or_not_at_all_wherever_it_is_cut(
-    mirror: JournalFile, every: int
-) -> None:
-    first, last, following = in_commands([[{}], [{"reason": "ä"}] * 4, [{}, {}]])
-    whole = written(mirror, first + last)
-    for left in range(len(whole), len(written(mirror, first)) - 1, -every):
-        mirror.path.write_bytes(whole[:left])
-        there = first + last if left >= len(whole) - 1 else first
-        assert list(mirror.entries()) == mirror.tail(0) == there
-        (said,) = commands(placed(following, (there[-1].seq, there[-1].hash)))
-        mirror.append(said)
-        assert list(mirror.entries()) == there + said
-
-
 @given(COMMANDS)
 def test_a_journal_that_lacks_only_its_last_newline_lacks_nothing(
     mirror: JournalFile, said: list[list[dict[str, Any]]]
@@ -320,20 +305,6 @@ def test_a_command_that_lost_an_entry_in_the_middle_of_the_journal_is_seen() -> 
 
 
 # --- the file
-
-
-@given(CHAINS, st.data())
-def test_a_cut_off_last_line_does_not_count_and_is_written_again(
-    mirror: JournalFile, entries: list[Entry], data: st.DataObject
-) -> None:
-    whole = written(mirror, entries)
-    before = len(written(mirror, entries[:-1]))
-    cut = data.draw(st.integers(before, len(whole) - 2), "bytes left")
-    mirror.path.write_bytes(whole[:cut])
-    assert list(mirror.entries()) == entries[:-1]
-    assert mirror.last() == entries[-2]
-    mirror.append(entries[-1:])
-    assert mirror.path.read_bytes() == whole
 
 
 def test_a_long_journal_is_read_from_its_end(mirror: JournalFile) -> None:

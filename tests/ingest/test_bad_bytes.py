@@ -6,12 +6,10 @@ import gzip
 import io
 import zipfile
 
-import numpy as np
 import pytest
 
-from tests.ingest.bad_input import LOG, ROWS, Case, check, read, with_row, with_times
-from tests.ingest.cuts import EVERY, cuts
-from tests.ingest.synthetic import LOG_HEADER, robot_rows, text
+from tests.ingest.bad_input import LOG, ROWS, Case, check, with_row, with_times
+from tests.ingest.synthetic import LOG_HEADER
 
 
 def zipped(members: dict[str, bytes]) -> bytes:
@@ -68,13 +66,3 @@ BYTES = [
 @pytest.mark.parametrize("case", BYTES, ids=lambda case: case.name)
 def test_bad_bytes_have_their_outcome(case: Case) -> None:
     check(case)
-
-
-@EVERY
-def test_a_file_cut_anywhere_never_gives_a_number_that_was_not_written(step: int) -> None:
-    whole = text(LOG_HEADER, robot_rows(30))
-    (clean,) = read(whole).parts
-    for end in cuts(whole, step):
-        for part in read(whole[:end]).parts:
-            for channel, original in zip(part.channels, clean.channels, strict=True):
-                assert np.array_equal(channel.values, original.values[: len(channel.values)])

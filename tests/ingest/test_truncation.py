@@ -90,11 +90,3 @@ def test_any_damage_ends_in_sentences(name: str, edits: list[tuple[float, int, b
 @given(edits=EDITS)
 def test_any_damage_ends_in_sentences_at_length(name: str, edits: list[tuple[float, int, bytes]]) -> None:
     read(edited(GOOD_FILES[name](), edits), name)
-
-
-@settings(max_examples=150, derandomize=True, suppress_health_check=list(HealthCheck))
-@given(
-    st.one_of(st.binary(max_size=300), st.text(alphabet='0123456789.,;:-+eE\t\n\r "#$/', max_size=300).map(str.encode))
-)
-def test_any_bytes_end_in_sentences(data: bytes) -> None:
-    read(data)

@@ -7,7 +7,6 @@ import pytest
 
 from ingest.model import ColumnDeclaration, Declarations, ReadFile
 from ingest.read import read_file
-from tests.ingest.cuts import EVERY, cuts
 from tests.ingest.formats.synthetic_chargers import cheali_rows, lines, serial_rows, with_checksum
 
 HALF_HERTZ = Declarations(rate_hz=0.5)
@@ -138,18 +137,6 @@ SMALL = {
     "icharger_serial": (lines(serial_rows(5)), HALF_HERTZ),
     "cheali_log": (lines(cheali_rows(5)), Declarations()),
 }
-
-
-@EVERY
-@pytest.mark.parametrize("name", SMALL)
-def test_a_file_cut_at_any_byte_is_never_silently_shorter(name: str, step: int) -> None:
-    data, declared = SMALL[name]
-    whole = [len(line) for line in data.splitlines()]
-    ends = {sum(whole[:n]) + 2 * n + extra for n in range(1, 6) for extra in (-2, -1, 0)}
-    for stop in cuts(data, step):
-        result = read_file(data[:stop], declared)
-        if stop not in ends and not result.refused:
-            assert result.rows_rejected == 1, stop
 
 
 @pytest.mark.parametrize("name", SMALL)

@@ -7,7 +7,6 @@ import pytest
 
 from ingest.model import ColumnDeclaration, Declarations, Profile, ReadFile
 from ingest.read import read_file
-from tests.ingest.cuts import EVERY, cuts
 from tests.ingest.formats.synthetic_chargers import bare_rows, lines, with_checksum
 
 COLUMNS = {"value_1": ColumnDeclaration("battery_voltage", "mV"), "value_2": ColumnDeclaration("current", "mA")}
@@ -122,19 +121,3 @@ def test_openformat_zero_in_hexadecimal_and_several_recordings() -> None:
 def test_a_header_that_is_not_understood_refuses(header: str) -> None:
     result = read_file(lines([*ZERO, "$I$;500", header, *zero_rows()]), Declarations())
     assert (result.format, result.refused) == ("logview_zero", True)
-
-
-BARE = (lines(bare_rows(5)), NAMED)
-SMALL = {"bare": BARE, "no sum": (lines(bare_rows(5, checksum=False)), NAMED)}
-SMALL["zero"] = (lines([*ZERO, "$I$;500", *zero_rows(5)]), Declarations())
-
-
-@EVERY
-@pytest.mark.parametrize("name", SMALL)
-def test_a_recording_cut_at_any_byte_is_never_silently_shorter(name: str, step: int) -> None:
-    data, declared = SMALL[name]
-    for stop in cuts(data, step):
-        result = read_file(data[:stop], declared)
-        complete = data[stop : stop + 2] == b"\r\n" or data[stop - 1 : stop + 1] in (b"\r\n",) or not stop
-        if not result.refused and not complete and data[stop - 1 : stop] != b"\n":
-            assert result.rows_rejected == 1, data[:stop]

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from ingest.model import ColumnDeclaration, Declarations, Profile, ReadFile
 from ingest.read import read_file
-from tests.ingest.cuts import EVERY, cuts
 from tests.ingest.formats.synthetic_minitaur import (
     NEW_HEADER,
     OLD_FORMAT,
@@ -106,19 +105,6 @@ def test_lost_bytes_cost_the_records_they_cut_and_are_said(layout: str, record: 
     assert not result.parts or all(
         round(stamp * 1000) + 36_548 in stamps for part in result.parts for stamp in part.time_s[:10]
     )
-
-
-@EVERY
-@pytest.mark.parametrize("layout", LAYOUTS)
-def test_a_log_cut_at_any_byte_is_never_silently_shorter(layout: str, step: int) -> None:
-    header, records = LAYOUTS[layout]
-    data = header + b"".join(records[:2])
-    for stop in cuts(data, step, range(len(header), len(data), len(records[0]))):
-        result = read(data[:stop])
-        whole, rest = divmod(stop - len(header), len(records[0]))
-        if not result.refused and (whole, rest) != (0, 98):  # one record is whole without the bytes behind it
-            assert rest == 0
-            assert result.rows_kept == whole
 
 
 def test_a_cut_last_record_is_counted() -> None:
