@@ -83,6 +83,27 @@ def one_way(groups: Mapping[str, Values]) -> tuple[float, Any]:
     return float(f), f_tail(f, k - 1, n - k)
 
 
+def welch_one_way(groups: Mapping[str, Values]) -> tuple[float, Any]:
+    """Return F of Welch's analysis of variance and its p; a constant group's variance is 1e-200 of the others'."""
+    with mpmath.workdps(600):
+        parts = []
+        for values in groups.values():
+            n, mean, squares = moments(values)
+            variance = mpf(squares) / (n - 1) if squares else mpmath.mpf(10) ** -200
+            parts.append((n, mpf(mean), n / variance))
+        total = sum(weight for _, _, weight in parts)
+        k = len(parts)
+        grand = sum(weight * mean for _, mean, weight in parts) / total
+        above = sum(weight * (mean - grand) ** 2 for _, mean, weight in parts) / (k - 1)
+        doubt = sum((1 - weight / total) ** 2 / (n - 1) for n, _, weight in parts)
+        f = above / (1 + 2 * (k - 2) * doubt / (k * k - 1))
+        df = (k * k - 1) / (3 * doubt)
+    with mpmath.workdps(DIGITS):
+        f, df = +f, +df
+        p = mpmath.betainc(df / 2, mpmath.mpf(k - 1) / 2, 0, df / (df + (k - 1) * f), regularized=True)
+        return float(f), p
+
+
 def additive(values: Values, condition: Sequence[int], day: Sequence[int]) -> tuple[int, float, Any]:
     """Return the error's degrees of freedom, F and p of the conditions, days held fixed: y = condition + day."""
     days = [[float(each == level) for each in day] for level in sorted(set(day))[1:]]
