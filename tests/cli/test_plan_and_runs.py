@@ -171,20 +171,8 @@ def test_today_lists_what_a_day_still_needs(stated: SmallBook) -> None:
 
 
 def test_checks_are_kept_with_value_unit_person_and_verdict(stated: SmallBook) -> None:
-    good(
-        labbook(
-            "check",
-            "rail_angle",
-            "--value",
-            "1.6",
-            "--unit",
-            "deg",
-            "--failed",
-            "--day",
-            "2021-06-14",
-            at=stated.folder,
-        )
-    )
+    words = "check rail_angle --value 1.6 --unit deg --failed --day 2021-06-14"
+    good(labbook(*words.split(), at=stated.folder))
     found = rows(
         stated.folder,
         "SELECT kind, value, unit, passed, person.name FROM day_check JOIN person ON person = person.id "

@@ -40,21 +40,9 @@ def test_a_grid_holds_what_single_runs_give(tmp_path: Path) -> None:
         says(dataset.attrs["title"], "gain=300", "leg_damping", "b_ad", "foot_radius")
         assert dataset.attrs["labbook_version"] == importlib.metadata.version("robot-labbook")
         for b_ad, radius in itertools.product((0, 300), (0.02, 0.038)):
-            words = ("--set", f"b_ad={b_ad}", "--set", f"foot_radius={radius}", "--set", "gain=300")
-            one = good(
-                labbook(
-                    "sim",
-                    "run",
-                    "--scene",
-                    "sim2",
-                    *words,
-                    "--accuracy",
-                    "1e-5",
-                    "--no-error-bars",
-                    "--json",
-                    at=tmp_path,
-                )
-            ).json
+            sets = f"--set b_ad={b_ad} --set foot_radius={radius} --set gain=300"
+            words = f"sim run --scene sim2 {sets} --accuracy 1e-5 --no-error-bars --json"
+            one = good(labbook(*words.split(), at=tmp_path)).json
             there = dataset.sel(b_ad=b_ad, foot_radius=radius)
             for name in ("cost_J", "apex_height_m", "liftoff_time_s", "max_depth_m", "energy_residual_J", "steps"):
                 assert there[name].item() == one[name], name

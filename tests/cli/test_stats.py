@@ -161,20 +161,6 @@ def test_decimals_at_a_large_offset_lose_no_digit(tmp_path: Path) -> None:
     assert result["log10_p"] < -2000
 
 
-def test_conditions_choose_rows(tmp_path: Path) -> None:
-    lines = ["foot,gain,energy,day", "small,0,1,2021-06-14", "small,0,2,2021-06-16", "small,100,5,2021-06-16"]
-    path = written(tmp_path, [*lines, "small,100,7,2021-06-16", "large,0,90,2021-06-16", ",0,80,2021-06-16"])
-    words = ("compare", "--value", "energy", "--by", "gain")
-    for where in ("foot=small", "not foot in (large) and energy<50", "energy < 50 or energy > 1000", "foot!=large"):
-        groups = run(path, *words, "--where", where)["groups"]
-        assert groups == {"gain 0": 2, "gain 100": 2}, where
-    assert run(path, *words, "--where", "day>=2021-06-16 and foot=small")["groups"] == {"gain 0": 1, "gain 100": 2}
-    refused(
-        labbook("stats", *words[:1], path, *words[1:], "--where", "fot=small", at=tmp_path), 2, "did you mean 'foot'?"
-    )
-    refused(labbook("stats", *words[:1], path, *words[1:], "--where", "gain=x", at=tmp_path), 2, "is not a number")
-
-
 def test_missing_values_are_refused_or_dropped_and_counted(tmp_path: Path) -> None:
     path = table(tmp_path, {"CE": (*CE[:4], ""), "AD": ("14.2", "NaN", "14.45", "n/a", "14.9")})
     said = "3 of 10 rows", "the first in line 6", "--missing drop"

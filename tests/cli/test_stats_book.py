@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from data_schema.outcomes import Outcome
@@ -18,7 +17,6 @@ from labbook.book.opening import opened
 from labbook.presenting.report.content import make_report
 from reports.content import Comparison, ReportContent
 from reports.numbers import Number
-from stats.days.blocked import blocked_by_day
 from tests.cli.shell import good, labbook, refused, unchanged
 from tests.helpers.books import SmallBook, ingest_all, small_book
 from tests.helpers.wording import says
@@ -176,37 +174,6 @@ def test_savings_lead_with_those_of_the_deciding_test(reported: Reported) -> Non
     assert (lost["t"], lost["p"]) == (-compared["t"], compared["p"])
 
 
-def test_values_days_and_controls_are_the_books(reported: Reported) -> None:
-    runs_by_role = {
-        condition.control: {value.run: value.value for value in apex.runs}
-        for condition in reported.content.conditions
-        if (apex := condition.summary(Outcome.APEX)) is not None
-    }
-    control, treated = runs_by_role[True], runs_by_role[False]
-    found = reported.stats("blocked", "--quantity", "apex")
-    runs = {**control, **treated}
-    by_hand = blocked_by_day(
-        list(runs.values()),
-        ["treated" if run in treated else "control" for run in runs],
-        ["2021-06-14" if run < "r009" else "2021-06-16" for run in runs],
-        control="control",
-    )
-    assert found["blocked"]["p"] == by_hand.p
-    assert found["blocked"]["contrasts"][0]["difference"] == by_hand.contrasts[0].difference
-    assert found["control"] == "b_ad_gain 0"
-    assert found["groups"] == {"b_ad_gain 0": 4, "b_ad_gain 100": 4}
-    assert found["blocked"]["n_days"] == 2
-
-
-def test_joules_over_days_carry_the_drains_error(reported: Reported) -> None:
-    by_day = reported.stats("blocked")["blocked"]
-    compared = reported.comparison(Outcome.JOULES, pairing.POOLED)
-    (contrast,) = by_day["contrasts"]
-    assert contrast["difference"] == pytest.approx(compared.difference.value)
-    half = (contrast["interval"][1] - contrast["interval"][0]) / 2
-    assert half / contrast["se"] > np.abs(compared.difference.shared_se) / contrast["se"]
-
-
 def test_single_jumps_stay_within_their_run(reported: Reported) -> None:
     found = reported.stats("blocked", "--quantity", "apex", "--run-within-day", "run")
     heights = [condition.summary(Outcome.APEX) for condition in reported.content.conditions]
@@ -332,23 +299,6 @@ def test_every_comparison_says_whether_it_is_the_planned_one(decided: SmallBook,
     assert [note in said for said in notes if said.startswith(("Exploratory", "As decided"))] == [True]
 
 
-def test_where_nothing_was_decided_every_comparison_is_exploratory(reported: Reported) -> None:
-    assert f"Exploratory: {NOTHING_DECIDED}." in reported.stats("compare", "--pooled")["notes"]
-    other = good(labbook("stats", "compare", *SMALL, "--quantity", "apex", at=reported.book.folder)).out
-    assert f"note: Exploratory: {NOTHING_DECIDED}." in other
-
-
-def test_groups_that_share_hardly_a_day_are_named(decided: SmallBook) -> None:
-    compared, by_day = (" ".join(asked(decided, command, *APART)["notes"]) for command in ("compare", "blocked"))
-    says(compared, "0", "2 days")
-    says(by_day, "0", "2 days")
-    says(compared, "0.05 found")
-    says(compared, "Measuring the groups")
-    assert "has the day" not in compared
-    says(by_day, "groups from their")
-    assert "share" not in " ".join(asked(decided, "compare", *SMALL)["notes"])
-
-
 @pytest.mark.parametrize(
     ("words", "claim"),
     [
@@ -378,15 +328,6 @@ def test_people_read_heights_in_millimetres(decided: SmallBook, words: tuple[str
     assert " mm" in line
     assert not re.search(r"\d m\b", "\n".join(each for each in line.splitlines() if not each.startswith("note: ")))
     assert asked(decided, *words, *SMALL)["unit"] == "m"
-
-
-def test_means_beside_savings_are_in_millimetres_too(decided: SmallBook) -> None:
-    (saved,) = asked(decided, "savings", *SMALL)["savings"]
-    said = good(labbook("stats", "savings", *SMALL, "--quantity", "apex", "--full", at=decided.folder)).out
-    says(said, "what is consumed")
-    assert "what is consumed" not in good(labbook("stats", "savings", *SMALL, at=decided.folder)).out
-    (shown,) = re.findall(r"control_mean +([0-9.]+)", said)
-    assert float(shown) == pytest.approx(1000 * saved["control_mean"], rel=1e-5)
 
 
 def test_people_read_the_reports_names_and_programs_the_books(decided: SmallBook) -> None:

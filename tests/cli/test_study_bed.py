@@ -16,8 +16,10 @@ import numpy as np
 import pytest
 
 from labbook.actions.studies.bed import bed_study_of
+from labbook.book.opening import opened
 from labbook.demo.studies.registry import STUDIES
 from labbook.demo.studies.sheets import flasks
+from labbook.presenting.report.content import make_report
 from labbook.presenting.studies.bed import beside
 from simulator.steady.published_results import published_numbers
 from tests.cli.shell import good, labbook, refused
@@ -62,11 +64,10 @@ def flasks_ingested(book: Path) -> None:
     good(labbook("ingest", "flasks.csv", at=book))
 
 
-def test_its_claims_are_the_report_s_and_its_predictions_those_of_compare(
-    book: Path, found: Any, tmp_path: Path
-) -> None:
-    report = good(labbook("report", "--unsaved", "--out", tmp_path / "report", "--json", at=book)).json
-    assert found["claims"] == report["claims"]
+def test_its_claims_are_the_report_s_and_its_predictions_those_of_compare(book: Path, found: Any) -> None:
+    with opened(book) as of_book, of_book.reading() as connection:
+        made = make_report(connection, of_book.store, of_book.configuration, where=None, made_at="2021-07-01T12:00:00Z")
+    assert found["claims"] == [claim.text for claim in made.content.claims]
     predictions = labbook("compare", "--json", at=book).json["predictions"]
     compared = {(one["quantity"], *one["group"].values(), one["level"]): one["predicted"] for one in predictions}
     assert len(found["conditions"]) == 24

@@ -107,11 +107,8 @@ def test_the_journal_names_the_plugin_of_a_reading(odd: SmallBook) -> None:
         ('raise LabbookError("no such meter")', "no such meter"),
         ('raise BookDamaged("what it calls damaged")', "what it calls damaged"),
         (works(amount="-1.0"), "charge 1"),
-        (works(amount="None"), "TypeError"),
         (works(name="None"), "TypeError"),
-        (works(unit="5"), "TypeError"),
         (works(unit=repr("\ud800")), "UnicodeEncodeError"),
-        (works(rows='"three"'), "TypeError"),
         ("return None", "TypeError"),
     ],
 )

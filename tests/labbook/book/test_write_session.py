@@ -399,28 +399,6 @@ def test_what_is_no_longer_said_is_settled_with_an_empty_value(made: SmallBook) 
             speak()
 
 
-def test_several_contradictions_are_settled_one_after_another(made: SmallBook) -> None:
-    rewritten(made, "reference_voltage_v = 15.4", "reference_voltage_v = 16.8")
-    rewritten(made, "body_mass_kg = 1.8", "body_mass_kg = 1.9")
-    with made.open() as standing:
-
-        def speak() -> None:
-            with standing.session(ADA) as session:
-                note(session, "unsettled")
-
-        with pytest.raises(InputRefused, match=r"(?s)reference_voltage_v.*\n.*body_mass_kg"):
-            speak()
-        with standing.session(ADA, correcting=True) as session:
-            correct(standing, session, "study", ["reference_voltage_v=16.8"], "another pack")
-        with pytest.raises(InputRefused, match="body_mass_kg") as caught:
-            speak()
-        assert "reference_voltage_v" not in str(caught.value)
-        with standing.session(ADA, correcting=True) as session:
-            correct(standing, session, "robot:hopper", ["body_mass_kg=1.9"], "weighed again")
-        speak()
-        said_alike(standing)
-
-
 def test_setting_it_back_settles_it_too(made: SmallBook) -> None:
     text = made.toml.read_text()
     made.toml.write_text(text.replace("reference_voltage_v = 15.4", "reference_voltage_v = 16.8"))

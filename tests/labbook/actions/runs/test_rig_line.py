@@ -78,17 +78,6 @@ def test_what_a_new_reading_found_is_counted_as_what_was_made(book: Book, tmp_pa
     says(last, "11", "r001", "no apex")
 
 
-def test_a_plot_says_that_the_jump_asked_for_has_no_apex(book: Book, tmp_path: Path) -> None:
-    path = tmp_path / "log.csv"
-    path.write_bytes(hopping_log(10))
-    ingest_file(book, path, IngestRequest(run=RUN, person=ADA))
-    with book.reading() as connection:
-        made = [plot_run(book, connection, RUN, jump, tmp_path / "jump.svg") for jump in (4, 11)]
-    assert made[0].remark == ""
-    says(made[1].remark, "jump", "11", "r001")
-    assert "no apex" in made[1].remark or "misfire" in made[1].remark
-
-
 def test_a_misfire_is_told_by_its_reason_not_by_how_the_reason_is_worded(book: Book, tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     content = hopping_log(10)

@@ -238,15 +238,6 @@ def test_two_books_that_merge_each_other_say_the_same(lab: SmallBook, laptop: Sm
     is_whole(laptop.folder)
 
 
-def test_a_dry_run_says_what_would_come_and_writes_nothing(lab: SmallBook, laptop: SmallBook) -> None:
-    go_on(lab, laptop)
-    before = contents(lab.folder)
-    shown = merged(lab, laptop, dry_run=True)
-    assert contents(lab.folder) == before
-    assert (shown.entries["run"], shown.entries["file"], shown.raw_copies) == (8, 4, 4)
-    assert merged(lab, laptop) == shown
-
-
 # --- what stands in the way
 
 

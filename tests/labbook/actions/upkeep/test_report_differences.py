@@ -223,20 +223,6 @@ def test_what_was_taken_away_or_back_moves_numbers_too(before: SmallBook) -> Non
         assert [(one.kind, one.what) for one in compared(book).causes] == [(CauseKind.VOID, "run r006 counts again")]
 
 
-def test_a_log_too_many_takes_a_run_out_of_the_mean(before: SmallBook, tmp_path: Path) -> None:
-    shorter = tmp_path / "again" / "r001.csv"
-    shorter.parent.mkdir()
-    shorter.write_bytes(before.log("r001").read_bytes().rsplit(b"\n", 2)[0] + b"\n")
-    with before.open() as book:
-        ingest_file(book, shorter, IngestRequest(person=ADA))
-        report(book)
-        found = compared(book)
-    (cause,) = found.causes
-    assert (cause.kind, cause.what) == (CauseKind.FILE, "r001.csv ingested")
-    assert moved_by(found, mean("apex height", CONTROL)) == [{CauseKind.FILE}]
-    assert cause.moved == len(found.moved)
-
-
 def test_a_setting_moves_what_is_computed_otherwise_by_it(before: SmallBook) -> None:
     text = before.toml.read_text(encoding="utf-8")
     before.toml.write_text(text.replace("exclude_first_jumps = 0", "exclude_first_jumps = 1"), encoding="utf-8")

@@ -82,22 +82,6 @@ def test_the_resolution_is_within_the_scatter_and_not_added_twice():
     assert [term.in_scatter for term in coarse.terms] == [False, False, True, False]
 
 
-def test_rounding_by_a_charger_has_the_standard_deviation_of_the_budget():
-    rng = np.random.default_rng(8)
-    charge = rng.uniform(90.0, 120.0, 20_000)
-    errors = 2.2176 * (np.round(charge) - charge)
-    assert np.std(errors) == pytest.approx(budget([40.0]).terms[2].one_run_j, rel=0.02)
-
-
-def test_more_runs_shrink_the_scatter_alone():
-    rng = np.random.default_rng(4)
-    few, many = budget(rng.normal(42.0, 3.0, 10)), budget(rng.normal(42.0, 3.0, 1000))
-    scatter = [found.terms[0].mean_j for found in (few, many)]
-    assert scatter[1] < scatter[0] / 5.0
-    assert many.terms[1] == few.terms[1]
-    assert many.total_mean_j > 0.4
-
-
 def test_a_single_run_leaves_the_scatter_undefined():
     single = budget([40.0])
     assert isinstance(single.terms[0].mean_j, Undefined)
