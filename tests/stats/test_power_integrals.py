@@ -142,13 +142,13 @@ def test_percent_bounds_of_unequal_groups_are_as_simulated(design, simulated, er
 @pytest.mark.parametrize(
     "design",
     [
-        (0.0, 10.0, 1.0, -10.0, 10.0, 200, 4, 0.05),
+        pytest.param((0.0, 10.0, 1.0, -10.0, 10.0, 200, 4, 0.05), marks=pytest.mark.soak),
         pytest.param((0.0, 100.0, 1.0, -3.0, 3.0, 2, 2, 0.05), marks=pytest.mark.soak),
         pytest.param((0.0, 10.0, 1.0, -10.0, 10.0, 10_000, 3, 0.05), marks=pytest.mark.soak),
         pytest.param((0.0, 0.7, 1.0, -90.0, 200.0, 5, 5, 0.05), marks=pytest.mark.soak),
         pytest.param((0.0, 2.0, 1.0, -60.0, 60.0, 40, 2, 0.2), marks=pytest.mark.soak),
         pytest.param((0.1, 0.5, 1.0, -95.0, 400.0, 100, 2, 0.2), marks=pytest.mark.soak),
-        pytest.param((0.02, 12.5, 1.0, -22.0, 26.8, 734, 4, 0.2), marks=pytest.mark.soak),
+        (0.02, 12.5, 1.0, -22.0, 26.8, 734, 4, 0.2),
     ],
 )
 def test_percent_bounds_are_those_of_other_integrals(design):
