@@ -4,6 +4,8 @@ from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 
+import pytest
+
 from benchmarks.reference_simulator.cases import CASES
 from benchmarks.reference_simulator.granular import reference_jump
 from benchmarks.reference_simulator.parameters import GranularParameters
@@ -16,6 +18,7 @@ def granular(scene: str, index: int) -> GranularParameters:
     return parameters
 
 
+@pytest.mark.soak
 def test_a_stored_jump_comes_out_again_at_other_precision_and_order() -> None:
     """On stiff ground, the cheapest of the stored ones."""
     names = [case.name for case in CASES["sim2"]]

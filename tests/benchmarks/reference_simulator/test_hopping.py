@@ -18,7 +18,7 @@ def hopping(scene: str, index: int = 0) -> HoppingParameters:
     return parameters
 
 
-@pytest.mark.parametrize("order", [26, 40])
+@pytest.mark.parametrize("order", [pytest.param(26, marks=pytest.mark.soak), 40])
 def test_a_jump_on_rigid_ground_is_the_same_at_any_order(order: int) -> None:
     computed = reference_jumps(hopping("force_plate"), 1, digits=32, order=order)
     assert agreeing_digits(computed, stored("force_plate")[0].jumps[:1]) >= 30
