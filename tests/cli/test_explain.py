@@ -11,11 +11,6 @@ from tests.cli.shell import good, labbook, refused, rows, unchanged
 from tests.helpers.books import SmallBook
 from tests.helpers.wording import says
 
-LADEBUCH = """Akku;Versuch;Kapazität;geladen;Dauer
-A;r001;6600;812,5;61:30
-B;r002;6600;790,0;60:00
-"""
-
 
 @pytest.fixture
 def odd(tmp_path: Path) -> Path:
@@ -99,26 +94,6 @@ def test_a_draft_is_a_profile_already_and_works_when_filled_in(fresh: SmallBook,
     assert rows(fresh.folder, unit) == [("mm",)]
     good(labbook("rebuild", at=fresh.folder))
     assert rows(fresh.folder, unit) == [("mm",)]
-
-
-def test_a_sheet_in_another_language_is_read_with_its_draft_filled_in(fresh: SmallBook, tmp_path: Path) -> None:
-    path = tmp_path / "lade.csv"
-    path.write_bytes(LADEBUCH.encode("cp1252"))
-    draft = good(labbook("ingest", path, "--draft-profile", at=fresh.folder)).out
-    assert 'encoding = "cp1252"' in draft
-    filled = edited(
-        draft,
-        ("format", '"charger_sheet"'),
-        ("Akku", '{ channel = "pack" }'),
-        ("Versuch", '{ channel = "run" }'),
-        ("geladen", '{ channel = "charge", unit = "mAh" }'),
-        ("Dauer", '{ channel = "duration", unit = "min" }'),
-    )
-    with fresh.toml.open("a") as toml:
-        toml.write(filled)
-    (item,) = good(labbook("ingest", path, "--json", at=fresh.folder)).json
-    assert item["format"] == "charger_sheet"
-    assert rows(fresh.folder, "SELECT charge_mah, duration_s FROM charge") == [(812.5, 3690.0), (790.0, 3600.0)]
 
 
 def test_a_draft_leaves_a_quantity_without_a_unit_open(fresh: SmallBook, tmp_path: Path) -> None:

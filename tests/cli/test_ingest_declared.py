@@ -120,26 +120,6 @@ def test_columns_are_named_and_converted_by_flags(fresh: SmallBook, tmp_path: Pa
     assert sources == [("h", "mm", pytest.approx(0.001))]
 
 
-def test_profile_of_the_book_reads_a_foreign_logger(fresh: SmallBook, tmp_path: Path) -> None:
-    path = tmp_path / "foreign.csv"
-    path.write_text("tick,hgt,left\n" + "".join(f"{5 * i},{-420 - i % 7},{i}\n" for i in range(300)))
-    assert labbook("ingest", path, at=fresh.folder).code == 2
-    profile = """
-[profiles.serial_logger]
-recognise = ["tick", "left"]
-time = { column = "tick", unit = "ms" }
-[profiles.serial_logger.columns]
-left = { channel = "own.left_encoder", unit = "1" }
-hgt = { channel = "body_height", unit = "mm", sign = -1 }
-"""
-    with fresh.toml.open("a") as toml:
-        toml.write(profile)
-    (item,) = good(labbook("ingest", path, "--json", at=fresh.folder)).json
-    assert {channel["name"] for channel in item["channels"]} == {"body_height", "left_encoder"}
-    assert rate_of(fresh) == pytest.approx(200.0)
-    assert rows(fresh.folder, "SELECT scale, sign FROM channel WHERE name = 'body_height'") == [(0.001, -1)]
-
-
 def test_profile_of_a_logger_without_time_gives_its_rate(fresh: SmallBook, tmp_path: Path) -> None:
     path = without_time(tmp_path)
     with fresh.toml.open("a") as toml:

@@ -23,7 +23,6 @@ from tests.cli.shell import (
     environment,
     good,
     labbook,
-    no_file_above,
     process,
     refused,
     rows,
@@ -211,28 +210,6 @@ def test_what_was_read_while_its_owner_wrote_is_not_believed(open_to_all: Path) 
 
     with pytest.raises(BookBusy, match="somebody wrote to the book while it was read: give the command again"):
         read()
-
-
-def test_disk_that_takes_no_copy_leaves_the_book_as_it_was(stated: SmallBook) -> None:
-    with unchanged(stated.folder):
-        with no_file_above(20_000):
-            answer = labbook("ingest", stated.log("r001"), at=stated.folder)
-        refused(answer, answer.code, "disk")
-        assert answer.code in (2, 3)
-    assert {path.name for path in stated.folder.rglob(".*")} <= {".whole.journal.jsonl"}
-    good(labbook("ingest", stated.log("r001"), at=stated.folder))
-
-
-def test_disk_that_takes_no_journal_line_leaves_the_book_as_it_was(stated: SmallBook) -> None:
-    before = contents(stated.folder)
-    with no_file_above(stated.journal.stat().st_size + 1000):
-        answer = labbook("note", "r001", "x" * 5000, at=stated.folder)
-    refused(answer, answer.code, "disk")
-    assert answer.code in (2, 3)
-    assert contents(stated.folder).rows == before.rows
-    good(labbook("note", "r001", "after making room", at=stated.folder))
-    assert "xxx" not in labbook("show", "r001", at=stated.folder).out
-    good(labbook("rebuild", at=stated.folder))
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can make a small disk")

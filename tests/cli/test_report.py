@@ -163,25 +163,6 @@ def test_second_report_reuses_every_result_and_says_the_same(reported: Reported,
         assert (tmp_path / "again" / "tables" / path.name).read_bytes() == path.read_bytes()
 
 
-def test_correction_names_what_it_made_stale_and_no_more(reported: Reported, tmp_path: Path) -> None:
-    book = tmp_path / "book"
-    shutil.copytree(reported.book.folder, book)
-    done = good(labbook("correct", "r001", "jumps_made=2", "--why", "miscounted", "--json", at=book)).json
-    kinds = {kind for kind, _scope in done["stale"]}
-    assert {"run_energy", "condition_summary", "comparison"} <= kinds
-    assert "passive_drain" not in kinds
-    runs = {scope for kind, scope in done["stale"] if kind == "run_energy"}
-    assert runs == {'{"run":"r001"}'}
-    stale = rows(book, "SELECT count(*) FROM result WHERE stale = 1")
-    assert stale == [(len(done["stale"]),)]
-    says(good(labbook("why", reported.table("headlines")[0]["provenance"], at=book)).out, "something it rests")
-    void = good(labbook("void", "r002", "--reason", "foot came loose", "--json", at=book)).json
-    assert ["run_energy", '{"run":"r002"}'] in void["stale"]
-    reject = good(labbook("jumps", "reject", "r004", "1", "--reason", "misfire", "--json", at=book)).json
-    assert {kind for kind, _scope in reject["stale"]} >= {"run_apexes"}
-    assert "run_energy" not in {kind for kind, _scope in reject["stale"]}
-
-
 def test_a_corrected_charge_is_in_the_history_of_its_run_and_in_the_chain_of_earlier_numbers(
     reported: Reported, tmp_path: Path
 ) -> None:
@@ -206,9 +187,11 @@ def test_a_corrected_charge_is_in_the_history_of_its_run_and_in_the_chain_of_ear
 def test_folder_that_cannot_be_written_to_is_named(reported: Reported, tmp_path: Path) -> None:
     (tmp_path / "taken").write_text("a file")
     results = rows(reported.book.folder, "SELECT * FROM result ORDER BY id")
+    listed = good(labbook("reports", "list", "--json", at=reported.book.folder)).json
     answer = labbook("report", "--foot", "small", "--out", tmp_path / "taken", at=reported.book.folder)
     refused(answer, 2, "taken", "--out")
     assert rows(reported.book.folder, "SELECT * FROM result ORDER BY id") == results
+    assert good(labbook("reports", "list", "--json", at=reported.book.folder)).json == listed
 
 
 def test_reading_a_reported_book_changes_nothing(reported: Reported) -> None:
@@ -228,11 +211,3 @@ def test_altered_rows_are_a_warning_on_the_page_too(whole: SmallBook, tmp_path: 
     warning = "altered in the database by something else than labbook"
     assert warning in said.out
     assert warning in page
-
-
-def test_a_report_that_cannot_be_written_is_not_in_the_journal(whole: SmallBook) -> None:
-    entries = (whole.folder / "journal.jsonl").read_text().count("\n")
-    shutil.rmtree(whole.folder / "reports", ignore_errors=True)
-    (whole.folder / "reports").write_text("a file")
-    assert labbook("report", at=whole.folder).code == 2
-    assert (whole.folder / "journal.jsonl").read_text().count("\n") == entries

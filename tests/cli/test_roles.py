@@ -76,8 +76,12 @@ def test_who_may_only_read_a_sqlite_book_makes_the_same_report_elsewhere(whole: 
         path.chmod(0o555 if path.is_dir() else 0o444)
     with unchanged(whole.folder):
         refused(labbook("report", "--unsaved", at=whole.folder), 2, "add --out DIR")
-        refused(_bound_by_rights("report", "--out", tmp_path / "x", at=whole.folder), 3, "--unsaved --out DIR")
-        refused(_bound_by_rights("report", at=whole.folder), 3, "cannot be written", "--unsaved --out DIR")
+        refused(
+            _bound_by_rights("report", "--out", tmp_path / "x", at=whole.folder),
+            3,
+            "cannot be written",
+            "--unsaved --out DIR",
+        )
         said = good(_bound_by_rights("report", "--unsaved", "--out", mine, at=whole.folder)).out
     for path, mode in zip(paths, rights, strict=True):
         path.chmod(mode)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import ast
 import functools
 import hashlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Set
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -46,9 +46,15 @@ class _Module:
 def digest_of(definitions: Iterable[Definition]) -> str:
     """Hash definitions, whatever their order."""
     found = hashlib.sha256()
-    for module, name in sorted(definitions):
-        found.update(f"{module}.{name}\n{plain(_module(module).statements[name])}\n".encode())
+    for one in sorted(definitions):
+        found.update(_text(one))
     return found.hexdigest()[:32]
+
+
+@functools.cache
+def _text(one: Definition) -> bytes:
+    module, name = one
+    return f"{module}.{name}\n{plain(_module(module).statements[name])}\n".encode()
 
 
 def rests_on(roots: Iterable[Definition]) -> set[Definition]:
@@ -62,11 +68,13 @@ def rests_on(roots: Iterable[Definition]) -> set[Definition]:
     return found
 
 
-def defined_in(module: str) -> set[Definition]:
+@functools.cache
+def defined_in(module: str) -> frozenset[Definition]:
     """Return everything that a module defines."""
-    return {(module, name) for name in _module(module).statements}
+    return frozenset((module, name) for name in _module(module).statements)
 
 
+@functools.cache
 def attributes_in(one: Definition) -> set[str]:
     """Return what a definition takes from objects and modules: the names behind dots."""
     statements = _module(one[0]).statements[one[1]]
@@ -76,8 +84,8 @@ def attributes_in(one: Definition) -> set[str]:
 
 def forget() -> None:
     """Read modules anew."""
-    _module.cache_clear()
-    named_by.cache_clear()
+    for cached in (_module, _text, defined_in, attributes_in, named_by):
+        cached.cache_clear()
 
 
 def _left_out(one: Definition) -> bool:
@@ -107,7 +115,7 @@ def _places(statement: ast.stmt, imported: dict[str, Definition]) -> Iterator[tu
             yield node.value.id, node.attr
 
 
-def _definitions_of(module: str, name: str, attribute: str) -> set[Definition]:
+def _definitions_of(module: str, name: str, attribute: str) -> Set[Definition]:
     about = _module(module)
     if name in about.statements:
         return {(module, name)}
@@ -119,7 +127,7 @@ def _definitions_of(module: str, name: str, attribute: str) -> set[Definition]:
     return _looked_up(origin, attribute) if attribute else set()  # of a module no more than what is taken from it
 
 
-def _looked_up(module: str, name: str) -> set[Definition]:
+def _looked_up(module: str, name: str) -> Set[Definition]:
     """Return where a name of a module is defined: there, or where that has it from."""
     if _left_out((module, name)):
         return set()
