@@ -38,6 +38,7 @@ def test_walks_lead_to_the_ratio_of_both_robots(tmp_path: Path) -> None:
     assert found["ratio"] == pytest.approx(truth["wide / thin"], abs=0.09)
 
 
+@pytest.mark.soak
 def test_oscillations_lead_to_stiffness_and_damping(tmp_path: Path) -> None:
     truth, found = made(tmp_path, "characterisation")
     assert {one["neutral_m"] for one in found["lines"]} == {0.15, 0.2, 0.29}

@@ -36,12 +36,11 @@ def test_what_is_asked_for_is_written(tmp_path: Path) -> None:
     assert len(table) == 1 + len(found["claims"])
 
 
-@pytest.mark.parametrize(("form", "start"), [("svg", b"<?xml"), ("pdf", b"%PDF")])
-def test_forms_for_a_paper_and_the_same_bytes_twice(form: str, start: bytes, tmp_path: Path) -> None:
+def test_a_form_for_a_paper_and_the_same_bytes_twice(tmp_path: Path) -> None:
     for folder in ("one", "two"):
-        good(labbook("sim", "figures", "--out", folder, "--format", form, *only("3.2"), at=tmp_path))
-    (one,), (two,) = (list((tmp_path / folder).glob(f"*.{form}")) for folder in ("one", "two"))
-    assert one.read_bytes().startswith(start)
+        good(labbook("sim", "figures", "--out", folder, "--format", "pdf", *only("3.2"), at=tmp_path))
+    (one,), (two,) = (list((tmp_path / folder).glob("*.pdf")) for folder in ("one", "two"))
+    assert one.read_bytes().startswith(b"%PDF")
     assert one.read_bytes() == two.read_bytes()
     assert not (tmp_path / "one" / "claims.csv").exists()  # no claim is about the ground's functions alone
 
@@ -49,6 +48,8 @@ def test_forms_for_a_paper_and_the_same_bytes_twice(form: str, start: bytes, tmp
 def test_what_a_person_sees(tmp_path: Path) -> None:
     shown = good(labbook("sim", "figures", "--format", "svg", *only("3.4"), at=tmp_path)).out
     assert "figure 3.4: thesis-figures/thesis_3_4_body_and_toe.svg" in shown
+    (drawn,) = (tmp_path / "thesis-figures").glob("*.svg")
+    assert drawn.read_bytes().startswith(b"<?xml")
     assert "sim1.push" in shown
     assert f"claims hold at every point; without --only {len(claims())} are judged." in shown
     assert "what each claim says, and all digits: thesis-figures/claims.csv and thesis-figures/claims.md" in shown

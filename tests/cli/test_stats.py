@@ -226,7 +226,6 @@ def test_several_groups_are_a_family_and_can_be_one(tmp_path: Path) -> None:
     [
         ("png", ("compare",)),
         ("pdf", ("compare",)),
-        ("svg", ("compare",)),
         ("svg", ("anova",)),
         ("svg", ("savings",)),
         ("svg", ("equivalence", "--low", "-3")),

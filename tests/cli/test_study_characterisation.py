@@ -46,6 +46,7 @@ def test_a_leg_without_errors_is_found_to_rounding() -> None:
         assert one.damping.value == pytest.approx(DAMPING[0] * one.damping_gain + DAMPING[1], rel=1e-5)
 
 
+@pytest.mark.soak
 def test_the_plane_s_bias_is_that_of_differences_and_of_noise() -> None:
     for one in characterisation(oscillations(np.random.default_rng(8), 0.0, 0.0)).conditions:
         assert one.plane.fit.damping_kg_s - one.plane.bias[1] == pytest.approx(one.damping.value, rel=1e-6)

@@ -17,6 +17,7 @@ from tests.helpers.study_pages import study_page
 from tests.helpers.wording import says
 
 
+@pytest.mark.soak
 def test_intervals_cover_the_fractions_and_their_difference() -> None:
     """Each count lies in the 99.9 % binomial band."""
     assert not outside(covered(STUDIES["compaction"], 400))

@@ -90,11 +90,13 @@ def test_contact_and_jumps_of_the_plate_are_compared_with_what_the_simulator_pre
     }
 
 
+@pytest.mark.soak
 def test_intervals_of_slopes_cover_where_recharges_scatter() -> None:
     """The count lies in the 99.9 % binomial band."""
     assert not outside(covered(STUDIES["force-plate, charges"], 200))
 
 
+@pytest.mark.soak
 def test_intervals_of_both_clocks_cover_what_is_true() -> None:
     """Offsets' always, as they hold all that a touchdown's definition leaves open; drifts' in the 99.9 % band of 8."""
     drifts = 0

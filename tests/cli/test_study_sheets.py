@@ -36,11 +36,11 @@ def book(tmp_path: Path) -> Path:
 
 @functools.cache
 def trials_of_a_length() -> dict[str, str]:
-    """Trials of a leg's gains at 15 cm alone, as a sheet and the log of each."""
+    """The first trials of a leg's gains at 15 cm alone, as a sheet and the log of each."""
     files = oscillation_campaign(2).files
-    head, *rows = (line for line in files["trials.csv"].splitlines(keepends=True))
-    logs = {name: text for name, text in files.items() if name.startswith("15cm")}
-    return {**logs, "trials.csv": "".join([head, *(row for row in rows if row.startswith("15cm"))])}
+    head, *rows = files["trials.csv"].splitlines(keepends=True)
+    logs = {name: text for name, text in files.items() if name.startswith("15cm") and name.endswith("_1.csv")}
+    return {**logs, "trials.csv": "".join([head, *(row for row in rows if row.partition(",")[0] in logs)])}
 
 
 def configure(book: Path, table: str) -> None:

@@ -6,6 +6,8 @@ import importlib.util
 from pathlib import Path
 from types import ModuleType
 
+import pytest
+
 PROJECT = Path(__file__).parents[2]
 
 
@@ -18,6 +20,7 @@ def script() -> ModuleType:
     return module
 
 
+@pytest.mark.soak
 def test_listing_runs_enters_what_it_needs_and_calls_nothing_upward() -> None:
     ways = script()
     calls = ways.calls_of(ways.WAYS["runs"])

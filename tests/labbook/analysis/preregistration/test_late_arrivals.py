@@ -159,16 +159,22 @@ def test_what_was_taken_off_a_run_and_given_to_another_is_told_once(honest: Smal
 AWAY = [("r003", "belongs there"), ("none", "does it?")]
 
 
+WAYS: list[list[tuple[str, str | None]]] = [
+    [*AWAY, ("r002", None)],
+    [("r003", "belongs there"), ("r002", "no")],
+    [("none", "does it?"), ("r003", None), ("r002", "no")],
+    [("none", "does it?"), ("r003", None), ("none", "no"), ("r002", None)],
+]
+
+
 @pytest.mark.parametrize(
-    "back",
+    ("what", "back"),
     [
-        [*AWAY, ("r002", None)],
-        [("r003", "belongs there"), ("r002", "no")],
-        [("none", "does it?"), ("r003", None), ("r002", "no")],
-        [("none", "does it?"), ("r003", None), ("none", "no"), ("r002", None)],
+        *(("r002.csv", way) for way in WAYS),
+        *(pytest.param("2021-06-14.csv#2", way, marks=pytest.mark.soak) for way in WAYS[:-1]),
+        ("2021-06-14.csv#2", WAYS[-1]),
     ],
 )
-@pytest.mark.parametrize("what", ["r002.csv", "2021-06-14.csv#2"])
 @pytest.mark.parametrize("before", ["reported", pytest.param("honest", marks=pytest.mark.soak)])
 def test_what_is_where_it_was_in_the_end_is_no_departure(
     request: pytest.FixtureRequest, what: str, back: list[tuple[str, str | None]], before: str
