@@ -22,7 +22,7 @@ from stats.days.blocked import blocked_by_day
 from stats.groups.anova import welch_anova
 from stats.groups.dunnett import dunnett
 from stats.groups.residuals import rmse_over_iqr
-from stats.groups.tukey import compare_all_pairs
+from stats.groups.tukey import compare_all_pairs, range_tail
 from stats.groups.variances import bartlett, brown_forsythe, f_test, levene
 
 Exact = list[Fraction]
@@ -122,6 +122,7 @@ def test_several_groups(groups):
         assert same(tukey.q, gap / root(within * (Fraction(1, len(a)) + Fraction(1, len(b))) / 2))
         of_a, of_b = variance(a) / len(a), variance(b) / len(b)
         assert same(howell.q, gap / root((of_a + of_b) / 2))
+        assert howell.p == pytest.approx(range_tail(howell.q, 3, howell.df).p, rel=1e-12)
         assert same(howell.df, (of_a + of_b) ** 2 / (of_a**2 / (len(a) - 1) + of_b**2 / (len(b) - 1)))
     for each, part in zip(dunnett(groups[0], {"b": groups[1], "c": groups[2]}).comparisons, parts[1:], strict=True):
         se = root(within * (Fraction(1, len(part)) + Fraction(1, len(parts[0]))))

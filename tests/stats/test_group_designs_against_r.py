@@ -65,9 +65,8 @@ def test_bartlett(case):
 
 
 @EACH
-@pytest.mark.parametrize("kind", [2, 3])
-def test_anova_is_that_of_car(case, kind):
-    found, r = one_way_anova(DATA[case]), R[case, f"car_type_{kind}"]
+def test_anova_is_that_of_car(case):
+    found, r = one_way_anova(DATA[case]), R[case, "car_type_2"]
     assert found.df_within == r["df_within"]
     assert (found.ss_between, found.ss_within) == pytest.approx((r["ss_between"], r["ss_within"]), rel=DIGITS)
     assert (found.f, found.p) == pytest.approx((r["f"], r["p"]), rel=DIGITS)
@@ -121,18 +120,6 @@ def test_all_pairs_are_those_of_emmeans(case):
         half = R[case, "emmeans_tukey"]["critical"] * residual_sd * math.sqrt((1 / pair.n_a + 1 / pair.n_b) / 2.0)
         low, high = pair.difference_ci
         assert (high - low) / 2.0 == pytest.approx(half, rel=1e-7)
-
-
-@EACH
-def test_all_pairs_against_multcomp(case):
-    """multcomp integrates at random; at unequal n Kramer's p is a little larger than its p, never smaller."""
-    balanced = pairs_of(case).method == "Tukey"
-    error = 3.0 * R[case, "multcomp_tukey"]["error"] + 1e-6
-    for pair in pairs_of(case).pairs:
-        name = f"{pair.b}-{pair.a}"
-        p = R[case, "multcomp_tukey_p"][name]
-        assert pair.q == pytest.approx(math.sqrt(2.0) * abs(R[case, "multcomp_tukey_t"][name]), rel=DIGITS)
-        assert p - error < pair.p < p + error + (0.0 if balanced else 0.05 * p)
 
 
 @EACH

@@ -1,6 +1,5 @@
 from fractions import Fraction
 
-import numpy as np
 import pytest
 import scipy.stats
 from hypothesis import given
@@ -102,15 +101,3 @@ def test_the_sentence_has_everything():
     text = compare_two(A, B, "f_then_t").sentence("CE", "AD", "J")
     for part in ("n = 6", "n = 5", "J", "95 % CI", "Student's t(9)", "Welch's t(", "p "):
         assert part in text
-
-
-@pytest.mark.soak
-def test_the_size_of_welchs_test_is_nominal_where_the_two_stage_route_is_not():
-    """n = 5 and 20, SD ratio 2, no effect: two-stage 0.114, Welch 0.055 (20 000 simulations)."""
-    rng = np.random.default_rng(3)
-    small, large = rng.normal(0.0, 2.0, (2500, 5)), rng.normal(0.0, 1.0, (2500, 20))
-    found = [compare_two(a, b, "f_then_t") for a, b in zip(small, large, strict=True)]
-    two_stage = np.mean([one.p < 0.05 for one in found])
-    welch = np.mean([one.welch_p < 0.05 for one in found])
-    assert 0.09 < two_stage < 0.14
-    assert 0.04 < welch < 0.07

@@ -1,9 +1,10 @@
-"""Conditions over days, against R's lmerTest and emmeans on thirty designs, and where others go wrong."""
+"""Conditions over days, against R's lmerTest, emmeans and lm on thirty designs, and where others go wrong."""
 
 from __future__ import annotations
 
 import csv
 from collections import defaultdict
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -30,9 +31,20 @@ def read(name: str) -> dict[str, list[dict[str, str]]]:
     return rows
 
 
-DATA, EXPECTED = read("blocked_data.csv"), read("blocked.csv")
+DATA, EXPECTED, OF_LINEAR_MODELS = read("blocked_data.csv"), read("blocked.csv"), read("blocked_by_others.csv")
+ROUNDING_ONLY = "zero_both"
+"""Its run means differ by the rounding of its values alone: car refuses them."""
+WITH_EXACT = (
+    "balanced",
+    "unbalanced",
+    "nested_balanced",
+    "nested_one_run",
+    "nested_shared_runs",
+    "confounded_balanced",
+)
 
 
+@cache
 def fitted(design: str) -> BlockedByDay:
     rows = DATA[design]
     runs = [row["run"] for row in rows]
@@ -83,6 +95,24 @@ def test_agrees_with_lmertest(design):
     for row in EXPECTED[design]:
         key = row["quantity"], row["of"]
         assert told[key] == pytest.approx(float(row["value"]), rel=1e-6, abs=1e-12), key
+
+
+@pytest.mark.parametrize("design", DATA)
+def test_the_exact_test_is_that_of_a_linear_model(design):
+    """With what it holds fixed as a factor."""
+    exact = fitted(design).exact
+    if isinstance(exact, Undefined) or design == ROUNDING_ONLY:
+        assert not design.startswith(WITH_EXACT)
+        return
+    r = {(row["quantity"], row["of"]): float(row["value"]) for row in OF_LINEAR_MODELS[design]}
+    layout = f"{exact.unit}/{exact.block}"
+    assert exact.df_within == r["exact_df", layout]
+    assert (exact.f, exact.p) == pytest.approx((r["exact_f", layout], r["exact_p", layout]), rel=1e-11)
+    for each in exact.contrasts:
+        of = f"{layout}:{each.condition}"
+        assert each.t == pytest.approx(r["exact_t", of], rel=1e-11, abs=1e-12)
+        assert each.p == pytest.approx(r["exact_p_of_t", of], rel=1e-11)
+        assert each.interval == pytest.approx((r["exact_low", of], r["exact_high", of]), rel=1e-11, abs=1e-12)
 
 
 def test_thirty_designs():

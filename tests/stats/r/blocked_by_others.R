@@ -1,36 +1,18 @@
-# The thirty designs of blocked_data.csv by car, emmeans and multcomp; writes blocked_by_others.csv beside itself.
+# The exact tests of blocked_data.csv's thirty designs by car and multcomp; writes blocked_by_others.csv beside itself.
 #
-#   Rscript blocked_by_others.R        (Debian: r-cran-lmertest, r-cran-car, r-cran-emmeans, r-cran-multcomp)
+#   Rscript blocked_by_others.R        (Debian: r-cran-car, r-cran-multcomp)
 #
-# From the mixed model: car's Wald chi-squared, multcomp's t of every pair, emmeans's pairs adjusted by Holm. With what
-# the exact test holds fixed as a factor, on values, means of runs and means of days: car's F and multcomp's comparisons
-# with the control.
+# With what the exact test holds fixed as a factor, on values, means of runs and means of days: car's F and multcomp's
+# comparisons with the control.
 here <- dirname(sub("--file=", "", grep("--file=", commandArgs(FALSE), value = TRUE)))
-source(file.path(here, "refined_fit.R"))
-suppressMessages({library(car); library(emmeans); library(multcomp)})
+suppressMessages({library(car); library(multcomp)})
 data <- read.csv(file.path(here, "blocked_data.csv"), colClasses = c(run = "character"))
 results <- list()
 for (name in unique(data$design)) {
   d <- data[data$design == name, ]
-  has_runs <- any(d$run != "")
   d$condition <- factor(d$condition); d$day <- factor(d$day); d$session <- interaction(d$day, d$run, drop = TRUE)
   keep <- function(quantity, of, value) results[[length(results) + 1]] <<-
     data.frame(design = name, quantity = quantity, of = of, value = sprintf("%.17g", value))
-  model <- if (has_runs) fit(value ~ condition + (1 | day) + (1 | session), d)
-           else fit(value ~ condition + (1 | day), d)
-  keep("chi_squared_2", "", Anova(model, type = 2)["condition", "Chisq"])
-  keep("chi_squared_3", "", Anova(model, type = 3)["condition", "Chisq"])
-  if (nlevels(d$condition) > 1) {
-    found <- summary(glht(model, linfct = mcp(condition = "Tukey")), test = univariate())$test
-    for (i in seq_along(found$coefficients)) {
-      pair <- gsub(" ", "", names(found$coefficients)[i])
-      keep("pair_difference", pair, found$coefficients[i]); keep("pair_se", pair, found$sigma[i])
-      keep("pair_t", pair, found$tstat[i])
-    }
-    means <- emmeans(model, "condition", lmer.df = "satterthwaite")
-    holm <- as.data.frame(summary(contrast(means, "trt.vs.ctrl1"), adjust = "holm"))
-    for (i in seq_len(nrow(holm))) keep("holm_p", gsub(" ", "", holm$contrast[i]), holm$p.value[i])
-  }
   runs <- aggregate(value ~ condition + day + session, d, mean)
   days <- aggregate(value ~ condition + day, runs, mean)
   fixed <- list("value/day" = list(value ~ day + condition, d), "value/run" = list(value ~ session + condition, d),
