@@ -201,31 +201,3 @@ def test_values_of_days_that_one_group_has_enter_nothing_and_are_counted(test):
 def test_one_drawn_arrangement_is_told_in_the_singular():
     found = permutation_test([1, 2, 3], [4, 5, 7], resamples=1, exact_limit=1)
     says(found.sentence(), "1 random")
-
-
-def test_permutation_holds_its_level_within_days():
-    """200 studies without effect, three days that differ, three values of each group a day."""
-    rng = np.random.default_rng(20)
-    days = np.repeat([0, 1, 2], 3)
-    hits = 0
-    for _ in range(200):
-        shift = rng.normal(0.0, 3.0, 3)[days]
-        hits += permutation_test(rng.normal(size=9) + shift, rng.normal(size=9) + shift, days, days).p <= 0.05
-    assert hits / 200 <= 0.05 + 2.5 * (0.05 * 0.95 / 200) ** 0.5
-
-
-def coverage(n: int, studies: int) -> float:
-    rng = np.random.default_rng(n)
-    hits = 0
-    for seed in range(studies):
-        found = bootstrap_difference(rng.normal(size=n), rng.normal(size=n), resamples=1000, seed=seed)
-        assert not isinstance(found.interval, Undefined)
-        hits += found.interval[0] <= 0.0 <= found.interval[1]
-    return hits / studies
-
-
-@pytest.mark.soak
-@pytest.mark.parametrize(("n", "recorded"), [(3, 0.979), (5, 0.958), (10, 0.957), (25, 0.952)])
-def test_bootstrap_coverage(n, recorded):
-    """Recorded from 4000 studies of normal values, nominal 0.95; BCa covers 0.80, 0.88, 0.93 and 0.93 of them."""
-    assert coverage(n, 2000) == pytest.approx(recorded, abs=4.0 * (0.05 * 0.95 * (1 / 2000 + 1 / 4000)) ** 0.5)

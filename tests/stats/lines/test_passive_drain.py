@@ -133,19 +133,6 @@ def test_wrong_input_is_refused():
         fit_passive_drain([1.0, 2.0, 3.0], [1.0, 2.0, 4.0]).at(float("nan"))
 
 
-@pytest.mark.soak
-def test_the_interval_at_twelve_minutes_covers_the_truth_as_often_as_it_says():
-    rng = np.random.default_rng(5)
-    charges = 1.5 + 0.1176 * 60.0 * MINUTES + rng.normal(0.0, 0.5, (3000, 6))
-    truth = 1.5 + 0.1176 * 720.0
-    found = [fit_passive_drain(60.0 * MINUTES, one).at(720.0) for one in charges]
-    covered = np.mean([one.ci_low <= truth <= one.ci_high for one in found])
-    assert abs(covered - 0.95) < 2.58 * (0.95 * 0.05 / 3000) ** 0.5
-    assert np.mean([one.se**2 for one in found]) ** 0.5 == pytest.approx(
-        np.std([one.charge_mah for one in found]), rel=0.05
-    )
-
-
 def test_idle_runs_on_one_line_are_known_no_better_than_the_charger_counts():
     minutes = np.array([20.0, 40.0, 60.0])
     exact = fit_passive_drain(60.0 * minutes, 7.0 * minutes)
