@@ -4,7 +4,6 @@ from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
-import scipy.signal
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -32,18 +31,6 @@ def jumps_of(log, height_m=None, *, leg=True, **options):
 def height_errors(found, log):
     pairs = zip(found.jumps, log.apex_height_m, strict=True)
     return np.array([jump.apex_height_m - truth for jump, truth in pairs if isinstance(jump.apex_height_m, float)])
-
-
-def test_the_naive_rule_finds_hand_motion_as_well(bed_log):
-    """Local maxima of the smoothed height, even with a prominence: the hand makes most of them."""
-    log = bed_log()
-    smooth = np.convolve(measured(log), np.full(10, 0.1), mode="same")
-    peaks, _ = scipy.signal.find_peaks(smooth, prominence=0.005)
-    true = [np.min(np.abs(log.apex_s - log.time_s[peak])) < 0.03 for peak in peaks]
-    assert sum(true) == 25
-    assert len(peaks) - sum(true) > 25
-    bare, _ = scipy.signal.find_peaks(smooth)
-    assert len(bare) > 1000
 
 
 @pytest.mark.parametrize("leg", [True, False])
