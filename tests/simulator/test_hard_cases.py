@@ -34,6 +34,30 @@ def test_ground_from_soft_to_a_hundred_million_times_as_stiff(kg_scale: float) -
     _closes(jump)
 
 
+@pytest.mark.parametrize("kg_scale", [1e2, 1e4, 1e6, 1e8])
+def test_the_depth_in_stiff_ground_is_that_of_all_accuracies(kg_scale: float) -> None:
+    coarse, fine = (_jump(accuracy=accuracy, kg_scale=kg_scale) for accuracy in (1e-4, 1e-9))
+    assert coarse.max_depth_m == pytest.approx(fine.max_depth_m, rel=1e-4)
+
+
+@pytest.mark.parametrize("kg_scale", [1e4, 1e6, 1e8])
+def test_an_intrusion_that_begins_and_ends_inside_one_step(kg_scale: float) -> None:
+    """On stiff ground the foot is stopped by a linear spring, in a quarter of its period; steps before and after are a
+    hundred times as long.
+    """
+    scene, jump = load_scene("sim2"), _jump(accuracy=1e-9, kg_scale=kg_scale)
+    first, second = jump.mode_changes[:2]
+    area_m2, cone = math.pi * scene["foot_radius"] ** 2, math.cos(scene["cone_angle"])
+    stiffness_n_m = kg_scale * (scene["k_sh"] + scene["sigma"] * area_m2 / cone)
+    omega = math.sqrt(stiffness_n_m / scene["foot_mass"])
+    assert (first.after, second.after) == ("intruding", "jammed")
+    assert second.time_s == pytest.approx(0.5 * math.pi / omega, rel=0.05)
+    assert jump.max_depth_m == pytest.approx(-scene["initial_velocity"] / omega, rel=0.1)
+    assert second.time_s < 2e-4
+    assert jump.next_touchdown_time_s is not None
+    assert jump.next_touchdown_time_s / jump.steps > 5.0 * second.time_s
+
+
 def test_ground_that_grows_stiffer_tends_to_a_limit() -> None:
     times = [_jump(kg_scale=10.0**power).liftoff_time_s or 0.0 for power in (4, 5, 6, 7, 8)]
     changes = np.abs(np.diff(times))
@@ -93,6 +117,7 @@ def test_start_at_rest_on_the_surface() -> None:
     at_rest, almost = _jump(initial_velocity=0.0), _jump(initial_velocity=-1e-9)
     assert at_rest.outcome == "touchdown"
     assert at_rest.apex_height_m == pytest.approx(almost.apex_height_m, rel=1e-6)
+    assert len(at_rest.mode_changes) < 10
     _closes(at_rest)
 
 
