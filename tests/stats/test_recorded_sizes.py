@@ -24,14 +24,13 @@ from tests.helpers.wording import refuses
 OVER_ARRAYS = [method for method in METHODS if method.many is not None]
 ROWS = [(method, design) for method in METHODS for design in method.designs]
 SLOW = ("bootstrap", "games_howell", "permutation")
-LIGHT_RUNS, ONE_BY_ONE_RUNS, SHARE_OF_ROWS = 2000, 30, 600
+LIGHT_RUNS, ONE_BY_ONE_RUNS = 2000, 30
 SOME_ROWS = [
-    (method, design)
-    for method in METHODS
-    for first in [zlib.crc32(method.name.encode()) % min(SHARE_OF_ROWS, len(method.designs))]
-    for design in method.designs[first::SHARE_OF_ROWS]
+    rows[zlib.crc32(name.encode()) % len(rows)]
+    for name in dict.fromkeys(method.name for method in METHODS)
+    for rows in [[row for row in ROWS if row[0].name == name]]
 ]
-"""Of each method at least one."""
+"""Of each method one; every one in a soak."""
 
 
 @functools.cache
