@@ -156,15 +156,20 @@ def test_the_energy_book_closes(name: str, accuracy: float) -> None:
 
 def test_an_apex_within_the_landing_is_one() -> None:
     """The body has left the ground and turned, and is met by it again, all within what a landing is allowed."""
-    values = {"body_mass": 0.04436, "upper_link": 0.1892, "k_compression": 147.5, "initial_velocity": -2.799}
-    values |= {"initial_height": 0.8103, "mu": 20.0, "sigma": 2.467e10, "kg_scale": 20310.0, "phi": 0.4597}
-    values |= {"rho": 17240.0, "added_mass_constant": 3.853, "b_g": 145.9, "c_g": 1000.0, "bg_scale": 8.534}
-    values |= {"b_compression": 7616.0, "b_extension": 8682.0, "b_ad": 2541.0, "control_rate": 15220.0}
+    values = {"body_mass": 2.348, "foot_mass": 3.142e-05, "rest_length": 0.2314, "upper_link": 0.1217}
+    values |= {"lower_link": 0.1454, "k_compression": 82340.0, "k_extension": 4.093}
+    values |= {"initial_velocity": -3.564, "initial_height": 0.4298, "foot_radius": 0.08174}
+    values |= {"cone_angle": 0.502, "mu": 0.1383, "k_sh": 6462000.0, "sigma": 612900.0}
+    values |= {"kg_scale": 473500.0, "phi": 0.5836, "rho": 20.13, "added_mass_constant": 1.192}
+    values |= {"b_g": 71.13, "c_g": 740.0, "bg_scale": 2.572, "b_compression": 6900.0}
+    values |= {"b_extension": 7147.0, "b_ad": 1624.0, "control_rate": 27210.0, "guard_length": 0.004366}
+    values |= {"force_cap": 58140.0, "torque_constant": 8.232, "motor_resistance": 0.001179}
     jump = simulate(load_scene("sim2").changed(values), 1e-6).jump
     assert jump.outcome == "touchdown"
     assert jump.liftoff_body_velocity_m_s is not None
     assert jump.liftoff_body_velocity_m_s > 0.0
     assert jump.apex_height_m == pytest.approx(jump.liftoff_body_height_m, rel=1e-7)
+    assert jump.apex_time_s == jump.next_touchdown_time_s
 
 
 @pytest.mark.soak

@@ -27,7 +27,12 @@ from data_schema.queries.runs import RunRow
 from data_schema.reasons import Reason
 from data_schema.second_process import SecondProcess, beside, has_core
 from data_schema.vocabulary import Undefined
-from labbook.analysis.prediction.condition_scenes import ROBOT_PARAMETERS, condition_scene, study_scene
+from labbook.analysis.prediction.condition_scenes import (
+    ROBOT_PARAMETERS,
+    condition_scene,
+    decays_within_steps,
+    study_scene,
+)
 from labbook.analysis.prediction.simulating import ALWAYS, SIMULATING, mean_values, simulated, varied
 from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult, decode
 from labbook.analysis.results.result_cache import Request, ResultCache, condition_input, fingerprint
@@ -249,6 +254,7 @@ def _request(
             "accuracy": settings.accuracy,
             "varied_by": _parts(settings, scene),
             **({"outcomes": list(map(str, outcomes))} if tuple(outcomes) != ALWAYS else {}),
+            **({"ticks": "in closed form"} if decays_within_steps(scene) else {}),
         },
         lambda: _predicted(scene, settings, outcomes),
     )

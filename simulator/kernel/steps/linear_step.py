@@ -29,6 +29,7 @@ from simulator.kernel.layout import (
     NOW,
     QUARTER,
     SAMPLED_SPEED,
+    SATURATED,
     SLIDES,
     STIFFNESS,
     TRIAL,
@@ -86,6 +87,35 @@ def make_is_linear(composition: Composition) -> Function:
         return not (follows and mode == FLIGHT and work[ACTIVE_DAMPING] > 0.0)
 
     return is_linear
+
+
+def make_held_foot_motion(composition: Composition) -> tuple[Function, Function]:
+    """Compose the motion of the body over a foot that is held, where it is linear.
+
+    `(h, work)`: whether it decays so fast within a step that the dense output passes over that; `(time_s, work, row)`:
+    put heights and speeds so long after the start of the step at the place `row`.
+    """
+    per_body = composition.position["inverse_body_mass"]
+    coefficients, is_linear = make_coefficients(composition), make_is_linear(composition)
+
+    @inner
+    def decays_fast(h: float, work: Row) -> bool:
+        saturated = work[SATURATED] != 0.0
+        if work[MODE] != JAMMED or not is_linear(JAMMED, work, saturated):
+            return False
+        return coefficients(work, saturated)[1] * work[per_body] * h > 1.0
+
+    @inner
+    def move(time_s: float, work: Row, row: int) -> None:
+        stiffness, damping = coefficients(work, work[SATURATED] != 0.0)
+        two_rate, square = damping * work[per_body], stiffness * work[per_body]
+        c, s, d = oscillator(0.5 * two_rate, square, time_s)
+        v_b, a_b = work[NOW + V_BODY], work[K1 + V_BODY]
+        work[row + X_BODY] = work[NOW + X_BODY] + s * v_b + d * (a_b + two_rate * v_b)
+        work[row + V_BODY] = c * v_b + s * a_b
+        work[row + X_FOOT], work[row + V_FOOT] = work[NOW + X_FOOT], work[NOW + V_FOOT]
+
+    return decays_fast, move
 
 
 def make_linear_step(composition: Composition, rates_of: Function) -> Function:

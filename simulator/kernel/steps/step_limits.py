@@ -40,6 +40,7 @@ from simulator.kernel.layout import (
 )
 from simulator.kernel.mechanics.moved_mass import make_moved_mass
 from simulator.kernel.steps.dense_output import interpolate
+from simulator.kernel.steps.linear_step import make_held_foot_motion
 from simulator.kernel.working_row import choose, lanes_in
 
 Row = NDArray[np.float64]
@@ -147,12 +148,17 @@ def make_deciding_tick(composition: Composition, wants_switch: Function) -> Func
     Returns its time, or infinity; ticks passed without a change count as decided, with their margins.
     """
     rate = composition.position.get("control_rate", -1)
+    decays_fast, move = make_held_foot_motion(composition)
 
     @inner
     def deciding_tick(h: float, until: float, work: Row, flip_tick: float) -> float:
+        fast = decays_fast(h, work)
         while work[TICK] / work[rate] < until:
             tick_s = work[TICK] / work[rate]
-            interpolate(h, (tick_s - work[TIME]) / h, work, BETWEEN)
+            if fast:
+                move(tick_s - work[TIME], work, BETWEEN)
+            else:
+                interpolate(h, (tick_s - work[TIME]) / h, work, BETWEEN)
             wish = wants_switch(work, work[PHASE], BETWEEN, work[LENGTH_UNIT], work[SPEED_UNIT])
             if (wish > 0.0) != (work[TICK] == flip_tick) and tick_s > work[TIME]:
                 return tick_s

@@ -41,7 +41,14 @@ from simulator.kernel.layout import (
     V_FOOT,
     X_FOOT,
 )
-from simulator.kernel.limits import FINEST_TOLERANCE, FIXED_STEP_S, FLIP_TICK, LONGEST_FLIGHT_S, LONGEST_STANCE_S
+from simulator.kernel.limits import (
+    EVENT_SHARE,
+    FINEST_TOLERANCE,
+    FIXED_STEP_S,
+    FLIP_TICK,
+    LONGEST_FLIGHT_S,
+    LONGEST_STANCE_S,
+)
 from simulator.kernel.mechanics.motion import make_rates
 from simulator.kernel.steps.attempt import make_attempt, make_error_norm, make_frequency, make_sample_nodes, next_step
 from simulator.kernel.steps.dense_output import make_interpolate
@@ -54,6 +61,8 @@ STRETCH = 1.01
 SHORTEST_S = 1e-13
 """Below it positions at both ends are equal but for rounding, and a dense output would make speeds of that. What
 happens in so short a step is seen at its end, and a foot that the ground would stop within it stops at once."""
+STOPPING_SHARE = 0.75
+"""Longest step of a foot that stops within so short a time, in units of that: it does not turn."""
 MANY_STEPS = 1000.0
 """From here on a jump's further steps are allowed ever less, so that errors that add up stay within what is allowed to
 so many steps: a light foot that is held back by stiff dampers takes hundreds of thousands."""
@@ -81,6 +90,14 @@ def stops_unseen(mode: float, omega: float, work: Row) -> bool:
     """Whether the ground stops the foot in less time than a step may be short."""
     sinking = -work[NOW + V_FOOT]
     return mode == INTRUDING and sinking > 0.0 and max(work[K1 + V_FOOT], sinking * omega) * SHORTEST_S > sinking
+
+
+@inlined
+def stops_evenly(omega: float, work: Row) -> bool:
+    """Whether such a foot slows down so evenly that steps take it on, with a way to go that its depth shows."""
+    sinking, slowing = -work[NOW + V_FOOT], work[K1 + V_FOOT]
+    rest_m = EVENT_SHARE * work[TOLERANCE] * -work[NOW + X_FOOT]
+    return slowing > sinking * omega and 0.5 * sinking * sinking > rest_m * slowing
 
 
 @inner
@@ -178,13 +195,16 @@ def make_stride(composition: Composition, wants_switch: Function) -> Function:
             work[EVALUATIONS] += 1
             work[STALE] = 0
         omega = frequency(work, mode, max(-work[NOW + X_FOOT], 0.0), work[STIFFNESS])
-        if stops_unseen(mode, omega, work):
+        stopping = stops_unseen(mode, omega, work)
+        if stopping and not stops_evenly(omega, work):
             event = stay(STOPS, work)
             sink(omega, work)
             return event
         fixed_s = limits[FIXED_STEP_S]
         linear = is_linear(mode, work, work[SATURATED] != 0.0)
         h = fixed_s if fixed_s > 0.0 else longest_step(work, mode, omega, linear)
+        if stopping:
+            h = min(h, STOPPING_SHARE * -work[NOW + V_FOOT] / work[K1 + V_FOOT])
         end_s = last_end(mode, timed_s, work)
         to_end = t + h * STRETCH >= end_s
         if to_end:

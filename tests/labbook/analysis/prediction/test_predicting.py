@@ -25,6 +25,7 @@ from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct
 from labbook.actions.upkeep.tracing import trace, trace_lines
 from labbook.analysis.prediction.checking import Checked, PredictionCheck
+from labbook.analysis.prediction.condition_scenes import decays_within_steps
 from labbook.analysis.prediction.predicting import PredictionResult
 from labbook.analysis.results.codec import decode
 from labbook.book.opening import opened
@@ -557,3 +558,13 @@ def test_a_body_that_gets_under_the_grains_is_told_of(tmp_path: Path, kg_scale: 
     )
     assert simulate(scene, about.accuracy).jump.under_surface == bool(conditions)
     assert (about.under_surface, about.open_book) == (conditions, 0)
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "fast"),
+    [("bed", {}, False), ("bed", {"b_extension": 80.0}, True), ("emulator", {}, False), ("force_plate", {}, False)],
+)
+def test_only_of_heavily_damped_legs_earlier_predictions_are_not_taken(
+    name: str, changes: dict[str, float], fast: bool
+) -> None:
+    assert decays_within_steps(load_scene(name).changed(changes)) is fast
