@@ -31,6 +31,7 @@ from data_schema.vocabulary import Undefined
 from labbook.actions.studies.force_plate import force_plate_of
 from labbook.analysis.outcomes.energy import joules_per_mah
 from labbook.analysis.studies.force_plate import ForcePlateStudy, PlateRun, compare_joules
+from labbook.analysis.studies.motor_power import MOTOR_PARAMETERS, Drive
 from labbook.demo.studies.force_plate import (
     DAYS,
     HOPS,
@@ -42,7 +43,6 @@ from labbook.demo.studies.force_plate import (
     plate_campaign,
 )
 from labbook.demo.studies.force_plate_files import make_plate_book
-from simulator.motor_power import MOTOR_PARAMETERS, Drive
 from simulator.scene_file import load_scene
 from stats.compare.shared_error import SharedError
 from stats.groups.multiple import holm

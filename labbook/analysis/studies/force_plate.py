@@ -3,8 +3,8 @@
 Plate and leg are recorded by two clocks. Touchdowns, a sudden force on the one and a leg that begins to yield on the
 other, give offset and drift of one clock against the other for each run (`stats.clocks`). The plate's zero is followed
 in the flights. Its force is smoothed with one moving average for all runs, and in each stance force and leg length go
-through the leg's kinematics and the motors' model (`simulator.motor_power`): heat, drag and mechanical power. What a
-run took from the battery, less the passive drain, is its measured joules a hop.
+through the leg's kinematics and the motors' model (`motor_power`): heat, drag and mechanical power. What a run took
+from the battery, less the passive drain, is its measured joules a hop.
 
 The hops of a run share its one recharge, and the runs of a day share the day, so that neither hops nor, where there are
 several days, runs are independent: the slope's interval is over days, of one day over its runs, and holds the error of
@@ -25,7 +25,7 @@ from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.pairing import sort_key
 from labbook.analysis.prediction.plain import PlainPredictions
-from simulator.motor_power import Drive
+from labbook.analysis.studies.motor_power import Drive
 from stats.clocks import Clocks, align_clocks, corner, leg_touchdowns, moving_average
 from stats.compare.shared_error import SharedError
 from stats.force_plate import Contact, find_contacts, force_above_zero

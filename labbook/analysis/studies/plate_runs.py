@@ -21,10 +21,10 @@ from labbook.analysis.prediction.condition_scenes import study_scene
 from labbook.analysis.prediction.plain import plain_predictions
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.studies.force_plate import ForcePlateStudy, PlateRun, compare_joules
+from labbook.analysis.studies.motor_power import MOTOR_PARAMETERS, Drive
 from labbook.analysis.study_data import StudyData, gather
 from labbook.config.model import RobotSettings, SimulationSettings
 from labbook.config.parsing import Configuration
-from simulator.motor_power import MOTOR_PARAMETERS, Drive
 
 LEG_LENGTH = "leg_length"
 FEWEST_CONDITIONS = 2

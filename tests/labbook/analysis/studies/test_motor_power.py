@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from data_schema.units import STANDARD_GRAVITY_M_S2
+from labbook.analysis.studies.motor_power import Drive
 from simulator.gains import stiffness_n_m
 from simulator.jump import simulate
-from simulator.motor_power import Drive
 from simulator.scene_file import load_scene
 
 DRIVE = Drive(0.1, 0.2, 0.09549296586, 0.186, 0.09549296586)
