@@ -94,7 +94,7 @@ def _study(table: TableReader) -> StudySettings:
     settings = StudySettings(
         name=table.text("name"),
         kind=table.word("kind", StudyKind),
-        reference_voltage_v=table.number("reference_voltage_v", above=0.0),
+        reference_voltage_v=table.number("reference_voltage_v", above=0.0, most=1000.0),
         jumps_nominal=table.whole("jumps_nominal", least=1),
         time_zone=table.text("time_zone"),
     )

@@ -73,12 +73,14 @@ class TableReader:
         given = self.value(key)
         return None if given is None else self._checked_text(key, given)
 
-    def number(self, key: str, default: float | None = None, *, above: float = -math.inf) -> float:
-        """Read a finite number greater than `above`."""
+    def number(
+        self, key: str, default: float | None = None, *, above: float = -math.inf, most: float = math.inf
+    ) -> float:
+        """Read a finite number greater than `above`, `most` at most."""
         given = self._required(key, "a number such as 1.5") if default is None else self.value(key)
         if given is None:
             return math.nan if default is None else default
-        return self._checked_number(key, given, above)
+        return self._checked_number(key, given, above, most)
 
     def optional_number(self, key: str, *, above: float = -math.inf) -> float | None:
         """Read a finite number greater than `above`, or None where absent."""
@@ -164,10 +166,11 @@ class TableReader:
         self.fault(key, f"{given!r} is not a text, or empty, padded or unprintable: write a plain text in quotes.")
         return ""
 
-    def _checked_number(self, key: str, given: Any, above: float) -> float:
+    def _checked_number(self, key: str, given: Any, above: float, most: float = math.inf) -> float:
         number = as_number(given)
-        if number is not None and number > above:
+        if number is not None and above < number <= most:
             return number
         least = "" if above == -math.inf else f" greater than {above:g}"
+        least += "" if most == math.inf else f", {most:g} at most"
         self.fault(key, f"{given!r} is not a number{least}: write one such as 1.5, without quotes.")
         return math.nan

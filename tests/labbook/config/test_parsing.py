@@ -267,6 +267,11 @@ def test_each_fault_has_its_place_and_remedy(old: str, new: str, words: str) -> 
     assert message.endswith((".", "?"))
 
 
+def test_a_voltage_that_no_pack_has_is_refused() -> None:
+    told = refusal(SAMPLE.replace("= 15.4", "= 15400", 1))
+    assert "study.reference_voltage_v: 15400 is not a number greater than 0, 1000 at most" in told
+
+
 def test_all_faults_are_reported_at_once_one_a_line() -> None:
     text = SAMPLE
     for old, new, _ in FAULTS:
