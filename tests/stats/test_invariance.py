@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, example, given, settings
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from data_schema.vocabulary import Undefined
@@ -147,7 +147,6 @@ def assert_same(one: Found, other: Found) -> None:
 
 
 @pytest.mark.parametrize("name", [*MOVABLE, *FIXED])
-@settings(max_examples=8)
 @given(GROUPS, st.integers(-560, 500), st.integers(-500, 500))
 def test_a_unit_of_any_power_of_two_changes_nothing(name, groups, base, exponent):
     """Down to 2^-1060, where doubles have 14 bits left, and up to 2^1020; only where every value keeps all its bits."""
@@ -162,7 +161,6 @@ def test_a_unit_of_any_power_of_two_changes_nothing(name, groups, base, exponent
 
 
 @pytest.mark.parametrize("name", MOVABLE)
-@settings(max_examples=8)
 @given(GROUPS, st.integers(-(2**52), 2**52))
 def test_an_exact_offset_changes_nothing(name, groups, shift):
     """Whole numbers stay whole numbers up to 2^53."""
@@ -172,7 +170,6 @@ def test_an_exact_offset_changes_nothing(name, groups, shift):
 
 
 @pytest.mark.parametrize("name", [*MOVABLE, *FIXED])
-@settings(max_examples=8)
 @given(GROUPS, st.permutations(range(8)), st.permutations("abc"))
 def test_order_and_labels_change_nothing(name, groups, order, names):
     of = {**MOVABLE, **FIXED}[name]
@@ -192,7 +189,6 @@ TYPES: dict[str, Callable[[list[int]], Any]] = {
 
 
 @pytest.mark.parametrize("name", [*MOVABLE, *FIXED])
-@settings(max_examples=2)
 @given(GROUPS)
 def test_the_type_changes_nothing(name, groups):
     of = {**MOVABLE, **FIXED}[name]

@@ -139,15 +139,16 @@ def test_percent_bounds_of_unequal_groups_are_as_simulated(design, simulated, er
     assert power_percent_equivalence(*design).power == pytest.approx(simulated, abs=3.0 * error)
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize(
     "design",
     [
-        pytest.param((0.0, 10.0, 1.0, -10.0, 10.0, 200, 4, 0.05), marks=pytest.mark.soak),
-        pytest.param((0.0, 100.0, 1.0, -3.0, 3.0, 2, 2, 0.05), marks=pytest.mark.soak),
-        pytest.param((0.0, 10.0, 1.0, -10.0, 10.0, 10_000, 3, 0.05), marks=pytest.mark.soak),
-        pytest.param((0.0, 0.7, 1.0, -90.0, 200.0, 5, 5, 0.05), marks=pytest.mark.soak),
-        pytest.param((0.0, 2.0, 1.0, -60.0, 60.0, 40, 2, 0.2), marks=pytest.mark.soak),
-        pytest.param((0.1, 0.5, 1.0, -95.0, 400.0, 100, 2, 0.2), marks=pytest.mark.soak),
+        (0.0, 10.0, 1.0, -10.0, 10.0, 200, 4, 0.05),
+        (0.0, 100.0, 1.0, -3.0, 3.0, 2, 2, 0.05),
+        (0.0, 10.0, 1.0, -10.0, 10.0, 10_000, 3, 0.05),
+        (0.0, 0.7, 1.0, -90.0, 200.0, 5, 5, 0.05),
+        (0.0, 2.0, 1.0, -60.0, 60.0, 40, 2, 0.2),
+        (0.1, 0.5, 1.0, -95.0, 400.0, 100, 2, 0.2),
         (0.02, 12.5, 1.0, -22.0, 26.8, 734, 4, 0.2),
     ],
 )
@@ -260,10 +261,10 @@ def test_normal_probabilities_between_close_and_far_ends_keep_their_digits():
     ("low", "high", "slopes", "least"),
     [
         (-2.0, 1.5, (0.6, 2.0), -20.0),
-        (0.0, 7.0, (0.65, 5.3), -1.6),
+        pytest.param(0.0, 7.0, (0.65, 5.3), -1.6, marks=pytest.mark.soak),
         (-3.0, 0.0, (50.0, 51.0), 0.0),
-        (2.0, -1.0, (0.5, 3.0), 0.4),
-        (-3.7, -2.4, (108.0, 219.0), -4.2),
+        pytest.param(2.0, -1.0, (0.5, 3.0), 0.4, marks=pytest.mark.soak),
+        pytest.param(-3.7, -2.4, (108.0, 219.0), -4.2, marks=pytest.mark.soak),
     ],
 )
 def test_what_lies_between_two_lines_is_mpmaths(low, high, slopes, least):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from data_schema.vocabulary import Undefined
@@ -15,8 +15,6 @@ ALPHAS = st.floats(0.001, 0.6)
 NEAREST = 1e-9
 """Where p is alpha to so many digits, rounding may put it on either side."""
 
-EXAMPLES = settings(max_examples=15)
-
 
 def leaves_out_0(one: AgainstControl) -> bool:
     above = not isinstance(one.ci_low, Undefined) and one.ci_low > 0.0
@@ -24,7 +22,6 @@ def leaves_out_0(one: AgainstControl) -> bool:
     return above or below
 
 
-@EXAMPLES
 @given(GROUPS, ALPHAS, st.sampled_from(ALTERNATIVES))
 def test_dunnetts(groups: list[list[int]], alpha: float, alternative: Alternative) -> None:
     assume(any(len(set(group)) > 1 for group in groups))
@@ -38,7 +35,6 @@ def test_dunnetts(groups: list[list[int]], alpha: float, alternative: Alternativ
         assert bounded == [alternative != "less", alternative != "greater"]
 
 
-@EXAMPLES
 @given(GROUPS, ALPHAS, st.sampled_from(VARIANCES))
 def test_all_pairs(groups: list[list[int]], alpha: float, variances: Variances) -> None:
     """Tukey and Kramer's, and Games and Howell's; two constant groups have no test of their own among the latter."""

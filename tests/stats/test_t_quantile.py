@@ -68,13 +68,11 @@ def test_the_middle():
     assert t_upper_quantile(0.0, 7.0) == math.inf == t_quantile(1, math.inf)
 
 
-@pytest.mark.parametrize(
-    ("n_below", "n_above", "least"), [(6, 4, 30), pytest.param(60, 40, 300, marks=pytest.mark.soak)]
-)
-def test_any_degrees_of_freedom_and_any_tail(n_below, n_above, least):
+@pytest.mark.soak
+def test_any_degrees_of_freedom_and_any_tail():
     rng = np.random.default_rng(20)
-    below = np.exp(rng.uniform(math.log(0.02), math.log(1e6), n_below)).tolist()
-    above = np.exp(rng.uniform(math.log(1e6), math.log(1e300), n_above)).tolist()
+    below = np.exp(rng.uniform(math.log(0.02), math.log(1e6), 60)).tolist()
+    above = np.exp(rng.uniform(math.log(1e6), math.log(1e300), 40)).tolist()
     found = []
     for df in [*below, *above, 1e15, 1.0000001e15, 1e17, 1e20, 1e100, 1e300, math.inf]:
         for exponent in rng.uniform(-300.0, math.log10(0.5), 4).tolist():
@@ -85,7 +83,7 @@ def test_any_degrees_of_freedom_and_any_tail(n_below, n_above, least):
                 continue
             found.append(t)
             assert distance(t, df, Fraction(tail)) < 1e-12, (df, tail)
-    assert len(found) > least
+    assert len(found) > 300
 
 
 def power_law(tail: float, df: float) -> mpmath.mpf:

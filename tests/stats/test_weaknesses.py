@@ -4,6 +4,7 @@ The cases are those of `benchmarks/stats_evidence/weaknesses`, from which `docs/
 other programs are asked there only, so that nothing here fails when one of them mends its fault.
 """
 
+import functools
 import math
 import warnings
 
@@ -20,6 +21,9 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from tests.helpers.exact_tests import dunnett_tail, moments, mpf
 
+of_today = functools.cache(ours)
+"""What labbook answers to each question, asked once for the truth and for the table."""
+
 
 def test_all_cases_are_there_and_each_names_a_wrong_answer():
     assert list(WEAKNESSES) == [f"W{number}" for number in range(1, 28)]
@@ -30,7 +34,7 @@ def test_all_cases_are_there_and_each_names_a_wrong_answer():
 def test_the_table_shows_labbooks_answers_of_today():
     """The truth and the other programs beside them are from when it was last written."""
     now = {
-        (case.name, question.what): ours(question.ours).text(question.digits)
+        (case.name, question.what): of_today(question.ours).text(question.digits)
         for case in WEAKNESSES.values()
         for question in case.questions
     }
@@ -41,7 +45,7 @@ def test_the_table_shows_labbooks_answers_of_today():
 @pytest.mark.parametrize("name", WEAKNESSES)
 def test_labbook_is_right_where_others_are_not(name):
     for question in WEAKNESSES[name].questions:
-        found, truth = ours(question.ours), question.truth
+        found, truth = of_today(question.ours), question.truth
         if isinstance(truth, NoNumber):
             assert found.number is None, question.what
             assert truth.cause in found.words, question.what

@@ -62,7 +62,7 @@ def test_an_emulator_log_has_an_apex_for_every_jump(emulator_log, detector):
 
 @pytest.mark.parametrize("make", ["bed", "emulator"])
 @pytest.mark.parametrize(("rate_hz", "bias_m", "rmse_m"), [(1000.0, 0.02e-3, 0.2e-3), (300.0, 0.03e-3, 0.3e-3)])
-@pytest.mark.parametrize("spoilt", [False, True])
+@pytest.mark.parametrize("spoilt", [pytest.param(False, marks=pytest.mark.soak), True])
 def test_robust_heights_of_whole_logs(bed_log, emulator_log, make, rate_hz, bias_m, rmse_m, spoilt):
     """1 mm of noise; spoilt: 10 % dropouts to zero and 2 % spikes. Catches begin 25 to 60 ms after the apex."""
     errors, scores = [], []

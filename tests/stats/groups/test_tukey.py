@@ -91,7 +91,7 @@ def test_the_interval_excludes_0_just_where_p_is_below_alpha(variances):
     assert f"All pairs by {found.method}" in found.sentence("J")
 
 
-@pytest.mark.parametrize("k", [2, 3, 40])
+@pytest.mark.parametrize("k", [2, *(pytest.param(k, marks=pytest.mark.soak) for k in (3, 40))])
 def test_pairs_integrated_together_are_those_integrated_alone(k):
     """Games and Howell's pairs have their own degrees of freedom each: none leans on which others stand beside it."""
     dfs = (*np.geomspace(1.0, 1e6, 150).tolist(), math.inf)
@@ -128,7 +128,8 @@ def test_wrong_input():
 
 
 @pytest.mark.parametrize(
-    ("tail", "k"), [(0.05, 2), (0.05, 7), pytest.param(1e-12, 200, marks=pytest.mark.soak), (0.999, 30)]
+    ("tail", "k"),
+    [(0.05, 2), *(pytest.param(*each, marks=pytest.mark.soak) for each in ((0.05, 7), (1e-12, 200), (0.999, 30)))],
 )
 def test_critical_values_of_very_many_degrees_of_freedom_keep_their_digits(tail, k):
     """Pairs of groups of 2 and 3 have degrees of freedom of 1 to 4, each pair its own."""
