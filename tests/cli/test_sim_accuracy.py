@@ -6,12 +6,17 @@ from pathlib import Path
 
 import pytest
 
-from simulator.accuracy.methods import LABBOOK, METHODS
+from simulator.accuracy import study
+from simulator.accuracy.methods import EULER, LABBOOK, METHODS
 from simulator.accuracy.outputs import NAMES
 from tests.cli.shell import good, labbook, refused
+from tests.helpers.accuracy_studies import quick_study
 from tests.helpers.wording import says
 
+FEW = [EULER, "solve_ivp RK45", LABBOOK]
 
+
+@pytest.mark.soak
 def test_what_a_person_sees(tmp_path: Path) -> None:
     shown = good(labbook("sim", "accuracy", "--scene", "sim2", "--quick", at=tmp_path)).out
     assert "against: stored case “defaults, held gains in flight” of sim2" in shown
@@ -23,14 +28,15 @@ def test_what_a_person_sees(tmp_path: Path) -> None:
     says(shown, "in brackets", "estimated errors", "known to miss its goal")
 
 
-def test_json_and_figure_of_a_scene_of_one_s_own(tmp_path: Path) -> None:
+def test_json_and_figure_of_a_scene_of_one_s_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(study, "accuracy_study", lambda scene, *_: quick_study(scene, FEW)[0])  # the same, uncompiled
     words = ("--scene", "sim2", "--set", "foot_radius=0.0351", "--quick", "--plot", "costs.png", "--json")
     found = good(labbook("sim", "accuracy", *words, at=tmp_path)).json
     assert found["reference"]["stored"] is False
     assert found["values"]["foot_radius"] == 0.0351
     assert found["plot"] == "costs.png"
     assert (tmp_path / "costs.png").stat().st_size > 10_000
-    assert [method["method"] for method in found["methods"]] == list(METHODS)
+    assert [method["method"] for method in found["methods"]] == FEW
     for method in found["methods"]:
         for point in method["points"]:
             assert set(point["errors"]) == set(NAMES)

@@ -6,13 +6,13 @@ import dataclasses
 
 import pytest
 
-from simulator.accuracy import peers
 from simulator.accuracy.methods import EULER, LABBOOK, METHODS
 from simulator.accuracy.outputs import NAMES
 from simulator.accuracy.reference_of import Reference
-from simulator.accuracy.study import AccuracyStudy, Misses, Point, Series, accuracy_study, misses, needs, points_to_come
+from simulator.accuracy.study import AccuracyStudy, Misses, Point, Series, misses, needs, points_to_come
 from simulator.error_bars import simulate_with_errors
 from simulator.scene_file import load_scene
+from tests.helpers.accuracy_studies import quick_study
 from tests.helpers.wording import says
 
 SCENE = load_scene("sim2")
@@ -20,8 +20,7 @@ SCENE = load_scene("sim2")
 
 @pytest.fixture(scope="module")
 def study() -> AccuracyStudy:
-    told: list[str] = []
-    found = accuracy_study(SCENE, quick=True, done=told.append)
+    found, told = quick_study(SCENE)
     assert len(told) == points_to_come(quick=True)
     return found
 
@@ -77,14 +76,13 @@ def test_misses_are_counted_and_those_that_the_estimate_shows() -> None:
     assert counted == Misses(numbers=5, missed=3, covered=2)
 
 
-def test_a_run_that_fails_is_kept_with_its_reason(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(peers, "MOST_EVALUATIONS", 1000)
-    found = accuracy_study(SCENE, quick=True)
+def test_a_run_that_fails_is_kept_with_its_reason(study: AccuracyStudy) -> None:
+    found, _told = quick_study(SCENE, ["solve_ivp RK45"], most_evaluations=1000)
     failed = [point for point in points(found, "solve_ivp RK45") if point.failure]
     assert failed
     assert "than 1000 evaluations" in failed[-1].failure
     assert failed[-1].errors is None
-    assert len(points(found, "solve_ivp RK45")) == len(points(found, "solve_ivp DOP853"))
+    assert len(points(found, "solve_ivp RK45")) == len(points(study, "solve_ivp RK45"))
 
 
 def test_what_a_method_does_not_cover_is_said() -> None:
