@@ -125,12 +125,12 @@ def test_while_a_connection_goes_back(stated: SmallBook, caplog: pytest.LogCaptu
     ],
 )
 def test_a_report_that_is_not_written_whole_is_none(
-    whole: SmallBook, tmp_path: Path, number: int, last: str, code: int
+    stated: SmallBook, tmp_path: Path, number: int, last: str, code: int
 ) -> None:
-    words = ["report", "--foot", "small", "--out", tmp_path / "paper"]
+    words = ["report", "--out", tmp_path / "paper"]
     done = subprocess.run(
         [sys.executable, "-c", CUT_OFF_REPORT, str(int(number)), last, *words],
-        cwd=whole.folder,
+        cwd=stated.folder,
         env=environment(),
         capture_output=True,
         timeout=120,
@@ -140,10 +140,10 @@ def test_a_report_that_is_not_written_whole_is_none(
     assert done.returncode == code, done.stderr
     assert (tmp_path / "paper" / "figures").exists()
     assert not (tmp_path / "paper" / "report.html").exists()
-    assert good(labbook("reports", "list", "--json", at=whole.folder)).json == []
-    good(labbook(*words, at=whole.folder))
+    assert good(labbook("reports", "list", "--json", at=stated.folder)).json == []
+    good(labbook(*words, at=stated.folder))
     assert (tmp_path / "paper" / "report.html").exists()
-    assert len(good(labbook("reports", "list", "--json", at=whole.folder)).json) == 1
+    assert len(good(labbook("reports", "list", "--json", at=stated.folder)).json) == 1
 
 
 def ingesting(book: SmallBook) -> subprocess.Popen[str]:

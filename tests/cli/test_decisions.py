@@ -96,7 +96,13 @@ def test_show_tells_all_that_belongs_to_a_run(whole: SmallBook) -> None:
 
 
 @pytest.mark.parametrize(
-    ("ending", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF"), ("html", b"<!DOCTYPE html>")]
+    ("ending", "start"),
+    [
+        ("png", b"\x89PNG"),
+        pytest.param("svg", b"<?xml", marks=pytest.mark.soak),
+        pytest.param("pdf", b"%PDF", marks=pytest.mark.soak),
+        ("html", b"<!DOCTYPE html>"),
+    ],
 )
 def test_plot_makes_a_picture_in_the_form_asked_for(
     ending: str, start: bytes, whole: SmallBook, tmp_path: Path

@@ -87,7 +87,7 @@ def test_ctrl_c_keeps_whole_files_and_the_same_command_goes_on(stated: SmallBook
     )
     deadline = time.monotonic() + 60
     while not rows(stated.folder, "SELECT uid FROM file") and time.monotonic() < deadline:
-        time.sleep(0.002)
+        time.sleep(0.01)
     running.send_signal(signal.SIGINT)
     out, err = running.communicate(timeout=60)
     kept = len(rows(stated.folder, "SELECT uid FROM file"))

@@ -201,12 +201,12 @@ def test_reading_a_reported_book_changes_nothing(reported: Reported) -> None:
             assert good(labbook(*words.split(), "--json", at=reported.book.folder)).json is not None
 
 
-def test_altered_rows_are_a_warning_on_the_page_too(whole: SmallBook, tmp_path: Path) -> None:
-    engine = sa.create_engine(f"sqlite:///{whole.database}")
+def test_altered_rows_are_a_warning_on_the_page_too(stated: SmallBook, tmp_path: Path) -> None:
+    engine = sa.create_engine(f"sqlite:///{stated.database}")
     with engine.begin() as connection:
-        connection.exec_driver_sql("UPDATE charge SET charge_mah = charge_mah + 1 WHERE run = 2")
+        connection.exec_driver_sql("UPDATE run SET duration_s = duration_s + 1 WHERE id = 2")
     engine.dispose()
-    said = good(labbook("report", "--out", tmp_path / "paper", at=whole.folder))
+    said = good(labbook("report", "--out", tmp_path / "paper", at=stated.folder))
     page = html.unescape((tmp_path / "paper" / "report.html").read_text(encoding="utf-8"))
     warning = "altered in the database by something else than labbook"
     assert warning in said.out

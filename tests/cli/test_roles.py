@@ -68,24 +68,24 @@ def test_a_role_that_may_only_read_asks_everything_and_states_nothing(guest: Sma
     engine.dispose()
 
 
-def test_who_may_only_read_a_sqlite_book_makes_the_same_report_elsewhere(whole: SmallBook, tmp_path: Path) -> None:
+def test_who_may_only_read_a_sqlite_book_makes_the_same_report_elsewhere(stated: SmallBook, tmp_path: Path) -> None:
     mine, stored = tmp_path / "mine", tmp_path / "stored"
-    paths = (whole.folder, *whole.folder.rglob("*"))
+    paths = (stated.folder, *stated.folder.rglob("*"))
     rights = [path.stat().st_mode for path in paths]
     for path in paths:
         path.chmod(0o555 if path.is_dir() else 0o444)
-    with unchanged(whole.folder):
-        refused(labbook("report", "--unsaved", at=whole.folder), 2, "add --out DIR")
+    with unchanged(stated.folder):
+        refused(labbook("report", "--unsaved", at=stated.folder), 2, "add --out DIR")
         refused(
-            _bound_by_rights("report", "--out", tmp_path / "x", at=whole.folder),
+            _bound_by_rights("report", "--out", tmp_path / "x", at=stated.folder),
             3,
             "cannot be written",
             "--unsaved --out DIR",
         )
-        said = good(_bound_by_rights("report", "--unsaved", "--out", mine, at=whole.folder)).out
+        said = good(_bound_by_rights("report", "--unsaved", "--out", mine, at=stated.folder)).out
     for path, mode in zip(paths, rights, strict=True):
         path.chmod(mode)
-    good(labbook("report", "--out", stored, at=whole.folder))
+    good(labbook("report", "--out", stored, at=stated.folder))
     assert "nothing was stored" in said
     assert "<dd>no: " in (mine / "report.html").read_text()
     assert "<dd>no: " not in (stored / "report.html").read_text()

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from PIL import Image
 
+from reports.figures import jump_animation
 from simulator.kernel.build import kernel_for
 from simulator.scene_file import load_scene
 from tests.cli.shell import good, labbook, process, refused
@@ -95,7 +96,8 @@ def test_a_picture_of_the_motion(kind: str, tmp_path: Path) -> None:
     assert (tmp_path / found["plot"]).stat().st_size > 5000
 
 
-def test_a_moving_picture(tmp_path: Path) -> None:
+def test_a_moving_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(jump_animation, "MOST_FRAMES", 21)  # each takes its time
     found = simulated(tmp_path, "sim2", [], "--animate", "jump.gif")
     with Image.open(tmp_path / found["animation"]) as picture:
         assert picture.format == "GIF"

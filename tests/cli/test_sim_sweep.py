@@ -150,6 +150,7 @@ def test_another_command_does_not_continue_a_sweep(tmp_path: Path) -> None:
     refused(answer, 2, "sweep.nc holds a sweep that differs in accuracy (1e-06 there, 0.001 now)", "another --out")
 
 
+@pytest.mark.soak
 def test_in_a_process_of_its_own(tmp_path: Path) -> None:
     words = ("--over", "b_ad=0,100", "--accuracy", "1e-3")
     here = swept(tmp_path, *words, out="here.nc")

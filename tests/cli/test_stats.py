@@ -225,10 +225,10 @@ def test_several_groups_are_a_family_and_can_be_one(tmp_path: Path) -> None:
     ("ending", "words"),
     [
         ("png", ("compare",)),
-        ("pdf", ("compare",)),
+        pytest.param("pdf", ("compare",), marks=pytest.mark.soak),
         ("svg", ("anova",)),
-        ("svg", ("savings",)),
-        ("svg", ("equivalence", "--low", "-3")),
+        pytest.param("svg", ("savings",), marks=pytest.mark.soak),
+        pytest.param("svg", ("equivalence", "--low", "-3"), marks=pytest.mark.soak),
         ("svg", ("blocked", "--day", "date")),
     ],
 )

@@ -54,6 +54,12 @@ def found(book: Path) -> Any:
     return study(book)
 
 
+@pytest.fixture(scope="module")
+def told(book: Path) -> str:
+    """The same in words."""
+    return good(labbook("study", "bed", at=book)).out
+
+
 def configure(book: Path, text: str) -> None:
     toml = book / "labbook.toml"
     toml.write_text(f"{toml.read_text(encoding='utf-8')}\n{text}", encoding="utf-8")
@@ -83,7 +89,7 @@ def test_its_claims_are_the_report_s_and_its_predictions_those_of_compare(book: 
             assert number["value"] == compared[place]["value"]
 
 
-def test_every_comparison_of_the_thesis_is_there(book: Path, found: Any) -> None:
+def test_every_comparison_of_the_thesis_is_there(told: str, found: Any) -> None:
     joules = [one for one in found["comparisons"] if one["quantity"] == "joules a jump"]
     families = {family: [one for one in joules if one["family"] == family] for family in {x["family"] for x in joules}}
     assert len(families["each level against the control"]) == 4 * 5
@@ -98,7 +104,6 @@ def test_every_comparison_of_the_thesis_is_there(book: Path, found: Any) -> None
     assert beside["saving, small foot, k\u00a0=\u00a01091\u00a0N/m"]["published"] == f"about {best:g}\u00a0% (5.2.1)"
     published = [one["published"] for one in found["beside"]]
     assert published.count("p > .5 (5.2.1)") == published.count("p < .0001 (5.2.1)") == 2
-    told = good(labbook("study", "bed", at=book)).out
     for said in (" .041 ", "p = .071 (5.2.1)", "p > .15 (5.2.1)", "at most 3 mm (5.2.2)", "7 of 10 (5.2.1)"):
         assert said in told.replace("\u00a0", " ")
 
@@ -230,9 +235,8 @@ def test_gains_taken_for_stiffness_are_named_where_the_robot_does_not_jump(small
 
 
 def test_means_have_the_error_of_the_drain_line_and_feet_without_a_common_day_no_test_by_days(
-    book: Path, found: Any
+    told: str, found: Any
 ) -> None:
-    told = good(labbook("study", "bed", at=book)).out
     assert "joules ± SE (J)" in told
     assert told.count("no test by days") == 4
     small_means = re.findall(r"CE +\d+ +[\d.]+ ± ([\d.]+)", told)

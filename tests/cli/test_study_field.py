@@ -18,6 +18,7 @@ from tests.helpers.study_pages import study_page
 HEAD = "walk,robot,mass_kg,distance_m,energy_Wh\n"
 
 
+@pytest.mark.soak
 def test_intervals_cover_the_ratio() -> None:
     """The count lies in the 99.9 % binomial band, though walks differ ten times as much as robots scatter."""
     assert not outside(covered(STUDIES["field"], 1000))

@@ -210,6 +210,7 @@ def test_the_page_s_command_says_slope_clocks_and_window(book: Path, tmp_path: P
         assert said in " ".join(shown.split())
 
 
+@pytest.mark.soak
 def test_the_slope_falls_as_the_window_grows(book: Path) -> None:
     found = study(book)
     slopes = [one["slope"] for one in found["windows"]]
@@ -253,6 +254,7 @@ def test_a_book_without_a_factor_is_told_what_to_write(changed: Path) -> None:
     refused(labbook("study", "force-plate", at=changed), 2, "[factors.k_gain]", "levels = [300, 400, 500, 600]")
 
 
+@pytest.mark.soak
 def test_the_page_s_motors_are_taken(book: Path, changed: Path) -> None:
     page = (DOCS / "force-plate.md").read_text(encoding="utf-8")
     (motors,) = re.findall(r"^(parameters = .*)$", page, re.MULTILINE)

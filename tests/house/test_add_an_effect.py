@@ -65,6 +65,7 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.soak
 def test_a_part_of_the_cost_is_one_file_too_and_a_column_is_in_sweeps(copy: Path) -> None:
     python(["-c", COSTS + COLUMN], folder=copy, NUMBA_DISABLE_JIT="1")
 

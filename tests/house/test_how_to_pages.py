@@ -81,6 +81,7 @@ def test_a_book_moves_to_a_server(tmp_path: Path, book: SmallBook, postgres_url:
     works([word.replace("postgresql+psycopg://lab@server/mybook", postgres_url) for word in copy], tmp_path)
 
 
+@pytest.mark.soak
 def test_a_reviewer_looks_and_recomputes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("LABBOOK_AS", "Ada Nwosu")
     book = reported_book(tmp_path / "book")
@@ -95,6 +96,7 @@ def test_a_damaged_book(book: SmallBook) -> None:
         works(words, book.folder)
 
 
+@pytest.mark.soak
 def test_hypotheses_and_a_ground_of_ones_own(book: SmallBook) -> None:
     (table,) = re.findall(r"```toml\n(.*?)```", (DOCS / "hypotheses.md").read_text(encoding="utf-8"), re.DOTALL)
     scene = '\n[simulation]\nscene = "bed"\nfactors = { foot = "foot_radius", b_ad_gain = "b_ad" }\n'

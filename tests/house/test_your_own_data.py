@@ -77,6 +77,7 @@ def test_every_command_works_from_the_first_log_to_the_report(tmp_path: Path, mo
     assert list((folder / "reports").rglob("report.html"))
 
 
+@pytest.mark.soak
 def test_the_gains_of_the_page_are_simulated(tmp_path: Path) -> None:
     folder = small_book(tmp_path).folder
     toml = re.sub(r"(?ms)^\[gains\..*?(?=^\[(?!gains))", "", (folder / "labbook.toml").read_text())
