@@ -1,4 +1,4 @@
-"""Over 40 campaigns, or 200 in a soak, from arrays: do the intervals cover the truth as often as they claim?
+"""Over 40 campaigns and over 200, from arrays: do the intervals cover the truth as often as they claim?
 
 Every quantity's count of covering intervals must lie in the 99 % binomial band, save for the few of many that a 1 %
 rate explains; and the mean coverage of a kind of quantity must agree with 95 % within its 99 % interval over seeds
@@ -24,6 +24,7 @@ from stats.compare.summary import describe
 from tests.helpers.once import made_once
 
 LEVEL = 0.95
+pytestmark = pytest.mark.soak
 
 
 def covers(low: float | Undefined, high: float | Undefined, truth: float) -> bool:
@@ -79,7 +80,7 @@ def coverage_of(seed: int) -> dict[str, list[bool]]:
     return covered
 
 
-@pytest.fixture(scope="module", params=[40, pytest.param(200, marks=pytest.mark.soak)])
+@pytest.fixture(scope="module", params=[40, 200])
 def coverage(request: pytest.FixtureRequest) -> dict[str, NDArray[np.bool_]]:
     """By kind of quantity: arrays of shape (seeds, quantities)."""
 

@@ -10,7 +10,7 @@ from labbook.demo.records import Campaign, DemoRun
 
 @pytest.fixture(scope="module")
 def campaign() -> Campaign:
-    return make_campaign(3, runs_per_condition=2)
+    return make_campaign(3, runs_per_condition=1)
 
 
 @pytest.fixture(scope="module")

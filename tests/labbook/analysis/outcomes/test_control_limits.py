@@ -53,7 +53,8 @@ def test_limits_are_those_of_a_prediction_interval_from_the_other_runs_of_a_cond
             assert ends == pytest.approx((middle - width, middle + width), rel=1e-9)
 
 
-@pytest.mark.parametrize("n", [4, *(pytest.param(n, marks=pytest.mark.soak) for n in (6, 20))])
+@pytest.mark.soak
+@pytest.mark.parametrize("n", [4, 6, 20])
 def test_of_runs_that_are_alike_27_in_10_000_lie_outside(n: int, run: RunRow) -> None:
     draws, runs = random.Random(n), [replace(run, uid=f"{at}") for at in range(n)]
     campaigns = 40_000 // n
