@@ -172,6 +172,7 @@ def test_the_reports_that_rest_on_an_altered_row_are_named(whole: SmallBook) -> 
     assert set(named) == {f"{row[0]} ({json.loads(row[1])['where'] or 'all runs'})" for row in made}
 
 
+@pytest.mark.soak
 def test_a_payload_of_an_earlier_labbook_is_no_alteration(whole: SmallBook) -> None:
     with whole.open() as book, book.session(ADA) as session:
         rows = list(results_by_key(session.connection).values())
@@ -294,6 +295,7 @@ def test_long_texts_are_shown_where_they_differ(judged: SmallBook) -> None:
     assert len(problem) < 400
 
 
+@pytest.mark.soak
 def test_a_forged_row_is_named_though_all_hashes_were_removed(judged: SmallBook) -> None:
     execute(engine_of(judged), "UPDATE charge SET charge_mah = 1.0 WHERE id = 2", "DELETE FROM row_hash")
     _no_hashes, problem = check(judged, deep=True).problems
@@ -308,6 +310,7 @@ def test_a_removed_hash_of_rows_as_they_should_be_is_no_added_row(judged: SmallB
     says(problem, "hash of charge")
 
 
+@pytest.mark.soak
 def test_a_number_computed_from_a_forged_fact_does_not_stand(whole: SmallBook) -> None:
     with whole.open() as book, book.reading() as connection:
         energy = "SELECT n.uid FROM result_number n JOIN result r ON r.id = n.result WHERE r.kind = 'run_energy'"
@@ -385,6 +388,7 @@ def test_a_journal_cut_behind_its_guard_shows_in_the_rows(judged: SmallBook) -> 
     says(problems[1:], "to the database")
 
 
+@pytest.mark.soak
 def test_on_postgresql_too_foreign_triggers_are_named(tmp_path: Path, postgres_url: str) -> None:
     book = small_book(tmp_path, ingested=False, database_url=postgres_url)
     assert check(book).whole
@@ -463,7 +467,7 @@ def test_what_cannot_be_compared_is_named_all_the_same(judged: SmallBook) -> Non
     says(problems, "in the database")
 
 
-@pytest.mark.parametrize("many", [6, pytest.param(50, marks=pytest.mark.soak)])
+@pytest.mark.parametrize("many", [2, pytest.param(50, marks=pytest.mark.soak)])
 def test_any_number_of_any_report_comes_out_again_to_the_last_digit(many: int, whole: SmallBook) -> None:
     with whole.open() as book:
         with book.reading() as connection:

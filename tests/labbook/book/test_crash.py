@@ -142,10 +142,11 @@ def test_killed_for_long_nothing_is_lost_nothing_is_half_there(lab: Lab) -> None
 
 
 @ON_SQLITE
-def test_killed_after_each_sync_to_the_disk_the_next_ingest_goes_on(lab: Lab) -> None:
+@pytest.mark.parametrize("every", [3, pytest.param(1, marks=pytest.mark.soak)])
+def test_killed_after_each_sync_to_the_disk_the_next_ingest_goes_on(lab: Lab, every: int) -> None:
     """Raw copy, its folder, samples, their folder, journal: one file, and a process that dies after each of them."""
     survived = 0
-    for number in range(20):
+    for number in range(0, 20, every):
         folder = lab.record(number)
         code, said = lab.commands.run(*lab.ingest(folder), die_after_sync=number + 1)
         assert code in (0, KILLED), said
@@ -200,6 +201,7 @@ def test_a_new_book_cut_off_anywhere_can_be_made_or_used(tmp_path: Path, command
     assert code == 0
 
 
+@pytest.mark.soak
 @ON_SQLITE
 def test_a_full_disk_is_a_sentence_and_nothing_is_lost(lab: Lab) -> None:
     """Files cannot grow beyond a size: first nothing fits, then the raw copy, then all but the last bytes of a line."""

@@ -108,6 +108,7 @@ def test_numbers_of_an_earlier_algorithm_are_kept_and_told(reported: SmallBook) 
             trace(connection, "0ld")
 
 
+@pytest.mark.soak
 def test_a_number_that_came_out_otherwise_is_told_with_both_values(reported: SmallBook) -> None:
     every, of_small_foot = [(entry.new or {})["shown"] for entry in reports(reported)]
     victim, value = next((uid, value) for uid, value in every.items() if value and uid in of_small_foot)
@@ -126,7 +127,7 @@ def test_a_number_that_came_out_otherwise_is_told_with_both_values(reported: Sma
         assert f"printed as {told.shown_in[0].value!r}" in trace_lines(told)[1]
 
 
-@pytest.mark.parametrize("same", [True, False])
+@pytest.mark.parametrize("same", [pytest.param(True, marks=pytest.mark.soak), False])
 def test_files_read_by_an_earlier_reader_are_counted(reported: SmallBook, same: bool) -> None:
     def earlier(said: Words) -> Words:
         if said["original_name"] not in ("r001.csv", "r002.csv"):

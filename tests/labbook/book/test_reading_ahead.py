@@ -79,6 +79,7 @@ def assert_alone() -> None:
     assert not any(map(_is_reader, _children(os.getpid())))
 
 
+@pytest.mark.soak
 def test_a_raw_copy_that_is_gone_is_named_and_nothing_is_changed(full: SmallBook, tmp_path: Path) -> None:
     book = _copy(full, tmp_path)
     gone = sorted((book.folder / "raw").rglob("*.zst"))[MANY // 2]

@@ -28,7 +28,7 @@ from tests.helpers.databases import Rows, all_rows, all_rows_by_name, server_in_
 from tests.helpers.postgres import Cluster
 from tests.helpers.schemas import schema_lines
 from tests.helpers.statements import note, notes, said_alike
-from tests.helpers.whole_book import copy_of_judged_book, copy_of_whole_book, whole_book
+from tests.helpers.whole_book import copy_of_judged_book, copy_of_whole_book, judged_book
 from tests.helpers.wording import refuses, says
 
 SERVER_IN_A_SOAK = server_in_a_soak("book")
@@ -126,7 +126,7 @@ def schemas(engine: sa.Engine) -> list[str]:
 
 
 def test_what_was_lived_on_postgresql_is_made_again_in_its_own_database(tmp_path: Path, postgres_url: str) -> None:
-    book = whole_book(tmp_path, postgres_url)
+    book = judged_book(tmp_path, postgres_url)
     before = schema_and_rows(postgres_url)
     with book.open() as standing:  # open meanwhile, and usable afterwards
         with standing.engine.begin() as connection:

@@ -194,13 +194,16 @@ def finish(book: SmallBook, destination: Path, commands: Commands) -> None:
     assert list(destination.rglob(".*")) == []
 
 
-def test_killed_after_each_sync_the_next_backup_completes_it(tmp_path: Path, commands: Commands) -> None:
+@pytest.mark.parametrize("moments", [(2, 5, 12, 40), pytest.param((1, 2, 3, 5, 8, 12, 20, 40), marks=pytest.mark.soak)])
+def test_killed_after_each_sync_the_next_backup_completes_it(
+    tmp_path: Path, commands: Commands, moments: tuple[int, ...]
+) -> None:
     book = small_book(tmp_path, ingested=False)
     for log in sorted((book.instruments / "logs").iterdir())[:2]:
         code, said = commands.run("ingest", log, "--book", book.folder)
         assert code == 0, said
     destination = tmp_path / "backup"
-    for number in (1, 2, 3, 5, 8, 12, 20, 40):
+    for number in moments:
         code, said = commands.run("backup", destination, "--book", book.folder, die_after_sync=number)
         assert code in (0, KILLED), said
         if (destination / "journal.jsonl").exists():

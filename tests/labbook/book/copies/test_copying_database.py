@@ -53,6 +53,7 @@ def check_goes_on(book: SmallBook, text: str) -> None:
         said_alike(standing)
 
 
+@pytest.mark.soak
 def test_a_server_that_sorts_for_people_has_the_same_hashes(tmp_path: Path, cluster: Cluster) -> None:
     book = copy_of_whole_book(tmp_path)
     name = cluster.make_sorted_for_people()
@@ -82,6 +83,7 @@ def test_from_sqlite_to_postgresql_and_back_every_row_is_the_same(tmp_path: Path
     check_goes_on(book, "said in the file again")
 
 
+@pytest.mark.soak
 def test_from_server_to_server_by_their_addresses(tmp_path: Path, cluster: Cluster) -> None:
     one, other = (cluster.url(cluster.fresh()) for _ in range(2))
     small_book(tmp_path, ingested=False, database_url=one)
