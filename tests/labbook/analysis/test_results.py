@@ -116,6 +116,7 @@ def test_rejecting_one_jump_computes_its_run_again_and_what_rests_on_it(book: Bo
     assert {key for key, row in after.items() if not row.stale} == {row.key for row in [*computed, *reused]}
 
 
+@pytest.mark.soak
 def test_taking_a_verdict_back_uses_the_old_results_and_computes_nothing(book: Book) -> None:
     before = stored(book)
     state(book, reject(book, "r001", 2))
@@ -130,6 +131,7 @@ def test_taking_a_verdict_back_uses_the_old_results_and_computes_nothing(book: B
     assert all(after[key].numbers == row.numbers for key, row in before.items())
 
 
+@pytest.mark.soak
 def test_a_verdict_given_again_uses_nothing_of_the_first(book: Book) -> None:
     """It is another person's word at another time, so its results have their own provenance."""
     state(book, reject(book, "r001", 2))
@@ -140,6 +142,7 @@ def test_a_verdict_given_again_uses_nothing_of_the_first(book: Book) -> None:
     assert len([item for item in row.inputs if item.input_kind == "decision"]) == 1
 
 
+@pytest.mark.soak
 def test_detections_are_made_once(book: Book) -> None:
     made = state_report(book, None, ADA, lambda _step: None)
     assert made.detections.computed == {}
@@ -188,6 +191,7 @@ def test_a_corrected_charge_touches_the_joules_of_its_run_only(book: Book) -> No
     assert {scope(row).get("quantity", Outcome.JOULES) for row in computed} == {Outcome.JOULES}
 
 
+@pytest.mark.soak
 def test_a_corrected_idle_charge_touches_the_drain_and_all_joules_but_no_apex(book: Book) -> None:
     target = f"charge:{charge_of(book, 'r007')}"
     stale = state(book, lambda session: correct(book, session, target, ["charge_mah=50"], "misread"))
@@ -207,6 +211,7 @@ def test_a_void_run_leaves_its_condition_and_computes_no_other_run(book: Book) -
     assert computed
 
 
+@pytest.mark.soak
 def test_a_selection_shares_the_runs_but_not_the_comparisons(book: Book) -> None:
     computed, reused = report(book, "foot=small")
     assert {row.kind for row in computed} & {"run_energy", "run_apexes", "passive_drain"} == set()

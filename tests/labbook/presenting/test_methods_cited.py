@@ -37,7 +37,14 @@ WORDS = {
 UNBALANCED = "foot == small and run != r001"
 
 
-@pytest.mark.parametrize(("analysis", "where"), [("", None), ("apex_bounds_percent = [-3, 3]", None), ("", UNBALANCED)])
+@pytest.mark.parametrize(
+    ("analysis", "where"),
+    [
+        ("", None),
+        ("apex_bounds_percent = [-3, 3]", None),
+        pytest.param("", UNBALANCED, marks=pytest.mark.soak),
+    ],
+)
 def test_the_methods_name_what_was_used_and_nothing_else(reports: Reports, analysis: str, where: str | None) -> None:
     made = reports(analysis, where)
     methods = "".join((*made.content.methods, made.content.tests_beside)).replace("\u00a0", " ")
@@ -66,8 +73,8 @@ NAMES = {
     ("analysis", "where"),
     [
         ("", None),
-        ("", CONFOUNDED),
-        ("", UNBALANCED),
+        pytest.param("", CONFOUNDED, marks=pytest.mark.soak),
+        pytest.param("", UNBALANCED, marks=pytest.mark.soak),
         ("apex_bounds_percent = [-3, 3]", None),
         ('unit_of_analysis = "shared_days"', None),
         pytest.param('unit_of_analysis = "shared_days"', CONFOUNDED, marks=pytest.mark.soak),

@@ -210,6 +210,7 @@ def test_numbers_of_merged_runs_lead_to_their_bytes(lab: SmallBook, laptop: Smal
     is_whole(lab.folder)
 
 
+@pytest.mark.soak
 def test_a_second_merge_adds_only_what_is_new(lab: SmallBook, laptop: SmallBook) -> None:
     go_on(lab, laptop)
     first = merged(lab, laptop)
@@ -226,6 +227,7 @@ def test_a_second_merge_adds_only_what_is_new(lab: SmallBook, laptop: SmallBook)
     is_whole(lab.folder)
 
 
+@pytest.mark.soak
 def test_two_books_that_merge_each_other_say_the_same(lab: SmallBook, laptop: SmallBook) -> None:
     go_on(lab, laptop)
     merged(lab, laptop)
@@ -348,6 +350,7 @@ def accept(book: Book, run: str, jump: int) -> None:
         decide(book, session, run, [jump], "accept", "looks_right", None)
 
 
+@pytest.mark.soak
 def test_a_run_started_twice_keeps_both_logs_where_this_book_has_both(lab: SmallBook, laptop: SmallBook) -> None:
     def here(book: Book, files: SmallBook) -> None:
         take(book, files.log("r003"), run="r003")
@@ -358,6 +361,7 @@ def test_a_run_started_twice_keeps_both_logs_where_this_book_has_both(lab: Small
     is_whole(lab.folder)
 
 
+@pytest.mark.soak
 def test_a_log_that_the_laptop_put_in_the_place_of_a_wrong_one_comes_home(lab: SmallBook, laptop: SmallBook) -> None:
     def there(book: Book, files: SmallBook) -> None:
         with book.session(BEN) as session:

@@ -177,6 +177,7 @@ def test_what_nothing_explains_is_said(before: SmallBook) -> None:
     says(told, counts, "labbook db check")
 
 
+@pytest.mark.soak
 def test_a_run_of_another_condition_moves_what_compares_both(before: SmallBook) -> None:
     """The runs of a comparison are the same then, and what each gives."""
     with before.open() as book:
@@ -189,6 +190,7 @@ def test_a_run_of_another_condition_moves_what_compares_both(before: SmallBook) 
     assert [one.now.kind for one in found.moved if not one.causes] == []
 
 
+@pytest.mark.soak
 def test_what_was_taken_away_or_back_moves_numbers_too(before: SmallBook) -> None:
     with before.open() as book:
         with book.session(ADA) as session:
@@ -223,6 +225,7 @@ def test_what_was_taken_away_or_back_moves_numbers_too(before: SmallBook) -> Non
         assert [(one.kind, one.what) for one in compared(book).causes] == [(CauseKind.VOID, "run r006 counts again")]
 
 
+@pytest.mark.soak
 def test_a_setting_moves_what_is_computed_otherwise_by_it(before: SmallBook) -> None:
     text = before.toml.read_text(encoding="utf-8")
     before.toml.write_text(text.replace("exclude_first_jumps = 0", "exclude_first_jumps = 1"), encoding="utf-8")
@@ -247,6 +250,7 @@ def test_reports_of_different_runs_share_the_numbers_of_single_runs(before: Smal
     assert told.count("foot=small") > 1
 
 
+@pytest.mark.soak
 def test_results_that_are_gone_cannot_be_matched(before: SmallBook, monkeypatch: pytest.MonkeyPatch) -> None:
     raise_apexes(monkeypatch)
     with before.open() as book:

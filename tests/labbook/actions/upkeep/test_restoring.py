@@ -104,6 +104,7 @@ def test_from_postgresql_and_into_it(tmp_path: Path, postgres_url: str, quick: P
     assert tomllib.loads(said) == tomllib.loads(wanted)
 
 
+@pytest.mark.soak
 def test_a_store_elsewhere_is_brought_into_the_book_and_left_alone_there(tmp_path: Path) -> None:
     book = small_book(tmp_path)
     shared = tmp_path / "shared"

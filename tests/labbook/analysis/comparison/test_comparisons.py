@@ -322,6 +322,7 @@ def of_day_means(side: tuple[ConditionValues, ...]) -> list[float]:
     return [sum(items) / len(items) for items in found.values()]
 
 
+@pytest.mark.soak
 def test_with_the_day_as_the_unit_comparisons_are_of_day_means(reports: Reports) -> None:
     made = reports('unit_of_analysis = "day"\napex_bounds_m = [-0.01, 0.01]')
     by_run = {(item.quantity, item.pair.label): item for item in reports().analysis.compared}

@@ -46,12 +46,14 @@ def test_a_selection_has_the_adjusted_p_of_the_whole(tmp_path: Path, family: str
     assert all("large" not in item.pair.label for item in part.analysis.compared)
 
 
+@pytest.mark.soak
 def test_levels_that_are_left_out_of_a_group_count_too(tmp_path: Path) -> None:
     made = decided_book(tmp_path, '\n[analysis]\nfamily = "each"\n')
     found = [item for item in report(made, "foot=small or b_ad_gain=0").analysis.compared if item.adjusted is not None]
     assert {len(item.adjusted.rejected) for item in found if item.adjusted is not None} == {2}
 
 
+@pytest.mark.soak
 def test_without_a_plan_the_family_is_what_is_compared(tmp_path: Path) -> None:
     made = decided_book(tmp_path, "")
     assert adjusted_p(report(made, "foot=small"), Outcome.JOULES) == {}

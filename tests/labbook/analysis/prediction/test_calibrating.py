@@ -139,7 +139,7 @@ def book(tmp_path_factory: pytest.TempPathFactory) -> SmallBook:
 
 
 def test_a_books_ground_is_a_scene_that_cites_it_and_predicts(book: SmallBook) -> None:
-    told = good(labbook("calibrate", "--fit", "kg_scale", "--resamples", "25", "--out", "own.toml", at=book.folder)).out
+    told = good(labbook("calibrate", "--fit", "kg_scale", "--resamples", "10", "--out", "own.toml", at=book.folder)).out
     says(told, "F(")
     scene = load_scene(book.folder / "own.toml")
     last = (book.folder / "journal.jsonl").read_text(encoding="utf-8").splitlines()[-1]
@@ -156,6 +156,7 @@ def test_a_books_ground_is_a_scene_that_cites_it_and_predicts(book: SmallBook) -
     assert "Fitted to this study: kg_scale; agreement" in good(labbook("compare", at=book.folder)).out
 
 
+@pytest.mark.soak
 def test_the_line_for_labbook_toml_holds_wherever_the_scene_was_written(book: SmallBook) -> None:
     """It named the file alone, and labbook.toml looks for that in the folder of the book."""
     beside = book.folder.parent / "scenes"

@@ -157,6 +157,7 @@ def test_what_is_compared_are_means_and_savings_of_the_runs(book: SmallBook, com
             assert part[key]["value"] == pytest.approx(saved["small"] - saved["large"], rel=1e-7)
 
 
+@pytest.mark.soak
 def test_a_factor_of_one_level_tells_nothing_and_is_said(book: SmallBook, compared: dict[str, Any]) -> None:
     assert compared["stiffness"]["comparisons"] == []
     assert compared["stiffness"]["verdict"] == "cannot tell"
@@ -166,6 +167,7 @@ def test_a_factor_of_one_level_tells_nothing_and_is_said(book: SmallBook, compar
     assert told.index("A jump of CE") < told.index("Energy of a jump")
 
 
+@pytest.mark.soak
 def test_a_level_that_was_not_selected_is_not_told_and_a_selection_is_said(book: SmallBook) -> None:
     told = good(labbook("compare", "--foot", "small", at=book.folder)).out
     says(told, "either foot", "cannot tell")
@@ -211,6 +213,7 @@ def test_a_hypothesis_that_fails_is_one_for_scripts_to_see(book: SmallBook, comp
     says(answer.out, "Both feet jump as high", "fails")
 
 
+@pytest.mark.soak
 def test_feet_without_a_day_in_common_cannot_be_compared_and_the_reason_is_said(tmp_path: Path) -> None:
     own = small_book(tmp_path)
     text = own.toml.read_text(encoding="utf-8") + SIMULATION + HYPOTHESES

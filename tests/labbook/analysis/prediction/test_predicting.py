@@ -211,6 +211,7 @@ def test_the_ratio_is_the_difference_over_both_expanded_uncertainties(reported: 
         assert item.agrees is (abs(item.error_ratio) <= 1)
 
 
+@pytest.mark.soak
 def test_at_another_alpha_the_ratio_still_rests_on_95_percent(reported: Reported, tmp_path: Path) -> None:
     shutil.copytree(reported.book.folder, tmp_path / "book")
     book = SmallBook(tmp_path / "book", reported.book.instruments)
@@ -438,6 +439,7 @@ factors = { foot = "foot_radius", k_gain = "k_extension" }
 """
 
 
+@pytest.mark.soak
 def test_where_rounding_grows_beyond_the_accuracy_the_error_is_what_it_grows_to(tmp_path: Path) -> None:
     book = predicted_book(tmp_path, CHATTERING)
     with book.open() as standing:
@@ -548,7 +550,8 @@ parameters = { foot_radius = 0.0073, kg_scale = %g }
 """
 
 
-@pytest.mark.parametrize(("kg_scale", "conditions"), [(1.0, 1), pytest.param(3.0, 0, marks=pytest.mark.soak)])
+@pytest.mark.soak
+@pytest.mark.parametrize(("kg_scale", "conditions"), [(1.0, 1), (3.0, 0)])
 def test_a_body_that_gets_under_the_grains_is_told_of(tmp_path: Path, kg_scale: float, conditions: int) -> None:
     book = predicted_book(tmp_path, SUNK % kg_scale)
     with book.open() as standing:

@@ -85,6 +85,7 @@ def test_conditions_left_out_whole_are_told_and_make_nothing_else_exploratory(
     assert planned(honest).departures == ()
 
 
+@pytest.mark.soak
 def test_levels_left_out_of_a_group_make_its_comparisons_exploratory(tmp_path: Path) -> None:
     """A third level that the selection leaves out, with one of the two others."""
     made = small_book(tmp_path, ingested=False)
@@ -118,12 +119,14 @@ def test_a_selection_of_some_runs_of_a_condition_makes_what_rests_on_it_explorat
     assert of_joules == [said]
 
 
+@pytest.mark.soak
 def test_a_selection_by_day_parts_every_condition(honest: SmallBook) -> None:
     found, _why = reported(honest, "day=2021-06-14")
     assert len(found.departures) == 4
     assert all("its other runs" in said for said in found.departures)
 
 
+@pytest.mark.soak
 def test_conditions_are_named_in_the_order_of_the_tables(honest: SmallBook) -> None:
     """The runs were made in another order: the small foot without damping came first."""
     keys = [key_of(honest, run) for run in ("r003", "r005", "r001", "r002")]
@@ -144,7 +147,7 @@ def test_a_run_without_numbers_may_be_left_out(honest: SmallBook) -> None:
     assert found.departures == ()
 
 
-@pytest.mark.parametrize("seen", [False, True])
+@pytest.mark.parametrize("seen", [pytest.param(False, marks=pytest.mark.soak), True])
 def test_a_planned_comparison_whose_runs_are_all_void_is_told(honest: SmallBook, *, seen: bool) -> None:
     """Its runs were left out for a reason that is allowed; after a report, no other comparison is planned for it."""
     key = key_of(honest, "r002")
@@ -294,6 +297,7 @@ def test_what_was_corrected_before_the_first_measurement_is_no_departure(tmp_pat
     assert planned(made).departures == ()
 
 
+@pytest.mark.soak
 def test_a_rebuilt_book_tells_the_same_departures(honest: SmallBook) -> None:
     corrects(honest, "r002", "jumps_made=0")
     with honest.open() as book, book.session(ADA) as session:

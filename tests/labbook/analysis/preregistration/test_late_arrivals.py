@@ -121,7 +121,7 @@ def test_a_second_charge_takes_its_run_out(honest: SmallBook) -> None:
     assert planned(honest) == found
 
 
-@pytest.mark.parametrize("report_first", [True, False])
+@pytest.mark.parametrize("report_first", [True, pytest.param(False, marks=pytest.mark.soak)])
 def test_what_lay_in_the_inbox_while_a_report_was_made_is_told(tmp_path: Path, report_first: bool) -> None:
     made = decided_book(tmp_path, without="r002.csv")
     ingests(made, made.instruments / "loose.csv")
@@ -186,6 +186,7 @@ def test_what_is_where_it_was_in_the_end_is_no_departure(
     assert planned(made).departures == ()
 
 
+@pytest.mark.soak
 def test_a_log_that_a_report_saw_at_another_run_is_told(honest: SmallBook) -> None:
     assigns(honest, "r002.csv", *AWAY[0])
     reports(honest)
@@ -195,6 +196,7 @@ def test_a_log_that_a_report_saw_at_another_run_is_told(honest: SmallBook) -> No
     says(said, "r002.csv", "r003")
 
 
+@pytest.mark.soak
 def test_a_log_that_was_moved_before_it_was_taken_off_is_told_once_and_by_its_name(honest: SmallBook) -> None:
     for run, why in AWAY:
         assigns(honest, "r002.csv", run, why)
@@ -204,6 +206,7 @@ def test_a_log_that_was_moved_before_it_was_taken_off_is_told_once_and_by_its_na
     assert planned(honest).departures == (said,)
 
 
+@pytest.mark.soak
 def test_a_further_log_of_a_run_with_two_starts_is_no_departure_whichever_command_brought_it(tmp_path: Path) -> None:
     made = small_book(tmp_path, ingested=False)
     made.toml.write_text(made.toml.read_text() + DECIDED)
@@ -215,6 +218,7 @@ def test_a_further_log_of_a_run_with_two_starts_is_no_departure_whichever_comman
     assert planned(made).departures == ()
 
 
+@pytest.mark.soak
 def test_a_log_that_a_report_missed_is_told_though_it_was_there_before(honest: SmallBook) -> None:
     assigns(honest, "r002.csv", "none", "was it this one?")
     reports(honest)
@@ -239,6 +243,7 @@ def test_a_log_that_replaced_another_after_a_report_makes_the_condition_explorat
     assert not [item for item in planned(reported).further if item.quantities]
 
 
+@pytest.mark.soak
 def test_a_log_that_replaced_another_before_any_report_is_told_only(honest: SmallBook) -> None:
     ingests(honest, another_log(honest, "r002 again.csv"))
     assigns(honest, "r002.csv", "none", "the other is better")
@@ -249,6 +254,7 @@ def test_a_log_that_replaced_another_before_any_report_is_told_only(honest: Smal
     assert found.exploratory_equivalence(POOLED) is None
 
 
+@pytest.mark.soak
 def test_one_of_two_logs_taken_off_after_a_report_makes_the_condition_exploratory(honest: SmallBook) -> None:
     with honest.open() as book, book.session(ADA) as session:
         correct(book, session, "r002", ["starts=2"], "it was started again")
@@ -298,6 +304,7 @@ def moves(made: SmallBook, foot: str) -> None:
         correct(book, session, "r002", [f"foot={foot}"], "looked odd")
 
 
+@pytest.mark.soak
 def test_a_run_stands_where_the_report_saw_it(honest: SmallBook) -> None:
     """Moved before a report and there and back after it: told, for it was moved after the first measurement."""
     moves(honest, "large")

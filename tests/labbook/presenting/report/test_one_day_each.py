@@ -89,6 +89,7 @@ def test_what_days_leave_untold_is_said_once_after_the_first_claim(confounded: M
     assert f'"{SAID}"' in csv_bytes(TABLES["comparisons_joules"].make(content)).decode()
 
 
+@pytest.mark.soak
 def test_a_family_of_levels_says_how_many_cannot_be_told_from_days(tmp_path: Path) -> None:
     book = small_book(tmp_path, ingested=False)
     book.toml.write_text(f'{book.toml.read_text()}\n[analysis]\nfamily = "each"\n')

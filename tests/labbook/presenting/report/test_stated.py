@@ -56,6 +56,7 @@ def test_what_was_left_out_is_told_once_with_what_it_concerns(honest: SmallBook)
         assert state_report(book, None, ADA, lambda _step: None).content.departed == 2
 
 
+@pytest.mark.soak
 def test_a_departure_that_makes_nothing_exploratory_is_told_alone(honest: SmallBook) -> None:
     with honest.open() as book, book.session(ADA) as session:
         correct(book, session, "r002", ["jumps_made=4"], "miscounted")
@@ -71,6 +72,7 @@ def test_a_selection_of_a_part_of_the_family_is_told_and_counts_the_rest_of_it(h
     assert "Exploratory" not in said
 
 
+@pytest.mark.soak
 def test_a_family_is_said_to_count_as_a_whole_only_where_what_was_not_allowed_concerns_it(tmp_path: Path) -> None:
     """Joules do not rest on a rejected jump, and no heights are tested against bounds; run r002 concerns joules."""
     made = small_book(tmp_path, ingested=False)
