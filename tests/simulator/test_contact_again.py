@@ -38,9 +38,6 @@ SCENES = {
 }
 
 
-QUICK = ("sim1, none", "pressed")
-
-
 def at_the_print(scene: Scene) -> Scene:
     """The scene by the other rule."""
     return scene.changed(effects_off=("contact_once_risen",))
@@ -95,7 +92,7 @@ def test_at_the_print_the_second_set_with_soft_gains_in_flight() -> None:
 
 
 @pytest.mark.parametrize(
-    "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.soak) for name in SCENES]
+    "name", [name if name == "pressed" else pytest.param(name, marks=pytest.mark.soak) for name in SCENES]
 )
 def test_a_result_says_how_far_the_foot_sank_unresisted(name: str) -> None:
     scene = SCENES[name]

@@ -37,7 +37,7 @@ def measured(scene: str, tolerance: float) -> Ablation:
     return ablation_of_effects(SCENES[scene], tolerance)
 
 
-CASES = [("sim2", 0.01), ("force_plate", 0.02)]
+CASES = [("sim2", 0.01), pytest.param("force_plate", 0.02, marks=pytest.mark.soak)]
 given_cases = pytest.mark.parametrize(("scene", "tolerance"), CASES)
 
 

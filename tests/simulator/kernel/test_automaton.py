@@ -132,7 +132,7 @@ def beside() -> list[Scene]:
 
 
 def test_the_kernel_goes_where_the_table_says() -> None:
-    found = interpreted(edges, [*beside(), *many(4, 1, 1)])
+    found = interpreted(edges, [*beside(), *many(1, 1, 1)])
     assert found.keys() - told() == set()
     changing = {
         (before, event.name)
