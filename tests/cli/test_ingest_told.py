@@ -18,7 +18,7 @@ def empty(tmp_path: Path) -> SmallBook:
     return small_book(tmp_path, ingested=False)
 
 
-@pytest.mark.parametrize("order", [("charger", "logs"), ("logs", "charger")])
+@pytest.mark.parametrize("order", [("charger", "logs"), pytest.param(("logs", "charger"), marks=pytest.mark.soak)])
 def test_each_run_is_told_once_with_jumps_and_joules(empty: SmallBook, order: tuple[str, str]) -> None:
     paths = [empty.instruments / name for name in order]
     out = good(labbook("ingest", *paths, at=empty.folder)).out

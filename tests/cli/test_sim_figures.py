@@ -36,6 +36,7 @@ def test_what_is_asked_for_is_written(tmp_path: Path) -> None:
     assert len(table) == 1 + len(found["claims"])
 
 
+@pytest.mark.soak
 def test_a_form_for_a_paper_and_the_same_bytes_twice(tmp_path: Path) -> None:
     for folder in ("one", "two"):
         good(labbook("sim", "figures", "--out", folder, "--format", "pdf", *only("3.2"), at=tmp_path))

@@ -102,7 +102,7 @@ def test_the_method_of_the_intervals_stands_above_and_names_stay_whole() -> None
     says(figure.axes[1].get_ylabel().split("\n"), "b_ad_gain", "0")
 
 
-@pytest.mark.parametrize("n_groups", [11, 24, 90])
+@pytest.mark.parametrize("n_groups", [11, 24, pytest.param(90, marks=pytest.mark.soak)])
 def test_counts_of_many_groups_do_not_touch(n_groups: int) -> None:
     groups = tuple(EstimationGroup(str(level), (1.0, 2.0)) for level in range(n_groups))
     number = Number(0.5, "J", ci_low=0.0, ci_high=1.0)

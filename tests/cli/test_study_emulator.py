@@ -181,8 +181,8 @@ def test_what_was_measured_stands_beside_the_simulator_and_the_thesis(book: Path
     assert {one["simulated"] for one in study(changed)["beside"]} == {"–"}
 
 
-def test_which_jumps_are_left_out_has_to_be_stated(changed: Path) -> None:
-    jumps = study(changed)["jumps"]
+def test_which_jumps_are_left_out_has_to_be_stated(changed: Path, found: Any) -> None:
+    jumps = found["jumps"]
     assert jumps["made"] == DAYS * 14 * JUMPS
     assert jumps["excluded"]["among the first 2"] == DAYS * 14 * 2
     assert jumps["counted"] == jumps["made"] - sum(jumps["excluded"].values())

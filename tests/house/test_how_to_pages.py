@@ -75,6 +75,7 @@ def test_a_shared_book(tmp_path: Path, book: SmallBook, postgres_url: str) -> No
     assert "empty" in answer.err
 
 
+@pytest.mark.soak
 def test_a_book_moves_to_a_server(tmp_path: Path, book: SmallBook, postgres_url: str) -> None:
     _init, copy = commands("shared-book.md")
     shutil.move(book.folder, tmp_path / "mybook")

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from tests.helpers.books import small_book
 
 PROJECT = Path(__file__).parents[2]
@@ -82,6 +84,7 @@ def test_listing_runs_draws_nothing() -> None:
     assert loaded_by(code, ("matplotlib", "pandas", "jinja2", "statsmodels", "pint", "xarray")) == set()
 
 
+@pytest.mark.soak
 def test_taking_a_log_in_does_without_pandas(tmp_path: Path) -> None:
     stated = small_book(tmp_path, ingested=False)
     code = f"""

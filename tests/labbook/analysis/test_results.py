@@ -203,6 +203,7 @@ def test_a_corrected_idle_charge_touches_the_drain_and_all_joules_but_no_apex(bo
     assert {row.kind for row in reused} >= {"run_apexes", "condition_summary", "comparison"}
 
 
+@pytest.mark.soak
 def test_a_void_run_leaves_its_condition_and_computes_no_other_run(book: Book) -> None:
     stale = state(book, lambda session: void(session, "r001", "foot came loose"))
     assert {about["run"] for kind, about in stale if kind.startswith("run_")} == {"r001"}

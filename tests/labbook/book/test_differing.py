@@ -70,12 +70,6 @@ def test_the_journal_keeps_what_a_report_showed_and_with_which_algorithms(report
                 assert "printed as" not in "\n".join(trace_lines(found))
 
 
-def test_a_rebuild_by_the_same_labbook_finds_no_difference(reported: SmallBook) -> None:
-    found = as_earlier(reported, Action.REPORT, lambda said: said)
-    assert found == Differences()
-    assert found.sentences == []
-
-
 def test_numbers_of_an_earlier_algorithm_are_kept_and_told(reported: SmallBook) -> None:
     """Another version gives other ids: as if those on paper began with other letters."""
     before = [entry.new["shown"] for entry in reports(reported) if entry.new]

@@ -69,6 +69,7 @@ def _copy(full: SmallBook, folder: Path) -> SmallBook:
     return SmallBook(folder / "book", full.instruments)
 
 
+@pytest.mark.soak
 def test_the_rows_are_those_of_a_rebuild_in_one_process(full: SmallBook, tmp_path: Path, one_processor: None) -> None:
     book = _copy(full, tmp_path)
     rebuild_database(book.folder, lambda _step: assert_alone())

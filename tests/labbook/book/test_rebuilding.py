@@ -355,6 +355,7 @@ replace_sqlite(Path(sys.argv[1]), Path(sys.argv[2]), lambda: os.kill(os.getpid()
 """
 
 
+@pytest.mark.soak
 def test_a_rebuild_that_is_killed_while_it_replaces_leaves_the_old_database(judged: SmallBook) -> None:
     before = rows_of(judged)
     fresh = judged.folder / ".labbook.db.rebuild.fresh"

@@ -132,7 +132,7 @@ def test_the_demonstration_reports_and_remembers_its_correction() -> None:
     assert [entry["reason"] for entry in corrected] == [correction.why]
     assert corrected[0]["old"] != corrected[0]["new"]
 
-    check_numbers(Path(done.book), how_many=15)
+    check_numbers(Path(done.book), how_many=6)
     with opened(Path(done.book)) as book, book.reading() as connection:
         planned = planned_analysis(connection, book.configuration)
     assert planned.stated

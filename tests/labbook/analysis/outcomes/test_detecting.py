@@ -31,6 +31,7 @@ def book(made: SmallBook) -> Iterator[Book]:
         yield standing
 
 
+@pytest.mark.soak
 def test_a_corrected_rest_length_makes_apexes_stale_and_new(tmp_path: Path) -> None:
     made = reported_book(tmp_path)
     with made.open() as book:

@@ -87,6 +87,7 @@ def test_resampling_draws_the_same_runs_with_the_same_seed() -> None:
     assert calibrated(["kg_scale"], resamples=3) == calibrated(["kg_scale"], resamples=3)
 
 
+@pytest.mark.soak
 def test_what_no_runs_tell_is_not_identified() -> None:
     found = calibrated(["phi", "rho"])  # the grains' mass by volume is their product
     assert [one.profile for one in found.parameters] == [(None, None)] * 2

@@ -357,6 +357,7 @@ def test_compare_prints_the_tables_and_says_whether_all_is_met(reported: Reporte
     assert answer.out == good(labbook("compare", at=reported.book.folder)).out
 
 
+@pytest.mark.soak
 def test_what_was_published_of_a_condition_stands_beside_it(reported: Reported, tmp_path: Path) -> None:
     told = good(labbook("compare", "--foot", "small", at=reported.book.folder)).out
     tables = [block for block in told.split("\n\n") if block.startswith("condition ")]

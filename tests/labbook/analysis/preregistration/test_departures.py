@@ -64,7 +64,10 @@ def test_planned_exclusions_depart_from_nothing(honest: SmallBook) -> None:
     assert planned(honest).departures == ()
 
 
-@pytest.mark.parametrize(("where", "left"), [("foot=small", ["large"]), ("foot=small and b_ad_gain=0", None)])
+@pytest.mark.parametrize(
+    ("where", "left"),
+    [("foot=small", ["large"]), pytest.param("foot=small and b_ad_gain=0", None, marks=pytest.mark.soak)],
+)
 def test_conditions_left_out_whole_are_told_and_make_nothing_else_exploratory(
     honest: SmallBook, where: str, left: list[str] | None
 ) -> None:
@@ -140,6 +143,7 @@ def test_conditions_are_named_in_the_order_of_the_tables(honest: SmallBook) -> N
     assert [said.split("of the condition ")[1].split(" and takes")[0] for said in parted.departures] == keys
 
 
+@pytest.mark.soak
 def test_a_run_without_numbers_may_be_left_out(honest: SmallBook) -> None:
     with honest.open() as book, book.session(ADA) as session:
         void(session, "r002", "misfire")

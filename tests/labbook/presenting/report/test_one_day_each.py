@@ -107,6 +107,7 @@ def test_a_factor_is_confounded_with_days_where_no_claim_says_so(confounded: Mad
     assert confounded_with_day(confounded.analysis, in_claims=True) == []
 
 
+@pytest.mark.soak
 def test_on_shared_days_nothing_of_that_is_said(reports: Reports) -> None:
     content = reports().content
     assert {c.one_day_each for c in (*content.comparisons, *content.jump_comparisons)} == {""}
