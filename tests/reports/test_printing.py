@@ -13,7 +13,6 @@ from reports.page.printing import NO_BROWSER, browser, print_pdf
 from reports.page.study import StudyPage, study_page
 from reports.page.writing import report_files, write_report
 from tests.helpers.pages import quick_page
-from tests.helpers.study_pages import prints_page_one_on_a_sheet
 from tests.helpers.wording import says
 
 needs_browser = pytest.mark.skipif(browser() is None, reason="Chromium is not installed: nothing is printed")
@@ -72,7 +71,7 @@ def test_a_browser_that_prints_nothing_is_told_of(content, tmp_path, monkeypatch
     says(print_pdf(page, tmp_path / "page.pdf"), "did not print", "1")
 
 
-def test_a_study_s_long_table_and_list_of_files_stand_behind_page_one(tmp_path):
+def test_a_study_s_long_table_and_list_of_files_stand_behind_page_one():
     logs = [(f"log_{place}.csv", hashlib.sha256(bytes([place])).hexdigest()) for place in range(60)]
     made = StudyPage(
         title="What came of it",
@@ -93,6 +92,3 @@ def test_a_study_s_long_table_and_list_of_files_stand_behind_page_one(tmp_path):
     assert "legs; all runs; page of 2026-11-26, 16:44 UTC." in first
     assert "The slope is \u22120.5 (2026-11-02, k-3)." in first
     assert behind.count("\u22120.1") == 60
-    page = tmp_path / "page.html"
-    page.write_text(text, encoding="utf-8")
-    prints_page_one_on_a_sheet(page)

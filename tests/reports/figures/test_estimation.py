@@ -18,7 +18,7 @@ from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from reports.numbers import Number
 from tests.helpers.wording import says
 
-WIDTHS = [ONE_COLUMN_IN, TWO_COLUMNS_IN]
+WIDTHS = [ONE_COLUMN_IN, pytest.param(TWO_COLUMNS_IN, marks=pytest.mark.soak)]
 
 
 @pytest.fixture

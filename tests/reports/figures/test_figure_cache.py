@@ -94,7 +94,13 @@ def test_a_format_asked_for_later_has_the_same_bytes(content, cache):
     assert cache == ["flow", "flow"]
 
 
-@pytest.mark.parametrize("damage", [lambda data: data[:-1], lambda data: data + b" ", lambda data: b""])
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda data: data[:-1],
+        *(pytest.param(damage, marks=pytest.mark.soak) for damage in (lambda data: data + b" ", lambda data: b"")),
+    ],
+)
 def test_a_damaged_file_is_drawn_anew(content, cache, damage):
     wanted = Wanted(FIGURES["flow"], ONE_COLUMN_IN, ("svg",))
     before = one_drawn(content, wanted)
@@ -105,7 +111,11 @@ def test_a_damaged_file_is_drawn_anew(content, cache, damage):
     assert cache == ["flow", "flow"]
 
 
-@pytest.mark.parametrize("place", ["", "labbook-figures", "labbook-figures/{}", "labbook-figures/{}/{}"])
+@pytest.mark.parametrize(
+    "place",
+    ["", "labbook-figures/{}/{}"]
+    + [pytest.param(place, marks=pytest.mark.soak) for place in ("labbook-figures", "labbook-figures/{}")],
+)
 def test_nothing_is_taken_from_where_others_may_write(content, cache, tmp_path, place):
     wanted = Wanted(FIGURES["flow"], ONE_COLUMN_IN, ("svg",))
     before = one_drawn(content, wanted)

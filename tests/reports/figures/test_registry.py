@@ -15,12 +15,11 @@ from tests.helpers.pages import FIGURE_NAMES, with_summary
 from tests.helpers.wording import says
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.soak] if name != "estimation_apex" else []) for name in FIGURE_NAMES]
-)
+@pytest.mark.soak
+@pytest.mark.parametrize("name", FIGURE_NAMES)
 def test_the_same_content_gives_the_same_bytes(content, written, name):
     """Compared with what the report wrote a while ago: nothing of the clock or of an earlier drawing is in it. Of a few
-    more figures `test_figure_cache` says so.
+    figures `test_figure_cache` says so by default.
     """
     folder = written.parent / "figures"
     figure = draw_figure(FIGURES[name], content, TWO_COLUMNS_IN)
@@ -101,7 +100,10 @@ def test_numbers_that_do_not_exist_are_left_out_or_named(content, name):
     assert "nan" not in kind.alternative(changed)
 
 
-@pytest.mark.parametrize("name", ["joules_by_damping", "savings", "packs", "flow"])
+@pytest.mark.parametrize(
+    "name",
+    ["joules_by_damping", "flow", *(pytest.param(name, marks=pytest.mark.soak) for name in ("savings", "packs"))],
+)
 def test_a_dollar_or_a_strange_letter_in_a_name_is_only_text(content, name):
     levels = [
         dataclasses.replace(level, label="$\\frac{1") if level.label == "small" else level
@@ -201,7 +203,7 @@ def test_a_recomputation_shows_how_many_runs_it_rests_on(content):
     assert panel.get_title().replace("\n", " ").endswith("(%)")
 
 
-@pytest.mark.parametrize("width_in", [ONE_COLUMN_IN, TWO_COLUMNS_IN])
+@pytest.mark.parametrize("width_in", [pytest.param(ONE_COLUMN_IN, marks=pytest.mark.soak), TWO_COLUMNS_IN])
 def test_recomputations_fit_on_a_page_however_many_days_there_are(content, width_in):
     days = tuple(
         Variant(f"without 2022-01-{day:02d}", dataclasses.replace(one.number, value=50.0 + day, n=40 + day))

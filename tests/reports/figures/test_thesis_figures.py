@@ -94,6 +94,8 @@ DRAWN: dict[str, Callable[[float], Figure]] = {
     "3.12": lambda width: draw_apex_over_grounds(GROUNDS, width),
     "3.13": lambda width: draw_joules_by_damping(COSTS, width),
 }
+OF_APEXES = ("3.9", "3.12")
+"""Drawn as the cost is, in the figure before each."""
 
 
 def drawn_x(line: Line2D) -> np.ndarray:
@@ -104,7 +106,9 @@ def legend(figure: Figure) -> list[str]:
     return [text.get_text() for text in figure.legends[0].get_texts()]
 
 
-@pytest.mark.parametrize("number", DRAWN)
+@pytest.mark.parametrize(
+    "number", [pytest.param(number, marks=pytest.mark.soak if number in OF_APEXES else ()) for number in DRAWN]
+)
 def test_every_figure_has_its_width_and_labels_with_units(number: str) -> None:
     figure = DRAWN[number](ONE_COLUMN_IN)
     figure.draw_without_rendering()  # a layout that finds no room warns, and a warning fails
