@@ -197,6 +197,7 @@ def test_a_book_that_lacks_what_it_takes_is_refused_with_the_line_to_write(small
 
 def test_a_book_of_another_study_of_runs_is_not_the_bed_s(small: SmallBook) -> None:
     assert list(good(labbook("study", "all", "--json", at=small.folder)).json) == ["bed"]
+    assert "studies beside it" not in good(labbook("report", at=small.folder)).out
     assert study(small.folder)["beside"][-1]["published"] == "at most 3\u00a0mm (5.2.2)"
     without(small.folder, '\nkind = "bed"\n', '\nkind = "field"\n')
     assert {one["published"] for one in study(small.folder)["beside"]} == {"\u2013"}
