@@ -53,7 +53,6 @@ def check_goes_on(book: SmallBook, text: str) -> None:
         said_alike(standing)
 
 
-@pytest.mark.soak
 def test_a_server_that_sorts_for_people_has_the_same_hashes(tmp_path: Path, cluster: Cluster) -> None:
     book = copy_of_whole_book(tmp_path)
     name = cluster.make_sorted_for_people()
