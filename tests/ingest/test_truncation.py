@@ -11,7 +11,7 @@ from ingest.model import Declarations, ReadFile
 from ingest.read import read_file
 from tests.ingest.good_files import DECLARED, GOOD_FILES
 
-CUTS, LAST_CUTS = 12, 30
+CUTS, LAST_CUTS = 8, 12
 """So many over a file, and so many bytes off its end; a soak cuts everywhere."""
 
 

@@ -47,13 +47,28 @@ def test_page_one_is_written_only_where_it_is_asked_for(written):
     assert not (written.parent / "summary.html").exists()
 
 
-@needs_browser
-def test_page_one_is_one_sheet_of_a4(summarised, tmp_path):
-    assert print_pdf(summarised.with_name("summary.html"), tmp_path / "page.pdf", one_sheet=True) == ""
-    assert [path.name for path in tmp_path.iterdir()] == ["page.pdf"]
-    data = (tmp_path / "page.pdf").read_bytes()
+def is_one_sheet_of_a4(page, pdf):
+    assert print_pdf(page, pdf, one_sheet=True) == ""
+    data = pdf.read_bytes()
     assert len(re.findall(rb"/Type\s*/Page\b", data)) == 1
     assert [round(float(width)) for width in re.findall(rb"/MediaBox \[0 0 ([\d.]+)", data)] == [595]
+
+
+@needs_browser
+@pytest.mark.soak
+def test_page_one_is_one_sheet_of_a4(summarised, tmp_path):
+    is_one_sheet_of_a4(summarised.with_name("summary.html"), tmp_path / "page.pdf")
+
+
+@needs_browser
+def test_what_is_a_little_longer_than_a_sheet_is_set_smaller(tmp_path):
+    page = tmp_path / "long.html"
+    style = "@page { margin: 10mm } body { margin: 0 }"
+    page.write_text(f'<style>{style}</style><div style="height: 290mm">A page.</div>', encoding="utf-8")
+    assert print_pdf(page, tmp_path / "two.pdf") == ""
+    assert len(re.findall(rb"/Type\s*/Page\b", (tmp_path / "two.pdf").read_bytes())) == 2
+    is_one_sheet_of_a4(page, tmp_path / "page.pdf")
+    assert {path.name for path in tmp_path.iterdir()} == {"long.html", "two.pdf", "page.pdf"}
 
 
 def test_where_no_browser_is_one_sentence_says_so(content, tmp_path, monkeypatch):

@@ -25,6 +25,7 @@ def test_a_jump_on_rigid_ground_is_the_same_at_any_order(order: int) -> None:
     assert abs(computed[0].energy_residual_j) < Decimal("1e-35")
 
 
+@pytest.mark.soak
 def test_a_jump_with_active_damping_on_the_emulator_is_the_stored_one() -> None:
     computed = reference_jumps(hopping("emulator", 3), 1, digits=32)
     assert agreeing_digits(computed, stored("emulator")[3].jumps[:1]) >= 30

@@ -186,6 +186,7 @@ def test_an_old_workbook_that_is_none_is_refused() -> None:
 
 
 @pytest.mark.skipif(not SAMPLE.is_file(), reason="the sample files lie beside the project: ../shared/samples")
+@pytest.mark.soak
 def test_the_sample_of_two_time_columns() -> None:
     columns = {"V_in": ColumnDeclaration("command_velocity", "1")}
     result = read(SAMPLE.read_bytes(), time_unit="s", columns=columns)

@@ -25,7 +25,7 @@ def study():
     return WorkPrecision("own: one jump", METHODS, panels, ("slow at rtol 1e-9: gave up.",))
 
 
-@pytest.fixture(scope="module", params=[ONE_COLUMN_IN, TWO_COLUMNS_IN])
+@pytest.fixture(scope="module", params=[ONE_COLUMN_IN, pytest.param(TWO_COLUMNS_IN, marks=pytest.mark.soak)])
 def figure(study, request):
     figure = draw_work_precision(study, request.param)
     ElementTree.fromstring(svg_bytes(figure))

@@ -100,6 +100,7 @@ def test_a_process_that_is_killed_or_slow_gives_no_answer_and_is_replaced() -> N
         running.end()
 
 
+@pytest.mark.soak
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no processes are forked here")
 def test_a_forked_process_has_an_interpreter_of_its_own(tmp_path: Path) -> None:
     python(["-c", FORKED], LABBOOK_CACHE=str(tmp_path))
