@@ -89,7 +89,7 @@ def test_a_scene_of_one_s_own(tmp_path: Path) -> None:
     assert found["jumps"] == same["jumps"]
 
 
-@pytest.mark.parametrize("kind", ["png", "svg", "pdf"])
+@pytest.mark.parametrize("kind", ["png", *(pytest.param(kind, marks=pytest.mark.soak) for kind in ("svg", "pdf"))])
 def test_a_picture_of_the_motion(kind: str, tmp_path: Path) -> None:
     found = simulated(tmp_path, "sim2", [], "--plot", f"jump.{kind}")
     assert found["plot"] == f"jump.{kind}"

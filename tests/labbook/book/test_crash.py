@@ -23,7 +23,7 @@ from labbook.book.opening import Book, open_book
 from labbook.book.rebuilding import rebuild_database
 from tests.helpers.books import ADA, SmallBook, instrument_files, small_book, small_toml
 from tests.helpers.commands import KILLED, Commands
-from tests.helpers.databases import all_rows
+from tests.helpers.databases import all_rows, server_in_a_soak
 from tests.helpers.statements import in_file, in_table, note, notes, said_alike
 
 FILES_A_ROUND = 1
@@ -254,6 +254,7 @@ def test_one_is_killed_while_two_ingest_and_the_other_finishes(lab: Lab) -> None
     lab.check_all_there()
 
 
+@server_in_a_soak("database_url")
 def test_many_speakers_at_once_make_one_chain(lab: Lab) -> None:
     before = len(said_alike(lab.standing))
     running = [lab.commands.start("note", "r001", f"remark {number}", "--book", lab.book.folder) for number in range(4)]
