@@ -84,10 +84,11 @@ def attributes_in(one: Definition) -> set[str]:
 
 def forget() -> None:
     """Read modules anew."""
-    for cached in (_module, _text, defined_in, attributes_in, named_by):
+    for cached in (_module, _text, _looked_up, defined_in, attributes_in, named_by):
         cached.cache_clear()
 
 
+@functools.cache
 def _left_out(one: Definition) -> bool:
     full = ".".join(filter(None, one))
     return full.partition(".")[0] not in OWN or any(full == part or full.startswith(f"{part}.") for part in LEFT_OUT)
@@ -127,6 +128,7 @@ def _definitions_of(module: str, name: str, attribute: str) -> Set[Definition]:
     return _looked_up(origin, attribute) if attribute else set()  # of a module no more than what is taken from it
 
 
+@functools.cache
 def _looked_up(module: str, name: str) -> Set[Definition]:
     """Return where a name of a module is defined: there, or where that has it from."""
     if _left_out((module, name)):

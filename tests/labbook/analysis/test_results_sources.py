@@ -48,9 +48,7 @@ HEAD = "# Hashes of the sources behind stored numbers; see test_results_sources.
 
 def sources_of(algorithm: Algorithm[Any]) -> set[Definition]:
     """What asks for its results, and all that this rests on; of what is private, what uses it in its module, too."""
-    (root,) = [
-        (module, name) for module in MODULES for name in defined_names(module) if vars(load(module))[name] is algorithm
-    ]
+    (root,) = [place for place, value in values() if value is algorithm]
     found, waiting = {root}, [root]
     while waiting:
         one = waiting.pop()
@@ -59,6 +57,11 @@ def sources_of(algorithm: Algorithm[Any]) -> set[Definition]:
             found |= new
             waiting += new
     return rests_on(found)
+
+
+@functools.cache
+def values() -> list[tuple[Definition, object]]:
+    return [((module, name), vars(load(module))[name]) for module in MODULES for name in defined_names(module)]
 
 
 @functools.cache
