@@ -35,25 +35,6 @@ def browse(tmp_path, *arguments):
     return subprocess.run([*command, *arguments], capture_output=True, timeout=60, check=True).stdout.decode()
 
 
-IN_FRAME = """<script>addEventListener("load", () => {
-const box = document.querySelector("#answer .table");
-parent.postMessage(`${innerWidth} px: ${Math.max(0, box.scrollWidth - box.clientWidth)} hidden`, "*");
-});</script></body>"""
-FRAME = """<!DOCTYPE html><html><body>
-<script>addEventListener("message", said => { document.title = said.data; });</script>
-<iframe src="page.html" style="width: 360px; height: 800px; border: 0"></iframe></body></html>"""
-"""A browser's window is no narrower than 500 px."""
-
-
-def test_the_table_of_page_one_does_not_scroll_on_a_telephone(written, tmp_path):
-    text = written.read_text(encoding="utf-8")
-    (tmp_path / "page.html").write_text(text.replace("</body>", IN_FRAME), encoding="utf-8")
-    frame = tmp_path / "frame.html"
-    frame.write_text(FRAME, encoding="utf-8")
-    found = browse(tmp_path, "--virtual-time-budget=3000", "--dump-dom", frame.as_uri())
-    assert re.search(r"<title>(.*?)</title>", found).group(1) == "360 px: 0 hidden"
-
-
 def test_the_page_is_drawn(written, tmp_path):
     picture = tmp_path / "page.png"
     browse(tmp_path, "--window-size=900,1400", f"--screenshot={picture}", written.as_uri())
@@ -100,7 +81,11 @@ def test_long_names_are_wrapped_and_nothing_of_a_table_is_cut(content, tmp_path)
     assert re.search(r"<title>(.*)</title>", found).group(1) == "cut:"
 
 
-ACT = """<script>const width = document.documentElement.scrollWidth;
+ON_A_TELEPHONE = """addEventListener("load", () => {
+const box = document.querySelector("#answer .table");
+tell(`${innerWidth} px: ${Math.max(0, box.scrollWidth - box.clientWidth)} hidden`);
+});"""
+IN_A_NARROW_WINDOW = """const width = document.documentElement.scrollWidth;
 addEventListener("load", () => {
 document.querySelector("#figure-joules_by_damping a").dispatchEvent(new MouseEvent("click", {bubbles: true}));
 document.querySelector("#figure-joules_by_damping button").click();
@@ -108,40 +93,64 @@ const copy = document.querySelector("dialog svg");
 const before = copy.viewBox.baseVal.width;
 document.querySelector("dialog button").click();
 const open = document.querySelector("#measured details").open;
-document.title = `width ${width} open ${open} zoomed ${copy.viewBox.baseVal.width < before}`;
-});</script></body>"""
-
-
-def test_in_a_narrow_window_nothing_runs_off_a_point_opens_the_rows_of_runs_and_a_figure_zooms(written, tmp_path):
-    page = tmp_path / "page.html"
-    page.write_text(written.read_text(encoding="utf-8").replace("</body>", ACT), encoding="utf-8")
-    found = browse(tmp_path, "--window-size=640,800", "--virtual-time-budget=3000", "--dump-dom", page.as_uri())
-    width, zoomed = re.search(r"<title>width (\d+) open true zoomed (\w+)</title>", found).groups()
-    assert int(width) <= 640
-    assert zoomed == "true"
-
-
-IN_ROW = """<script>addEventListener("load", () => {
+tell(`width ${width} open ${open} zoomed ${copy.viewBox.baseVal.width < before}`);
+});"""
+IN_ROW = """addEventListener("load", () => {
 const fold = document.querySelector("tr[id] .jumps"), drawn = fold.querySelector("svg");
 const told = () => fold.querySelector("span").textContent;
 reveal(fold.closest("tr").id);
 drawn.dispatchEvent(new PointerEvent("pointermove", {clientX: drawn.getBoundingClientRect().right}));
 const over = told();
 drawn.dispatchEvent(new PointerEvent("pointerleave"));
-document.title = `open ${fold.open}: ${over}; ${told()}`;
-});</script></body>"""
+tell(`open ${fold.open}: ${over}; ${told()}`);
+});"""
+GATHER = """<script>addEventListener("message", said => {
+  document.body.append(Object.assign(document.createElement("p"), {textContent: said.data})); });</script>"""
 
 
-def test_a_link_to_a_run_opens_its_jumps_which_are_told_one_by_one(content, tmp_path):
+@pytest.fixture(scope="module")
+def told(content, written, tmp_path_factory):
+    """What pages told of themselves in frames of their widths, by name: one browser for all, for to start it takes
+    longest, and no window of one is narrower than 500 px.
+    """
+    folder, whole = tmp_path_factory.mktemp("frames"), written.read_text(encoding="utf-8")
+    pages = {
+        "telephone": (360, whole, ON_A_TELEPHONE),
+        "narrow": (640, whole, IN_A_NARROW_WINDOW),
+        "row": (900, quick_page(with_jumps(content)), IN_ROW),
+    }
+    frames = []
+    for name, (width, text, script) in pages.items():
+        tell = f'const tell = said => parent.postMessage("{name}: " + said, "*");'
+        page = text.replace("</body>", f"<script>{tell}{script}</script></body>")
+        (folder / f"{name}.html").write_text(page, encoding="utf-8")
+        frames.append(f'<iframe src="{name}.html" style="width: {width}px; height: 800px; border: 0"></iframe>')
+    frame = folder / "frames.html"
+    frame.write_text(f"<!DOCTYPE html><html><body>{GATHER}{''.join(frames)}</body></html>", encoding="utf-8")
+    found = browse(folder, "--window-size=1000,800", "--virtual-time-budget=3000", "--dump-dom", frame.as_uri())
+    return dict(re.findall(r"<p>(\w+): (.*?)</p>", found))
+
+
+def with_jumps(content):
     first, *others = content.conditions
     apexes = first.summaries[Outcome.APEX]
     runs = tuple(dataclasses.replace(run, jumps_m=(0.31, 0.33), jumps=(2, 4)) for run in apexes.runs)
     changed = with_summary(first, Outcome.APEX, dataclasses.replace(apexes, runs=runs))
-    page = tmp_path / "page.html"
-    text = quick_page(dataclasses.replace(content, conditions=(changed, *others)))
-    page.write_text(text.replace("</body>", IN_ROW), encoding="utf-8")
-    found = browse(tmp_path, "--virtual-time-budget=3000", "--dump-dom", page.as_uri())
-    says(found, "<title>open true: jump 4: 330.0 mm; 2, 310 to 330 mm")
+    return dataclasses.replace(content, conditions=(changed, *others))
+
+
+def test_the_table_of_page_one_does_not_scroll_on_a_telephone(told):
+    assert told["telephone"] == "360 px: 0 hidden"
+
+
+def test_in_a_narrow_window_nothing_runs_off_a_point_opens_the_rows_of_runs_and_a_figure_zooms(told):
+    width, zoomed = re.fullmatch(r"width (\d+) open true zoomed (\w+)", told["narrow"]).groups()
+    assert int(width) <= 640
+    assert zoomed == "true"
+
+
+def test_a_link_to_a_run_opens_its_jumps_which_are_told_one_by_one(told):
+    says(told["row"], "open true: jump 4: 330.0 mm; 2, 310 to 330 mm")
 
 
 AXE = """<script>{axe}</script><script>

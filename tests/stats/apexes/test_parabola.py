@@ -24,7 +24,9 @@ def fit(time_s, height_m, around_s):
 
 
 @pytest.mark.parametrize(("rate_hz", "bias_m", "rmse_m"), [(1000.0, 0.02e-3, 0.2e-3), (300.0, 0.03e-3, 0.3e-3)])
-@pytest.mark.parametrize("spoilt", ["clean", "dropouts", "spikes"])
+@pytest.mark.parametrize(
+    "spoilt", [*(pytest.param(each, marks=pytest.mark.soak) for each in ("clean", "dropouts")), "spikes"]
+)
 def test_monte_carlo_of_a_15_cm_hop(rate_hz, bias_m, rmse_m, spoilt):
     """1 mm of noise, 0.11 s window; a moving average of the same window is 5 mm low, a raw maximum 1.8 mm high."""
     rng = np.random.default_rng(21)

@@ -109,8 +109,8 @@ def test_large_samples_and_far_tails():
     [
         (0.0, (0.004, 0.004), (-0.01, 0.01), (3, 3)),
         (0.0, (1.0, 2.0), (-3.0, 3.0), (2, 2)),
-        (0.0, (1.0, 3.0), (-3.0, 2.5), (3, 10)),
-        (0.5, (2.0, 1.0), (-2.0, 2.0), (5, 20)),
+        pytest.param(0.0, (1.0, 3.0), (-3.0, 2.5), (3, 10), marks=pytest.mark.soak),
+        pytest.param(0.5, (2.0, 1.0), (-2.0, 2.0), (5, 20), marks=pytest.mark.soak),
     ],
 )
 def test_welchs_equivalence_test_is_that_of_simulated_studies(difference, sds, bounds, sizes):
