@@ -31,7 +31,7 @@ from tests.helpers.once import SHARED, made_once
 from tests.helpers.postgres import Cluster, NoServer, running_cluster
 
 # A loaded machine is no fault of the code. Each run draws examples of its own: few, or in `make soak` many.
-for profile, examples in (("few", 4), ("many", 200)):
+for profile, examples in (("few", 7), ("many", 200)):
     hypothesis.settings.register_profile(
         profile, max_examples=examples, deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]
     )
