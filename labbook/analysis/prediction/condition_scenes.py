@@ -142,4 +142,5 @@ def decays_within_steps(scene: Scene) -> bool:
     if not {"sampled_control", "leg_damping"} <= scene.effects:
         return False
     mass_kg, phases = scene["body_mass"], ("compression", "extension")
+    # its steps over a held foot were 0.7 sqrt(m / k) at the longest
     return any(0.7 * scene[f"b_{one}"] > math.sqrt(scene[f"k_{one}"] * mass_kg) for one in phases)
