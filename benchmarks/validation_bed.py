@@ -16,7 +16,7 @@ from labbook.analysis.comparison.deciding import contrast_of
 from labbook.analysis.comparison.pairing import group_label, pairs_each, pairs_pooled
 from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber, conditions_by_outcome
 from labbook.analysis.outcomes.detection import Detections
-from labbook.analysis.outcomes.energy import joules_per_mah
+from labbook.analysis.outcomes.run_energy import joules_per_mah
 from labbook.analysis.results.codec import StoredResult
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import gather

@@ -29,9 +29,8 @@ from benchmarks.validation_calibration import truths as calibration_truths
 from benchmarks.validation_emulator import emulator_book, from_charges, intervals, true_changes
 from data_schema.vocabulary import Undefined
 from labbook.actions.studies.force_plate import force_plate_of
-from labbook.analysis.outcomes.energy import joules_per_mah
-from labbook.analysis.studies.force_plate import ForcePlateStudy, PlateRun, compare_joules
-from labbook.analysis.studies.motor_power import MOTOR_PARAMETERS, Drive
+from labbook.analysis.outcomes.run_energy import joules_per_mah
+from labbook.analysis.studies.force_plate import MOTOR_PARAMETERS, Drive, ForcePlateStudy, PlateRun, compare_joules
 from labbook.demo.studies.force_plate import (
     DAYS,
     HOPS,

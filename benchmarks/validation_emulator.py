@@ -14,7 +14,7 @@ from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import RunKind, RunState, Undefined
 from labbook.actions.studies.emulator import emulator_study_of
 from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues, RunNumber
-from labbook.analysis.outcomes.energy import joules_per_mah
+from labbook.analysis.outcomes.run_energy import joules_per_mah
 from labbook.analysis.results.codec import StoredResult
 from labbook.analysis.studies.emulator import Controller, EmulatorStudy, emulator_study
 from labbook.demo.studies.emulator import (

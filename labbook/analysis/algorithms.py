@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from labbook.analysis.comparison import by_day, comparing, deciding, equivalence, family
+from labbook.analysis.comparison import by_day, comparing, comparisons, deciding
 from labbook.analysis.outcomes import budget, conditions, run_apexes, run_energy, run_force
 from labbook.analysis.prediction import bias, checking, hypotheses, predicting
 from labbook.analysis.results.codec import Algorithm
@@ -22,10 +22,10 @@ ALGORITHMS: tuple[Algorithm[Any], ...] = (
     comparing.ANOVA,
     comparing.OVER_JUMPS,
     by_day.ALGORITHM,
-    family.FAMILY,
-    equivalence.EQUIVALENCE,
+    comparisons.FAMILY,
+    comparing.EQUIVALENCE,
     deciding.DECISION,
-    family.DECISION_FAMILY,
+    comparisons.DECISION_FAMILY,
     deciding.DECISION_EQUIVALENCE,
     deciding.OVERALL,
     deciding.OVERALL_EQUIVALENCE,

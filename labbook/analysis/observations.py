@@ -17,9 +17,8 @@ from data_schema.vocabulary import Undefined
 from ingest.store import Store
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.pairing import sort_key, with_control
-from labbook.analysis.outcomes.conditions import RunNumber, run_numbers
+from labbook.analysis.outcomes.conditions import RunNumber, measure, run_numbers
 from labbook.analysis.outcomes.detection import Detections
-from labbook.analysis.outcomes.measuring import measure
 from labbook.analysis.outcomes.run_apexes import RunApexes
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.analysis.results.result_cache import ResultCache

@@ -8,19 +8,20 @@ from dataclasses import dataclass, replace
 
 from data_schema.outcomes import Outcome
 from labbook.analysis.comparison import pairing
-from labbook.analysis.comparison.comparing import AnovaResult, JumpComparison, Pair, analyse_variance, compare_jumps
+from labbook.analysis.comparison.comparing import AnovaResult, JumpComparison, analyse_variance, compare_jumps
 from labbook.analysis.comparison.comparisons import Compared, compare_all, unselected_conditions_of
 from labbook.analysis.comparison.deciding import Overall, overall_effects
+from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.comparison.robustness import Variations, vary
 from labbook.analysis.outcomes.budget import JouleBudget, PackDeviation, budget, pack_deviations
 from labbook.analysis.outcomes.conditions import (
     ConditionValues,
     condition_values,
     in_units,
+    measure,
     unit_scope,
 )
 from labbook.analysis.outcomes.detection import Detections
-from labbook.analysis.outcomes.measuring import measure
 from labbook.analysis.outcomes.run_apexes import Judgement, RunApexes, as_protocol, run_apexes
 from labbook.analysis.outcomes.run_energy import Drain, passive_drains, run_energies
 from labbook.analysis.prediction.bias import Biases, judge

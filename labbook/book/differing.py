@@ -16,7 +16,7 @@ from data_schema.queries.imports import readings
 from data_schema.queries.readings import waiting_files
 from data_schema.queries.results import shown_numbers
 from data_schema.vocabulary import Action
-from labbook.analysis.results.printed_values import agree, versions_now
+from labbook.analysis.results.result_cache import agree, versions_now
 
 
 @dataclass(frozen=True, slots=True)

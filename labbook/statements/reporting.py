@@ -14,8 +14,7 @@ from data_schema.queries.results import add_report_items
 from data_schema.queries.study import config_in_force
 from labbook.analysis.outcomes.detection import keep_detections
 from labbook.analysis.prediction.predicting import keep_predictions
-from labbook.analysis.results.printed_values import versions_now
-from labbook.analysis.results.result_cache import keep
+from labbook.analysis.results.result_cache import keep, versions_now
 from labbook.config.parsing import parse_configuration
 from labbook.presenting.report.content import MadeReport, make_report
 from labbook.statements.apply_context import ApplyContext

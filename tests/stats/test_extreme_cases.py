@@ -12,7 +12,7 @@ import pytest
 import stats
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
-from labbook.analysis.outcomes.energy import energy_budget
+from labbook.analysis.outcomes.budget import energy_budget
 from stats.exact.family_tails import FAR
 from stats.exact.numbers import exact_root, moments
 from stats.exact.tails import t_quantile

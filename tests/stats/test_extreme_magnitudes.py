@@ -17,7 +17,8 @@ from hypothesis import strategies as st
 import stats
 from data_schema.errors import LabbookError
 from data_schema.vocabulary import Undefined
-from labbook.analysis.outcomes.energy import energy_budget, joules_per_jump
+from labbook.analysis.outcomes.budget import energy_budget
+from labbook.analysis.outcomes.run_energy import joules_per_jump
 from stats.compare.shared_error import SharedError
 from tests.helpers.extremes import assert_sound, degrees_of_freedom, doubles, groups, levels, positive
 

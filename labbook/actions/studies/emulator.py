@@ -12,8 +12,8 @@ from data_schema.vocabulary import FactorKind
 from labbook.actions.studies.of_book import LEVEL, OfBook, book_sources, damping_factor, first_given
 from labbook.analysis.outcomes.conditions import conditions_by_outcome
 from labbook.analysis.outcomes.detection import Detections
-from labbook.analysis.outcomes.energy import joules_per_mah
-from labbook.analysis.prediction.plain import plain_predictions
+from labbook.analysis.outcomes.run_energy import joules_per_mah
+from labbook.analysis.prediction.simulating import plain_predictions
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.studies.emulator import EmulatorStudy, emulator_study
 from labbook.analysis.study_data import gather

@@ -29,7 +29,7 @@ from labbook.actions.upkeep.report_causes import (
 from labbook.analysis.comparison.comparing import COMPARISON
 from labbook.analysis.comparison.deciding import DECISION, OVERALL
 from labbook.analysis.comparison.pairing import POOLED
-from labbook.analysis.results.printed_values import agree
+from labbook.analysis.results.result_cache import agree
 
 LAST = "last"
 

@@ -19,7 +19,7 @@ from data_schema.queries.results import (
     results_by_uid,
 )
 from data_schema.queries.sources import Source, describe_input
-from labbook.analysis.results.printed_values import agree, versions_now
+from labbook.analysis.results.result_cache import agree, versions_now
 from labbook.book.changes import changes_in_words
 
 

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Remark, Undefined
-from labbook.analysis.comparison.comparing import Pair, fingerprints_of_days, fingerprints_of_sides
+from labbook.analysis.comparison.comparing import fingerprints_of_days, fingerprints_of_sides
+from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.results.codec import Algorithm, StoredResult
 from labbook.analysis.results.result_cache import Request, ResultCache
 from reports.numbers import Number

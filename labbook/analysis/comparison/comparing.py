@@ -1,21 +1,22 @@
-"""Comparisons of treated with control runs, on run means: tests, differences, savings, analysis of variance."""
+"""Comparisons of treated with control runs, on run means: tests, differences, savings, equivalence, variance."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from data_schema.outcomes import Outcome
 from data_schema.queries.results import InputRow
 from data_schema.vocabulary import Undefined
+from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.conditions import ConditionValues, by_day
 from labbook.analysis.outcomes.run_apexes import RunApexes
 from labbook.analysis.results.codec import Algorithm, StoredResult
 from labbook.analysis.results.result_cache import Request, ResultCache, ends_of, fingerprint, result_fingerprint
-from labbook.config.model import UnitOfAnalysis
-from reports.evidence import Between
+from labbook.config.model import Bounds, UnitOfAnalysis
 from reports.numbers import Number
+from stats.compare.equivalence import equivalence
 from stats.compare.savings import Savings, percent_savings
 from stats.compare.shared_error import SharedError, SharedTest, difference_with_shared, shared_of_mean
 from stats.compare.summary import describe
@@ -70,25 +71,6 @@ class AnovaResult(StoredResult):
 
 COMPARISON = Algorithm("comparison", 17, ComparisonResult)
 ANOVA = Algorithm("anova", 16, AnovaResult)
-
-
-@dataclass(frozen=True, slots=True)
-class Pair:
-    """Two sets of conditions to compare: `a` is the control or the first level, `b` what is compared with it.
-
-    Two levels that are compared, neither of them the control (`against_control` is False), have no savings.
-    `pooled_over` names the further factors whose levels are together.
-    """
-
-    family: str
-    label: str
-    group: Mapping[str, str]
-    level: str
-    a: tuple[ConditionValues, ...]
-    b: tuple[ConditionValues, ...]
-    against_control: bool = True
-    between: Between | None = None
-    pooled_over: tuple[str, ...] = ()
 
 
 def compare(
@@ -314,3 +296,88 @@ def _over_jumps(pair: Pair, alpha: float) -> JumpComparison:
 def _heights_m(side: Sequence[ConditionValues]) -> list[float]:
     results = [item.result for condition in side for item in condition.runs]
     return [height_m for result in results if isinstance(result, RunApexes) for height_m in result.heights_m]
+
+
+@dataclass(frozen=True, slots=True)
+class EquivalenceResult(StoredResult):
+    """Two one-sided tests against bounds, in m or in % of the control's mean (`percent`); `estimate` in their unit.
+
+    `equivalent` says whether both are rejected; None where there is no test.
+    """
+
+    estimate: Number
+    t_low: Number
+    p_low: Number
+    t_high: Number
+    p_high: Number
+    p: Number
+    equivalent: bool | None
+    low: float
+    high: float
+    percent: bool
+
+
+EQUIVALENCE = Algorithm("equivalence", 9, EquivalenceResult)
+
+
+def within_bounds(
+    cache: ResultCache, pairs: Sequence[Pair], bounds: Bounds, alpha: float, scope: Mapping[str, Any]
+) -> list[EquivalenceResult]:
+    """Ensure the test of every pair of apex heights by Welch, in order; its interval has level 1 - 2 alpha."""
+    return ensure_equivalence(cache, EQUIVALENCE, pairs, bounds, alpha, scope, fingerprints_of_sides, _equivalence)
+
+
+def ensure_equivalence(
+    cache: ResultCache,
+    algorithm: Algorithm[EquivalenceResult],
+    pairs: Sequence[Pair],
+    bounds: Bounds,
+    alpha: float,
+    scope: Mapping[str, Any],
+    inputs: Callable[[Pair], tuple[InputRow, ...]],
+    test: Callable[[Pair, Bounds, float], EquivalenceResult],
+) -> list[EquivalenceResult]:
+    """Ensure a test of every pair of apex heights against the bounds, in order."""
+    return cache.ensure(
+        [
+            Request(
+                algorithm,
+                {"quantity": str(Outcome.APEX), "family": pair.family, "label": pair.label, **scope},
+                inputs(pair),
+                {"alpha": alpha, "bounds": asdict(bounds)},
+                lambda pair=pair: test(pair, bounds, alpha),  # type: ignore[misc]
+            )
+            for pair in pairs
+        ]
+    )
+
+
+def one_sided(t: float | Undefined, p: float | Undefined, df: float | Undefined, n: int) -> tuple[Number, Number]:
+    """Return the statistic and the p of a one-sided test."""
+    return Number(t, "1", df=df, n=n), Number(p, "1", df=df, n=n)
+
+
+def _equivalence(pair: Pair, bounds: Bounds, alpha: float) -> EquivalenceResult:
+    found = equivalence(
+        values_of(pair.b), values_of(pair.a), low=bounds.low, high=bounds.high,
+        bounds="percent" if bounds.percent else "raw", alpha=alpha,
+    )  # fmt: skip
+    welch, n = found.welch, found.n_a + found.n_b
+    return EquivalenceResult(
+        estimate_within(found.estimate, welch.estimate_ci, bounds, alpha, n),
+        *one_sided(welch.t_low, welch.p_low, welch.df_low, n),
+        *one_sided(welch.t_high, welch.p_high, welch.df_high, n),
+        Number(welch.p, "1", n=n),
+        None if isinstance(welch.equivalent, Undefined) else welch.equivalent,
+        bounds.low,
+        bounds.high,
+        bounds.percent,
+    )
+
+
+def estimate_within(
+    value: float | Undefined, ci: tuple[float, float] | Undefined, bounds: Bounds, alpha: float, n: int
+) -> Number:
+    """Return an estimate in the unit of the bounds, with its interval of level 1 - 2 alpha."""
+    low, high = ends_of(ci)
+    return Number(value, "%" if bounds.percent else "m", ci_low=low, ci_high=high, ci_level=1.0 - 2.0 * alpha, n=n)

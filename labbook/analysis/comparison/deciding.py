@@ -9,13 +9,15 @@ from typing import Any
 from data_schema.outcomes import Outcome
 from data_schema.queries.results import InputRow
 from data_schema.vocabulary import Undefined
-from labbook.analysis.comparison.comparing import Pair, fingerprints_of_days, fingerprints_of_sides
-from labbook.analysis.comparison.equivalence import (
+from labbook.analysis.comparison.comparing import (
     EquivalenceResult,
     ensure_equivalence,
     estimate_within,
+    fingerprints_of_days,
+    fingerprints_of_sides,
     one_sided,
 )
+from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
 from labbook.analysis.results.codec import Algorithm, StoredResult
 from labbook.analysis.results.result_cache import Request, ResultCache, ends_of

@@ -9,12 +9,32 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from data_schema.errors import InputRefused, unknown_name
-from labbook.analysis.comparison.comparing import Pair
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.config.parsing import Configuration
 from reports.evidence import Between
+
+
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """Two sets of conditions to compare: `a` is the control or the first level, `b` what is compared with it.
+
+    Two levels that are compared, neither of them the control (`against_control` is False), have no savings.
+    `pooled_over` names the further factors whose levels are together.
+    """
+
+    family: str
+    label: str
+    group: Mapping[str, str]
+    level: str
+    a: tuple[ConditionValues, ...]
+    b: tuple[ConditionValues, ...]
+    against_control: bool = True
+    between: Between | None = None
+    pooled_over: tuple[str, ...] = ()
+
 
 EACH = "each level against the control"
 POOLED = "all levels pooled against the control"

@@ -1,26 +1,218 @@
-"""Headlines computed another way: without the exclusions, with the other detector, without each day."""
+"""Headlines computed another way: without the exclusions, with the other detector, without each day.
+
+Without a day one result an estimate is stored. It rests on the estimate of all days and on the runs that were left
+out; what stands between them, as each run's joules by another drain line, would be every run again for every day, and
+is not kept.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache as once
+from functools import cached_property, partial
+from typing import Any
 
 from data_schema.outcomes import Outcome
-from data_schema.vocabulary import RunKind
+from data_schema.queries.results import InputRow
+from data_schema.vocabulary import RunKind, Undefined
 from labbook.analysis.comparison import pairing
-from labbook.analysis.comparison.comparing import ComparisonResult, compare, pairs_in_units
-from labbook.analysis.comparison.deciding import DecisionResult, decide
-from labbook.analysis.comparison.left_out_days import days_to_leave_out, estimates_without
-from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, unit_scope
+from labbook.analysis.comparison.comparing import COMPARISON, ComparisonResult, compare, compared, pairs_in_units
+from labbook.analysis.comparison.deciding import DECISION, DecisionResult, contrast_of, decide, decided
+from labbook.analysis.comparison.pairing import Pair
+from labbook.analysis.outcomes.conditions import (
+    ConditionValues,
+    RunNumber,
+    condition_values,
+    days_of,
+    mean_of,
+    measure,
+    number_of,
+    unit_scope,
+)
 from labbook.analysis.outcomes.detection import Detections
-from labbook.analysis.outcomes.measuring import measure
 from labbook.analysis.outcomes.run_apexes import as_protocol, run_apexes, without_exclusions
-from labbook.analysis.outcomes.run_energy import Drain, RunEnergy, passive_drains, run_energies
+from labbook.analysis.outcomes.run_energy import (
+    Drain,
+    RunEnergy,
+    drain_lines,
+    energies_by,
+    idle_charges,
+    passive_drains,
+    run_energies,
+)
 from labbook.analysis.results.codec import StoredResult
-from labbook.analysis.results.result_cache import ResultCache, RunResults
+from labbook.analysis.results.result_cache import Request, ResultCache, RunResults, fingerprint, result_fingerprint
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import AnalysisSettings, UnitOfAnalysis
 from stats.apexes.detectors import DETECTORS
+from stats.compare.shared_error import shared_of_mean
+from stats.days.decision import Contrast
+from stats.lines.passive_drain import why_no_line
+
+
+def without_day(evidence: StudyData, day: str) -> StudyData:
+    """Return the evidence without the jump runs and the idle runs of one day."""
+    return replace(
+        evidence,
+        runs=tuple(run for run in evidence.runs if run.day != day),
+        idle=tuple(run for run in evidence.idle if run.day != day),
+    )
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """A day to leave out. `lost` are the robots, by uid, that have no drain line without its idle runs."""
+
+    day: str
+    evidence: StudyData
+    inputs: tuple[InputRow, ...]
+    has_runs: bool
+    has_idle: bool
+    lost: frozenset[str]
+
+    @cached_property
+    def joules(self) -> Mapping[str, RunEnergy]:
+        """The joules of the other runs by the drain lines of the other days."""
+        rest = without_day(self.evidence, self.day)
+        return energies_by(rest, drain_lines(rest))
+
+    def remains(self, side: Sequence[ConditionValues], quantity: Outcome) -> bool:
+        """Whether a side of a comparison has a value left."""
+        lost = self.lost if quantity is Outcome.JOULES else ()
+        return any(
+            one.run.day != self.day and one.run.robot_uid not in lost for condition in side for one in condition.runs
+        )
+
+    def changes(self, quantity: Outcome) -> bool:
+        """Whether the values of other days are others without its idle runs."""
+        return quantity is Outcome.JOULES and self.has_idle
+
+    def rest_of(self, side: Sequence[ConditionValues], quantity: Outcome) -> tuple[ConditionValues, ...]:
+        """Return a side with the values that are left; joules are computed anew where idle runs are left out."""
+        kept = [
+            replace(condition, runs=tuple(one for one in condition.runs if one.run.day != self.day))
+            for condition in side
+        ]
+        if self.changes(quantity):
+            kept = [self._by_other_lines(condition) for condition in kept]
+        return tuple(condition for condition in kept if condition.runs)
+
+    def _by_other_lines(self, condition: ConditionValues) -> ConditionValues:
+        found = [(one, self.joules[one.run.uid]) for one in condition.runs if one.run.uid in self.joules]
+        values = [(one, energy, number_of(energy, Outcome.JOULES).value) for one, energy in found]
+        return replace(
+            condition,
+            runs=tuple(
+                replace(one, value=value, shared=energy.shared_error)
+                for one, energy, value in values
+                if not isinstance(value, Undefined)
+            ),
+        )
+
+
+def days_to_leave_out(evidence: StudyData, drains: Mapping[str, Drain]) -> list[LeftOut]:
+    """Return every day of a jump run or an idle run, in order."""
+    runs: dict[str, list[InputRow]] = {}
+    for run in (*evidence.runs, *evidence.idle):
+        runs.setdefault(run.day, []).append(fingerprint("left out", "run", run.uid, run.day))
+    with_runs, with_idle = ({run.day for run in several} for several in (evidence.runs, evidence.idle))
+    durations_s = [(run.robot_uid, run.day, run.duration_s or 0.0) for run, _charge in idle_charges(evidence)]
+    fitted = [uid for uid, drain in drains.items() if not isinstance(drain.line, Undefined)]
+
+    def lost(day: str) -> frozenset[str]:
+        left = {
+            uid: [length_s for robot, of_day, length_s in durations_s if robot == uid and of_day != day]
+            for uid in fitted
+        }
+        return frozenset(uid for uid in fitted if why_no_line(left[uid]) is not None)
+
+    return [
+        LeftOut(
+            day,
+            evidence,
+            tuple(runs[day]),
+            day in with_runs,
+            day in with_idle,
+            lost(day) if day in with_idle else frozenset(),
+        )
+        for day in sorted(runs)
+    ]
+
+
+def estimates_without(
+    cache: ResultCache,
+    days: Sequence[LeftOut],
+    conditions: Sequence[ConditionValues],
+    quantity: Outcome,
+    swept: str,
+    settings: AnalysisSettings,
+    selection: str,
+) -> dict[str, list[tuple[Pair, ComparisonResult | DecisionResult]]]:
+    """Ensure the pooled comparisons without each of these days: pair and result, by day."""
+    scope, unit, alpha = {"selection": selection}, settings.unit_of_analysis, settings.alpha
+    pairs = pairing.pairs_pooled(conditions, swept)
+    whole: list[ComparisonResult | DecisionResult] = []
+    if unit is UnitOfAnalysis.SHARED_DAYS:
+        whole += decide(cache, pairs, quantity, scope, alpha)
+    else:
+        units = pairs_in_units(cache, pairs, quantity, unit, scope)
+        whole += compare(cache, units, quantity, unit_scope(scope, unit), alpha)
+    contrasts = [once(partial(contrast_of, pair)) for pair in pairs]
+    wanted = [
+        (day, pair, result, contrast)
+        for day in days
+        for pair, result, contrast in zip(pairs, whole, contrasts, strict=True)
+        if day.remains(pair.a, quantity) and day.remains(pair.b, quantity)
+    ]
+    found = cache.ensure([_request(*one, quantity, settings, scope) for one in wanted])
+    by_day: dict[str, list[tuple[Pair, ComparisonResult | DecisionResult]]] = {}
+    for (day, pair, _whole, _contrast), result in zip(wanted, found, strict=True):
+        by_day.setdefault(day.day, []).append((pair, result))
+    return by_day
+
+
+def _request(
+    day: LeftOut,
+    pair: Pair,
+    whole: ComparisonResult | DecisionResult,
+    contrast: Callable[[], Contrast],
+    quantity: Outcome,
+    settings: AnalysisSettings,
+    scope: Mapping[str, Any],
+) -> Request[Any]:
+    """Ask for an estimate without a day; `contrast` gives that of all days."""
+    unit, alpha = settings.unit_of_analysis, settings.alpha
+    decides = unit is UnitOfAnalysis.SHARED_DAYS
+
+    def estimate() -> ComparisonResult | DecisionResult:
+        if decides and not day.changes(quantity):
+            return decided(pair, quantity, alpha, contrast().without(day.day))
+        rest = replace(pair, a=day.rest_of(pair.a, quantity), b=day.rest_of(pair.b, quantity))
+        if unit is UnitOfAnalysis.DAY:
+            rest = replace(rest, a=(_day_means(rest.a),), b=(_day_means(rest.b),))
+        return decided(rest, quantity, alpha) if decides else compared(rest, quantity, alpha)
+
+    of_unit = scope if decides else unit_scope(scope, unit)
+    about = {"quantity": str(quantity), "family": pair.family, "label": pair.label, **of_unit}
+    return Request(
+        DECISION if decides else COMPARISON,
+        {**about, "variant": f"without {day.day}"},
+        (result_fingerprint("all days", whole), *day.inputs),
+        {"alpha": alpha},
+        estimate,
+    )
+
+
+def _day_means(side: Sequence[ConditionValues]) -> ConditionValues:
+    """Return the means of a side's runs by day under its first condition."""
+    days = days_of(item for condition in side for item in condition.runs)
+    means = tuple(
+        RunNumber(items[0].run, mean_of(items), shared_of_mean([one.shared for one in items]), items[0].result)
+        for items in days.values()
+    )
+    return replace(side[0], runs=means)
+
 
 WITHOUT_EXCLUSIONS = "without exclusions"
 

@@ -9,12 +9,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from data_schema.errors import InputRefused
 from data_schema.queries.charges import ChargeOfRun
 from data_schema.queries.results import InputRow
 from data_schema.queries.runs import RunRow
 from data_schema.reasons import Reason
+from data_schema.units import MAH_TO_COULOMB
 from data_schema.vocabulary import ChargeMode, Undefined
-from labbook.analysis.outcomes.energy import joules_per_jump, joules_per_mah
 from labbook.analysis.results.codec import Algorithm, Origin, StoredResult
 from labbook.analysis.results.result_cache import (
     Request,
@@ -30,7 +31,9 @@ from labbook.analysis.results.result_cache import (
 from labbook.analysis.study_data import StudyData
 from labbook.config.parsing import Configuration
 from reports.numbers import Number
+from stats.checks import as_number
 from stats.compare.shared_error import SharedError
+from stats.exact.numbers import finite, refuse_beyond
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain, rounding_sd_mah, why_no_line
 
 MAH_MIN = 60.0
@@ -293,3 +296,29 @@ def _energy(run: RunRow, charge: ChargeOfRun, drain: PassiveDrain, voltage_v: fl
         shared_terms_j={term: -worth_j_mah * mah for term, mah in drain.error_terms_mah(run.duration_s).items()},
         extrapolated=passive.extrapolated,
     )
+
+
+def joules_per_jump(
+    charge_mah: float, passive_mah: float, reference_voltage_v: float, jumps_made: int
+) -> float | Undefined:
+    """Return the energy of one jump in joules; `Undefined` where no jump was made.
+
+    Jumps made, not jumps detected. Raises `InputRefused` for values that are not finite, a voltage that is not
+    positive or a negative count.
+    """
+    charge_mah = as_number("the charge", charge_mah, low=0.0)
+    passive_mah = as_number("the passive charge", passive_mah)
+    if jumps_made < 0:
+        raise InputRefused(f"jumps made is {jumps_made}: give a count of 0 or more.")
+    if jumps_made == 0:
+        return Undefined(Reason.NO_JUMP_MADE)
+    joules = joules_per_mah(reference_voltage_v, jumps_made) * (charge_mah - passive_mah)
+    return finite(joules, "the energy of a jump")
+
+
+def joules_per_mah(reference_voltage_v: float, jumps_made: float) -> float:
+    """Return what one mAh is worth in joules a jump: 2.2 J at 15.4 V and 25 jumps."""
+    voltage = as_number("the reference voltage", reference_voltage_v, above=0.0)
+    per_mah = MAH_TO_COULOMB * voltage / as_number("jumps made", jumps_made, above=0.0)
+    refuse_beyond("what a mAh is worth in joules a jump", [per_mah])
+    return per_mah

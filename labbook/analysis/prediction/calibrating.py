@@ -20,8 +20,7 @@ from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.outcomes.conditions import ConditionValues
-from labbook.analysis.prediction.many_scenes import ManyScenes, many_scenes
-from labbook.analysis.prediction.simulating import ALWAYS
+from labbook.analysis.prediction.simulating import ALWAYS, ManyScenes, many_scenes
 from simulator.declared import all_parameters
 from simulator.scene import Scene
 from stats.compare.shared_error import SharedError

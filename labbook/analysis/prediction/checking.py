@@ -19,8 +19,9 @@ from data_schema.queries.results import InputRow
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
-from labbook.analysis.comparison.comparing import ComparisonResult, Pair
+from labbook.analysis.comparison.comparing import ComparisonResult
 from labbook.analysis.comparison.deciding import DecisionResult
+from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues
 from labbook.analysis.prediction.predicting import ACCURACY, PredictionResult, error_parts, in_all
 from labbook.analysis.prediction.simulating import SIMULATED

@@ -20,8 +20,8 @@ from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
-from labbook.analysis.comparison.comparing import Pair
 from labbook.analysis.comparison.deciding import contrast_of, fingerprints_of_contrast
+from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.prediction.checking import (
     AllPredicted,

@@ -20,8 +20,8 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.pairing import pairs_each
 from labbook.analysis.outcomes.conditions import ConditionValues
-from labbook.analysis.prediction.many_scenes import many_scenes
 from labbook.analysis.prediction.predicting import PredictionResult
+from labbook.analysis.prediction.simulating import many_scenes
 from reports.predicted import PredictedQuantity
 from simulator.scene_file import parse_scene
 

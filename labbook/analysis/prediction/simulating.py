@@ -1,4 +1,4 @@
-"""A scene simulated once, and what it gives of each outcome, as means over its jumps."""
+"""Scenes simulated, with means over their jumps: once, many times over with parameters changed, for each condition."""
 
 from __future__ import annotations
 
@@ -7,13 +7,22 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+import sqlalchemy as sa
+from numpy.typing import NDArray
+
 from data_schema.errors import LabbookError
 from data_schema.outcomes import Outcome
+from data_schema.queries.facts import read_fact
 from data_schema.units import STANDARD_GRAVITY_M_S2
+from labbook.analysis.prediction.condition_scenes import ROBOT_PARAMETERS, condition_scene, study_scene
+from labbook.analysis.study_data import StudyData
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # the simulator is loaded by those who simulate: compiling takes its time
     from simulator.result import JumpResult
     from simulator.scene import Scene
+    from simulator.sweep.chunks import Recipe
+
 
 SIMULATING = "simulating each condition (compiling the simulator before, up to 30 s)"
 """What is done while simulations are waited for."""
@@ -102,3 +111,88 @@ _VALUES: Mapping[Outcome, Callable[[Scene, JumpResult], float | None]] = {
     Outcome.CONTACT_TIME: lambda _scene, jump: jump.liftoff_time_s,
     Outcome.IMPULSE_HEIGHT: _impulse_height_m,
 }
+
+
+Floats = NDArray[np.float64]
+
+_OUTPUT = {Outcome.JOULES: "cost_J", Outcome.APEX: "apex_height_m"}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ManyScenes:
+    """Scenes with the same effects as rows of parameters, and where in a row those stand that are changed."""
+
+    recipe: Recipe
+    rows: Floats
+    places: tuple[int, ...]
+
+    def means(self, values: Floats, *, times: bool = False) -> Mapping[Outcome, Floats]:
+        """Simulate every scene with each of m sets of values, shape (m, parameters), or with its own times these.
+
+        Returns by outcome the means over a scene's jumps, shape (m, scenes); NaN where the robot does not jump.
+        """
+        from simulator.sweep.compute import simulate_on_all_cores
+        from simulator.sweep.outputs import PLACE
+
+        n, m = len(self.rows), len(values)
+        table, given = np.tile(self.rows, (m, 1)), np.repeat(values, n, axis=0)
+        table[:, self.places] = given * table[:, self.places] if times else given
+        block = simulate_on_all_cores(self.recipe, table).reshape(m, n, self.recipe.jumps, -1)
+        found = {outcome: block[..., PLACE[name]].mean(axis=2) for outcome, name in _OUTPUT.items()}
+        jumps = np.isfinite(found[Outcome.APEX])
+        return {outcome: np.where(jumps, means, np.nan) for outcome, means in found.items()}
+
+
+def many_scenes(scenes: Sequence[Scene], names: Sequence[str], accuracy: float) -> ManyScenes:
+    """Prepare scenes with the same effects, and compile their kernel; `names` are the parameters to change."""
+    from simulator.jump import parameter_row
+    from simulator.kernel.build import kernel_for
+    from simulator.sweep.chunks import recipe_of_rows
+
+    kernel = kernel_for(scenes[0].effects)
+    columns = [parameter.name for parameter in kernel.composition.parameters]
+    return ManyScenes(
+        recipe_of_rows(scenes[0], accuracy),
+        np.array([parameter_row(kernel, scene) for scene in scenes]),
+        tuple(columns.index(name) for name in names),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class PlainPredictions:
+    """Joules a jump and apex height (`ALWAYS`) by the condition's key, means over all jumps, without errors.
+
+    `why_not` says why there are none, or none of some conditions.
+    """
+
+    values: Mapping[str, Mapping[str, float | None]]
+    why_not: str = ""
+
+    def value(self, condition_key: str, outcome: Outcome) -> float | None:
+        """Return what is predicted, None where nothing is."""
+        return self.values.get(condition_key, {}).get(outcome)
+
+
+def plain_predictions(
+    connection: sa.Connection, evidence: StudyData, progress: Callable[[str], None]
+) -> PlainPredictions:
+    """Simulate each condition once, as its first robot ran it; nothing is varied or stored, and nothing is refused."""
+    settings = evidence.configuration.simulation
+    if settings is None:
+        return PlainPredictions({}, "labbook.toml has no [simulation].")
+    try:
+        start = study_scene(settings)
+    except LabbookError as error:
+        return PlainPredictions({}, str(error))
+    progress(SIMULATING)
+    found: dict[str, Mapping[str, float | None]] = {}
+    failed: dict[str, str] = {}
+    for run in {run.condition_key: run for run in reversed(evidence.runs) if run.levels}.values():
+        facts = read_fact(connection, "robot", run.robot_uid, list(ROBOT_PARAMETERS.values()))
+        robot = (run.robot, facts)
+        try:
+            scene = condition_scene(start, evidence.configuration, evidence.factors, run.levels, robot)
+            found[run.condition_key] = simulated(scene, settings.accuracy, ALWAYS).values
+        except LabbookError as error:
+            failed.setdefault(str(error), run.condition_key)
+    return PlainPredictions(found, " ".join(f"{condition}: {reason}" for reason, condition in failed.items()))

@@ -9,6 +9,7 @@ afterwards in one short transaction.
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Generic, TypeVar
@@ -168,3 +169,29 @@ class RunResults(Generic[T_co]):
 
     results: Mapping[str, T_co]
     missing: Mapping[str, Undefined]
+
+
+SAME = 1e-9
+"""Values that differ by less than this part are the same: another machine may add in another order."""
+
+
+def agree(printed: float | None, value: float | None, se: float | None = None) -> bool:
+    """Tell whether a value is the one that was printed.
+
+    Where its standard error is known, so much of that is the same, too: a difference that cancels to 1e-16 has no
+    digits of its own.
+    """
+    if printed is None or value is None:
+        return printed is value
+    return math.isclose(printed, value, rel_tol=SAME, abs_tol=SAME * (se or 0.0))
+
+
+def versions_now() -> dict[str, int]:
+    """Return the versions of all algorithms of this labbook, detectors among them, by name."""
+    from labbook.analysis.algorithms import ALGORITHMS
+    from stats.apexes.detectors import DETECTORS
+
+    return {
+        **{algorithm.kind: algorithm.version for algorithm in ALGORITHMS},
+        **{name: detector.version for name, detector in DETECTORS.items()},
+    }

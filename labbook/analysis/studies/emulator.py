@@ -18,11 +18,11 @@ import numpy as np
 from data_schema.errors import InputRefused
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
-from labbook.analysis.comparison.comparing import Pair
 from labbook.analysis.comparison.deciding import contrast_of
+from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.outcomes.run_apexes import RunApexes
-from labbook.analysis.prediction.plain import PlainPredictions
+from labbook.analysis.prediction.simulating import PlainPredictions
 from stats.days.decision_result import Bounded, Estimate
 from stats.exact.tails import t_quantile
 

@@ -3,7 +3,8 @@
 Plate and leg are recorded by two clocks. Touchdowns, a sudden force on the one and a leg that begins to yield on the
 other, give offset and drift of one clock against the other for each run (`stats.clocks`). The plate's zero is followed
 in the flights. Its force is smoothed with one moving average for all runs, and in each stance force and leg length go
-through the leg's kinematics and the motors' model (`motor_power`): heat, drag and mechanical power. What a run took
+through the leg's kinematics and the motors' model (`Drive`, thesis Eq. 3.5): heat, drag and mechanical power, as the
+effects `motor_heat` and `drag` integrate them; as in thesis 3.2.2 no stall torque bounds the force. What a run took
 from the battery, less the passive drain, is its measured joules a hop.
 
 The hops of a run share its one recharge, and the runs of a day share the day, so that neither hops nor, where there are
@@ -18,19 +19,56 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from data_schema.errors import InputRefused
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.pairing import sort_key
-from labbook.analysis.prediction.plain import PlainPredictions
-from labbook.analysis.studies.motor_power import Drive
+from labbook.analysis.prediction.simulating import PlainPredictions
+from simulator.kinematics import lever_m
 from stats.clocks import Clocks, align_clocks, corner, leg_touchdowns, moving_average
 from stats.compare.shared_error import SharedError
 from stats.force_plate import Contact, find_contacts, force_above_zero
 from stats.groups.residuals import RmseOverIqr, rmse_over_iqr
 from stats.lines.through_origin import SlopeThroughOrigin, slope_through_origin
+
+_Floats = NDArray[np.float64]
+MOTOR_PARAMETERS = ("torque_constant", "motor_resistance", "velocity_constant")
+"""Of a scene, as `Drive` calls them too."""
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """A symmetric five-bar leg and its two motors: links in m, N m / A, Ohm, V s / rad."""
+
+    upper_link: float
+    lower_link: float
+    torque_constant: float
+    motor_resistance: float
+    velocity_constant: float
+
+    @property
+    def reach_m(self) -> tuple[float, float]:
+        """Shortest and longest length of the leg; at both the force has no lever."""
+        return abs(self.lower_link - self.upper_link), self.lower_link + self.upper_link
+
+    def levers_m(self, length_m: ArrayLike) -> _Floats:
+        """Return the joint's lever arm at each leg length, shape (n,)."""
+        lengths = np.asarray(length_m, dtype=np.float64)
+        levers = (lever_m(self.upper_link, self.lower_link, length) for length in lengths.tolist())
+        return np.fromiter(levers, np.float64, lengths.size)
+
+    def heat_w(self, force_n: _Floats, levers_m: _Floats) -> _Floats:
+        """Return the heat in the windings of both motors, R I^2 / 2 for the current I of both together."""
+        current_a = force_n * levers_m / self.torque_constant
+        return np.asarray(0.5 * self.motor_resistance * current_a**2)
+
+    def drag_w(self, speed_m_s: _Floats, levers_m: _Floats) -> _Floats:
+        """Return the electromechanical drag at the leg's speed, extension positive."""
+        factor = self.torque_constant * self.velocity_constant / self.motor_resistance
+        return np.asarray(factor * (speed_m_s / levers_m) ** 2)
+
 
 Floats = NDArray[np.float64]
 WINDOWS = tuple(range(1, 53, 2))

@@ -18,10 +18,9 @@ from labbook.analysis.outcomes.detection import heeded_gaps
 from labbook.analysis.outcomes.run_energy import RunEnergy, passive_drains, run_energies
 from labbook.analysis.outcomes.run_force import usable_force, vertical_force
 from labbook.analysis.prediction.condition_scenes import study_scene
-from labbook.analysis.prediction.plain import plain_predictions
+from labbook.analysis.prediction.simulating import plain_predictions
 from labbook.analysis.results.result_cache import ResultCache
-from labbook.analysis.studies.force_plate import ForcePlateStudy, PlateRun, compare_joules
-from labbook.analysis.studies.motor_power import MOTOR_PARAMETERS, Drive
+from labbook.analysis.studies.force_plate import MOTOR_PARAMETERS, Drive, ForcePlateStudy, PlateRun, compare_joules
 from labbook.analysis.study_data import StudyData, gather
 from labbook.config.model import RobotSettings, SimulationSettings
 from labbook.config.parsing import Configuration

@@ -10,10 +10,10 @@ from data_schema.reasons import VALUE
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.by_day import DayComparison
-from labbook.analysis.comparison.comparing import ComparisonResult, JumpComparison, Pair
+from labbook.analysis.comparison.comparing import ComparisonResult, EquivalenceResult, JumpComparison
 from labbook.analysis.comparison.comparisons import Compared, Decided
 from labbook.analysis.comparison.deciding import DecisionResult, OverallEquivalenceResult, OverallResult
-from labbook.analysis.comparison.equivalence import EquivalenceResult
+from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.comparison.robustness import WITHOUT_EXCLUSIONS, Varied
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.study import StudyAnalysis

@@ -7,8 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import ChargeMode, FileRole, Undefined
-from labbook.analysis.outcomes.conditions import run_numbers
-from labbook.analysis.outcomes.control_limits import runs_outside
+from labbook.analysis.outcomes.conditions import run_numbers, runs_outside
 from labbook.analysis.outcomes.run_energy import Drain, above_capacity, below_drain, unused_idle
 from labbook.analysis.study import StudyAnalysis
 from labbook.analysis.study_data import StudyData

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from data_schema.vocabulary import Undefined
+from labbook.analysis.comparison.comparing import EquivalenceResult
 from labbook.analysis.comparison.deciding import DecisionResult, decided_by, equivalent_by
-from labbook.analysis.comparison.equivalence import EquivalenceResult
 from labbook.analysis.observations import Observation, Observations
 from labbook.config.model import Bounds, UnitOfAnalysis
 from labbook.presenting.numbers import Shown

@@ -18,8 +18,7 @@ from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import void
 from labbook.analysis.comparison.comparing import compare
 from labbook.analysis.comparison.deciding import DecisionResult
-from labbook.analysis.comparison.left_out_days import without_day
-from labbook.analysis.comparison.robustness import WITHOUT_EXCLUSIONS
+from labbook.analysis.comparison.robustness import WITHOUT_EXCLUSIONS, without_day
 from labbook.analysis.outcomes.budget import budget
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.outcomes.run_energy import drain_lines, passive_drains, run_energies, unused_idle

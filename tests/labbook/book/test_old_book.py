@@ -15,7 +15,7 @@ from data_schema.queries.signals import signals_of_runs
 from data_schema.vocabulary import FileRole
 from labbook.actions.upkeep.health import check_book
 from labbook.actions.upkeep.tracing import NumberTrace, PrintedNumber, trace
-from labbook.analysis.results.printed_values import agree
+from labbook.analysis.results.result_cache import agree
 from labbook.book.opening import Book, engine_of, opened, read_configuration
 from labbook.book.rebuilding import rebuild_database
 from labbook.book.upgrading import upgrade_database

@@ -17,7 +17,7 @@ from data_schema.vocabulary import RunKind
 from labbook.actions.simulate.calibrating import calibrate_book
 from labbook.actions.upkeep.recomputing import recompute
 from labbook.analysis.comparison.pairing import POOLED
-from labbook.analysis.outcomes.energy import joules_per_jump
+from labbook.analysis.outcomes.run_energy import joules_per_jump
 from labbook.analysis.preregistration.planned import planned_analysis
 from labbook.book.opening import Book, opened
 from labbook.config.model import Bounds

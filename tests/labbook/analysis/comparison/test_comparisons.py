@@ -13,9 +13,8 @@ from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.by_day import CONTROL, TREATED, DayComparison, compare_by_day
 from labbook.analysis.comparison.comparing import ComparisonResult, compare
-from labbook.analysis.comparison.comparisons import Compared
+from labbook.analysis.comparison.comparisons import Compared, FamilyResult, adjust
 from labbook.analysis.comparison.deciding import fingerprints_of_contrast
-from labbook.analysis.comparison.family import FamilyResult, adjust
 from labbook.analysis.comparison.pairing import EACH, POOLED
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.results.result_cache import ResultCache

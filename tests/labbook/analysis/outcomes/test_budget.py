@@ -5,7 +5,8 @@ import pytest
 
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
-from labbook.analysis.outcomes.energy import energy_budget, joules_per_jump, joules_per_mah
+from labbook.analysis.outcomes.budget import energy_budget
+from labbook.analysis.outcomes.run_energy import joules_per_jump, joules_per_mah
 
 
 def test_one_mah_is_worth_what_the_thesis_setting_says():

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from labbook.analysis.results.printed_values import agree, versions_now
+from labbook.analysis.results.result_cache import agree, versions_now
 
 HEAVY = ("numpy", "scipy", "pandas", "pyarrow", "statsmodels", "stats")
 
