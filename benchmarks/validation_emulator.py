@@ -26,9 +26,9 @@ from labbook.demo.studies.emulator import (
     EmulatorScatter,
     Truth,
     emulator_campaign,
+    make_emulator_book,
     truths,
 )
-from labbook.demo.studies.emulator_files import make_emulator_book
 from reports.numbers import Number
 from stats.compare.shared_error import SharedError
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain

@@ -10,10 +10,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from data_schema.vocabulary import Undefined
-from labbook.actions.studies.characterisation import characterisation_of
-from labbook.actions.studies.compaction import compaction_of
-from labbook.actions.studies.field import field_study_of
 from labbook.actions.studies.sheet_source import SheetSource, sheet_source
+from labbook.actions.studies.sheets import characterisation_of, compaction_of, field_study_of
 from labbook.analysis.studies.characterisation import Characterisation, characterisation
 from labbook.analysis.studies.compaction import Compaction
 from labbook.analysis.studies.field import FieldStudy, geometric

@@ -1,7 +1,11 @@
-"""From the names that people use to the rows they mean; what is missing and may be made is stated on the way."""
+"""From the names that people use to the rows they mean, and back where a change is told in words.
+
+What is missing and may be made is stated on the way.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -99,3 +103,25 @@ def ensure_condition(
 def old_values(connection: sa.Connection, kind: str, uid: str, new: Mapping[str, Any]) -> dict[str, Any]:
     """Return what stands now in the columns that are about to change."""
     return read_fact(connection, kind, uid, list(new))
+
+
+_NAME_OF = {"condition": "key", "day": "date_local", "robot": "name", "battery": "name", "run": "name", "study": "name"}
+
+
+def changes_in_words(connection: sa.Connection, old: Mapping[str, object], new: Mapping[str, object]) -> str:
+    """Say what columns are now, and were where that is known; what they refer to is called by its name."""
+    said = []
+    for name, value in new.items():
+        before = f"{_named(connection, name, old[name])} to " if name in old else ""
+        if value is not None or before:
+            said.append(f"{name} {before}{_named(connection, name, value)}")
+    return ", ".join(said)
+
+
+def _named(connection: sa.Connection, name: str, value: object) -> str:
+    """Return what people call a thing that the journal names by its uid."""
+    if value is None:
+        return "none" if name == "run" else "unknown"
+    if name in _NAME_OF and re.fullmatch("[0-9a-f]{12}", str(value)):
+        return str(read_fact(connection, name, str(value), [_NAME_OF[name]])[_NAME_OF[name]])
+    return f"{value:g}" if isinstance(value, float) else str(value)

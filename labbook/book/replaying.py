@@ -22,7 +22,7 @@ from labbook.book.making import fill_sqlite
 from labbook.book.opening import DATABASE
 from labbook.book.reading_ahead import reading_ahead
 from labbook.book.write_session import apply_again
-from labbook.statements.reports_replayed import ReportsReplayed
+from labbook.statements.apply_context import ReportsReplayed
 
 ENTRIES_AT_ONCE = 500
 """Commands of so many entries are one transaction: committing and hashing rows for each takes a third of its time."""

@@ -86,7 +86,7 @@ def status_command(book: BookOption = None, as_json: JsonOption = False) -> None
     """
     from data_schema import migrations
     from data_schema.engine import reading
-    from labbook.book.copies.last_backup import backup_line, last_backup
+    from labbook.book.copies.backing_up import backup_line, last_backup
     from labbook.book.opening import engine_of, find_folder, read_configuration, shown, store_of
     from labbook.book.upgrading import count_rows
 

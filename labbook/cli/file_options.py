@@ -12,8 +12,7 @@ from data_schema.vocabulary import Severity
 from ingest.channels.forces import AXES
 from ingest.timebase.clock_formats import CLOCK_FORMATS, DATE_FORMATS
 from labbook.actions.files.ingesting import FileOutcome
-from labbook.config.channels import channel_meant, check_unit
-from labbook.config.profiles import can_part_cells
+from labbook.config.profiles import can_part_cells, channel_meant, check_unit
 from labbook.terminal import say
 
 _ASKED_WORDS = {"date_unclear": ("dates", ("d/m/y", "m/d/y")), "clock_unclear": ("clock", ("m:s", "h:m"))}

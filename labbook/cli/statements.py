@@ -124,7 +124,7 @@ def correct(
     from labbook.actions.runs.remarks import remark_lines, remarks_on
     from labbook.actions.runs.rig_line import OF_JOULES, rig_lines_of_runs
     from labbook.actions.upkeep.stale import stale_lines
-    from labbook.book.changes import changes_in_words
+    from labbook.book.naming import changes_in_words
     from labbook.book.opening import opened
     from labbook.cli.reading import answered
     from labbook.config.places import to_change

@@ -45,8 +45,8 @@ def compaction_shown(
     complete: bool = False,
 ) -> ShownStudy:
     """Show how densely the grains lie, from a sheet of flasks."""
-    from labbook.actions.studies.compaction import compaction_of
     from labbook.actions.studies.sheet_source import sheet_source
+    from labbook.actions.studies.sheets import compaction_of
     from labbook.presenting.studies.compaction import HEAD, as_data, drawn, rows, sentences
     from reports.figures.compaction import draw_compaction
 
@@ -70,8 +70,8 @@ def field_shown(
     file: Path | None, level: float | None, decimal: str | None, book: Path | None, complete: bool = False
 ) -> ShownStudy:
     """Show what two robots need on the same walks, from a sheet of walks."""
-    from labbook.actions.studies.field import field_study_of
     from labbook.actions.studies.sheet_source import sheet_source
+    from labbook.actions.studies.sheets import field_study_of
     from labbook.presenting.studies.field import as_data, drawn, sentences
     from reports.figures.field import draw_field
 
@@ -94,8 +94,8 @@ def characterisation_shown(
     file: Path | None, level: float | None, decimal: str | None, book: Path | None, complete: bool = False
 ) -> ShownStudy:
     """Show what a leg's gains are, from a sheet of trials and their logs."""
-    from labbook.actions.studies.characterisation import characterisation_of
     from labbook.actions.studies.sheet_source import sheet_source
+    from labbook.actions.studies.sheets import characterisation_of
     from labbook.presenting.studies.characterisation import HEAD, as_data, drawn, rows, sentences
     from reports.figures.characterisation import draw_characterisation
 

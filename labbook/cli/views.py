@@ -30,7 +30,7 @@ def today(
     from data_schema import journal
     from labbook.actions.runs.to_do import to_do, to_do_lines
     from labbook.analysis.outcomes.detection import Detections
-    from labbook.book.copies.last_backup import backup_line, last_backup
+    from labbook.book.copies.backing_up import backup_line, last_backup
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:
@@ -88,7 +88,7 @@ def channels(as_json: JsonOption = False) -> None:
     Example: labbook channels
     """
     from data_schema.vocabulary import CHANNELS
-    from labbook.config.channels import DATE, OWN, SHEET_COLUMNS, TIME
+    from labbook.config.profiles import DATE, OWN, SHEET_COLUMNS, TIME
 
     of_log = {
         **{name: (kind.unit, kind.meaning) for name, kind in CHANNELS.items()},

@@ -1,13 +1,38 @@
-"""Read `[analysis]`: what was decided about the analysis before the first run was measured."""
+"""`[analysis]` and `[hypotheses.NAME]`: what was decided and what is expected before the first run is measured.
+
+Each hypothesis is tested on measured and on simulated data.
+
+[hypotheses.foot_of_control]
+text = "CE costs the same whatever the foot"
+source = "thesis 3.3.1, prediction 1"
+published = "p > .5"
+claim = "same"
+side = "control"
+between = "foot"
+within_percent = 10
+"""
 
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 
-from data_schema.errors import InputRefused
+from data_schema.errors import InputRefused, unknown_name
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import ReasonCode
-from labbook.config.model import AnalysisSettings, Bounds, Detector, Family, UnitOfAnalysis
+from labbook.config.factors import unknown_factor
+from labbook.config.model import (
+    AnalysisSettings,
+    Bounds,
+    ClaimKind,
+    Detector,
+    FactorSettings,
+    Family,
+    HypothesisSettings,
+    Side,
+    UnitOfAnalysis,
+    number_label,
+)
 from labbook.config.tables import TableReader, as_number
 
 HOW_TO_DECIDE = (
@@ -104,3 +129,118 @@ def _exclusions(table: TableReader, default: tuple[ReasonCode, ...]) -> tuple[Re
         else:
             table.fault("exclusions", f"{given!r} is no reason: write of {', '.join(known)} those that are allowed.")
     return tuple(found)
+
+
+_EQUAL = ("between", "side", "within_percent")
+_KEYS: Mapping[ClaimKind, tuple[str, ...]] = {
+    ClaimKind.SAME: _EQUAL,
+    ClaimKind.NOT_LOWER: ("within_percent",),
+    ClaimKind.SAVES: (),
+    ClaimKind.LARGEST_SAVING: ("group",),
+    ClaimKind.SMALLEST_SAVING: ("group",),
+}
+"""The keys that a claim needs, beside `text` and `claim`."""
+
+
+def read_hypotheses(top: TableReader, factors: Mapping[str, FactorSettings]) -> tuple[HypothesisSettings, ...]:
+    """Read every `[hypotheses.NAME]`."""
+    return tuple(_hypothesis(name, table, factors) for name, table in top.tables("hypotheses"))
+
+
+def _hypothesis(name: str, table: TableReader, factors: Mapping[str, FactorSettings]) -> HypothesisSettings:
+    has_claim = table.value("claim") is not None
+    claim = table.word("claim", ClaimKind)
+    needed = _KEYS[claim] if has_claim else ()
+    between = _factor(table, factors) if "between" in needed else ""
+    found = HypothesisSettings(
+        name=name,
+        text=table.text("text"),
+        source=table.optional_text("source") or "",
+        published=table.optional_text("published") or "",
+        claim=claim,
+        outcome=_outcome(table, claim),
+        side=table.word("side", Side) if "side" in needed else Side.TREATED,
+        between=between,
+        levels=_levels(table, between, factors) if between else (),
+        group=_group(table.table("group", required=True), factors) if "group" in needed else {},
+        within_percent=_part(table) if "within_percent" in needed else 0.0,
+    )
+    for key in ("outcome", "group", *_EQUAL, "levels") if not has_claim else ():
+        table.value(key)  # known keys of some claim
+    table.finish()
+    if has_claim:
+        _check_possible(table, found, factors)
+    return found
+
+
+def _check_possible(table: TableReader, found: HypothesisSettings, factors: Mapping[str, FactorSettings]) -> None:
+    """Add a fault for what no runs of these factors could tell."""
+    swept = next((name for name, factor in factors.items() if factor.control is not None), None)
+    if swept is None:
+        return
+    if found.claim is ClaimKind.SAME and found.between == swept:
+        control = factors[swept].control
+        if found.side is Side.CONTROL:
+            table.fault("side", f"the control has one level of {swept}: compare another factor, or the treated side.")
+        elif control in found.levels:
+            table.fault("levels", f"{control} is the control, which is not on the treated side: leave it out.")
+    elif "group" in _KEYS[found.claim]:
+        others = [name for name in factors if name != swept]
+        if set(found.group) != set(others):
+            table.fault("group", f"a group has one level of each of {', '.join(others)}: name just these.")
+
+
+def _part(table: TableReader) -> float:
+    part = table.number("within_percent", above=0.0)
+    if part >= 100.0:
+        table.fault("within_percent", f"{part:g} bounds nothing: write percents below 100, such as 5.")
+    return part
+
+
+def _outcome(table: TableReader, claim: ClaimKind) -> Outcome:
+    key = "outcome"
+    saves = claim not in (ClaimKind.SAME, ClaimKind.NOT_LOWER)
+    outcomes = {outcome.key: outcome for outcome in Outcome if outcome.has_savings or not saves}
+    given = table.value(key)
+    return Outcome.JOULES if given is None else outcomes[table.known(key, given, outcomes, key)]
+
+
+def _factor(table: TableReader, factors: Mapping[str, FactorSettings]) -> str:
+    name = table.text("between")
+    if name and name not in factors:
+        table.fault("between", unknown_factor(name, factors))
+        return ""
+    return name
+
+
+def _levels(table: TableReader, factor: str, factors: Mapping[str, FactorSettings]) -> tuple[str, ...]:
+    given = [_label(level) for level in table.items("levels", f"levels of {factor}")]
+    _check_levels(table, "levels", factor, given, factors)
+    if len(set(given)) == 1:
+        table.fault("levels", f"{given[0]} alone is compared with nothing: name two or more, or leave levels out.")
+    return tuple(given)
+
+
+def _group(table: TableReader, factors: Mapping[str, FactorSettings]) -> dict[str, str]:
+    found = {}
+    for name in table.names():
+        if name not in factors:
+            table.fault(name, unknown_factor(name, factors))
+            continue
+        found[name] = _label(table.value(name))
+        _check_levels(table, name, name, [found[name]], factors)
+    return found
+
+
+def _label(given: object) -> str:
+    number = as_number(given)
+    return str(given) if number is None else number_label(number)
+
+
+def _check_levels(
+    table: TableReader, key: str, factor: str, labels: list[str], factors: Mapping[str, FactorSettings]
+) -> None:
+    known = [level.label for level in factors[factor].levels]
+    for label in labels:
+        if label not in known:
+            table.fault(key, str(unknown_name(f"level of {factor}", label, known)))

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from labbook.demo.campaign import BATTERIES, JUMPS_PER_RUN
-from labbook.demo.schedule import IDLE_MINUTES
+from labbook.demo.campaign import BATTERIES, IDLE_MINUTES, JUMPS_PER_RUN
 from labbook.demo.truth import CONTROL_GAIN, FOOT_RADIUS_M, Truth
 
 FACTORS = ("foot", "k_gain", "b_ad_gain")

@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.units import STANDARD_GRAVITY_M_S2
-from labbook.demo.hop import Hop
-from labbook.demo.truth import REST_LENGTH_M, Group
+from labbook.demo.truth import REST_LENGTH_M, Group, Hop
 
 FloatArray = NDArray[np.float64]
 

@@ -1,11 +1,11 @@
-"""What a statement acts on."""
+"""What a statement acts on: the open transaction, the store, and on replaying which reports need no computing."""
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Any, TypeAlias
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import sqlalchemy as sa
 
@@ -13,8 +13,11 @@ from data_schema.errors import UnknownName
 from data_schema.journal import Entry
 from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.study import person_uid
-from data_schema.vocabulary import RunKind
+from data_schema.vocabulary import Action, RunKind
 from ingest.store import Store
+
+if TYPE_CHECKING:
+    from labbook.presenting.report.content import MadeReport
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,3 +82,26 @@ def no_such_row(context: ApplyContext, entry: Entry) -> None:
 def derived_uid(*parts: object) -> str:
     """Name a row after what it was derived from, so that deriving it again gives the same name."""
     return hashlib.sha256("\n".join(str(part) for part in parts).encode()).hexdigest()[:16]
+
+
+@dataclass
+class ReportsReplayed:
+    """Which reports, made once more, would compute nothing: where the journal is replayed.
+
+    `settled` are the selections of those that computed nothing and renewed nothing when they were made, and after which
+    nothing was said but reports that did not either. Most reports of a book are made again of what the one before saw.
+    """
+
+    settled: set[str | None] = field(default_factory=set)
+
+    def before(self, entry: Entry) -> None:
+        """Take note that an entry is about to take effect."""
+        if entry.action is not Action.REPORT:
+            self.settled.clear()
+
+    def made(self, where: str | None, made: MadeReport) -> None:
+        """Take note of a report that was computed."""
+        if made.cache.computed or made.detections.computed or any(row.stale for row in made.cache.reused.values()):
+            self.settled.clear()
+        else:
+            self.settled.add(where)

@@ -17,8 +17,7 @@ from labbook.analysis.prediction.predicting import keep_predictions
 from labbook.analysis.results.result_cache import keep, versions_now
 from labbook.config.parsing import parse_configuration
 from labbook.presenting.report.content import MadeReport, make_report
-from labbook.statements.apply_context import ApplyContext
-from labbook.statements.reports_replayed import ReportsReplayed
+from labbook.statements.apply_context import ApplyContext, ReportsReplayed
 from stats.apexes.detectors import DETECTORS
 
 

@@ -19,13 +19,14 @@ from labbook.actions.stats.equivalence import EquivalenceRequest, equal
 from labbook.analysis.observations import Asked, Observation, Observations, observations_of_book
 from labbook.presenting.stats.figures import (
     as_drawn,
+    drawn_name,
     estimation_of,
     number_of,
     quantiles_of,
     residual_plot_of,
     residuals_of,
+    shortened,
 )
-from labbook.presenting.stats.names import drawn_name, shortened
 from reports.figures.estimation import Estimation, EstimationGroup, draw_estimation
 from reports.figures.estimation_parts import MOST_DRAWN
 from reports.figures.quantiles import draw_quantiles

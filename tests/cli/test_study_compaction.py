@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from benchmarks.validation_document import STUDIES, covered, outside
-from labbook.actions.studies.compaction import compaction_of
+from labbook.actions.studies.sheets import compaction_of
 from labbook.demo.studies.sheets import COMPACTED, FLASK_RADII_MM, GRAIN_MM, LOOSE, WALLS, flasks
 from labbook.presenting.studies.compaction import sentences
 from tests.cli.shell import good, labbook, refused

@@ -17,8 +17,7 @@ from benchmarks.validation_document import STUDIES, covered, outside
 from benchmarks.validation_emulator import from_charges
 from labbook.actions.studies.emulator import emulator_study_of
 from labbook.analysis.studies.emulator import Controller
-from labbook.demo.studies.emulator import emulator_campaign
-from labbook.demo.studies.emulator_files import make_emulator_book
+from labbook.demo.studies.emulator import emulator_campaign, make_emulator_book
 from labbook.presenting.studies.emulator import drawn, sentences
 from reports.figures.emulator import draw_emulator
 from simulator.steady.published_results import published_numbers

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.validation_document import STUDIES, covered, outside
-from labbook.actions.studies.field import field_study_of
+from labbook.actions.studies.sheets import field_study_of
 from labbook.analysis.studies.field import Walk, field_study
 from labbook.presenting.studies.field import drawn
 from simulator.steady.published_results import published_numbers

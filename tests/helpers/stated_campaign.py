@@ -18,9 +18,8 @@ from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
 from data_schema.units import STANDARD_GRAVITY_M_S2
-from labbook.demo.hop import Hop, HopMotion
-from labbook.demo.plate import RATE_HZ, PlateRecord, record_of
-from labbook.demo.truth import CONTROL_GAIN, REST_LENGTH_M, Scatter, Truth
+from labbook.demo.studies.force_plate import RATE_HZ, PlateRecord, record_of
+from labbook.demo.truth import CONTROL_GAIN, REST_LENGTH_M, Hop, HopMotion, Scatter, Truth
 
 FloatArray = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ import pytest
 
 from data_schema.vocabulary import CHANNELS
 from ingest.model import Limits
-from labbook.config.channels import SHEET_COLUMNS
+from labbook.config.profiles import SHEET_COLUMNS
 from tests.cli.shell import LABBOOK, environment, good, labbook, rows
 from tests.helpers.books import instrument_files, small_book, small_toml
 from tests.helpers.wording import says

@@ -24,7 +24,7 @@ from ingest.tables.table import CellKind
 from labbook.actions.files.against_book import refused_by_book, refused_without_columns
 from labbook.actions.files.ingesting import readable, stated_run
 from labbook.book.opening import Book
-from labbook.config.channels import OWN, SHEET_COLUMNS
+from labbook.config.profiles import OWN, SHEET_COLUMNS
 from labbook.statements.importing import declarations
 
 

@@ -31,9 +31,8 @@ from labbook.book.write_session import Statement, WriteSession, now_utc
 from labbook.config.model import AnalysisSettings, UnitOfAnalysis
 from labbook.config.parsing import Configuration
 from labbook.plan.drawing import Plan, PlannedRun, draw_plan
+from labbook.plan.sheet import format_run_sheet_for_print, write_run_sheet
 from labbook.plan.sheet import run_names as names_of
-from labbook.plan.sheet import write_run_sheet
-from labbook.plan.sheet_print import format_run_sheet_for_print
 from stats.planning.power import Power
 from stats.planning.power_by_day import power_by_day
 

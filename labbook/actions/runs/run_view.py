@@ -17,8 +17,7 @@ from data_schema.queries.signals import GapRow, SignalRow, gaps_of, signals_of_r
 from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections
 from labbook.analysis.outcomes.run_apexes import jumps_found_in_run
-from labbook.book.changes import changes_in_words
-from labbook.book.naming import run_named
+from labbook.book.naming import changes_in_words, run_named
 from labbook.config.parsing import Configuration
 
 WIDTH = 100

@@ -15,8 +15,7 @@ from data_schema.rounding import alpha_beside
 from labbook.actions.stats.data import DataSource, observe
 from labbook.analysis.observations import Observations
 from labbook.presenting.stats.fields import field_lines, field_lines_of_each, reasons_of, table_of
-from labbook.presenting.stats.figures import as_drawn, quantiles_of, residual_plot_of, residuals_of
-from labbook.presenting.stats.names import as_shown_to_people
+from labbook.presenting.stats.figures import as_drawn, as_shown_to_people, quantiles_of, residual_plot_of, residuals_of
 from reports.figures.estimation import Estimation
 from reports.figures.kind import check_form
 from stats.checks import as_level

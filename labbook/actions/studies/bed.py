@@ -11,9 +11,9 @@ from data_schema.queries.readings import readings_in_force
 from data_schema.queries.selecting import refuse_empty_selection
 from data_schema.rounding import level_text
 from data_schema.vocabulary import FactorKind, StudyKind
-from labbook.actions.studies.compaction import compaction_of
 from labbook.actions.studies.of_book import SHEETS, OfBook, book_sources, damping_factor, first_given
 from labbook.actions.studies.sheet_source import sheet_source
+from labbook.actions.studies.sheets import compaction_of
 from labbook.analysis.studies.compaction import Compaction
 from labbook.book.opening import opened
 from labbook.book.write_session import now_utc

@@ -21,7 +21,7 @@ from data_schema.queries.signals import samples_of_files
 from data_schema.vocabulary import Action, ReasonCode, RunState, Verdict
 from labbook.analysis.outcomes.run_apexes import UNKNOWN_FLIGHT_S
 from labbook.analysis.preregistration.book_state import Change, read_history
-from labbook.book.changes import changes_in_words
+from labbook.book.naming import changes_in_words
 
 Thing = tuple[str, str]
 """What a result can rest on: its kind and uid."""

@@ -20,7 +20,7 @@ from data_schema.queries.results import (
 )
 from data_schema.queries.sources import Source, describe_input
 from labbook.analysis.results.result_cache import agree, versions_now
-from labbook.book.changes import changes_in_words
+from labbook.book.naming import changes_in_words
 
 
 @dataclass(frozen=True, slots=True)

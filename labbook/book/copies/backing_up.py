@@ -4,7 +4,8 @@ The database and the samples follow from these (`labbook restore`), so a book on
 journal is taken first, as it stands at one moment while others may write; raw copies are there before their entries, so
 all that it speaks of are found. In the backup the journal is put last: whenever a backup is cut off, the folder holds
 the journal of the one before with all raw copies that this speaks of. A labbook.toml that is newer than the journal is
-what a book has between an edit and the next command.
+what a book has between an edit and the next command. When the last backup was made, and where, stands in a small file
+beside the book's journal, for a backup states nothing.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from data_schema import journal
-from data_schema.disk import alone_with, write_json, write_whole
+from data_schema.disk import alone_with, read_json, write_json, write_whole
 from data_schema.engine import reading
 from data_schema.errors import BookDamaged, LabbookError, UsageError
 from data_schema.journal import Entry
@@ -30,7 +31,6 @@ from labbook.book.copies.copying import (
     readable_entries,
     refuse_cut_journal,
 )
-from labbook.book.copies.last_backup import LAST_BACKUP, LastBackup
 from labbook.book.opening import (
     CONFIGURATION,
     JOURNAL,
@@ -42,6 +42,37 @@ from labbook.book.opening import (
 )
 from labbook.book.write_session import now_utc
 from labbook.config.parsing import Configuration
+
+LAST_BACKUP = "last-backup.json"
+"""The name of that file."""
+
+
+@dataclass(frozen=True, slots=True)
+class LastBackup:
+    """When the last backup was complete, where it lies, and how many entries of the journal it holds."""
+
+    at_utc: str
+    where: str
+    entries: int
+
+
+def last_backup(store: Store) -> LastBackup | None:
+    """Return when the last backup was made, and where; None where none is known of."""
+    said = read_json(store.root / LAST_BACKUP)
+    try:
+        return LastBackup(str(said["at_utc"]), str(said["where"]), int(said["entries"]))
+    except (KeyError, TypeError, ValueError):
+        return None
+
+
+def backup_line(last: LastBackup | None, entries: int) -> str:
+    """Say in a line when the last backup was made, and what a book of so many entries has gained since."""
+    if last is None:
+        return "no backup yet: `labbook backup DEST` makes one."
+    since = entries - last.entries
+    gained = "nothing was stated since" if since <= 0 else f"{since} {'entry' if since == 1 else 'entries'} since"
+    return f"last backup: {last.at_utc} in {last.where}; {gained}."
+
 
 MARKER = "backup.json"
 """In a backup: of which book it is, by the hash of its first entry, and its last entry by number and hash."""

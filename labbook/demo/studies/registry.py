@@ -20,8 +20,7 @@ def _plate(folder: Path, seed: int, step: Step, say: Step) -> Path:
 
 
 def _emulator(folder: Path, seed: int, step: Step, say: Step) -> Path:
-    from labbook.demo.studies.emulator import emulator_campaign
-    from labbook.demo.studies.emulator_files import make_emulator_book
+    from labbook.demo.studies.emulator import emulator_campaign, make_emulator_book
 
     return make_emulator_book(folder, emulator_campaign(seed), step, say)
 

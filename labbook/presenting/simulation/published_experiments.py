@@ -12,6 +12,8 @@ from dataclasses import asdict, dataclass
 from typing import Any, Generic, TypeVar
 
 from labbook.presenting.simulation.published_results import (
+    claims_rows,
+    claims_table,
     contradiction_items,
     contradictions_data,
     results_data,
@@ -20,7 +22,6 @@ from labbook.presenting.simulation.published_results import (
     verdict_counts,
 )
 from labbook.presenting.simulation.simulated import assumed_texts
-from labbook.presenting.simulation.thesis_claims import claims_rows, claims_table
 from labbook.presenting.simulation.work_precision import plain_number
 from reports.display import decimal_text
 from reports.tables.formats.as_markdown import markdown_text

@@ -35,10 +35,10 @@ from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.correcting import correct
 from labbook.actions.runs.jump_review import decide
 from labbook.actions.runs.runs_importing import import_runs
+from labbook.actions.upkeep.health import WITHOUT_LOGS, needless_entries
 from labbook.book.opening import opened
 from labbook.book.rebuilding import rebuild_database
 from labbook.book.replaying import replayed
-from labbook.book.suspected import WITHOUT_LOGS, needless_entries
 from labbook.book.write_session import WriteSession
 from tests.helpers.books import ADA, instrument_files, small_book
 from tests.helpers.databases import all_rows_by_name

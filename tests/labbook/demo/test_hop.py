@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from labbook.demo.hop import Hop, simulated_hop
-from labbook.demo.truth import CHAPTER_5, REST_LENGTH_M, Condition, simulated_jump
+from labbook.demo.truth import CHAPTER_5, REST_LENGTH_M, Condition, Hop, simulated_hop, simulated_jump
 
 
 @st.composite

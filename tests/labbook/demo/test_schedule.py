@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from data_schema.errors import UsageError
 from data_schema.vocabulary import RunKind
-from labbook.demo.schedule import IDLE_MINUTES, Day, draw_calendar
+from labbook.demo.campaign import IDLE_MINUTES, Day, draw_calendar
 from labbook.demo.truth import CHAPTER_5, Condition
 from tests.helpers.wording import refuses
 

@@ -7,8 +7,7 @@ from html.parser import HTMLParser
 
 from data_schema.vocabulary import PlanMethod
 from labbook.plan.drawing import PlanFactor, draw_plan
-from labbook.plan.sheet import run_names
-from labbook.plan.sheet_print import BLANKS, format_run_sheet_for_print
+from labbook.plan.sheet import BLANKS, format_run_sheet_for_print, run_names
 from tests.helpers.wording import says
 
 FACTORS = (PlanFactor("foot", ("<small>", "large & wide")), PlanFactor("b_ad_gain", ("0", "50"), control="0"))

@@ -10,9 +10,8 @@ import pytest
 from data_schema.errors import BookDamaged, UsageError
 from data_schema.journal_file import JournalFile
 from ingest.store import Store, raw_path
-from labbook.book.copies.backing_up import Backup, back_up
+from labbook.book.copies.backing_up import Backup, back_up, backup_line, last_backup
 from labbook.book.copies.copying import raw_of
-from labbook.book.copies.last_backup import backup_line, last_backup
 from labbook.terminal import progress
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.commands import KILLED, Commands

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
+from labbook.presenting.simulation.pictures import trajectory_of
 from labbook.presenting.simulation.simulated import OUTCOMES
-from labbook.presenting.simulation.trajectory import trajectory_of
 from simulator.changes import changed_by_words
 from simulator.jump import simulate
 from simulator.scene_file import load_scene

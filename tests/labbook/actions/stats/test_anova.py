@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from labbook.presenting.stats.many import MOST_IN_WORDS, against_control_text, all_pairs_text
+from labbook.actions.stats.anova import MOST_IN_WORDS, against_control_text, all_pairs_text
 from stats.groups.dunnett import dunnett
 from stats.groups.tukey import compare_all_pairs
 from tests.helpers.wording import says

@@ -9,8 +9,8 @@ import json
 import numpy as np
 import pytest
 
-from labbook.presenting.simulation.thesis_claims import claims_data, claims_markdown, claims_rows, claims_table
-from labbook.presenting.simulation.thesis_figures import THESIS_FIGURES
+from labbook.actions.simulate.thesis_figures import THESIS_FIGURES
+from labbook.presenting.simulation.published_results import claims_data, claims_markdown, claims_rows, claims_table
 from reports.tables.formats.as_csv import csv_bytes
 from simulator.thesis.claims import Claim, Finding, judged
 from tests.helpers.thesis import thesis_figures
