@@ -29,8 +29,15 @@ if TYPE_CHECKING:
     from stats.lines.regression import fit_linear, fit_polynomial
     from stats.lines.stiffness import fit_gain_line, fit_stiffness, force_points
     from stats.packing import fraction_from_height, fraction_from_mass, fraction_from_water, unbounded_fraction
-    from stats.planning.power import power_anova, power_equivalence, power_t, power_welch, sample_size
-    from stats.planning.power_by_day import power_by_day, power_equivalence_by_day
+    from stats.planning.power import (
+        power_anova,
+        power_by_day,
+        power_equivalence,
+        power_equivalence_by_day,
+        power_t,
+        power_welch,
+        sample_size,
+    )
     from stats.planning.power_percent import power_percent_equivalence
 
 __all__ = [
@@ -121,8 +128,8 @@ _MODULE_OF = {
     "power_equivalence": "planning.power",
     "power_t": "planning.power",
     "power_welch": "planning.power",
-    "power_by_day": "planning.power_by_day",
-    "power_equivalence_by_day": "planning.power_by_day",
+    "power_by_day": "planning.power",
+    "power_equivalence_by_day": "planning.power",
     "power_percent_equivalence": "planning.power_percent",
     "sample_size": "planning.power",
 }

@@ -33,8 +33,7 @@ from data_schema.reasons import Reason
 from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import as_count, as_number
-from stats.exact.numbers import Interval, finite_pair
-from stats.exact.roots import root_between
+from stats.exact.numbers import Interval, finite_pair, root_between
 from stats.exact.tails import f_tails, t_tails
 from stats.results import Result
 

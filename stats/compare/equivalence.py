@@ -23,8 +23,7 @@ from data_schema.rounding import error_of, interval_text, level_text, number_tex
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_pair
 from stats.compare.summary import AS_A_AND_B, Groups, Names, read_groups, two_names
-from stats.exact.numbers import QUANTILE_BEYOND_DOUBLES, Number, exact_root, finite, finite_pair, shortened
-from stats.exact.roots import root_between
+from stats.exact.numbers import QUANTILE_BEYOND_DOUBLES, exact_root, finite, finite_pair, root_between, shortened
 from stats.exact.tails import complement_level, exact_df, t_quantile, t_upper
 from stats.results import Result, missing_text, with_unit
 
@@ -89,7 +88,7 @@ class Contrast:
         tail = t_upper(t if above else -t, df)
         return OneSided(finite(t, "t"), df, tail.p, tail.log10_p)
 
-    def interval(self, level: Number) -> Ends | Undefined:
+    def interval(self, level: float | Fraction) -> Ends | Undefined:
         """Return all bounds that the two-sided test of level 1 - `level` does not reject."""
         if self.relative:
             if self.error(shortened(self.estimate)) is None:
@@ -107,7 +106,7 @@ class Contrast:
             return Undefined(Reason.CONTROL_NEAR_ZERO)
         return low, high
 
-    def _end(self, side: int, level: Number) -> Fraction | None:
+    def _end(self, side: int, level: float | Fraction) -> Fraction | None:
         """Return where |t| reaches its quantile, on one side of the estimate."""
         estimate = shortened(self.estimate)
         error = self.error(estimate)

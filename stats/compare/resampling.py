@@ -263,14 +263,14 @@ def permutation_test(
     """
     resamples, seed = as_count("resamples", resamples, 1), as_count("seed", seed)
     days = two_by_day(a, b, day_a, day_b, missing)
-    strata = days.strata
-    if not strata:
+    shared = days.shared_days
+    if not shared:
         none = days.nothing_shared()
         unused = days.missing, days.unused_a, days.unused_b
         return Permutation(days.n_a, days.n_b, days.n_days, none, none, none, none, False, 0, none, *unused)
-    arrangements = math.prod(math.comb(each.a.size + each.b.size, each.a.size) for each in strata)
-    scores, tolerance = on_tied_scale([np.concatenate([each.a, each.b]) for each in strata])
-    sizes = [each.a.size for each in strata]
+    arrangements = math.prod(math.comb(each.a.size + each.b.size, each.a.size) for each in shared)
+    scores, tolerance = on_tied_scale([np.concatenate([each.a, each.b]) for each in shared])
+    sizes = [each.a.size for each in shared]
     observed = sum(score[:size].sum() for score, size in zip(scores, sizes, strict=True))
     exact = arrangements <= exact_limit
     draws = _all_sums(scores, sizes) if exact else _drawn_sums(scores, sizes, resamples, seed)
@@ -340,7 +340,7 @@ def bootstrap_difference(
         unused = days.missing, days.unused_a, days.unused_b
         return Bootstrap(days.n_a, days.n_b, days.n_days, difference, *none, level, resamples, seed, *unused)
 
-    if not days.strata:
+    if not days.shared_days:
         none = days.nothing_shared()
         return undefined(none, none)
     cells, exponent = days.centred_cells()

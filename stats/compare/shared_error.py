@@ -135,6 +135,16 @@ def shared_of_mean(errors: Sequence[SharedError]) -> SharedError:
     return SharedError({term: math.fsum(values) / len(errors) for term, values in terms.items()}, df)
 
 
+def weighed(errors: Sequence[SharedError], weights: Sequence[float]) -> SharedError:
+    """Return the error of a weighted sum; the weights sum to 1."""
+    n = len(errors)
+    terms: dict[tuple[str, str], list[float]] = {}
+    for error, weight in zip(errors, weights, strict=True):
+        for term, value in error.terms.items():
+            terms.setdefault(term, []).append(weight * n * value)
+    return SharedError({term: math.fsum(values) / n for term, values in terms.items()}, degrees_of_fits(errors))
+
+
 ENOUGH_DEGREES = 4.0
 """Degrees of freedom of a fit (six idle runs) from which Welch and Satterthwaite's approximation holds."""
 
@@ -189,6 +199,20 @@ def joined(se: float, df: float, shared: SharedError, level: float) -> tuple[Joi
     error = SharedError({term: math.ldexp(value, -exponent) for term, value in shared.terms.items()}, shared.df)
     both = joint([(of_scatter * of_scatter, df)], error, level)
     return both, both.quantile * math.sqrt(of_scatter * of_scatter + both.more * error.se**2), exponent
+
+
+def joined_variance(one: SharedError, other: SharedError, level: float, df: float) -> float:
+    """Return the covariance that two values take from errors in common, as it counts beside a quantile of `df`.
+
+    A fit of fewer than four degrees of freedom keeps the quantile of its own: its part counts by the square of the
+    ratio of the quantiles.
+    """
+    quantile = t_quantile(level, df)
+    total = 0.0
+    for (fit, term), value in one.terms.items():
+        more = (t_quantile(level, one.df[fit]) / quantile) ** 2 if one.df[fit] < ENOUGH_DEGREES else 1.0
+        total += more * value * other.terms.get((fit, term), 0.0)
+    return total
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,7 +26,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -37,10 +37,73 @@ from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.checks import Labels, as_level, as_number
-from stats.compare.shared_error import ENOUGH_DEGREES, SharedError
-from stats.days.decision_result import Bounded, Estimate, bounded, no_estimate, not_bounded
-from stats.days.runs_by_day import Block, Runs, RunsByDay, SharedDay, blocks_of_runs, joined, weighed, weights_of
-from stats.exact.tails import t_quantile, t_two_sided
+from stats.compare.shared_error import SharedError, joined_variance, weighed
+from stats.days.two_by_day import Counts, Runs, RunsByDay, SharedDay, blocks_of_runs, joined, mean_of_runs, weights_of
+from stats.exact.tails import t_quantile, t_two_sided, t_upper
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """An estimate with its interval and the test that it is 0, in the unit of the values or in percent."""
+
+    value: float | Undefined
+    se: float | Undefined
+    """Without errors in common."""
+    shared_se: float | Undefined
+    """What it takes from errors in common with others."""
+    ci: tuple[float, float] | Undefined
+    level: float
+    t: float | Undefined
+    df: float | Undefined
+    p: float | Undefined
+    """Two-sided."""
+    log10_p: float | Undefined
+
+
+@dataclass(frozen=True, slots=True)
+class Bounded:
+    """Two one-sided tests that an estimate lies above `low` and below `high`, and its interval of level 1 - 2 alpha."""
+
+    value: float | Undefined
+    low: float
+    high: float
+    ci: tuple[float, float] | Undefined
+    alpha: float
+    t_low: float | Undefined
+    p_low: float | Undefined
+    t_high: float | Undefined
+    p_high: float | Undefined
+    df: float | Undefined
+    p: float | Undefined
+    """The larger of both."""
+    equivalent: bool | Undefined
+    """Whether p is at most alpha; the interval lies within the bounds just then."""
+
+
+def bounded(
+    value: float | Undefined,
+    bounds: tuple[float, float],
+    ci: tuple[float, float] | Undefined,
+    alpha: float,
+    t: tuple[float, float],
+    df: float,
+) -> Bounded:
+    """Return two one-sided tests from their t at the lower and the upper bound."""
+    p_low, p_high = t_upper(t[0], df).p, t_upper(-t[1], df).p
+    p = max(p_low, p_high)
+    equivalent = p <= alpha and not isinstance(ci, Undefined)
+    return Bounded(value, *bounds, ci, alpha, t[0], p_low, t[1], p_high, df, p, equivalent)
+
+
+def no_estimate(why: Undefined, level: float, value: float | Undefined) -> Estimate:
+    """Return an estimate without interval and test."""
+    return Estimate(value, why, why, why, level, why, why, why, why)
+
+
+def not_bounded(why: Undefined, bounds: tuple[float, float], alpha: float, value: float | Undefined) -> Bounded:
+    """Return what there is where nothing is tested against bounds."""
+    return Bounded(value, *bounds, why, alpha, why, why, why, why, why, why, why)
+
 
 LEAST_DAYS = 4
 """Shared days from which the day is the unit."""
@@ -55,16 +118,6 @@ class Rule(StrEnum):
     PAIRED = "paired on day means"
     WITHIN = "within days"
     NONE = "no claim"
-
-
-@dataclass(frozen=True, slots=True)
-class Counts:
-    """Runs on shared days, and runs on other days, which enter nothing."""
-
-    control: int
-    treated: int
-    other_control: int
-    other_treated: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -260,20 +313,6 @@ class _Error:
     error: float
 
 
-def joined_variance(one: SharedError, other: SharedError, level: float, df: float) -> float:
-    """Return the covariance that two values take from errors in common, as it counts beside a quantile of `df`.
-
-    A fit of fewer than four degrees of freedom keeps the quantile of its own: its part counts by the square of the
-    ratio of the quantiles.
-    """
-    quantile = t_quantile(level, df)
-    total = 0.0
-    for (fit, term), value in one.terms.items():
-        more = (t_quantile(level, one.df[fit]) / quantile) ** 2 if one.df[fit] < ENOUGH_DEGREES else 1.0
-        total += more * value * other.terms.get((fit, term), 0.0)
-    return total
-
-
 def _negative(ci: tuple[float, float] | Undefined) -> tuple[float, float] | Undefined:
     return ci if isinstance(ci, Undefined) else (-ci[1], -ci[0])
 
@@ -308,19 +347,8 @@ def contrast_by_day(
 
 
 def _contrast(runs: RunsByDay) -> Contrast:
-    of_control, of_treated = runs.control, runs.treated
-    both = of_control.keys() & of_treated.keys()
-    shared_days = tuple(SharedDay(block[0], of_control[block], of_treated[block]) for block in sorted(both))
-    df_control, df_treated = (
-        sum(one.n - 1 for one in side)
-        for side in ([day.control for day in shared_days], [day.treated for day in shared_days])
-    )
-    counts = Counts(
-        sum(day.control.n for day in shared_days),
-        sum(day.treated.n for day in shared_days),
-        sum(one.n for block, one in of_control.items() if block not in both),
-        sum(one.n for block, one in of_treated.items() if block not in both),
-    )
+    shared_days, counts = runs.shared_days(), runs.counts()
+    df_control, df_treated = (total - len(shared_days) for total in (counts.control, counts.treated))
     by_day: dict[str, list[SharedDay]] = {}
     for each in shared_days:
         by_day.setdefault(each.day, []).append(each)
@@ -328,14 +356,14 @@ def _contrast(runs: RunsByDay) -> Contrast:
         return _paired(tuple(map(joined, by_day.values())), counts, runs)
     if shared_days and min(df_control, df_treated) >= 1:
         return _within(shared_days, (df_control, df_treated), counts, runs)
-    if not of_control or not of_treated:
-        why = Undefined(Reason.GROUP_EMPTY, group=CONTROL if not of_control else TREATED)
+    if not runs.control or not runs.treated:
+        why = Undefined(Reason.GROUP_EMPTY, group=TREATED if runs.control else CONTROL)
     elif not shared_days:
         why = Undefined(Reason.NO_DAY_HOLDS_BOTH, a=CONTROL, b=TREATED)
     else:
         of = CONTROL if df_control < 1 else TREATED
         why = Undefined(Reason.NO_DAY_WITH_TWO, n=len(by_day), of=of)
-    control_mean, treated_mean = _mean_of_runs(of_control, CONTROL), _mean_of_runs(of_treated, TREATED)
+    control_mean, treated_mean = mean_of_runs(runs.control, CONTROL), mean_of_runs(runs.treated, TREATED)
     none = SharedError()
     return Contrast(Rule.NONE, why, shared_days, control_mean, treated_mean, 0.0, 0.0, 0.0, 0, none, none, counts, runs)
 
@@ -369,10 +397,3 @@ def _within(days: tuple[SharedDay, ...], dfs: tuple[int, int], counts: Counts, r
     return Contrast(
         Rule.WITHIN, None, days, control, treated, v_cc, 0.0, v_tt, min(dfs), of_control, of_treated, counts, runs
     )
-
-
-def _mean_of_runs(blocks: Mapping[Block, Runs], name: str) -> float | Undefined:
-    n = sum(runs.n for runs in blocks.values())
-    if not n:
-        return Undefined(Reason.GROUP_EMPTY, group=name)
-    return math.fsum(runs.n * runs.mean for runs in blocks.values()) / n

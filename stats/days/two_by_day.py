@@ -1,13 +1,14 @@
-"""Two groups whose values belong to days: what comparisons within days are made of.
+"""Two groups whose runs or values belong to days: what comparisons within days are made of.
 
 The difference of means within days is weighted as least squares with day effects weights it, n_a n_b / (n_a + n_b) for
-each day; without days it is the difference of means.
+each day; without days it is the difference of means. Runs may be pooled over levels of another factor (strata) within a
+day, and carry errors in common with others.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -18,6 +19,7 @@ from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.checks import Labels, Missing, Sample, as_labels, as_sample, complete_rows
+from stats.compare.shared_error import SharedError, shared_of_mean, weighed
 from stats.exact.numbers import common_shift, exact_sum, finite, greatest, out_of_range, times_power
 from stats.results import counted
 
@@ -25,7 +27,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Stratum:
+class ValuesOfDay:
     """The values of both groups on one day, each in ascending order."""
 
     a: Floats
@@ -52,7 +54,7 @@ class Cell:
 class TwoByDay:
     """Both groups by day, and what was given."""
 
-    strata: tuple[Stratum, ...]
+    shared_days: tuple[ValuesOfDay, ...]
     """Days that hold both groups, in an order that their labels do not decide; in units of 2**exponent."""
     exponent: int
     """0 but where differences of the values could overflow or lose bits."""
@@ -67,12 +69,12 @@ class TwoByDay:
     @property
     def unused_a(self) -> int:
         """Number of values of group a on days that hold no value of group b: they enter nothing."""
-        return self.n_a - sum(each.a.size for each in self.strata)
+        return self.n_a - sum(each.a.size for each in self.shared_days)
 
     @property
     def unused_b(self) -> int:
         """Number of values of group b on days that hold no value of group a: they enter nothing."""
-        return self.n_b - sum(each.b.size for each in self.strata)
+        return self.n_b - sum(each.b.size for each in self.shared_days)
 
     @property
     def difference(self) -> float | Undefined:
@@ -85,9 +87,9 @@ class TwoByDay:
 
     def centred_cells(self) -> tuple[list[Cell], int]:
         """Return the values about the means of their day and group, and the power of two they are multiples of."""
-        total = math.fsum(each.weight for each in self.strata)
+        total = math.fsum(each.weight for each in self.shared_days)
         cells = []
-        for each in self.strata:
+        for each in self.shared_days:
             for name, values, sign in (("a", each.a, 1.0), ("b", each.b, -1.0)):
                 shifted = values - values[0]
                 exponent = math.frexp(greatest(shifted))[1]
@@ -131,11 +133,11 @@ def two_by_day(
     difference = _difference(*(_exact_means(sample, words) for sample, words in zip(samples, days, strict=True)))
     first, second = _as_doubles(*samples)
     of_a, of_b = (_by_day(values, words) for values, words in zip((first, second), days, strict=True))
-    strata = [Stratum(of_a[day], of_b[day]) for day in of_a.keys() & of_b.keys()]
+    strata = [ValuesOfDay(of_a[day], of_b[day]) for day in of_a.keys() & of_b.keys()]
     strata.sort(key=lambda each: (each.a.tolist(), each.b.tolist()))
     n_days: int | Undefined = Undefined(Reason.NO_DAYS_GIVEN) if day_a is None else len(strata)
     exponent = out_of_range(np.concatenate([first, second]))
-    in_range = tuple(Stratum(np.ldexp(each.a, -exponent), np.ldexp(each.b, -exponent)) for each in strata)
+    in_range = tuple(ValuesOfDay(np.ldexp(each.a, -exponent), np.ldexp(each.b, -exponent)) for each in strata)
     return TwoByDay(in_range, exponent, difference, first.size, second.size, n_days, left_out)
 
 
@@ -177,3 +179,129 @@ def _as_doubles(a: Sample, b: Sample) -> tuple[Floats, Floats]:
 def _exact(sample: Sample) -> list[Fraction]:
     rest = np.zeros(sample.values.size) if sample.rest is None else sample.rest
     return [Fraction(high) + Fraction(low) for high, low in zip(sample.values.tolist(), rest.tolist(), strict=True)]
+
+
+Block = tuple[str, str]
+"""A day and a stratum."""
+
+
+@dataclass(frozen=True, slots=True)
+class Runs:
+    """The runs of one condition on one day: their number and mean, the squares about it, their error in common."""
+
+    n: int
+    mean: float
+    squares: float
+    shared: SharedError
+
+
+@dataclass(frozen=True, slots=True)
+class Counts:
+    """Runs on shared days, and runs on other days, which enter nothing."""
+
+    control: int
+    treated: int
+    other_control: int
+    other_treated: int
+
+
+@dataclass(frozen=True, slots=True)
+class RunsByDay:
+    """The runs of a control and of a treatment, by day and stratum."""
+
+    control: Mapping[Block, Runs]
+    treated: Mapping[Block, Runs]
+
+    def without(self, day: str) -> RunsByDay:
+        """Return the runs of the other days."""
+        control, treated = (
+            {block: runs for block, runs in side.items() if block[0] != day} for side in (self.control, self.treated)
+        )
+        return RunsByDay(control, treated)
+
+    def shared_days(self) -> tuple[SharedDay, ...]:
+        """Return the days, stratum by stratum, that hold runs of both."""
+        both = sorted(self.control.keys() & self.treated.keys())
+        return tuple(SharedDay(block[0], self.control[block], self.treated[block]) for block in both)
+
+    def counts(self) -> Counts:
+        """Count the runs."""
+        control, treated = (sum(runs.n for runs in side.values()) for side in (self.control, self.treated))
+        shared = self.shared_days()
+        on_shared = sum(day.control.n for day in shared), sum(day.treated.n for day in shared)
+        return Counts(*on_shared, control - on_shared[0], treated - on_shared[1])
+
+
+@dataclass(frozen=True, slots=True)
+class SharedDay:
+    """A day with runs of both conditions; within days, of one stratum."""
+
+    day: str
+    control: Runs
+    treated: Runs
+
+    @property
+    def weight(self) -> float:
+        """The inverse variance of the contrast, in units of that of a run."""
+        return self.control.n * self.treated.n / (self.control.n + self.treated.n)
+
+
+def joined(strata: Sequence[SharedDay]) -> SharedDay:
+    """Return the strata of a day as one day."""
+    if len(strata) == 1:
+        return strata[0]
+    weights = weights_of(strata)
+
+    def side(runs: Sequence[Runs]) -> Runs:
+        mean = math.fsum(weight * one.mean for weight, one in zip(weights, runs, strict=True))
+        squares, shared = math.fsum(one.squares for one in runs), weighed([one.shared for one in runs], weights)
+        return Runs(sum(one.n for one in runs), mean, squares, shared)
+
+    return SharedDay(strata[0].day, side([each.control for each in strata]), side([each.treated for each in strata]))
+
+
+def mean_of_runs(blocks: Mapping[Block, Runs], name: str) -> float | Undefined:
+    """Return the mean of all runs, whatever their day."""
+    n = sum(runs.n for runs in blocks.values())
+    if not n:
+        return Undefined(Reason.GROUP_EMPTY, group=name)
+    return math.fsum(runs.n * runs.mean for runs in blocks.values()) / n
+
+
+def weights_of(days: Sequence[SharedDay]) -> list[float]:
+    """Return n m / (n + m) of days or strata, in shares of 1."""
+    total = math.fsum(day.weight for day in days)
+    return [day.weight / total for day in days]
+
+
+def blocks_of_runs(
+    name: str,
+    values: ArrayLike,
+    labels: Labels | None,
+    strata: Labels | None,
+    errors: Sequence[SharedError] | None,
+) -> dict[Block, Runs]:
+    """Gather values by the labels of their day and stratum; raises `InputRefused` as `contrast_by_day` says."""
+    found = as_sample(name, values).values
+    n = int(found.size)
+    days, levels = (
+        [""] * n if given is None else [str(each) for each in as_labels(f"{what}_{name}", given, "refuse")]
+        for what, given in (("days", labels), ("strata", strata))
+    )
+    own = [SharedError()] * n if errors is None else list(errors)
+    for what, given in (("label of day", days), ("label of stratum", levels), ("shared error", own)):
+        if len(given) != n:
+            raise InputRefused(
+                f"{name} has {counted(n, 'value')} and {counted(len(given), what)}: give one for each value."
+            )
+    blocks: dict[Block, list[int]] = {}
+    for at, block in enumerate(zip(days, levels, strict=True)):
+        blocks.setdefault(block, []).append(at)
+    return {block: _runs(found[places].tolist(), [own[at] for at in places]) for block, places in blocks.items()}
+
+
+def _runs(values: Sequence[float], errors: Sequence[SharedError]) -> Runs:
+    mean = math.fsum(values) / len(values)
+    # The mean of equal values, rounded, may be another number; they do not scatter about it.
+    squares = 0.0 if min(values) == max(values) else math.fsum((value - mean) ** 2 for value in values)
+    return Runs(len(values), mean, squares, shared_of_mean(errors))

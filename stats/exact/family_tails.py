@@ -30,8 +30,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from stats.exact.numbers import Number
-from stats.exact.roots import next_share
+from stats.exact.numbers import Number, next_share
 
 Floats = NDArray[np.float64]
 

@@ -28,8 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from stats.exact.numbers import Floats, Number
-from stats.exact.roots import root_between
+from stats.exact.numbers import Floats, Number, root_between
 
 _LEAST = 1e-290
 """Below it scipy's functions lose digits."""

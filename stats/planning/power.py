@@ -1,4 +1,4 @@
-"""How likely an experiment finds what is there: t-tests, ANOVA, equivalence.
+"""How likely an experiment finds what is there: t-tests, ANOVA, equivalence, and the tests by shared days.
 
 Nothing is approximated by the normal distribution: Student's t, F and both one-sided tests through their noncentral
 distributions, Welch's t by integration over the ratio of the two estimated variances, on which its degrees of freedom
@@ -6,9 +6,11 @@ depend, and so for both one-sided tests by Welch. Powers are right to 1e-10 of t
 1e-12). Differences and standard deviations have the unit of the values. Values are independent: where days are compared
 within, `sd` is the scatter within days; where conditions have days of their own, count days, not values.
 
-Chances that t-tests of known critical values reject are those of two one-sided ones (Owen's Q), and of either side of
-one. With U = sqrt(chi^2_nu / nu), a standard error estimated with nu degrees of freedom in units of the true one, they
-are means of normal probabilities over U. Each is right to 1e-10 of itself, down to 1e-290.
+By shared days (`stats.days.decision`), runs are normal with one standard deviation about their day's mean; what days
+add cancels within a day. Paired on day means, the difference over k days has k - 1 degrees of freedom; where days hold
+unequal numbers of runs the noncentral t is an approximation. Within days the critical value is that of the smaller
+degrees of freedom of both sides, and the statistic is taken to have Satterthwaite's. Of bounds in percent of the
+control's mean each has its own scatter, and both are taken to move together.
 """
 
 from __future__ import annotations
@@ -28,64 +30,11 @@ from data_schema.rounding import level_text, number_text, stated_text
 from data_schema.vocabulary import Remark, Undefined
 from stats.checks import as_count, as_level, as_number, as_values
 from stats.compare.equivalence import ROUTES, EquivalenceRoute
+from stats.days.decision import LEAST_DAYS
 from stats.exact.numbers import moments, to_double
 from stats.exact.tails import f_tails, t_tails, t_upper_quantile
-from stats.planning.estimated_scatter import Floats, Rows, mean_over_criticals, mean_over_scale, over_standard_error
+from stats.planning.estimated_scatter import beyond_either, mean_over_criticals, over_standard_error, within_both
 from stats.results import Result
-
-_FAR = 1e150
-"""Standard errors that count as infinitely many."""
-_NARROW = 0.5
-_NODES, _WEIGHTS = (np.asarray(part) for part in np.polynomial.legendre.leggauss(6))
-
-
-def within_both(low: float, high: float, critical: Floats, df: float) -> Floats:
-    """Return P(low + critical U <= Z <= high - critical U), Owen's Q function, for each of some critical values."""
-    low, high, critical = _doubles(low), _doubles(high), np.clip(critical, 1.0 / _FAR, _FAR)
-    if not low < high:
-        return np.zeros_like(critical)
-    last = np.maximum((high - low) / 2.0 / critical, 1.0 / _FAR**2)
-    turns = np.stack([-low / critical, high / critical], axis=1)
-
-    def inside(u: Floats, rows: Rows) -> Floats:
-        half = critical[rows, None] * u
-        return normal_between(low + half, high - half)
-
-    return mean_over_scale(inside, df, turns, 1.0 / critical[:, None], last)
-
-
-def normal_between(low: Floats, high: Floats) -> Floats:
-    """Return P(low <= Z <= high), right to the last digits of itself also far out and where the ends are close."""
-    upper = low > 0.0  # the lower tail keeps its digits
-    low, high = np.where(upper, -high, low), np.where(upper, -low, high)
-    inside = np.maximum(special.ndtr(high) - special.ndtr(low), 0.0)
-    half = (high - low) / 2.0
-    middle = low + half
-    narrow = (half > 0.0) & (half * (1.0 + np.abs(middle)) < _NARROW / 2.0)
-    if narrow.any():
-        half, middle = half[narrow], middle[narrow]
-        at = middle[..., None] + half[..., None] * _NODES
-        inside[narrow] = half * np.einsum("ij,j->i", np.exp(-at * at / 2.0), _WEIGHTS) / math.sqrt(2.0 * math.pi)
-    return np.asarray(inside)
-
-
-def beyond_either(distance: float, critical: Floats, df: float, sides: int) -> Floats:
-    """Return P(Z + distance > critical U), and for two sides P(Z + distance < -critical U) with it, one each."""
-    if sides == 2:
-        distance = abs(distance)
-    distance, critical = _doubles(distance), np.clip(critical, 1.0 / _FAR, _FAR)
-
-    def beyond(u: Floats, rows: Rows) -> Floats:
-        edge = critical[rows, None] * u
-        upper = special.ndtr(distance - edge)
-        return np.asarray(upper + special.ndtr(-distance - edge) if sides == 2 else upper)
-
-    return mean_over_scale(beyond, df, (distance / critical)[:, None], 1.0 / critical[:, None])
-
-
-def _doubles(distance: float) -> float:
-    """Return a number of standard errors that can be calculated with."""
-    return min(max(distance, -_FAR), _FAR)
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,11 +70,8 @@ def power_t(difference: float, sd: float, n_a: int, n_b: int, alpha: float = 0.0
     >>> round(power_t(4.0, 3.0, 6, 6).power, 3)
     0.55
     """
-    difference, sd, alpha = (
-        as_number("difference", difference),
-        as_number("sd", sd, above=0.0),
-        as_level("alpha", alpha),
-    )
+    difference, alpha = as_number("difference", difference), as_level("alpha", alpha)
+    sd = as_number("sd", sd, above=0.0)
     sizes, sides = _sizes(n_a, n_b), _sides(sides)
     test = f"Student's t-test for {_difference_text(difference, sd)} at sd {number_text(sd)} ({_sided(sides)})"
     df, never = sum(sizes) - 2, _no_difference(difference, sides)
@@ -208,15 +154,13 @@ def power_equivalence(
     Welch's, as `compare.equivalence` has it by default, or Student's. `sd_b` is the second group's standard deviation
     where it is not `sd`, for Welch's alone. Welch's is integrated as in `power_welch`, Owen's Q in place of the tails.
     """
-    difference, alpha = as_number("difference", difference), as_level("alpha", alpha)
+    difference, alpha = as_number("difference", difference), alpha_of_equivalence(alpha)
     sds = as_number("sd", sd, above=0.0), as_number("sd_b", sd if sd_b is None else sd_b, above=0.0)
     low, high = as_number("low", low), as_number("high", high)
     if route not in ROUTES:
         raise unknown_name("route", route, ROUTES)
     if low >= high:
         raise InputRefused(f"the bounds are {low!r} and {high!r}: give the lower one first.")
-    if alpha >= 0.5:
-        raise InputRefused(f"alpha is {alpha!r}: give a number below 0.5 for an equivalence test.")
     if route == "student" and sds[0] != sds[1]:
         raise InputRefused(f"the standard deviations are {sd!r} and {sd_b!r}: Student's test has one, give sd alone.")
     sizes = _sizes(n_a, n_b)
@@ -244,6 +188,13 @@ def power_equivalence(
             lambda criticals: within_both(ends[0], ends[1], criticals, df), sds, sizes, Fraction(alpha)
         )
     return Power(test, sizes, alpha, min(1.0, power), never)
+
+
+def alpha_of_equivalence(alpha: float) -> float:
+    """Return the level of two one-sided tests, which is below 0.5."""
+    if (alpha := as_level("alpha", alpha)) >= 0.5:
+        raise InputRefused(f"alpha is {alpha!r}: give a number below 0.5 for an equivalence test.")
+    return alpha
 
 
 _FAR_TAIL, _LARGEST_F = 1e-4, 1e300
@@ -283,9 +234,6 @@ def _sided(sides: int) -> str:
     return "two-sided" if sides == 2 else "one-sided"
 
 
-LARGEST_N = 1_000_000
-
-
 @dataclass(frozen=True, slots=True)
 class SampleSize(Result):
     """The smallest plan that reaches a power."""
@@ -303,12 +251,11 @@ class SampleSize(Result):
     def sentence(self) -> str:
         """Return the plan in words, or why there is none."""
         if isinstance(self.plan, Undefined):
-            chance = f"{level_text(self.target)} to reject"
-            return f"No n was found with a chance of {chance}: {self.plan.reason}."
+            return f"No n was found with a chance of {level_text(self.target)} to reject: {self.plan.reason}."
         return self.plan.sentence()
 
 
-def sample_size(plan: Callable[[int], Power], power: float = 0.8, largest: int = LARGEST_N) -> SampleSize:
+def sample_size(plan: Callable[[int], Power], power: float = 0.8, largest: int = 1_000_000) -> SampleSize:
     """Return the plan with the smallest n, up to `largest`, whose power is at least `power`.
 
     `plan` makes a plan of n values a group, as `lambda n: power_t(0.5, 1.0, n, n)`; its power must not fall with n.
@@ -345,3 +292,106 @@ def sample_size(plan: Callable[[int], Power], power: float = 0.8, largest: int =
         middle = (n + below) // 2
         below, n = (below, middle) if enough(middle) else (middle, n)
     return SampleSize(target, plan_of(n))
+
+
+def power_by_day(difference: float, sd: float, days: Sequence[tuple[int, int]], alpha: float = 0.05) -> Power:
+    """Return the power for a true difference; `days` has the runs of both sides of each day, the control's first.
+
+    Days without both enter nothing, as in the test. The power is undefined where the days can claim nothing. Raises
+    `InputRefused` for negative counts.
+
+    >>> round(power_by_day(11.0, 10.0, [(5, 8)] * 5).power, 2)
+    0.89
+    """
+    difference, alpha = as_number("difference", difference), as_level("alpha", alpha)
+    sd = as_number("sd", sd, above=0.0)
+    found = _layout(days)
+    test = f"the test by {found.k} shared days for a difference of {number_text(difference)} at sd {number_text(sd)}"
+    never = _no_difference(difference, 2)
+    if found.critical_df < 1.0:
+        return Power(test, found.sizes, alpha, Undefined(Reason.NO_GROUP_WITH_CLAIM), never)
+    ncp = difference / (sd * found.error(1.0))
+    critical = t_upper_quantile(Fraction(alpha) / 2, found.critical_df)
+    power = t_tails(critical, found.df, ncp)[1] + t_tails(critical, found.df, -ncp)[1]
+    return Power(test, found.sizes, alpha, min(1.0, power), never)
+
+
+def power_equivalence_by_day(
+    sd: float,
+    low: float,
+    high: float,
+    days: Sequence[tuple[int, int]],
+    alpha: float = 0.05,
+    *,
+    difference: float = 0.0,
+    control_mean: float | None = None,
+) -> Power:
+    """Return the power of both one-sided tests (TOST) that a true difference lies between bounds, by shared days.
+
+    With `control_mean` the bounds are in percent of that mean, which the study estimates; else in the unit of the
+    values. Raises `InputRefused` for numbers that no study has.
+
+    >>> round(power_equivalence_by_day(4.0, -5.0, 5.0, [(3, 10)] * 5).power, 2)
+    0.93
+    """
+    sd, difference = as_number("sd", sd, above=0.0), as_number("difference", difference)
+    low = as_number("low", low, above=-math.inf if control_mean is None else -100.0)
+    high, alpha = as_number("high", high, above=low), alpha_of_equivalence(alpha)
+    found = _layout(days)
+    ratios, ends, of = (1.0, 1.0), (low, high), ""
+    if control_mean is not None:
+        mean = as_number("the control's mean", control_mean, above=0.0)
+        ratios, ends = (1.0 + low / 100.0, 1.0 + high / 100.0), (low / 100.0 * mean, high / 100.0 * mean)
+        of = f" % of the control's mean, itself estimated and {assumed_text(mean, sd)} in truth,"
+    test = (
+        f"the equivalence test (TOST) by {found.k} shared days between {stated_text(low)} and {stated_text(high)}{of} "
+        f"for a difference of {assumed_text(difference, sd)} at sd {number_text(sd)}"
+    )
+    never = None
+    if not ends[0] < difference < ends[1]:
+        bounds = " and ".join(f"{end:g}" for end in ends)
+        never = Remark(Reason.NOT_BETWEEN_BOUNDS, difference=difference, bounds=bounds)
+    if found.critical_df < 1.0:
+        return Power(test, found.sizes, alpha, Undefined(Reason.NO_GROUP_WITH_CLAIM), never)
+    at_low, at_high = ((end - difference) / (sd * found.error(ratio)) for end, ratio in zip(ends, ratios, strict=True))
+    critical = np.array([t_upper_quantile(Fraction(alpha), found.critical_df)])
+    return Power(test, found.sizes, alpha, min(1.0, float(within_both(at_low, at_high, critical, found.df)[0])), never)
+
+
+@dataclass(frozen=True, slots=True)
+class _Layout:
+    """What a layout makes of one standard deviation of runs: variances of both means, and degrees of freedom.
+
+    `critical_df` are those of the critical value, 0 where nothing is claimed; `df` those of the statistic.
+    """
+
+    k: int
+    sizes: tuple[int, int]
+    variances: tuple[float, float]
+    df: float
+    critical_df: float
+
+    def error(self, ratio: float) -> float:
+        """Return the standard error of T - ratio C in standard deviations of runs."""
+        return math.sqrt(self.variances[1] + ratio * ratio * self.variances[0])
+
+
+def _layout(days: Sequence[tuple[int, int]]) -> _Layout:
+    """Return what the rule that fits the days makes of them; raises `InputRefused` for negative counts."""
+    if any(control < 0 or treated < 0 for control, treated in days):
+        raise InputRefused(f"the days hold {list(days)!r} runs: give counts of 0 or more.")
+    shared = [(control, treated) for control, treated in days if control and treated]
+    k, sizes = len(shared), (sum(control for control, _ in shared), sum(treated for _, treated in shared))
+    if k >= LEAST_DAYS:
+        v_c, v_t = (math.fsum(1.0 / day[side] for day in shared) / k**2 for side in (0, 1))
+        return _Layout(k, sizes, (v_c, v_t), k - 1.0, k - 1.0)
+    df_c, df_t = (total - k for total in sizes)
+    if not shared or min(df_c, df_t) < 1:
+        return _Layout(k, sizes, (0.0, 0.0), 0.0, 0.0)
+    sums = [control * treated / (control + treated) for control, treated in shared]
+    weights = [each / math.fsum(sums) for each in sums]
+    v_c, v_t = (
+        math.fsum(weight**2 / day[side] for weight, day in zip(weights, shared, strict=True)) for side in (0, 1)
+    )
+    df = (v_c + v_t) ** 2 / (v_c**2 / df_c + v_t**2 / df_t)
+    return _Layout(k, sizes, (v_c, v_t), df, float(min(df_c, df_t)))

@@ -15,15 +15,14 @@ from typing import NamedTuple
 import numpy as np
 from scipy import special
 
-from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
 from data_schema.rounding import number_text, stated_text
 from data_schema.vocabulary import Remark, Undefined
-from stats.checks import as_count, as_level, as_number
+from stats.checks import as_count, as_number
 from stats.exact.numbers import to_double
 from stats.exact.tails import df_of_arrays, t_upper_quantile, t_upper_quantiles
 from stats.planning.estimated_scatter import Floats, Rows, mean_over_scale, mean_over_share
-from stats.planning.power import Power, assumed_text
+from stats.planning.power import Power, alpha_of_equivalence, assumed_text
 
 _REACH = 9.0
 """Standard deviations beyond which a normal probability is 0 or 1 to double precision."""
@@ -81,9 +80,7 @@ def power_percent_equivalence(
     sd, mean = as_number("sd", sd, above=0.0), as_number("the control's mean", control_mean, above=0.0)
     difference = as_number("difference", difference)
     low = as_number("low", low, above=-100.0)
-    high, alpha = as_number("high", high, above=low), as_level("alpha", alpha)
-    if alpha >= 0.5:
-        raise InputRefused(f"alpha is {alpha!r}: give a number below 0.5 for an equivalence test.")
+    high, alpha = as_number("high", high, above=low), alpha_of_equivalence(alpha)
     sizes = as_count("n_a", n_a), as_count("n_b", n_b)
     truth = to_double(100 * Fraction(difference) / Fraction(mean))
     test = (

@@ -7,7 +7,7 @@ import statistics
 from reports.evidence import POOLED
 from reports.numbers import Number
 from reports.predicted import Judged, JudgedGroup, Limits, PredictedQuantity
-from stats.compare.limits_of_agreement import FEWEST, limits_of_agreement
+from stats.compare.agreement import FEWEST, limits_of_agreement
 from stats.exact.tails import normal_two_sided
 
 QUANTITIES = (PredictedQuantity.JOULES, PredictedQuantity.APEX, PredictedQuantity.CONTACT_TIME)

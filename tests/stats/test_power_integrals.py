@@ -19,11 +19,12 @@ from stats.planning.estimated_scatter import (
     Rows,
     integrals,
     log_scale_density,
+    normal_between,
     panels_between,
     stirling_rest,
     t_upper_quantiles,
 )
-from stats.planning.power import normal_between, power_equivalence, power_welch
+from stats.planning.power import power_equivalence, power_welch
 from stats.planning.power_percent import between_lines, power_percent_equivalence
 from tests.stats import planned_integrals
 

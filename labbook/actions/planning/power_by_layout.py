@@ -13,8 +13,7 @@ from labbook.actions.planning.power_tests import Assumed, Design, PlannedTest, p
 from labbook.config.model import Family
 from labbook.plan.drawing import Plan
 from stats.days.decision import LEAST_DAYS
-from stats.planning.power import Power
-from stats.planning.power_by_day import power_by_day, power_equivalence_by_day
+from stats.planning.power import Power, power_by_day, power_equivalence_by_day
 
 Layout: TypeAlias = list[tuple[int, int]]
 """Runs of the control and of the treatment on each day."""

@@ -33,8 +33,7 @@ from labbook.config.parsing import Configuration
 from labbook.plan.drawing import Plan, PlannedRun, draw_plan
 from labbook.plan.sheet import format_run_sheet_for_print, write_run_sheet
 from labbook.plan.sheet import run_names as names_of
-from stats.planning.power import Power
-from stats.planning.power_by_day import power_by_day
+from stats.planning.power import Power, power_by_day
 
 
 @dataclass(frozen=True, slots=True)

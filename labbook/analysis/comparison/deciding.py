@@ -23,8 +23,7 @@ from labbook.analysis.results.codec import Algorithm, StoredResult
 from labbook.analysis.results.result_cache import Request, ResultCache, ends_of
 from labbook.config.model import Bounds
 from reports.numbers import Number
-from stats.days.decision import Contrast, Rule, contrast_by_day
-from stats.days.decision_result import Bounded, Estimate
+from stats.days.decision import Bounded, Contrast, Estimate, Rule, contrast_by_day
 from stats.days.overall import (
     OverallSavings,
     overall_equivalence,

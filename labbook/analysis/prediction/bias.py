@@ -18,8 +18,7 @@ from labbook.analysis.results.codec import Algorithm, StoredResult
 from labbook.analysis.results.result_cache import Request, ResultCache, fingerprint, result_fingerprint
 from reports.numbers import Number
 from reports.predicted import PredictedQuantity
-from stats.compare.limits_of_agreement import FEWEST, limits_of_agreement
-from stats.days.bias import Bias, Interval, PredictedRun, bias_by_day, joint_p
+from stats.compare.agreement import FEWEST, Bias, Interval, PredictedRun, bias_by_day, joint_p, limits_of_agreement
 
 
 @dataclass(frozen=True, slots=True)

@@ -39,8 +39,8 @@ from labbook.analysis.results.result_cache import Request, ResultCache
 from labbook.config.model import AnalysisSettings, ClaimKind, HypothesisSettings, Side, UnitOfAnalysis
 from reports.numbers import Number
 from reports.predicted import COVERAGE_FACTOR, Verdict
-from stats.days.between_groups import difference_of_savings
 from stats.days.decision import Contrast
+from stats.days.overall import difference_of_savings
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,7 +23,7 @@ from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.outcomes.run_apexes import RunApexes
 from labbook.analysis.prediction.simulating import PlainPredictions
-from stats.days.decision_result import Bounded, Estimate
+from stats.days.decision import Bounded, Estimate
 from stats.exact.tails import t_quantile
 
 _NOTHING = PlainPredictions({})

@@ -16,7 +16,7 @@ from reports.display import BESIDE
 from reports.figures.emulator import ControllerPoints
 from reports.wording import list_text
 from simulator.steady.published_results import published_numbers
-from stats.days.decision_result import Bounded, Estimate
+from stats.days.decision import Bounded, Estimate
 
 HEAD = ("gain", "controller", "n", "joules (J)", "saving (%)", "apex (cm)", "apex lost (%)")
 _SHORT = {Controller.CE: "CE", Controller.CONSTANT: "constant", Controller.SCALED: "scaled"}

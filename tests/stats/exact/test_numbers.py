@@ -1,3 +1,7 @@
+"""Exact sums and moments, and the root between two places: to the last digits, however values and functions lie."""
+
+import math
+from collections.abc import Callable
 from fractions import Fraction
 
 import numpy as np
@@ -5,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stats.exact.numbers import common_shift, exact_root, exact_sum, moments, shortened
+from stats.exact.numbers import common_shift, exact_root, exact_sum, moments, root_between, shortened
 
 NUMBERS = st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=100)
 
@@ -70,3 +74,30 @@ def test_roots_and_short_forms_of_any_size(value):
     assert abs(shortened(value) / value - 1) < Fraction(1, 2**115)
     assert abs(shortened(-value) / value + 1) < Fraction(1, 2**115)
     assert exact_root(Fraction(0)) == shortened(Fraction(0)) == 0
+
+
+BENDS: dict[str, Callable[[float], float]] = {
+    "straight": lambda x: x,
+    "cubic": lambda x: x**3,
+    "flat at its root": lambda x: math.copysign(math.sqrt(abs(x)), x),
+    "steps": lambda x: math.copysign(1.0, x),
+    "infinite on one side": lambda x: math.inf if x > 0.25 else x,
+}
+
+
+@pytest.mark.parametrize("bend", BENDS)
+@given(root=st.floats(0.05, 0.95), rising=st.booleans(), turned=st.booleans())
+def test_the_root_is_found_to_the_last_digits(bend: str, root: float, rising: bool, turned: bool) -> None:
+    def function(x: float) -> float:
+        return BENDS[bend](x - root) * (1.0 if rising else -1.0)
+
+    ends = [(place, function(place)) for place in ((1.0, 0.0) if turned else (0.0, 1.0))]
+    # A cube below the smallest double is 0 over some width
+    assert root_between(function, *ends) == pytest.approx(root, rel=1e-15, abs=1e-107 if bend == "cubic" else 0.0)
+
+
+@given(st.integers(1, 300))
+def test_a_root_many_decades_below_the_ends_keeps_its_digits(decades: int) -> None:
+    root = 10.0**-decades
+    found = root_between(lambda x: math.log(x / root) if x > 0.0 else -math.inf, (0.0, -math.inf), (1.0, 700.0), 5000)
+    assert found == pytest.approx(root, rel=1e-14, abs=0.0)

@@ -6,7 +6,7 @@ import pytest
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.days.decision import contrast_by_day
-from stats.planning.power_by_day import power_by_day, power_equivalence_by_day
+from stats.planning.power import power_by_day, power_equivalence_by_day
 
 DRAWS = 1500
 

@@ -19,8 +19,7 @@ from labbook.actions.planning.power_tests import Assumed
 from labbook.actions.planning.runs import PlanRequest, make_plan
 from labbook.demo.truth import Condition
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
-from stats.planning.power import power_equivalence
-from stats.planning.power_by_day import power_equivalence_by_day
+from stats.planning.power import power_equivalence, power_equivalence_by_day
 from tests.helpers.books import ADA, TRUTH, SmallBook, small_book, small_runs
 from tests.helpers.statements import said_alike
 from tests.helpers.wording import refuses, says

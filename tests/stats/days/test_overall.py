@@ -11,8 +11,8 @@ from scipy import stats as scipy_stats
 
 from data_schema.vocabulary import Undefined
 from stats.compare.shared_error import SharedError
-from stats.days.between_groups import difference_of_savings
 from stats.days.decision import Contrast, contrast_by_day
+from stats.days.overall import difference_of_savings
 
 DAYS = [f"2021-03-{day:02d}" for day in range(1, 6)]
 

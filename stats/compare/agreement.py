@@ -1,10 +1,13 @@
-"""Signed bias of predictions against what was measured, with the day as the unit.
+"""How far predictions, or a second method, lie from what was measured of the same things.
 
-With e the prediction for a run's condition less what was measured of the run, the bias is the mean over days of each
-day's mean e. Runs of a day are not independent, whatever their levels, so the scatter between days is its error. What
-all runs take from one calibration (`SharedError`), and what all predictions take from the inputs that they assume, no
-number of days averages out. The parts are added in quadrature, with Welch and Satterthwaite's effective degrees of
-freedom (JCGM 100:2008, G.4); assumed inputs count as known.
+Bias of predictions, with the day as the unit: with e the prediction for a run's condition less what was measured of the
+run, the bias is the mean over days of each day's mean e. Runs of a day are not independent, whatever their levels, so
+the scatter between days is its error. What all runs take from one calibration (`SharedError`), and what all predictions
+take from the inputs that they assume, no number of days averages out. The parts are added in quadrature, with Welch and
+Satterthwaite's effective degrees of freedom (JCGM 100:2008, G.4); assumed inputs count as known.
+
+Limits of agreement: the mean difference of two methods, and between what most further differences will lie (Bland and
+Altman 1986).
 """
 
 from __future__ import annotations
@@ -13,6 +16,9 @@ import math
 import statistics
 from collections.abc import Sequence
 from dataclasses import dataclass
+from statistics import NormalDist
+
+import numpy as np
 
 from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
@@ -113,3 +119,63 @@ def joint_p(ps: Sequence[float | Undefined]) -> float | Undefined:
     """
     known = [p for p in ps if not isinstance(p, Undefined)]
     return min(1.0, len(known) * min(known)) if known else next(iter(ps), Undefined(Reason.MEASURED_WITHOUT_INTERVAL))
+
+
+FEWEST = 3
+"""Differences whose scatter says something about the next one."""
+
+
+@dataclass(frozen=True, slots=True)
+class LimitsOfAgreement:
+    """In the unit of the differences: their mean, and the limits between which 95 % of further ones are expected.
+
+    Each has its standard error and a Student interval with n - 1 degrees of freedom at `level`.
+    """
+
+    mean: float
+    se: float
+    ci: tuple[float, float]
+    low: float
+    low_ci: tuple[float, float]
+    high: float
+    high_ci: tuple[float, float]
+    limit_se: float
+    n: int
+    level: float
+
+
+def limits_of_agreement(differences: Sequence[float], level: float = 0.95) -> LimitsOfAgreement:
+    """Return the mean difference and the limits of agreement.
+
+    Parameters
+    ----------
+    differences : (n,) one method less the other, of n things, each counted once
+    level : of the intervals, and the share that the limits should hold
+
+    Raises
+    ------
+    InputRefused
+        With fewer than three differences, or one that is not finite.
+
+    Source: Bland and Altman (1986), The Lancet 327, 307; the standard error of a limit as there.
+
+    >>> found = limits_of_agreement([1.0, 2.0, 3.0])
+    >>> f"{found.mean:.2f}, {found.low:.2f} to {found.high:.2f}"
+    '2.00, 0.04 to 3.96'
+    """
+    values, level = np.asarray(differences, dtype=np.float64), as_level("level", level)
+    n = values.size
+    if n < FEWEST or not np.isfinite(values).all():
+        raise InputRefused(f"limits of agreement need at least {FEWEST} finite differences: {n} were given.")
+    sd, z = float(values.std(ddof=1)), NormalDist().inv_cdf(0.5 + level / 2.0)
+    t = t_quantile(level, n - 1)
+    mean, se = float(values.mean()), sd / math.sqrt(n)
+    limit_se = sd * math.sqrt(1.0 / n + z**2 / (2.0 * (n - 1)))
+
+    def interval(value: float, error: float) -> tuple[float, float]:
+        return value - t * error, value + t * error
+
+    low, high = mean - z * sd, mean + z * sd
+    return LimitsOfAgreement(
+        mean, se, interval(mean, se), low, interval(low, limit_se), high, interval(high, limit_se), limit_se, n, level
+    )
