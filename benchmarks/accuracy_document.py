@@ -12,8 +12,8 @@ from pathlib import Path
 from benchmarks import machine
 from benchmarks.document import replace_between, table_text
 from benchmarks.section import Table
-from labbook.presenting.durations import time_text
 from labbook.presenting.simulation.work_precision import SENSITIVE, TITLES, plain_number, work_precision_of
+from reports.display import time_text
 from reports.figures.style import publication_style
 from reports.figures.work_precision import draw_work_precision
 from simulator.accuracy.fixed_step_euler import THESIS_STEP_S

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from labbook.presenting.durations import time_text
 from labbook.presenting.simulation.effects_ablation import alone_table, heading, verdict
+from reports.display import time_text
 from simulator.ablation.kernel_time import kernel_time
 from simulator.ablation.study import ablation_of_effects
 from simulator.scene_file import load_scene

@@ -12,10 +12,14 @@ from reports.display import (
     MINUS,
     as_shown,
     common_places,
+    count_text,
+    in_sentence,
     interval_text,
     level_text,
+    list_text,
     p_text,
     places_of,
+    sentence_start,
     significance_text,
     value_text,
     with_unit,
@@ -24,7 +28,6 @@ from reports.evidence import Decision, Equivalence, OverallEquivalence, OverallS
 from reports.naming import levels_name, swept_factor, swept_words, treatment_name
 from reports.numbers import Number
 from reports.sentences import bounds_text, exploratory_text, lost_by_holm, sides_text, where_text
-from reports.wording import count_text, in_sentence, list_text, sentence_start
 
 ELSEWHERE = "That it holds on other days is not shown."
 """What follows a claim that holds for the days measured; where nothing is shown there is nothing to hold."""

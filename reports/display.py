@@ -1,4 +1,7 @@
-"""Numbers as people read them: digits by the uncertainty, units, intervals, p-values. Display only."""
+"""Numbers and words as people read them: digits by the uncertainty, units, intervals, p-values, counts, lists.
+
+Display only.
+"""
 
 from __future__ import annotations
 
@@ -180,3 +183,38 @@ def significance_text(test: SignificanceTest, *, name: bool = True) -> str:
     if isinstance(test.statistic, Undefined):
         return f"{title}{letter} {value_text(test.statistic)}"
     return f"{title}{typeset(statistic_text(letter, test.statistic, test.df))}, {p_text(test.p)}"
+
+
+def count_text(count: int, noun: str, plural: str = "") -> str:
+    """Write a count with its noun: "1 run", "12 runs"."""
+    return f"{count}{NO_BREAK}{noun if count == 1 else plural or noun + 's'}"
+
+
+def sentence_start(text: str) -> str:
+    """Write the first letter as a capital and leave the others as they are, and a symbol ("d = 186 kg/s") too."""
+    symbol = text[1:].lstrip(f" {NO_BREAK}").startswith("=")
+    return text if symbol else text[:1].upper() + text[1:]
+
+
+def in_sentence(title: str) -> str:
+    """Return a title as it stands within a sentence: "Foot size" as "foot size", but "PWM duty" and "K" as they are."""
+    first = title.split(" ", 1)[0]
+    return title if len(first) < 2 or first[1:] != first[1:].lower() else f"{title[:1].lower()}{title[1:]}"
+
+
+def list_text(words: tuple[str, ...] | list[str]) -> str:
+    """Join words as a sentence does: "a, b and c"."""
+    if len(words) < 2:
+        return "".join(words)
+    return f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+_UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"))
+
+
+def time_text(seconds: float) -> str:
+    """Return a time with the unit that suits it, to three digits."""
+    if seconds >= 100.0:
+        return f"{seconds:.0f} s"
+    size, unit = next(((size, unit) for size, unit in _UNITS if seconds >= 0.9995 * size), _UNITS[-1])
+    return f"{seconds / size:.3g} {unit}"

@@ -7,8 +7,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from reports.content import Comparison, Condition, Factor, Level, ReportContent
-from reports.display import EQUALS, MINUS, NO_BREAK, general_text, stated_text, with_unit
-from reports.wording import count_text, in_sentence, list_text
+from reports.display import (
+    EQUALS,
+    MINUS,
+    NO_BREAK,
+    count_text,
+    general_text,
+    in_sentence,
+    list_text,
+    stated_text,
+    with_unit,
+)
 
 _MEANINGS = {"kg/s": "Damping coefficient", "N/m": "Stiffness"}
 

@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from reports.content import Claim, Comparison, Level, ReportContent
-from reports.display import stated_text, with_unit
+from reports.display import count_text, in_sentence, list_text, sentence_start, stated_text, with_unit
 from reports.naming import formula_text, is_number, level_of, level_value, levels_name, physical_text, title_of
-from reports.wording import count_text, in_sentence, list_text, sentence_start
 
 NOT_FROM_DAYS = "cannot be told from a difference between days"
 """The mark in claims and other sentences."""

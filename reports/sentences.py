@@ -11,10 +11,14 @@ from reports.display import (
     EQUALS,
     MINUS,
     as_shown,
+    count_text,
+    in_sentence,
     interval_text,
     level_text,
+    list_text,
     p_text,
     places_of,
+    sentence_start,
     shown_unit,
     significance_text,
     stated_text,
@@ -32,7 +36,6 @@ from reports.naming import (
     treatment_name,
 )
 from reports.remarks import NOT_FROM_DAYS
-from reports.wording import count_text, in_sentence, list_text, sentence_start
 
 
 def where_text(content: ReportContent, comparison: Comparison) -> str:

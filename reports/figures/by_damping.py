@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING
 
 from data_schema.outcomes import Outcome
 from reports.content import ReportContent
-from reports.display import as_shown, general_text, level_text, shown_unit, stated_text
+from reports.display import as_shown, count_text, general_text, level_text, shown_unit, stated_text
 from reports.figures.kind import figures_of_outcomes, levels_alone
 from reports.figures.series import Axis, Series, axis_of, drawn_factor, series_lie_apart, series_of
 from reports.figures.style import GREY, TWO_COLUMNS_IN, is_narrow, light_grid, new_figure, publication_style
 from reports.naming import swept_factor, swept_words
 from reports.numbers import Number
 from reports.sentences import absence_text
-from reports.wording import count_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -242,7 +241,7 @@ def _draw_marks(axes: Axes, marks: _Marks, axis: Axis, index: int, shift: float,
         markersize=2.0 if narrow else 2.6,
         markeredgewidth=0,
         zorder=2,
-        gid=f"runs-{index}",  # where `reports.run_points` finds them
+        gid=f"runs-{index}",  # where `reports.tables.each_run` finds them
     )
     axes.errorbar(
         [x + shift for x, _, _, _ in marks.means],

@@ -6,13 +6,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from reports.content import ReportContent
-from reports.display import as_shown, general_text, number_text, with_unit
+from reports.display import as_shown, count_text, general_text, number_text, with_unit
 from reports.evidence import POOLED
 from reports.figures.kind import FigureKind
 from reports.figures.style import BLACK, BLUE, PALE, is_narrow, light_grid, new_figure, plain_ticks
 from reports.numbers import Number
 from reports.predicted import Judged, Limits, Predictions
-from reports.wording import count_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,10 +6,10 @@ import math
 from typing import TYPE_CHECKING
 
 from reports.content import ReportContent, RunPoint
+from reports.display import count_text, list_text
 from reports.figures.kind import FigureKind
 from reports.figures.style import BLACK, BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure
 from reports.naming import SweptWords, swept_factor, swept_words
-from reports.wording import count_text, list_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from data_schema.rounding import level_text as level_in_percent
 from data_schema.vocabulary import Undefined
 from reports.content import DrainFit, ReportContent
-from reports.display import level_text, number_text, stated_text
+from reports.display import count_text, level_text, list_text, number_text, stated_text
 from reports.figures.kind import FigureKind
 from reports.figures.style import (
     BLACK,
@@ -26,7 +26,6 @@ from reports.figures.style import (
     new_figure,
 )
 from reports.sentences import absence_text
-from reports.wording import count_text, list_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from reports.content import ReportContent
-from reports.display import general_text, level_text, shown_unit, stated_text
+from reports.display import count_text, general_text, level_text, shown_unit, stated_text
 from reports.evidence import POOLED
 from reports.figures.kind import FigureKind, levels_alone
 from reports.figures.savings import draw_estimate, tidy_rows
@@ -15,7 +15,6 @@ from reports.naming import levels_name
 from reports.numbers import Number
 from reports.predicted import COVERAGE_FACTOR, PredictedQuantity, Prediction, Predictions
 from reports.tables.predictions import block_of, level_text_of
-from reports.wording import count_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 
 from data_schema.rounding import level_text
 from data_schema.vocabulary import Undefined
-from reports.display import NO_BREAK, shown_unit
+from reports.display import NO_BREAK, in_sentence, shown_unit
 from reports.figures.estimation_parts import MARKS, MOST_DRAWN, columns_of, marker_pt, named_with_unit, put_above
 from reports.figures.kind import draw_words
 from reports.figures.style import (
@@ -26,7 +26,6 @@ from reports.figures.style import (
     plain_ticks,
     publication_style,
 )
-from reports.wording import in_sentence
 from stats.groups.residuals import NormalQuantiles
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from reports.display import shown_unit
+from reports.display import in_sentence, shown_unit
 from reports.figures.estimation_parts import (
     UPRIGHT,
     height_of_names,
@@ -35,7 +35,6 @@ from reports.figures.style import (
     plain_ticks,
     publication_style,
 )
-from reports.wording import in_sentence
 
 _LABEL_PT = 4.0
 _MOST_LABELS = 12

@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING
 
 from data_schema.vocabulary import Undefined
 from reports.content import ReportContent, Sensitivity, Variant
-from reports.display import DASH, EQUALS, as_shown, general_text
+from reports.display import DASH, EQUALS, as_shown, count_text, general_text, list_text
 from reports.figures.kind import FigureKind
 from reports.figures.savings import draw_estimate, tidy_rows
 from reports.figures.style import BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure
 from reports.numbers import Number, Value
-from reports.wording import count_text, list_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

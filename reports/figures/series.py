@@ -8,10 +8,9 @@ from typing import Literal, TypeAlias
 
 from data_schema.outcomes import Outcome
 from reports.content import Condition, Factor, ReportContent
-from reports.display import stated_text
+from reports.display import sentence_start, stated_text
 from reports.figures.style import SERIES_COLOURS
 from reports.naming import group_name, is_number, level_value, swept_factor, swept_words, title_of
-from reports.wording import sentence_start
 
 LineStyle: TypeAlias = Literal["-", "--", ":", "-."]
 """How a series' line is broken."""

@@ -6,8 +6,8 @@ import importlib.resources
 import re
 
 from reports.content import ReportContent
+from reports.display import list_text
 from reports.tables.formats.as_latex import latex_text
-from reports.wording import list_text
 
 
 def software_sentence(content: ReportContent) -> str:

@@ -8,8 +8,7 @@ from typing import TypeAlias
 from data_schema.outcomes import Outcome
 from reports.content import Anova, ReportContent
 from reports.decided_sentences import group_claim, told_together
-from reports.display import significance_text
-from reports.judged import verdict_text
+from reports.display import count_text, in_sentence, list_text, significance_text
 from reports.naming import (
     control_name,
     levels_name,
@@ -19,10 +18,10 @@ from reports.naming import (
 )
 from reports.page.references import software_sentence
 from reports.remarks import NOT_FROM_DAYS, by_day_sentences, days_claim, gains_text, prediction_sentences
-from reports.run_points import run_anchors
+from reports.tables.each_run import run_anchors
+from reports.tables.prediction_bias import verdict_text
 from reports.tables.predictions import PREDICTED
 from reports.trust import flow_sentence, robustness_sentences, trust_sentences
-from reports.wording import count_text, in_sentence, list_text
 
 
 @dataclass(frozen=True, slots=True)

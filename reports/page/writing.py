@@ -16,19 +16,19 @@ import jinja2
 from data_schema.disk import written_beside
 from data_schema.errors import UsageError
 from reports.content import ReportContent
+from reports.display import count_text, list_text
 from reports.figures.figure_cache import Wanted, drawn, forget_unused
 from reports.figures.registry import FIGURES, figures_of
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN, is_narrow
 from reports.page.references import references_bib
 from reports.page.sections import Bullets, FigureHere, FiguresBeside, Paragraph, Part, Section, TableHere, sections_of
-from reports.run_points import name_points, run_anchors
+from reports.tables.each_run import name_points, run_anchors
 from reports.tables.formats.as_csv import csv_bytes
 from reports.tables.formats.as_latex import latex_bytes
 from reports.tables.formats.as_macros import macros_bytes
 from reports.tables.headlines import HEADLINES
 from reports.tables.registry import TABLES, tables_of
 from reports.tables.table import Table
-from reports.wording import count_text, list_text
 
 _PROLOG = re.compile(r"^.*?(?=<svg\b)", re.DOTALL)
 _METADATA = re.compile(r"<metadata>.*?</metadata>|<!--.*?-->", re.DOTALL)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from data_schema.outcomes import Outcome
 from reports.content import Condition, Factor, ReportContent, Summary
-from reports.display import DASH, common_places, general_text, level_text, shown_unit, stated_text
+from reports.display import DASH, common_places, general_text, level_text, sentence_start, shown_unit, stated_text
 from reports.naming import formula_text, group_name, is_number, level_value, swept_factor, swept_words
 from reports.tables.table import (
     PROVENANCE,
@@ -22,7 +22,6 @@ from reports.tables.table import (
     value_cell,
     words,
 )
-from reports.wording import sentence_start
 
 
 def factor_columns(content: ReportContent) -> tuple[Column, ...]:

@@ -1,14 +1,151 @@
-"""The table that judges predictions: signed bias of each group with its interval, and all groups together."""
+"""Predictions judged by their signed bias: of each group and of all jointly, in words and as a table."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from data_schema.vocabulary import Undefined
 from reports.content import ReportContent
-from reports.display import as_shown, interval_text, value_text, with_unit
-from reports.judged import group_verdict, places_of_biases
-from reports.naming import levels_name
-from reports.predicted import Judged, JudgedGroup
+from reports.display import (
+    EQUALS,
+    as_shown,
+    common_places,
+    count_text,
+    decimal_text,
+    general_text,
+    interval_text,
+    list_text,
+    p_text,
+    sentence_start,
+    value_text,
+    with_unit,
+)
+from reports.naming import level_names, levels_name
+from reports.predicted import AssumedInput, Judged, JudgedGroup, PredictedQuantity
 from reports.tables.table import PROVENANCE, Cell, Column, Row, Table, TableKind, count, p_cell, provenance_cell, words
-from reports.wording import sentence_start
+
+_NAMED = 2
+"""Groups that a sentence names before it only counts them."""
+_ORDERED = 3
+"""So many groups have an order worth a tau: of two it is 1 or -1."""
+
+
+def places_of_biases(one: Judged) -> int:
+    """Return the decimals of a quantity's biases, in the unit that they are shown in."""
+    return common_places([group.bias for group in one.groups])
+
+
+def group_verdict(group: JudgedGroup, places: int) -> str:
+    """Say what a group's bias amounts to: "predictions 5.1 J high", "no significant bias"."""
+    if group.differs:
+        return f"predictions {_size([group], places)}"
+    if group.agrees_only_by_assumed:
+        return f"{_size([group], places)}, not significant with the assumed inputs' uncertainty included"
+    return "no significant bias"
+
+
+def _size(groups: Sequence[JudgedGroup], places: int) -> str:
+    """Write how far predictions of groups lie to one side: "4.6 to 5.6 J high"."""
+    shown = [as_shown(group.bias) for group in groups]
+    values = sorted(abs(each.value) for each in shown if not isinstance(each.value, Undefined))
+    ends = dict.fromkeys(decimal_text(value, places) for value in (values[0], values[-1]))
+    side = "high" if _is_high(groups[0]) else "low"
+    return f"{with_unit(' to '.join(ends), shown[0].unit)} {side}"
+
+
+def _is_high(group: JudgedGroup) -> bool:
+    return isinstance(group.bias.value, float) and group.bias.value > 0.0
+
+
+def joint_text(one: Judged) -> str:
+    """Write the joint test and Kendall's tau of the order of groups: "joint p < .001, \u03c4 = 0.33"."""
+    value = None if one.tau is None or len(one.groups) < _ORDERED else one.tau.value
+    tau = f", \u03c4{EQUALS}{decimal_text(value, 2)}" if isinstance(value, float) else ""
+    return f"joint {p_text(one.joint_p.value)}{tau}"
+
+
+def verdict_text(content: ReportContent) -> str:
+    """Say of each quantity whether its predictions are biased, where and by how much; "" where none can be judged."""
+    found = content.predictions.judged
+    sentences = [
+        f"{sentence_start(str(each.quantity))} ({joint_text(each)}): {_where_biased(content, each)}." for each in found
+    ]
+    if any(group.differs for each in found for group in each.groups):
+        sentences.append(_missing(content))
+    fitted = [one.name for one in content.predictions.assumed if one.fitted]
+    if found and fitted:
+        sentences.append(f"Fitted to this study: {list_text(fitted)}; agreement with the runs fitted is no test.")
+    return " ".join(sentences)
+
+
+def _missing(content: ReportContent) -> str:
+    """Say how far off an assumed input must be to explain the largest bias of a quantity alone, and what else may be.
+
+    Of the inputs that which moves the quantity most is named; what it moves is taken to be linear.
+    """
+    needed: list[str] = []
+    must = "must be "
+    for each in content.predictions.judged:
+        biased = [group.bias.value for group in each.groups if group.differs]
+        biases = [value for value in biased if isinstance(value, float)]
+        moved = [(part, one) for one in content.predictions.assumed if (part := _moves(one, each.quantity))]
+        if biases and moved:
+            part, one = max(moved, key=lambda of: of[0])
+            off = max(map(abs, biases)) / part * one.varied_by
+            shares = [with_unit(general_text(100.0 * share, 2), "%") for share in (off, one.varied_by)]
+            side = _side(one.raises.get(each.quantity), biases)
+            if side == "lower" and off >= 1.0:
+                needed.append(f"no {one.name} is low enough ({each.quantity})")
+                continue
+            needed.append(f"{one.name} {must}{shares[0]} {side}, not within {shares[1]} ({each.quantity})")
+            must = ""
+    if not needed:
+        return "No assumed input explains it: an effect is missing in the scene, or an input is wrong."
+    return f"To explain that, {'; '.join(needed)}; or an effect is missing."
+
+
+def _side(raises: bool | None, biases: Sequence[float]) -> str:
+    """Say to which side an input must move to take predictions back by their biases, where these have one sign."""
+    high = {bias > 0.0 for bias in biases}
+    if raises is None or len(high) > 1:
+        return "off"
+    return "lower" if raises in high else "higher"
+
+
+def _moves(one: AssumedInput, quantity: PredictedQuantity) -> float:
+    """Return by how much varying an input changed a quantity; 0 where that is not known."""
+    part = one.changes.get(quantity)
+    return part if isinstance(part, float) else 0.0
+
+
+def _where_biased(content: ReportContent, one: Judged) -> str:
+    parts = []
+    for side in ("high", "low"):
+        biased = [each for each in one.groups if each.differs and _is_high(each) is (side == "high")]
+        if biased:
+            parts.append(f"{_size(biased, places_of_biases(one))}{_where(content, one.groups, biased)}")
+    bought = [each for each in one.groups if each.agrees_only_by_assumed]
+    if bought and not parts:
+        means = "mean agrees" if len(bought) == 1 else "means agree"
+        return f"group {means}{_where(content, one.groups, bought)} only with the assumed inputs' uncertainty included"
+    return list_text(parts) or ("no group significantly biased" if len(one.groups) > 1 else "no significant bias")
+
+
+def _where(content: ReportContent, groups: Sequence[JudgedGroup], chosen: Sequence[JudgedGroup]) -> str:
+    """Name the level that singles out the chosen groups, or these; "" where a study has one group."""
+    if len(groups) == 1:
+        return ""
+    if len(chosen) == len(groups):
+        return " in all groups"
+    group_of = [each.group for each in groups]
+    wanted = [each.group for each in chosen]
+    for name, label in wanted[0].items():
+        if [group for group in group_of if group.get(name) == label] == wanted:
+            return f" at {level_names(content, {name: label})[0]}"
+    if len(chosen) <= _NAMED:
+        return f" at {list_text([levels_name(content, group) for group in wanted])}"
+    return f" in {len(chosen)} of {count_text(len(groups), 'group')}"
+
 
 _COLUMNS = (
     Column("quantity", ("quantity",), numeric=False),

@@ -13,7 +13,7 @@ from reports.content import Claim, Provenance
 from reports.figures.registry import FIGURES, figures_of
 from reports.page.sections import FigureHere, FiguresBeside, sections_of
 from reports.page.writing import inline_svg, report_files, write_report
-from reports.run_points import name_points, run_anchors
+from reports.tables.each_run import name_points, run_anchors
 from reports.tables.registry import TABLES
 from tests.helpers.pages import FIGURE_NAMES, TABLE_NAMES, quick_page
 from tests.helpers.wording import refuses, says

@@ -21,11 +21,11 @@ from labbook.actions.runs.jump_review import RunReview, review
 from labbook.analysis.outcomes.detection import Detections, Log, detect, detection_rows, rest_length_m
 from labbook.analysis.outcomes.run_apexes import JudgedJump, anchor_of
 from labbook.book.opening import Book
+from reports.display import count_text
 from reports.drawn import LogGap, LogJump, RunLog
 from reports.figures.kind import FORMS, check_form, svg_bytes
 from reports.figures.log import draw_log
 from reports.page.writing import figure_page
-from reports.wording import count_text
 
 _NO_FLIGHT = (Reason.NO_FALL, Reason.NO_FREE_FLIGHT)
 """Why a stance without an apex is a misfire; where samples are missing, nobody can tell."""

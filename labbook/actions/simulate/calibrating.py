@@ -23,8 +23,8 @@ from labbook.analysis.prediction.simulating import ALWAYS
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import gather
 from labbook.book.opening import Book
+from reports.display import list_text
 from reports.remarks import unconverted_text
-from reports.wording import list_text
 from simulator.scene import Scene, Value
 from stats.lines.nonlinear import NothingAtStart
 

@@ -19,16 +19,15 @@ from labbook.presenting.numbers import number_data, published_data, value_data
 from labbook.presenting.report.content import make_report
 from labbook.terminal import columns
 from reports.content import ReportContent
-from reports.display import DASH
-from reports.judged import verdict_text
+from reports.display import DASH, list_text, sentence_start
 from reports.numbers import Value
 from reports.predicted import Hypothesis, PredictedQuantity, Verdict
 from reports.remarks import numerical_text, scene_sentences
 from reports.tables.hypotheses import verdict_sentence
+from reports.tables.prediction_bias import verdict_text
 from reports.tables.predictions import LEGEND, PREDICTED, level_text_of, title_text
 from reports.tables.registry import TABLES
 from reports.tables.table import Table
-from reports.wording import list_text, sentence_start
 
 if TYPE_CHECKING:
     from labbook.analysis.prediction.shares import Shares

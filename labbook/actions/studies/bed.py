@@ -20,7 +20,7 @@ from labbook.book.write_session import now_utc
 from labbook.config.model import StudyProtocol
 from labbook.presenting.report.content import make_report
 from labbook.presenting.studies.bed import BedStudy
-from reports.wording import list_text
+from reports.display import list_text
 from stats.checks import as_level
 
 

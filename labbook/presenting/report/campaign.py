@@ -31,8 +31,8 @@ from reports.content import (
     RunValue,
     Summary,
 )
+from reports.display import in_sentence, list_text
 from reports.naming import levels_name
-from reports.wording import in_sentence, list_text
 
 
 def factors(analysis: StudyAnalysis) -> tuple[Factor, ...]:

@@ -22,10 +22,10 @@ from labbook.presenting.numbers import Shown
 from labbook.presenting.report.campaign import factor_title
 from labbook.presenting.report.day_layout import one_day_each
 from reports.content import Anova, Comparison, ReportContent, Sensitivity, Variant
+from reports.display import in_sentence
 from reports.evidence import ByDay, Decision, Equivalence, OverallEquivalence, OverallSavings, OverGroups, Side
 from reports.naming import levels_name
 from reports.numbers import Number, SignificanceTest
-from reports.wording import in_sentence
 from stats.days.blocked_result import MIXED_MODEL, exact_method
 from stats.days.decision import Rule
 

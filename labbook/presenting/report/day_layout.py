@@ -15,7 +15,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cache
 from itertools import combinations
 
-from reports.wording import list_text
+from reports.display import list_text
 from stats.planning.recorded import SEVERAL, Recorded, recorded
 
 OWN, PARTLY, MOSTLY, SHARED = "own", "partly", "mostly", "shared"

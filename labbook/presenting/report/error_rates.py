@@ -12,9 +12,8 @@ from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.study import StudyAnalysis
 from labbook.config.model import UnitOfAnalysis
 from labbook.presenting.report.day_layout import MOSTLY, OWN, PARTLY, WHOSE, Runs, with_days, without_days
-from reports.display import general_text, stated_text
+from reports.display import count_text, general_text, list_text, stated_text
 from reports.numbers import Number
-from reports.wording import count_text, list_text
 from stats.planning.recorded import SIZE, WITH_LINE, Recorded, weak_point
 
 _WITH_LINE = ("f_then_t", "difference_ci_f_then_t", "welch", "difference_ci_welch", "fieller")

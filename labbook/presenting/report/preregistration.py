@@ -20,7 +20,7 @@ from labbook.config.analysis import HOW_TO_DECIDE
 from labbook.config.model import AnalysisSettings, UnitOfAnalysis
 from labbook.presenting.report.comparisons import planned_as_each
 from reports.content import Comparison
-from reports.wording import sentence_start
+from reports.display import sentence_start
 
 NOT_WATCHED = (
     "Not watched: runs never made or never entered, whether a value was corrected to please (that it was is listed), "

@@ -16,10 +16,9 @@ from labbook.config.model import Bounds
 from labbook.presenting.report.comparisons import method_by_day
 from labbook.presenting.report.error_rates import known_error_rates, uses
 from reports.content import Source
-from reports.display import stated_text
+from reports.display import count_text, list_text, stated_text
 from reports.naming import SweptWords
 from reports.numbers import Number
-from reports.wording import count_text, list_text
 from stats.days.blocked_result import MIXED_MODEL
 from stats.days.decision import Rule
 

@@ -10,8 +10,7 @@ from scipy import stats
 
 from data_schema.vocabulary import Undefined
 from labbook.analysis.prediction.calibrating import Calibrated, Calibration
-from reports.display import p_text, shown_unit, stated_text, with_unit
-from reports.wording import count_text, list_text
+from reports.display import count_text, list_text, p_text, shown_unit, stated_text, with_unit
 
 HEAD = ("parameter", "value", "std. error", "bootstrap", "profile likelihood", "from")
 

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 from data_schema.vocabulary import Undefined
-from labbook.presenting.durations import time_text
+from reports.display import time_text
 from simulator.ablation.kernel_time import KernelTime
 from simulator.ablation.outputs import Difference
 from simulator.ablation.smallest import LeftOut, in_order

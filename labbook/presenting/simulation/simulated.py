@@ -13,7 +13,7 @@ from dataclasses import asdict
 from typing import Any
 
 from data_schema.rounding import decimals_for, fixed_text
-from labbook.presenting.durations import time_text
+from reports.display import time_text
 from simulator.declared import all_parameters
 from simulator.effects.registry import BOOKED, COSTS, EFFECTS
 from simulator.error_bars import largest_share

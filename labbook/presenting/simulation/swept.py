@@ -8,9 +8,9 @@ from __future__ import annotations
 from typing import Any
 
 from data_schema.vocabulary import Undefined
-from labbook.presenting.durations import time_text
 from labbook.presenting.simulation.effects_ablation import difference_data, difference_text, percent
 from labbook.presenting.simulation.simulated import set_by_user_line
+from reports.display import time_text
 from simulator.ablation.corners import Corner, Corners
 from simulator.ablation.outputs import Difference
 from simulator.ablation.study import Ablation

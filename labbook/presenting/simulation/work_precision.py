@@ -12,10 +12,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from labbook.presenting.durations import time_text
 from labbook.presenting.simulation.simulated import title_text
+from reports.display import sentence_start, time_text
 from reports.drawn import Curve, Mark, Panel, WorkPrecision
-from reports.wording import sentence_start
 from simulator.accuracy.methods import LABBOOK
 from simulator.accuracy.outputs import NAMES
 from simulator.accuracy.study import COST, GOALS, AccuracyStudy, Need, Point, Series, misses, needs

@@ -15,9 +15,18 @@ from labbook.presenting.numbers import Shown
 from labbook.presenting.report.comparisons import decision, equivalence
 from labbook.presenting.stats.days import has_days
 from reports.decided_sentences import ELSEWHERE, Words, decided_text, saving_text, within_text
-from reports.display import MINUS, NO_BREAK, as_shown, places_of, shown_unit, value_text, with_unit
+from reports.display import (
+    MINUS,
+    NO_BREAK,
+    as_shown,
+    count_text,
+    in_sentence,
+    places_of,
+    shown_unit,
+    value_text,
+    with_unit,
+)
 from reports.numbers import Number
-from reports.wording import count_text, in_sentence
 from stats.days.decision import Contrast, Rule, contrast_by_day
 from stats.groups.multiple import HolmFamily, holm
 

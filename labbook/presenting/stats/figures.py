@@ -17,13 +17,12 @@ from labbook.analysis.comparison import pairing
 from labbook.analysis.observations import Observations
 from labbook.analysis.results.result_cache import ends_of
 from reports.content import Factor, Level
-from reports.display import NO_BREAK
+from reports.display import NO_BREAK, in_sentence
 from reports.figures.estimation import Estimation, EstimationGroup
 from reports.figures.quantiles import Quantiles
 from reports.figures.residuals import Against, ResidualPlot
 from reports.naming import level_name, swept_words, title_of
 from reports.numbers import Number
-from reports.wording import in_sentence
 from stats.groups.residuals import Residuals, additive_residuals, normal_quantiles, residuals_of_groups
 
 _LEAST_SPREAD = Fraction(1, 10**6)

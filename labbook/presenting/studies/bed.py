@@ -19,9 +19,13 @@ from reports.display import (
     DASH,
     as_shown,
     common_places,
+    count_text,
+    in_sentence,
     interval_text,
+    list_text,
     p_text,
     places_of,
+    sentence_start,
     value_text,
     with_unit,
 )
@@ -33,7 +37,6 @@ from reports.predicted import PredictedQuantity, Prediction
 from reports.remarks import scene_sentences
 from reports.tables.headlines import groups
 from reports.tables.predictions import published_text
-from reports.wording import count_text, in_sentence, list_text, sentence_start
 from simulator.steady.published_results import published_results
 
 HEAD = (

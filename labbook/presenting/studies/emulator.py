@@ -12,9 +12,8 @@ import numpy as np
 from data_schema.rounding import level_text
 from data_schema.vocabulary import Undefined
 from labbook.analysis.studies.emulator import AtGain, Controller, EmulatorStudy, Jumps, Rise, Trend, no_rise
-from reports.display import BESIDE
+from reports.display import BESIDE, list_text
 from reports.figures.emulator import ControllerPoints
-from reports.wording import list_text
 from simulator.steady.published_results import published_numbers
 from stats.days.decision import Bounded, Estimate
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from labbook.presenting.durations import time_text
 from labbook.presenting.simulation.work_precision import as_data, as_lines, plain_number, processor, work_precision_of
+from reports.display import time_text
 from simulator.accuracy.outputs import NAMES
 from simulator.accuracy.reference_of import Reference
 from simulator.accuracy.study import AccuracyStudy, Point, Series

@@ -6,15 +6,14 @@ import re
 import pytest
 
 from data_schema.outcomes import Outcome
-from reports import run_points
 from reports.content import Day, RunValue
 from reports.display import general_text
 from reports.figures.kind import draw_figure, svg_bytes
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN
 from reports.page.writing import inline_svg, render_page, report_files
-from reports.run_points import name_points, points_drawn, run_anchors, run_days
-from reports.tables.each_run import each_run
+from reports.tables import each_run as rows_of_runs
+from reports.tables.each_run import each_run, name_points, points_drawn, run_anchors, run_days, run_names
 from reports.tables.registry import tables_of
 from tests.helpers.pages import DRAWN
 from tests.helpers.wording import says
@@ -98,18 +97,18 @@ def test_a_run_s_row_has_its_jumps(content):
 
 
 def test_points_of_too_many_runs_are_named_and_lead_nowhere(content, monkeypatch):
-    monkeypatch.setattr(run_points, "MOST_RUNS", 100)
+    monkeypatch.setattr(rows_of_runs, "MOST_RUNS", 100)
     drawn = figure_of(content, Outcome.JOULES)
     assert "<a " not in drawn
     assert len(re.findall(r"<g><title>[^<]*</title><use", drawn)) > 100
     page = render_page(content, EMPTY, {kind.name: kind.make(content) for kind in tables_of(content)})
     assert 'id="run-1"' not in page
     assert "Each run and its analysed jumps" not in page
-    assert [row.cells[0].text for row in each_run(content).rows] == list(run_points.run_names(content))
+    assert [row.cells[0].text for row in each_run(content).rows] == list(run_names(content))
 
 
 def test_of_too_many_runs_the_files_for_programs_have_a_row_each_and_those_for_a_paper_none(content, monkeypatch):
-    monkeypatch.setattr(run_points, "MOST_RUNS", 100)
+    monkeypatch.setattr(rows_of_runs, "MOST_RUNS", 100)
     files = report_files(content)
     for name in ("each_run", "runs", "run_values"):
         assert files[f"tables/{name}.csv"].count(b"\n") > 100
