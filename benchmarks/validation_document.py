@@ -46,7 +46,7 @@ from simulator.scene_file import load_scene
 from stats.compare.shared_error import SharedError
 from stats.groups.multiple import holm
 from stats.lines.passive_drain import fit_passive_drain
-from stats.lines.through_origin import SlopeThroughOrigin, slope_through_origin
+from stats.lines.regression import SlopeThroughOrigin, slope_through_origin
 
 DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "validation.md"
 DATA = DOCUMENT.with_suffix(".csv")

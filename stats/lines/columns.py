@@ -1,4 +1,4 @@
-"""One column of a regression, whatever its type: as whole numbers of one unit, exactly.
+"""Columns of a regression, whatever their type: as whole numbers of one unit, exactly; and which of them do not fit.
 
 Whole numbers, time stamps and decimals are taken as they are, before anything is rounded: seconds or nanoseconds since
 1970 cost a slope no digit (W16), while a least-squares solver given the same column as doubles loses all of them.
@@ -21,8 +21,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from data_schema.errors import InputRefused
 from stats.checks import as_values
+from stats.exact.numbers import Floats
+from stats.lines.fit import INTERCEPT, ExactFit
 
 _TICKS_PER_SECOND = {"s": 1, "ms": 10**3, "us": 10**6, "ns": 10**9, "ps": 10**12, "fs": 10**15, "as": 10**18}
+
+
+_ROUNDING = Fraction(2) ** -98
+"""A column no further than the root of this share of its size from the span of the others differs by rounding only."""
+_FOLLOWS = Fraction(1, 10_000)
+"""A column this close to the span of the others, as a share of its squares, follows them (VIF 10 000)."""
+_LEAST = 5e-324
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +64,15 @@ class Column:
         """Return the sum of squares of the counts, about their mean or about 0."""
         plain: int = sum(map(mul, self.counts, self.counts))
         return plain - Fraction(sum(self.counts) ** 2, len(self.counts)) * centred
+
+    def direction(self, *, centred: bool) -> Floats:
+        """Return the counts, about their mean or as they are, scaled to length 1."""
+        n, total = len(self.counts), sum(self.counts)
+        exact = [n * count - total for count in self.counts] if centred else self.counts
+        shift = max(max(map(abs, exact)).bit_length() - 1000, 0)
+        values = np.array([float(value >> shift) if shift else float(value) for value in exact])
+        values = values / np.max(np.abs(values), initial=_LEAST)
+        return np.asarray(values / np.linalg.norm(values))
 
 
 def as_column(name: str, values: ArrayLike) -> Column:
@@ -162,3 +180,81 @@ def time_units(columns: Mapping[str, Any]) -> tuple[str, ...]:
     """Return "start in s since 1970 UTC" or "duration in s" of each column that was given as time."""
     units = {name: time_unit(values) for name, values in columns.items()}
     return tuple(f"{name} in {unit}" for name, unit in units.items() if unit is not None)
+
+
+def named_columns(columns: Any) -> dict[str, ArrayLike]:
+    """Return columns by their names; raises `InputRefused` where they have none."""
+    if hasattr(columns, "columns"):  # a data frame
+        columns = {str(name): columns[name] for name in columns.columns}
+    if not isinstance(columns, Mapping):
+        raise InputRefused('the columns have no names: give them by name, {"temperature": [...]}, or as a data frame.')
+    return {name: as_ticks(values) for name, values in columns.items()}
+
+
+def refuse_unfit(y: ArrayLike, columns: Mapping[str, ArrayLike], intercept: bool) -> int:
+    """Return the number of values, after what does not fit together was refused."""
+    n, p = int(np.size(y)), len(columns) + intercept
+    if not columns or n < p:
+        raise InputRefused(
+            f"{p} coefficients were asked of {n} values of y: give at least one column and no fewer values than "
+            "coefficients."
+        )
+    for name, values in columns.items():
+        if np.shape(values) != np.shape(y):
+            raise InputRefused(
+                f"the column {name!r} has the shape {np.shape(values)} and y has {np.shape(y)}: give one value of "
+                "each column for each of y."
+            )
+    if intercept and INTERCEPT in columns:
+        raise InputRefused(f"a column is named {INTERCEPT!r}, as the constant that is fitted: name it otherwise.")
+    return n
+
+
+def refuse_unidentifiable(columns: Mapping[str, Column], intercept: bool) -> None:
+    """Raise `InputRefused` for a column of zeros, and for a constant one beside an intercept."""
+    for name, column in columns.items():
+        if column.constant and (intercept or not any(column.counts)):
+            what = "is constant beside an intercept" if intercept else "holds only zeros"
+            raise InputRefused(f"the column {name!r} {what}: its coefficient is not identifiable, leave it out.")
+
+
+def identifiable(
+    exact: ExactFit | None,
+    columns: Mapping[str, Column],
+    directions: Sequence[Floats],
+    spreads: Sequence[Fraction],
+    skip: int,
+) -> ExactFit:
+    """Return a fit whose coefficients the columns determine; raises `InputRefused`, naming those that are collinear."""
+    if exact is None or _follows(exact, list(columns.values()), spreads, skip):
+        raise InputRefused(
+            f"the columns {listed(_collinear(list(columns), directions))} are collinear to the last digit, so that "
+            "their coefficients are not identifiable: leave one of them out."
+        )
+    return exact
+
+
+def _follows(exact: ExactFit, columns: Sequence[Column], spreads: Sequence[Fraction], skip: int) -> bool:
+    """Whether a column is no further from the span of the others than its values are rounded by.
+
+    What rounding did to a column of doubles is a share of its values, not of what centring left of them. A column that
+    itself varies by little more than that is what it says; one that follows others is not.
+    """
+    for place, (column, spread) in enumerate(zip(columns, spreads, strict=True), skip):
+        distance = Fraction(exact.determinant, exact.adjugate[place][place])
+        size = spread if column.exact else column.squares(centred=False)
+        if distance <= max(min(_ROUNDING * size, _FOLLOWS * spread), _ROUNDING * spread):
+            return True
+    return False
+
+
+def _collinear(names: Sequence[str], columns: Sequence[Floats]) -> list[str]:
+    """Return the names of those with a share in the direction that the data do not fix."""
+    share = np.abs(np.linalg.svd(np.array(columns).T)[2][-1])
+    return [name for name, size in zip(names, share, strict=True) if size > 1e-8 * share.max()]
+
+
+def listed(names: list[str]) -> str:
+    """Return names in quotes, as "'a', 'b' and 'c'"."""
+    quoted = [repr(name) for name in names]
+    return quoted[0] if len(quoted) == 1 else f"{', '.join(quoted[:-1])} and {quoted[-1]}"

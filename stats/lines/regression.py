@@ -6,15 +6,17 @@ instead, which look like any others (W20).
 Polynomials are fitted by Chebyshev's about the middle of the range of x, in whole numbers: of 192 bits, or of all where
 next to nothing of the response is left over. They are carried back to the caller's powers without rounding. Powers
 rounded to doubles cap Filip's data at 8 digits, whatever solves them; numpy's polyfit has no standard errors there.
+
+A line through the origin is that of values that come in groups (days), whose errors they share.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from operator import mul
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,9 +24,20 @@ from numpy.typing import ArrayLike
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, as_level, as_number, complete_rows
-from stats.exact.numbers import Floats, exact_root, refuse_beyond, shortened, to_double
-from stats.lines.columns import Column, as_column, as_ticks, time_unit, time_units
+from stats.checks import Missing, as_level, as_number, as_values, complete_rows
+from stats.compare.shared_error import SharedError, joined
+from stats.exact.numbers import exact_root, refuse_beyond, shortened, to_double
+from stats.lines.columns import (
+    as_column,
+    as_ticks,
+    identifiable,
+    listed,
+    named_columns,
+    refuse_unfit,
+    refuse_unidentifiable,
+    time_unit,
+    time_units,
+)
 from stats.lines.fit import (
     INTERCEPT,
     ExactFit,
@@ -37,12 +50,6 @@ from stats.lines.fit import (
     response_at,
     root_of_form,
 )
-
-_ROUNDING = Fraction(2) ** -98
-"""A column no further than the root of this share of its size from the span of the others differs by rounding only."""
-_FOLLOWS = Fraction(1, 10_000)
-"""A column this close to the span of the others, as a share of its squares, follows them (VIF 10 000)."""
-_LEAST = 5e-324
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -80,7 +87,7 @@ class LinearFit(Fit):
                 raise unknown_name("column", name, columns)
         missing = [name for name in columns if name not in values]
         if missing:
-            raise InputRefused(f"no value was given for {_named(missing)}: give one for each column.")
+            raise InputRefused(f"no value was given for {listed(missing)}: give one for each column.")
         level = as_level("level", level)
         place = [as_number(f"the value of {name!r}", values[name]) for name in columns]
         ranges = zip(place, self.lowest, self.highest, strict=True)
@@ -120,24 +127,19 @@ def fit_linear(
     (0.8, 2.3)
     """
     level = as_level("level", level)
-    columns = _as_columns(columns)
+    columns = named_columns(columns)
     (y, *kept), left_out = complete_rows([as_ticks(y), *columns.values()], missing)
     columns = dict(zip(columns, kept, strict=True))
-    n = _check(y, columns, intercept)
+    n = refuse_unfit(y, columns, intercept)
     response = as_column("y", y)
-    given = [as_column(f"the column {name!r}", values) for name, values in columns.items()]
-    _check_identifiable(dict(zip(columns, given, strict=True)), intercept)
-    rows = [*([[1] * n] if intercept else []), *(column.counts for column in given)]
-    exact = exact_fit(rows, response.counts)
-    turned = [_doubles(column, centred=intercept) for column in given]
-    spreads = [column.squares(centred=intercept) for column in given]
+    by_name = {name: as_column(f"the column {name!r}", values) for name, values in columns.items()}
+    refuse_unidentifiable(by_name, intercept)
+    given = list(by_name.values())
     skip = int(intercept)
-    if exact is None or _follows(exact, given, spreads, skip):
-        named = _named(_collinear(list(columns), turned))
-        raise InputRefused(
-            f"the columns {named} are collinear to the last digit, so that their coefficients are not identifiable: "
-            "leave one of them out."
-        )
+    rows = [*([[1] * n] if intercept else []), *(column.counts for column in given)]
+    turned = [column.direction(centred=intercept) for column in given]
+    spreads = [column.squares(centred=intercept) for column in given]
+    exact = identifiable(exact_fit(rows, response.counts), by_name, turned, spreads, skip)
     means = [Fraction(sum(column.counts), n) * skip for column in given]
     at_means = sum(map(mul, exact.numerators[skip:], means), Fraction(exact.numerators[0]))
     fit = fit_of(
@@ -166,76 +168,6 @@ def fit_linear(
         lowest=tuple(column.lowest for column in given),
         highest=tuple(column.highest for column in given),
     )
-
-
-def _doubles(column: Column, *, centred: bool) -> Floats:
-    """Return the counts, about their mean or as they are, scaled to one length."""
-    n, total = len(column.counts), sum(column.counts)
-    exact = [n * count - total for count in column.counts] if centred else column.counts
-    shift = max(max(map(abs, exact)).bit_length() - 1000, 0)
-    values = np.array([float(value >> shift) if shift else float(value) for value in exact])
-    values = values / np.max(np.abs(values), initial=_LEAST)
-    return np.asarray(values / np.linalg.norm(values))
-
-
-def _follows(exact: ExactFit, columns: Sequence[Column], spreads: Sequence[Fraction], skip: int) -> bool:
-    """Whether a column is no further from the span of the others than its values are rounded by.
-
-    What rounding did to a column of doubles is a share of its values, not of what centring left of them. A column that
-    itself varies by little more than that is what it says; one that follows others is not.
-    """
-    for place, (column, spread) in enumerate(zip(columns, spreads, strict=True), skip):
-        distance = Fraction(exact.determinant, exact.adjugate[place][place])
-        size = spread if column.exact else column.squares(centred=False)
-        if distance <= max(min(_ROUNDING * size, _FOLLOWS * spread), _ROUNDING * spread):
-            return True
-    return False
-
-
-def _as_columns(columns: Any) -> dict[str, ArrayLike]:
-    """Return columns by their names; raises `InputRefused` where they have none."""
-    if hasattr(columns, "columns"):  # a data frame
-        columns = {str(name): columns[name] for name in columns.columns}
-    if not isinstance(columns, Mapping):
-        raise InputRefused('the columns have no names: give them by name, {"temperature": [...]}, or as a data frame.')
-    return {name: as_ticks(values) for name, values in columns.items()}
-
-
-def _check(y: ArrayLike, columns: Mapping[str, ArrayLike], intercept: bool) -> int:
-    """Return the number of values, after what does not fit together was refused."""
-    n, p = int(np.size(y)), len(columns) + intercept
-    if not columns or n < p:
-        raise InputRefused(
-            f"{p} coefficients were asked of {n} values of y: give at least one column and no fewer values than "
-            "coefficients."
-        )
-    for name, values in columns.items():
-        if np.shape(values) != np.shape(y):
-            raise InputRefused(
-                f"the column {name!r} has the shape {np.shape(values)} and y has {np.shape(y)}: give one value of "
-                "each column for each of y."
-            )
-    if intercept and INTERCEPT in columns:
-        raise InputRefused(f"a column is named {INTERCEPT!r}, as the constant that is fitted: name it otherwise.")
-    return n
-
-
-def _check_identifiable(columns: Mapping[str, Column], intercept: bool) -> None:
-    for name, column in columns.items():
-        if column.constant and (intercept or not any(column.counts)):
-            what = "is constant beside an intercept" if intercept else "holds only zeros"
-            raise InputRefused(f"the column {name!r} {what}: its coefficient is not identifiable, leave it out.")
-
-
-def _collinear(names: Sequence[str], columns: Sequence[Floats]) -> list[str]:
-    """Return the names of those with a share in the direction that the data do not fix."""
-    share = np.abs(np.linalg.svd(np.array(columns).T)[2][-1])
-    return [name for name, size in zip(names, share, strict=True) if size > 1e-8 * share.max()]
-
-
-def _named(names: list[str]) -> str:
-    quoted = [repr(name) for name in names]
-    return quoted[0] if len(quoted) == 1 else f"{', '.join(quoted[:-1])} and {quoted[-1]}"
 
 
 HIGHEST_DEGREE = 20
@@ -398,3 +330,67 @@ def _condition(twice: Sequence[int], half_range: int, degree: int) -> float:
     """Return the 2-norm condition of the waves, scaled to one length."""
     waves = np.polynomial.chebyshev.chebvander(np.array([x / half_range for x in twice]), degree)
     return float(np.linalg.cond(waves / np.linalg.norm(waves, axis=0)))
+
+
+@dataclass(frozen=True, slots=True)
+class SlopeThroughOrigin:
+    """y = slope * x, with what groups scatter by and what all x have in common.
+
+    `se` is that of the scatter between groups, `shared_se` that of the errors that the x share; the interval `ci` holds
+    both. `groups` is their number, `n` that of the values.
+    """
+
+    slope: float
+    se: float | Undefined
+    shared_se: float
+    ci: tuple[float, float] | Undefined
+    level: float
+    groups: int
+    n: int
+
+
+def slope_through_origin(
+    x: ArrayLike, y: ArrayLike, groups: Sequence[Hashable], shared: Sequence[SharedError] = (), level: float = 0.95
+) -> SlopeThroughOrigin:
+    """Fit y = slope * x by least squares; only groups are independent of each other.
+
+    The standard error is that of the slope's scatter between groups, sqrt(G / (G - 1) sum of s_g^2) / sum(x^2), with
+    s_g = sum of x * residual in the group, and Student's interval has G - 1 degrees of freedom. For groups that have
+    the same x this is the mean of their slopes with its interval: a curve that all of them follow is no scatter.
+    Errors of x make the slope smaller by their variance over the mean square of x, 0.02 % where they are 1.5 %.
+
+    Parameters
+    ----------
+    x, y : (n,) values in one unit each
+    groups : (n,) the group of each value, such as its day; each value its own where nothing is shared
+    shared : (n,) errors that the x have in common with each other, where there are any
+    level : of the interval
+
+    Raises
+    ------
+    InputRefused for lengths that differ, no values, and x that are all 0.
+    """
+    across, up, level = as_values("the values of x", x), as_values("the values of y", y), as_level("level", level)
+    if not across.size == up.size == len(groups) or (shared and len(shared) != across.size):
+        raise InputRefused(f"there are {across.size} x, {up.size} y and {len(groups)} groups: give as many of each.")
+    squares = float(across @ across) if across.size else 0.0
+    if not squares > 0.0:
+        raise InputRefused("no x differs from 0, and a line through the origin has no slope: give others.")
+    slope = float(across @ up) / squares
+    pulls = (up - 2.0 * slope * across) / squares
+    error = SharedError()
+    for pull, one in zip(pulls.tolist(), shared, strict=bool(shared)):
+        error = error.minus(one.times(-pull))
+    names = list(dict.fromkeys(groups))
+    if len(names) < 2:
+        none = Undefined(Reason.SINGLE_NO_SCATTER, unit="run")
+        return SlopeThroughOrigin(slope, none, error.se, none, level, len(names), across.size)
+    scores = across * (up - slope * across)
+    of_groups = np.bincount([names.index(group) for group in groups], scores)
+    df = len(names) - 1
+    se = float(np.sqrt(len(names) / df * (of_groups @ of_groups)) / squares)
+    ci: tuple[float, float] = (slope, slope)
+    if se or error.se:
+        _both, half, exponent = joined(se, df, error, level)
+        ci = slope - float(np.ldexp(half, exponent)), slope + float(np.ldexp(half, exponent))
+    return SlopeThroughOrigin(slope, se, error.se, ci, level, len(names), across.size)

@@ -31,7 +31,7 @@ from stats.clocks import Clocks, align_clocks, corner, leg_touchdowns, moving_av
 from stats.compare.shared_error import SharedError
 from stats.force_plate import Contact, find_contacts, force_above_zero
 from stats.groups.residuals import RmseOverIqr, rmse_over_iqr
-from stats.lines.through_origin import SlopeThroughOrigin, slope_through_origin
+from stats.lines.regression import SlopeThroughOrigin, slope_through_origin
 
 _Floats = NDArray[np.float64]
 MOTOR_PARAMETERS = ("torque_constant", "motor_resistance", "velocity_constant")

@@ -11,7 +11,7 @@ import scipy.stats
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.compare.shared_error import SharedError
-from stats.lines.through_origin import slope_through_origin
+from stats.lines.regression import slope_through_origin
 
 
 def test_equal_designs_give_the_mean_of_the_groups_slopes() -> None:
