@@ -10,8 +10,8 @@ import numpy as np
 from data_schema.vocabulary import RunKind
 from labbook.book.making import make_book
 from labbook.book.opening import CONFIGURATION
-from labbook.demo.book_toml import book_toml
 from labbook.demo.campaign import make_campaign
+from labbook.demo.files import book_toml
 from labbook.demo.logger import DECIMALS, RunLog, run_log
 from labbook.demo.records import Campaign
 from labbook.demo.truth import CHAPTER_5

@@ -23,8 +23,8 @@ from labbook.actions.runs.jump_review import decide
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.opening import Book, opened
 from labbook.book.write_session import new_uid
-from labbook.demo.book_toml import FACTORS, ROBOT
 from labbook.demo.campaign import BATTERIES
+from labbook.demo.files import FACTORS, ROBOT
 from labbook.demo.truth import CHAPTER_5
 from labbook.demo.writers import RunRow, SheetRow, charger_sheet, run_sheet, string_pot_log
 

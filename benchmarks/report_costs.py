@@ -22,8 +22,8 @@ from data_schema.vocabulary import RunKind
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.opening import DATABASE, opened
-from labbook.demo.book_toml import FACTORS, ROBOT
 from labbook.demo.campaign import BATTERIES
+from labbook.demo.files import FACTORS, ROBOT
 from labbook.demo.truth import CHAPTER_5
 from labbook.demo.writers import RunRow, SheetRow, charger_sheet, run_sheet
 from reports.figures.figure_cache import KIND

@@ -21,8 +21,8 @@ from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.opening import DATABASE, Book, opened
 from labbook.cli.main import GARBAGE_AFTER
 from labbook.cli.runs import run_lines
-from labbook.demo.book_toml import FACTORS, ROBOT
 from labbook.demo.campaign import BATTERIES
+from labbook.demo.files import FACTORS, ROBOT
 from labbook.demo.truth import CHAPTER_5
 from labbook.demo.writers import RunRow, run_sheet
 

@@ -1,17 +1,24 @@
-"""What the robot's logger makes of a motion: sensor noise, quantisation, whole milliseconds, dropped packets."""
+"""The log of one run: what the string potentiometer and the robot would have recorded (thesis 5.1.3, 5.1.5).
+
+Per jump: rest on the clamp, lowering by hand to just past the 0.42 m mark, drop, stance, flight, a catch after
+the apex and before the second touchdown, lifting back to the clamp. The hop itself is that of the group. Motions of
+the hand are closed forms on arrays of seconds since each began; each starts and ends at rest, save the catch, which
+begins at the speed of the fall. The logger adds sensor noise, quantisation, whole milliseconds, dropped packets.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
-from labbook.demo.model import FULL, RATE_HZ, SHORT, BodyMotion, body_motion
+from data_schema.units import STANDARD_GRAVITY_M_S2
 from labbook.demo.records import DemoRun
-from labbook.demo.truth import Truth
+from labbook.demo.truth import REST_LENGTH_M, Group, Hop, Truth
 
 FloatArray = NDArray[np.float64]
 
@@ -120,3 +127,225 @@ def _drop_packets(rng: np.random.Generator, motion: BodyMotion) -> tuple[NDArray
         dtype=np.bool_,
     )
     return dropped, touched
+
+
+@dataclass(frozen=True, slots=True)
+class Wobble:
+    """An unsteady hand: two sines that die away towards the end of a motion."""
+
+    amplitude_m: float
+    frequency_hz: float
+    phase_rad: float
+
+    def height_m(self, time_s: FloatArray, duration_s: float) -> FloatArray:
+        """Deviation from the intended height; zero, and at rest, at both ends."""
+        share = np.clip(time_s / duration_s, 0, 1)
+        # Squared at the end, so that the robot is still when it is let go.
+        envelope = 6.75 * share * (1 - share) ** 2 * self.amplitude_m
+        angle = 2 * np.pi * self.frequency_hz * time_s + self.phase_rad
+        return envelope * np.minimum(share * 8, 1) * (np.sin(angle) + 0.4 * np.sin(2.3 * angle))
+
+
+def carry_m(time_s: FloatArray, duration_s: float, start_m: float, end_m: float) -> FloatArray:
+    """Move between two heights with the least jerk, as a hand does (Flash and Hogan 1985)."""
+    share = np.clip(time_s / duration_s, 0, 1)
+    return start_m + (end_m - start_m) * share**3 * (10 - 15 * share + 6 * share**2)
+
+
+def carry_duration_s(distance_m: float, acceleration_m_s2: float) -> float:
+    """Time of a move over `distance_m` whose acceleration nowhere exceeds `acceleration_m_s2`, see `carry_m`."""
+    return math.sqrt(10 / math.sqrt(3) * distance_m / acceleration_m_s2)
+
+
+def catch_duration_s(speed_m_s: float, distance_m: float) -> float:
+    """Time in which a fall at `speed_m_s` is stopped within `distance_m`, see `catch_m`."""
+    return 3 * distance_m / speed_m_s
+
+
+def catch_m(time_s: FloatArray, start_m: float, speed_m_s: float, distance_m: float) -> FloatArray:
+    """Stop a fall: the speed dies quadratically and the body comes to rest `distance_m` lower."""
+    left = np.clip(1 - time_s / catch_duration_s(speed_m_s, distance_m), 0, 1)
+    return start_m - distance_m * (1 - left**3)
+
+
+RATE_HZ = 300
+CLAMP_HEIGHT_M = 0.46
+START_MARK_M = 0.42
+
+_MISFIRE_LEG_M = 0.215
+_MISFIRE_RAD_S = 22.0
+_MISFIRE_DAMPING = 0.7
+_LEG_RELEASE_1_S = 40.0
+_CATCH_SHARES = (0.6, 0.8)
+"""When a hand catches: parts of the time from the apex to the second touchdown."""
+_STOPPING_SHARE = 0.5
+"""Part of the height left above the second touchdown that a catch uses up."""
+_CLAMP_PLAY_M = 0.0007
+_LIFTING_M_S2 = (2.5, 4.5)
+"""Greatest acceleration of a hand that lifts 2 kg without haste."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """How long the pauses are: before the first jump, between a catch and the next lowering, at the end."""
+
+    lead_in_s: float
+    reset_s: float
+    total_s: float | None
+
+
+SHORT = Pace(lead_in_s=1.0, reset_s=2.0, total_s=None)
+"""The pauses of resetting the ground cut to 2 s: a run of 25 jumps takes about 80 s."""
+FULL = Pace(lead_in_s=12.0, reset_s=26.0, total_s=720.0)
+"""The whole 12 minutes."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BodyMotion:
+    """True motion on the even grid of the logger, and the truth about its jumps.
+
+    Arrays of motion have one element a sample; `apex_s` one a jump that left the ground; `jump_start_s` and
+    `jump_end_s` (drop to catch) one a jump made.
+    """
+
+    height_m: FloatArray
+    leg_length_m: FloatArray
+    leg_velocity_m_s: FloatArray
+    extending: NDArray[np.bool_]
+    apex_s: FloatArray
+    jump_start_s: FloatArray
+    jump_end_s: FloatArray
+
+
+@dataclass(slots=True)
+class _Track:
+    """Motion being put together, one stretch after another, on the common grid of samples."""
+
+    clamp_m: float = CLAMP_HEIGHT_M
+    time_s: float = 0.0
+    samples: int = 0
+    heights: list[FloatArray] = field(default_factory=list)
+    legs: list[FloatArray] = field(default_factory=list)
+    leg_rates: list[FloatArray] = field(default_factory=list)
+    extending: list[NDArray[np.bool_]] = field(default_factory=list)
+
+    def stretch(self, duration_s: float) -> FloatArray:
+        """Seconds since the stretch began, at the grid points inside it; moves the clock to its end."""
+        end_s = self.time_s + duration_s
+        stop = math.ceil(end_s * RATE_HZ)
+        since_s = np.arange(self.samples, stop) / RATE_HZ - self.time_s
+        self.time_s, self.samples = end_s, stop
+        return since_s
+
+    def add(
+        self,
+        height_m: FloatArray,
+        leg_m: FloatArray | None = None,
+        leg_rate: FloatArray | None = None,
+        extending: NDArray[np.bool_] | None = None,
+    ) -> None:
+        """Append a stretch; a leg that is not given hangs at its rest length."""
+        self.heights.append(height_m)
+        self.legs.append(np.full(height_m.shape, REST_LENGTH_M) if leg_m is None else leg_m)
+        self.leg_rates.append(np.zeros(height_m.shape) if leg_rate is None else leg_rate)
+        self.extending.append(np.zeros(height_m.shape, np.bool_) if extending is None else extending)
+
+    def rest(self, duration_s: float) -> None:
+        """Rest on the clamp."""
+        self.add(np.full(self.stretch(duration_s).shape, self.clamp_m))
+
+
+def body_motion(
+    rng: np.random.Generator,
+    group: Group,
+    b_ad_gain: int,
+    apex_heights_m: FloatArray,
+    misfired: NDArray[np.bool_],
+    pace: Pace,
+) -> BodyMotion:
+    """Draw the motion of a run of a group, with an active-damping gain, from the true apexes of its jumps
+    (`apex_heights_m` and `misfired`, one a jump).
+    """
+    track = _Track()
+    apexes, starts, ends = [], [], []
+    track.rest(pace.lead_in_s)
+    for apex_m, misfire in zip(apex_heights_m, misfired, strict=True):
+        start_m = START_MARK_M - abs(rng.normal(0.001, 0.0015))
+        _lower(rng, track, start_m)
+        starts.append(track.time_s)
+        hop = group.hop(rng, b_ad_gain, start_m, float(apex_m))
+        leg_m = REST_LENGTH_M
+        if misfire:
+            low_m, leg_m = _misfire(rng, track, hop)
+        else:
+            apexes.append(track.time_s + hop.apex_s)
+            low_m = _fly_and_catch(rng, track, hop)
+        ends.append(track.time_s)
+        _lift(rng, track, low_m, leg_m, pace.reset_s)
+    if pace.total_s is not None and track.time_s < pace.total_s:
+        track.rest(pace.total_s - track.time_s)
+    return BodyMotion(
+        np.concatenate(track.heights),
+        np.concatenate(track.legs),
+        np.concatenate(track.leg_rates),
+        np.concatenate(track.extending),
+        np.array(apexes),
+        np.array(starts),
+        np.array(ends),
+    )
+
+
+def _lower(rng: np.random.Generator, track: _Track, start_m: float) -> None:
+    """From the clamp to the start mark, holding still for a moment before letting go."""
+    lowering_s, holding_s = rng.uniform(0.35, 0.6), rng.uniform(0.15, 0.35)
+    wobble = Wobble(rng.uniform(0.0015, 0.004), rng.uniform(2.5, 5.0), rng.uniform(0, 2 * np.pi))
+    since_s = track.stretch(lowering_s + holding_s)
+    track.add(carry_m(since_s, lowering_s, track.clamp_m, start_m) + wobble.height_m(since_s, lowering_s + holding_s))
+
+
+def _fly_and_catch(rng: np.random.Generator, track: _Track, hop: Hop) -> float:
+    """Drop, stance, flight and catch; returns the height at which the hand has stopped the body."""
+    falling_s = rng.uniform(*_CATCH_SHARES) * (hop.landing_s - hop.apex_s)
+    motion = hop.motion(track.stretch(hop.apex_s + falling_s))
+    track.add(motion.body_height_m, motion.leg_length_m, motion.leg_velocity_m_s, motion.extending)
+    caught_m = hop.apex_height_m - STANDARD_GRAVITY_M_S2 * falling_s**2 / 2
+    speed_m_s = STANDARD_GRAVITY_M_S2 * falling_s
+    distance_m = _STOPPING_SHARE * (caught_m - hop.rest_length_m)
+    since_s = track.stretch(catch_duration_s(speed_m_s, distance_m))
+    track.add(catch_m(since_s, caught_m, speed_m_s, distance_m))
+    return caught_m - distance_m
+
+
+def _misfire(rng: np.random.Generator, track: _Track, hop: Hop) -> tuple[float, float]:
+    """A jump whose leg only pushes the foot down: the body settles on the bent leg until it is picked up.
+
+    Returns the heights of the body and the length of the leg at the end.
+    """
+    motion = hop.motion(track.stretch(hop.switch_s))
+    track.add(motion.body_height_m, motion.leg_length_m, motion.leg_velocity_m_s, motion.extending)
+    since_s = track.stretch(rng.uniform(0.5, 0.9))
+    damped_rad_s = _MISFIRE_RAD_S * math.sqrt(1 - _MISFIRE_DAMPING**2)
+    decay_1_s = _MISFIRE_DAMPING * _MISFIRE_RAD_S
+    swing = np.exp(-decay_1_s * since_s) * (
+        np.cos(damped_rad_s * since_s) + decay_1_s / damped_rad_s * np.sin(damped_rad_s * since_s)
+    )
+    depth_m = hop.rest_length_m - hop.lift_off_height_m
+    settled_m = _MISFIRE_LEG_M - depth_m
+    height_m = settled_m - (settled_m - hop.switch_height_m) * swing
+    leg_m = _MISFIRE_LEG_M - (_MISFIRE_LEG_M - hop.switch_leg_m) * swing
+    track.add(height_m, leg_m, np.gradient(leg_m, 1 / RATE_HZ), np.ones(since_s.shape, np.bool_))
+    return float(height_m[-1]), float(leg_m[-1])
+
+
+def _lift(rng: np.random.Generator, track: _Track, low_m: float, leg_m: float, reset_s: float) -> None:
+    """Back above the clamp, down onto it, and rest while the ground is stirred and smoothed."""
+    track.clamp_m = CLAMP_HEIGHT_M + rng.normal(0, _CLAMP_PLAY_M)
+    over_m = track.clamp_m + rng.uniform(0.006, 0.018)
+    lifting_s = carry_duration_s(over_m - low_m, rng.uniform(*_LIFTING_M_S2))
+    settling_s = rng.uniform(0.2, 0.4)
+    resting_s = reset_s * rng.uniform(0.93, 1.07) - lifting_s - settling_s
+    since_s = track.stretch(lifting_s)
+    bent_m = (REST_LENGTH_M - leg_m) * np.exp(-_LEG_RELEASE_1_S * since_s)
+    track.add(carry_m(since_s, lifting_s, low_m, over_m), REST_LENGTH_M - bent_m, _LEG_RELEASE_1_S * bent_m)
+    track.add(carry_m(track.stretch(settling_s), settling_s, over_m, track.clamp_m))
+    track.rest(resting_s)

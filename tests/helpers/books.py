@@ -25,7 +25,7 @@ from labbook.actions.runs.day_checks import state_check
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.making import make_book
 from labbook.book.opening import Book, opened
-from labbook.demo.book_toml import FACTORS, ROBOT, book_toml
+from labbook.demo.files import FACTORS, ROBOT, book_toml
 from labbook.demo.logger import DECIMALS, run_log
 from labbook.demo.records import DemoRun
 from labbook.demo.truth import Condition

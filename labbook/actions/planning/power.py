@@ -15,16 +15,19 @@ from data_schema.outcomes import Outcome
 from data_schema.queries.plans import planned_runs
 from data_schema.reasons import Reason
 from data_schema.vocabulary import PlanMethod, Undefined
-from labbook.actions.planning.power_by_layout import (
+from labbook.actions.planning.power_tests import (
+    Assumed,
     Crossing,
+    Design,
     DrawPlan,
+    PlannedTest,
     crossing_of,
     drawn_layouts,
     equivalence_by_layout,
     last_within,
     tests_by_layout,
+    tests_of,
 )
-from labbook.actions.planning.power_tests import Assumed, Design, PlannedTest, tests_of
 from labbook.actions.runs.runs_importing import plan_factors
 from labbook.analysis.outcomes.conditions import Spread, run_spread
 from labbook.analysis.outcomes.detection import Detections

@@ -14,7 +14,7 @@ from data_schema.errors import UsageError, unknown_name
 from data_schema.queries.plans import OpenPlan, open_plans, planned_runs, withdrawn_names
 from data_schema.queries.runs import run_names
 from data_schema.vocabulary import Action, PlanMethod, RunKind, Undefined
-from labbook.actions.planning.power_by_layout import (
+from labbook.actions.planning.power_tests import (
     Crossing,
     DrawPlan,
     crossing_of,

@@ -10,7 +10,7 @@ from data_schema.vocabulary import ReasonCode
 from labbook.config.model import AnalysisSettings, Bounds, Family, UnitOfAnalysis
 from labbook.config.parsing import parse_configuration
 from labbook.config.template import template
-from labbook.demo.book_toml import book_toml
+from labbook.demo.files import book_toml
 from labbook.demo.truth import CHAPTER_5
 
 BARE = book_toml(CHAPTER_5, predicted=False, decided=False).decode()

@@ -10,7 +10,7 @@ from data_schema.errors import InputRefused
 from labbook.config.model import SimulationSettings
 from labbook.config.parsing import parse_configuration
 from labbook.config.template import template
-from labbook.demo.book_toml import book_toml
+from labbook.demo.files import book_toml
 from labbook.demo.truth import CHAPTER_5
 from tests.helpers.wording import refuses
 
