@@ -42,7 +42,7 @@ def trajectory_of(recording: Recording) -> xarray.Dataset:
     """Sample the motion every half millisecond and at both ends of every step.
 
     Both ends: at an event two samples share one time, and jumps in force and gains stay sharp. Between them position,
-    velocity and acceleration follow the quintic of all three at a step's ends, integrals the cubic.
+    velocity and acceleration follow the quintic of all three at a step's ends, integrals and states the cubic.
     """
     import xarray
 
@@ -52,6 +52,8 @@ def trajectory_of(recording: Recording) -> xarray.Dataset:
     meanings = {energy.name: energy.meaning for energy in ENERGIES}
     for name, place in recording.composition.integrals.items():
         names[name] = (place, "J", f"{meanings[name]} since touchdown")
+    for one in recording.composition.effect_states:
+        names[one.state.name] = (one.place, one.state.unit, one.state.meaning)
     start, length = trace[:, 0], trace[:, 1]
     step, share = _samples(start, length)
     columns = {}

@@ -30,7 +30,6 @@ from simulator.kernel.layout import (
     CARRIED,
     CLEARS,
     CONDITIONS,
-    CONE_KINK,
     FALLS,
     FLIGHT,
     FOLDS,
@@ -43,6 +42,7 @@ from simulator.kernel.layout import (
     LENGTH_UNIT,
     LIFTS,
     MODE,
+    MODES,
     PHASE,
     RELEASES,
     SPEED_UNIT,
@@ -70,7 +70,7 @@ MOST_STEPS = 1e300
 _IN_STANCE = (FALLS, FOLDS, STRAIGHTENS)
 _OF_MODE = {
     FLIGHT: (TOUCHES, CLEARS, FALLS, FOLDS),
-    INTRUDING: (STOPS, CONE_KINK, BOTTOMS, *_IN_STANCE),
+    INTRUDING: (STOPS, BOTTOMS, *_IN_STANCE),
     JAMMED: (LIFTS, YIELDS, *_IN_STANCE),
     CARRIED: (LIFTS, *_IN_STANCE),
 }
@@ -117,7 +117,13 @@ def _system(effects: frozenset[str]) -> HybridSystem:
     return HybridSystem(
         composition,
         {
-            mode: (*guards, *_sliding(composition, mode), *_wish(composition, mode), *always)
+            mode: (
+                *guards,
+                *(one.place for one in composition.effect_guards if MODES[mode] in one.guard.modes),
+                *_sliding(composition, mode),
+                *_wish(composition, mode),
+                *always,
+            )
             for mode, guards in _OF_MODE.items()
         },
         **{

@@ -210,12 +210,14 @@ class _Walk:
 
 
 def typical_sizes(work: Row, system: HybridSystem) -> Row:
-    """Sizes that absolute tolerances are shares of: m, m/s, J."""
+    """Sizes that absolute tolerances are shares of: m, m/s, J, and those of the states of effects."""
     at = system.composition.position
     length_m, speed_m_s = work[at["rest_length"]], math.sqrt(GRAVITY_M_S2 * work[at["rest_length"]])
     energy_j = (work[at["body_mass"]] + work[at["foot_mass"]]) * GRAVITY_M_S2 * length_m
     sizes = np.full(system.composition.state_size, energy_j)
     sizes[:4] = length_m, speed_m_s, 0.1 * length_m, speed_m_s
+    for one in system.composition.effect_states:
+        sizes[one.place] = one.state.typical
     return sizes
 
 

@@ -68,6 +68,38 @@ class BodyForce:
     holds: bool = False
 
 
+@dataclass(frozen=True, slots=True)
+class Guard:
+    """An event of an effect: a step ends where a force has a kink or a jump.
+
+    It happens where the effect's function `NAME_guard(p, body_height_m, body_velocity_m_s, foot_height_m,
+    foot_velocity_m_s)`, smooth between events, rises through zero in one of the `modes`. There `NAME_happens` of the
+    same arguments, if the effect gives it, changes numbers that the effect keeps in `derived`. `expression` and
+    `happens` say in the automaton's table what rises through zero, and what happens.
+    """
+
+    name: str
+    expression: str
+    happens: str
+    modes: tuple[Mode, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """A number that an effect integrates beside the motion, as the stretch of a damper in series with a spring.
+
+    The effect's function `NAME_rate(p, height_m, velocity_m_s, states)` is its rate, of the body's height and velocity
+    and the tuple of the effect's states; `NAME_start(p, height_m, velocity_m_s)` is where a simulation starts, 0
+    without it. From jump to jump it goes on. `typical` is the size that an error is a share of, in its `unit`.
+    `body_force_n`, `NAME_guard` and `NAME_happens` of an effect with states get the tuple as their last argument.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    typical: float
+
+
 def no_functions(at: ParameterIndex) -> dict[str, Function]:
     """Give the kernel nothing: the effect is a choice that another part reads."""
     return {}
@@ -82,7 +114,8 @@ class Effect:
     `functions(at)["prepare"]` computes once a jump from the parameters, or that its functions keep from event to event.
     `functions` fills slots of the kernel: `Composition.slots` by name. `body_force` says of the function `body_force_n`
     when it acts; without it such a function is refused. `energies` are integrated, and those with a sign booked;
-    `publishes`: other outputs it computes. All outputs read 0 while it is off.
+    `publishes`: other outputs it computes. All outputs read 0 while it is off. `guards` are events, `states` numbers
+    that it integrates; while one with states is on, no motion has a closed form.
     """
 
     name: str
@@ -95,6 +128,8 @@ class Effect:
     publishes: tuple[str, ...] = ()
     derived: tuple[str, ...] = ()
     body_force: BodyForce | None = None
+    guards: tuple[Guard, ...] = ()
+    states: tuple[State, ...] = ()
     functions: Callable[[ParameterIndex], dict[str, Function]] = no_functions
 
     @property

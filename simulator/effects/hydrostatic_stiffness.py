@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator.compiled import inner
-from simulator.effects.effect import Effect, Function, ParameterIndex
+from simulator.effects.effect import Effect, Function, Guard, ParameterIndex
 from simulator.effects.shared import CONE, GROUND_LOSS
 from simulator.parameter import Parameter
 
@@ -53,7 +53,7 @@ def _functions(at: ParameterIndex) -> dict[str, Function]:
         "prepare": prepare,
         "resistance_n": resistance_n,
         "resistance_slope_n_m": resistance_slope_n_m,
-        "kink_depth_m": inner(lambda p: p[complete_at]),
+        "cone_kink_guard": inner(lambda p, x_b, v_b, x_f, v_f: -x_f - p[complete_at]),
     }
 
 
@@ -74,6 +74,7 @@ EFFECT = Effect(
     },
     energies=(GROUND_LOSS,),
     publishes=("max_depth_m", "unresisted_sink_m"),
+    guards=(Guard("cone_kink", "z - R / q", "the cone of grains is complete", ("intruding",)),),
     derived=("recruitment_slope", "foot_area", "penetration_factor", "stress_factor", "cone_depth"),
     functions=_functions,
 )

@@ -33,7 +33,7 @@ from simulator.effects import (
     torque_cap,
     touchdown_impact,
 )
-from simulator.effects.effect import Effect, Energy
+from simulator.effects.effect import Effect, Energy, Guard, State
 
 EFFECTS: dict[str, Effect] = {
     module.EFFECT.name: module.EFFECT
@@ -77,3 +77,6 @@ ENERGIES: tuple[Energy, ...] = tuple(
 BOOKED = tuple(energy for energy in ENERGIES if energy.sign)
 COSTS = tuple(energy for energy in ENERGIES if not energy.sign)
 """Those in the energy book, and the parts of the cost beside the mechanical one."""
+GUARDS: tuple[Guard, ...] = tuple(dict.fromkeys(guard for effect in EFFECTS.values() for guard in effect.guards))
+STATES: tuple[State, ...] = tuple(dict.fromkeys(state for effect in EFFECTS.values() for state in effect.states))
+"""Every event and every state that an effect has of its own."""

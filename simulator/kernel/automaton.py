@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from simulator.effects.effect import MODES, Mode
+from simulator.effects.registry import GUARDS
 from simulator.kernel.limits import LONGEST_FLIGHT_S, LONGEST_STANCE_S
 
 Leads = Mapping[Mode, tuple[Mode, ...]]
@@ -110,7 +111,7 @@ EVENTS = (
         _from(MODES, ENDS) | _stays("flight"),
         ("apex", "touchdown", "no_liftoff"),
     ),
-    Event("cone_kink", "z - R / q", "the cone of grains is complete", _stays("intruding")),
+    *(Event(guard.name, guard.expression, guard.happens, _stays(*guard.modes)) for guard in GUARDS),
 )
 """In the order of their guards' places (`simulator.kernel.layout`)."""
 

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from simulator.effects.effect import MODES as MODES
-from simulator.effects.registry import ENERGIES
+from simulator.effects.registry import ENERGIES, STATES
+from simulator.effects.registry import GUARDS as EFFECT_GUARDS
 
 
 def places(first: int, end: int, step: int) -> Any:
@@ -22,8 +23,8 @@ def places(first: int, end: int, step: int) -> Any:
 X_BODY, V_BODY, X_FOOT, V_FOOT = range(4)
 LEG_WORK, MECHANICAL = 4, 5
 """The state: heights (m) and speeds (m/s), then integrals over time (J); further integrals follow as effects call for
-them (`Composition.integrals`), and a platform's height and speed."""
-WIDTH = MECHANICAL + 1 + len(ENERGIES) + 2
+them (`Composition.integrals`), states of effects, and a platform's height and speed."""
+WIDTH = MECHANICAL + 1 + len(ENERGIES) + 2 + len(STATES)
 """Room for a state or its rates, whatever effects are on."""
 
 JAMMED, INTRUDING, FLIGHT, CREEPING, CARRIED = range(5)
@@ -126,14 +127,15 @@ KEPT = HOLDS + CONDITIONS
     HOLD_TURNS,
     COST_KINK,
     FALLS,
-    CONE_KINK,
-) = range(15)
-SWITCHES, PROMPT = 16, 13
+) = range(14)
+PROMPT, OF_EFFECTS = 13, 14
+SWITCHES = OF_EFFECTS + len(EFFECT_GUARDS) + len(EFFECT_GUARDS) % 2
 GUARDS = SWITCHES + CONDITIONS
 """Functions of the state whose rise through zero is an event (`simulator.kernel.events.guards`), each smooth between
-events. From `SWITCHES` on each condition of the rule of a controller without a clock has one; a kernel with a clock has
-none of them (`Composition.guards`). Those and the first `PROMPT` are never positive while their mode lasts: one that is
-at the start of a step, because two events fell together, happens there.
+events. From `OF_EFFECTS` on stand those that effects declare, in the order of `EFFECT_GUARDS` and, as registers hold
+several, an even number of places; from `SWITCHES` on each condition of the rule of a controller without a clock has
+one; a kernel with a clock has none of these (`Composition.guards`). They and the first `PROMPT` are never positive
+while their mode lasts: one that is at the start of a step, because two events fell together, happens there.
 """
 
 GUARDS_EARLIER, GUARDS_BEFORE, GUARDS_AFTER, GUARDS_BETWEEN = places(KEPT, KEPT + 4 * GUARDS, GUARDS)

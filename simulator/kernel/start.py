@@ -68,6 +68,24 @@ from simulator.kernel.rows import COLUMN, COLUMNS
 Row = NDArray[np.float64]
 
 
+def make_start_states(composition: Composition) -> Function:
+    """Compose `(work)`: the states of effects at the height and speed at which a simulation starts; 0 by default."""
+    starts = inner(lambda work: None)
+    for one in composition.effect_states:
+        if one.start is not None:
+            starts = _also(starts, one.start, one.place)
+    return starts
+
+
+def _also(before: Function, start: Function, place: int) -> Function:
+    @inner
+    def starts(work: Row) -> None:
+        before(work)
+        work[NOW + place] = start(work, work[NOW + X_BODY], work[NOW + V_BODY])
+
+    return starts
+
+
 def make_begin(composition: Composition) -> Function:
     """Put the robot where the scene starts: `(work)`."""
     at = composition.position
@@ -78,6 +96,7 @@ def make_begin(composition: Composition) -> Function:
         composition.has("body_held"),
         composition.slot("body_moves"),
     )
+    start_states = make_start_states(composition)
 
     @inner
     def begin(work: Row) -> None:
@@ -89,6 +108,7 @@ def make_begin(composition: Composition) -> Function:
         work[NOW + X_FOOT], work[NOW + V_FOOT] = work[height], work[velocity]
         work[MODE], work[CLEARED], work[PHASE] = FLIGHT, CLEAR, COMPRESSION
         work[STALE] = 1
+        start_states(work)
         if holds:
             body_moves(work, work[velocity])
         set_gains(work, False, 0.0)

@@ -169,6 +169,8 @@ def _effect_lines(effect: Effect) -> list[str]:
         f"source: {effect.source}.",
         *([f"needs {_needs(effect)}."] if effect.needs else []),
         *([f"pushes the body in the modes {', '.join(force.modes)}."] if (force := effect.body_force) else []),
+        *(f"is an event where {guard.expression} rises through zero: {guard.happens}." for guard in effect.guards),
+        *(f"integrates {state.name}: {state.meaning}, {state.unit}." for state in effect.states),
         *(f"gives {' and '.join(energy.columns)}: {energy.meaning}." for energy in effect.all_energies),
         *(f"not with {other}: {sentence}." for other, sentence in effect.excludes.items()),
         f"reads {', '.join(own)}." if own else "reads no parameter of its own.",
@@ -200,6 +202,8 @@ def _effect_data(effect: Effect) -> dict[str, Any]:
         "excludes": effect.excludes,
         "parameters": [parameter.name for parameter in effect.parameters],
         "outputs": list(effect.outputs),
+        "guards": [guard.name for guard in effect.guards],
+        "states": [state.name for state in effect.states],
         "pushes_body_in": list(effect.body_force.modes) if effect.body_force else [],
     }
 

@@ -16,7 +16,6 @@ from simulator.kernel.layout import (
     CLEAR,
     CLEARED,
     CLEARS,
-    CONE_KINK,
     CREEPING,
     DEEPEST,
     EXTENSION,
@@ -75,16 +74,13 @@ def make_flight_guards(composition: Composition) -> Function:
 
 
 def make_intruding_guards(composition: Composition) -> Function:
-    """Compose `(work, row, place, applied_n)`: the foot stops, is at the cone's or the travel's end, or is lifted."""
-    kinked, kink_m = composition.has("kink_depth_m"), composition.slot("kink_depth_m")
+    """Compose `(work, row, place, applied_n)`: the foot stops, is at the end of the travel, or is lifted."""
     emulated, travel_m = composition.has("travel_m"), composition.slot("travel_m")
     slides, foot, ground = composition.platform >= 0, composition.position["foot_mass"], make_ground(composition)
 
     @inlined
     def intruding_guards(work: Row, row: int, place: int, applied_n: float) -> None:
         work[place + STOPS] = work[row + V_FOOT]
-        if kinked:
-            work[place + CONE_KINK] = -work[row + X_FOOT] - kink_m(work)
         if emulated:
             work[place + BOTTOMS] = -work[row + X_FOOT] - travel_m(work)
         if slides:  # the foot leaves a platform that slows down less than it does

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator.compiled import inlined, inner
-from simulator.effects.effect import Function
-from simulator.kernel.composition import Composition, made_once
+from simulator.effects.effect import MODES, Function
+from simulator.kernel.composition import Composition, EffectGuard, made_once
 from simulator.kernel.control.controller import make_conditions, make_rule
 from simulator.kernel.events.foot_guards import make_contact_guards, make_flight_guards
 from simulator.kernel.layout import (
@@ -118,6 +118,26 @@ def make_hold_guards(composition: Composition) -> Function:
     return hold_guards
 
 
+def make_effect_guards(composition: Composition) -> Function:
+    """Compose `(mode, work, row, place)`: the guards that effects declare, each in its modes."""
+    filled = inlined(lambda mode, work, row, place: None)
+    for one in composition.effect_guards:
+        filled = _with_guard(filled, one)
+    return filled
+
+
+def _with_guard(before: Function, one: EffectGuard) -> Function:
+    value, guard, acts = one.value, one.place, tuple(mode in one.guard.modes for mode in MODES)
+
+    @inlined
+    def filled(mode: float, work: Row, row: int, place: int) -> None:
+        before(mode, work, row, place)
+        if acts[int(mode)]:
+            work[place + guard] = value(work, row)
+
+    return filled
+
+
 @made_once
 def make_guards(composition: Composition) -> Function:
     """Compose `(t, work, row, place)`; guards that cannot fire in the mode read -1."""
@@ -125,6 +145,7 @@ def make_guards(composition: Composition) -> Function:
     flight_guards, contact_guards = make_flight_guards(composition), make_contact_guards(composition)
     reach_guards, cost_guards = make_reach_guards(composition), make_cost_guards(composition)
     release_guards, hold_guards = make_release_guards(composition), make_hold_guards(composition)
+    effect_guards = make_effect_guards(composition)
     conditions, rule, count = make_conditions(composition), make_rule(composition), composition.guards
     continuous, granular = not composition.on("sampled_control"), composition.on("hydrostatic_stiffness")
 
@@ -152,5 +173,6 @@ def make_guards(composition: Composition) -> Function:
                 work[place + SWITCHES] = 1.0
         release_guards(work, place, length_m)
         hold_guards(mode, work, row, place, applied_n)
+        effect_guards(mode, work, row, place)
 
     return guards

@@ -11,7 +11,7 @@ from simulator.basics import GRAVITY_M_S2
 from simulator.compiled import inner
 from simulator.effects.effect import MODES, BodyForce, Function
 from simulator.kernel.composition import Composition, made_once
-from simulator.kernel.layout import V_BODY, X_BODY
+from simulator.kernel.layout import V_BODY
 
 Row = NDArray[np.float64]
 
@@ -23,7 +23,7 @@ def _in_its_modes(force: BodyForce, newtons: Function) -> Function:
     @inner
     def in_its_modes(mode: float, work: Row, row: int) -> float:
         if always or acts[int(mode)]:
-            return newtons(work, work[row + X_BODY], work[row + V_BODY])
+            return newtons(work, row)
         return 0.0
 
     return in_its_modes

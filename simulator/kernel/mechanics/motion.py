@@ -76,6 +76,23 @@ def _also(before: Function, composition: Composition, energy: Energy) -> Functio
     return cost_powers
 
 
+def make_effect_rates(composition: Composition) -> Function:
+    """Rates of the states that effects have of their own: `(work, row, stage)`."""
+    rates = inner(lambda work, row, stage: None)
+    for one in composition.effect_states:
+        rates = _with_rate(rates, one.rate, one.place)
+    return rates
+
+
+def _with_rate(before: Function, rate: Function, place: int) -> Function:
+    @inner
+    def rates(work: Row, row: int, stage: int) -> None:
+        before(work, row, stage)
+        work[stage + place] = rate(work, row)
+
+    return rates
+
+
 @made_once
 def make_ground(composition: Composition) -> Function:
     """Acceleration of an intruding foot, the power that the ground takes, and that of the grains that move with it:
@@ -122,6 +139,7 @@ def make_rates(composition: Composition, *, creeping: bool = True) -> Function:
     lever, command, apply = make_lever(composition), make_command(composition), make_apply(composition)
     powers, ground, creep = make_powers(composition), make_ground(composition), make_creep(composition)
     forced, losses = bool(composition.body_forces), make_force_losses(composition)
+    stateful, effect_rates = bool(composition.effect_states), make_effect_rates(composition)
     has_loss, loss = "ground_loss" in composition.integrals, composition.integrals.get("ground_loss", -1)
     creeps = has_loss and creeping
     has_grain, grain = "grain_energy" in composition.integrals, composition.integrals.get("grain_energy", -1)
@@ -146,6 +164,8 @@ def make_rates(composition: Composition, *, creeping: bool = True) -> Function:
         sinking, a_f, loss_w, grain_w, reset_w = -v_f, 0.0, 0.0, 0.0, 0.0
         if forced:
             losses(mode, work, row, stage)
+        if stateful:
+            effect_rates(work, row, stage)
         if slides:
             loss_w = slide(work, row, stage)
         if mode == FLIGHT:

@@ -122,15 +122,29 @@ def make_motion_error(composition: Composition) -> Function:
     return motion_error
 
 
+def make_effects_error(composition: Composition) -> Function:
+    """Compose `(work)`: the largest error of a state of an effect, as a share of its typical size or its own."""
+    worst = inner(lambda work: 0.0)
+    for one in composition.effect_states:
+        worst = _with_error(worst, one.place, one.state.typical)
+    return worst
+
+
+def _with_error(before: Function, place: int, typical: float) -> Function:
+    return inner(lambda work: max(before(work), abs(work[ERROR + place]) / max(typical, abs(work[TRIAL + place]))))
+
+
 def make_error_norm(composition: Composition) -> Function:
     """Largest error of a step in units of what is allowed: `(work, mode, h, tolerance, omega)`.
 
     Body: against the rest length and the speed of falling through it. Foot: against its own depth, so that a shallow
-    print in stiff ground is as accurate as a deep one. Energies: against those of one body lifted by a leg.
+    print in stiff ground is as accurate as a deep one. Energies: against those of one body lifted by a leg. States of
+    effects: against their typical size.
     """
     at, motion_error = composition.position, make_motion_error(composition)
     per_rest, per_fall, per_lift = at["inverse_rest_length"], at["inverse_fall_speed"], at["inverse_lift_energy"]
     platform, integrals_end, size = composition.platform, composition.integrals_end, composition.state_size
+    effects_error = make_effects_error(composition)
 
     @inner
     def norm(work: Row, mode: int, h: float, tolerance: float, omega: float) -> float:
@@ -145,6 +159,7 @@ def make_error_norm(composition: Composition) -> Function:
             lifts = abs(work[TRIAL + i]) * per_energy
             share = abs(work[ERROR + i]) * per_energy
             worst = max(worst, share / lifts if lifts > 1.0 else share)
+        worst = max(worst, effects_error(work))
         return worst / tolerance
 
     return norm

@@ -56,15 +56,21 @@ def interpolate(h: float, s: float, work: Row, row: int) -> None:
 
 @made_once
 def make_interpolate(composition: Composition) -> Function:
-    """Compose `(h, s, work, row)`, which also writes those of a platform that can slide."""
-    if composition.platform < 0:
+    """Compose `(h, s, work, row)`, which also writes the states of effects, and those of a platform that can slide."""
+    if composition.platform < 0 and not composition.effect_states:
         return interpolate
-    platform = composition.platform
+    platform, slides = composition.platform, composition.platform >= 0
+    first, end = composition.integrals_end, composition.integrals_end + len(composition.effect_states)
 
     @inner
     def interpolate_all(h: float, s: float, work: Row, row: int) -> None:
         interpolate(h, s, work, row)
-        _evaluate(h, s, work, QUINTICS + 12, row + platform)
+        for i in range(first, end):  # the cubic of state and rate at both ends
+            rise, r0, r1 = work[TRIAL + i] - work[NOW + i], h * work[K1 + i], h * work[K7 + i]
+            bend, turn = 3.0 * rise - 2.0 * r0 - r1, r0 + r1 - 2.0 * rise
+            work[row + i] = work[NOW + i] + s * (r0 + s * (bend + s * turn))
+        if slides:
+            _evaluate(h, s, work, QUINTICS + 12, row + platform)
 
     return interpolate_all
 

@@ -20,7 +20,6 @@ from simulator.kernel.layout import (
     BETWEEN,
     CAP_KINK,
     COMPRESSION,
-    CONE_KINK,
     COST_KINK,
     DAMPING,
     EXTENSION,
@@ -63,6 +62,9 @@ def make_forecast(composition: Composition) -> Function:
     rates_inlined, guards = make_rates(composition, creeping=False), make_guards(composition)
     wants_switch, set_gains, count = make_wants_switch(composition), make_set_gains(composition), composition.guards
     sampled, rate = composition.on("sampled_control"), composition.position.get("control_rate", -1)
+    bends = [one.place for one in composition.effect_guards if one.happens is None]
+    kinks = tuple(guard in (CAP_KINK, COST_KINK, *bends) for guard in range(count))
+    first, end = composition.integrals_end, composition.integrals_end + len(composition.effect_states)
     held, per_fall = composition.on("held_force"), composition.position["inverse_fall_speed"]
 
     @inner
@@ -97,11 +99,10 @@ def make_forecast(composition: Composition) -> Function:
     def uneventful(t: float, work: Row) -> bool:
         """Whether nothing has happened at `TRIAL` that forces do not show by themselves."""
         guards(t, work, TRIAL, GUARDS_BETWEEN)
+        happened = 0
         for guard in range(count):
-            kink = guard in (CAP_KINK, COST_KINK, CONE_KINK)
-            if work[GUARDS_BETWEEN + guard] > 0.0 and not kink:
-                return False
-        return True
+            happened += 1 if work[GUARDS_BETWEEN + guard] > 0.0 and not kinks[guard] else 0
+        return happened == 0
 
     @inner
     def decides(work: Row) -> bool:
@@ -119,6 +120,8 @@ def make_forecast(composition: Composition) -> Function:
     def counted(work: Row, enough: float) -> float:
         for place in (X_BODY, V_BODY, X_FOOT, V_FOOT):
             work[BETWEEN + place] = work[NOW + place]
+        for place in range(first, end):  # states of effects are held
+            work[BETWEEN + place] = work[TRIAL + place] = work[NOW + place]
         started, t, tick, steps = work[TIME], work[TIME], work[TICK], 0.0
         settling = settling_rate(t, work)
         h = 1.0 / settling

@@ -37,7 +37,8 @@ def make_runge_kutta(composition: Composition, rates_of: Function) -> Function:
     there and its estimated error.
     """
     size = composition.state_size
-    moving = LEG_WORK if composition.platform < 0 else size  # a platform's motion follows the integrals
+    acting_later = composition.platform >= 0 or composition.effect_states  # they follow the integrals
+    moving = size if acting_later else LEG_WORK
 
     @inner
     def step(mode: int, t: float, h: float, work: Row) -> None:
