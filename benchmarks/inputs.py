@@ -10,10 +10,9 @@ import numpy as np
 from data_schema.vocabulary import RunKind
 from labbook.book.making import make_book
 from labbook.book.opening import CONFIGURATION
-from labbook.demo.campaign import make_campaign
+from labbook.demo.campaign import Campaign, make_campaign
 from labbook.demo.files import book_toml
 from labbook.demo.logger import DECIMALS, RunLog, run_log
-from labbook.demo.records import Campaign
 from labbook.demo.truth import CHAPTER_5
 from labbook.demo.writers import string_pot_log
 

@@ -21,8 +21,7 @@ from labbook.analysis.results.codec import StoredResult
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import gather
 from labbook.book.opening import opened
-from labbook.demo.campaign import make_campaign
-from labbook.demo.records import Campaign
+from labbook.demo.campaign import Campaign, make_campaign
 from labbook.demo.running import Stopwatch, make_demo_book
 from labbook.demo.truth import CHAPTER_5, CONTROL_GAIN, Condition
 from stats.compare.shared_error import SharedError, describe_shared, shared_of_mean

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
 from data_schema.units import STANDARD_GRAVITY_M_S2
-from labbook.demo.records import DemoRun
+from labbook.demo.campaign import DemoRun
 from labbook.demo.truth import REST_LENGTH_M, Group, Hop, Truth
 
 FloatArray = NDArray[np.float64]

@@ -19,8 +19,8 @@ from labbook.actions.runs.day_checks import state_check
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.making import make_book
 from labbook.book.opening import CONFIGURATION, Book, opened
+from labbook.demo.campaign import Campaign, DemoRun
 from labbook.demo.files import write_campaign
-from labbook.demo.records import Campaign, DemoRun
 
 RUN_SHEET = "runs.csv"
 

@@ -25,9 +25,9 @@ from labbook.actions.runs.day_checks import state_check
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.making import make_book
 from labbook.book.opening import Book, opened
+from labbook.demo.campaign import DemoRun
 from labbook.demo.files import FACTORS, ROBOT, book_toml
 from labbook.demo.logger import DECIMALS, run_log
-from labbook.demo.records import DemoRun
 from labbook.demo.truth import Condition
 from labbook.demo.writers import RunRow, SheetRow, charger_sheet, run_sheet, string_pot_log
 from tests.helpers.once import made_once

@@ -9,8 +9,7 @@ from pathlib import Path
 import pytest
 
 from labbook.book import write_session as session
-from labbook.demo.campaign import make_campaign
-from labbook.demo.records import Campaign
+from labbook.demo.campaign import Campaign, make_campaign
 from labbook.demo.running import DemoDone, run_demo
 from tests.helpers.once import made_once
 from tests.helpers.stated_campaign import STATED

@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 
 from data_schema.vocabulary import RunKind
-from labbook.demo.campaign import BATTERIES, make_campaign
-from labbook.demo.records import Campaign
+from labbook.demo.campaign import BATTERIES, Campaign, make_campaign
 from labbook.demo.truth import CHAPTER_5
 
 

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from data_schema.vocabulary import RunKind, Undefined
-from labbook.demo.campaign import make_campaign
+from labbook.demo.campaign import DemoRun, make_campaign
 from labbook.demo.logger import RunLog, run_log
-from labbook.demo.records import DemoRun
 from stats.apexes.detectors import Jumps, find_jumps
 
 SEED = 11

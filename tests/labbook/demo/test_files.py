@@ -6,9 +6,8 @@ from pathlib import Path
 import pytest
 
 from data_schema.vocabulary import RunKind
-from labbook.demo.campaign import make_campaign
+from labbook.demo.campaign import Campaign, make_campaign
 from labbook.demo.files import write_campaign
-from labbook.demo.records import Campaign
 
 
 @pytest.fixture(scope="module")

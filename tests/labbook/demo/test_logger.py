@@ -3,9 +3,8 @@ import pytest
 
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import RunKind
-from labbook.demo.campaign import make_campaign
+from labbook.demo.campaign import Campaign, DemoRun, make_campaign
 from labbook.demo.logger import RunLog, run_log
-from labbook.demo.records import Campaign, DemoRun
 
 
 @pytest.fixture(scope="module")

@@ -21,8 +21,7 @@ from labbook.analysis.outcomes.run_energy import joules_per_jump
 from labbook.analysis.preregistration.planned import planned_analysis
 from labbook.book.opening import Book, opened
 from labbook.config.model import Bounds
-from labbook.demo.campaign import make_campaign
-from labbook.demo.records import Campaign
+from labbook.demo.campaign import Campaign, make_campaign
 from labbook.demo.running import Stopwatch, make_demo_book
 from labbook.demo.truth import GROUND, Condition
 from labbook.presenting.report.content import MadeReport, make_report

@@ -17,7 +17,7 @@ from data_schema.vocabulary import RunKind
 from labbook.actions.report_command import state_report
 from labbook.book.making import make_book
 from labbook.book.opening import opened
-from labbook.demo.records import DemoRun
+from labbook.demo.campaign import DemoRun
 from labbook.demo.writers import RunRow, SheetRow, charger_sheet, run_sheet
 from labbook.presenting.report.content import MadeReport
 from tests.helpers.books import ADA, DAYS, TRUTH, import_sheet, ingest_all, small_runs, write_instruments
