@@ -23,7 +23,7 @@ from typing import Any, Self
 import sqlalchemy as sa
 
 from data_schema.errors import BookDamaged
-from data_schema.tables.people import journal, person
+from data_schema.tables.journal import journal, person
 from data_schema.vocabulary import Action
 
 GENESIS = "0" * 64

@@ -20,8 +20,9 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.tables import FACTS, design, files, hashes, people, results, runs, signals
+from data_schema.tables import FACTS, design, files, results, runs
 from data_schema.tables.base import CHUNK, in_chunks
+from data_schema.tables.journal import config, journal, row_hash
 
 _WRITTEN = "labbook_rows_written"
 """Under this name a connection keeps what its transaction has written."""
@@ -62,22 +63,22 @@ def _below(table: sa.Table, owner: sa.Table, *order: sa.Column[Any]) -> Member:
 
 
 def _of_signal(table: sa.Table, place: sa.Column[Any]) -> Member:
-    signal, reading = signals.signal, files.ingest
+    signal, reading = files.signal, files.ingest
     joins = ((signal, table.c.signal == signal.c.id), (reading, signal.c.ingest == reading.c.id))
     return Member(table, joins, (table.c.signal, place))
 
 
-_OWNERS = (*FACTS.values(), files.ingest, signals.detection, results.result)
+_OWNERS = (*FACTS.values(), files.ingest, files.detection, results.result)
 
 _MEMBERS: Mapping[str, tuple[Member, ...]] = {
     "condition": (_below(design.condition_level, design.condition, design.condition_level.c.factor),),
     "ingest": (
         _below(files.finding, files.ingest, files.finding.c.id),
-        _below(signals.signal, files.ingest, signals.signal.c.id),
-        _of_signal(signals.channel, signals.channel.c.position),
-        _of_signal(signals.gap, signals.gap.c.id),
+        _below(files.signal, files.ingest, files.signal.c.id),
+        _of_signal(files.channel, files.channel.c.position),
+        _of_signal(files.gap, files.gap.c.id),
     ),
-    "detection": (_below(signals.jump, signals.detection, signals.jump.c.number),),
+    "detection": (_below(files.jump, files.detection, files.jump.c.number),),
     "result": (
         _below(results.result_number, results.result, results.result_number.c.name),
         _below(results.result_input, results.result, *results.result_input.primary_key.columns),
@@ -117,16 +118,15 @@ def has_hashes(connection: sa.Connection) -> bool:
 
     The first configuration is written before all else and never changed: what came after a migration gives it no hash.
     """
-    config, kept = people.config, hashes.row_hash
     first = sa.select(config.c.uid).order_by(config.c.id).limit(1).scalar_subquery()
-    found = sa.select(kept.c.uid).where(kept.c.kind == config.name, kept.c.uid == first)
+    found = sa.select(row_hash.c.uid).where(row_hash.c.kind == config.name, row_hash.c.uid == first)
     return connection.execute(found).first() is not None
 
 
 def altered_rows(connection: sa.Connection) -> list[Altered]:
     """Hash all rows anew and return those that do not fit what was kept when they were written."""
     found = []
-    kinds = connection.execute(sa.select(hashes.row_hash.c.kind).distinct()).scalars()
+    kinds = connection.execute(sa.select(row_hash.c.kind).distinct()).scalars()
     for kind in dict.fromkeys((*GROUPS, STALE, *kinds)):
         expected, now = kept_hashes(connection, kind), row_hashes(connection, kind)
         for uid, sha256 in now.items():
@@ -136,13 +136,12 @@ def altered_rows(connection: sa.Connection) -> list[Altered]:
     return found + [moved for owner in _LATEST_COUNTS for moved in _moved(connection, owner)]
 
 
-_LATEST_COUNTS = (people.config, runs.decision, runs.note)
+_LATEST_COUNTS = (config, runs.decision, runs.note)
 """Of these the private key tells which came later; no hash covers it."""
 
 
 def _moved(connection: sa.Connection, owner: sa.Table) -> Iterator[Altered]:
     """Find rows that stand behind one which the journal has after them."""
-    journal = people.journal
     said = sa.and_(journal.c.entity_kind == owner.name, journal.c.entity_uid == owner.c.uid)
     latest = 0
     for uid, seq in connection.execute(sa.select(owner.c.uid, journal.c.seq).join(journal, said).order_by(owner.c.id)):
@@ -153,8 +152,7 @@ def _moved(connection: sa.Connection, owner: sa.Table) -> Iterator[Altered]:
 
 def kept_hashes(connection: sa.Connection, kind: str) -> dict[str, str]:
     """Return the hashes that were kept when the rows of a kind were written, by the uid of their owner."""
-    kept = hashes.row_hash
-    query = sa.select(kept.c.uid, kept.c.sha256).where(kept.c.kind == kind)
+    query = sa.select(row_hash.c.uid, row_hash.c.sha256).where(row_hash.c.kind == kind)
     return dict(connection.execute(query).all())
 
 
@@ -221,9 +219,8 @@ def _queries_by_kind(dialect: str) -> dict[str, list[tuple[bytes, sa.Select[Any]
 
 
 def _keep(connection: sa.Connection, kind: str, uids: Sequence[str]) -> None:
-    table = hashes.row_hash
-    connection.execute(table.delete().where(table.c.kind == kind, table.c.uid.in_(uids)))
+    connection.execute(row_hash.delete().where(row_hash.c.kind == kind, row_hash.c.uid.in_(uids)))
     found = row_hashes(connection, kind, uids)
     if found:
         rows = [{"kind": kind, "uid": uid, "sha256": sha256} for uid, sha256 in found.items()]
-        connection.execute(table.insert(), rows)
+        connection.execute(row_hash.insert(), rows)

@@ -14,8 +14,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from data_schema.vocabulary import Severity
-from ingest.formats.recognised import RECOGNISED
-from ingest.formats.registry import described_formats
+from ingest.formats.registry import RECOGNISED, described_formats
 from ingest.model import Declarations, ReadFile, SignalPart
 from ingest.read import read_file
 

@@ -12,7 +12,7 @@ import sqlalchemy as sa
 from data_schema.tables import FACTS
 from data_schema.tables.base import columns_of
 from data_schema.tables.files import IN_USE, LAST_READING, file, ingest, run_file
-from data_schema.tables.people import config, journal, person
+from data_schema.tables.journal import config, journal, person
 from data_schema.tables.runs import charge, note, run
 from data_schema.vocabulary import Action, ChargeState, IngestStatus
 

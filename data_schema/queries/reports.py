@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import sqlalchemy as sa
 
-from data_schema.tables.people import journal, person
+from data_schema.queries.results import resting_on
+from data_schema.tables.base import in_chunks
+from data_schema.tables.files import detection
+from data_schema.tables.journal import journal, person
 from data_schema.tables.results import report, report_item, result, result_input, result_number
-from data_schema.tables.signals import detection
 from data_schema.vocabulary import Action
 
 
@@ -130,3 +132,76 @@ def result_heads(connection: sa.Connection) -> dict[str, ResultHead]:
         about = (row.kind, row.scope_json, row.version, hashlib.sha256(said.encode()).digest())
         found[row.uid] = ResultHead(*about, frozenset(inputs.get(row.id, ())))
     return found
+
+
+@dataclass(frozen=True, slots=True)
+class ShownIn:
+    """A report that shows a number: the value it printed, and the versions of the algorithms it was made with."""
+
+    report: str
+    made_utc: str
+    value: float | None
+    versions: Mapping[str, int]
+
+
+@dataclass(frozen=True, slots=True)
+class ShownNumber:
+    """A number as a report printed it, whether the book holds one of that id, and that one's value."""
+
+    report: str
+    number_uid: str
+    printed: float | None
+    known: bool
+    value: float | None
+
+
+def reports_showing(connection: sa.Connection, number_uid: str) -> list[ShownIn]:
+    """List the reports that show a number, in the order in which they were made."""
+    query = (
+        sa.select(report.c.uid, report.c.made_utc, report_item.c.value, report.c.versions_json)
+        .join(report_item, report_item.c.report == report.c.id)
+        .where(report_item.c.number_uid == number_uid)
+        .order_by(report.c.id)
+    )
+    return [
+        ShownIn(row.uid, row.made_utc, row.value, json.loads(row.versions_json)) for row in connection.execute(query)
+    ]
+
+
+def reports_resting_on(connection: sa.Connection, inputs: Sequence[tuple[str, str]]) -> list[str]:
+    """List the reports that show a number of these results, or one that rests on these facts, by (kind, uid).
+
+    Each is the time at which it was made, which names its folder, and the selection of its runs.
+    """
+    resting = [*resting_on(connection, inputs), *(uid for kind, uid in inputs if kind == "result")]
+    found: set[tuple[str, str]] = set()
+    for some in in_chunks(resting):
+        query = (
+            sa.select(report.c.made_utc, report.c.options_json)
+            .distinct()
+            .join(report_item, report_item.c.report == report.c.id)
+            .join(result_number, report_item.c.result_number == result_number.c.id)
+            .join(result, result_number.c.result == result.c.id)
+            .where(result.c.uid.in_(some))
+        )
+        found |= {
+            (row.made_utc, json.loads(row.options_json)["where"] or "all runs") for row in connection.execute(query)
+        }
+    return [f"{made_utc} ({where})" for made_utc, where in sorted(found)]
+
+
+def shown_numbers(connection: sa.Connection) -> list[ShownNumber]:
+    """List what all reports show, beside what the book holds under the same ids."""
+    query = (
+        sa.select(
+            report.c.uid,
+            report_item.c.number_uid,
+            report_item.c.value,
+            result_number.c.id.is_not(None),
+            result_number.c.value.label("value_now"),
+        )
+        .join(report, report_item.c.report == report.c.id)
+        .outerjoin(result_number, report_item.c.result_number == result_number.c.id)
+        .order_by(report.c.id, report_item.c.number_uid)
+    )
+    return [ShownNumber(row[0], row[1], row[2], bool(row[3]), row[4]) for row in connection.execute(query)]

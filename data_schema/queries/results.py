@@ -1,8 +1,7 @@
-"""Results with their numbers and inputs: what is stored, what stands, what reports show, and what nothing shows."""
+"""Results with their numbers, inputs and simulations: what is stored, what stands, and what no report shows."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from operator import attrgetter
@@ -11,7 +10,8 @@ import sqlalchemy as sa
 
 from data_schema.row_hashes import STALE, written
 from data_schema.tables.base import in_chunks, insert_texts
-from data_schema.tables.people import config
+from data_schema.tables.design import condition
+from data_schema.tables.journal import config
 from data_schema.tables.results import prediction, report, report_item, result, result_input, result_number
 
 
@@ -248,27 +248,6 @@ def standing_number(connection: sa.Connection, kind: str, scope_json: str, name:
     return None if row is None else (row.value, row.unit)
 
 
-@dataclass(frozen=True, slots=True)
-class ShownIn:
-    """A report that shows a number: the value it printed, and the versions of the algorithms it was made with."""
-
-    report: str
-    made_utc: str
-    value: float | None
-    versions: Mapping[str, int]
-
-
-@dataclass(frozen=True, slots=True)
-class ShownNumber:
-    """A number as a report printed it, whether the book holds one of that id, and that one's value."""
-
-    report: str
-    number_uid: str
-    printed: float | None
-    known: bool
-    value: float | None
-
-
 def number_beginning(connection: sa.Connection, beginning: str) -> str | None:
     """Return the id of the one number, stored or shown in a report, whose id begins so; None for none or several."""
     columns = (result_number.c.uid, report_item.c.number_uid)
@@ -296,58 +275,6 @@ def add_report_items(connection: sa.Connection, report_uid: str, shown: Mapping[
             ],
         )
         written(connection, "report", [report_uid])
-
-
-def reports_showing(connection: sa.Connection, number_uid: str) -> list[ShownIn]:
-    """List the reports that show a number, in the order in which they were made."""
-    query = (
-        sa.select(report.c.uid, report.c.made_utc, report_item.c.value, report.c.versions_json)
-        .join(report_item, report_item.c.report == report.c.id)
-        .where(report_item.c.number_uid == number_uid)
-        .order_by(report.c.id)
-    )
-    return [
-        ShownIn(row.uid, row.made_utc, row.value, json.loads(row.versions_json)) for row in connection.execute(query)
-    ]
-
-
-def reports_resting_on(connection: sa.Connection, inputs: Sequence[tuple[str, str]]) -> list[str]:
-    """List the reports that show a number of these results, or one that rests on these facts, by (kind, uid).
-
-    Each is the time at which it was made, which names its folder, and the selection of its runs.
-    """
-    resting = [*resting_on(connection, inputs), *(uid for kind, uid in inputs if kind == "result")]
-    found: set[tuple[str, str]] = set()
-    for some in in_chunks(resting):
-        query = (
-            sa.select(report.c.made_utc, report.c.options_json)
-            .distinct()
-            .join(report_item, report_item.c.report == report.c.id)
-            .join(result_number, report_item.c.result_number == result_number.c.id)
-            .join(result, result_number.c.result == result.c.id)
-            .where(result.c.uid.in_(some))
-        )
-        found |= {
-            (row.made_utc, json.loads(row.options_json)["where"] or "all runs") for row in connection.execute(query)
-        }
-    return [f"{made_utc} ({where})" for made_utc, where in sorted(found)]
-
-
-def shown_numbers(connection: sa.Connection) -> list[ShownNumber]:
-    """List what all reports show, beside what the book holds under the same ids."""
-    query = (
-        sa.select(
-            report.c.uid,
-            report_item.c.number_uid,
-            report_item.c.value,
-            result_number.c.id.is_not(None),
-            result_number.c.value.label("value_now"),
-        )
-        .join(report, report_item.c.report == report.c.id)
-        .outerjoin(result_number, report_item.c.result_number == result_number.c.id)
-        .order_by(report.c.id, report_item.c.number_uid)
-    )
-    return [ShownNumber(row[0], row[1], row[2], bool(row[3]), row[4]) for row in connection.execute(query)]
 
 
 def unshown_results(connection: sa.Connection) -> list[str]:
@@ -381,3 +308,49 @@ def remove_results(connection: sa.Connection, uids: Sequence[str]) -> None:
         connection.execute(result.delete().where(result.c.uid.in_(some)))
         for kind in ("result", STALE):
             written(connection, kind, some)
+
+
+@dataclass(frozen=True, slots=True)
+class PredictionRow:
+    """A simulated scene; `result_uid` names the result with its numbers, `uid` is the prediction's own."""
+
+    uid: str
+    result_uid: str
+    condition_key: str
+    scene_toml: str
+    effects_json: str
+    accuracy: float
+    outcome: str
+    assumed_json: str
+
+
+_OWN = ("scene_toml", "effects_json", "accuracy", "outcome", "assumed_json")
+
+
+def add_predictions(connection: sa.Connection, rows: Sequence[PredictionRow]) -> None:
+    """Store predictions, after the results that they belong to; what is stored already stays as it is."""
+    for some in in_chunks(rows):
+        stored = sa.select(prediction.c.uid).where(prediction.c.uid.in_([row.uid for row in some]))
+        known = set(connection.execute(stored).scalars())
+        results = _keys(connection, result.c.uid, result.c.id, [row.result_uid for row in some])
+        conditions = _keys(connection, condition.c.key, condition.c.id, [row.condition_key for row in some])
+        values = [
+            {
+                "uid": row.uid,
+                "result": results[row.result_uid],
+                "condition": conditions.get(row.condition_key),
+                **{name: getattr(row, name) for name in _OWN},
+            }
+            for row in some
+            if row.uid not in known
+        ]
+        if values:
+            connection.execute(prediction.insert(), values)
+            written(connection, "result", list(results))
+
+
+def _keys(
+    connection: sa.Connection, name: sa.ColumnElement[str], key: sa.ColumnElement[int], names: Sequence[str]
+) -> dict[str, int]:
+    rows = connection.execute(sa.select(name.label("name"), key.label("key")).where(name.in_(names)))
+    return {row.name: row.key for row in rows}

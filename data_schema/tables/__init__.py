@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import sqlalchemy as sa
 
-from data_schema.tables import design, equipment, files, hashes, people, results, runs, signals
+from data_schema.tables import design, equipment, files, journal, results, runs
 from data_schema.tables.base import METADATA
 
-__all__ = ["FACTS", "METADATA", "design", "equipment", "files", "hashes", "people", "results", "runs", "signals"]
+__all__ = ["FACTS", "METADATA", "design", "equipment", "files", "journal", "results", "runs"]
 
 FACTS: dict[str, sa.Table] = {
     fact.name: fact
     for fact in (
-        people.person,
-        people.config,
+        journal.person,
+        journal.config,
         design.study,
         design.day,
         design.day_check,

@@ -21,8 +21,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.errors import UsageError, unknown_name
-from data_schema.where.parsing import And, Comparison, Expression, Membership, Not, Or, parse
-from data_schema.where.tokens import COMPARE, Operator, Word
+from data_schema.where.parsing import COMPARE, And, Comparison, Expression, Membership, Not, Operator, Or, Word, parse
 
 __all__ = ["ColumnKind", "WhereColumn", "compile_where", "parse"]
 

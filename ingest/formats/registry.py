@@ -1,5 +1,7 @@
 """All formats: labbook's own, a line each in `FORMATS`, and those of plug-ins; what each is, in words.
 
+Some are recognised but not read: the refusal says what the file is and what to export instead.
+
 A plug-in is a Python package with an entry point in the group `labbook.formats`: a `Format`, a list of them, or a
 function without arguments that returns either. What is wrong with a plug-in is a sentence, and never keeps the other
 formats from being read.
@@ -10,9 +12,10 @@ from __future__ import annotations
 import functools
 import importlib.metadata
 import inspect
+import re
 import sys
 import traceback
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from data_schema.errors import InputRefused, UsageError
@@ -32,12 +35,74 @@ from ingest.formats.force_plates import (
     qualisys,
     vicon,
 )
-from ingest.formats.format import UNKNOWN, Format, Head, Recognition
+from ingest.formats.format import SIGNATURE, UNKNOWN, Clue, Format, Head, Recognition
 from ingest.formats.loggers import debug_lines, delimited, excel, matlab, minitaur
 from ingest.formats.plugin_results import check_format, check_reading, check_recognition
-from ingest.formats.recognised import RECOGNISED
 from ingest.model import Reading
 from ingest.tables.header_lines import SecondHeader
+
+_TEXT = "export its data as delimited text with a header, units and time"
+
+
+@dataclass(frozen=True, slots=True)
+class _Signature:
+    name: str
+    what: str
+    instead: str
+    clue: Clue
+    matches: Callable[[Head], bool] = lambda _head: True
+
+
+def _first_line(pattern: str) -> Callable[[Head], bool]:
+    compiled = re.compile(pattern)
+    return lambda head: compiled.match(head.first_line()) is not None
+
+
+_RUN_SHEET = r"run[,;\t]date[,;\t]position[,;\t]kind\b"
+
+_SIGNATURES = (
+    _Signature("pdf", "a PDF document", "give the data it was made from", Clue(begins=(b"%PDF-",))),
+    _Signature("image", "an image", _TEXT, Clue(begins=(b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"II*\0", b"MM\0*"))),
+    _Signature(
+        "video",
+        "a video",
+        "keep it beside the book",
+        Clue(says=(b"ftyp",)),
+        lambda head: head.data[4:8] == b"ftyp",
+    ),
+    _Signature(
+        "run_sheet",
+        "a run sheet",
+        "state its runs with `labbook runs import FILE`",
+        Clue(says=(b"position",)),
+        _first_line(_RUN_SHEET),
+    ),
+)
+
+
+def _format(signature: _Signature) -> Format:
+    def refuse(_head: Head, findings: FindingCollector) -> Reading:
+        findings.add(FILE, "format_not_read", f"This is {signature.what}, which is not read: {signature.instead}.")
+        return Reading()
+
+    def recognise(head: Head) -> Recognition | None:
+        """Its first bytes or lines."""
+        known = signature.clue.is_in(head) and signature.matches(head)
+        return Recognition(SIGNATURE, f"it begins as {signature.what}") if known else None
+
+    return Format(
+        signature.name,
+        1,
+        recognise,
+        refuse,
+        f"{signature.what[0].upper()}{signature.what[1:]}: not read; {signature.instead}.",
+        clue=signature.clue,
+    )
+
+
+RECOGNISED = tuple(_format(signature) for signature in _SIGNATURES)
+"""One format a signature; their readers refuse."""
+
 
 FORMATS: tuple[Format, ...] = (
     *RECOGNISED,

@@ -16,7 +16,7 @@ import sqlalchemy as sa
 from data_schema import journal
 from data_schema.disk import make_folder, sync_all
 from data_schema.errors import BookReadOnly, UsageError, unknown_name
-from data_schema.queries.selecting import refuse_empty_selection
+from data_schema.queries.runs import refuse_empty_selection
 from data_schema.row_hashes import altered_rows, has_hashes
 from data_schema.second_process import beside, has_core
 from data_schema.vocabulary import Action

@@ -11,8 +11,7 @@ import sqlalchemy as sa
 
 from data_schema.errors import InputRefused, UsageError, unknown_name
 from data_schema.outcomes import Outcome
-from data_schema.queries.runs import RunRow
-from data_schema.queries.selecting import refuse_empty_selection
+from data_schema.queries.runs import RunRow, refuse_empty_selection
 from data_schema.vocabulary import Undefined
 from ingest.store import Store
 from labbook.analysis.comparison import pairing

@@ -13,7 +13,8 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.queries.results import ResultRow, reports_resting_on, results_by_uid, unshown_results
+from data_schema.queries.reports import reports_resting_on
+from data_schema.queries.results import ResultRow, results_by_uid, unshown_results
 from data_schema.row_hashes import GROUPS, STALE, Altered, Misfit, kept_hashes, row_hashes, rows_of
 from data_schema.tables import FACTS, design
 from data_schema.tables.runs import run

@@ -14,7 +14,7 @@ from data_schema.journal import Entry
 from data_schema.queries.facts import fact_exists
 from data_schema.queries.imports import readings
 from data_schema.queries.readings import waiting_files
-from data_schema.queries.results import shown_numbers
+from data_schema.queries.reports import shown_numbers
 from data_schema.vocabulary import Action
 from labbook.analysis.results.result_cache import agree, versions_now
 

@@ -13,9 +13,8 @@ import sqlalchemy as sa
 
 from data_schema.errors import UnknownName, UsageError, unknown_name
 from data_schema.queries.facts import find_uid, read_fact
-from data_schema.queries.plans import open_plans
 from data_schema.queries.runs import RunRow, find_run, run_names
-from data_schema.queries.study import StudyRow, conditions_by_key, day_uids, factors, the_study
+from data_schema.queries.study import StudyRow, conditions_by_key, day_uids, factors, open_plans, the_study
 from labbook.book.write_session import WriteSession
 from labbook.config.parsing import Configuration
 

@@ -20,9 +20,8 @@ from data_schema.errors import InputRefused
 from data_schema.journal import canonical
 from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.imported_files import imported_names
-from data_schema.queries.plans import planned_runs
 from data_schema.queries.runs import condition_levels
-from data_schema.queries.study import conditions_by_key, config_in_force, day_uids, person_uid, the_study
+from data_schema.queries.study import conditions_by_key, config_in_force, day_uids, person_uid, planned_runs, the_study
 from data_schema.vocabulary import Action
 from labbook.book.write_session import Statement, WriteSession, now_utc
 from labbook.config.model import number_label

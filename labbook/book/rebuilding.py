@@ -23,7 +23,7 @@ from data_schema.errors import BookDamaged, BookError, UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile, LeftOut
 from data_schema.row_hashes import altered_rows, has_hashes
-from data_schema.tables.hashes import row_hash
+from data_schema.tables.journal import row_hash
 from labbook.book.altered import MOST_NAMED, AlteredRows, compared, differing
 from labbook.book.differing import Differences, differences
 from labbook.book.making import fill_sqlite

@@ -29,8 +29,7 @@ def list_command(where: WhereOption = None, book: BookOption = None, as_json: Js
 
     Example: labbook runs list --where "foot=small and not state=void"
     """
-    from data_schema.queries.runs import list_runs, shown_runs, where_columns
-    from data_schema.queries.selecting import compile_known
+    from data_schema.queries.runs import compile_known, list_runs, shown_runs, where_columns
     from data_schema.where.parsing import parse
     from labbook.book.opening import opened
 

@@ -21,7 +21,7 @@ from data_schema.engine import reading, writing
 from data_schema.errors import BookDamaged
 from data_schema.journal import GENESIS, Entry, canonical, chained, commands, placed
 from data_schema.journal_file import NOTHING, JournalFile, LeftOut
-from data_schema.tables.people import journal as table
+from data_schema.tables.journal import journal as table
 from data_schema.vocabulary import Action
 from tests.helpers.journals import chain, entry, renumbered, write_all
 from tests.helpers.old_book import unpack

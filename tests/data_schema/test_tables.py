@@ -18,7 +18,7 @@ from data_schema.errors import BookDamaged
 from data_schema.tables import METADATA
 from data_schema.tables.equipment import battery, instrument, robot
 from data_schema.tables.files import file, ingest
-from data_schema.tables.people import config, person
+from data_schema.tables.journal import config, person
 from data_schema.tables.runs import decision
 from tests.helpers.journals import chain, write_all
 

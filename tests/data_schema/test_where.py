@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 from data_schema.errors import UnknownName, UsageError
 from data_schema.vocabulary import RunKind
 from data_schema.where.compiling import ColumnKind, WhereColumn, compile_where, parse
-from data_schema.where.parsing import And, Comparison, Expression, Membership, Not, Or
-from data_schema.where.tokens import Operator, Word
+from data_schema.where.parsing import And, Comparison, Expression, Membership, Not, Operator, Or, Word
 
 HOSTILE = (
     "'; DROP TABLE run; --",

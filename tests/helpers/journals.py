@@ -10,7 +10,7 @@ import sqlalchemy as sa
 
 from data_schema import journal
 from data_schema.journal import GENESIS, Entry
-from data_schema.tables.people import person
+from data_schema.tables.journal import person
 from data_schema.vocabulary import Action
 
 ADA = "Ada Nwosu"

@@ -12,7 +12,7 @@ import sqlalchemy as sa
 
 from data_schema.errors import UsageError, unknown_name
 from data_schema.outcomes import Outcome
-from data_schema.queries.plans import planned_runs
+from data_schema.queries.study import planned_runs
 from data_schema.reasons import Reason
 from data_schema.vocabulary import PlanMethod, Undefined
 from labbook.actions.planning.power_tests import (

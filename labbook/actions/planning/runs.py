@@ -11,8 +11,8 @@ from zoneinfo import ZoneInfo
 
 from data_schema.disk import written_beside
 from data_schema.errors import UsageError, unknown_name
-from data_schema.queries.plans import OpenPlan, open_plans, planned_runs, withdrawn_names
 from data_schema.queries.runs import run_names
+from data_schema.queries.study import OpenPlan, open_plans, planned_runs, withdrawn_names
 from data_schema.vocabulary import Action, PlanMethod, RunKind, Undefined
 from labbook.actions.planning.power_tests import (
     Crossing,

@@ -13,9 +13,8 @@ from data_schema.errors import UsageError, unknown_name
 from data_schema.queries.charges import rows_about, rows_with_uids
 from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.imported_files import place_of_charge
-from data_schema.queries.plans import planned_runs
 from data_schema.queries.runs import RunRow, list_runs, runs_named
-from data_schema.queries.study import factors
+from data_schema.queries.study import factors, planned_runs
 from data_schema.tables import FACTS
 from data_schema.vocabulary import Action, ChargeState, RunKind, RunState
 from labbook.actions.runs.charges import refuse_second_charge

@@ -12,10 +12,9 @@ from zoneinfo import ZoneInfo
 import sqlalchemy as sa
 
 from data_schema.queries.charges import ChargeOfRun, charges_of_runs
-from data_schema.queries.plans import PlannedRow, planned_runs
 from data_schema.queries.runs import RunRow, runs_named
 from data_schema.queries.signals import SignalRow, log_starts, signals_of_runs
-from data_schema.queries.study import CheckRow, StudyRow, days_with_runs
+from data_schema.queries.study import CheckRow, PlannedRow, StudyRow, days_with_runs, planned_runs
 from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
 from labbook.analysis.outcomes.detection import BODY_HEIGHT
 from labbook.analysis.outcomes.log_dates import other_day

@@ -13,9 +13,8 @@ from zoneinfo import ZoneInfo
 
 from data_schema.errors import InputRefused, UsageError
 from data_schema.queries.imported_files import inbox
-from data_schema.queries.plans import planned_runs, withdrawn_names
 from data_schema.queries.runs import RunRow, list_runs
-from data_schema.queries.study import day_uids
+from data_schema.queries.study import day_uids, planned_runs, withdrawn_names
 from data_schema.vocabulary import Action, RunKind, RunState
 from labbook.actions.runs.remarks import Remark, remarks_on, remarks_on_names, remarks_on_places
 from labbook.book.naming import ensure_condition, ensure_day, named_uid, study_of

@@ -13,11 +13,10 @@ from data_schema.queries.charges import charges_of_runs
 from data_schema.queries.detections import verdicts_waiting
 from data_schema.queries.history import first_measurement, void_reasons
 from data_schema.queries.imported_files import inbox
-from data_schema.queries.plans import planned_runs
 from data_schema.queries.readings import waiting_files
 from data_schema.queries.runs import RunRow, runs_of_conditions, runs_of_day
 from data_schema.queries.signals import SignalRow, signals_of_runs
-from data_schema.queries.study import checks_by_day
+from data_schema.queries.study import checks_by_day, planned_runs
 from data_schema.vocabulary import CheckKind, FileRole, RunKind, RunState, Undefined
 from labbook.actions.runs.rig_line import Lines, joules_of, known_joules, too_little_charged
 from labbook.analysis.outcomes.conditions import runs_outside

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from data_schema import journal
 from data_schema.errors import InputRefused, UsageError
 from data_schema.queries.facts import read_fact
-from data_schema.queries.selecting import refuse_empty_selection
+from data_schema.queries.runs import refuse_empty_selection
 from labbook.analysis.comparison.pairing import swept_factor
 from labbook.analysis.outcomes.conditions import conditions_by_outcome
 from labbook.analysis.outcomes.detection import Detections

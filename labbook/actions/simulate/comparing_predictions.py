@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from data_schema.errors import UsageError
 from data_schema.outcomes import Outcome
-from data_schema.queries.runs import has_runs
-from data_schema.queries.selecting import refuse_empty_selection
+from data_schema.queries.runs import has_runs, refuse_empty_selection
 from data_schema.vocabulary import Undefined
 from labbook.actions.studies.of_book import studies_of_book
 from labbook.book.opening import Book

@@ -12,8 +12,7 @@ from pathlib import Path
 
 from data_schema.errors import InputRefused, UsageError, unknown_name
 from data_schema.outcomes import Outcome
-from data_schema.where.parsing import And, Comparison, Expression, Membership, Not, Or, parse
-from data_schema.where.tokens import COMPARE, Operator, Word
+from data_schema.where.parsing import COMPARE, And, Comparison, Expression, Membership, Not, Operator, Or, Word, parse
 from ingest.channels.names import parse_header
 from ingest.tables.long_table import (
     MINUS,

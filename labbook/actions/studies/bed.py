@@ -8,7 +8,7 @@ from pathlib import Path
 from data_schema.errors import InputRefused, UsageError
 from data_schema.outcomes import Outcome
 from data_schema.queries.readings import readings_in_force
-from data_schema.queries.selecting import refuse_empty_selection
+from data_schema.queries.runs import refuse_empty_selection
 from data_schema.rounding import level_text
 from data_schema.vocabulary import FactorKind, StudyKind
 from labbook.actions.studies.of_book import SHEETS, OfBook, book_sources, damping_factor, first_given

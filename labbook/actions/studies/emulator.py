@@ -7,7 +7,7 @@ from pathlib import Path
 
 from data_schema.errors import InputRefused, UsageError
 from data_schema.outcomes import Outcome
-from data_schema.queries.selecting import refuse_empty_selection
+from data_schema.queries.runs import refuse_empty_selection
 from data_schema.vocabulary import FactorKind
 from labbook.actions.studies.of_book import LEVEL, OfBook, book_sources, damping_factor, first_given
 from labbook.analysis.outcomes.conditions import conditions_by_outcome

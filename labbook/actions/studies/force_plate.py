@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from data_schema.errors import UsageError
-from data_schema.queries.selecting import refuse_empty_selection
+from data_schema.queries.runs import refuse_empty_selection
 from labbook.actions.studies.of_book import LEVEL, OfBook, book_sources, first_given
 from labbook.analysis.studies.force_plate import WINDOWS, ForcePlateStudy
 from labbook.analysis.studies.plate_runs import force_plate_study

@@ -18,8 +18,7 @@ from data_schema.queries.charges import charges_of_run
 from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.imported_files import find_files, links_of_file
 from data_schema.queries.imports import refused_with
-from data_schema.queries.plans import planned_runs
-from data_schema.queries.study import config_in_force
+from data_schema.queries.study import config_in_force, planned_runs
 from data_schema.vocabulary import Action, ChargeState, IngestStatus
 from labbook.statements.apply_context import derived_uid
 from labbook.statements.counted_charges import same_value

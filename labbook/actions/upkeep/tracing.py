@@ -9,15 +9,8 @@ import sqlalchemy as sa
 
 from data_schema.errors import UnknownName
 from data_schema.queries.history import corrections_after
-from data_schema.queries.results import (
-    NumberRow,
-    ResultRow,
-    ShownIn,
-    number_beginning,
-    reports_showing,
-    result_of_number,
-    results_by_uid,
-)
+from data_schema.queries.reports import ShownIn, reports_showing
+from data_schema.queries.results import NumberRow, ResultRow, number_beginning, result_of_number, results_by_uid
 from data_schema.queries.sources import Source, describe_input
 from labbook.analysis.results.result_cache import agree, versions_now
 from labbook.book.naming import changes_in_words

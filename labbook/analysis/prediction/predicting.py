@@ -21,8 +21,7 @@ from data_schema.errors import LabbookError, unknown_name
 from data_schema.journal import canonical
 from data_schema.outcomes import Outcome
 from data_schema.queries.facts import read_fact
-from data_schema.queries.predictions import PredictionRow, add_predictions
-from data_schema.queries.results import ids_by_key
+from data_schema.queries.results import PredictionRow, add_predictions, ids_by_key
 from data_schema.queries.runs import RunRow
 from data_schema.reasons import Reason
 from data_schema.second_process import SecondProcess, beside, has_core

@@ -7,9 +7,8 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from data_schema.outcomes import Outcome
-from data_schema.queries.plans import PlannedRow
 from data_schema.queries.runs import RunRow
-from data_schema.queries.study import CheckRow, FactorRow
+from data_schema.queries.study import CheckRow, FactorRow, PlannedRow
 from data_schema.vocabulary import CheckKind, FactorKind, RunKind, RunState
 from data_schema.where.parsing import names_in, parse
 from labbook.analysis.comparison import pairing

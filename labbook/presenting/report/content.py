@@ -10,9 +10,8 @@ import sqlalchemy as sa
 
 from data_schema.outcomes import Outcome
 from data_schema.queries.history import void_reasons as reasons_of_void
-from data_schema.queries.plans import PlannedRow, planned_runs, withdrawn_names
 from data_schema.queries.results import ResultRow
-from data_schema.queries.study import CheckRow, checks_by_day, people
+from data_schema.queries.study import CheckRow, PlannedRow, checks_by_day, people, planned_runs, withdrawn_names
 from ingest.store import Store
 from labbook.analysis.comparison import pairing
 from labbook.analysis.outcomes.detection import Detections

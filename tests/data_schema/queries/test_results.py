@@ -7,7 +7,7 @@ import sqlalchemy as sa
 from data_schema.engine import reading, writing
 from data_schema.queries.results import InputRow, NumberRow, ResultRow, add_results, renew, results_by_key
 from data_schema.tables.base import CHUNK
-from data_schema.tables.people import config, person
+from data_schema.tables.journal import config, person
 
 MANY = 2 * CHUNK + 1
 

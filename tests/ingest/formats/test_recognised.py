@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from ingest.formats.recognised import RECOGNISED
+from ingest.formats.registry import RECOGNISED
 from ingest.model import Declarations
 from ingest.read import read_file
 

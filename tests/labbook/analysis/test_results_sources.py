@@ -21,8 +21,7 @@ from typing import Any
 import pytest
 
 import labbook.analysis
-from ingest.formats.recognised import RECOGNISED
-from ingest.formats.registry import FORMATS
+from ingest.formats.registry import FORMATS, RECOGNISED
 from labbook.analysis.algorithms import ALGORITHMS
 from labbook.analysis.results.codec import Algorithm
 from stats.apexes.detectors import DETECTORS

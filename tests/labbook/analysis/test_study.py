@@ -11,7 +11,7 @@ import pytest
 from scipy import stats as scipy_stats
 
 from data_schema.outcomes import Outcome
-from data_schema.queries.plans import PlannedRow
+from data_schema.queries.study import PlannedRow
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from labbook.actions.report_command import state_report

@@ -1,4 +1,7 @@
-"""Who spoke, what they said, and the configuration in force."""
+"""The journal: who spoke, what they said, the configuration in force, and hashes of rows as they were written.
+
+By these a row is found that was altered outside labbook.
+"""
 
 from __future__ import annotations
 
@@ -52,4 +55,13 @@ config = table(
     text_column("sha256"),
     text_column("text"),
     text_column("read_utc"),
+)
+
+
+row_hash = table(
+    "row_hash",
+    text_column("kind"),
+    text_column("uid"),
+    text_column("sha256"),
+    sa.PrimaryKeyConstraint("kind", "uid"),
 )
