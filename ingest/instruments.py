@@ -21,7 +21,7 @@ BERTEC_AMPLIFIER_RATE_HZ = 1000.0
 class Instrument:
     """What a maker's export adds to the plain reading: name of the part, units, axes, a rate fixed by hardware.
 
-    `frame` says which axis points up in the file (a key of `channels.axes.AXES`), `axes` the signs of the components
+    `frame` says which axis points up in the file (a key of `channels.forces.AXES`), `axes` the signs of the components
     after that. `evidence` tells why the file is taken for this instrument's; without one the signs of forces are only
     assumed. `steady` says that its values stand still by nature, as a charger's do, and no note is due.
     """

@@ -222,7 +222,7 @@ class ReadingSettings:
     its place, from 1. `time_column` and `date_column` are such columns too; a time of day in the one goes with the date
     in the other. `header_row` (0: there is none), `units_row` and `first_row` are line numbers from 1. Lines that begin
     with `comment` are skipped, the data end at a line that begins with `footer`. `date_format` is one of
-    `clock_formats.DATE_FORMATS`, `clock_format` one of its `CLOCK_FORMATS`, `axes` a key of `channels.axes.AXES`:
+    `clock_formats.DATE_FORMATS`, `clock_format` one of its `CLOCK_FORMATS`, `axes` a key of `channels.forces.AXES`:
     channels are then declared by the file's own axes.
     `trials` is the column whose value tells the trials in one file apart. `encoding` is the page of text that is
     neither marked by a byte order mark nor valid UTF-8; `decimal_sign` settles `1,234`; `format` and `instrument` name
