@@ -14,46 +14,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator.basics import BASICS, GRAVITY_M_S2
-from simulator.compiled import inlined, inner
-from simulator.effects.effect import MODES, BodyForce, Effect, Energy, Function, Guard, Mode, State
+from simulator.compiled import inner
+from simulator.effects.effect import BodyForce, Effect, Energy, Function, Mode
 from simulator.effects.registry import COSTS, EFFECTS, ENERGIES
-from simulator.effects.registry import GUARDS as EFFECT_GUARDS
+from simulator.kernel.effect_functions import EffectGuard, EffectState, Given, given_by
 from simulator.kernel.layout import (
     GUARDS,
     MECHANICAL,
-    OF_EFFECTS,
     PARAMETERS,
     SWITCHES,
-    V_BODY,
-    V_FOOT,
-    X_BODY,
-    X_FOOT,
 )
 from simulator.parameter import Parameter
 
 Row = NDArray[np.float64]
 Maker = Callable[["Composition"], Function]
-Functions = dict[str, Function]
-
-
-@dataclass(frozen=True, slots=True)
-class EffectGuard:
-    """An effect's guard: its place among the guards, and `(work, row)` for its value and for what happens there."""
-
-    guard: Guard
-    place: int
-    value: Function
-    happens: Function | None
-
-
-@dataclass(frozen=True, slots=True)
-class EffectState:
-    """An effect's state: its place, `(work, row)` for its rate, `(work, height_m, velocity_m_s)` for its start."""
-
-    state: State
-    place: int
-    rate: Function
-    start: Function | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,9 +135,6 @@ def made_once(make: Maker) -> Maker:
     return made
 
 
-OF_FORCE = frozenset({"body_force_n", "body_held", "hold_guard", "body_stops", "body_moves"})
-"""Functions of a force on the body; all but the first are those of one that holds."""
-
 _INVERSES = (
     "inverse_body_mass",
     "inverse_foot_mass",
@@ -207,25 +178,22 @@ def compose(effects: Iterable[str]) -> Composition:
     position = {name: PARAMETERS + place for place, name in enumerate(names)}
     called_for = {energy for effect in chosen for energy in effect.all_energies}
     wanted = [energy.name for energy in ENERGIES if energy in called_for and not energy.sudden]
-    slots: Functions = {}
-    forces: list[tuple[BodyForce, Function]] = []
-    guards: list[EffectGuard] = []
-    states: list[EffectState] = []
-    prepare = _prepare_inverses(position)
+    prepare, given = _prepare_inverses(position), list[Given]()
     next_state = MECHANICAL + 1 + len(wanted)
+    slots: dict[str, Function] = {}
     for effect in chosen:
-        functions = dict(effect.functions(position.__getitem__))
-        if "prepare" in functions:
-            prepare = _after(prepare, functions.pop("prepare"))
-        values = _values(range(next_state, next_state + len(effect.states)))
-        next_state += len(effect.states)
-        forces += _force_of(effect, functions, values)
-        guards += _guards_of(effect, functions, values)
-        states += _states_of(effect, functions, values, next_state - len(effect.states))
-        _check_costs(effect, functions)
-        if twice := functions.keys() & slots.keys():
+        one = given_by(effect, position.__getitem__, next_state)
+        next_state += len(one.states)
+        if one.prepare is not None:
+            prepare = _after(prepare, one.prepare)
+        if twice := one.slots.keys() & slots.keys():
             raise ValueError(f"{effect.name} fills {min(twice)}, as another effect does: let both exclude each other.")
-        slots |= functions
+        slots |= one.slots
+        given.append(one)
+    guards = tuple(guard for one in given for guard in one.guards)
+    states = tuple(state for one in given for state in one.states)
+    _check_names("guard", [one.guard.name for one in guards])
+    _check_names("state", [one.state.name for one in states])
     return Composition(
         effects=tuple(effect.name for effect in chosen),
         parameters=parameters,
@@ -233,107 +201,14 @@ def compose(effects: Iterable[str]) -> Composition:
         slots=slots,
         prepare=prepare,
         integrals={name: MECHANICAL + 1 + place for place, name in enumerate(wanted)},
-        body_forces=tuple(forces),
-        effect_guards=tuple(guards),
-        effect_states=tuple(states),
+        body_forces=tuple(one.body_force for one in given if one.body_force is not None),
+        effect_guards=guards,
+        effect_states=states,
     )
 
 
-def _values(places: Iterable[int]) -> Function | None:
-    """Compose `(work, row)`: the tuple of an effect's states at these places; None without any."""
-    found: Function | None = None
-    for place in places:
-        found = _with_value(found, place)
-    return found
-
-
-def _with_value(before: Function | None, place: int) -> Function:
-    if before is None:
-        return inner(lambda work, row: (work[row + place],))
-    return inner(lambda work, row: (*before(work, row), work[row + place]))
-
-
-def _of_body(function: Function, values: Function | None) -> Function:
-    """Compose `(work, row)` of a function of the body's height and velocity, and of an effect's states."""
-    if values is None:
-        return inlined(lambda work, row: function(work, work[row + X_BODY], work[row + V_BODY]))
-    return inlined(lambda work, row: function(work, work[row + X_BODY], work[row + V_BODY], values(work, row)))
-
-
-def _of_motion(function: Function, values: Function | None) -> Function:
-    """Compose `(work, row)` of a function of heights and velocities of body and foot, and of an effect's states."""
-    if values is None:
-
-        @inlined
-        def of_motion(work: Row, row: int) -> Any:
-            return function(work, work[row + X_BODY], work[row + V_BODY], work[row + X_FOOT], work[row + V_FOOT])
-
-        return of_motion
-
-    @inlined
-    def of_motion_and_states(work: Row, row: int) -> Any:
-        x_b, v_b, x_f, v_f = work[row + X_BODY], work[row + V_BODY], work[row + X_FOOT], work[row + V_FOOT]
-        return function(work, x_b, v_b, x_f, v_f, values(work, row))
-
-    return of_motion_and_states
-
-
-def _taken(effect: Effect, functions: Functions, name: str) -> Function:
-    """Take a function that the effect's guards and states ask for; raises `ValueError` where there is none."""
-    if name not in functions:
-        raise ValueError(f"{effect.name} does not give {name}, which its guards and states ask for: let it give one.")
-    return functions.pop(name)
-
-
-def _guards_of(effect: Effect, functions: Functions, values: Function | None) -> list[EffectGuard]:
-    """Take an effect's guards out of its functions."""
-    found = []
-    for guard in effect.guards:
-        value = _of_motion(_taken(effect, functions, f"{guard.name}_guard"), values)
-        happens = functions.pop(f"{guard.name}_happens", None)
-        place = OF_EFFECTS + EFFECT_GUARDS.index(guard)
-        found.append(EffectGuard(guard, place, value, None if happens is None else _of_motion(happens, values)))
-    return found
-
-
-def _states_of(effect: Effect, functions: Functions, values: Function | None, first: int) -> list[EffectState]:
-    """Take an effect's states, which stand from a place on, out of its functions."""
-    return [
-        EffectState(
-            state,
-            first + number,
-            _of_body(_taken(effect, functions, f"{state.name}_rate"), values),
-            functions.pop(f"{state.name}_start", None),
-        )
-        for number, state in enumerate(effect.states)
-    ]
-
-
-def _check_costs(effect: Effect, functions: Mapping[str, Function]) -> None:
-    """Raise `ValueError` where an effect gives the power of no energy, or a part of the cost without its power."""
-    powers = {name for name in functions if name.endswith("_w")}
-    wanted = {f"{energy.name}_w" for energy in effect.energies if not energy.sign}
-    if powers != wanted:
-        raise ValueError(f"{effect.name} gives {sorted(powers)}, where its energies ask for {sorted(wanted)}.")
-
-
-def _force_of(effect: Effect, functions: Functions, values: Function | None) -> tuple[tuple[BodyForce, Function], ...]:
-    """Take out what gives an effect's force on the body, with what it says of it; nothing where it has none.
-
-    Raises `ValueError` where it does not say in which modes the force acts, or where one of both is missing.
-    """
-    said, given = effect.body_force, functions.keys() & OF_FORCE
-    wanted = set() if said is None else OF_FORCE if said.holds else {"body_force_n"}
-    if given != wanted:
-        raise ValueError(
-            f"{effect.name} gives {sorted(given)}, where its body_force asks for {sorted(wanted)}: an effect that "
-            "pushes the body says so by a BodyForce, with the modes in which it acts and breaks the closed form."
-        )
-    if said is None:
-        return ()
-    if not set(said.breaks_closed_form) <= set(said.modes) <= set(MODES):
-        raise ValueError(
-            f"{effect.name} acts in {said.modes} and breaks the closed form in {said.breaks_closed_form}: let it act "
-            f"wherever it does, of {MODES}."
-        )
-    return ((said, _of_body(functions.pop("body_force_n"), values)),)
+def _check_names(what: str, names: list[str]) -> None:
+    """Raise `ValueError` where two guards, or two states, have one name."""
+    for name in sorted(set(names)):
+        if names.count(name) > 1:
+            raise ValueError(f"{names.count(name)} effects have a {what} {name}: let each {what} have its own name.")

@@ -5,12 +5,14 @@ from __future__ import annotations
 import inspect
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from simulator.effects.effect import Effect, Energy, State
 from simulator.effects.registry import EFFECTS
-from simulator.kernel.composition import OF_FORCE
+from simulator.kernel.effect_functions import SLOTS, given_by
 from tests.helpers.kernels import ROOT, python
 
 DOCUMENT = (ROOT / "docs" / "add-an-effect.md").read_text(encoding="utf-8")
@@ -163,4 +165,23 @@ def test_its_table_has_every_slot_with_its_arguments() -> None:
         told |= dict.fromkeys(re.findall(r"`(\w+)`", names), len(arguments.split(",")) if arguments else 0)
     beside = {"prepare", "body_force_n", "cap_bends"}
     assert told == {name: len(arguments) for name, arguments in filled.items() if name not in beside}
-    assert OF_FORCE - {"body_force_n"} <= told.keys()
+    assert told.keys() - {"heat_w", "drag_w"} == SLOTS - {"cap_bends"}
+
+
+GROUND = EFFECTS["hydrostatic_stiffness"]
+
+
+@pytest.mark.parametrize(
+    ("effect", "names"),
+    [
+        (replace(GROUND, guards=()), "cone_kink_guard"),
+        (replace(GROUND, guards=(replace(GROUND.guards[0], name="cone"),)), "cone_guard.*cone_kink_guard"),
+        (replace(GROUND, guards=(replace(GROUND.guards[0], modes=("sinking",)),)), "cone_kink.*sinking.*intruding"),
+        (replace(GROUND, states=(State("heat", "J", "heat", 1.0),)), "heat_rate"),
+        (replace(GROUND, functions=lambda at: GROUND.functions(at) | {"linear_drag_kgs": len}), "linear_drag_kg_s"),
+        (replace(GROUND, energies=(*GROUND.energies, Energy("heat", "heat", 0, "heat"))), "heat_w"),
+    ],
+)
+def test_what_it_declares_and_what_it_gives_must_agree(effect: Effect, names: str) -> None:
+    with pytest.raises(ValueError, match=f"hydrostatic_stiffness .*{names}"):
+        given_by(effect, lambda name: 0, 6)

@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 from simulator.compiled import inlined, inner
 from simulator.effects.effect import MODES, Function
-from simulator.kernel.composition import Composition, EffectGuard, made_once
+from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.control.controller import make_conditions, make_rule
+from simulator.kernel.effect_functions import EffectGuard
 from simulator.kernel.events.foot_guards import make_contact_guards, make_flight_guards
 from simulator.kernel.layout import (
     ASLEEP,

@@ -1,0 +1,187 @@
+"""What an effect gives a kernel: its functions for slots, force on the body, guards and states, checked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from data_schema.errors import nearest
+from simulator.compiled import inlined, inner
+from simulator.effects.effect import MODES, BodyForce, Effect, Function, Guard, ParameterIndex, State
+from simulator.effects.registry import GUARDS as EFFECT_GUARDS
+from simulator.kernel.layout import OF_EFFECTS, V_BODY, V_FOOT, X_BODY, X_FOOT
+
+Row = NDArray[np.float64]
+Functions = dict[str, Function]
+
+
+@dataclass(frozen=True, slots=True)
+class EffectGuard:
+    """An effect's guard: its place among the guards, and `(work, row)` for its value and for what happens there."""
+
+    guard: Guard
+    place: int
+    value: Function
+    happens: Function | None
+
+
+@dataclass(frozen=True, slots=True)
+class EffectState:
+    """An effect's state: its place, `(work, row)` for its rate, `(work, height_m, velocity_m_s)` for its start."""
+
+    state: State
+    place: int
+    rate: Function
+    start: Function | None
+
+
+OF_FORCE = frozenset({"body_force_n", "body_held", "hold_guard", "body_stops", "body_moves"})
+"""Functions of a force on the body; all but the first are those of one that holds."""
+
+SLOTS = frozenset(
+    {
+        *("compression_damping_kg_s", "extension_damping_kg_s", "active_damping_kg_m", "cap_n", "cap_bends"),
+        *("cost_force_n", "cost_cap_n", "resistance_n", "resistance_slope_n_m", "quadratic_drag_kg_m"),
+        *("linear_drag_kg_s", "added_mass_kg", "added_mass_slope_kg_m", "travel_m", "platform_mass_kg"),
+        *("control_period_s", "guard_length_m", "switch_compression_m", "switch_speed_tolerance_m_s"),
+        *("rest_tolerance_m",),
+        *OF_FORCE,
+    }
+    - {"body_force_n"}
+)
+"""The slots of the kernel, each filled by at most one effect of a scene (docs/add-an-effect.md says what they give)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """What an effect gives: its functions for slots and powers by name, and the rest by kind."""
+
+    slots: Functions
+    prepare: Function | None
+    body_force: tuple[BodyForce, Function] | None
+    guards: tuple[EffectGuard, ...]
+    states: tuple[EffectState, ...]
+
+
+def given_by(effect: Effect, at: ParameterIndex, first_state: int) -> Given:
+    """Sort what an effect gives; its states stand from `first_state` on.
+
+    Raises `ValueError` where a function is missing that the effect's declaration asks for, or one is there for which
+    nothing does, or a mode is not one.
+    """
+    functions = dict(effect.functions(at))
+    values = _values(range(first_state, first_state + len(effect.states)))
+    given = Given(
+        prepare=functions.pop("prepare", None),
+        body_force=_force_of(effect, functions, values),
+        guards=tuple(_guard_of(effect, guard, functions, values) for guard in effect.guards),
+        states=tuple(
+            EffectState(
+                state,
+                first_state + number,
+                _of_body(_taken(effect, functions, f"{state.name}_rate"), values),
+                functions.pop(f"{state.name}_start", None),
+            )
+            for number, state in enumerate(effect.states)
+        ),
+        slots=functions,
+    )
+    powers = {f"{energy.name}_w" for energy in effect.energies if not energy.sign}
+    for name in sorted(powers - functions.keys()):
+        _taken(effect, functions, name)
+    for name in sorted(functions.keys() - powers - SLOTS):
+        near = nearest(name, _known(effect) | powers | SLOTS)
+        raise ValueError(
+            f"{effect.name} gives {name}, which neither its declaration nor a slot of the kernel asks for"
+            f"{f': did you mean {near}?' if near else '.'}"
+        )
+    return given
+
+
+def _known(effect: Effect) -> set[str]:
+    """Names of the functions that an effect's guards and states may have."""
+    of_guards = {f"{guard.name}_{what}" for guard in effect.guards for what in ("guard", "happens")}
+    return of_guards | {f"{state.name}_{what}" for state in effect.states for what in ("rate", "start")}
+
+
+def _taken(effect: Effect, functions: Functions, name: str) -> Function:
+    """Take out a function that an effect's declaration asks for; raises `ValueError` where there is none."""
+    if name not in functions:
+        near = nearest(name, functions)
+        raise ValueError(
+            f"{effect.name} gives no function {name}, which its declaration asks for: let it give one"
+            f"{f', as {near} may be meant to be' if near else ''}."
+        )
+    return functions.pop(name)
+
+
+def _force_of(effect: Effect, functions: Functions, values: Function | None) -> tuple[BodyForce, Function] | None:
+    """Take out what gives an effect's force on the body, with what it says of it; None where it has none."""
+    said, given = effect.body_force, functions.keys() & OF_FORCE
+    wanted = set() if said is None else OF_FORCE if said.holds else {"body_force_n"}
+    if given != wanted:
+        raise ValueError(
+            f"{effect.name} gives {sorted(given)}, where its body_force asks for {sorted(wanted)}: an effect that "
+            "pushes the body says so by a BodyForce, with the modes in which it acts and breaks the closed form."
+        )
+    if said is None:
+        return None
+    if not set(said.breaks_closed_form) <= set(said.modes) <= set(MODES):
+        raise ValueError(
+            f"{effect.name} acts in {said.modes} and breaks the closed form in {said.breaks_closed_form}: let it act "
+            f"wherever it does, of {MODES}."
+        )
+    return said, _of_body(functions.pop("body_force_n"), values)
+
+
+def _guard_of(effect: Effect, guard: Guard, functions: Functions, values: Function | None) -> EffectGuard:
+    """Take out the functions of one of an effect's guards."""
+    if not set(guard.modes) <= set(MODES):
+        raise ValueError(f"{effect.name} has the guard {guard.name} in {guard.modes}: let them be of {MODES}.")
+    value = _of_motion(_taken(effect, functions, f"{guard.name}_guard"), values)
+    happens = functions.pop(f"{guard.name}_happens", None)
+    place = OF_EFFECTS + EFFECT_GUARDS.index(guard)
+    return EffectGuard(guard, place, value, None if happens is None else _of_motion(happens, values))
+
+
+def _values(places: Iterable[int]) -> Function | None:
+    """Compose `(work, row)`: the tuple of an effect's states at these places; None without any."""
+    found: Function | None = None
+    for place in places:
+        found = _with_value(found, place)
+    return found
+
+
+def _with_value(before: Function | None, place: int) -> Function:
+    if before is None:
+        return inner(lambda work, row: (work[row + place],))
+    return inner(lambda work, row: (*before(work, row), work[row + place]))
+
+
+def _of_body(function: Function, values: Function | None) -> Function:
+    """Compose `(work, row)` of a function of the body's height and velocity, and of an effect's states."""
+    if values is None:
+        return inlined(lambda work, row: function(work, work[row + X_BODY], work[row + V_BODY]))
+    return inlined(lambda work, row: function(work, work[row + X_BODY], work[row + V_BODY], values(work, row)))
+
+
+def _of_motion(function: Function, values: Function | None) -> Function:
+    """Compose `(work, row)` of a function of heights and velocities of body and foot, and of an effect's states."""
+    if values is None:
+
+        @inlined
+        def of_motion(work: Row, row: int) -> Any:
+            return function(work, work[row + X_BODY], work[row + V_BODY], work[row + X_FOOT], work[row + V_FOOT])
+
+        return of_motion
+
+    @inlined
+    def of_motion_and_states(work: Row, row: int) -> Any:
+        x_b, v_b, x_f, v_f = work[row + X_BODY], work[row + V_BODY], work[row + X_FOOT], work[row + V_FOOT]
+        return function(work, x_b, v_b, x_f, v_f, values(work, row))
+
+    return of_motion_and_states
