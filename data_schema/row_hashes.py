@@ -20,7 +20,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.tables import FACTS, design, files, results, runs
+from data_schema.tables import FACTS, design, files, results, runs, signals
 from data_schema.tables.base import CHUNK, in_chunks
 from data_schema.tables.journal import config, journal, row_hash
 
@@ -63,22 +63,22 @@ def _below(table: sa.Table, owner: sa.Table, *order: sa.Column[Any]) -> Member:
 
 
 def _of_signal(table: sa.Table, place: sa.Column[Any]) -> Member:
-    signal, reading = files.signal, files.ingest
+    signal, reading = signals.signal, files.ingest
     joins = ((signal, table.c.signal == signal.c.id), (reading, signal.c.ingest == reading.c.id))
     return Member(table, joins, (table.c.signal, place))
 
 
-_OWNERS = (*FACTS.values(), files.ingest, files.detection, results.result)
+_OWNERS = (*FACTS.values(), files.ingest, signals.detection, results.result)
 
 _MEMBERS: Mapping[str, tuple[Member, ...]] = {
     "condition": (_below(design.condition_level, design.condition, design.condition_level.c.factor),),
     "ingest": (
         _below(files.finding, files.ingest, files.finding.c.id),
-        _below(files.signal, files.ingest, files.signal.c.id),
-        _of_signal(files.channel, files.channel.c.position),
-        _of_signal(files.gap, files.gap.c.id),
+        _below(signals.signal, files.ingest, signals.signal.c.id),
+        _of_signal(signals.channel, signals.channel.c.position),
+        _of_signal(signals.gap, signals.gap.c.id),
     ),
-    "detection": (_below(files.jump, files.detection, files.jump.c.number),),
+    "detection": (_below(signals.jump, signals.detection, signals.jump.c.number),),
     "result": (
         _below(results.result_number, results.result, results.result_number.c.name),
         _below(results.result_input, results.result, *results.result_input.primary_key.columns),

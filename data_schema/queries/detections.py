@@ -12,9 +12,10 @@ import sqlalchemy as sa
 
 from data_schema.row_hashes import written
 from data_schema.tables.base import CHUNK, columns_of, in_chunks
-from data_schema.tables.files import LAST_READING, detection, file, ingest, jump, signal
+from data_schema.tables.files import LAST_READING, file, ingest
 from data_schema.tables.journal import person
 from data_schema.tables.runs import decision, run
+from data_schema.tables.signals import detection, jump, signal
 from data_schema.vocabulary import IngestStatus, ReasonCode, TargetKind, Verdict
 
 

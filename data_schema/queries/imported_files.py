@@ -11,8 +11,9 @@ import sqlalchemy as sa
 
 from data_schema.queries.readings import reading_entries
 from data_schema.row_hashes import written
-from data_schema.tables.files import IN_USE, LAST_READING, file, ingest, run_file, signal
+from data_schema.tables.files import IN_USE, LAST_READING, file, ingest, run_file
 from data_schema.tables.runs import charge, run
+from data_schema.tables.signals import signal
 from data_schema.vocabulary import ChargeState, FileRole, IngestStatus
 
 

@@ -15,8 +15,9 @@ import sqlalchemy as sa
 from data_schema.queries.imported_files import runs_of_file
 from data_schema.row_hashes import written
 from data_schema.tables.base import columns_of
-from data_schema.tables.files import LAST_READING, channel, file, finding, gap, ingest, signal
+from data_schema.tables.files import LAST_READING, file, finding, ingest
 from data_schema.tables.journal import config, person
+from data_schema.tables.signals import channel, gap, signal
 from data_schema.vocabulary import FileState, IngestStatus
 
 ABOUT_RUNS = (

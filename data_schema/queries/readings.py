@@ -13,9 +13,10 @@ from data_schema.queries.signals import GapRow, gaps_by_signal
 from data_schema.reasons import Reason
 from data_schema.row_hashes import written
 from data_schema.tables.base import columns_of, in_chunks
-from data_schema.tables.files import LAST_READING, channel, file, finding, ingest, run_file, signal
+from data_schema.tables.files import LAST_READING, file, finding, ingest, run_file
 from data_schema.tables.journal import config, journal, person
 from data_schema.tables.runs import run
+from data_schema.tables.signals import channel, signal
 from data_schema.vocabulary import Action, IngestStatus, Severity, Undefined
 
 

@@ -11,9 +11,9 @@ import sqlalchemy as sa
 
 from data_schema.queries.results import resting_on
 from data_schema.tables.base import in_chunks
-from data_schema.tables.files import detection
 from data_schema.tables.journal import journal, person
 from data_schema.tables.results import report, report_item, result, result_input, result_number
+from data_schema.tables.signals import detection
 from data_schema.vocabulary import Action
 
 

@@ -9,8 +9,9 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.tables.base import columns_of, in_chunks
-from data_schema.tables.files import LAST_READING, channel, file, gap, ingest, run_file, signal
+from data_schema.tables.files import LAST_READING, file, ingest, run_file
 from data_schema.tables.runs import run
+from data_schema.tables.signals import channel, gap, signal
 from data_schema.vocabulary import FileRole, GapKind, IngestStatus
 
 

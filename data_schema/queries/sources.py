@@ -10,9 +10,10 @@ import sqlalchemy as sa
 from data_schema.queries.results import InputRow
 from data_schema.tables.design import condition, study
 from data_schema.tables.equipment import robot
-from data_schema.tables.files import LAST_READING, detection, file, ingest, signal
+from data_schema.tables.files import LAST_READING, file, ingest
 from data_schema.tables.journal import person
 from data_schema.tables.runs import charge, decision, run
+from data_schema.tables.signals import detection, signal
 from data_schema.vocabulary import ChargeState, IngestStatus
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import sqlalchemy as sa
 
-from data_schema.tables import design, equipment, files, journal, results, runs
+from data_schema.tables import design, equipment, files, journal, results, runs, signals
 from data_schema.tables.base import METADATA
 
-__all__ = ["FACTS", "METADATA", "design", "equipment", "files", "journal", "results", "runs"]
+__all__ = ["FACTS", "METADATA", "design", "equipment", "files", "journal", "results", "runs", "signals"]
 
 FACTS: dict[str, sa.Table] = {
     fact.name: fact

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from reports.content import ReportContent
 from reports.figures.kind import FigureKind
 from reports.figures.style import BLACK, BLUE, GREY, is_narrow
-from reports.trust import Step, flow_lines
+from reports.flow_steps import Step, flow_lines
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,6 +9,7 @@ from data_schema.rounding import decimals_for
 from data_schema.vocabulary import Undefined
 from reports.content import BudgetItem, Condition, Day, DrainFit, Factor, ReportContent
 from reports.display import DASH, EQUALS, common_places, level_text, places_of, shown_unit, with_unit
+from reports.flow_steps import flow_lines
 from reports.naming import group_name, level_value, swept_factor, swept_words
 from reports.numbers import Number, Value
 from reports.tables.table import (
@@ -25,7 +26,6 @@ from reports.tables.table import (
     value_cell,
     words,
 )
-from reports.trust import flow_lines
 
 
 def _days(content: ReportContent) -> Table:

@@ -23,7 +23,7 @@ from ingest.model import ChannelData, ReadFile
 from labbook.actions.files.ingesting import FileOutcome
 from labbook.actions.runs.remarks import remarks_on
 from labbook.actions.studies.sheet_source import logs_of_sheets
-from labbook.analysis.outcomes.conditions import LIMITS_FROM_RUNS, ControlLimits, limits_of
+from labbook.analysis.outcomes.control_limits import LIMITS_FROM_RUNS, ControlLimits, limits_of
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections
 from labbook.analysis.outcomes.run_apexes import jumps_found_in_run
 from labbook.analysis.outcomes.run_energy import below_drain, drain_lines, joules_per_jump, usable_charge

@@ -19,7 +19,7 @@ from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.queries.study import checks_by_day, planned_runs
 from data_schema.vocabulary import CheckKind, FileRole, RunKind, RunState, Undefined
 from labbook.actions.runs.rig_line import Lines, joules_of, known_joules, too_little_charged
-from labbook.analysis.outcomes.conditions import runs_outside
+from labbook.analysis.outcomes.control_limits import runs_outside
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, rest_length_m
 from labbook.analysis.outcomes.run_apexes import as_protocol, judge, usable_logs
 from labbook.analysis.outcomes.run_energy import above_capacity, drain_lines

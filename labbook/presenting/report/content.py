@@ -20,7 +20,7 @@ from labbook.analysis.study import StudyAnalysis, analyse
 from labbook.analysis.study_data import gather
 from labbook.config.parsing import Configuration
 from labbook.presenting.numbers import Shown, provenance
-from labbook.presenting.report import campaign, comparisons, methods, predicted, preregistration
+from labbook.presenting.report import campaign, comparisons, drain, methods, predicted, preregistration
 from labbook.presenting.report.tests_made import known_errors, tests_beside
 from reports.content import Claim, Comparison, ReportContent
 from reports.decided_sentences import group_claim, overall_claims
@@ -64,7 +64,7 @@ def build_content(
         overall_equivalence=comparisons.overall_equivalence(analysis, shown),
         anovas=comparisons.anovas(analysis, shown),
         jump_comparisons=comparisons.jump_comparisons(analysis, shown),
-        drains=methods.drain_fits(analysis, shown),
+        drains=drain.drain_fits(analysis, shown),
         order=campaign.order(analysis, shown, in_claims=all_on_one_day_each(compared)),
         methods=methods.methods(analysis),
         tests_beside=tests_beside(analysis),
@@ -89,7 +89,7 @@ def build_content(
     used = ("numpy", "scipy", "matplotlib", *(("numba",) if bare.predictions.items else ()))
     bare = replace(bare, software=tuple((name, importlib.metadata.version(name)) for name in used))
     bare = replace(bare, limitations=(*campaign.robot_limitations(analysis, bare), *bare.limitations))
-    budget, budget_note = methods.budget(analysis, shown, bare)
+    budget, budget_note = drain.budget(analysis, shown, bare)
     return replace(
         bare,
         budget=budget,

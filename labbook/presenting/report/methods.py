@@ -1,25 +1,22 @@
-"""What a report says of its methods and their limits, of the drain and a joule's uncertainty, from what was done."""
+"""What a report says of its methods and of their limits, written from what was done."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-import numpy as np
-
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import ChargeMode, FileRole, Undefined
-from labbook.analysis.outcomes.budget import IN_ALL, BudgetSource
-from labbook.analysis.outcomes.conditions import run_numbers, runs_outside
-from labbook.analysis.outcomes.run_energy import MAH_MIN, Drain, above_capacity, below_drain, idle_charges, unused_idle
+from labbook.analysis.outcomes.conditions import run_numbers
+from labbook.analysis.outcomes.control_limits import runs_outside
+from labbook.analysis.outcomes.run_energy import above_capacity, below_drain, unused_idle
 from labbook.analysis.study import StudyAnalysis
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import UnitOfAnalysis
-from labbook.presenting.numbers import Shown
 from labbook.presenting.report import campaign, tests_made
 from labbook.presenting.report.tests_made import by_shared_days, decided_by, saved, tests_used
-from reports.content import Assumed, BudgetItem, DrainFit, IdlePoint, ReportContent, Source
-from reports.naming import levels_name, swept_words
+from reports.content import Assumed, Source
+from reports.naming import swept_words
 from stats.apexes.detectors import DETECTORS
 from stats.compare.shared_error import ENOUGH_DEGREES
 
@@ -184,12 +181,6 @@ def assumed(analysis: StudyAnalysis) -> tuple[Assumed, ...]:
     )
 
 
-def drain_sentence(drain: Drain) -> str:
-    """Return what a drain line gives at the run duration, and whether that is an extrapolation."""
-    duration_s = drain.result.run_duration_s
-    return "" if duration_s is None or isinstance(drain.line, Undefined) else drain.line.sentence(duration_s)
-
-
 def _conflicting(evidence: StudyData) -> list[RunRow]:
     """Return the jump and idle runs with several charges, of which nothing says which one counts."""
     return [
@@ -281,79 +272,3 @@ def _rules(analysis: StudyAnalysis) -> str:
         else "jumps with a dropped packet in flight are kept"
     )
     return "; ".join(rules) + "."
-
-
-LINE_POINTS = 61
-_DRAIN_FIT = "drain fit"
-"""The source of the budget that runs of one robot share; others are shared by all runs."""
-
-
-def drain_fits(analysis: StudyAnalysis, shown: Shown) -> tuple[DrainFit, ...]:
-    """Return points, line and band of each robot's fit, of those that have one."""
-    duration_s = analysis.evidence.configuration.protocol.run_duration_s
-    if duration_s is None:
-        return ()
-    found = []
-    for robot_uid, drain in analysis.drains.items():
-        if isinstance(drain.line, Undefined):
-            continue
-        line = drain.line
-        minutes = np.linspace(0.0, line.duration_max_s * 1.05 / MAH_MIN, LINE_POINTS)
-        band = [line.at(minute * MAH_MIN) for minute in minutes]
-        found.append(
-            DrainFit(
-                robot=drain.robot,
-                points=tuple(
-                    IdlePoint(run.name, (run.duration_s or 0.0) / MAH_MIN, charge.charge_mah)
-                    for run, charge in idle_charges(analysis.evidence)
-                    if run.robot_uid == robot_uid
-                ),
-                line_min=tuple(float(minute) for minute in minutes),
-                line_mah=tuple(at.charge_mah for at in band),
-                band_low_mah=tuple(at.charge_mah if isinstance(at.ci_low, Undefined) else at.ci_low for at in band),
-                band_high_mah=tuple(at.charge_mah if isinstance(at.ci_high, Undefined) else at.ci_high for at in band),
-                slope=shown.number(drain.result.slope),
-                intercept=shown.number(drain.result.intercept),
-                r_squared=shown.number(drain.result.r_squared),
-                at_run=shown.number(drain.result.at_run),
-                run_duration_min=duration_s / MAH_MIN,
-                range_sentence=drain_sentence(drain),
-            )
-        )
-    return tuple(found)
-
-
-def budget(analysis: StudyAnalysis, shown: Shown, content: ReportContent) -> tuple[tuple[BudgetItem, ...], str]:
-    """Return where the uncertainty of joules comes from, for the condition with the most runs, and which that is.
-
-    `content` knows what conditions are called.
-    """
-    found = analysis.budget
-    if found is None:
-        return (), ""
-    terms = {term.name: term for term in found.terms}
-    items = tuple(
-        BudgetItem(
-            name,
-            shown.value(found.one_run[name]),
-            shown.value(found.mean[name]),
-            shared=name in terms and terms[name].shared,
-            note=_budget_note(terms[name]) if name in terms else "",
-            total=name == IN_ALL,
-            provenance=found.one_run[name].provenance,
-            within_robot=name == _DRAIN_FIT and len(content.robots) > 1,
-        )
-        for name in (*terms, IN_ALL)
-    )
-    key = found.origin.scope["condition"]
-    condition = next(item for item in analysis.conditions[Outcome.JOULES] if item.key == key)
-    n = len(condition.runs)
-    return items, (
-        f"Shown for {levels_name(content, condition.levels)} ({n} run{'' if n == 1 else 's'}), where 1 mAh is "
-        f"{found.one_mah.value:.2g} J a jump."
-    )
-
-
-def _budget_note(term: BudgetSource) -> str:
-    notes = [("contained in the scatter", term.in_scatter), ("assumed", term.assumed)]
-    return " and ".join(note for note, holds in notes if holds)

@@ -17,7 +17,8 @@ import pytest
 import sqlalchemy as sa
 
 from data_schema import journal
-from data_schema.tables.files import file, ingest, signal
+from data_schema.tables.files import file, ingest
+from data_schema.tables.signals import signal
 from labbook.book.opening import Book, open_book
 from labbook.book.rebuilding import rebuild_database
 from tests.helpers.books import ADA, SmallBook, instrument_files, small_book, small_toml

@@ -9,7 +9,8 @@ import pytest
 from data_schema.errors import InputRefused
 from ingest.model import Limits
 from labbook.config.model import LIMITS
-from labbook.config.parsing import MOST_LETTERS, parse_configuration, pattern_fault
+from labbook.config.parsing import parse_configuration
+from labbook.config.patterns import MOST_LETTERS, pattern_fault
 from labbook.config.template import template
 
 USUAL = [

@@ -17,7 +17,7 @@ from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct
 from labbook.actions.runs.rig_line import rig_lines_of_runs
 from labbook.actions.runs.to_do import to_do, to_do_lines
-from labbook.analysis.outcomes.conditions import limits_of, runs_outside
+from labbook.analysis.outcomes.control_limits import limits_of, runs_outside
 from labbook.analysis.outcomes.detection import Detections
 from reports.trust import trust_sentences
 from tests.helpers.books import ADA, small_book

@@ -15,7 +15,7 @@ import pytest
 from data_schema.engine import sqlite_engine
 from data_schema.errors import BookDamaged
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
-from labbook.book import replaying
+from labbook.book import reading_ahead
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database
 from tests.helpers.books import SmallBook, small_book
@@ -28,7 +28,7 @@ FEW, MANY = 8, 12
 
 @pytest.fixture(autouse=True)
 def _few_are_enough(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(replaying, "FEWEST", FEW)
+    monkeypatch.setattr(reading_ahead, "FEWEST", FEW)
 
 
 @pytest.fixture(scope="module")
@@ -106,8 +106,8 @@ def test_the_rows_are_those_of_the_ingest_and_samples_that_are_gone_are_written_
 @pytest.mark.soak
 def test_readers_of_a_killed_rebuild_end_by_themselves(full: SmallBook, tmp_path: Path) -> None:
     book = _copy(full, tmp_path)
-    code = "import sys; from pathlib import Path; from labbook.book import rebuilding, replaying\n"
-    code += f"replaying.FEWEST = {FEW}\n"
+    code = "import sys; from pathlib import Path; from labbook.book import reading_ahead, rebuilding\n"
+    code += f"reading_ahead.FEWEST = {FEW}\n"
     code += "rebuilding.rebuild_database(Path(sys.argv[1]), lambda _step: print(input(), flush=True))"
     words = [sys.executable, "-c", code, str(book.folder)]
     with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
@@ -133,6 +133,6 @@ def _children(pid: int) -> list[int]:
 
 def _is_reader(pid: int) -> bool:
     try:
-        return b"replaying" in Path(f"/proc/{pid}/cmdline").read_bytes()
+        return b"reading_ahead" in Path(f"/proc/{pid}/cmdline").read_bytes()
     except OSError:
         return False

@@ -1,0 +1,71 @@
+"""Control limits of runs (Shewhart 1931): each run's value beside those of the other runs of its condition."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from itertools import accumulate
+from typing import NamedTuple
+
+from data_schema.queries.runs import RunRow
+from stats.exact.tails import t_upper_quantile
+
+BEYOND = Fraction("0.00135")
+"""Chance of a value above its upper limit, and below its lower one: that of three standard deviations (Shewhart)."""
+LIMITS_FROM_RUNS = 3
+"""Fewer other runs than this give no limits."""
+
+
+class ControlLimits(NamedTuple):
+    """Limits from `n` other runs: of their mean, and the sum of squared deviations from it."""
+
+    n: int = 0
+    mean: float = 0.0
+    squares: float = 0.0
+
+    @property
+    def ends(self) -> tuple[float, float] | None:
+        """The limits, from 0 or above: a jump takes energy. None where runs are too few or both ends are below 0.
+
+        They are those of a prediction interval, as a standard deviation of few runs is uncertain.
+        """
+        if self.n < LIMITS_FROM_RUNS:
+            return None
+        sd = math.sqrt(self.squares / (self.n - 1) * (1.0 + 1.0 / self.n))
+        width = t_upper_quantile(BEYOND, self.n - 1) * sd
+        return (max(self.mean - width, 0.0), self.mean + width) if self.mean + width > 0.0 else None
+
+    def outside(self, value: float) -> bool:
+        """Return whether a run of this value is out of the limits, as far as there are any."""
+        ends = self.ends
+        return ends is not None and not ends[0] <= value <= ends[1]
+
+    def with_runs(self, other: ControlLimits) -> ControlLimits:
+        """Return the limits from the runs of both (Chan et al. 1983)."""
+        if not self.n or not other.n:
+            return self if self.n else other
+        n, apart = self.n + other.n, other.mean - self.mean
+        squares = self.squares + other.squares + apart * apart * self.n * other.n / n
+        return ControlLimits(n, self.mean + apart * other.n / n, squares)
+
+
+def limits_of(runs: Sequence[RunRow], values: Mapping[str, float]) -> dict[str, ControlLimits]:
+    """Return the limits of each run that has a value, by uid, from those of all other runs of its condition."""
+    by_condition: dict[str, list[str]] = {}
+    for run in runs:
+        if run.uid in values:
+            by_condition.setdefault(run.condition_key, []).append(run.uid)
+    found: dict[str, ControlLimits] = {}
+    for uids in by_condition.values():
+        single = [ControlLimits(1, values[uid]) for uid in uids]
+        before = accumulate(single[:-1], ControlLimits.with_runs, initial=ControlLimits())
+        after = list(accumulate(single[:0:-1], ControlLimits.with_runs, initial=ControlLimits()))[::-1]
+        found |= {uid: one.with_runs(other) for uid, one, other in zip(uids, before, after, strict=True)}
+    return found
+
+
+def runs_outside(runs: Sequence[RunRow], values: Mapping[str, float]) -> list[RunRow]:
+    """Return the runs whose value is out of its limits."""
+    limits = limits_of(runs, values)
+    return [run for run in runs if run.uid in limits and limits[run.uid].outside(values[run.uid])]

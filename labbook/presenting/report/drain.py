@@ -1,0 +1,95 @@
+"""The passive-drain fit and the uncertainty budget of a joule as a report shows them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from data_schema.outcomes import Outcome
+from data_schema.vocabulary import Undefined
+from labbook.analysis.outcomes.budget import IN_ALL, BudgetSource
+from labbook.analysis.outcomes.run_energy import MAH_MIN, Drain, idle_charges
+from labbook.analysis.study import StudyAnalysis
+from labbook.presenting.numbers import Shown
+from reports.content import BudgetItem, DrainFit, IdlePoint, ReportContent
+from reports.naming import levels_name
+
+LINE_POINTS = 61
+_DRAIN_FIT = "drain fit"
+"""The source of the budget that runs of one robot share; others are shared by all runs."""
+
+
+def drain_fits(analysis: StudyAnalysis, shown: Shown) -> tuple[DrainFit, ...]:
+    """Return points, line and band of each robot's fit, of those that have one."""
+    duration_s = analysis.evidence.configuration.protocol.run_duration_s
+    if duration_s is None:
+        return ()
+    found = []
+    for robot_uid, drain in analysis.drains.items():
+        if isinstance(drain.line, Undefined):
+            continue
+        line = drain.line
+        minutes = np.linspace(0.0, line.duration_max_s * 1.05 / MAH_MIN, LINE_POINTS)
+        band = [line.at(minute * MAH_MIN) for minute in minutes]
+        found.append(
+            DrainFit(
+                robot=drain.robot,
+                points=tuple(
+                    IdlePoint(run.name, (run.duration_s or 0.0) / MAH_MIN, charge.charge_mah)
+                    for run, charge in idle_charges(analysis.evidence)
+                    if run.robot_uid == robot_uid
+                ),
+                line_min=tuple(float(minute) for minute in minutes),
+                line_mah=tuple(at.charge_mah for at in band),
+                band_low_mah=tuple(at.charge_mah if isinstance(at.ci_low, Undefined) else at.ci_low for at in band),
+                band_high_mah=tuple(at.charge_mah if isinstance(at.ci_high, Undefined) else at.ci_high for at in band),
+                slope=shown.number(drain.result.slope),
+                intercept=shown.number(drain.result.intercept),
+                r_squared=shown.number(drain.result.r_squared),
+                at_run=shown.number(drain.result.at_run),
+                run_duration_min=duration_s / MAH_MIN,
+                range_sentence=_range_sentence(drain),
+            )
+        )
+    return tuple(found)
+
+
+def _range_sentence(drain: Drain) -> str:
+    """Return what a drain line gives at the run duration, and whether that is an extrapolation."""
+    duration_s = drain.result.run_duration_s
+    return "" if duration_s is None or isinstance(drain.line, Undefined) else drain.line.sentence(duration_s)
+
+
+def budget(analysis: StudyAnalysis, shown: Shown, content: ReportContent) -> tuple[tuple[BudgetItem, ...], str]:
+    """Return where the uncertainty of joules comes from, for the condition with the most runs, and which that is.
+
+    `content` knows what conditions are called.
+    """
+    found = analysis.budget
+    if found is None:
+        return (), ""
+    terms = {term.name: term for term in found.terms}
+    items = tuple(
+        BudgetItem(
+            name,
+            shown.value(found.one_run[name]),
+            shown.value(found.mean[name]),
+            shared=name in terms and terms[name].shared,
+            note=_budget_note(terms[name]) if name in terms else "",
+            total=name == IN_ALL,
+            provenance=found.one_run[name].provenance,
+            within_robot=name == _DRAIN_FIT and len(content.robots) > 1,
+        )
+        for name in (*terms, IN_ALL)
+    )
+    key = found.origin.scope["condition"]
+    condition = next(item for item in analysis.conditions[Outcome.JOULES] if item.key == key)
+    n = len(condition.runs)
+    return items, (
+        f"Shown for {levels_name(content, condition.levels)} ({n} run{'' if n == 1 else 's'}), where 1 mAh is "
+        f"{found.one_mah.value:.2g} J a jump."
+    )
+
+
+def _budget_note(term: BudgetSource) -> str:
+    notes = [("contained in the scatter", term.in_scatter), ("assumed", term.assumed)]
+    return " and ".join(note for note, holds in notes if holds)

@@ -1,0 +1,54 @@
+"""The steps from what was planned to what is analysed, as the diagram and its table count them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from data_schema.outcomes import Outcome
+from reports.content import Flow
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A box of a line, and what leaves the line on the way to it."""
+
+    name: str
+    count: int
+    leaving: tuple[str, ...] = ()
+
+
+def flow_lines(flow: Flow) -> dict[Outcome, tuple[Step, ...]]:
+    """Return a line of boxes an outcome: the first begins with the plan, that of apex heights ends with jumps."""
+    lines = {outcome: _run_steps(flow, outcome) for outcome in flow.runs_with}
+    if flow.runs_planned is not None:
+        lines[Outcome.JOULES] = (Step("runs planned", flow.runs_planned), *lines[Outcome.JOULES])
+    if flow.runs_with[Outcome.APEX]:
+        lines[Outcome.APEX] += _jump_steps(flow)
+    return lines
+
+
+def _run_steps(flow: Flow, quantity: Outcome) -> tuple[Step, ...]:
+    leaving = []
+    if flow.runs_void:
+        leaving.append(f"{flow.runs_void} void")
+    if flow.runs_idle:
+        leaving.append(f"{flow.runs_idle} idle, for the passive drain")
+    leaving += _reasons(flow.runs_other)
+    leaving += _reasons(flow.runs_without[quantity])
+    return (
+        Step("runs done", flow.runs_done),
+        Step(f"runs with {quantity.plural}", flow.runs_with[quantity], tuple(leaving)),
+    )
+
+
+def _jump_steps(flow: Flow) -> tuple[Step, ...]:
+    return (
+        Step("jumps made", flow.jumps_made),
+        Step("stances detected", flow.jumps_detected),
+        Step("jumps analysed", flow.jumps_analysed, tuple(_reasons(flow.jumps_excluded))),
+    )
+
+
+def _reasons(excluded: Mapping[str, int]) -> list[str]:
+    return [f"{count} excluded: {reason}" for reason, count in excluded.items()]
