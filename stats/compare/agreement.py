@@ -121,8 +121,8 @@ def joint_p(ps: Sequence[float | Undefined]) -> float | Undefined:
     return min(1.0, len(known) * min(known)) if known else next(iter(ps), Undefined(Reason.MEASURED_WITHOUT_INTERVAL))
 
 
-FEWEST = 3
-"""Differences whose scatter says something about the next one."""
+FEWEST_DIFFERENCES = 3
+"""With fewer, their scatter says nothing about the next one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,8 +165,10 @@ def limits_of_agreement(differences: Sequence[float], level: float = 0.95) -> Li
     """
     values, level = np.asarray(differences, dtype=np.float64), as_level("level", level)
     n = values.size
-    if n < FEWEST or not np.isfinite(values).all():
-        raise InputRefused(f"limits of agreement need at least {FEWEST} finite differences: {n} were given.")
+    if n < FEWEST_DIFFERENCES or not np.isfinite(values).all():
+        raise InputRefused(
+            f"limits of agreement need at least {FEWEST_DIFFERENCES} finite differences: {n} were given."
+        )
     sd, z = float(values.std(ddof=1)), NormalDist().inv_cdf(0.5 + level / 2.0)
     t = t_quantile(level, n - 1)
     mean, se = float(values.mean()), sd / math.sqrt(n)

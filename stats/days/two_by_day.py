@@ -133,11 +133,11 @@ def two_by_day(
     difference = _difference(*(_exact_means(sample, words) for sample, words in zip(samples, days, strict=True)))
     first, second = _as_doubles(*samples)
     of_a, of_b = (_by_day(values, words) for values, words in zip((first, second), days, strict=True))
-    strata = [ValuesOfDay(of_a[day], of_b[day]) for day in of_a.keys() & of_b.keys()]
-    strata.sort(key=lambda each: (each.a.tolist(), each.b.tolist()))
-    n_days: int | Undefined = Undefined(Reason.NO_DAYS_GIVEN) if day_a is None else len(strata)
+    shared = [ValuesOfDay(of_a[day], of_b[day]) for day in of_a.keys() & of_b.keys()]
+    shared.sort(key=lambda each: (each.a.tolist(), each.b.tolist()))
+    n_days: int | Undefined = Undefined(Reason.NO_DAYS_GIVEN) if day_a is None else len(shared)
     exponent = out_of_range(np.concatenate([first, second]))
-    in_range = tuple(ValuesOfDay(np.ldexp(each.a, -exponent), np.ldexp(each.b, -exponent)) for each in strata)
+    in_range = tuple(ValuesOfDay(np.ldexp(each.a, -exponent), np.ldexp(each.b, -exponent)) for each in shared)
     return TwoByDay(in_range, exponent, difference, first.size, second.size, n_days, left_out)
 
 
@@ -219,15 +219,16 @@ class RunsByDay:
         )
         return RunsByDay(control, treated)
 
+    @property
     def shared_days(self) -> tuple[SharedDay, ...]:
-        """Return the days, stratum by stratum, that hold runs of both."""
+        """Days that hold runs of both, stratum by stratum."""
         both = sorted(self.control.keys() & self.treated.keys())
         return tuple(SharedDay(block[0], self.control[block], self.treated[block]) for block in both)
 
     def counts(self) -> Counts:
         """Count the runs."""
         control, treated = (sum(runs.n for runs in side.values()) for side in (self.control, self.treated))
-        shared = self.shared_days()
+        shared = self.shared_days
         on_shared = sum(day.control.n for day in shared), sum(day.treated.n for day in shared)
         return Counts(*on_shared, control - on_shared[0], treated - on_shared[1])
 
@@ -246,7 +247,7 @@ class SharedDay:
         return self.control.n * self.treated.n / (self.control.n + self.treated.n)
 
 
-def joined(strata: Sequence[SharedDay]) -> SharedDay:
+def as_one_day(strata: Sequence[SharedDay]) -> SharedDay:
     """Return the strata of a day as one day."""
     if len(strata) == 1:
         return strata[0]

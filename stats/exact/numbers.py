@@ -1,4 +1,4 @@
-"""Sums and moments that neither constants nor offsets nor units spoil, numbers that doubles may not hold, and roots.
+"""Exact sums and moments, numbers beyond the range of doubles, sums that tie exactly, and roots of functions.
 
 A mean is an exact fraction, squares are those of deviations from it: an offset costs no digit. The squares of a
 constant sample are exactly 0, so that "no scatter" can be told from "little scatter" (the cases W1 to W5 that give
@@ -12,8 +12,8 @@ An exact permutation test needs to know its ties: 0.1 + 0.7 and 0.3 + 0.5 are on
 a test that compares the doubles counts ties by the accident of their last digits (p = 0.0996 in place of 0.1082 for
 values of one decimal above 1e6).
 
-Roots of functions are found without `scipy.optimize`, which takes a tenth of a second to load, of the three in which a
-report of a selection is made.
+The root of a function is found by `root_between`, without `scipy.optimize`, which takes a tenth of a second to load, of
+the three in which a report of a selection is made; `next_share` is its step, also for many roots at once.
 """
 
 from __future__ import annotations

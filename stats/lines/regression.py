@@ -7,7 +7,8 @@ Polynomials are fitted by Chebyshev's about the middle of the range of x, in who
 next to nothing of the response is left over. They are carried back to the caller's powers without rounding. Powers
 rounded to doubles cap Filip's data at 8 digits, whatever solves them; numpy's polyfit has no standard errors there.
 
-A line through the origin is that of values that come in groups (days), whose errors they share.
+A line through the origin is fitted to values in groups, such as those of a day, whose errors depend on each other; only
+the groups are independent.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ import statistics
 from reports.evidence import POOLED
 from reports.numbers import Number
 from reports.predicted import Judged, JudgedGroup, Limits, PredictedQuantity
-from stats.compare.agreement import FEWEST, limits_of_agreement
+from stats.compare.agreement import FEWEST_DIFFERENCES, limits_of_agreement
 from stats.exact.tails import normal_two_sided
 
 QUANTITIES = (PredictedQuantity.JOULES, PredictedQuantity.APEX, PredictedQuantity.CONTACT_TIME)
@@ -50,7 +50,7 @@ def _group(group, items, quantity, identity):
 
 def _limits(items, identity):
     differences = [item.predicted.value - item.measured.value for item in items]
-    if len(differences) < FEWEST:
+    if len(differences) < FEWEST_DIFFERENCES:
         return None
     found, unit = limits_of_agreement(differences), items[0].measured.unit
     key = identity(f"limits of agreement of {items[0].quantity}")

@@ -1,8 +1,8 @@
 """Headlines computed another way: without the exclusions, with the other detector, without each day.
 
-Without a day one result an estimate is stored. It rests on the estimate of all days and on the runs that were left
-out; what stands between them, as each run's joules by another drain line, would be every run again for every day, and
-is not kept.
+For each estimate and each day left out one result is stored. It rests on the estimate of all days and on the runs that
+were left out. Intermediate results, such as each run's joules by another drain line, are not stored: they would be
+those of every run again for every day.
 """
 
 from __future__ import annotations

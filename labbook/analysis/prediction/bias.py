@@ -18,7 +18,15 @@ from labbook.analysis.results.codec import Algorithm, StoredResult
 from labbook.analysis.results.result_cache import Request, ResultCache, fingerprint, result_fingerprint
 from reports.numbers import Number
 from reports.predicted import PredictedQuantity
-from stats.compare.agreement import FEWEST, Bias, Interval, PredictedRun, bias_by_day, joint_p, limits_of_agreement
+from stats.compare.agreement import (
+    FEWEST_DIFFERENCES,
+    Bias,
+    Interval,
+    PredictedRun,
+    bias_by_day,
+    joint_p,
+    limits_of_agreement,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +128,7 @@ def judge(
 
 def _limits(cache: ResultCache, checked: Sequence[Checked], about: Mapping[str, Any], unit: str) -> LimitsResult | None:
     known = [(check, value) for check in checked if isinstance(value := check.result.difference.value, float)]
-    if len(known) < FEWEST:
+    if len(known) < FEWEST_DIFFERENCES:
         return None
     return cache.ensure_one(
         Request(
