@@ -38,16 +38,7 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.checks import Labels, as_level, as_number
 from stats.compare.shared_error import SharedError, joined_variance, weighed
-from stats.days.two_by_day import (
-    Counts,
-    Runs,
-    RunsByDay,
-    SharedDay,
-    as_one_day,
-    blocks_of_runs,
-    mean_of_runs,
-    weights_of,
-)
+from stats.days.two_by_day import Counts, Runs, RunsByDay, SharedDay, blocks_of_runs, mean_of_runs, one_day, weights_of
 from stats.exact.tails import t_quantile, t_two_sided, t_upper
 
 
@@ -362,7 +353,7 @@ def _contrast(runs: RunsByDay) -> Contrast:
     for each in shared_days:
         by_day.setdefault(each.day, []).append(each)
     if len(by_day) >= LEAST_DAYS:
-        return _paired(tuple(map(as_one_day, by_day.values())), counts, runs)
+        return _paired(tuple(map(one_day, by_day.values())), counts, runs)
     if shared_days and min(df_control, df_treated) >= 1:
         return _within(shared_days, (df_control, df_treated), counts, runs)
     if not runs.control or not runs.treated:

@@ -247,7 +247,7 @@ class SharedDay:
         return self.control.n * self.treated.n / (self.control.n + self.treated.n)
 
 
-def as_one_day(strata: Sequence[SharedDay]) -> SharedDay:
+def one_day(strata: Sequence[SharedDay]) -> SharedDay:
     """Return the strata of a day as one day."""
     if len(strata) == 1:
         return strata[0]
