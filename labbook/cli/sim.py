@@ -65,9 +65,9 @@ def run(
 
     Example: labbook sim run --scene sim2 --set b_ad=100 --effects +drag --accuracy 1e-8 --plot jump.png
     """
+    from labbook.actions.simulate.pictures import ANIMATION_KINDS, draw_motion
     from labbook.actions.simulate.sweeping import auto_of, with_enough
     from labbook.presenting.simulation.effects_ablation import chosen_data, verdict
-    from labbook.presenting.simulation.pictures import ANIMATION_KINDS, draw_motion
     from labbook.presenting.simulation.simulated import as_data, as_lines
     from reports.figures.kind import check_form
     from simulator.changes import changed_by_words
@@ -237,7 +237,7 @@ def accuracy(
 
     Example: labbook sim accuracy --scene sim2 --set b_ad=100 --plot accuracy.png
     """
-    from labbook.presenting.simulation.pictures import save_plot
+    from labbook.actions.simulate.pictures import save_plot
     from labbook.presenting.simulation.work_precision import as_data, as_lines, work_precision_of
     from reports.figures.kind import check_form
     from reports.figures.work_precision import draw_work_precision

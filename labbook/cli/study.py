@@ -33,7 +33,7 @@ app = typer.Typer(no_args_is_help=True)
 
 
 def _show(shown: ShownStudy, plot: Path | None, page: Path | None, as_json: bool) -> None:
-    from labbook.presenting.simulation.pictures import save_plot
+    from labbook.actions.simulate.pictures import save_plot
 
     if plot is not None:
         save_plot(shown.draw, plot)

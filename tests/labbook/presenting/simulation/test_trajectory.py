@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from labbook.presenting.simulation.pictures import trajectory_of
 from labbook.presenting.simulation.simulated import OUTCOMES
+from labbook.presenting.simulation.trajectory import drawn_trajectory
 from simulator.changes import changed_by_words
 from simulator.jump import simulate
 from simulator.scene_file import load_scene
@@ -23,7 +23,7 @@ from simulator.scene_file import load_scene
 )
 def test_modes_have_the_names_of_their_ground(name: str, names: set[str]) -> None:
     scene = load_scene(name)
-    drawn = trajectory_of(simulate(scene.changed(jumps=min(scene.jumps, 2)), trajectory=True))
+    drawn = drawn_trajectory(simulate(scene.changed(jumps=min(scene.jumps, 2)), trajectory=True))
     assert {span.name for span in drawn.spans} == names
 
 
@@ -31,7 +31,7 @@ def test_a_scene_whose_ground_asks_for_no_radius_has_a_foot_all_the_same() -> No
     plate = load_scene("force_plate").changed(jumps=1)
     bare = replace(plate, values={name: plate.values[name] for name in plate.read})
     assert "foot_radius" not in bare.values
-    assert trajectory_of(simulate(bare, trajectory=True)).leg.foot_radius_m > 0.0
+    assert drawn_trajectory(simulate(bare, trajectory=True)).leg.foot_radius_m > 0.0
 
 
 @pytest.mark.parametrize(
@@ -44,7 +44,7 @@ def test_a_scene_whose_ground_asks_for_no_radius_has_a_foot_all_the_same() -> No
 def test_the_title_names_the_jump_that_is_drawn_and_how_it_ended(sets: list[str], which: str, ended: str) -> None:
     scene = load_scene("emulator")
     result = simulate(changed_by_words(scene, sets), 1e-4, trajectory=True)
-    title = trajectory_of(result).title
+    title = drawn_trajectory(result).title
     assert title.startswith(f"emulator, {which}: {scene.title}, but with {', '.join(sets)}")
     outcome = result.jump.outcome
     assert title.endswith(ended.format(sentence=OUTCOMES[outcome], outcome=outcome) or sets[-1])

@@ -1,13 +1,10 @@
-"""Pictures of simulated motions, the last jump of a scene, that commands draw where they are asked for."""
+"""A simulated motion as the pictures draw it: the last jump of a scene."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from data_schema.errors import UsageError
 from labbook.presenting.simulation.simulated import mode_name, title_text
@@ -21,7 +18,7 @@ _FOOT_DRAWN_M = 0.03
 """Radius of the foot as it is drawn where the scene gives none: only grains read it."""
 
 
-def trajectory_of(result: SceneResult) -> Trajectory:
+def drawn_trajectory(result: SceneResult) -> Trajectory:
     """Return the last jump's motion; raises `UsageError` where none was recorded.
 
     The leg's force is that on the body, from its acceleration; where the rail rubs, that is in it.
@@ -88,26 +85,3 @@ def _ground_m(
         share = np.clip((time_s[rest] - time_s[first] - scene["release_time"]) / scene["reset_time"], 0.0, 1.0)
         ground_m[rest] = foot_m[first] * (1.0 - share**3 * (10.0 - 15.0 * share + 6.0 * share**2))
     return ground_m
-
-
-ANIMATION_KINDS = (".gif",)
-
-
-def save_plot(draw: Callable[[], Figure], path: Path) -> None:
-    """Draw a figure in the style of papers and save it."""
-    from reports.figures.style import publication_style
-
-    with publication_style():
-        draw().savefig(path)
-
-
-def draw_motion(result: SceneResult, plot: Path | None, animation: Path | None) -> None:
-    """Draw the trajectory of a result, and make a moving picture of it, where a file is given."""
-    from reports.figures.jump_animation import write_animation
-    from reports.figures.trajectory import draw_trajectory
-
-    motion = trajectory_of(result)
-    if plot is not None:
-        save_plot(lambda: draw_trajectory(motion), plot)
-    if animation is not None:
-        write_animation(motion, animation)
