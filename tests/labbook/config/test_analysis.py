@@ -1,4 +1,4 @@
-"""`[analysis]` of labbook.toml: what it says is read, what it cannot say is refused."""
+"""`[analysis]` and `[hypotheses.NAME]` of labbook.toml: what they say is read, what they cannot say is refused."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ import pytest
 from data_schema.errors import InputRefused
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import ReasonCode
-from labbook.config.model import AnalysisSettings, Bounds, Family, UnitOfAnalysis
+from labbook.config.model import AnalysisSettings, Bounds, ClaimKind, Family, HypothesisSettings, Side, UnitOfAnalysis
 from labbook.config.parsing import parse_configuration
 from labbook.config.template import template
 from labbook.demo.files import book_toml
 from labbook.demo.truth import CHAPTER_5
+from tests.helpers.wording import refuses
 
 BARE = book_toml(CHAPTER_5, predicted=False, decided=False).decode()
 
@@ -58,3 +59,123 @@ def test_what_has_no_meaning_is_refused_with_what_has(text: str, said: str) -> N
     with pytest.raises(InputRefused, match=r"(?s).*") as refused:
         read(f"[analysis]\n{text}\n")
     assert said in str(refused.value)
+
+
+FOOT = """
+[hypotheses.foot]
+text = "The foot does not matter"
+claim = "same"
+side = "control"
+between = "foot"
+within_percent = 10
+"""
+
+
+def read_hypotheses(text: str) -> tuple[HypothesisSettings, ...]:
+    return parse_configuration(BARE + text, "labbook.toml").hypotheses
+
+
+def test_a_book_needs_no_hypothesis_and_the_example_of_a_new_book_can_be_taken() -> None:
+    assert read_hypotheses("") == ()
+    lines = template("a study", "Ada Nwosu").split("\n")
+    start = lines.index("#[hypotheses.foot_of_control]")
+    example = "\n".join(line.removeprefix("#") for line in lines[start : lines.index("", start)])
+    (found,) = read_hypotheses("\n" + example)
+    assert (found.claim, found.side, found.between, found.within_percent) == (
+        ClaimKind.SAME,
+        Side.CONTROL,
+        "foot",
+        10.0,
+    )
+
+
+def test_everything_of_a_hypothesis_is_read() -> None:
+    foot, level, most = read_hypotheses(
+        FOOT
+        + """
+[hypotheses.level]
+text = "It levels off"
+source = "thesis 5.2.1"
+published = "p > .15"
+claim = "same"
+outcome = "apex"
+side = "treated"
+between = "b_ad_gain"
+levels = [150, 200, 250.0]
+within_percent = 2.5
+
+[hypotheses.most]
+text = "The small foot saves most"
+claim = "largest_saving"
+group = { foot = "small", k_gain = 400 }
+"""
+    )
+    assert (foot.outcome, foot.levels, foot.source, foot.published) == (Outcome.JOULES, (), "", "")
+    assert level == HypothesisSettings(
+        name="level",
+        text="It levels off",
+        source="thesis 5.2.1",
+        published="p > .15",
+        claim=ClaimKind.SAME,
+        outcome=Outcome.APEX,
+        side=Side.TREATED,
+        between="b_ad_gain",
+        levels=("150", "200", "250"),
+        group={},
+        within_percent=2.5,
+    )
+    assert (most.claim, most.group) == (ClaimKind.LARGEST_SAVING, {"foot": "small", "k_gain": "400"})
+
+
+@pytest.mark.parametrize(
+    ("change", "facts"),
+    [
+        (('claim = "same"', 'claim = "equal"'), ("hypotheses.foot.claim", "same")),
+        (('between = "foot"', 'between = "feet"'), ("hypotheses.foot.between", "foot")),
+        (('between = "foot"', ""), ("hypotheses.foot.between", "is missing")),
+        (("within_percent = 10", "within_percent = 0"), ("within_percent", "greater than 0")),
+        (("within_percent = 10", "within_percent = 100"), ("within_percent", "below 100")),
+        (('side = "control"', 'side = "controls"'), ("hypotheses.foot.side", "control")),
+        (("within_percent = 10", 'within_percent = 10\nlevels = ["small", "huge"]'), ("levels", "huge")),
+        (("within_percent = 10", 'within_percent = 10\nlevels = ["small"]'), ("levels", "small alone")),
+        (("within_percent = 10", "within_percent = 10\ngroup = {}"), ("hypotheses.foot.group",)),
+        (('claim = "same"', 'claim = "saves"'), ("hypotheses.foot.side",)),
+        (('claim = "same"', 'claim = "largest_saving"'), ("hypotheses.foot.group", "is missing")),
+        (('text = "The foot does not matter"', ""), ("hypotheses.foot.text", "is missing")),
+    ],
+)  # fmt: skip
+def test_what_no_hypothesis_can_be_is_refused(change: tuple[str, str], facts: tuple[str, ...]) -> None:
+    assert change[0] in FOOT
+    with refuses(InputRefused, *facts):
+        read_hypotheses(FOOT.replace(*change))
+
+
+_SAME = 'claim = "same"\nwithin_percent = 5\nbetween = "b_ad_gain"\nside = '
+
+
+@pytest.mark.parametrize(
+    ("keys", "facts"),
+    [
+        (f'{_SAME} "control"', ("side", "one level")),
+        (f'{_SAME} "treated"\nlevels = [0, 50]', ("levels", "control")),
+        ('claim = "largest_saving"\ngroup = { foot = "small" }', ("group", "k_gain")),
+        ('claim = "largest_saving"\ngroup = { foot = "small", k_gain = 400, b_ad_gain = 50 }', ("foot, k_gain",)),
+    ],
+)
+def test_what_no_runs_could_tell_is_refused(keys: str, facts: tuple[str, ...]) -> None:
+    with refuses(InputRefused, *facts):
+        read_hypotheses(f'\n[hypotheses.it]\ntext = "It"\n{keys}\n')
+
+
+def test_a_claim_that_is_missing_is_one_fault() -> None:
+    with refuses(InputRefused, "hypotheses.it.claim", "is missing"):
+        read_hypotheses('\n[hypotheses.it]\ntext = "It"\n')
+
+
+def test_a_saving_is_of_what_can_be_saved_and_a_group_has_levels_that_there_are() -> None:
+    saves = '\n[hypotheses.it]\ntext = "It saves"\nclaim = "saves"\noutcome = "apex"\n'
+    with refuses(InputRefused, "hypotheses.it.outcome", "joules"):
+        read_hypotheses(saves)
+    group = '\n[hypotheses.it]\ntext = "Most"\nclaim = "largest_saving"\ngroup = { fot = "small", k_gain = 450 }\n'
+    with refuses(InputRefused, "fot", "foot", "450", "400"):
+        read_hypotheses(group)

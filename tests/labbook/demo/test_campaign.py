@@ -1,9 +1,17 @@
+"""The campaign of the demonstration: its calendar, and the runs that it draws."""
+
+from collections import Counter
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from data_schema.errors import UsageError
 from data_schema.vocabulary import RunKind
-from labbook.demo.campaign import BATTERIES, Campaign, make_campaign
-from labbook.demo.truth import CHAPTER_5
+from labbook.demo.campaign import BATTERIES, IDLE_MINUTES, Campaign, Day, draw_calendar, make_campaign
+from labbook.demo.truth import CHAPTER_5, Condition
+from tests.helpers.wording import refuses
 
 
 @pytest.fixture(scope="module")
@@ -55,3 +63,54 @@ def test_one_run_is_entered_with_the_other_foot(campaign: Campaign) -> None:
     assert run.condition is not None
     assert correction.right == run.condition.foot
     assert {correction.written, correction.right} == {"small", "large"}
+
+
+def conditions(day: Day) -> list[Condition]:
+    return [slot.condition for slot in day.slots if slot.kind is RunKind.JUMPS and slot.condition is not None]
+
+
+@given(st.integers(0, 2**32), st.integers(2, 12))
+def test_every_day_has_its_controls_and_every_condition_its_runs(seed: int, runs: int) -> None:
+    days = draw_calendar(np.random.default_rng(seed), CHAPTER_5, runs, 30)
+    for day in days:
+        groups = {(condition.foot, condition.k_gain) for condition in conditions(day)}
+        controls = {(c.foot, c.k_gain) for c in conditions(day) if c.is_control}
+        assert controls == groups
+    counts = Counter(condition for day in days for condition in conditions(day))
+    assert all(counts[c] == runs for c in CHAPTER_5.conditions if not c.is_control)
+    assert all(counts[c] >= runs for c in CHAPTER_5.conditions)
+    assert counts.total() == 24 * runs + 30
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_chapter_5_takes_about_17_days_of_10_to_21_runs(seed: int) -> None:
+    days = draw_calendar(np.random.default_rng(seed), CHAPTER_5, 10, 24)
+    assert 15 <= len(days) <= 20
+    assert all(10 <= len(day.slots) <= 21 for day in days)
+    assert all(day.date.weekday() < 5 for day in days)
+    dates = [day.date for day in days]
+    assert dates == sorted(set(dates))
+    assert (dates[-1] - dates[0]).days >= len(days)
+
+
+def test_larger_foot_and_stiffer_gain_come_first_blocks_are_shuffled() -> None:
+    days = draw_calendar(np.random.default_rng(3), CHAPTER_5, 10, 24)
+    order = [condition for day in days for condition in conditions(day)]
+    groups = list(dict.fromkeys((condition.foot, condition.k_gain) for condition in order))
+    assert groups == [("large", 400), ("large", 300), ("small", 400), ("small", 300)]
+    assert [(c.foot, c.k_gain) for c in order] == sorted(((c.foot, c.k_gain) for c in order), key=groups.index)
+    gains = [condition.b_ad_gain for condition in order[:12]]
+    assert gains != sorted(gains)
+
+
+def test_idle_runs_have_the_thesiss_durations_and_lie_on_different_days() -> None:
+    days = draw_calendar(np.random.default_rng(3), CHAPTER_5, 10, 24)
+    idle = [[slot.idle_minutes for slot in day.slots if slot.kind is RunKind.IDLE] for day in days]
+    assert sorted(minutes for day in idle for minutes in day if minutes is not None) == list(IDLE_MINUTES)
+    assert max(map(len, idle)) == 1
+
+
+def test_too_few_extra_controls_are_refused_with_the_number_needed() -> None:
+    rng = np.random.default_rng(4)
+    with refuses(UsageError, "0 extra", "days would lack"):
+        draw_calendar(rng, CHAPTER_5, 10, 0)

@@ -1,4 +1,4 @@
-"""A plan becomes a sheet, and the sheet reads back as the plan."""
+"""A plan becomes a sheet that reads back as the plan, and one on paper that holds every run once."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import csv
 import datetime
 import hashlib
 import io
+from html.parser import HTMLParser
 
 import pytest
 
@@ -13,9 +14,16 @@ from data_schema.errors import UsageError
 from data_schema.vocabulary import PlanMethod
 from labbook.config.factors import RESERVED_NAMES
 from labbook.plan.drawing import PlanFactor, draw_plan
-from labbook.plan.sheet import AFTER_FACTORS, BEFORE_FACTORS, run_names, write_run_sheet
+from labbook.plan.sheet import (
+    AFTER_FACTORS,
+    BEFORE_FACTORS,
+    BLANKS,
+    format_run_sheet_for_print,
+    run_names,
+    write_run_sheet,
+)
 from labbook.plan.sheet_reader import read_run_sheet
-from tests.helpers.wording import refuses
+from tests.helpers.wording import refuses, says
 
 FACTORS = (
     PlanFactor("foot", ("small", "lar,ge")),
@@ -80,3 +88,56 @@ def test_names_and_dates_must_fit_the_plan() -> None:
         write_run_sheet(plan, names, [DATES[1], DATES[0]])
     with refuses(UsageError, "12 runs"):
         write_run_sheet(plan, ["r1"] * 12, DATES)
+
+
+PRINTED_FACTORS = (PlanFactor("foot", ("<small>", "large & wide")), PlanFactor("b_ad_gain", ("0", "50"), control="0"))
+
+
+class Pages(HTMLParser):
+    """Collects the rows of each page as texts, and every tag that would load something."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.pages: list[list[list[str]]] = []
+        self.outside: list[str] = []
+        self._in_cell = False
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.outside += [name for name, _ in attrs if name in ("src", "href")]
+        if tag == "section":
+            self.pages.append([])
+        elif tag == "tr":
+            self.pages[-1].append([])
+        elif tag in ("td", "th"):
+            self.pages[-1][-1].append("")
+        self._in_cell = tag in ("td", "th")
+
+    def handle_endtag(self, tag: str) -> None:
+        self._in_cell = self._in_cell and tag not in ("td", "th")
+
+    def handle_data(self, data: str) -> None:
+        if self._in_cell:
+            self.pages[-1][-1][-1] += data
+
+
+def test_every_run_is_on_the_page_of_its_day() -> None:
+    plan = draw_plan(PRINTED_FACTORS, 4, 6, PlanMethod.BLOCKED, seed=2, idle_minutes=(20.0,), run_duration_s=720.0)
+    names = run_names(plan)
+    text = format_run_sheet_for_print(plan, names, DATES, study="sand & <gravel>", robot="hopper", jumps_nominal=25)
+    parser = Pages()
+    parser.feed(text)
+    assert parser.outside == []
+    assert len(parser.pages) == len(plan.days)
+    for page, day in zip(parser.pages, plan.days, strict=True):
+        header, *rows = page
+        assert header == ["run", "", "kind", "foot", "b_ad_gain", "min", "battery", "robot", *BLANKS]
+        for row, run in zip(rows, day, strict=True):
+            levels = ["", ""] if run.condition is None else [level for _, level in run.condition]
+            minutes = "20" if run.condition is None else "12"
+            assert row[:3] == [names[run.position - 1], str(run.position_in_day), run.kind.value]
+            assert row[3:8] == [*levels, minutes, "", "hopper"]
+            assert row[8:] == [""] * len(BLANKS)
+    says(text, "sand &amp", "1")
+    assert text == format_run_sheet_for_print(
+        plan, names, DATES, study="sand & <gravel>", robot="hopper", jumps_nominal=25
+    )
