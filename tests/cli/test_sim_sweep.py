@@ -144,6 +144,19 @@ def test_a_corner_that_cannot_be_is_told_of_and_left_out(tmp_path: Path) -> None
     assert swept(tmp_path, "--over", "b_ad=0,100", out="all.nc")["refused"] == {"scenes": 0, "why": None}
 
 
+@pytest.mark.parametrize("over", ["air_drag:drag_area=0,0.5", "rail_friction:rail_friction_force=1,3"])
+def test_a_parameter_that_the_scene_lacks_can_be_swept(over: str, tmp_path: Path) -> None:
+    """One with an assumed value, and one that has none."""
+    effect, words = over.split(":")
+    found = swept(tmp_path, "--effects", f"+{effect}", "--over", words)
+    assert found["outcomes"] == {"touchdown": 2}
+    with xarray.open_dataset(tmp_path / "sweep.nc") as dataset:
+        assert dataset["apex_height_m"].values[0] > dataset["apex_height_m"].values[-1]
+    name, value = words.split("=")[0], words.rsplit(",", 1)[1]
+    both = ("--effects", f"+{effect}", "--over", words, "--set", f"{name}={value}", "--out", "both.nc")
+    refused(labbook("sim", "sweep", "--scene", "sim2", *both, at=tmp_path), 2, f"{name} is both set and swept")
+
+
 def test_another_command_does_not_continue_a_sweep(tmp_path: Path) -> None:
     swept(tmp_path, *GRID)
     answer = labbook("sim", "sweep", "--scene", "sim2", *GRID, "--accuracy", "1e-3", "--out", "sweep.nc", at=tmp_path)

@@ -5,6 +5,7 @@ A scene with only the effects that matter: what `--effects auto --within 1%` doe
 
 from __future__ import annotations
 
+import contextlib
 import importlib.metadata
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -14,8 +15,8 @@ from simulator.ablation.corners import Corners, compared_at_corners
 from simulator.ablation.smallest import tolerance_of
 from simulator.ablation.study import Ablation, ablation_of_effects
 from simulator.changes import changed_by_words, without_auto
-from simulator.declared import readers
-from simulator.scene import Scene
+from simulator.declared import all_parameters, readers
+from simulator.scene import Scene, Value
 from simulator.scene_file import load_scene
 from simulator.sweep.axes import axes_of, ranges_of
 from simulator.sweep.design import Design, grid, sobol
@@ -103,12 +104,13 @@ def planned_sweep(request: SweepRequest, step: Step = lambda _done: None) -> Pla
     parameter stay. It is compared with all effects at the corners of what is swept. Raises `UsageError` where the sweep
     has no meaning or cannot be simulated.
     """
-    given = load_scene(request.scene)
+    given = _with_swept(load_scene(request.scene), request.over)
     auto = auto_of(request.effects, request.within, request.accuracy)
     scene = changed_by_words(given, request.sets, auto.words)
     design = _design(request, scene)
     for axis in design.axes:
-        if scene.values.get(axis.parameter) is not given.values.get(axis.parameter):
+        value = scene.values[axis.parameter]
+        if value.set_by_user and value is not given.values.get(axis.parameter):
             raise UsageError(f"{axis.parameter} is both set and swept: leave out one of --set and --over.")
     version = importlib.metadata.version("robot-labbook")
     sweep = Sweep(scene, design, request.accuracy, version, request.error_bars)
@@ -118,6 +120,19 @@ def planned_sweep(request: SweepRequest, step: Step = lambda _done: None) -> Pla
     chosen = with_enough(scene, ablation)
     corners = compared_at_corners(scene, chosen, design.axes, ablation.accuracy, step)
     return PlannedSweep(replace(sweep, scene=chosen), ablation, corners)
+
+
+def _with_swept(scene: Scene, over: tuple[str, ...]) -> Scene:
+    """Give the scene the first value of each swept parameter that it and the parameter itself have none of."""
+    values = dict(scene.values)
+    for word in over:
+        name, _, numbers = word.partition("=")
+        parameter = all_parameters().get(name.strip())
+        if parameter is not None and parameter.assumed is None and parameter.name not in values:
+            with contextlib.suppress(ValueError):  # what is no number is refused where the axis is read
+                first = float(numbers.replace(",", ":").split(":")[0])
+                values[parameter.name] = Value(first, why="it is swept")
+    return replace(scene, values=values)
 
 
 def error_bars_of(on_all: bool, share: str | None) -> float:
