@@ -74,14 +74,28 @@ class Guard:
 
     It happens where the effect's function `NAME_guard(p, body_height_m, body_velocity_m_s, foot_height_m,
     foot_velocity_m_s)`, smooth between events, rises through zero in one of the `modes`. There `NAME_happens` of the
-    same arguments, if the effect gives it, changes numbers that the effect keeps in `derived`. `expression` and
-    `happens` say in the automaton's table what rises through zero, and what happens.
+    same arguments, if the effect gives it, changes numbers that the effect keeps in `derived`; it happens again once
+    the guard has been negative. The instant is located to a share of a metre or a metre a second, so that a guard is
+    best of that size. `expression` and `happens` say in the automaton's table what rises through zero, and what the
+    event does.
     """
 
     name: str
     expression: str
     happens: str
     modes: tuple[Mode, ...]
+
+    def __post_init__(self) -> None:
+        """Refuse modes that are none."""
+        if not self.modes or not set(self.modes) <= set(MODES):
+            raise ValueError(f"the guard {self.name} is in the modes {self.modes!r}: let them be some of {MODES}.")
+
+
+MOTION = (
+    *("body_height", "body_velocity", "body_acceleration", "foot_height", "foot_velocity", "leg_length"),
+    *("leg_work", "mechanical_energy", "time", "mode", "jump"),
+)
+"""Names of the sampled motion, which no state may have."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +113,13 @@ class State:
     meaning: str
     typical: float
 
+    def __post_init__(self) -> None:
+        """Refuse a name of the sampled motion, and a size that is none."""
+        if self.name in MOTION:
+            raise ValueError(f"the state {self.name} has a name of the sampled motion: give it a name of its own.")
+        if not self.typical > 0.0:
+            raise ValueError(f"the typical size of {self.name} is {self.typical}: let it be above 0.")
+
 
 def no_functions(at: ParameterIndex) -> dict[str, Function]:
     """Give the kernel nothing: the effect is a choice that another part reads."""
@@ -111,7 +132,8 @@ class Effect:
 
     `needs`: alternatives, each a tuple of effects of which at least one must be on. `excludes`: effects that cannot be
     on together with it, each with the sentence that says why and what to change. `derived`: names of numbers that
-    `functions(at)["prepare"]` computes once a jump from the parameters, or that its functions keep from event to event.
+    `functions(at)["prepare"]` computes from the parameters as a simulation starts, 0 otherwise, or that its functions
+    keep from event to event.
     `functions` fills slots of the kernel: `Composition.slots` by name. `body_force` says of the function `body_force_n`
     when it acts; without it such a function is refused. `energies` are integrated, and those with a sign booked;
     `publishes`: other outputs it computes. All outputs read 0 while it is off. `guards` are events, `states` numbers

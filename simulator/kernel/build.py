@@ -11,6 +11,7 @@ from typing import Any
 import numba
 
 from simulator.effects.effect import Function
+from simulator.effects.registry import EFFECTS
 from simulator.kernel.batch import make_batch
 from simulator.kernel.cache import compiling_alone, give_unique_symbols, keep_on_disk, on_disk
 from simulator.kernel.composition import Composition, compose
@@ -39,7 +40,8 @@ IN_LANES = frozenset(
 )
 """Effects that a kernel in lanes may be composed of: their functions take no branch by a number of the state."""
 IN_ALL_LANES = ("hydrostatic_stiffness", "sampled_control")
-"""Those without which the modes or the controller's instants are others than its steps know."""
+"""Those without which the modes or the controller's instants are others than its steps know. The guard of the first is
+the only one of an effect that they look at, and they integrate no states of effects."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +69,8 @@ def why_no_lanes(effects: frozenset[str]) -> str | None:
     """Return why scenes with these effects are simulated one after the other; None where lanes can take them."""
     if _SETTINGS.DISABLE_JIT:
         return "nothing is compiled here"
-    if others := sorted(effects - IN_LANES):
+    own = {name for name in effects - {IN_ALL_LANES[0]} if EFFECTS[name].guards or EFFECTS[name].states}
+    if others := sorted(effects - IN_LANES | own):
         return f"{others[0]} has no lanes"
     lacking = [name for name in IN_ALL_LANES if name not in effects]
     return f"without {lacking[0]} there are no lanes" if lacking else None

@@ -175,6 +175,7 @@ def compose(effects: Iterable[str]) -> Composition:
     parameters = tuple(dict.fromkeys((*BASICS, *(parameter for effect in chosen for parameter in effect.parameters))))
     names = [parameter.name for parameter in parameters] + [*_INVERSES]
     names += [name for effect in chosen for name in effect.derived]
+    _check_names("parameter or derived number", names)
     position = {name: PARAMETERS + place for place, name in enumerate(names)}
     called_for = {energy for effect in chosen for energy in effect.all_energies}
     wanted = [energy.name for energy in ENERGIES if energy in called_for and not energy.sudden]
@@ -193,7 +194,7 @@ def compose(effects: Iterable[str]) -> Composition:
     guards = tuple(guard for one in given for guard in one.guards)
     states = tuple(state for one in given for state in one.states)
     _check_names("guard", [one.guard.name for one in guards])
-    _check_names("state", [one.state.name for one in states])
+    _check_names("state or energy", [one.state.name for one in states] + [energy.name for energy in called_for])
     return Composition(
         effects=tuple(effect.name for effect in chosen),
         parameters=parameters,
@@ -208,7 +209,7 @@ def compose(effects: Iterable[str]) -> Composition:
 
 
 def _check_names(what: str, names: list[str]) -> None:
-    """Raise `ValueError` where two guards, or two states, have one name."""
+    """Raise `ValueError` where two things that effects declare have one name."""
     for name in sorted(set(names)):
         if names.count(name) > 1:
-            raise ValueError(f"{names.count(name)} effects have a {what} {name}: let each {what} have its own name.")
+            raise ValueError(f"{names.count(name)} times there is a {what} {name}: let each have a name of its own.")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -73,7 +74,7 @@ def given_by(effect: Effect, at: ParameterIndex, first_state: int) -> Given:
     Raises `ValueError` where a function is missing that the effect's declaration asks for, or one is there for which
     nothing does, or a mode is not one.
     """
-    functions = dict(effect.functions(at))
+    functions = dict(effect.functions(_asking(effect, at)))
     values = _values(range(first_state, first_state + len(effect.states)))
     given = Given(
         prepare=functions.pop("prepare", None),
@@ -83,8 +84,8 @@ def given_by(effect: Effect, at: ParameterIndex, first_state: int) -> Given:
             EffectState(
                 state,
                 first_state + number,
-                _of_body(_taken(effect, functions, f"{state.name}_rate"), values),
-                functions.pop(f"{state.name}_start", None),
+                _of_body(_taken(effect, functions, f"{state.name}_rate", 4), values),
+                _taken(effect, functions, f"{state.name}_start", 3, optional=True),
             )
             for number, state in enumerate(effect.states)
         ),
@@ -92,7 +93,7 @@ def given_by(effect: Effect, at: ParameterIndex, first_state: int) -> Given:
     )
     powers = {f"{energy.name}_w" for energy in effect.energies if not energy.sign}
     for name in sorted(powers - functions.keys()):
-        _taken(effect, functions, name)
+        raise ValueError(_lacks(effect, functions, name))
     for name in sorted(functions.keys() - powers - SLOTS):
         near = nearest(name, _known(effect) | powers | SLOTS)
         raise ValueError(
@@ -108,15 +109,44 @@ def _known(effect: Effect) -> set[str]:
     return of_guards | {f"{state.name}_{what}" for state in effect.states for what in ("rate", "start")}
 
 
-def _taken(effect: Effect, functions: Functions, name: str) -> Function:
-    """Take out a function that an effect's declaration asks for; raises `ValueError` where there is none."""
+def _asking(effect: Effect, at: ParameterIndex) -> ParameterIndex:
+    """Return `at` with a refusal in words."""
+
+    def asking(name: str) -> int:
+        try:
+            return at(name)
+        except KeyError:
+            own = (*(parameter.name for parameter in effect.parameters), *effect.derived)
+            near = nearest(name, own)
+            raise ValueError(
+                f"{effect.name} asks for {name}, which no effect that is on declares as a parameter or derived number"
+                f"{f': did you mean {near}?' if near else '.'}"
+            ) from None
+
+    return asking
+
+
+def _taken(effect: Effect, functions: Functions, name: str, count: int, *, optional: bool = False) -> Any:
+    """Take out a function of so many arguments that an effect's declaration asks for; None where it may be left out.
+
+    Raises `ValueError` where it is missing, or has another number of arguments.
+    """
     if name not in functions:
-        near = nearest(name, functions)
-        raise ValueError(
-            f"{effect.name} gives no function {name}, which its declaration asks for: let it give one"
-            f"{f', as {near} may be meant to be' if near else ''}."
-        )
-    return functions.pop(name)
+        if optional:
+            return None
+        raise ValueError(_lacks(effect, functions, name))
+    function = functions.pop(name)
+    found = len(inspect.signature(getattr(function, "py_func", function)).parameters)
+    if found != count:
+        with_states = " with its states" if effect.states else ""
+        raise ValueError(f"{effect.name} gives {name} of {found} arguments, where it has {count}{with_states}.")
+    return function
+
+
+def _lacks(effect: Effect, functions: Functions, name: str) -> str:
+    near = nearest(name, functions)
+    hint = f", as {near} may be meant to be" if near else ""
+    return f"{effect.name} gives no function {name}, which its declaration asks for: let it give one{hint}."
 
 
 def _force_of(effect: Effect, functions: Functions, values: Function | None) -> tuple[BodyForce, Function] | None:
@@ -135,15 +165,14 @@ def _force_of(effect: Effect, functions: Functions, values: Function | None) -> 
             f"{effect.name} acts in {said.modes} and breaks the closed form in {said.breaks_closed_form}: let it act "
             f"wherever it does, of {MODES}."
         )
-    return said, _of_body(functions.pop("body_force_n"), values)
+    return said, _of_body(_taken(effect, functions, "body_force_n", 3 if values is None else 4), values)
 
 
 def _guard_of(effect: Effect, guard: Guard, functions: Functions, values: Function | None) -> EffectGuard:
     """Take out the functions of one of an effect's guards."""
-    if not set(guard.modes) <= set(MODES):
-        raise ValueError(f"{effect.name} has the guard {guard.name} in {guard.modes}: let them be of {MODES}.")
-    value = _of_motion(_taken(effect, functions, f"{guard.name}_guard"), values)
-    happens = functions.pop(f"{guard.name}_happens", None)
+    count = 5 if values is None else 6
+    value = _of_motion(_taken(effect, functions, f"{guard.name}_guard", count), values)
+    happens = _taken(effect, functions, f"{guard.name}_happens", count, optional=True)
     place = OF_EFFECTS + EFFECT_GUARDS.index(guard)
     return EffectGuard(guard, place, value, None if happens is None else _of_motion(happens, values))
 

@@ -109,7 +109,9 @@ rule hold by which a controller without a clock changes its phase."""
 
 CONDITIONS = 4
 """How many conditions such a rule has at most."""
-KEPT = HOLDS + CONDITIONS
+ARMED = HOLDS + CONDITIONS
+"""Place of the first number that says whether the event of an effect has not happened since its guard was negative."""
+KEPT = ARMED + len(EFFECT_GUARDS)
 """Number of values that stay between events."""
 
 (

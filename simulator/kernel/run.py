@@ -35,6 +35,7 @@ from simulator.kernel.layout import (
     NO_LIFTOFF,
     NO_TRIGGER,
     NOW,
+    PARAMETERS,
     PHASE,
     SPEED_UNIT,
     STEP,
@@ -126,9 +127,12 @@ def make_begin_scene(composition: Composition) -> Function:
     """Compose `(work, limits)`: the scene before its first jump; returns the jump loop's first outcome."""
     begin, set_near = make_begin(composition), make_set_near(composition)
     prepare, rest = composition.prepare, composition.position["rest_length"]
+    derived, end = PARAMETERS + len(composition.parameters), composition.row_size
 
     @inner
     def begin_scene(work: Row, limits: Row) -> int:
+        for i in range(derived, end):  # what effects changed in the scene before
+            work[i] = 0.0
         prepare(work)
         begin(work)
         work[TOLERANCE], work[ALLOWED] = limits[TOLERANCE_WANTED], EVENT_SHARE * limits[TOLERANCE_WANTED]

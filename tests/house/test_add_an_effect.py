@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from simulator.effects.effect import Effect, Energy, State
+from simulator.effects.effect import Effect, Energy, State, no_functions
 from simulator.effects.registry import EFFECTS
+from simulator.kernel.composition import compose
 from simulator.kernel.effect_functions import SLOTS, given_by
 from tests.helpers.kernels import ROOT, python
 
@@ -86,6 +87,80 @@ assert abs(jump.energy_residual_J) < 1e-9 * jump.energy_at_play_J
 assert motion["rope_creep"].values[-1] > landed[4] and motion["rope_creep"].attrs["units"] == "m"
 assert [event.name for event in EVENTS[-2:]] == ["rope_taut", "rope_slack"]
 """
+PULL = """
+from simulator.compiled import inner
+from simulator.effects.effect import MODES, BodyForce, Effect, Energy, Guard, State
+from simulator.parameter import Parameter
+
+
+def _functions(at):
+    force, on = at("pull_force"), at("pulls")
+
+    @inner
+    def begin(p, x_b, v_b, x_f, v_f, states):
+        p[on] = 1.0
+
+    @inner
+    def end(p, x_b, v_b, x_f, v_f, states):
+        p[on] = 0.0
+
+    return {
+        "body_force_n": inner(lambda p, height_m, velocity_m_s, states: -p[on] * p[force]),
+        "turns_guard": inner(lambda p, x_b, v_b, x_f, v_f, states: -v_b),
+        "turns_happens": begin,
+        "lands_guard": inner(lambda p, x_b, v_b, x_f, v_f, states: -x_f),
+        "lands_happens": end,
+        "clock_rate": inner(lambda p, height_m, velocity_m_s, states: 1.0),
+        "clock_start": inner(lambda p, height_m, velocity_m_s: height_m),
+    }
+
+
+EFFECT = Effect(
+    name="pull",
+    meaning="a pull downward from the top of a flight to its end",
+    source="none",
+    parameters=(Parameter("pull_force", "robot", "N", "the pull", 0.0, 100.0, 2.0, "none"),),
+    derived=("pulls",),
+    body_force=BodyForce(
+        loss=Energy("pull_loss", "energy that the pull takes", -1, "pull"), modes=MODES, breaks_closed_form=()
+    ),
+    guards=(
+        Guard("turns", "-v_b", "it pulls", ("flight",)),
+        Guard("lands", "-x_f", "it pulls no longer", ("flight",)),
+    ),
+    states=(State("clock", "s", "time since the start, and the height there", 1.0),),
+    functions=_functions,
+)
+"""
+PULLED = """
+import numpy as np
+
+from simulator.jump import JUMPS_WANTED, limits_for, parameter_row, simulate
+from simulator.kernel.build import kernel_for
+from simulator.kernel.rows import COLUMN, COLUMNS
+from simulator.scene_file import load_scene
+
+scene = load_scene("force_plate").changed({"initial_height": 0.1, "pull_force": 3.0}, ("pull",), jumps=2)
+result = simulate(scene, 1e-9, trajectory=True)
+motion = result.trajectory
+for number, jump in enumerate(result.jumps):
+    of_jump = motion.isel(time=motion["jump"].values == number)
+    landed_m = float(of_jump["body_height"][-1])
+    assert jump.outcome == "touchdown"
+    assert abs(jump.pull_loss_J / (-3.0 * (jump.apex_height_m - landed_m)) - 1.0) < 1e-7
+    assert abs(jump.energy_residual_J) < 1e-8 * jump.energy_at_play_J
+start_m = scene["rest_length"] + scene["initial_height"]
+assert abs(float(motion["clock"][0]) - start_m) < 1e-15
+assert abs(float(motion["clock"][-1] - motion["time"][-1]) - start_m) < 1e-12
+
+kernel = kernel_for(scene.effects)
+limits, rows, counts = limits_for(1e-6), np.zeros((3, 1, len(COLUMNS))), np.zeros(3, np.int64)
+limits[JUMPS_WANTED] = 1
+nothing = np.zeros((0, 4)), np.zeros((0, 4 + 4 * kernel.composition.state_size))
+kernel.batch(np.repeat(parameter_row(kernel, scene)[np.newaxis, :], 3, axis=0), limits, rows, counts, *nothing)
+assert not np.isnan(rows[0, 0, COLUMN["apex_height_m"]])
+assert np.array_equal(rows[0], rows[1], equal_nan=True) and np.array_equal(rows[0], rows[2], equal_nan=True)
+"""
 COLUMN = """
 from simulator.sweep.outputs import PLACE
 
@@ -104,7 +179,7 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
         shutil.copytree(ROOT / package, folder / package, ignore=shutil.ignore_patterns("__pycache__"))
     effects = folder / "simulator" / "effects"
     registry = effects / "registry.py"
-    for name, source in ((NAME, EFFECT), ("rope", ROPE), ("gear_loss", GEAR_LOSS)):
+    for name, source in ((NAME, EFFECT), ("rope", ROPE), ("pull", PULL), ("gear_loss", GEAR_LOSS)):
         (effects / f"{name}.py").write_text(source, encoding="utf-8")
         text, count = re.subn(r"^( +)rail_friction,\n", rf"\g<0>\1{name},\n", registry.read_text("utf-8"), flags=re.M)
         assert count == 2  # the import and the list
@@ -121,9 +196,15 @@ def test_its_guards_and_states_give_a_fall_under_a_rope(copy: Path) -> None:
     python(["-c", FALL], folder=copy, NUMBA_DISABLE_JIT="1")
 
 
+def test_what_happens_at_an_apex_and_a_landing_happens_beside_them(copy: Path) -> None:
+    """Two guards rise at one instant, and what an effect keeps is not that of the scene before."""
+    python(["-c", PULLED], folder=copy, NUMBA_DISABLE_JIT="1")
+
+
 @pytest.mark.soak
-def test_so_they_do_compiled(copy: Path) -> None:
-    python(["-c", FALL], folder=copy)
+@pytest.mark.parametrize("script", [FALL, PULLED])
+def test_so_they_do_compiled(script: str, copy: Path) -> None:
+    python(["-c", script], folder=copy)
 
 
 def test_its_effect_passes_its_test(copy: Path) -> None:
@@ -169,6 +250,7 @@ def test_its_table_has_every_slot_with_its_arguments() -> None:
 
 
 GROUND = EFFECTS["hydrostatic_stiffness"]
+PLACES = compose(["hydrostatic_stiffness"]).position
 
 
 @pytest.mark.parametrize(
@@ -176,12 +258,22 @@ GROUND = EFFECTS["hydrostatic_stiffness"]
     [
         (replace(GROUND, guards=()), "cone_kink_guard"),
         (replace(GROUND, guards=(replace(GROUND.guards[0], name="cone"),)), "cone_guard.*cone_kink_guard"),
-        (replace(GROUND, guards=(replace(GROUND.guards[0], modes=("sinking",)),)), "cone_kink.*sinking.*intruding"),
-        (replace(GROUND, states=(State("heat", "J", "heat", 1.0),)), "heat_rate"),
+        (replace(GROUND, states=(State("heat", "J", "heat", 1.0),)), "cone_kink_guard of 5 .* 6 with its states"),
+        (replace(GROUND, guards=(), functions=no_functions, states=(State("heat", "J", "heat", 1.0),)), "heat_rate"),
+        (replace(GROUND, functions=lambda at: {"prepare": at("foot_radus")}), "foot_radius"),
         (replace(GROUND, functions=lambda at: GROUND.functions(at) | {"linear_drag_kgs": len}), "linear_drag_kg_s"),
         (replace(GROUND, energies=(*GROUND.energies, Energy("heat", "heat", 0, "heat"))), "heat_w"),
     ],
 )
 def test_what_it_declares_and_what_it_gives_must_agree(effect: Effect, names: str) -> None:
     with pytest.raises(ValueError, match=f"hydrostatic_stiffness .*{names}"):
-        given_by(effect, lambda name: 0, 6)
+        given_by(effect, PLACES.__getitem__, 6)
+
+
+def test_what_it_declares_must_make_sense() -> None:
+    with pytest.raises(ValueError, match=r"cone_kink.*sinking.*intruding"):
+        replace(GROUND.guards[0], modes=("sinking",))  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="body_height"):
+        State("body_height", "m", "height", 1.0)
+    with pytest.raises(ValueError, match="heat is 0"):
+        State("heat", "J", "heat", 0.0)

@@ -85,7 +85,8 @@ def _ill_conditioned(result: SceneResult) -> list[str]:
         )
     if jump.ill_conditioned and not said:
         first = next(number for number, item in enumerate(result.jumps, 1) if item.ill_conditioned)
-        said.append(f"warning: this jump follows jump {first}, which is ill-conditioned, and is known no better.")
+        known = "is known no better" if jump.errors is None else "may be known less well than its own errors say"
+        said.append(f"warning: this jump follows jump {first}, which is ill-conditioned, and {known}.")
     return said
 
 

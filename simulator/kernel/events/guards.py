@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator.compiled import inlined, inner
-from simulator.effects.effect import MODES, Function
+from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.control.controller import make_conditions, make_rule
-from simulator.kernel.effect_functions import EffectGuard
+from simulator.kernel.events.effect_events import make_effect_guards
 from simulator.kernel.events.foot_guards import make_contact_guards, make_flight_guards
 from simulator.kernel.layout import (
     ASLEEP,
@@ -117,26 +117,6 @@ def make_hold_guards(composition: Composition) -> Function:
         work[place + HOLD_TURNS] = hold_guard(work, drive_n(mode, work, row, applied_n), work[row + V_BODY])
 
     return hold_guards
-
-
-def make_effect_guards(composition: Composition) -> Function:
-    """Compose `(mode, work, row, place)`: the guards that effects declare, each in its modes."""
-    filled = inlined(lambda mode, work, row, place: None)
-    for one in composition.effect_guards:
-        filled = _with_guard(filled, one)
-    return filled
-
-
-def _with_guard(before: Function, one: EffectGuard) -> Function:
-    value, guard, acts = one.value, one.place, tuple(mode in one.guard.modes for mode in MODES)
-
-    @inlined
-    def filled(mode: float, work: Row, row: int, place: int) -> None:
-        before(mode, work, row, place)
-        if acts[int(mode)]:
-            work[place + guard] = value(work, row)
-
-    return filled
 
 
 @made_once

@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 from simulator.compiled import inner
 from simulator.effects.effect import Function
+from simulator.kernel.composition import Composition
+from simulator.kernel.events.effect_events import make_due
 from simulator.kernel.layout import (
     BETWEEN,
     GUARDS_AFTER,
@@ -37,11 +39,12 @@ def is_prompt(guard: int) -> bool:
     return guard < PROMPT or guard >= SWITCHES
 
 
-def make_at_once(guards: Function, count: int) -> Function:
+def make_at_once(composition: Composition, guards: Function) -> Function:
     """Compose `(t, work)`: the guard that is positive already at the start of a step and must not be, -1 for none.
 
     After a step without an event the guards at its end are those at the start of the next.
     """
+    count, due = composition.guards, make_due(composition)
 
     @inner
     def at_once(t: float, work: Row) -> int:
@@ -54,7 +57,7 @@ def make_at_once(guards: Function, count: int) -> Function:
             for guard in range(count):
                 if work[GUARDS_BEFORE + guard] > 0.0 and is_prompt(guard):
                     return guard
-        return -1
+        return due(work)
 
     return at_once
 

@@ -53,7 +53,6 @@ from simulator.kernel.layout import (
     MODE,
     NO_LIFTOFF,
     NOW,
-    OF_EFFECTS,
     PHASE,
     RELEASE,
     RELEASE_MISSED,
@@ -175,25 +174,6 @@ def make_releases(composition: Composition, settle: Function) -> Function:
     return releases
 
 
-def make_effect_happens(composition: Composition) -> Function:
-    """Compose `(guard, work)`: what effects do at events of their own."""
-    happens = inner(lambda guard, work: None)
-    for one in composition.effect_guards:
-        if one.happens is not None:
-            happens = _also(happens, one.happens, one.place)
-    return happens
-
-
-def _also(before: Function, act: Function, place: int) -> Function:
-    @inner
-    def happens(guard: int, work: Row) -> None:
-        before(guard, work)
-        if guard == place:
-            act(work, NOW)
-
-    return happens
-
-
 def make_transition(composition: Composition, switch: Function, settle: Function, lift_off: Function) -> Function:
     """Compose `(guard, work, row, stop_after)`.
 
@@ -204,7 +184,6 @@ def make_transition(composition: Composition, switch: Function, settle: Function
     unsettles, cap_turns = make_unsettles(composition, settle, lift_off), make_cap_turns(composition, settle)
     switches, releases = make_switches(composition, switch, settle), make_releases(composition, settle)
     forces, straight_ends_flight = make_forces(composition), composition.straight_ends_flight
-    effect_happens = make_effect_happens(composition)
 
     @inner
     def transition(guard: int, work: Row, row: Row, stop_after: float) -> int:
@@ -240,8 +219,6 @@ def make_transition(composition: Composition, switch: Function, settle: Function
             bottoms(work)
         elif guard == HOLD_TURNS:
             turn_hold(work)
-        elif OF_EFFECTS <= guard < SWITCHES:
-            effect_happens(guard, work)
         return GOES_ON
 
     return transition

@@ -19,7 +19,6 @@ from simulator.kernel.layout import (
     HALF,
     INTRUDING,
     KEPT,
-    MODES,
     NEAR,
     QUARTER,
     SATURATED,
@@ -41,8 +40,8 @@ Lanes = Any
 Row = Any
 """The working rows of all lanes, place by place."""
 GUARDS = 6
-"""Guards a mode, in its own order: the leg is folded, straight; the foot stops or touches; in the ground the event that
-an effect declares, in the air the foot clears; the body falls; the force reaches its cap."""
+"""Guards a mode, in its own order: the leg is folded, straight; the foot stops or touches; in the ground the cone is
+complete, in the air the foot clears; the body falls; the force reaches its cap."""
 PROMPT = {INTRUDING: (0, 1, 2, 5), FLIGHT: (0, 1, 2, 3, 5)}
 """Those that are never positive while the mode lasts."""
 AT_START, AT_QUARTER, AT_HALF, AT_THREE_QUARTERS, AT_END = places(KEPT, KEPT + 5 * GUARDS, GUARDS)
@@ -51,19 +50,13 @@ FREE = KEPT + 5 * GUARDS
 """First place that guards leave free."""
 
 
-@inner
-def never(work: Row, row: int) -> float:
-    """Be the guard of no effect."""
-    return -1.0
-
-
 def make_guards(composition: Composition, mode: int) -> Function:
     """Compose `(work, row, place)`: the guards of the mode at the state at `row`."""
     forces = make_forces(composition)
     upper, lower = composition.position["upper_link"], composition.position["lower_link"]
     capped, flying = composition.has("cap_n"), mode == FLIGHT
-    kinks = [one.value for one in composition.effect_guards if MODES[mode] in one.guard.modes]
-    kink = kinks[0] if kinks else never
+    (cone,) = composition.effect_guards  # no other scenes are in lanes
+    is_complete = cone.value
     ends, levered = composition.straight_ends_flight, composition.levered
 
     @inlined
@@ -83,7 +76,7 @@ def make_guards(composition: Composition, mode: int) -> Function:
             work[place + 4] = -work[row + V_BODY]
         else:
             work[place + 2] = work[row + V_FOOT]
-            work[place + 3] = kink(work, row)
+            work[place + 3] = is_complete(work, row)
             work[place + 4] = -1.0
         work[place + 5] = -1.0
         if capped:

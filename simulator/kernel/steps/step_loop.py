@@ -10,6 +10,7 @@ from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
 from simulator.kernel.control.emulator import make_advance
 from simulator.kernel.events.contact import make_creep_on, make_note_saturation
+from simulator.kernel.events.effect_events import make_effects_happen
 from simulator.kernel.events.standstill import GOES_ON
 from simulator.kernel.layout import (
     ABOVE_PRINT,
@@ -46,7 +47,7 @@ from simulator.kernel.layout import (
 from simulator.kernel.mechanics.massless_foot import make_try_to_follow
 from simulator.kernel.report import make_note_liftoff
 from simulator.kernel.rows import COLUMN
-from simulator.kernel.steps.stride import TIMED
+from simulator.kernel.steps.stride import TIMED, UNEVENTFUL
 
 Row = NDArray[np.float64]
 
@@ -125,6 +126,7 @@ def make_finish_step(composition: Composition, transition: Function, settle: Fun
     """Compose `(event, work, row, stop_after)`: go to the end of the step, and do what happens there."""
     size, advance = composition.state_size, make_advance(composition)
     granular = composition.on("hydrostatic_stiffness")
+    effects_happen = make_effects_happen(composition)
     try_to_follow, creep_on = make_try_to_follow(composition), make_creep_on(composition)
 
     @inner
@@ -138,6 +140,8 @@ def make_finish_step(composition: Composition, transition: Function, settle: Fun
             work[DEPTH] = max(work[DEPTH], -work[NOW + X_FOOT])
         elif granular and work[CLEARED] < ABOVE_PRINT:
             work[UNRESISTED] = max(work[UNRESISTED], work[DEEPEST] - work[NOW + X_FOOT])
+        if event != UNEVENTFUL:
+            effects_happen(event, work)
         if event >= 0:
             return transition(event, work, row, stop_after)
         if event == TIMED:

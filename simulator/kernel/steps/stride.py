@@ -172,7 +172,7 @@ def make_stride(composition: Composition, wants_switch: Function) -> Function:
     attempt, frequency = make_attempt(composition, rates_of), make_frequency(composition)
     guards, sample_nodes = make_guards(composition), make_sample_nodes(composition)
     at_once, first_event, land = (
-        make_at_once(guards, composition.guards),
+        make_at_once(composition, guards),
         make_first_event(guards, interpolate, composition.guards),
         make_land(guards, interpolate, attempt, composition.guards),
     )

@@ -130,7 +130,7 @@ def test_an_effect_that_is_on_adds_instructions_and_its_states(name: str, least:
     """So that the comparison above has something to find."""
     composition = compose((*LEAST, name))
     own = {energy for energy in EFFECTS[name].all_energies if not energy.sudden} - set(EFFECTS[LEAST[0]].energies)
-    assert composition.state_size == compose(LEAST).state_size + len(own)
+    assert composition.state_size == compose(LEAST).state_size + len(own) + len(EFFECTS[name].states)
     assert composition.row_size > compose(LEAST).row_size
     with_it = opcodes(composed_rates(name))
     assert with_it.total() > least.total()
