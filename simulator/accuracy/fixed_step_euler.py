@@ -68,7 +68,7 @@ def why_not(scene: Scene) -> str | None:
     if "hydrostatic_stiffness" not in scene.effects:
         return "the thesis's scheme knows granular ground only"
     pushing = [effect for effect in EFFECTS.values() if effect.name in scene.effects and effect.body_force]
-    return f"the thesis's scheme knows no {pushing[0].meaning}" if pushing else None
+    return f"the thesis's scheme does not know {pushing[0].name}: {pushing[0].meaning}" if pushing else None
 
 
 def fixed_step_euler_run(scene: Scene) -> tuple[Function, Row, Row]:

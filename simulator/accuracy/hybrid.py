@@ -22,6 +22,7 @@ from simulator.kernel.control.emulator import make_timer
 from simulator.kernel.events.contact import make_lift_off, make_settle
 from simulator.kernel.events.guards import make_guards
 from simulator.kernel.events.landing import make_meet_ground
+from simulator.kernel.events.locate import make_at_once
 from simulator.kernel.events.transitions import make_transition
 from simulator.kernel.layout import (
     ASLEEP,
@@ -46,6 +47,7 @@ from simulator.kernel.layout import (
     PHASE,
     RELEASES,
     SPEED_UNIT,
+    STALE,
     STOPS,
     STRAIGHTENS,
     SWITCHES,
@@ -84,8 +86,9 @@ class HybridSystem:
     """Compiled functions of a set of effects, all on the kernel's row `work` (`simulator.kernel.layout`).
 
     `begin(work)` puts the robot at the start, `touch_down(work, row)` begins a jump. `control(work, row)` looks at the
-    ticks that are due. `rates(mode, t, work, state)` and `watch(t, work, state)` are new arrays, the latter of guards,
-    and wish. `follow(event, work, row, stop_after)` takes the state at `TRIAL` over and does what happens there;
+    ticks that are due. `due(work)` is the guard whose event is due before a step is taken, or -1.
+    `rates(mode, t, work, state)` and `watch(t, work, state)` are new arrays, the latter of guards, and wish.
+    `follow(event, work, row, stop_after)` takes the state at `TRIAL` over and does what happens there;
     it returns an outcome or `GOES_ON`. `horizon(work)` is when the emulator's state ends, and whether to stop at the
     next tick. `given_up(work)` is an outcome or `GOES_ON`, `finish(outcome, work, row)` writes the row. `events[mode]`
     are the guards that can fire in a mode.
@@ -97,6 +100,7 @@ class HybridSystem:
     touch_down: Function
     control: Function
     rates: Function
+    due: Function
     watch: Function
     follow: Function
     horizon: Function
@@ -162,10 +166,17 @@ def _moving(composition: Composition) -> dict[str, tuple[Function, tuple[object,
         make_must_land(composition),
     )
 
+    at_once = make_at_once(composition, fill_guards)
+
     def rates(mode: int, t: float, work: Row, state: Row) -> Row:
         work[TRIAL : TRIAL + size] = state
         rates_of(mode, t, work, TRIAL, K1)
         return work[K1 : K1 + size].copy()
+
+    def due(work: Row) -> int:
+        work[STALE] = 1
+        guard: int = at_once(work[TIME], work)
+        return guard
 
     def watch(t: float, work: Row, state: Row) -> Row:
         values = np.full(WATCHED, -1.0)
@@ -181,6 +192,7 @@ def _moving(composition: Composition) -> dict[str, tuple[Function, tuple[object,
 
     return {
         "rates": (rates, (_WHOLE, _NUMBER, _ROW, _ROW)),
+        "due": (due, (_ROW,)),
         "watch": (watch, (_NUMBER, _ROW, _ROW)),
         "horizon": (horizon, (_ROW,)),
     }

@@ -122,7 +122,9 @@ class _Walk:
     def _fall(self, row: Row) -> None:
         self.system.begin(self.work)
         self.work[AIRBORNE] = 1
-        while self.work[NOW + X_FOOT] > 0.0 and self._segment(row, (TOUCHES,)) != TOUCHDOWN:
+        effects = self.system.composition.effect_guards
+        guards = (TOUCHES, *(one.place for one in effects if "flight" in one.guard.modes))
+        while self.work[NOW + X_FOOT] > 0.0 and self._segment(row, guards) != TOUCHDOWN:
             if self.system.given_up(self.work) != GOES_ON:
                 raise PeerGaveUp("the robot never came down")
 
@@ -132,6 +134,11 @@ class _Walk:
         self.segments += 1
         if self.segments > MOST_SEGMENTS:
             raise PeerGaveUp(f"more than {MOST_SEGMENTS} events, the last at {work[TIME]:.6g} s of a jump")
+        due = int(system.due(work))
+        if due >= 0:  # two events fell together
+            size = system.composition.state_size
+            work[TRIAL : TRIAL + size], work[STRIDE] = work[NOW : NOW + size], 0.0
+            return int(system.follow(due, work, row, float(self.stop_after)))
         timer_s, must_land = system.horizon(work)
         end_s = min(LONGEST_FLIGHT_S if work[MODE] == FLIGHT else LONGEST_STANCE_S, timer_s)
         stops = must_land or self.to_tick or (self.every_tick and WISH in guards)

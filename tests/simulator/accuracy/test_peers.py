@@ -10,6 +10,7 @@ from simulator.accuracy.hybrid import system_for
 from simulator.accuracy.methods import stops_after
 from simulator.accuracy.outputs import outputs_of
 from simulator.accuracy.peers import METHODS, PeerGaveUp, PeerRun, peer_run
+from simulator.jump import simulate
 from simulator.kernel.limits import STOP_AFTER_APEX, STOP_AFTER_LIFTOFF
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
@@ -103,6 +104,15 @@ def test_other_grounds_and_jumps_that_follow_each_other(name: str, values: dict[
     apex_m, cost_j = second_jump(name)
     assert found["apex_height_m"] == pytest.approx(apex_m, rel=1e-7)
     assert found["cost_J"] == pytest.approx(cost_j, rel=1e-7)
+
+
+def test_events_that_fall_together_both_happen() -> None:
+    """At an apex the body falls, and dry friction turns round."""
+    scene = load_scene("force_plate").changed({"rail_friction_force": 3.0}, ("rail_friction",), jumps=2)
+    run = interpreted(run_of, scene, "DOP853", 1e-10, stops_after(scene))
+    jumps = interpreted(simulate, scene, 1e-10).jumps
+    for row, jump in zip(run.rows, jumps, strict=True):
+        assert outputs_of(scene, row).values["apex_height_m"] == pytest.approx(jump.apex_height_m, rel=1e-8)
 
 
 def test_a_platform_with_a_mass() -> None:
