@@ -207,7 +207,7 @@ def damage_at_end(connection: sa.Connection) -> str | None:
     if _LOOKED_AT in connection.info:
         return None
     connection.info[_LOOKED_AT] = True
-    first = max(0, head(connection)[0] - LAST_ENTRIES)
+    first = max(0, head(connection)[0] - _LAST_ENTRIES)
     before = connection.execute(sa.select(journal.c.hash).where(journal.c.seq == first)).scalar() or GENESIS
     try:
         for _entry in chained(stored(connection, first), (first, before), MEND_TABLE):
@@ -217,7 +217,7 @@ def damage_at_end(connection: sa.Connection) -> str | None:
     return None
 
 
-LAST_ENTRIES = 100
+_LAST_ENTRIES = 100
 """So many are looked at before something is stated, which takes milliseconds; `labbook db check` looks at all."""
 _LOOKED_AT = "labbook_journal_looked_at"
 

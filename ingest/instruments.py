@@ -14,7 +14,7 @@ from data_schema.errors import unknown_name
 from ingest.channels.columns import NO_CONVENTION, Convention
 from ingest.channels.forces import Z_DOWN_ACTION
 
-BERTEC_AMPLIFIER_RATE_HZ = 1000.0
+_BERTEC_AMPLIFIER_RATE_HZ = 1000.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,7 @@ PLATE_UNITS: Mapping[str, str] = {
 def bertec_sdk(time_unit: str | None, evidence: str) -> Instrument:
     """Return the instrument of programs on Bertec's SDK, whose stamps are in `time_unit`."""
     convention = Convention("Bertec SDK", PLATE_UNITS, time_unit)
-    return Instrument("force", convention, Z_DOWN_ACTION, BERTEC_AMPLIFIER_RATE_HZ, evidence)
+    return Instrument("force", convention, Z_DOWN_ACTION, _BERTEC_AMPLIFIER_RATE_HZ, evidence)
 
 
 _DECLARED = "it is declared"

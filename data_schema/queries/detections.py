@@ -175,7 +175,7 @@ def jump_decisions(
 
     A verdict on an earlier reading of a file holds for the one in force where that has samples at the same times.
     """
-    holds_for = same_times(connection, signals_sha256)
+    holds_for = _samples_in_force(connection, signals_sha256)
     query = (
         sa.select(*columns_of(DecisionRow, decision, person=person.c.name))
         .join(person, decision.c.person == person.c.id)
@@ -195,7 +195,7 @@ def jump_decisions(
     return found
 
 
-def same_times(
+def _samples_in_force(
     connection: sa.Connection, signals_sha256: Sequence[str] | None = None, *, given_on: Sequence[str] | None = None
 ) -> dict[str, set[str]]:
     """Return, for the hash of any samples, those of the readings in force of the same file with the same times.
@@ -275,7 +275,7 @@ def verdicts_waiting(connection: sa.Connection, run_uid: str | None = None) -> l
         query = query.where(run.c.uid == run_uid)
     rows = connection.execute(query).all()
     given_on = sorted({row.signal_sha256 for row in rows})
-    holds = same_times(connection, given_on=given_on)
+    holds = _samples_in_force(connection, given_on=given_on)
     names = _names(connection, [sha256 for sha256 in given_on if sha256 not in holds])
     last: dict[tuple[str, str, float], WaitingVerdict] = {}
     for row in rows:

@@ -120,7 +120,7 @@ def has_runs(connection: sa.Connection, where: sa.ColumnElement[bool] | None = N
     return connection.execute(_in_order((run.c.id,), where).limit(1)).first() is not None
 
 
-def values_of_runs(connection: sa.Connection, expression: sa.ColumnElement[Any]) -> set[Any]:
+def _values_of_runs(connection: sa.Connection, expression: sa.ColumnElement[Any]) -> set[Any]:
     """Return what runs have of a column of `where_columns`."""
     return set(connection.execute(_in_order((expression,), expression.is_not(None))).scalars())
 
@@ -255,7 +255,7 @@ def refuse_empty_selection(connection: sa.Connection, where: str | None) -> None
     for one in _comparisons(expression):
         if not has_runs(connection, compile_expression(one, columns)):
             name = one.column.text
-            near = _nearest(_words(one)[0].text, values_of_runs(connection, columns[name].expression))
+            near = _nearest(_words(one)[0].text, _values_of_runs(connection, columns[name].expression))
             why = f"the nearest is {name}={near}" if near else f"no run has {name}"
             break
     raise UsageError(f"no run fulfils --where {where!r}: {why}; `labbook runs list` lists all.")

@@ -207,7 +207,7 @@ def planned_runs(connection: sa.Connection) -> list[PlannedRow]:
                 run, run.c.planned_run == planned_run.c.id
             )
         )
-        .where(sa.or_(run.c.id.is_not(None), planned_run.c.plan.not_in(withdrawn_plans())))
+        .where(sa.or_(run.c.id.is_not(None), planned_run.c.plan.not_in(_withdrawn_plans())))
         .order_by(planned_run.c.plan, planned_run.c.position)
     )
     return [PlannedRow(*row) for row in connection.execute(query)]
@@ -229,7 +229,7 @@ def open_plans(connection: sa.Connection) -> list[OpenPlan]:
         sa.select(plan.c.uid, plan.c.seed, planned_run.c.name, run.c.id)
         .join(planned_run, planned_run.c.plan == plan.c.id)
         .outerjoin(run, run.c.planned_run == planned_run.c.id)
-        .where(plan.c.id.not_in(withdrawn_plans()))
+        .where(plan.c.id.not_in(_withdrawn_plans()))
         .order_by(plan.c.id, planned_run.c.position)
     )
     found: dict[tuple[str, int], tuple[list[str], list[str]]] = {}
@@ -244,12 +244,12 @@ def withdrawn_names(connection: sa.Connection) -> set[str]:
     query = (
         sa.select(planned_run.c.name)
         .outerjoin(run, run.c.planned_run == planned_run.c.id)
-        .where(run.c.id.is_(None), planned_run.c.plan.in_(withdrawn_plans()))
+        .where(run.c.id.is_(None), planned_run.c.plan.in_(_withdrawn_plans()))
     )
     return set(connection.execute(query).scalars())
 
 
-def withdrawn_plans() -> sa.Select[tuple[int]]:
+def _withdrawn_plans() -> sa.Select[tuple[int]]:
     """Select the plans that the journal says are void; a run made after that belongs to none of them."""
     said = sa.and_(
         journal.c.entity_uid == plan.c.uid, journal.c.entity_kind == "plan", journal.c.action == str(Action.VOID)

@@ -58,7 +58,7 @@ class Word:
     position: int = field(default=0, compare=False)
 
 
-OPERATORS = {**{str(one): one for one in Operator}, "==": Operator.EQUAL, "<>": Operator.NOT_EQUAL}
+_OPERATORS = {**{str(one): one for one in Operator}, "==": Operator.EQUAL, "<>": Operator.NOT_EQUAL}
 """Every spelling of a comparison."""
 
 _KEYWORDS = frozenset({"and", "or", "not", "in"})
@@ -70,7 +70,7 @@ _ESCAPE = re.compile(r"\\(.)", re.DOTALL)
 
 
 @dataclass(frozen=True, slots=True)
-class Token:
+class _Token:
     """A piece of the text; `kind` is quoted, operator, mark, bare, keyword or end."""
 
     kind: str
@@ -81,7 +81,7 @@ class Token:
         return "the end" if self.kind == "end" else repr(self.text)
 
 
-def tokens(text: str) -> list[Token]:
+def _tokens(text: str) -> list[_Token]:
     """Cut `text` into tokens; the last one has the kind `end`.
 
     Raises `UsageError` with the position of the first character that cannot be read.
@@ -90,7 +90,7 @@ def tokens(text: str) -> list[Token]:
         raise UsageError(
             f"the condition of --where has {len(text)} characters, at most {LONGEST_TEXT} are read: shorten it."
         )
-    found: list[Token] = []
+    found: list[_Token] = []
     place = 0
     while place < len(text):
         # A database refuses NUL and broken UTF-8 with an error of its own, far from what the person typed.
@@ -104,7 +104,7 @@ def tokens(text: str) -> list[Token]:
             raise UsageError(_unreadable(text[place], place + 1))
         found.append(_token(match))
         place = match.end()
-    found.append(Token("end", "", len(text) + 1))
+    found.append(_Token("end", "", len(text) + 1))
     return found
 
 
@@ -117,7 +117,7 @@ def _unreadable(character: str, position: int) -> str:
     )
 
 
-def _token(match: re.Match[str]) -> Token:
+def _token(match: re.Match[str]) -> _Token:
     kind, text, position = str(match.lastgroup), match.group(), match.start() + 1
     if kind == "quoted":
         inside = text[1:-1]
@@ -130,17 +130,17 @@ def _token(match: re.Match[str]) -> Token:
         text = _ESCAPE.sub(r"\1", inside)
         if any(unicodedata.category(character) in ("Cc", "Cs") for character in text):
             raise UsageError(f"the value at character {position} of --where has an unprintable character: take it out.")
-    elif kind == "operator" and text not in OPERATORS:
+    elif kind == "operator" and text not in _OPERATORS:
         raise UsageError(f"{text!r} at character {position} of --where is not a comparison: use =, !=, <, <=, > or >=.")
     elif kind == "bare" and text.lower() in _KEYWORDS:
-        return Token("keyword", text.lower(), position)
-    return Token(kind, text, position)
+        return _Token("keyword", text.lower(), position)
+    return _Token(kind, text, position)
 
 
-MOST_COMPARISONS = 200
+_MOST_COMPARISONS = 200
 """Comparisons that a condition may have; SQLite refuses expressions 1000 deep."""
 
-DEEPEST_NESTING = 50
+_DEEPEST_NESTING = 50
 """Brackets and `not` that may stand inside each other."""
 
 
@@ -190,7 +190,7 @@ def parse(text: str) -> Expression:
 
     Raises `UsageError` with the position of the first thing that cannot be read.
     """
-    parser = _Parser(tokens(text))
+    parser = _Parser(_tokens(text))
     expression = parser.expression(depth=0)
     if parser.next.kind != "end":
         raise parser.unexpected("'and', 'or' or the end", "put quotes round a value of several words")
@@ -211,13 +211,13 @@ def names_in(expression: Expression) -> set[str]:
 class _Parser:
     """Recursive descent over the tokens; one method a rule of the grammar."""
 
-    def __init__(self, tokens: list[Token]) -> None:
+    def __init__(self, tokens: list[_Token]) -> None:
         self._tokens = tokens
         self._place = 0
         self._comparisons = 0
 
     @property
-    def next(self) -> Token:
+    def next(self) -> _Token:
         return self._tokens[self._place]
 
     def unexpected(self, expected: str, remedy: str) -> UsageError:
@@ -241,9 +241,9 @@ class _Parser:
         return operands[0] if len(operands) == 1 else And(tuple(operands))
 
     def _negation(self, depth: int) -> Expression:
-        if depth > DEEPEST_NESTING:
+        if depth > _DEEPEST_NESTING:
             raise UsageError(
-                f"--where has more than {DEEPEST_NESTING} brackets or 'not' inside each other at character "
+                f"--where has more than {_DEEPEST_NESTING} brackets or 'not' inside each other at character "
                 f"{self.next.position}: write it flatter."
             )
         if self._take("keyword", "not"):
@@ -259,13 +259,13 @@ class _Parser:
 
     def _comparison(self) -> Expression:
         self._comparisons += 1
-        if self._comparisons > MOST_COMPARISONS:
+        if self._comparisons > _MOST_COMPARISONS:
             raise UsageError(
-                f"--where has more than {MOST_COMPARISONS} comparisons: write lists such as run in (r1, r2)."
+                f"--where has more than {_MOST_COMPARISONS} comparisons: write lists such as run in (r1, r2)."
             )
         column = self._word("the name of a factor or run column", "write a comparison such as kind=jumps")
         if self.next.kind == "operator":
-            operator = OPERATORS[self.next.text]
+            operator = _OPERATORS[self.next.text]
             self._place += 1
             return Comparison(column, operator, self._word("a value", "write one such as kind=jumps"))
         negated = self._take("keyword", "not")

@@ -29,7 +29,7 @@ from labbook.statements.reporting import shown_by
 from reports.page.printing import print_pdf
 from reports.page.writing import refuse_foreign, report_files, write_report
 
-ATTEMPTS = 5
+_ATTEMPTS = 5
 NO_HASHES = (
     "the rows of the database have no hashes, so that nobody can tell whether they were altered: `labbook rebuild` "
     "makes them."
@@ -252,7 +252,7 @@ def state_report(
     `draw` makes the report's files without a lock, too, and returns what puts them in place: a report is in the journal
     only when its files are there, whole.
     """
-    for _attempt in range(ATTEMPTS):
+    for _attempt in range(_ATTEMPTS):
         made, seen = _made(book, where, step)
         put = draw(made)
         with book.session(person) as session:

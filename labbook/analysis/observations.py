@@ -80,7 +80,7 @@ def beside_plan(by: str, control: str, jumps: bool, numbers: Sequence[RunNumber]
     return "the unit of analysis is a run or a day's mean, not the single jump" if jumps else ""
 
 
-OF_A_RUN: Mapping[str, Callable[[RunRow], str]] = {
+_OF_A_RUN: Mapping[str, Callable[[RunRow], str]] = {
     "day": lambda run: run.day,
     "robot": lambda run: run.robot,
     "battery": lambda run: run.battery,
@@ -227,7 +227,7 @@ def observations_of_book(
         raise UsageError(
             "no factor of labbook.toml names its control, so that it is not clear what is compared: add --by."
         )
-    names = [*configuration.factors, *OF_A_RUN]
+    names = [*configuration.factors, *_OF_A_RUN]
     if by not in names:
         raise unknown_name("factor or column of runs", by, names)
     if asked.jumps and asked.quantity is not Outcome.APEX:
@@ -272,7 +272,7 @@ def _numbers(
 
 
 def _label(run: RunRow, by: str) -> str:
-    return OF_A_RUN[by](run) if by in OF_A_RUN else run.levels.get(by, "none")
+    return _OF_A_RUN[by](run) if by in _OF_A_RUN else run.levels.get(by, "none")
 
 
 def _levels(run: RunRow, factors: Sequence[str]) -> tuple[str, ...]:

@@ -35,9 +35,9 @@ AHEAD = 256
 """So many files are asked for before the first is taken: they are read while the rows of a run sheet are written."""
 _PIPE_BYTES = 1 << 19
 """What was read of half of them waits in a pipe; in a usual one there is place for a dozen, then the reader waits."""
-MOST_WAITING = 5000
+_MOST_WAITING = 5000
 """So many entries wait at most for more files to be read."""
-MOST_PROCESSES = 4
+_MOST_PROCESSES = 4
 """More would wait for the rows to be written."""
 
 _Asked: TypeAlias = tuple[Path, int, str, dict[str, Any]]
@@ -73,7 +73,7 @@ class ReadingAhead:
                     for one in waiting:
                         if self._is_wanted(one):
                             self._ask(one)
-            while to_read >= AHEAD or len(waiting) >= MOST_WAITING:
+            while to_read >= AHEAD or len(waiting) >= _MOST_WAITING:
                 to_read -= self._is_wanted(waiting[0])
                 yield waiting.popleft()
         yield from waiting
@@ -94,7 +94,7 @@ class ReadingAhead:
 
     def _start(self) -> bool:
         """Start processes where there are processors for them; one alone reads no faster than this."""
-        count = min(_processors(), MOST_PROCESSES)
+        count = min(_processors(), _MOST_PROCESSES)
         if count > 1 and sys.executable:
             with contextlib.suppress(OSError):  # with fewer processes, or none, files are read when their turn comes
                 for _ in range(count):

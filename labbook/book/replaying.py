@@ -24,7 +24,7 @@ from labbook.book.reading_ahead import reading_ahead
 from labbook.book.write_session import apply_again
 from labbook.statements.apply_context import ReportsReplayed
 
-ENTRIES_AT_ONCE = 500
+_ENTRIES_AT_ONCE = 500
 """Commands of so many entries are one transaction: committing and hashing rows for each takes a third of its time."""
 
 
@@ -108,7 +108,7 @@ def _together(commands: Iterable[list[Entry]]) -> Iterator[list[list[Entry]]]:
     some: list[list[Entry]] = []
     for command in commands:
         some.append(command)
-        if sum(map(len, some)) >= ENTRIES_AT_ONCE:
+        if sum(map(len, some)) >= _ENTRIES_AT_ONCE:
             yield some
             some = []
     if some:

@@ -11,7 +11,7 @@ import math
 import re
 
 MOST_LETTERS = 500
-LONGEST_NAME = 255
+_LONGEST_NAME = 255
 MOST_BITS = 26
 """Three wildcards in a row, and two choices: seconds on the longest name, where it does not match."""
 
@@ -76,10 +76,10 @@ def _counts(signs: list[str], place: int) -> tuple[int, int]:
     if found is None:
         return 1, 1
     if found["sign"]:
-        return int(found["sign"] == "+"), 1 if found["sign"] == "?" else LONGEST_NAME
+        return int(found["sign"] == "+"), 1 if found["sign"] == "?" else _LONGEST_NAME
     least = int(found["least"] or 0)
-    most = LONGEST_NAME if found["comma"] and not found["most"] else int(found["most"] or least)
-    return min(least, LONGEST_NAME), min(most, LONGEST_NAME)
+    most = _LONGEST_NAME if found["comma"] and not found["most"] else int(found["most"] or least)
+    return min(least, _LONGEST_NAME), min(most, _LONGEST_NAME)
 
 
 def _ends_in_one_way(signs: list[str], place: int) -> bool:

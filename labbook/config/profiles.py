@@ -12,10 +12,10 @@ from data_schema.vocabulary import CHANNELS
 from labbook.config.model import ProfileColumn, ProfileSettings
 from labbook.config.tables import TableReader, is_plain
 
-MOST_PROFILES = 200
-MOST_NAMES = 64
+_MOST_PROFILES = 200
+_MOST_NAMES = 64
 LONGEST_TEXT = 200
-LAST_HEADER_ROW = 400
+_LAST_HEADER_ROW = 400
 """Lines of a file in which a header is looked for."""
 
 _NOT_DELIMITERS = frozenset("\"'.+-\r\n")
@@ -24,8 +24,8 @@ _NOT_DELIMITERS = frozenset("\"'.+-\r\n")
 def read_profiles(top: TableReader, *, in_force: bool) -> dict[str, ProfileSettings]:
     """Read all profiles; of those `in_force` already, channels and units that would be refused now stand."""
     profiles = {name: _profile(table, in_force) for name, table in top.tables("profiles")}
-    if len(profiles) > MOST_PROFILES:
-        top.fault("profiles", f"there are {len(profiles)}, more than {MOST_PROFILES}: remove those no longer used.")
+    if len(profiles) > _MOST_PROFILES:
+        top.fault("profiles", f"there are {len(profiles)}, more than {_MOST_PROFILES}: remove those no longer used.")
     return profiles
 
 
@@ -34,7 +34,7 @@ def _profile(table: TableReader, in_force: bool) -> ProfileSettings:
     files = _text(table, "files")
     if files is None and not recognise:
         table.fault("recognise", "names no column: list one or more that only this logger has, or give `files`.")
-    elif not all(isinstance(name, str) and is_plain(name) for name in recognise) or len(recognise) > MOST_NAMES:
+    elif not all(isinstance(name, str) and is_plain(name) for name in recognise) or len(recognise) > _MOST_NAMES:
         table.fault("recognise", f"{recognise!r} are no column names: list one or more that only this logger has.")
     settings = {
         "rate_hz": table.optional_number("rate_hz", above=0.0),
@@ -132,8 +132,8 @@ def _row(table: TableReader, key: str, *, least: int) -> int | None:
     if table.value(key) is None:
         return None
     row = table.whole(key, least=least)
-    if row > LAST_HEADER_ROW:
-        table.fault(key, f"{row} is beyond line {LAST_HEADER_ROW}, up to which a header is looked for: correct it.")
+    if row > _LAST_HEADER_ROW:
+        table.fault(key, f"{row} is beyond line {_LAST_HEADER_ROW}, up to which a header is looked for: correct it.")
     return row
 
 

@@ -191,7 +191,7 @@ def _dates(rng: np.random.Generator, n_days: int) -> list[dt.date]:
 
 JUMPS_PER_RUN = 25
 BATTERIES = ("A", "B", "C")
-PLATE_HOPS = 80
+_PLATE_HOPS = 80
 """Hops of the force-plate characterisation (thesis 3.2.2)."""
 
 _MISFIRE_CHANCE = 0.015
@@ -290,8 +290,8 @@ def _draw(
     if slot.condition is None:
         return _Drawn(notes=["hanging from the clamp, motors off"])
     if slot.kind is RunKind.CHARACTERISATION:
-        charge_mah = PLATE_HOPS * truth.jump_charge_mah(truth.joules_per_jump(slot.condition))
-        return _Drawn(charge_mah, PLATE_HOPS, notes=["force plate, rigid ground, synthetic"])
+        charge_mah = _PLATE_HOPS * truth.jump_charge_mah(truth.joules_per_jump(slot.condition))
+        return _Drawn(charge_mah, _PLATE_HOPS, notes=["force plate, rigid ground, synthetic"])
     return _draw_jumps(rng, truth, slot.condition, jumps_per_run, day_joules, day_apex_m)
 
 

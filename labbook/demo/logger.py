@@ -22,7 +22,7 @@ from labbook.demo.truth import REST_LENGTH_M, Group, Hop, Truth
 
 FloatArray = NDArray[np.float64]
 
-B_GAIN = 5.0
+_B_GAIN = 5.0
 """Damping gain of the leg, the same in all runs (assumed)."""
 DECIMALS = {"k_gain": 4, "b_gain": 4, "b_ad_gain": 4, "controller_state": 4}
 """Decimals of the channels that are not written with six."""
@@ -65,7 +65,9 @@ def run_log(seed: int, truth: Truth, run: DemoRun, *, full: bool = False) -> Run
         raise UsageError(f"run {run.name} made no jumps: ask for the log of a run with a condition.")
     rng = np.random.default_rng(np.random.SeedSequence([seed, 1, int(run.name.lstrip("r"))]))
     group = truth.group(run.condition.foot, run.condition.k_gain)
-    motion = body_motion(rng, group, run.condition.b_ad_gain, run.apex_heights_m, run.misfired, FULL if full else SHORT)
+    motion = _body_motion(
+        rng, group, run.condition.b_ad_gain, run.apex_heights_m, run.misfired, FULL if full else SHORT
+    )
     # The clock counts from the boot of the controller and shows whole milliseconds: steps of 3, 3, 4.
     boot_ms = int(rng.integers(15_000, 40_000))
     time_ms = boot_ms + np.arange(motion.height_m.size) * 1000 // RATE_HZ
@@ -76,7 +78,7 @@ def run_log(seed: int, truth: Truth, run: DemoRun, *, full: bool = False) -> Run
     channels = _measure(rng, motion)
     held = {
         "k_gain": float(run.condition.k_gain),
-        "b_gain": B_GAIN,
+        "b_gain": _B_GAIN,
         "b_ad_gain": float(run.condition.b_ad_gain),
     }
     channels |= {name: np.full(time_ms.shape, value) for name, value in held.items()}
@@ -130,7 +132,7 @@ def _drop_packets(rng: np.random.Generator, motion: BodyMotion) -> tuple[NDArray
 
 
 @dataclass(frozen=True, slots=True)
-class Wobble:
+class _Wobble:
     """An unsteady hand: two sines that die away towards the end of a motion."""
 
     amplitude_m: float
@@ -146,31 +148,31 @@ class Wobble:
         return envelope * np.minimum(share * 8, 1) * (np.sin(angle) + 0.4 * np.sin(2.3 * angle))
 
 
-def carry_m(time_s: FloatArray, duration_s: float, start_m: float, end_m: float) -> FloatArray:
+def _carry_m(time_s: FloatArray, duration_s: float, start_m: float, end_m: float) -> FloatArray:
     """Move between two heights with the least jerk, as a hand does (Flash and Hogan 1985)."""
     share = np.clip(time_s / duration_s, 0, 1)
     return start_m + (end_m - start_m) * share**3 * (10 - 15 * share + 6 * share**2)
 
 
-def carry_duration_s(distance_m: float, acceleration_m_s2: float) -> float:
-    """Time of a move over `distance_m` whose acceleration nowhere exceeds `acceleration_m_s2`, see `carry_m`."""
+def _carry_duration_s(distance_m: float, acceleration_m_s2: float) -> float:
+    """Time of a move over `distance_m` whose acceleration nowhere exceeds `acceleration_m_s2`, see `_carry_m`."""
     return math.sqrt(10 / math.sqrt(3) * distance_m / acceleration_m_s2)
 
 
-def catch_duration_s(speed_m_s: float, distance_m: float) -> float:
-    """Time in which a fall at `speed_m_s` is stopped within `distance_m`, see `catch_m`."""
+def _catch_duration_s(speed_m_s: float, distance_m: float) -> float:
+    """Time in which a fall at `speed_m_s` is stopped within `distance_m`, see `_catch_m`."""
     return 3 * distance_m / speed_m_s
 
 
-def catch_m(time_s: FloatArray, start_m: float, speed_m_s: float, distance_m: float) -> FloatArray:
+def _catch_m(time_s: FloatArray, start_m: float, speed_m_s: float, distance_m: float) -> FloatArray:
     """Stop a fall: the speed dies quadratically and the body comes to rest `distance_m` lower."""
-    left = np.clip(1 - time_s / catch_duration_s(speed_m_s, distance_m), 0, 1)
+    left = np.clip(1 - time_s / _catch_duration_s(speed_m_s, distance_m), 0, 1)
     return start_m - distance_m * (1 - left**3)
 
 
 RATE_HZ = 300
-CLAMP_HEIGHT_M = 0.46
-START_MARK_M = 0.42
+_CLAMP_HEIGHT_M = 0.46
+_START_MARK_M = 0.42
 
 _MISFIRE_LEG_M = 0.215
 _MISFIRE_RAD_S = 22.0
@@ -221,7 +223,7 @@ class BodyMotion:
 class _Track:
     """Motion being put together, one stretch after another, on the common grid of samples."""
 
-    clamp_m: float = CLAMP_HEIGHT_M
+    clamp_m: float = _CLAMP_HEIGHT_M
     time_s: float = 0.0
     samples: int = 0
     heights: list[FloatArray] = field(default_factory=list)
@@ -255,7 +257,7 @@ class _Track:
         self.add(np.full(self.stretch(duration_s).shape, self.clamp_m))
 
 
-def body_motion(
+def _body_motion(
     rng: np.random.Generator,
     group: Group,
     b_ad_gain: int,
@@ -270,7 +272,7 @@ def body_motion(
     apexes, starts, ends = [], [], []
     track.rest(pace.lead_in_s)
     for apex_m, misfire in zip(apex_heights_m, misfired, strict=True):
-        start_m = START_MARK_M - abs(rng.normal(0.001, 0.0015))
+        start_m = _START_MARK_M - abs(rng.normal(0.001, 0.0015))
         _lower(rng, track, start_m)
         starts.append(track.time_s)
         hop = group.hop(rng, b_ad_gain, start_m, float(apex_m))
@@ -298,9 +300,9 @@ def body_motion(
 def _lower(rng: np.random.Generator, track: _Track, start_m: float) -> None:
     """From the clamp to the start mark, holding still for a moment before letting go."""
     lowering_s, holding_s = rng.uniform(0.35, 0.6), rng.uniform(0.15, 0.35)
-    wobble = Wobble(rng.uniform(0.0015, 0.004), rng.uniform(2.5, 5.0), rng.uniform(0, 2 * np.pi))
+    wobble = _Wobble(rng.uniform(0.0015, 0.004), rng.uniform(2.5, 5.0), rng.uniform(0, 2 * np.pi))
     since_s = track.stretch(lowering_s + holding_s)
-    track.add(carry_m(since_s, lowering_s, track.clamp_m, start_m) + wobble.height_m(since_s, lowering_s + holding_s))
+    track.add(_carry_m(since_s, lowering_s, track.clamp_m, start_m) + wobble.height_m(since_s, lowering_s + holding_s))
 
 
 def _fly_and_catch(rng: np.random.Generator, track: _Track, hop: Hop) -> float:
@@ -311,8 +313,8 @@ def _fly_and_catch(rng: np.random.Generator, track: _Track, hop: Hop) -> float:
     caught_m = hop.apex_height_m - STANDARD_GRAVITY_M_S2 * falling_s**2 / 2
     speed_m_s = STANDARD_GRAVITY_M_S2 * falling_s
     distance_m = _STOPPING_SHARE * (caught_m - hop.rest_length_m)
-    since_s = track.stretch(catch_duration_s(speed_m_s, distance_m))
-    track.add(catch_m(since_s, caught_m, speed_m_s, distance_m))
+    since_s = track.stretch(_catch_duration_s(speed_m_s, distance_m))
+    track.add(_catch_m(since_s, caught_m, speed_m_s, distance_m))
     return caught_m - distance_m
 
 
@@ -339,13 +341,13 @@ def _misfire(rng: np.random.Generator, track: _Track, hop: Hop) -> tuple[float, 
 
 def _lift(rng: np.random.Generator, track: _Track, low_m: float, leg_m: float, reset_s: float) -> None:
     """Back above the clamp, down onto it, and rest while the ground is stirred and smoothed."""
-    track.clamp_m = CLAMP_HEIGHT_M + rng.normal(0, _CLAMP_PLAY_M)
+    track.clamp_m = _CLAMP_HEIGHT_M + rng.normal(0, _CLAMP_PLAY_M)
     over_m = track.clamp_m + rng.uniform(0.006, 0.018)
-    lifting_s = carry_duration_s(over_m - low_m, rng.uniform(*_LIFTING_M_S2))
+    lifting_s = _carry_duration_s(over_m - low_m, rng.uniform(*_LIFTING_M_S2))
     settling_s = rng.uniform(0.2, 0.4)
     resting_s = reset_s * rng.uniform(0.93, 1.07) - lifting_s - settling_s
     since_s = track.stretch(lifting_s)
     bent_m = (REST_LENGTH_M - leg_m) * np.exp(-_LEG_RELEASE_1_S * since_s)
-    track.add(carry_m(since_s, lifting_s, low_m, over_m), REST_LENGTH_M - bent_m, _LEG_RELEASE_1_S * bent_m)
-    track.add(carry_m(track.stretch(settling_s), settling_s, over_m, track.clamp_m))
+    track.add(_carry_m(since_s, lifting_s, low_m, over_m), REST_LENGTH_M - bent_m, _LEG_RELEASE_1_S * bent_m)
+    track.add(_carry_m(track.stretch(settling_s), settling_s, over_m, track.clamp_m))
     track.rest(resting_s)

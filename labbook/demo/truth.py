@@ -100,7 +100,7 @@ class Group(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class SimulatedGroup:
+class _SimulatedGroup:
     """A foot with an extension gain as the simulator has it, see `Group`."""
 
     foot: str
@@ -229,7 +229,7 @@ class Truth:
 
 CHAPTER_5 = Truth(
     # In the order in which the thesis ran them (5.1.3): larger foot first, stiffer gain first.
-    groups=tuple(SimulatedGroup(foot, k_gain) for foot in ("large", "small") for k_gain in (400, 300)),
+    groups=tuple(_SimulatedGroup(foot, k_gain) for foot in ("large", "small") for k_gain in (400, 300)),
     ground=GROUND,
 )
 """The campaign of chapter 5 as the simulator has it."""

@@ -47,7 +47,7 @@ def run_names(plan: Plan, first: int = 1) -> tuple[str, ...]:
     return tuple(f"r{number:03d}" for number in range(first, first + len(plan.runs)))
 
 
-def sheet_lines(plan: Plan, names: Sequence[str], dates: Sequence[datetime.date]) -> Iterator[SheetLine]:
+def _sheet_lines(plan: Plan, names: Sequence[str], dates: Sequence[datetime.date]) -> Iterator[SheetLine]:
     """Put names and dates to the runs of a plan.
 
     `names` are one a run, `dates` one a day and in order, more than are needed do no harm. Raises `UsageError` when
@@ -75,7 +75,7 @@ def write_run_sheet(
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(as_text(cell) for cell in [*BEFORE_FACTORS, *factors, *AFTER_FACTORS])
-    for line in sheet_lines(plan, names, dates):
+    for line in _sheet_lines(plan, names, dates):
         levels = dict(line.run.condition or ())
         writer.writerow(
             as_text(cell)
@@ -125,7 +125,7 @@ def format_run_sheet_for_print(
     """
     pages = (
         _page(list(lines), plan, study, battery, robot, jumps_nominal)
-        for _, lines in groupby(sheet_lines(plan, names, dates), key=lambda line: line.run.day)
+        for _, lines in groupby(_sheet_lines(plan, names, dates), key=lambda line: line.run.day)
     )
     title = html.escape(f"Run sheet: {study}")
     return (

@@ -29,7 +29,7 @@ def has_quantity(content: ReportContent, quantity: Outcome) -> bool:
     return any(summary is not None and isinstance(summary.mean.value, int | float) for summary in summaries)
 
 
-def absent_quantity(content: ReportContent, quantity: Outcome) -> str | None:
+def _absent_quantity(content: ReportContent, quantity: Outcome) -> str | None:
     """Give the reason why there is nothing of the quantity to draw, None where there is."""
     if has_quantity(content, quantity):
         return None
@@ -123,7 +123,7 @@ class _Marks:
         return min(values), max(values)
 
 
-def draw_by_damping(content: ReportContent, quantity: Outcome, width_in: float) -> Figure:
+def _draw_by_damping(content: ReportContent, quantity: Outcome, width_in: float) -> Figure:
     """Draw one outcome: x is the damping coefficient with CE at 0, y the outcome in the unit it is shown in.
 
     All series share one panel, side by side, as in the thesis; where they lie so far apart that no difference
@@ -306,5 +306,5 @@ def shows(content: ReportContent, quantity: Outcome) -> dict[str, object]:
     return {"factors": content.factors, "conditions": levels_alone(content, quantity)}
 
 
-BY_DAMPING = figures_of_outcomes("{}_by_damping", "{}", draw_by_damping, caption, alternative, absent_quantity, shows)
+BY_DAMPING = figures_of_outcomes("{}_by_damping", "{}", _draw_by_damping, caption, alternative, _absent_quantity, shows)
 """A figure an outcome."""

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def draw_days(content: ReportContent, width_in: float) -> Figure:
+def _draw_days(content: ReportContent, width_in: float) -> Figure:
     """Draw every run at its position in the day: joules, and joules less the mean of its condition."""
     narrow = is_narrow(width_in)
     points, called = content.order.points, swept_words(swept_factor(content))
@@ -72,7 +72,7 @@ def _scatter(
     light_grid(axes)
 
 
-def days_caption(content: ReportContent) -> str:
+def _days_caption(content: ReportContent) -> str:
     """Say what is drawn."""
     order = content.order
     count = len(order.points)
@@ -83,12 +83,12 @@ def days_caption(content: ReportContent) -> str:
     return text
 
 
-def days_alternative(content: ReportContent) -> str:
+def _days_alternative(content: ReportContent) -> str:
     """Describe the plot in words."""
     return f"Dots of joules a jump by position in the day. {' '.join(content.order.sentences)}".strip()
 
 
-def days_absent(content: ReportContent) -> str | None:
+def _days_absent(content: ReportContent) -> str | None:
     """Give the reason where no run has a position and an energy."""
     return None if content.order.points else "No run with both a position in its day and joules a jump."
 
@@ -98,13 +98,15 @@ def shows(content: ReportContent) -> dict[str, object]:
     return {"factors": content.factors, "order": content.order}
 
 
-DAY_ORDER = FigureKind("day_order", "Order in the day", draw_days, days_caption, days_alternative, days_absent, shows)
+DAY_ORDER = FigureKind(
+    "day_order", "Order in the day", _draw_days, _days_caption, _days_alternative, _days_absent, shows
+)
 
 
 _GOLDEN_STEP = (math.sqrt(5.0) - 1.0) / 2.0
 
 
-def draw_packs(content: ReportContent, width_in: float) -> Figure:
+def _draw_packs(content: ReportContent, width_in: float) -> Figure:
     """Draw every run by its pack, with mean and interval; less the condition's mean where that is given."""
     order = content.order
     figure = new_figure(width_in, 2.5 if is_narrow(width_in) else 2.8)
@@ -146,22 +148,22 @@ def draw_packs(content: ReportContent, width_in: float) -> Figure:
     return figure
 
 
-def packs_caption(content: ReportContent) -> str:
+def _packs_caption(content: ReportContent) -> str:
     """Say what is drawn."""
     points = content.order.points
     less = "less the mean of its condition, " if all(point.deviation_j is not None for point in points) else ""
     return f"Energy of a jump in each run, {less}by battery pack; diamonds are means with confidence interval."
 
 
-def packs_alternative(content: ReportContent) -> str:
+def _packs_alternative(content: ReportContent) -> str:
     """Describe the plot in words."""
     packs = sorted({point.pack for point in content.order.points})
     return f"Dots of joules a jump for battery packs {list_text(packs)}, with the mean of each pack."
 
 
-def packs_absent(content: ReportContent) -> str | None:
+def _packs_absent(content: ReportContent) -> str | None:
     """Give the reason where no run has a pack and an energy."""
     return None if content.order.points else "No run with both a battery pack and joules a jump."
 
 
-PACKS = FigureKind("packs", "Battery packs", draw_packs, packs_caption, packs_alternative, packs_absent, shows)
+PACKS = FigureKind("packs", "Battery packs", _draw_packs, _packs_caption, _packs_alternative, _packs_absent, shows)

@@ -72,7 +72,7 @@ def report_files(content: ReportContent, *, summary: bool = False, every_figure:
     both widths. With `summary` its first page stands alone in `summary.html`, too.
     """
     of_page = None if every_figure else _drawn_on(sections_of(content))
-    figures, (tables, table_files) = figure_files(content, of_page, lambda: _tables(content))
+    figures, (tables, table_files) = _figure_files(content, of_page, lambda: _tables(content))
     drawings = {name.removesuffix(".svg"): data for name, data in figures.items() if name.endswith(".svg")}
     pages = {"report.html": render_page(content, drawings, tables)}
     if summary:
@@ -163,7 +163,7 @@ _NAMES = (*_PAGES, "numbers.tex", "references.bib", "figures", "tables")
 """What a report puts into its folder."""
 
 
-def figure_files(
+def _figure_files(
     content: ReportContent, of_page: set[str] | None, meanwhile: Callable[[], T]
 ) -> tuple[dict[str, bytes], T]:
     """Draw figures, file name -> bytes, and do something else meanwhile.

@@ -85,7 +85,7 @@ def factor_cells(content: ReportContent, condition: Condition) -> tuple[Cell, ..
     return tuple(cells)
 
 
-def gains_note(content: ReportContent) -> str:
+def _gains_note(content: ReportContent) -> str:
     """Write the formulas between gains and physical values as one sentence, "" where there are none."""
     formulas = [text for factor in content.factors if (text := formula_text(factor))]
     return f"Gains g and physical values: {'; '.join(formulas)}." if formulas else ""
@@ -126,7 +126,7 @@ def _make(content: ReportContent, quantity: Outcome, name: str) -> Table:
     )
     shared = any((summary.mean.shared_se or 0.0) != 0.0 for _, _, summary in summaries)
     about = f"{quantity.heading} by condition; n counts runs."
-    notes = (about, _SHARED_NOTE if shared else "", gains_note(content))
+    notes = (about, _SHARED_NOTE if shared else "", _gains_note(content))
     caption = " ".join(filter(None, notes))
     return Table(name, caption, columns, rows)
 

@@ -30,12 +30,12 @@ _ORDERED = 3
 """So many groups have an order worth a tau: of two it is 1 or -1."""
 
 
-def places_of_biases(one: Judged) -> int:
+def _places_of_biases(one: Judged) -> int:
     """Return the decimals of a quantity's biases, in the unit that they are shown in."""
     return common_places([group.bias for group in one.groups])
 
 
-def group_verdict(group: JudgedGroup, places: int) -> str:
+def _group_verdict(group: JudgedGroup, places: int) -> str:
     """Say what a group's bias amounts to: "predictions 5.1 J high", "no significant bias"."""
     if group.differs:
         return f"predictions {_size([group], places)}"
@@ -57,7 +57,7 @@ def _is_high(group: JudgedGroup) -> bool:
     return isinstance(group.bias.value, float) and group.bias.value > 0.0
 
 
-def joint_text(one: Judged) -> str:
+def _joint_text(one: Judged) -> str:
     """Write the joint test and Kendall's tau of the order of groups: "joint p < .001, \u03c4 = 0.33"."""
     value = None if one.tau is None or len(one.groups) < _ORDERED else one.tau.value
     tau = f", \u03c4{EQUALS}{decimal_text(value, 2)}" if isinstance(value, float) else ""
@@ -68,7 +68,7 @@ def verdict_text(content: ReportContent) -> str:
     """Say of each quantity whether its predictions are biased, where and by how much; "" where none can be judged."""
     found = content.predictions.judged
     sentences = [
-        f"{sentence_start(str(each.quantity))} ({joint_text(each)}): {_where_biased(content, each)}." for each in found
+        f"{sentence_start(str(each.quantity))} ({_joint_text(each)}): {_where_biased(content, each)}." for each in found
     ]
     if any(group.differs for each in found for group in each.groups):
         sentences.append(_missing(content))
@@ -123,7 +123,7 @@ def _where_biased(content: ReportContent, one: Judged) -> str:
     for side in ("high", "low"):
         biased = [each for each in one.groups if each.differs and _is_high(each) is (side == "high")]
         if biased:
-            parts.append(f"{_size(biased, places_of_biases(one))}{_where(content, one.groups, biased)}")
+            parts.append(f"{_size(biased, _places_of_biases(one))}{_where(content, one.groups, biased)}")
     bought = [each for each in one.groups if each.agrees_only_by_assumed]
     if bought and not parts:
         means = "mean agrees" if len(bought) == 1 else "means agree"
@@ -184,7 +184,7 @@ def _other_units(content: ReportContent) -> str:
 
 
 def _row(content: ReportContent, one: Judged, group: JudgedGroup) -> Row:
-    bias, places = group.bias, places_of_biases(one)
+    bias, places = group.bias, _places_of_biases(one)
     shown = as_shown(bias)
     tau, tau_id = (None, None) if one.tau is None else (one.tau.value, one.tau.provenance)
     return Row(
@@ -199,7 +199,7 @@ def _row(content: ReportContent, one: Judged, group: JudgedGroup) -> Row:
             Cell(interval_text(bias, places), (bias.ci_low, bias.ci_high)),
             Cell("", (group.of_measured.ci_low, group.of_measured.ci_high)),
             p_cell(group.p.value),
-            words(group_verdict(group, places)),
+            words(_group_verdict(group, places)),
             Cell("", (one.joint_p.value, tau, one.joint_p.provenance, tau_id)),
             provenance_cell(bias.provenance),
         ),

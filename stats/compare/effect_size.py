@@ -139,7 +139,7 @@ def _log(ratio: float) -> float:
 CAUCHY_SCALE = math.sqrt(0.5)
 """Usual scale of the prior ("medium" of the R package BayesFactor)."""
 STEP = 1.0 / 16.0
-DEEP = 90.0
+_DEEP = 90.0
 """Natural logarithm below the peak at which the integrand counts no more."""
 
 
@@ -215,7 +215,7 @@ def _log_ratio(log_t: float, size: float, df: float, r: float) -> float:
     low, high = -6.0 - math.log(half), max(log_t, 0.0) + abs(spread) + 10.0
     coarse = np.linspace(low, high, 4001)
     peak = float(coarse[int(np.argmax(log_integrand(coarse)))])
-    points = np.arange(peak - 2.0 * DEEP, peak + 2.0 * DEEP, STEP)
+    points = np.arange(peak - 2.0 * _DEEP, peak + 2.0 * _DEEP, STEP)
     logs = log_integrand(points)
     top = float(np.max(logs))
     return null + top + math.log(math.fsum(np.exp(np.maximum(logs - top, -700.0))) * STEP)

@@ -168,8 +168,8 @@ def contrasts(read: Groups, *, percent: bool) -> tuple[Fraction | Undefined, lis
     return estimate / means[1] if percent else estimate, [welch, student]
 
 
-NO_LOW = Undefined(Reason.NO_LOWER_BOUND)
-NO_HIGH = Undefined(Reason.NO_UPPER_BOUND)
+_NO_LOW = Undefined(Reason.NO_LOWER_BOUND)
+_NO_HIGH = Undefined(Reason.NO_UPPER_BOUND)
 
 
 @dataclass(frozen=True, slots=True)
@@ -223,7 +223,7 @@ def tost(
     per = 100 if contrast.relative else 1
     shown = ends if isinstance(ends, Undefined) else finite_pair(ends[0] * per, ends[1] * per)
     of_sides: dict[str, Any] = {}
-    for side, none in (("low", NO_LOW), ("high", NO_HIGH)):
+    for side, none in (("low", _NO_LOW), ("high", _NO_HIGH)):
         one = tests.get(side)
         for field in ("t", "df", "p", "log10_p"):
             of_sides[f"{field}_{side}"] = getattr(one, field) if one else none
@@ -372,8 +372,8 @@ def equivalence(
         mean_a=means.get(names[0], Undefined(Reason.GROUP_EMPTY, group=f"group {names[0]}")),
         mean_b=means.get(names[1], Undefined(Reason.GROUP_EMPTY, group=f"group {names[1]}")),
         bounds=bounds,
-        low=NO_LOW if low is None else low,
-        high=NO_HIGH if high is None else high,
+        low=_NO_LOW if low is None else low,
+        high=_NO_HIGH if high is None else high,
         estimate=estimate if isinstance(estimate, Undefined) else finite(per * estimate, "the estimate"),
         route=route,
         alpha=alpha,

@@ -31,7 +31,7 @@ from stats.results import Result, counted, missing_text, with_unit
 Floats = NDArray[np.float64]
 Interval = tuple[float, float]
 
-BATCH_VALUES = 2_000_000
+_BATCH_VALUES = 2_000_000
 """Values drawn at a time, so that memory stays small."""
 
 
@@ -78,13 +78,13 @@ class Redrawn:
         return ends[0], ends[1]
 
 
-def redraw(cells: Sequence[Cell], resamples: int, seed: int) -> Redrawn:
+def _redraw(cells: Sequence[Cell], resamples: int, seed: int) -> Redrawn:
     """Redraw each cell's values `resamples` times; some cell scatters."""
     rng = np.random.default_rng(seed)
     changes, variances = np.zeros(resamples), np.zeros(resamples)
     for cell in cells:
         n = cell.values.size
-        batch = max(1, BATCH_VALUES // n)
+        batch = max(1, _BATCH_VALUES // n)
         for start in range(0, resamples, batch):
             drawn = cell.values[rng.integers(0, n, (min(batch, resamples - start), n))]
             about = slice(start, start + batch)
@@ -238,7 +238,7 @@ class Bootstrap(Result):
         )
 
 
-EXACT_LIMIT = 500_000
+_EXACT_LIMIT = 500_000
 """Number of arrangements up to which all of them are counted."""
 
 
@@ -250,7 +250,7 @@ def permutation_test(
     *,
     resamples: int = 20_000,
     seed: int = 0,
-    exact_limit: int = EXACT_LIMIT,
+    exact_limit: int = _EXACT_LIMIT,
     missing: Missing = "refuse",
 ) -> Permutation:
     """Test whether the labels a and b, shapes (n_a,) and (n_b,), could be exchanged within days.
@@ -308,7 +308,7 @@ def _drawn_sums(scores: list[NDArray[np.number]], sizes: list[int], resamples: i
     rng = np.random.default_rng(seed)
     total = np.zeros(resamples, dtype=scores[0].dtype)
     for score, size in zip(scores, sizes, strict=True):
-        batch = max(1, BATCH_VALUES // score.size)
+        batch = max(1, _BATCH_VALUES // score.size)
         for start in range(0, resamples, batch):
             rows = np.broadcast_to(score, (min(batch, resamples - start), score.size))
             total[start : start + batch] += rng.permuted(rows, axis=1)[:, :size].sum(axis=1)
@@ -347,7 +347,7 @@ def bootstrap_difference(
     if not any(cell.values.any() for cell in cells):
         of = "group" if isinstance(days.n_days, Undefined) else "day and group"
         return undefined(Undefined(Reason.EACH_WITHOUT_SCATTER, of=of), days.difference)
-    drawn = redraw(cells, resamples, seed)
+    drawn = _redraw(cells, resamples, seed)
     tail = (1.0 - level) / 2.0
 
     def around(ends: tuple[float, float] | Undefined) -> tuple[float, float] | Undefined:

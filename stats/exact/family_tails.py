@@ -163,7 +163,7 @@ def _of_stretch(family: KnownScale, number: int) -> _Pieces:
     return _Pieces(np.array(edges), np.array(rows).T)
 
 
-NEGLIGIBLE = 42.0
+_NEGLIGIBLE = 42.0
 """What lies e**42 below the largest value adds nothing to 16 digits."""
 STARTS = 24
 """Intervals of the first rule; each further rule halves them."""
@@ -224,8 +224,8 @@ def _log_means(known: KnownScale, df: Floats, statistic: Floats) -> Floats:
     def log_bound(rows: _Rows, u: Floats) -> Floats:
         return log_density(rows, u) + known.log_bound(statistic[rows, None] * np.exp(u))
 
-    left = -(NEGLIGIBLE / df + np.log(np.maximum(np.abs(statistic), 1.0)) + 3.0)
-    least = NEGLIGIBLE + known.slack
+    left = -(_NEGLIGIBLE / df + np.log(np.maximum(np.abs(statistic), 1.0)) + 3.0)
+    least = _NEGLIGIBLE + known.slack
     part = _log_integrals(log_product, *_where_it_counts(log_bound, left, least))
     return np.minimum(part - _log_integrals(log_density, *_where_it_counts(log_density, left, least)), 0.0)
 

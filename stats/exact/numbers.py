@@ -219,14 +219,14 @@ def deviations(middle: Fraction, values: Floats, rest: Floats | None = None) -> 
 
 Numbers = NDArray[np.number]
 
-MOST_DECIMALS = 15
-LARGEST_WHOLE = 2.0**53
+_MOST_DECIMALS = 15
+_LARGEST_WHOLE = 2.0**53
 """Up to here doubles tell whole numbers apart."""
 MOST_BITS = 62
 """Differences of whole numbers below 2^62 are whole numbers below 2^63."""
-MOST_OF_ANY_LENGTH = 200
+_MOST_OF_ANY_LENGTH = 200
 """Values up to which sums of Python's own whole numbers take no time that anybody notices."""
-SPARE_BITS = 3
+_SPARE_BITS = 3
 """Bits that all values leave unused where they are whole numbers of a power of two; decimals leave none."""
 
 
@@ -237,7 +237,7 @@ def on_tied_scale(days: list[NDArray[np.float64]]) -> tuple[list[Numbers], float
     become whole numbers, times the least common multiple of the days' sizes, with tolerance 0; all others stay doubles,
     with the rounding of their sums as tolerance. Where that tolerance would swallow the values' own differences, at an
     offset that leaves them few bits or beside values that cancel, doubles are taken for what they are, as whole numbers
-    of any length if need be (up to `MOST_OF_ANY_LENGTH` values: beyond, the tolerance stays).
+    of any length if need be (up to `_MOST_OF_ANY_LENGTH` values: beyond, the tolerance stays).
     """
     held = [values for values in days if values.size]
     pooled = np.concatenate(held)
@@ -246,7 +246,7 @@ def on_tied_scale(days: list[NDArray[np.float64]]) -> tuple[list[Numbers], float
     gaps = np.diff(np.unique(pooled))
     bits, grid = _binary_digits(pooled)
     swallowed = bool(gaps.size and tolerance > gaps.min() / 4.0)
-    if bits <= 53 - SPARE_BITS or swallowed:
+    if bits <= 53 - _SPARE_BITS or swallowed:
         whole = _of_grid(held, grid) if bits < MOST_BITS else None
     else:
         whole = _decimals(held)
@@ -255,7 +255,7 @@ def on_tied_scale(days: list[NDArray[np.float64]]) -> tuple[list[Numbers], float
         largest = max(int(np.max(np.abs(values))) for values in whole)
         if 4 * largest * common * size < 2**62:
             return [common * values - (common // values.size) * values.sum() for values in whole], 0
-    if swallowed and size <= MOST_OF_ANY_LENGTH:
+    if swallowed and size <= _MOST_OF_ANY_LENGTH:
         return [common * values - (common // values.size) * values.sum() for values in _of_any_length(held)], 0
     scores: list[Numbers] = []
     for values in days:
@@ -292,10 +292,10 @@ def _decimals(days: list[NDArray[np.float64]]) -> list[NDArray[np.int64]] | None
     """Return the values as whole numbers of the finest decimal they use, from the first value; None for others."""
     pooled = np.concatenate(days)
     largest = float(np.max(np.abs(pooled)))
-    for decimals in range(1, MOST_DECIMALS + 1):
+    for decimals in range(1, _MOST_DECIMALS + 1):
         scale = 10.0**decimals
         # Beyond 15 digits every double is some decimal, and no longer one that somebody wrote.
-        if largest * scale >= LARGEST_WHOLE / 8.0:
+        if largest * scale >= _LARGEST_WHOLE / 8.0:
             return None
         counts = np.rint(pooled * scale)
         if np.array_equal(counts / scale, pooled):

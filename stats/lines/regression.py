@@ -171,7 +171,7 @@ def fit_linear(
     )
 
 
-HIGHEST_DEGREE = 20
+_HIGHEST_DEGREE = 20
 """Beyond it a curve through measurements says nothing."""
 _BITS = 192
 """Of a wave in whole numbers: the condition of as many waves costs less than 40."""
@@ -279,8 +279,8 @@ def fit_polynomial(
 
 
 def _checked_degree(degree: int) -> int:
-    if isinstance(degree, bool) or not isinstance(degree, int | np.integer) or not 1 <= degree <= HIGHEST_DEGREE:
-        raise InputRefused(f"the degree is {degree!r}: give a whole number from 1 to {HIGHEST_DEGREE}.")
+    if isinstance(degree, bool) or not isinstance(degree, int | np.integer) or not 1 <= degree <= _HIGHEST_DEGREE:
+        raise InputRefused(f"the degree is {degree!r}: give a whole number from 1 to {_HIGHEST_DEGREE}.")
     return int(degree)
 
 

@@ -61,7 +61,7 @@ def _not_zero(values: Floats) -> Floats:
     return np.where(np.abs(values) < _BESIDE_ZERO, _BESIDE_ZERO, values)
 
 
-FLOOR = 1e-9
+_FLOOR = 1e-9
 """Estimated error of a panel of an integral that does not count; what the rule leaves is far below it."""
 FAR = 1e9
 """Standard deviations."""
@@ -139,7 +139,7 @@ def _power(bounds: tuple[_Bound, _Bound], mean: float, n_a: int, n_b: int, alpha
         return _given_the_share(bounds, mean, (n_a, n_b), estimated)
 
     turn = math.sqrt(bounds[0].factor * bounds[1].factor / n_b / df_b * n_a * df_a)
-    return min(1.0, mean_over_share(of_shares, df_a, df_b, turn, FLOOR))
+    return min(1.0, mean_over_share(of_shares, df_a, df_b, turn, _FLOOR))
 
 
 class _Estimated(NamedTuple):
@@ -189,4 +189,4 @@ def _given_the_share(
             root_b * (u * estimated.mean[rows, None] - mean),
         )
 
-    return mean_over_scale(inside, sum(sizes) - 2.0, turns, widths, floor=FLOOR)
+    return mean_over_scale(inside, sum(sizes) - 2.0, turns, widths, floor=_FLOOR)

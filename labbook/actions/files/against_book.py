@@ -80,10 +80,10 @@ def with_findings_of_book(connection: sa.Connection, ingest_uid: str, read: Read
         )
         for row in findings_of(connection, ingest_uid, rules)
     )
-    return with_days_ahead(replace(read, findings=read.findings + added))
+    return _with_days_ahead(replace(read, findings=read.findings + added))
 
 
-def with_days_ahead(read: ReadFile) -> ReadFile:
+def _with_days_ahead(read: ReadFile) -> ReadFile:
     """Add that a file's days are yet to come, unless it is told already that they are not its run's.
 
     That is told and never stored: it does not stay true.
@@ -91,7 +91,7 @@ def with_days_ahead(read: ReadFile) -> ReadFile:
     zone = None if read.declared is None else read.declared.time_zone
     if read.refused or zone is None or any(finding.rule == ABOUT_DAY for finding in read.findings):
         return read
-    return replace(read, findings=(*read.findings, *charges_ahead(read, zone), *log_ahead(read.parts, zone)))
+    return replace(read, findings=(*read.findings, *_charges_ahead(read, zone), *log_ahead(read.parts, zone)))
 
 
 def refused_by_book(
@@ -113,8 +113,8 @@ def refused_by_book(
     if read.refused:
         return read
     if read.role is FileRole.CHARGE:
-        possible = with_charges_possible(connection, configuration, read, run)
-        return with_days_ahead(possible) if notes else possible
+        possible = _with_charges_possible(connection, configuration, read, run)
+        return _with_days_ahead(possible) if notes else possible
     links = [] if file_uid is None else links_of_file(connection, file_uid)
     meant = {link.part: link.run_uid for link in links}
     if not meant:
@@ -125,14 +125,14 @@ def refused_by_book(
     noted: list[Finding] = []
     for run_uid in dict.fromkeys(meant.values()):
         of_run = [part for part in read.parts if meant.get(part.part) == run_uid]
-        name, day = name_and_day(connection, run_uid)
+        name, day = _name_and_day(connection, run_uid)
         refusals += swapped_day(of_run, name, day, zone)
         noted += day_notes(of_run, name, day, zone) if notes else []
     judged = replace(read, findings=(*refusals, *read.findings, *(() if refusals else noted)))
-    return with_days_ahead(judged) if notes else judged
+    return _with_days_ahead(judged) if notes else judged
 
 
-def name_and_day(connection: sa.Connection, run_uid: str) -> tuple[str, str]:
+def _name_and_day(connection: sa.Connection, run_uid: str) -> tuple[str, str]:
     """Return the name of a run and its local date."""
     run = read_fact(connection, "run", run_uid, ["name", "day"])
     return run["name"], read_fact(connection, "day", run["day"], ["date_local"])["date_local"]
@@ -143,7 +143,7 @@ _AH = 1e3
 """mAh."""
 
 
-def with_charges_possible(
+def _with_charges_possible(
     connection: sa.Connection, configuration: Configuration, read: ReadFile, run: str | None
 ) -> ReadFile:
     """Add the refusals of charges that no pack can take and of dates read the wrong way round.
@@ -201,7 +201,7 @@ def _unit_remedy(column: ColumnUse | None) -> str:
     )
 
 
-def charges_ahead(read: ReadFile, zone: str) -> list[Finding]:
+def _charges_ahead(read: ReadFile, zone: str) -> list[Finding]:
     """Return what is found of recharges that ended on days to come; empty where none did."""
     today = datetime.now(UTC).date()
     ahead = {place: day for place, day in _dates(read, zone).items() if is_ahead(day, today)}

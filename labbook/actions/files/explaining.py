@@ -67,7 +67,7 @@ def explain_file(book: Book, path: Path, options: Mapping[str, Any], run: str | 
     """Read a file as `ingest` would, and say how; `run` is the one named for it, `alone`: no other file is read."""
     run = run or stated_run(book, path)
     with book.reading() as connection:
-        read = read_as_ingest(book, path, options)
+        read = _read_as_ingest(book, path, options)
         read = refused_without_columns(read, options) if alone else read
         read = refused_by_book(connection, book.configuration, read, run, notes=True)
         known = run is not None and find_uid(connection, "run", name=run) is not None
@@ -90,12 +90,12 @@ def explain_file(book: Book, path: Path, options: Mapping[str, Any], run: str | 
     )
 
 
-def read_as_ingest(book: Book, path: Path, options: Mapping[str, Any]) -> ReadFile:
+def _read_as_ingest(book: Book, path: Path, options: Mapping[str, Any]) -> ReadFile:
     """Read a file with what the command line and the book's profiles say of it; nothing is stored."""
-    return read_file(bytes_of(book, path), declarations(book.configuration, options, readable(Path(path.name))))
+    return read_file(_bytes_of(book, path), declarations(book.configuration, options, readable(Path(path.name))))
 
 
-def bytes_of(book: Book, path: Path) -> bytes:
+def _bytes_of(book: Book, path: Path) -> bytes:
     """Return the bytes of a file, mapped where they are many; raises `InputRefused` beyond the book's limit."""
     data, _ = book.store.read_and_hash(path, Limits(**book.configuration.files.limits).largest_file_bytes)
     return data
@@ -120,7 +120,7 @@ def _parts(read: ReadFile) -> tuple[PartStored, ...]:
 _DELIMITERS = ("\t", ";", ",", "|")
 _HEAD_BYTES, _HEAD_LINES = 65_536, 60
 
-MOST_RECOGNISED = 4
+_MOST_RECOGNISED = 4
 """Columns by which a draft recognises files: enough to tell loggers apart, few enough to survive a new column."""
 
 _ITS_UNIT = "  # its unit in the file"
@@ -138,8 +138,8 @@ class Draft:
 
 def draft_profile(book: Book, path: Path, options: Mapping[str, Any]) -> Draft:
     """Draft the profile of a file from all that could be found in it, whether or not it is refused."""
-    data = bytes_of(book, path)
-    read = read_as_ingest(book, path, options)
+    data = _bytes_of(book, path)
+    read = _read_as_ingest(book, path, options)
     file_name = readable(Path(path.name))
     taken = book.configuration.profiles
     stem = clean_name(re.sub(r"\d+", " ", Path(file_name).stem)) or "logger"
@@ -167,7 +167,7 @@ def _lines(name: str, file_name: str, read: ReadFile, data: bytes) -> Iterator[s
     if read.explanation.encoding is not None and table.text is not None and table.text.header_line is not None:
         names = [column.name for column in table.columns if column.name]
         alone = [each for each, count in Counter(names).items() if count == 1] or names[:1]
-        yield f"recognise = [{', '.join(map(_text, alone[:MOST_RECOGNISED]))}]"
+        yield f"recognise = [{', '.join(map(_text, alone[:_MOST_RECOGNISED]))}]"
         yield f"#{pattern}"
     else:
         yield pattern

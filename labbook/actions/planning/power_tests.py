@@ -137,7 +137,7 @@ def _equivalence(
         return PlannedTest(
             name, alpha, apex, lambda sd, n: power_equivalence(0.0, sd, low, high, *design.sizes(n), alpha), note
         )
-    apex = percent_of_mean(apex)
+    apex = _percent_of_mean(apex)
     mean = apex if isinstance(apex, Undefined) else apex.mean
     if isinstance(mean, Undefined):
         return PlannedTest(name, alpha, apex, lambda sd, n: power_equivalence(0.0, sd, low, high, n, n), note)
@@ -152,7 +152,7 @@ def _equivalence(
     )
 
 
-def percent_of_mean(apex: Assumed | Undefined) -> Assumed | Undefined:
+def _percent_of_mean(apex: Assumed | Undefined) -> Assumed | Undefined:
     """Return what is assumed of apex heights where bounds are in percent; undefined without a control's mean."""
     if isinstance(apex, Undefined) or not isinstance(apex.mean, Undefined):
         return apex
@@ -212,7 +212,7 @@ def equivalence_by_layout(design: Design, apex: Assumed | Undefined, layouts: La
     mean = None
     if bounds.percent:
         note += "; the mean that the percent are of is estimated in the study, as in the test"
-        apex = percent_of_mean(apex)
+        apex = _percent_of_mean(apex)
         mean = None if isinstance(apex, Undefined) else apex.mean
 
     def power(sd: float, layout: Layout, level: float) -> Power:

@@ -49,7 +49,7 @@ _FIXED_OF: Mapping[str, set[str]] = {
     "level": {"value"},  # it is what the label says
     "charge": {"repeats"},  # it is found when its file is read
 }
-NO_LEVELS = "levels"
+_NO_LEVELS = "levels"
 """`levels=none` takes a run's levels away."""
 
 
@@ -72,7 +72,7 @@ def correct(
     for name, text in given.items():
         if run is not None and name in book.configuration.factors:
             levels[name] = _label(book.configuration, name, text)
-        elif run is not None and name == NO_LEVELS:
+        elif run is not None and name == _NO_LEVELS:
             levels = _no_levels(text)
         else:
             new |= _column(book, session, kind, name, text)
@@ -216,7 +216,7 @@ def _refuse_contradiction(
     if facts["kind"] == RunKind.IDLE:
         has = {
             "jumps_made=0": f"{facts['jumps_made']} jumps made" if facts["jumps_made"] else "",
-            f"{NO_LEVELS}=none": f"levels {condition_key(levels)}" if levels else "",
+            f"{_NO_LEVELS}=none": f"levels {condition_key(levels)}" if levels else "",
         }
         odd = {remedy: what for remedy, what in has.items() if what}
         if odd:

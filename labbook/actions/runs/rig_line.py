@@ -72,7 +72,7 @@ def rig_lines_of(book: Book, outcomes: Sequence[FileOutcome]) -> list[list[RigLi
         return found
     with book.reading() as connection:
         evidence = _evidence(book, connection, list(files))
-        for name, line in rig_lines(Detections(connection, book.store), files, evidence).items():
+        for name, line in _rig_lines(Detections(connection, book.store), files, evidence).items():
             found[last[name]].append(line)
         charged = [name for name, prepared in files.items() if any(each.read.charges for each in prepared)]
         remarks = remarks_on(connection, book.configuration, charged, ["charge_mah"])
@@ -90,7 +90,7 @@ def rig_lines_of_runs(book: Book, names: Sequence[str]) -> list[RigLine]:
         return []
     with book.reading() as connection:
         evidence = _evidence(book, connection, names)
-        return list(rig_lines(Detections(connection, book.store), dict.fromkeys(names, ()), evidence).values())
+        return list(_rig_lines(Detections(connection, book.store), dict.fromkeys(names, ()), evidence).values())
 
 
 def _evidence(book: Book, connection: sa.Connection, names: Sequence[str]) -> StudyData:
@@ -100,7 +100,7 @@ def _evidence(book: Book, connection: sa.Connection, names: Sequence[str]) -> St
     return gather_about(connection, book.configuration, about, runs_of_conditions(connection, conditions))
 
 
-def rig_lines(
+def _rig_lines(
     detections: Detections, files: Mapping[str, Sequence[PreparedImport]], evidence: StudyData
 ) -> dict[str, RigLine]:
     """Say of every run how many jumps and gaps it has and whether its joules are in control, by its name.

@@ -100,7 +100,7 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
             for said in [_why_not(run, logs[run.uid])]
             if said is not None
         },
-        no_joules={} if evidence is None else without_joules(evidence, jumped, drains),
+        no_joules={} if evidence is None else _without_joules(evidence, jumped, drains),
         too_little_charged={} if evidence is None else _too_little_charged(evidence, jumped, drains),
         above_capacity={
             run.name: said
@@ -109,7 +109,7 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
             if said is not None
         },
         outside_limits=() if evidence is None else _outside_limits(evidence, jumped, drains),
-        no_apexes={} if evidence is None else without_apexes(detections, evidence, jumped, logs),
+        no_apexes={} if evidence is None else _without_apexes(detections, evidence, jumped, logs),
         checks_not_made=tuple(str(kind) for kind in CheckKind if kind not in made),
         inbox=len(inbox(connection)),
         files_waiting=tuple(file.why.reason for file in waiting_files(connection)),
@@ -180,7 +180,7 @@ def _date(text: str) -> datetime.date:
         raise UsageError(f"--day {text!r} is not a date: write it as 2021-06-01.") from None
 
 
-def without_joules(evidence: StudyData, runs: Sequence[RunRow], drains: Lines) -> dict[str, str]:
+def _without_joules(evidence: StudyData, runs: Sequence[RunRow], drains: Lines) -> dict[str, str]:
     """Return why runs have no joules a jump, by name; `drains` are the robots' lines by uid."""
     said = {run.name: joules_of(run, evidence, drains) for run in runs}
     return {name: why.reason for name, why in said.items() if isinstance(why, Undefined)}
@@ -196,7 +196,7 @@ def _outside_limits(evidence: StudyData, runs: Sequence[RunRow], drains: Lines) 
     return tuple(run.name for run in runs if run.uid in outside)
 
 
-def without_apexes(
+def _without_apexes(
     detections: Detections, evidence: StudyData, runs: Sequence[RunRow], with_log: Collection[str]
 ) -> dict[str, str]:
     """Return why runs have no apex height, by name; `with_log` are the uids of runs that have a log of any kind."""

@@ -28,7 +28,7 @@ PAIRS: dict[str, tuple[Variances, str]] = {
     "games_howell": ("unequal", "Games and Howell"),
 }
 """What all pairs are called among the data, the variances that they suppose, and whose method that is."""
-MOST_GROUPS_IN_PAIRS = 200
+_MOST_GROUPS_IN_PAIRS = 200
 """With more groups pairs are left out: the 19 900 of 200 groups take half a minute, and they grow with the square."""
 
 
@@ -64,7 +64,7 @@ class _Tested:
         """Why there are no pairs, and what to do."""
         k = len(self.classic.groups)
         return (
-            f"{k} groups make {k * (k - 1) // 2} pairs, and up to {MOST_GROUPS_IN_PAIRS} groups are compared here; "
+            f"{k} groups make {k * (k - 1) // 2} pairs, and up to {_MOST_GROUPS_IN_PAIRS} groups are compared here; "
             "choose groups with --where, or take stats.compare_all_pairs in Python, which has no limit but takes long."
         )
 
@@ -115,7 +115,7 @@ def _tested(question: Question) -> _Tested:
     groups, control = observed.groups(), question.control
     question.step(f"{len(groups)} groups")
     pairs = []
-    for variances_are, method in PAIRS.values() if len(groups) <= MOST_GROUPS_IN_PAIRS else ():
+    for variances_are, method in PAIRS.values() if len(groups) <= _MOST_GROUPS_IN_PAIRS else ():
         question.step(f"all pairs by {method}")
         pairs.append(compare_all_pairs(groups, variances=variances_are, level=level, missing=missing))
     question.step("Dunnett's test")

@@ -138,7 +138,7 @@ def answer(request: Request, ask: Callable[[Question], Answer]) -> CommandOutput
     observed = observe(request.source, request.step)
     if request.pooled:
         observed = observed.pooled()
-    alpha = alpha_of(request.alpha, request.level, observed)
+    alpha = _alpha_of(request.alpha, request.level, observed)
     question = Question(observed, request.source, alpha, request.pooled, request.step)
     found = ask(question)
     request.step("figures" if request.pictures.files else "tables")
@@ -163,7 +163,7 @@ def answer(request: Request, ask: Callable[[Question], Answer]) -> CommandOutput
     return CommandOutput(data, lines, as_shown.fields, [str(path) for path in request.pictures.files.values()])
 
 
-def alpha_of(alpha: float | None, level: float | None, observed: Observations) -> float:
+def _alpha_of(alpha: float | None, level: float | None, observed: Observations) -> float:
     """Return the level of tests: given as alpha, as the level of intervals, by the book, or 0.05.
 
     Raises `UsageError` where both are given and differ.

@@ -33,7 +33,7 @@ Column = Sequence[str | Decimal | None]
 """One cell a row: text, or numbers where all that are filled in are numbers; None where empty."""
 
 
-class WhereColumns(Mapping[str, Column]):
+class _WhereColumns(Mapping[str, Column]):
     """The columns of a table as `--where` compares them, each read when it is asked for."""
 
     def __init__(self, table: LongTable, declared: str | None = None) -> None:
@@ -222,7 +222,7 @@ def _kept(table: LongTable, where: str | None, declared: str | None) -> list[int
     places = range(len(table.lines))
     if where is None:
         return list(places)
-    chosen = rows_where(where, WhereColumns(table, declared), len(places))
+    chosen = rows_where(where, _WhereColumns(table, declared), len(places))
     return [place for place, kept in zip(places, chosen, strict=True) if kept]
 
 

@@ -60,8 +60,10 @@ _TRIGGERS = {
     "JOIN pg_class c ON c.oid = t.tgrelid JOIN pg_proc p ON p.oid = t.tgfoid "
     "WHERE NOT t.tgisinternal AND c.relnamespace = current_schema()::regnamespace",
 }
-MADE_ANEW = "Keep the database as it is, and run `labbook rebuild` to make it anew from the raw copies and the journal."
-PROBLEMS_OF_SQLITE = 20
+_MADE_ANEW = (
+    "Keep the database as it is, and run `labbook rebuild` to make it anew from the raw copies and the journal."
+)
+_PROBLEMS_OF_SQLITE = 20
 """So many at most: what SQLite says of a damaged file can be endless."""
 
 _T = TypeVar("_T")
@@ -169,7 +171,7 @@ def _ask(engine: sa.Engine, played_back: _PlayedBack, deep: bool) -> _Database:
         with reading(engine) as connection:
             damage = _damage_of_sqlite(connection) if engine.dialect.name == "sqlite" else []
             triggers = _foreign_triggers(connection)
-            problems += _with_remedy([*damage, *triggers], MADE_ANEW)
+            problems += _with_remedy([*damage, *triggers], _MADE_ANEW)
             deep = deep or bool(triggers)  # what guards the journal was taken away: it may have been cut
             raw, samples = raw_copies(connection), signal_files(connection)
             entries = _attempt(problems, lambda: [entry.hash for entry in _chained(connection)])
@@ -220,9 +222,9 @@ def _with_remedy(said: list[str], remedy: str) -> list[str]:
 
 def _damage_of_sqlite(connection: sa.Connection) -> list[str]:
     """Say what SQLite finds wrong in its file, and which rows refer to none."""
-    found = connection.exec_driver_sql(f"PRAGMA integrity_check({PROBLEMS_OF_SQLITE})").scalars().all()
+    found = connection.exec_driver_sql(f"PRAGMA integrity_check({_PROBLEMS_OF_SQLITE})").scalars().all()
     said = [f"the database is damaged ({text})." for text in found if text != "ok"]
-    broken = islice(connection.exec_driver_sql("PRAGMA foreign_key_check"), PROBLEMS_OF_SQLITE)
+    broken = islice(connection.exec_driver_sql("PRAGMA foreign_key_check"), _PROBLEMS_OF_SQLITE)
     said += [f"row {row[1]} of table {row[0]} refers to a row of {row[2]} that is not there." for row in broken]
     return said
 

@@ -187,13 +187,13 @@ class _Known:
             for name in {**was, **now}
             if was.get(name) != now.get(name)
         ]
-        more = [f"{len(changed) - MOST_SETTINGS} more"] if len(changed) > MOST_SETTINGS else []
-        return ", ".join([*changed[:MOST_SETTINGS], *more]) or "no other setting"
+        more = [f"{len(changed) - _MOST_SETTINGS} more"] if len(changed) > _MOST_SETTINGS else []
+        return ", ".join([*changed[:_MOST_SETTINGS], *more]) or "no other setting"
 
 
 _GROUPING = frozenset({"battery", "condition", "day"})
 """Columns of a run by which it is grouped."""
-MOST_SETTINGS = 3
+_MOST_SETTINGS = 3
 """So many settings of a configuration are named."""
 _NAMED_BY = {"level": "label", "condition": "key", "day": "date_local"}
 """The column that people know a thing by, where it is not its name."""

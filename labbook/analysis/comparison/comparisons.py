@@ -75,7 +75,7 @@ def adjust(
     return _ensure(cache, FAMILY, members, family, {"quantity": str(quantity), "family": family, **scope}, alpha)
 
 
-def adjust_decisions(
+def _adjust_decisions(
     cache: ResultCache,
     tested: Sequence[tuple[Pair, DecisionResult]],
     family: str,
@@ -150,7 +150,7 @@ def unselected_conditions_of(
     }
 
 
-def unselected_pairs(
+def _unselected_pairs(
     pairs: Sequence[Pair], conditions: Sequence[ConditionValues], beside: Sequence[ConditionValues], swept: str
 ) -> list[Pair]:
     """Return the comparisons with the control that the conditions of all make, and those of the selection do not."""
@@ -230,7 +230,7 @@ def _with_control(
     by_day = compare_by_day(cache, pairs, quantity, scope, settings.alpha)
     family, unit = FAMILY_OF[settings.family], settings.unit_of_analysis
     of_unit = unit_scope(scope, unit)
-    further = [pair for pair in unselected_pairs(pairs, conditions, beside, swept) if pair.family == family]
+    further = [pair for pair in _unselected_pairs(pairs, conditions, beside, swept) if pair.family == family]
     tested = compare(cache, pairs_in_units(cache, further, quantity, unit, scope), quantity, of_unit, settings.alpha)
     members = [
         *((item.pair, item.result) for item in found if item.pair.family == family),
@@ -261,7 +261,7 @@ def _with_decided_family(
     members = [*own, *zip(further, decisions, strict=True)]
     if len(members) == 1:
         return found
-    adjusted = adjust_decisions(cache, members, family, quantity, scope, settings.alpha)
+    adjusted = _adjust_decisions(cache, members, family, quantity, scope, settings.alpha)
     return [
         replace(item, decided=replace(item.decided, adjusted=adjusted))
         if item.decided and item.pair.family == family

@@ -111,7 +111,7 @@ class LeftOut:
         )
 
 
-def days_to_leave_out(evidence: StudyData, drains: Mapping[str, Drain]) -> list[LeftOut]:
+def _days_to_leave_out(evidence: StudyData, drains: Mapping[str, Drain]) -> list[LeftOut]:
     """Return every day of a jump run or an idle run, in order."""
     runs: dict[str, list[InputRow]] = {}
     for run in (*evidence.runs, *evidence.idle):
@@ -140,7 +140,7 @@ def days_to_leave_out(evidence: StudyData, drains: Mapping[str, Drain]) -> list[
     ]
 
 
-def estimates_without(
+def _estimates_without(
     cache: ResultCache,
     days: Sequence[LeftOut],
     conditions: Sequence[ConditionValues],
@@ -248,7 +248,7 @@ def vary(
 ) -> Variations:
     """Recompute the pooled comparisons; a day is left out with its jump runs and its idle runs."""
     found: list[Varied] = []
-    everything = with_void(evidence)
+    everything = _with_void(evidence)
     known = {} if evidence.void else {outcome: of_runs.results for outcome, of_runs in results.items()}
     joules = known.get(Outcome.JOULES) or _joules_of(cache, everything, evidence, drains, WITHOUT_EXCLUSIONS)
     found += _compared(cache, WITHOUT_EXCLUSIONS, everything, Outcome.JOULES, joules, swept, settings)
@@ -267,10 +267,10 @@ def vary(
     for outcome in further:
         with_all = known.get(outcome) or measure(outcome, cache, detections, everything).results
         found += _compared(cache, WITHOUT_EXCLUSIONS, everything, outcome, with_all, swept, settings)
-    days = days_to_leave_out(evidence, drains)
+    days = _days_to_leave_out(evidence, drains)
     with_runs = [day for day in days if day.has_runs]
     without = {
-        outcome: estimates_without(
+        outcome: _estimates_without(
             cache,
             days if outcome is Outcome.JOULES else with_runs,
             conditions[outcome],
@@ -291,7 +291,7 @@ def vary(
     return Variations(tuple(found), lost)
 
 
-def with_void(evidence: StudyData) -> StudyData:
+def _with_void(evidence: StudyData) -> StudyData:
     """Return the evidence with the runs that are void put back."""
     return replace(
         evidence,

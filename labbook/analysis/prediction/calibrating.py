@@ -33,7 +33,7 @@ FITTED = ("kg_scale", "bg_scale")
 """What is fitted where nobody says more: how stiff the ground is, and how it drags."""
 ACCURACY = 1e-8
 """Relative error asked of the simulator: its differences are derivatives."""
-BOOTSTRAP = 200
+_BOOTSTRAP = 200
 _FEWEST_DF, _FEWEST_DAYS = 2, 3
 
 
@@ -165,7 +165,7 @@ def calibrate(
     measured: Sequence[Measured],
     names: Sequence[str],
     *,
-    resamples: int = BOOTSTRAP,
+    resamples: int = _BOOTSTRAP,
     seed: int = 1,
     level: float = 0.95,
     progress: Callable[[str], None] = lambda _what: None,

@@ -109,7 +109,7 @@ def judge_hypotheses(
     """Ensure the test of every comparison of every hypothesis, in order; `swept` is the factor with a control."""
     found = []
     for settings in hypotheses:
-        comparisons = comparisons_of(settings, conditions.get(settings.outcome, ()), swept)
+        comparisons = _comparisons_of(settings, conditions.get(settings.outcome, ()), swept)
         results = cache.ensure(
             [_request(settings, one, predicted, decided, len(comparisons), scope) for one in comparisons]
         )
@@ -117,7 +117,9 @@ def judge_hypotheses(
     return found
 
 
-def comparisons_of(settings: HypothesisSettings, conditions: Sequence[ConditionValues], swept: str) -> list[Comparison]:
+def _comparisons_of(
+    settings: HypothesisSettings, conditions: Sequence[ConditionValues], swept: str
+) -> list[Comparison]:
     """Return what a hypothesis compares among the conditions; nothing where they lack what it needs."""
     if settings.claim is ClaimKind.SAME:
         return _between(settings, conditions, swept)

@@ -69,7 +69,7 @@ def in_all(parts: Mapping[str, float | Undefined]) -> float | Undefined:
     return math.hypot(*known) if undefined is None else undefined
 
 
-BRANCH = "other branch"
+_BRANCH = "other branch"
 """The part of an error that is due to a decision on a knife's edge, beside the assumed parameters."""
 
 
@@ -120,7 +120,7 @@ class PredictionResult(StoredResult):
     @property
     def branched(self) -> bool:
         """Whether the other branch of a decision on a knife's edge was simulated, too."""
-        return BRANCH in self.otherwise
+        return _BRANCH in self.otherwise
 
     @property
     def ends_otherwise(self) -> bool:
@@ -283,7 +283,7 @@ def _predicted(scene: Scene, settings: SimulationSettings, outcomes: Sequence[Ou
         for name, part in parts.items()
     }
     if found.branch is not None:
-        otherwise[BRANCH] = [found.branch]
+        otherwise[_BRANCH] = [found.branch]
     predicted: dict[str, Number] = {}
     for quantity in outcomes:
         value, name = found.values[quantity], quantity.number_name

@@ -39,7 +39,7 @@ from labbook.config.analysis import kept_analysis, kept_jump_rules
 from labbook.config.model import AnalysisSettings, Bounds, Configuration, Family
 
 
-def unselected(now: BookState, configuration: Configuration, selected: Collection[str]) -> list[Departure]:
+def _unselected(now: BookState, configuration: Configuration, selected: Collection[str]) -> list[Departure]:
     """List what a selection (uids of runs) leaves out: of conditions, of groups, and of the planned family."""
     uids, swept = set(selected), pairing.swept_factor(configuration)
     control = None if swept is None else configuration.factors[swept].control
@@ -84,7 +84,7 @@ AS_A_WHOLE = "a family counts as planned only as a whole, because Holm's p of ea
 """Why a run left out for a reason that was not allowed concerns groups that it does not belong to."""
 
 
-History = Sequence[tuple[StatedConfiguration, AnalysisSettings | None]]
+_History = Sequence[tuple[StatedConfiguration, AnalysisSettings | None]]
 """Every labbook.toml that the journal keeps, with what its [analysis] said."""
 
 
@@ -212,9 +212,9 @@ def planned_analysis(
     left_out = _disallowed(state, stood.exclusions)
     told = [item.run for item in left_out if item.jumps is None]
     since_first = departures_since(history, state, first.seq, told)
-    since_first += comparisons_lost(history, state, first.seq, configuration, stood, since_first)
+    since_first += _comparisons_lost(history, state, first.seq, configuration, stood, since_first)
     further = [*_changed_jump_rules(before[-1][0].text, configuration), *since_first]
-    further += [] if selected is None else unselected(state, configuration, selected)
+    further += [] if selected is None else _unselected(state, configuration, selected)
     departing = [*_changed_settings(stood, now, stated), *map(not_allowed, left_out)]
     late_bounds = None if stood.apex_bounds or now is None else now.apex_bounds
     return Planned(
@@ -258,7 +258,7 @@ def _disallowed(state: BookState, allowed: Collection[ReasonCode]) -> tuple[Disa
     return tuple(sorted(found, key=lambda item: (item.jumps is not None, item.run, item.reason)))
 
 
-def _changed_settings(stood: AnalysisSettings, now: AnalysisSettings | None, history: History) -> list[str]:
+def _changed_settings(stood: AnalysisSettings, now: AnalysisSettings | None, history: _History) -> list[str]:
     """Say field by field what labbook.toml says otherwise than before the first measurement, and since when."""
     if now is None:
         return [Departure(DepartureKind.NO_ANALYSIS, {}).sentence]
@@ -325,7 +325,7 @@ def _said(item: StatedConfiguration | None) -> tuple[str | None, str | None]:
     return (None, None) if item is None else (item.at_utc, item.person)
 
 
-def comparisons_lost(
+def _comparisons_lost(
     history: BookHistory,
     now: BookState,
     first_seq: int,

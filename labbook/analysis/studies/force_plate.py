@@ -143,14 +143,14 @@ class RunEstimate:
         return self.estimated_j / self.measured_j
 
 
-ODD_RATIO = 3.0
+_ODD_RATIO = 3.0
 """By this factor the ratio of a run is off the middle one where its charge or its record is likely another's."""
 
 
 def odd_runs(runs: Sequence[RunEstimate]) -> list[RunEstimate]:
-    """Return the runs whose ratio of estimated and measured joules is off the median of all by `ODD_RATIO`."""
+    """Return the runs whose ratio of estimated and measured joules is off the median of all by `_ODD_RATIO`."""
     middle = float(np.median([one.ratio for one in runs]))
-    return [one for one in runs if not middle / ODD_RATIO < one.ratio < middle * ODD_RATIO]
+    return [one for one in runs if not middle / _ODD_RATIO < one.ratio < middle * _ODD_RATIO]
 
 
 def _touchdown_apart_s(run: PlateRun) -> float:

@@ -26,7 +26,7 @@ from labbook.config.model import RobotSettings, SimulationSettings
 from labbook.config.parsing import Configuration
 
 LEG_LENGTH = "leg_length"
-FEWEST_CONDITIONS = 2
+_FEWEST_CONDITIONS = 2
 
 
 def force_plate_study(
@@ -78,7 +78,7 @@ def force_plate_study(
             "each run, and idle runs of several durations."
         )
     conditions = {run.condition for run in found}
-    if len(conditions) < FEWEST_CONDITIONS:
+    if len(conditions) < _FEWEST_CONDITIONS:
         raise InputRefused(
             f"all runs on the plate are of one condition ({found[0].condition}), and a slope needs hops of different "
             "joules: run other extension gains too."

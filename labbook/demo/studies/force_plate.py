@@ -25,7 +25,7 @@ GAINS = (300, 600, 500, 400)
 DAYS, HOPS = 4, 80
 IDLE_S = (60, 180)
 VOLTAGE_V = 15.4
-LOG_STEP_S = 0.003
+_LOG_STEP_S = 0.003
 """Whole milliseconds at 333 Hz."""
 _STIFFNESSES = (0.98, 1.0, 1.02)
 _SETTLING = 9
@@ -226,9 +226,9 @@ def _recorded(rng: np.random.Generator, hopping: _Hopping, run: PlateStudyRun, n
     begin_s, log_begin_s = rng.uniform(0.0, _WATCHED_S, 2).tolist()
     drift = _LOG_DRIFT + float(rng.normal(0.0, _LOG_DRIFT_SD))
     plate_s = np.arange(begin_s, last_s + _HELD_S, 1.0 / RATE_HZ)
-    log_s = np.arange(log_begin_s, last_s + _HELD_S, LOG_STEP_S * (1.0 + drift))
+    log_s = np.arange(log_begin_s, last_s + _HELD_S, _LOG_STEP_S * (1.0 + drift))
     n = log_s.size
-    log_ms = int(rng.integers(15_000, 40_000)) + np.arange(n) * round(1000 * LOG_STEP_S)
+    log_ms = int(rng.integers(15_000, 40_000)) + np.arange(n) * round(1000 * _LOG_STEP_S)
     force_n = hopping.sampled("force_n", plate_s)
     force_n += hopping.impacts(rng, plate_s) + noise * _PLATE_CREEP_N_S * plate_s
     plate = record_of(rng, force_n, noise)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 Step = Callable[[str], None]
-MakeBook = Callable[[Path, int, Step, Step], Path]
+_MakeBook = Callable[[Path, int, Step, Step], Path]
 MakeStudy = Callable[[Path, int, Step, Step], str]
 """Writes a study's campaign into a folder, from a seed; returns the command to go on with."""
 
@@ -32,7 +32,7 @@ def _bed(folder: Path, seed: int, step: Step, say: Step) -> Path:
     return Path(run_demo(folder, make_campaign(seed), False, step, say).book)
 
 
-def _sheet(campaign: str) -> MakeBook:
+def _sheet(campaign: str) -> _MakeBook:
     def make(folder: Path, seed: int, step: Step, say: Step) -> Path:
         from labbook.demo.studies import sheets
 
@@ -41,7 +41,7 @@ def _sheet(campaign: str) -> MakeBook:
     return make
 
 
-def _study(name: str, make: MakeBook) -> MakeStudy:
+def _study(name: str, make: _MakeBook) -> MakeStudy:
     def made(folder: Path, seed: int, step: Step, say: Step) -> str:
         step("drawing the campaign")
         return shlex.join(["labbook", "study", name, "--book", str(make(folder, seed, step, say))])
@@ -49,7 +49,7 @@ def _study(name: str, make: MakeBook) -> MakeStudy:
     return made
 
 
-_BOOKS: Mapping[str, MakeBook] = {
+_BOOKS: Mapping[str, _MakeBook] = {
     "force-plate": _plate,
     "characterisation": _sheet("oscillation_campaign"),
     "emulator": _emulator,

@@ -29,7 +29,7 @@ from reports.sentences import difference_claim, family_claim, savings_claim
 from stats.apexes.detectors import DETECTORS
 
 
-def build_content(
+def _build_content(
     analysis: StudyAnalysis,
     shown: Shown,
     *,
@@ -159,7 +159,7 @@ def make_report(
     detections = Detections(connection, store, progress)
     analysis = analyse(cache, detections, evidence, progress, level)
     shown = Shown()
-    content = build_content(
+    content = _build_content(
         analysis,
         shown,
         made_at=made_at,

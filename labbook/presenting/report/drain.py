@@ -13,7 +13,7 @@ from labbook.presenting.numbers import Shown
 from reports.content import BudgetItem, DrainFit, IdlePoint, ReportContent
 from reports.naming import levels_name
 
-LINE_POINTS = 61
+_LINE_POINTS = 61
 _DRAIN_FIT = "drain fit"
 """The source of the budget that runs of one robot share; others are shared by all runs."""
 
@@ -28,7 +28,7 @@ def drain_fits(analysis: StudyAnalysis, shown: Shown) -> tuple[DrainFit, ...]:
         if isinstance(drain.line, Undefined):
             continue
         line = drain.line
-        minutes = np.linspace(0.0, line.duration_max_s * 1.05 / MAH_MIN, LINE_POINTS)
+        minutes = np.linspace(0.0, line.duration_max_s * 1.05 / MAH_MIN, _LINE_POINTS)
         band = [line.at(minute * MAH_MIN) for minute in minutes]
         found.append(
             DrainFit(

@@ -20,7 +20,7 @@ from reports.naming import swept_words
 from stats.apexes.detectors import DETECTORS
 from stats.compare.shared_error import ENOUGH_DEGREES
 
-LISTED = 8
+_LISTED = 8
 """Runs that a sentence names before it goes on with an ellipsis."""
 FEW = 1
 """Runs that a sentence names where the table of each run has them all."""
@@ -131,7 +131,7 @@ def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:
     notes += _too_little_charged(analysis)
     notes += _too_much_charged(analysis.evidence)
     notes += _lost_fits(analysis)
-    mismatched = jumps_mismatched(analysis)
+    mismatched = _jumps_mismatched(analysis)
     if differing := [f"{run.name}: {found} of {run.jumps_made}" for run, found in mismatched if run.jumps_made]:
         notes.append(
             f"In {_count(len(differing), 'run', 'runs')} the jumps found are not the jumps made "
@@ -157,7 +157,7 @@ def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def jumps_mismatched(analysis: StudyAnalysis) -> list[tuple[RunRow, int]]:
+def _jumps_mismatched(analysis: StudyAnalysis) -> list[tuple[RunRow, int]]:
     """Return the runs in which the jumps found are not the jumps made, and how many were found."""
     found = []
     for run in analysis.evidence.runs:
@@ -257,7 +257,7 @@ def _names(runs: Iterable[RunRow]) -> str:
     return _listed([run.name for run in runs])
 
 
-def _listed(items: list[str], most: int = LISTED) -> str:
+def _listed(items: list[str], most: int = _LISTED) -> str:
     return f"{', '.join(items[:most])}{', ...' if len(items) > most else ''}"
 
 

@@ -67,10 +67,10 @@ def made_before(planned: Planned) -> tuple[str, ...]:
 
 
 def _departures(planned: Planned) -> tuple[str, ...]:
-    return tuple(departure_sentence(said) for said in planned.departures if said != NOTHING_DECIDED)
+    return tuple(_departure_sentence(said) for said in planned.departures if said != NOTHING_DECIDED)
 
 
-def departure_sentence(said: str) -> str:
+def _departure_sentence(said: str) -> str:
     """Write a departure of `Planned` as a sentence."""
     return f"Departure: {said}."
 
@@ -114,8 +114,8 @@ def departures(analysis: StudyAnalysis, compared: Sequence[Comparison]) -> tuple
     departing: dict[str, dict[str, None]] = {}
     for reason, name in _exploratory(analysis, compared):
         for departure in reason.departures:
-            departing.setdefault(departure_sentence(departure), {})[name] = None
-    concerning = departing.keys() & {departure_sentence(not_allowed(item)) for item in planned.disallowed_exclusions}
+            departing.setdefault(_departure_sentence(departure), {})[name] = None
+    concerning = departing.keys() & {_departure_sentence(not_allowed(item)) for item in planned.disallowed_exclusions}
     as_a_whole = (f"{sentence_start(AS_A_WHOLE)}.",) if concerning else ()
     return (
         *(_with_exploratory(sentence, departing.get(sentence, ())) for sentence in said),

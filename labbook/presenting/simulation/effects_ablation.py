@@ -14,9 +14,9 @@ from simulator.ablation.smallest import LeftOut, in_order
 from simulator.ablation.study import OUTPUTS, STEPS_MORE, Ablation, worst_together
 from simulator.scene import Scene
 
-FLAG = "*"
+_FLAG = "*"
 NOTHING = "-"
-GIVEN_UP = ("step_limit", "too_stiff")
+_GIVEN_UP = ("step_limit", "too_stiff")
 _ILL_CONDITIONED = "is ill-conditioned, and less accurate than asked for: see labbook sim run."
 
 
@@ -73,9 +73,9 @@ def footnotes(ablation: Ablation) -> list[str]:
     """Say what marks mean, and why some effects have no row."""
     flagged = any(item.outputs.ill_conditioned for item in (*ablation.alone.values(), *ablation.pairs.values()))
     together = "most together with: without both the change is this, not that of both factors multiplied."
-    mark = f"{FLAG} an ill-conditioned jump: labbook sim run shows what it hangs on."
+    mark = f"{_FLAG} an ill-conditioned jump: labbook sim run shows what it hangs on."
     ended = {item.outputs.outcome for item in (*ablation.alone.values(), *ablation.pairs.values())}
-    given_up = [outcome for outcome in GIVEN_UP if outcome in ended]
+    given_up = [outcome for outcome in _GIVEN_UP if outcome in ended]
     limit = f"{' and '.join(given_up)}: given up after {STEPS_MORE} times the steps of a jump with all effects."
     return [
         *([together] if any(worst_together(ablation, name) for name in ablation.alone) else []),
@@ -144,16 +144,16 @@ def ablation_data(scene: Scene, ablation: Ablation) -> dict[str, Any]:
         "pairs": [
             _left_out(item) for (first, second), item in ablation.pairs.items() if item.effects == (first, second)
         ],
-        **smallest_data(ablation),
+        **_smallest_data(ablation),
     }
 
 
 def chosen_data(ablation: Ablation | None) -> dict[str, Any]:
     """Return the smallest set where one was chosen, and that nothing is left out where none was."""
-    return {"effects_left_out": []} if ablation is None else smallest_data(ablation)
+    return {"effects_left_out": []} if ablation is None else _smallest_data(ablation)
 
 
-def smallest_data(ablation: Ablation) -> dict[str, Any]:
+def _smallest_data(ablation: Ablation) -> dict[str, Any]:
     """Return the smallest set: what it leaves out, what that changes, and how it was searched."""
     found = ablation.smallest
     return {
@@ -230,7 +230,7 @@ def _changes(item: LeftOut, ablation: Ablation) -> list[str]:
 
 
 def _flag(item: LeftOut) -> str:
-    return FLAG if item.outputs.ill_conditioned else ""
+    return _FLAG if item.outputs.ill_conditioned else ""
 
 
 def _change(value: float | Undefined, accuracy: float) -> str:

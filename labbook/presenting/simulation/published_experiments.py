@@ -106,7 +106,7 @@ PLATE_COLUMNS: tuple[ShownColumn[PlateRow], ...] = (
     ShownColumn("shortest leg", "m", "min_leg_length_m", lambda row: row.jump.min_leg_length_m, 3),
 )
 
-BED_COLUMNS: tuple[ShownColumn[BedRow], ...] = (
+_BED_COLUMNS: tuple[ShownColumn[BedRow], ...] = (
     ShownColumn("foot", "mm", "foot_radius_m", lambda row: FEET_M[row.foot], 0, 1e3),
     ShownColumn("gain", "", "gain", lambda row: row.gain),
     ShownColumn("damping gain", "", "damping_gain", lambda row: row.damping_gain),
@@ -132,7 +132,7 @@ def emulator_shown(table: EmulatorTable) -> Table:
     return Table("emulator", caption, _heads(EMULATOR_COLUMNS), _rows(EMULATOR_COLUMNS, table.rows))
 
 
-def plate_shown(table: PlateTable) -> Table:
+def _plate_shown(table: PlateTable) -> Table:
     """Make the table of the force plate."""
     caption = (
         f"Jump {table.scene.jumps} of {table.scene.jumps} on the force plate, compression-extension. Of this "
@@ -151,7 +151,7 @@ def bed_shown(table: BedTable) -> Table:
         "Saving and apex gained: against compression-extension with the same foot, given by its radius, and the same "
         "extension gain. Joules are heat and mechanical energy of the stance. Capped: at the motors' stall torque."
     )
-    return Table("bed", caption, _heads(BED_COLUMNS), _rows(BED_COLUMNS, table.rows))
+    return Table("bed", caption, _heads(_BED_COLUMNS), _rows(_BED_COLUMNS, table.rows))
 
 
 def _heads(columns: tuple[ShownColumn[R], ...]) -> tuple[Column, ...]:
@@ -213,7 +213,7 @@ def terminal_tables(
     emulator, plate, _ = (f"jump {scene.jumps} of {scene.jumps}" for scene in _scenes(tables))
     return {
         f"ground emulator, {emulator}, in brackets what the thesis says": _texts(emulator_shown(tables.emulator)),
-        f"force plate, {plate}": _texts(plate_shown(tables.force_plate)),
+        f"force plate, {plate}": _texts(_plate_shown(tables.force_plate)),
         "granular bed, one drop in each condition": _texts(bed_shown(tables.bed)),
         "what the thesis says, and what is simulated": claims_rows(findings_of(compared)),
         "every published result": results_rows(results),
@@ -242,7 +242,7 @@ def _parts(tables: SteadyTables, compared: Sequence[Comparison], results: Sequen
     yield _filled(_INTRODUCTION)
     for title, table in (
         ("Ground emulator (thesis ch. 4)", emulator_shown(tables.emulator)),
-        ("Force plate (thesis 3.2.2)", plate_shown(tables.force_plate)),
+        ("Force plate (thesis 3.2.2)", _plate_shown(tables.force_plate)),
         ("Granular bed (thesis ch. 5)", bed_shown(tables.bed)),
         ("What agrees", claims_table(findings_of(compared), f"{_CAPTION} {score(compared)}")),
         ("Every published result", results_table(results)),

@@ -13,7 +13,7 @@ from reports.tables.table import Cell, Column, Row, Table, words
 from simulator.steady.published_results import CONTRADICTED, VERDICTS, JudgedResult, PublishedResult, contradictions
 from simulator.thesis.claims import Claim, Finding
 
-CAPTION = (
+_CLAIMS_CAPTION = (
     "What ch. 3 of the thesis says about its simulations, and what the simulation gives over the grids of the "
     "figures: at which share of their points it lies within the claim's limits. The text gives no ranges and few "
     "limits: both are labbook's own, the ranges those of the figures' axes; about a number is within a quarter of it."
@@ -31,7 +31,7 @@ _CLAIM_COLUMNS = (
 )
 
 
-def claims_table(findings: Sequence[Finding], caption: str = CAPTION) -> Table:
+def claims_table(findings: Sequence[Finding], caption: str = _CLAIMS_CAPTION) -> Table:
     """Make the table of all claims; its CSV has the numbers unrounded."""
     return Table("claims", caption, _CLAIM_COLUMNS, tuple(_claim_row(finding) for finding in findings))
 
@@ -45,7 +45,7 @@ def _claim_row(finding: Finding) -> Row:
         Cell(claim.measure, (claim.measure, claim.unit)),
         Cell(DASH if claim.published is None else _number(claim.published, claim.unit), (claim.published,)),
         Cell(range_text(finding), (finding.lowest, finding.median, finding.highest)),
-        Cell(limits_text(claim), (claim.at_least, claim.at_most)),
+        Cell(_limits_text(claim), (claim.at_least, claim.at_most)),
         Cell(f"{finding.n_within} of {finding.n}", (finding.n_within, finding.n)),
         Cell(_share_text(finding), (finding.share_within,)),
     )
@@ -71,7 +71,7 @@ def range_text(finding: Finding) -> str:
     return f"{with_unit(f'{ends[0]} to {ends[1]}', finding.claim.unit)} (median {median})"
 
 
-def limits_text(claim: Claim) -> str:
+def _limits_text(claim: Claim) -> str:
     """Write within which limits a claim holds, with the unit."""
     if claim.at_least is not None and claim.at_most is not None:
         ends = general_text(claim.at_least), general_text(claim.at_most)
@@ -180,7 +180,7 @@ def _row(item: JudgedResult) -> Row:
             (*((None,) * 3 if found is None else (found.lowest, found.median, found.highest)), item.saving),
         ),
         Cell(
-            DASH if claim is None else limits_text(claim),
+            DASH if claim is None else _limits_text(claim),
             (None, None) if claim is None else (claim.at_least, claim.at_most),
         ),
         Cell(_verdict_text(item), (item.verdict, *((None, None) if found is None else (found.n_within, found.n)))),

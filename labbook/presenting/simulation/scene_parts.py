@@ -91,11 +91,11 @@ def parts_rows(table: Table) -> list[list[str]]:
 
 def parts_markdown() -> str:
     """Return all tables and the automaton as Markdown, as docs/scenes.md has them."""
-    drawn = "\n".join(("```mermaid", *automaton_lines(), "```", ""))
-    return "\n".join((*map(markdown_text, parts_tables().values()), drawn, markdown_text(automaton_table())))
+    drawn = "\n".join(("```mermaid", *_automaton_lines(), "```", ""))
+    return "\n".join((*map(markdown_text, parts_tables().values()), drawn, markdown_text(_automaton_table())))
 
 
-def automaton_table() -> Table:
+def _automaton_table() -> Table:
     """Return the events of a jump, and where each leads from each contact mode."""
     heads = ("event", "what rises through zero", "what happens", *MODES, "may end the jump")
     return _table(
@@ -117,7 +117,7 @@ def _leads(event: Event, mode: Mode) -> str:
     return ", ".join([*rests, *(lead for lead in leads if not (rests and lead in SETTLED))]) or "ends"
 
 
-def automaton_lines() -> list[str]:
+def _automaton_lines() -> list[str]:
     """Return the automaton as a state diagram of mermaid: what changes the contact mode."""
     labels: dict[tuple[str, str], list[str]] = {}
     for event in (*EVENTS, *OTHERS):

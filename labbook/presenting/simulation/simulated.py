@@ -21,7 +21,7 @@ from simulator.jump import ILL_CONDITIONED_BELOW, close_decision, grown_rounding
 from simulator.result import JumpResult, SceneResult
 from simulator.scene import Scene
 
-MODE_NAMES: Mapping[str, Mapping[str, str]] = {
+_MODE_NAMES: Mapping[str, Mapping[str, str]] = {
     "emulated_ground": {
         "intruding": "platform yields",
         "jammed": "platform held",
@@ -34,7 +34,7 @@ MODE_NAMES: Mapping[str, Mapping[str, str]] = {
 
 def mode_name(scene: Scene, mode: str) -> str:
     """Return what one of the kernel's modes is called on the scene's ground; its own name where there is no other."""
-    on_its_ground = (names for ground, names in MODE_NAMES.items() if ground in scene.effects)
+    on_its_ground = (names for ground, names in _MODE_NAMES.items() if ground in scene.effects)
     return next(on_its_ground, {}).get(mode, mode)
 
 
@@ -226,7 +226,7 @@ def as_lines(result: SceneResult) -> list[str]:
     which = f", jump {len(result.jumps)} of {scene.jumps}" if many else ""
     return [
         f"{scene.name}: {scene.title}",
-        f"{outcome_text(jump.outcome, which)}.",
+        f"{_outcome_text(jump.outcome, which)}.",
         *warnings(result),
         "",
         *_table(result),
@@ -241,14 +241,14 @@ def as_lines(result: SceneResult) -> list[str]:
     ]
 
 
-def outcome_text(outcome: str, which: str = "") -> str:
+def _outcome_text(outcome: str, which: str = "") -> str:
     """Say how a jump ended, with the outcome's name."""
     return f"{OUTCOMES.get(outcome, outcome)} ({outcome}{which})"
 
 
 def title_text(scene: Scene, which: str, outcome: str) -> str:
     """Return what heads a figure: the scene, which of its jumps is shown, and how that ended where it ended early."""
-    ended = "" if outcome in _WHOLE else f"; {outcome_text(outcome)}"
+    ended = "" if outcome in _WHOLE else f"; {_outcome_text(outcome)}"
     return f"{scene.name}{which}: {scene.title}{ended}"
 
 

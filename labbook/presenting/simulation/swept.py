@@ -113,10 +113,10 @@ def _opener(done: Finished) -> str:
 
 def corners_lines(corners: Corners | None, ablation: Ablation | None) -> list[str]:
     """Return a sentence on the worst corner; none where no set was chosen or nothing was left out."""
-    return [] if corners is None or ablation is None else [corners_line(corners, ablation)]
+    return [] if corners is None or ablation is None else [_corners_line(corners, ablation)]
 
 
-def corners_line(corners: Corners, ablation: Ablation) -> str:
+def _corners_line(corners: Corners, ablation: Ablation) -> str:
     """Say where the set is farthest off and by how much; beyond the tolerance it is a warning with what to do."""
     worst = corners.worst
     if worst is None:

@@ -63,7 +63,7 @@ class Scale:
         return f"10^{self.power}{'' if unit in ('', '1') else f' {unit}'}"
 
 
-def scale_of(values: Sequence[float | Decimal]) -> Scale:
+def _scale_of(values: Sequence[float | Decimal]) -> Scale:
     """Choose how these are drawn: as they are, where their spread shows so."""
     if not values:
         return Scale()
@@ -119,7 +119,7 @@ def estimation_of(
     """
     known = observed.known()
     labels = observed.labels
-    scale = scale_of([row.value for row in known.rows if row.value is not None])
+    scale = _scale_of([row.value for row in known.rows if row.value is not None])
     numbers = {label: _scaled(number, observed.unit, scale) for label, number in differences.items()}
     same_unit = all(number.unit == observed.unit for number in differences.values())
     groups = tuple(
@@ -131,7 +131,7 @@ def estimation_of(
         for label in labels
     )
     return Estimation(
-        quantity=scale.quantity(sentence_case(observed.quantity), observed.unit),
+        quantity=scale.quantity(_sentence_case(observed.quantity), observed.unit),
         unit=scale.unit(observed.unit),
         groups=groups,
         reference=0,
@@ -162,7 +162,7 @@ def as_drawn(observed: Observations) -> Observations:
     """Return observations whose residuals an axis can show: values far from zero less an exact number, tiny and huge
     ones in powers of ten. Ordinary values stay as they are.
     """
-    scale = scale_of([row.value for row in observed.rows if row.value is not None])
+    scale = _scale_of([row.value for row in observed.rows if row.value is not None])
     if scale == Scale():
         return observed
     rows = tuple(row if row.value is None else replace(row, value=scale.drawn(row.value)) for row in observed.rows)
@@ -193,7 +193,7 @@ def quantiles_of(observed: Observations, residuals: Residuals, level: float) -> 
     labels = [row.label for row in in_groups(observed).rows]
     names = {label: drawn_name(observed, label) for label in observed.labels}
     return Quantiles(
-        sentence_case(observed.quantity),
+        _sentence_case(observed.quantity),
         observed.unit,
         found,
         tuple(names[labels[place]] for place in order),
@@ -205,11 +205,11 @@ def residual_plot_of(observed: Observations, residuals: Residuals) -> ResidualPl
     """Return residuals against groups, and against days where these are known."""
     rows = in_groups(observed).rows
     names = {label: drawn_name(observed, label) for label in observed.labels}
-    against = [Against(drawn_axis(observed), tuple(names[row.label] for row in rows), means=False)]
+    against = [Against(_drawn_axis(observed), tuple(names[row.label] for row in rows), means=False)]
     days = tuple(row.day for row in rows)
     if len(set(days)) > 1:
         against.append(Against("Day", days, order=tuple(sorted(set(days)))))
-    return ResidualPlot(sentence_case(observed.quantity), observed.unit, residuals.values, tuple(against))
+    return ResidualPlot(_sentence_case(observed.quantity), observed.unit, residuals.values, tuple(against))
 
 
 LONGEST = 48
@@ -230,13 +230,13 @@ def as_shown_to_people(observed: Observations) -> Observations:
     return replace(observed, shown=shown, shown_by="" if factor is None else in_sentence(title_of(factor)))
 
 
-def drawn_axis(observed: Observations) -> str:
+def _drawn_axis(observed: Observations) -> str:
     """Name what the groups are levels of, at an axis: a factor of the book by its title."""
     factor = _factor(observed)
-    return sentence_case(observed.by if factor is None else title_of(factor))
+    return _sentence_case(observed.by if factor is None else title_of(factor))
 
 
-def sentence_case(words: str) -> str:
+def _sentence_case(words: str) -> str:
     """Return words as they begin at an axis; names such as x and b_ad_gain stay as they are."""
     named = len(words) == 1 or "_" in words
     return words if named else f"{words[:1].upper()}{words[1:]}"
