@@ -20,6 +20,7 @@ import sys
 import tempfile
 import threading
 import tomllib
+from collections import Counter
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -53,7 +54,7 @@ class Trace:
         self.calls: set[tuple[str, str]] = set()
         self._packages = tuple(f"{package}{os.sep}" for package in packages)
         self._names: dict[str, str | None] = {}
-        self._setting_up = 0
+        self._setting_up: Counter[int] = Counter()  # by thread: one may load a module while another is on its way
 
     def start(self) -> None:
         """Trace this thread and those that it starts."""
@@ -61,9 +62,10 @@ class Trace:
         sys.setprofile(self._event)
 
     def _event(self, frame: FrameType, event: str, _argument: object) -> None:
+        thread = threading.get_ident()
         if frame.f_code.co_name in _SETTING_UP:
-            self._setting_up += (event == "call") - (event == "return")
-        elif event == "call" and not self._setting_up and (entered := self._ours(frame)):
+            self._setting_up[thread] += (event == "call") - (event == "return")
+        elif event == "call" and not self._setting_up[thread] and (entered := self._ours(frame)):
             caller = frame.f_back
             while caller and not self._ours(caller):
                 caller = caller.f_back
