@@ -24,6 +24,7 @@ class Declared:
     comparative : words for a larger value and for a smaller one
     undefined_because : why a run that has the source may have no value
     of_every_run : every run is expected to have it; else it is left out where no run has it
+    of_jumps : it is of the jumps that count: which do, and the detector that finds them, change it
     shares_error : its values have an error in common, that of the passive-drain line
     has_savings : less is better, and it is compared as a share of the control's mean, and across groups too
     has_equivalence : no change is a claim, tested within bounds that were decided on
@@ -39,6 +40,7 @@ class Declared:
     comparative: tuple[str, str] = ("higher", "lower")
     undefined_because: str
     of_every_run: bool = False
+    of_jumps: bool = False
     shares_error: bool = False
     has_savings: bool = False
     has_equivalence: bool = False
@@ -56,6 +58,7 @@ class Outcome(StrEnum):
     comparative: tuple[str, str]
     undefined_because: str
     of_every_run: bool
+    of_jumps: bool
     shares_error: bool
     has_savings: bool
     has_equivalence: bool
@@ -83,6 +86,7 @@ class Outcome(StrEnum):
         source=FileRole.LOG,
         undefined_because="none of its jumps counts",
         of_every_run=True,
+        of_jumps=True,
         has_equivalence=True,
     )
     PEAK_FORCE = Declared(

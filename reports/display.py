@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from statistics import median_low
 
 from data_schema.rounding import SIGNIFICANT, decimals_for, df_text, error_of, fixed_text, known_error, statistic_text
@@ -202,7 +202,7 @@ def in_sentence(title: str) -> str:
     return title if len(first) < 2 or first[1:] != first[1:].lower() else f"{title[:1].lower()}{title[1:]}"
 
 
-def list_text(words: tuple[str, ...] | list[str]) -> str:
+def list_text(words: Sequence[str]) -> str:
     """Join words as a sentence does: "a, b and c"."""
     if len(words) < 2:
         return "".join(words)

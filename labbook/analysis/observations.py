@@ -24,6 +24,7 @@ from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import StudyData, gather
 from labbook.config.model import AnalysisSettings
 from labbook.config.parsing import Configuration
+from reports.display import shown_unit
 from stats.compare.shared_error import SharedError, shared_of_mean
 
 _MOST_NAMED = 5
@@ -181,16 +182,17 @@ class Observations:
             self, rows=tuple(row if row.label == self.control else replace(row, label=self.rest) for row in self.rows)
         )
 
-    def in_millimetres(self) -> Observations:
-        """Return lengths below 1 m in mm, as people read them; anything else as it is."""
+    def in_small_units(self) -> Observations:
+        """Return lengths below 1 m in mm and times below 1 s in ms, as people read them; anything else as it is."""
         values = [row.value for row in self.rows if row.value is not None]
-        if self.unit != "m" or any(abs(float(value)) >= 1.0 for value in values):
+        unit, factor = shown_unit(self.unit)
+        if factor == 1.0 or any(abs(float(value)) >= 1.0 for value in values):
             return self
         rows = tuple(
-            replace(row, value=None if row.value is None else row.value * 1000, shared=row.shared.times(1000.0))
+            replace(row, value=None if row.value is None else row.value * int(factor), shared=row.shared.times(factor))
             for row in self.rows
         )
-        return replace(self, rows=rows, unit="mm")
+        return replace(self, rows=rows, unit=unit)
 
     def known(self) -> Observations:
         """Return the observations that hold a value."""

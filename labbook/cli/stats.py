@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from data_schema.outcomes import Outcome
 from labbook.cli.common import BookOption, JsonOption, with_options
 from labbook.terminal import columns, emit, progress
 
@@ -34,7 +35,11 @@ _DECIMAL = typer.Option(
     metavar="SIGN",
     help="The table's decimal sign, . or , where it is unclear; with , points before three digits are thousands.",
 )
-_QUANTITY = typer.Option("--quantity", metavar="NAME", help="The book's joules (of a jump; default) or apex (heights).")
+_QUANTITY = typer.Option(
+    "--quantity",
+    metavar="NAME",
+    help=f"What of a book's runs: {', '.join(item.key for item in Outcome)}; default: joules (of a jump).",
+)
 _ALPHA = typer.Option("--alpha", help="Level of the tests; default: the book's [analysis], or 0.05.")
 _PLOT = typer.Option("--plot", metavar="FILE", help="All values and the differences: a .png, .svg or .pdf file.")
 _QQ = typer.Option("--qq", metavar="FILE", help="The residuals beside normal quantiles: a figure.")

@@ -143,7 +143,7 @@ def answer(request: Request, ask: Callable[[Question], Answer]) -> CommandOutput
     found = ask(question)
     request.step("figures" if request.pictures.files else "tables")
     _draw(request.pictures, observed, found)
-    shown = as_shown_to_people(observed.in_millimetres())
+    shown = as_shown_to_people(observed.in_small_units())
     scale = 1.0 if shown.unit == observed.unit else 1000.0
     as_shown = found if shown is observed else ask(replace(question, observed=shown, scale=scale))
     notes = [*shown.notes, *as_shown.notes]

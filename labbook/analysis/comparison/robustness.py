@@ -31,7 +31,7 @@ from labbook.analysis.outcomes.conditions import (
     unit_scope,
 )
 from labbook.analysis.outcomes.detection import Detections
-from labbook.analysis.outcomes.run_apexes import as_protocol, run_apexes, without_exclusions
+from labbook.analysis.outcomes.run_apexes import as_protocol, without_exclusions
 from labbook.analysis.outcomes.run_energy import (
     Drain,
     RunEnergy,
@@ -252,6 +252,7 @@ def vary(
     known = {} if evidence.void else {outcome: of_runs.results for outcome, of_runs in results.items()}
     joules = known.get(Outcome.JOULES) or _joules_of(cache, everything, evidence, drains, WITHOUT_EXCLUSIONS)
     found += _compared(cache, WITHOUT_EXCLUSIONS, everything, Outcome.JOULES, joules, swept, settings)
+    of_jumps = [outcome for outcome in results if outcome.of_jumps]
     protocol = as_protocol(evidence)
     variants = [(WITHOUT_EXCLUSIONS, everything, without_exclusions(evidence))]
     variants += [
@@ -260,10 +261,10 @@ def vary(
         if name != protocol.detector
     ]
     for label, varied, variant in variants:
-        heights = run_apexes(cache, detections, varied, variant).results
-        found += _compared(cache, label, varied, Outcome.APEX, heights, swept, settings)
-    with_variants = {Outcome.JOULES, Outcome.APEX}
-    further = [outcome for outcome in results if outcome not in with_variants]
+        for outcome in of_jumps:
+            values = measure(outcome, cache, detections, varied, variant).results
+            found += _compared(cache, label, varied, outcome, values, swept, settings)
+    further = [outcome for outcome in results if outcome not in (Outcome.JOULES, *of_jumps)]
     for outcome in further:
         with_all = known.get(outcome) or measure(outcome, cache, detections, everything).results
         found += _compared(cache, WITHOUT_EXCLUSIONS, everything, outcome, with_all, swept, settings)
@@ -279,7 +280,7 @@ def vary(
             settings,
             evidence.selection,
         )
-        for outcome in (Outcome.JOULES, Outcome.APEX, *further)
+        for outcome in (Outcome.JOULES, *of_jumps, *further)
     }
     found += [
         Varied(pair.label, f"without {day.day}", outcome, result, day.day)

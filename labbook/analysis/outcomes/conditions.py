@@ -17,7 +17,7 @@ from data_schema.queries.runs import RunRow
 from data_schema.reasons import Reason
 from data_schema.vocabulary import FileRole, Undefined
 from labbook.analysis.outcomes.detection import Detections
-from labbook.analysis.outcomes.run_apexes import as_protocol, run_apexes
+from labbook.analysis.outcomes.run_apexes import ApexVariant, as_protocol, run_apexes
 from labbook.analysis.outcomes.run_energy import RunEnergy, passive_drains, run_energies
 from labbook.analysis.outcomes.run_force import run_forces
 from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult
@@ -37,13 +37,28 @@ from stats.compare.summary import describe
 
 _MEASURES: Mapping[Outcome, Callable[[ResultCache, Detections, StudyData], RunResults[StoredResult]]] = {
     Outcome.JOULES: lambda cache, _detections, data: run_energies(cache, data, passive_drains(cache, data)),
-    Outcome.APEX: lambda cache, detections, data: run_apexes(cache, detections, data, as_protocol(data)),
     **{outcome: run_forces for outcome in Outcome if outcome.source is FileRole.FORCE},
 }
 
+_OF_JUMPS: Mapping[Outcome, Callable[[ResultCache, Detections, StudyData, ApexVariant], RunResults[StoredResult]]] = {
+    Outcome.APEX: run_apexes
+}
+"""Outcomes `of_jumps`, by the jumps that a variant finds and counts."""
 
-def measure(outcome: Outcome, cache: ResultCache, detections: Detections, data: StudyData) -> RunResults[StoredResult]:
-    """Ensure the outcome of every selected jump run that has what it takes, as the protocol says."""
+
+def measure(
+    outcome: Outcome,
+    cache: ResultCache,
+    detections: Detections,
+    data: StudyData,
+    variant: ApexVariant | None = None,
+) -> RunResults[StoredResult]:
+    """Ensure the outcome of every selected jump run that has what it takes.
+
+    Jumps are found and counted as the protocol says, or as a variant does.
+    """
+    if outcome.of_jumps:
+        return _OF_JUMPS[outcome](cache, detections, data, variant or as_protocol(data))
     return _MEASURES[outcome](cache, detections, data)
 
 

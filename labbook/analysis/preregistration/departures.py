@@ -25,6 +25,7 @@ from labbook.analysis.preregistration.book_state import (
     difference,
     state_at,
 )
+from reports.display import list_text
 
 
 class DepartureKind(Enum):
@@ -235,7 +236,7 @@ def _by(entry: EntryRow) -> str:
 
 def _leaves(states: _States, run_uids: Collection[str], outcomes: Collection[Outcome]) -> str:
     names = ", ".join(run.name for uid, run in states.now.runs.items() if uid in run_uids)
-    return f", which leaves run {names} without {' and '.join(in_order(outcomes))}" if names else ""
+    return f", which leaves run {names} without {list_text(in_order(outcomes))}" if names else ""
 
 
 def _corrected(states: _States) -> Iterator[Departure]:

@@ -281,8 +281,9 @@ def _changed_jump_rules(text: str, configuration: Configuration) -> list[Departu
     """List the rules of the protocol on jumps that are others than before the first measurement; today's are used."""
     rules = configuration.protocol
     names = ("detector", "exclude_first_jumps", "exclude_gap_jumps")
+    of_jumps = tuple(outcome for outcome in Outcome if outcome.of_jumps)
     return [
-        Departure(DepartureKind.JUMP_RULE, {"name": name, "was": _shown(was), "now": _shown(now)}, (Outcome.APEX,))
+        Departure(DepartureKind.JUMP_RULE, {"name": name, "was": _shown(was), "now": _shown(now)}, of_jumps)
         for name, was in zip(names, kept_jump_rules(text), strict=True)
         for now in [getattr(rules, name)]
         if was != now

@@ -109,7 +109,7 @@ def test_a_book_without_a_plate_says_nothing_of_it(reports: Reports) -> None:
 def test_it_is_compared_on_the_command_line(outcome: Outcome, on_plate: tuple[SmallBook, MadeReport]) -> None:
     words = ("stats", "compare", "--quantity", outcome.key, "--where", "foot=small")
     said = good(labbook(*words, at=on_plate[0].folder)).out
-    assert re.search(r"mean [\d.]+ (N|s|mm), n = ", said), said
+    assert re.search(r"mean [\d.]+ (N|ms|mm), n = ", said), said
 
 
 def test_its_digits_come_from_the_file(on_plate: tuple[SmallBook, MadeReport]) -> None:
