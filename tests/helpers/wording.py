@@ -47,7 +47,10 @@ def says(text: object, *facts: object) -> str:
         _record[key] = [*_record.get(key, [])[:place], masked]
     recorded = _record.get(key, [])[place : place + 1]
     if recorded != [masked]:
-        pytest.fail(f"{RECORD.name} has of {key}, sentence {place + 1},\n{recorded}\nand it is now\n{[masked]}")
+        pytest.fail(
+            f"{RECORD.name} has of {key}, sentence {place + 1},\n{recorded}\nand it is now\n{[masked]}\n"
+            "where it is as it should be: LABBOOK_WORDING=write pytest -p no:xdist FILE"
+        )
     return found
 
 
