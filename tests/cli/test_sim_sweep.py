@@ -113,6 +113,8 @@ def test_one_jump_is_one_and_a_jump_under_the_grains_is_counted(tmp_path: Path) 
         (["--over", "foot_radius=nan", "--out", "a.nc"], "'nan' where a finite number belongs"),
         (["--over", "kg_scale=0.01,0.011", "--out", "a.nc"], "K < m_a g"),
         (["--over", "ad_share=0.1,0.2", "--out", "a.nc"], "ad_share would change nothing"),
+        (["--over", "drag_area=0:1:3", "--out", "a.nc"], "drag_area would change nothing"),
+        (["--over", "rail_friction_force=0:1:3", "--out", "a.nc"], "rail_friction_force would change nothing"),
         (["--over", "b_ad=0,1", "--set", "b_ad=3", "--out", "a.nc"], "b_ad is both set and swept"),
         (["--over", "k_extension=100,200", "--set", "gain=3", "--out", "a.nc"], "k_extension is both set and swept"),
         (["--over", "b_ad=0,1", "--seed", "3", "--out", "a.nc"], "add --sobol"),

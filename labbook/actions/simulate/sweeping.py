@@ -109,8 +109,8 @@ def planned_sweep(request: SweepRequest, step: Step = lambda _done: None) -> Pla
     scene = changed_by_words(given, request.sets, auto.words)
     design = _design(request, scene)
     for axis in design.axes:
-        value = scene.values[axis.parameter]
-        if value.set_by_user and value is not given.values.get(axis.parameter):
+        value = scene.values.get(axis.parameter)
+        if value is not None and value.set_by_user and value is not given.values.get(axis.parameter):
             raise UsageError(f"{axis.parameter} is both set and swept: leave out one of --set and --over.")
     version = importlib.metadata.version("robot-labbook")
     sweep = Sweep(scene, design, request.accuracy, version, request.error_bars)
