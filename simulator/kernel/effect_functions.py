@@ -43,16 +43,11 @@ class EffectState:
 OF_FORCE = frozenset({"body_force_n", "body_held", "hold_guard", "body_stops", "body_moves"})
 """Functions of a force on the body; all but the first are those of one that holds."""
 
-SLOTS = frozenset(
-    {
-        *("compression_damping_kg_s", "extension_damping_kg_s", "active_damping_kg_m", "cap_n", "cap_bends"),
-        *("cost_force_n", "cost_cap_n", "resistance_n", "resistance_slope_n_m", "quadratic_drag_kg_m"),
-        *("linear_drag_kg_s", "added_mass_kg", "added_mass_slope_kg_m", "travel_m", "platform_mass_kg"),
-        *("control_period_s", "guard_length_m", "switch_compression_m", "switch_speed_tolerance_m_s"),
-        *("rest_tolerance_m",),
-        *OF_FORCE,
-    }
-    - {"body_force_n"}
+SLOTS = (OF_FORCE - {"body_force_n"}).union(
+    ("compression_damping_kg_s", "extension_damping_kg_s", "active_damping_kg_m", "cap_n", "cap_bends"),
+    ("cost_force_n", "cost_cap_n", "resistance_n", "resistance_slope_n_m", "quadratic_drag_kg_m"),
+    ("linear_drag_kg_s", "added_mass_kg", "added_mass_slope_kg_m", "travel_m", "platform_mass_kg"),
+    ("control_period_s", "guard_length_m", "switch_compression_m", "switch_speed_tolerance_m_s", "rest_tolerance_m"),
 )
 """The slots of the kernel, each filled by at most one effect of a scene (docs/add-an-effect.md says what they give)."""
 
@@ -92,9 +87,10 @@ def given_by(effect: Effect, at: ParameterIndex, first_state: int) -> Given:
         slots=functions,
     )
     powers = {f"{energy.name}_w" for energy in effect.energies if not energy.sign}
-    for name in sorted(powers - functions.keys()):
-        raise ValueError(_lacks(effect, functions, name))
-    for name in sorted(functions.keys() - powers - SLOTS):
+    if missing := powers - functions.keys():
+        raise ValueError(_lacks(effect, functions, min(missing)))
+    if unknown := functions.keys() - powers - SLOTS:
+        name = min(unknown)
         near = nearest(name, _known(effect) | powers | SLOTS)
         raise ValueError(
             f"{effect.name} gives {name}, which neither its declaration nor a slot of the kernel asks for"

@@ -97,6 +97,8 @@ def told() -> set[tuple[str, str, str]]:
 
 
 def test_events_stand_in_the_order_of_their_guards() -> None:
+    names = [event.name for event in (*EVENTS, *OTHERS)]
+    assert len(set(names)) == len(names)
     of_effects = {guard.name.upper(): layout.OF_EFFECTS + place for place, guard in enumerate(layout.EFFECT_GUARDS)}
     assert layout.OF_EFFECTS + len(of_effects) <= layout.SWITCHES
     for place, event in enumerate(EVENTS):
