@@ -132,8 +132,9 @@ def read(text: str) -> Iterator[Recorded]:
                 )
 
 
+@lru_cache(maxsize=4096)
 def weak_point(
-    method: str, n: Sequence[int], layout: str = "", days: int | None = None, *, idle_runs: int = 0
+    method: str, n: tuple[int, ...], layout: str = "", days: int | None = None, *, idle_runs: int = 0
 ) -> Recorded | None:
     """Return the worst on record of a method at the design nearest to one's own.
 
@@ -160,11 +161,6 @@ def weak_point(
         None where the method errs at most 0.06 and covers at least 0.93 there, or is not on record.
 
     """
-    return _weak_point(method, tuple(n), layout, days, idle_runs)
-
-
-@lru_cache(maxsize=4096)
-def _weak_point(method: str, n: tuple[int, ...], layout: str, days: int | None, idle_runs: int) -> Recorded | None:
     rows = _looked_up().get((method, layout, min(len(n), SEVERAL)), ())
     if not rows or not n or min(n) < 1:
         return None

@@ -105,7 +105,7 @@ def other_record(monkeypatch):
 
     def forget():
         module._looked_up.cache_clear()
-        module._weak_point.cache_clear()
+        module.weak_point.cache_clear()
 
     def look_up_in(rows):
         monkeypatch.setattr(module, "recorded", lambda: rows)

@@ -6,7 +6,7 @@ Tests by shared days are planned with the days that a drawn plan gives each grou
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import TypeAlias
@@ -51,6 +51,11 @@ class Design:
     groups: int
 
     @property
+    def by_shared_days(self) -> bool:
+        """Whether the days that both sides share decide a comparison."""
+        return self.settings.unit_of_analysis is UnitOfAnalysis.SHARED_DAYS
+
+    @property
     def comparisons(self) -> int:
         """How many comparisons the family has."""
         return self.groups * (1 if self.settings.family is Family.POOLED else self.treated)
@@ -78,35 +83,48 @@ class PlannedTest:
     note: str = ""
 
 
-MakeTest: TypeAlias = Callable[[Design, float, Assumed, Assumed | Undefined], PlannedTest | None]
-"""Makes a test of a design for a difference of the primary outcome; None where the design has no such test."""
+Layout: TypeAlias = list[tuple[int, int]]
+"""Runs of the control and of the treatment on each day."""
+
+DrawPlan: TypeAlias = Callable[[int], Plan | Undefined]
+"""Draws a plan with so many runs of each condition; undefined where it is too large."""
 
 
-def _student(design: Design, difference: float, primary: Assumed, _apex: Assumed | Undefined) -> PlannedTest | None:
-    alpha = design.settings.alpha
-    return PlannedTest("Student's t", alpha, primary, lambda sd, n: power_t(difference, sd, *design.sizes(n), alpha))
+LayoutsOf: TypeAlias = Callable[[int], "list[Layout] | Undefined"]
+"""The layouts of a plan with so many runs of each condition."""
+
+OfSize: TypeAlias = Callable[[float, int], Power]
+"""The power at a standard deviation with so many values of each condition."""
 
 
-def _welch(design: Design, difference: float, primary: Assumed, _apex: Assumed | Undefined) -> PlannedTest | None:
-    return _welch_at(design, "Welch's t", design.settings.alpha, difference, primary)
+def tests_of(
+    design: Design, difference: float, primary: Assumed, apex: Assumed | Undefined, layouts: LayoutsOf
+) -> list[PlannedTest]:
+    """Return the tests for a difference of the primary outcome in the order in which they are shown.
+
+    The first is the comparison with the control: by the shared days of the layouts where these decide, else on values.
+    """
+    alpha, comparisons = design.settings.alpha, design.comparisons
+
+    def student(sd: float, n: int) -> Power:
+        return power_t(difference, sd, *design.sizes(n), alpha)
+
+    def with_control(level: float) -> OfSize:
+        if design.by_shared_days:
+            return _by_layout(design, level, layouts, lambda sd, layout: power_by_day(difference, sd, layout, level))
+        return lambda sd, n: power_welch(difference, sd, sd, *design.sizes(n), level)
+
+    name = "by shared days" if design.by_shared_days else "Welch's t"
+    found = [] if design.by_shared_days else [PlannedTest("Student's t", alpha, primary, student)]
+    found.append(PlannedTest(name, alpha, primary, with_control(alpha)))
+    if comparisons > 1:
+        level, note = alpha / comparisons, "rejects at this alpha whatever the other comparisons of the family give"
+        found.append(PlannedTest(f"{name}, Holm over {comparisons}", level, primary, with_control(level), note))
+    further = _anova(design, difference, primary), _equivalence(design, apex, layouts)
+    return [*found, *(test for test in further if test is not None)]
 
 
-def _welch_of_family(
-    design: Design, difference: float, primary: Assumed, _apex: Assumed | Undefined
-) -> PlannedTest | None:
-    """Holm's procedure rejects at this level whatever the other comparisons give."""
-    if design.comparisons == 1:
-        return None
-    alpha = design.settings.alpha / design.comparisons
-    test = _welch_at(design, f"Welch's t, Holm over {design.comparisons}", alpha, difference, primary)
-    return replace(test, note="rejects at this alpha whatever the other comparisons of the family give")
-
-
-def _welch_at(design: Design, name: str, alpha: float, difference: float, primary: Assumed) -> PlannedTest:
-    return PlannedTest(name, alpha, primary, lambda sd, n: power_welch(difference, sd, sd, *design.sizes(n), alpha))
-
-
-def _anova(design: Design, difference: float, primary: Assumed, _apex: Assumed | Undefined) -> PlannedTest | None:
+def _anova(design: Design, difference: float, primary: Assumed) -> PlannedTest | None:
     """Two levels apart by the difference and the others half way: of all such means those hardest to find.
 
     Over two levels with as many values as the comparison with the control has, F is Student's t squared: no other test.
@@ -124,57 +142,42 @@ def _anova(design: Design, difference: float, primary: Assumed, _apex: Assumed |
     )
 
 
-def _equivalence(
-    design: Design, _difference: float, _primary: Assumed, apex: Assumed | Undefined
-) -> PlannedTest | None:
-    """Apex heights that do not differ at all, against the bounds."""
+def _equivalence(design: Design, apex: Assumed | Undefined, layouts: LayoutsOf) -> PlannedTest | None:
+    """Apex heights that do not differ at all, against the bounds; None without bounds."""
     bounds, alpha = design.settings.apex_bounds, design.settings.alpha
     if bounds is None:
         return None
-    name, note = "no loss of apex height (TOST)", "by Welch on all values; apexes do not differ at all"
     low, high = bounds.low, bounds.high
-    if not bounds.percent:
-        return PlannedTest(
-            name, alpha, apex, lambda sd, n: power_equivalence(0.0, sd, low, high, *design.sizes(n), alpha), note
-        )
-    apex = _percent_of_mean(apex)
-    mean = apex if isinstance(apex, Undefined) else apex.mean
+    mean = apex.mean if bounds.percent and isinstance(apex, Assumed) else None
     if isinstance(mean, Undefined):
-        return PlannedTest(name, alpha, apex, lambda sd, n: power_equivalence(0.0, sd, low, high, n, n), note)
+        apex, mean = Undefined(Reason.BOUNDS_IN_PERCENT, reason=mean.reason), None
+    note = f"{'by the shared days' if design.by_shared_days else 'by Welch on all values'}; apexes do not differ at all"
+    if bounds.percent and (design.by_shared_days or mean is not None):
+        note += "; the mean that the percent are of is estimated in the study, as in the test"
 
-    def plan(sd: float, n: int) -> Power:
+    def on_values(sd: float, n: int) -> Power:
         control, treated = design.sizes(n)
+        if mean is None:
+            return power_equivalence(0.0, sd, low, high, control, treated, alpha)
         found = power_percent_equivalence(0.0, mean, sd, low, high, treated, control, alpha)
         return replace(found, group_ns=(control, treated))
 
-    return PlannedTest(
-        name, alpha, apex, plan, f"{note}; the mean that the percent are of is estimated in the study, as in the test"
-    )
+    def on_layout(sd: float, layout: Layout) -> Power:
+        return power_equivalence_by_day(sd, low, high, layout, alpha, control_mean=mean)
+
+    plan = _by_layout(design, alpha, layouts, on_layout) if design.by_shared_days else on_values
+    return PlannedTest("no loss of apex height (TOST)", alpha, apex, plan, note)
 
 
-def _percent_of_mean(apex: Assumed | Undefined) -> Assumed | Undefined:
-    """Return what is assumed of apex heights where bounds are in percent; undefined without a control's mean."""
-    if isinstance(apex, Undefined) or not isinstance(apex.mean, Undefined):
-        return apex
-    return Undefined(Reason.BOUNDS_IN_PERCENT, reason=apex.mean.reason)
+def _by_layout(design: Design, alpha: float, layouts: LayoutsOf, power: Callable[[float, Layout], Power]) -> OfSize:
+    def plan(sd: float, n: int) -> Power:
+        """Return the power in the group whose days find least."""
+        found, sizes = layouts(n), design.sizes(n)
+        if isinstance(found, Undefined):
+            return Power("the test by shared days", sizes, alpha, found)
+        return replace(least_of([power(sd, layout) for layout in found]), group_ns=sizes)
 
-
-def tests_of(settings: AnalysisSettings) -> tuple[MakeTest, ...]:
-    """Return the tests on all runs or day means, in the order in which they are shown; shared days have their own."""
-    if settings.unit_of_analysis is UnitOfAnalysis.SHARED_DAYS:
-        return (_anova,)
-    return _student, _welch, _welch_of_family, _anova, _equivalence
-
-
-Layout: TypeAlias = list[tuple[int, int]]
-"""Runs of the control and of the treatment on each day."""
-
-DrawPlan: TypeAlias = Callable[[int], Plan | Undefined]
-"""Draws a plan with so many runs of each condition; undefined where it is too large."""
-
-
-LayoutsOf: TypeAlias = Callable[[int], "list[Layout] | Undefined"]
-"""The layouts of a plan with so many runs of each condition."""
+    return plan
 
 
 def drawn_layouts(swept: str, family: Family, draw: DrawPlan) -> LayoutsOf:
@@ -183,57 +186,30 @@ def drawn_layouts(swept: str, family: Family, draw: DrawPlan) -> LayoutsOf:
     @cache
     def layouts(n: int) -> list[Layout] | Undefined:
         plan = draw(n)
-        return plan if isinstance(plan, Undefined) else layouts_of(plan, swept, family)
+        return plan if isinstance(plan, Undefined) else _layouts_of(plan, swept, family)
 
     return layouts
 
 
-def tests_by_layout(design: Design, difference: float, primary: Assumed, layouts: LayoutsOf) -> Iterator[PlannedTest]:
-    """Give the test by shared days at alpha, and at the level at which Holm's procedure rejects in any case."""
-    alpha, family = design.settings.alpha, design.comparisons
-    levels = [("by shared days", alpha, "")]
-    if family > 1:
-        note = "rejects at this alpha whatever the other comparisons of the family give"
-        levels.append((f"by shared days, Holm over {family}", alpha / family, note))
-
-    def power(sd: float, layout: Layout, level: float) -> Power:
-        return power_by_day(difference, sd, layout, level)
-
-    for name, level, note in levels:
-        yield PlannedTest(name, level, primary, _plan(design, level, layouts, power), note)
-
-
-def equivalence_by_layout(design: Design, apex: Assumed | Undefined, layouts: LayoutsOf) -> PlannedTest | None:
-    """Give both one-sided tests of apex heights by the same contrast; None without bounds."""
-    bounds, alpha = design.settings.apex_bounds, design.settings.alpha
-    if bounds is None:
-        return None
-    name, note = "no loss of apex height (TOST)", "by the shared days; apexes do not differ at all"
-    mean = None
-    if bounds.percent:
-        note += "; the mean that the percent are of is estimated in the study, as in the test"
-        apex = _percent_of_mean(apex)
-        mean = None if isinstance(apex, Undefined) else apex.mean
-
-    def power(sd: float, layout: Layout, level: float) -> Power:
-        control_mean = None if isinstance(mean, Undefined) else mean
-        return power_equivalence_by_day(sd, bounds.low, bounds.high, layout, level, control_mean=control_mean)
-
-    return PlannedTest(name, alpha, apex, _plan(design, alpha, layouts, power), note)
-
-
-def _plan(
-    design: Design, alpha: float, layouts: LayoutsOf, power: Callable[[float, Layout, float], Power]
-) -> Callable[[float, int], Power]:
-    def plan(sd: float, n: int) -> Power:
-        """Return the power in the group whose days find least."""
-        found = layouts(n)
-        sizes = design.sizes(n)
-        if isinstance(found, Undefined):
-            return Power("the test by shared days", sizes, alpha, found)
-        return replace(least_of([power(sd, layout, alpha) for layout in found]), group_ns=sizes)
-
-    return plan
+def _layouts_of(plan: Plan, swept: str, family: Family) -> list[Layout]:
+    """Return the layout of each comparison of the family."""
+    control = next(factor.control for factor in plan.factors if factor.name == swept)
+    runs: dict[tuple[tuple[str, str], ...], Counter[tuple[int, str]]] = {}
+    for run in plan.runs:
+        if run.condition is not None:
+            levels = dict(run.condition)
+            level = levels.pop(swept)
+            runs.setdefault(tuple(levels.items()), Counter())[run.day, level] += 1
+    found = []
+    for counts in runs.values():
+        treated = dict.fromkeys(level for _day, level in counts if level != control)
+        compared = [tuple(treated)] if family is Family.POOLED else [(level,) for level in treated]
+        days = dict.fromkeys(day for day, _level in counts)
+        found += [
+            [(counts[day, str(control)], sum(counts[day, level] for level in levels)) for day in days]
+            for levels in compared
+        ]
+    return found
 
 
 def least_of(powers: Sequence[Power]) -> Power:
@@ -297,24 +273,3 @@ def crossing_of(plan: Callable[[int], Power], layouts: LayoutsOf, largest: int) 
     if isinstance(before, float) and isinstance(after, float) and after < before:
         return Crossing(within, before, within + 1, after)
     return None
-
-
-def layouts_of(plan: Plan, swept: str, family: Family) -> list[Layout]:
-    """Return the layout of each comparison of the family."""
-    control = next(factor.control for factor in plan.factors if factor.name == swept)
-    runs: dict[tuple[tuple[str, str], ...], Counter[tuple[int, str]]] = {}
-    for run in plan.runs:
-        if run.condition is not None:
-            levels = dict(run.condition)
-            level = levels.pop(swept)
-            runs.setdefault(tuple(levels.items()), Counter())[run.day, level] += 1
-    found = []
-    for counts in runs.values():
-        treated = dict.fromkeys(level for _day, level in counts if level != control)
-        compared = [tuple(treated)] if family is Family.POOLED else [(level,) for level in treated]
-        days = dict.fromkeys(day for day, _level in counts)
-        found += [
-            [(counts[day, str(control)], sum(counts[day, level] for level in levels)) for day in days]
-            for levels in compared
-        ]
-    return found

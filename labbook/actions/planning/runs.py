@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import datetime
+import functools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,11 +20,11 @@ from labbook.actions.planning.power_tests import (
     DrawPlan,
     crossing_of,
     drawn_layouts,
-    layouts_of,
     least_of,
     shared_days,
 )
 from labbook.actions.runs.runs_importing import plan_factors
+from labbook.analysis.comparison.pairing import swept_factor
 from labbook.analysis.preregistration.planned import planned_analysis
 from labbook.book.naming import condition_key, ensure_condition, refuse_empty, study_of
 from labbook.book.opening import Book
@@ -78,20 +79,13 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
     configuration = book.configuration
     if request.method not in tuple(PlanMethod):
         raise unknown_name("method", request.method, tuple(PlanMethod))
-    factors = plan_factors(configuration)
-    if not factors:
+    if not configuration.factors:
         raise UsageError("the study has no factors: declare them under [factors] in labbook.toml.")
 
+    @functools.cache
     def draw(n: int) -> Plan:
-        return draw_plan(
-            factors,
-            n,
-            request.runs_per_day,
-            PlanMethod(request.method),
-            request.seed,
-            idle_minutes=configuration.protocol.idle_minutes if request.idle else (),
-            run_duration_s=configuration.protocol.run_duration_s,
-        )
+        method = PlanMethod(request.method)
+        return draw_study_plan(configuration, n, request.runs_per_day, method, request.seed, idle=request.idle)
 
     drawn = draw(request.runs_per_condition)
     with book.reading() as connection:
@@ -99,7 +93,7 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
         planned = {row.name for row in planned_runs(connection)}
         taken = {*run_names(connection), *planned, *withdrawn_names(connection)}
         settings = planned_analysis(connection, configuration).settings
-    days, power, crossing = _tested(drawn, draw, request.runs_per_condition, settings)
+    days, power, crossing = _tested(configuration, draw, request.runs_per_condition, settings)
     names = names_of(drawn, first=_first_free(taken))
     first_day = _start(request.start, configuration.study.time_zone)
     dates = [first_day + datetime.timedelta(days=day) for day in range(len(drawn.days))]
@@ -120,32 +114,43 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
                     for name, run in zip(names, drawn.runs, strict=True)
                 ]
                 state_plan(session, configuration, drawn.seed, drawn.method, entries)
+    idle = sum(run.kind is RunKind.IDLE for run in drawn.runs)
     return PlanMade(
         runs=len(drawn.runs),
         days=len(drawn.days),
         controls=sum(_is_control(drawn, run) for run in drawn.runs),
-        idle=sum(run.kind is RunKind.IDLE for run in drawn.runs),
+        idle=idle,
         shared_days=days,
         power=power,
         crossing=crossing,
         too_few=isinstance(power, Undefined) or (power is not None and power < settings.alpha),
         sheet=str(request.out),
         printed=str(page),
-        remarks=tuple(_remarks(configuration, sum(run.kind is RunKind.IDLE for run in drawn.runs))),
+        remarks=tuple(_remarks(configuration, idle)),
     )
 
 
+def draw_study_plan(
+    configuration: Configuration, n: int, per_day: int, method: PlanMethod, seed: int, *, idle: bool
+) -> Plan:
+    """Draw a plan of the study with n runs of each condition, and the protocol's idle runs if wanted."""
+    protocol = configuration.protocol
+    minutes = protocol.idle_minutes if idle else ()
+    factors, duration_s = plan_factors(configuration), protocol.run_duration_s
+    return draw_plan(factors, n, per_day, method, seed, idle_minutes=minutes, run_duration_s=duration_s)
+
+
 def _tested(
-    drawn: Plan, draw: DrawPlan, n: int, settings: AnalysisSettings
+    configuration: Configuration, draw: DrawPlan, n: int, settings: AnalysisSettings
 ) -> tuple[int | None, float | Undefined | None, Crossing | None]:
     """Return the fewest days that comparisons share, and what they find; None where they do not decide the test."""
-    swept = next((factor.name for factor in drawn.factors if factor.control is not None), None)
+    swept = swept_factor(configuration)
     if swept is None or settings.unit_of_analysis is not UnitOfAnalysis.SHARED_DAYS:
         return None, None, None
-    found = layouts_of(drawn, swept, settings.family)
-    if not found:
-        return None, None, None
     layouts = drawn_layouts(swept, settings.family, draw)
+    found = layouts(n)
+    if isinstance(found, Undefined) or not found:
+        return None, None, None
 
     def plan(n: int) -> Power:
         of_n = layouts(n)
