@@ -203,6 +203,11 @@ class Comparison:
         )
 
     @property
+    def unsure(self) -> str:
+        """What p and intervals of the lead cannot tell; "" where days that hold both sides decide."""
+        return self.one_day_each if self.decision is None else ""
+
+    @property
     def opens(self) -> bool:
         """Whether all levels are pooled: what the page opens with."""
         return self.level == POOLED

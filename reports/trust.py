@@ -90,7 +90,7 @@ def _uncertainty(content: ReportContent) -> str:
         number = overall.savings
     elif len(several) == 1:  # of several groups without an effect over all, none is the answer
         number = several[0].lead.savings or several[0].lead.difference
-    if content.counted != "run" or any(each.decision is None and each.one_day_each for each in several):
+    if content.counted != "run" or any(each.unsure for each in several):
         return ""  # n counts days, or the error leaves out what two days differ by
     squares = [square for each in several if (square := _of_runs(each)) is not None]
     if (

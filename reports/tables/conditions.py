@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from data_schema.outcomes import Outcome
-from reports.content import Condition, Factor, ReportContent, Summary
-from reports.display import DASH, common_places, general_text, level_text, sentence_start, shown_unit, stated_text
+from reports.content import Condition, Factor, ReportContent, RunValue, Summary
+from reports.display import DASH, common_places, general_text, sentence_start, shown_unit, stated_text
 from reports.naming import formula_text, group_name, is_number, level_value, swept_factor, swept_words
 from reports.tables.table import (
     PROVENANCE,
     Cell,
     Column,
-    Row,
+    Columns,
     Table,
     TableKind,
     count,
     interval_cell,
+    interval_title,
     number_cell,
     provenance_cell,
+    table_of,
     tables_of_outcomes,
+    text_column,
     unit_slug,
     value_cell,
     words,
@@ -98,79 +101,65 @@ _SHARED_NOTE = (
 
 
 def _make(content: ReportContent, quantity: Outcome, name: str) -> Table:
-    found = [(block, condition, condition.summary(quantity)) for block, condition in by_group(content)]
-    summaries = [(block, condition, summary) for block, condition, summary in found if summary is not None]
-    places = common_places([summary.mean for _, _, summary in summaries])
+    found = [
+        (block, condition, summary)
+        for block, condition in by_group(content)
+        if (summary := condition.summary(quantity)) is not None
+    ]
+    means = [summary.mean for _, _, summary in found]
+    places = common_places(means)
     unit, factor = shown_unit(quantity.unit)
     slug = unit_slug(quantity.unit)
-    level = level_text(summaries[0][2].mean) if summaries else "CI"
-    columns = (
-        *factor_columns(content),
-        Column("n", ("n_runs",)),
-        Column("jumps", ("n_jumps",), shown=any(summary.jumps is not None for _, _, summary in summaries)),
-        Column("robots", ("robots",), numeric=False, shown=len(content.robots) > 1),
-        Column("mean", (f"mean_{slug}",), unit),
-        Column("SD", (f"sd_{slug}",), unit),
-        Column("SE", (f"se_{slug}",), unit),
-        Column("shared SE", (f"shared_se_{slug}",), unit, shown=False),
-        Column(level, (f"ci_low_{slug}", f"ci_high_{slug}", "ci_level"), unit),
-        PROVENANCE,
+    jumps = any(summary.jumps is not None for _, _, summary in found)
+    several = len(content.robots) > 1
+    columns: Columns[tuple[str, Condition, Summary]] = (
+        (factor_columns(content), lambda row: factor_cells(content, row[1])),
+        (Column("n", ("n_runs",)), lambda row: count(row[2].mean.n)),
+        (Column("jumps", ("n_jumps",), shown=jumps), lambda row: count(row[2].jumps)),
+        (
+            text_column("robots", shown=several),
+            lambda row: words(", ".join(f"{robot} {runs}" for robot, runs in row[2].robots.items())),
+        ),
+        (Column("mean", (f"mean_{slug}",), unit), lambda row: number_cell(row[2].mean, places)),
+        (Column("SD", (f"sd_{slug}",), unit), lambda row: value_cell(row[2].sd, places, factor)),
+        (Column("SE", (f"se_{slug}",), unit), lambda row: value_cell(row[2].mean.se, places, factor)),
+        (
+            Column("shared SE", (f"shared_se_{slug}",), unit, shown=False),
+            lambda row: value_cell(row[2].mean.shared_se, places, factor),
+        ),
+        (
+            Column(interval_title(means), (f"ci_low_{slug}", f"ci_high_{slug}", "ci_level"), unit),
+            lambda row: interval_cell(row[2].mean, places),
+        ),
+        (PROVENANCE, lambda row: provenance_cell(row[2].mean.provenance)),
     )
-    rows = tuple(
-        Row(
-            (*factor_cells(content, condition), *_numbers(summary, places, factor)),
-            block=block,
-            strong=condition.control,
-        )
-        for block, condition, summary in summaries
-    )
-    shared = any((summary.mean.shared_se or 0.0) != 0.0 for _, _, summary in summaries)
+    shared = any((mean.shared_se or 0.0) != 0.0 for mean in means)
     about = f"{quantity.heading} by condition; n counts runs."
-    notes = (about, _SHARED_NOTE if shared else "", _gains_note(content))
-    caption = " ".join(filter(None, notes))
-    return Table(name, caption, columns, rows)
-
-
-def _numbers(summary: Summary, places: int, factor: float) -> tuple[Cell, ...]:
-    mean = summary.mean
-    return (
-        count(mean.n),
-        count(summary.jumps),
-        words(", ".join(f"{robot} {runs}" for robot, runs in summary.robots.items())),
-        number_cell(mean, places),
-        value_cell(summary.sd, places, factor),
-        value_cell(mean.se, places, factor),
-        value_cell(mean.shared_se, places, factor),
-        interval_cell(mean, places),
-        provenance_cell(mean.provenance),
-    )
+    caption = " ".join(filter(None, (about, _SHARED_NOTE if shared else "", _gains_note(content))))
+    return table_of(name, caption, found, columns, block=lambda row: row[0], strong=lambda row: row[1].control)
 
 
 def run_values(content: ReportContent) -> Table:
     """Make the table of what every run contributed to its condition."""
-    columns = (
-        *factor_columns(content),
-        Column("quantity", ("quantity",), numeric=False),
-        Column("run", ("run",), numeric=False),
-        Column("value", ("value", "unit")),
+
+    def value(run: RunValue, quantity: Outcome) -> Cell:
+        unit, factor = shown_unit(quantity.unit)
+        return Cell(f"{general_text(run.value * factor, 5)} {unit}", (run.value, quantity.unit))
+
+    columns: Columns[tuple[str, Condition, Outcome, RunValue]] = (
+        (factor_columns(content), lambda row: factor_cells(content, row[1])),
+        (text_column("quantity"), lambda row: words(row[2])),
+        (text_column("run"), lambda row: words(row[3].run)),
+        (Column("value", ("value", "unit")), lambda row: value(row[3], row[2])),
     )
-    rows = tuple(
-        Row(
-            (
-                *levels,
-                words(quantity),
-                words(run.run),
-                Cell(f"{general_text(run.value * shown_unit(unit)[1], 5)} {shown_unit(unit)[0]}", (run.value, unit)),
-            ),
-            block=block,
-        )
+    rows = [
+        (block, condition, quantity, run)
         for block, condition in by_group(content)
-        for levels in [factor_cells(content, condition)]
         for quantity, summary in condition.summaries.items()
-        for unit in [quantity.unit]
         for run in summary.runs
-    )
-    return Table("run_values", "What each run contributed to its condition.", columns, rows)
+    ]
+    caption = "What each run contributed to its condition."
+    return table_of("run_values", caption, rows, columns, block=lambda row: row[0])
 
 
 BY_CONDITION = tables_of_outcomes("{}_by_condition", _make)

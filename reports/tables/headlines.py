@@ -8,7 +8,7 @@ from reports.display import DASH, common_places, shown_unit
 from reports.evidence import OverallSavings
 from reports.naming import control_name, levels_name, swept_factor, swept_words, treated_levels, treatment_name
 from reports.numbers import Number
-from reports.tables.comparisons import ONE_DAY_EACH, on_one_day_each
+from reports.tables.comparisons import ONE_DAY_EACH, noted
 from reports.tables.table import (
     PROVENANCE,
     Cell,
@@ -95,7 +95,7 @@ def _row(group: str, pair: tuple[Comparison | None, Comparison | None], places: 
         (
             words(group),
             count(len(lead.days)),
-            Cell(f"{lead.n_control}, {lead.n_treatment}", (lead.n_control, lead.n_treatment)),
+            count(lead.n_control, lead.n_treatment),
             *_effect(joules, None if joules is None else joules.lead.savings, places[0]),
             *_effect(apex, None if apex is None else apex.lead.difference, places[1]),
             _NONE if apex is None else Cell("", (len(apex.lead.days), apex.lead.n_control, apex.lead.n_treatment)),
@@ -109,9 +109,8 @@ def _effect(comparison: Comparison | None, number: Number | None, places: int) -
     """Make the cells of an effect, its interval and its p."""
     if comparison is None:
         return Cell(DASH, (None,)), Cell(DASH, (None, None, None)), Cell(DASH, (None,))
-    why = "" if comparison.decision is not None else comparison.one_day_each
     interval, p = interval_cell(number, places), p_cell(comparison.lead.test.p)
-    return number_cell(number, places), on_one_day_each(interval, why), on_one_day_each(p, why)
+    return number_cell(number, places), noted(interval, comparison.unsure), noted(p, comparison.unsure)
 
 
 def _all_groups(content: ReportContent, places: int) -> list[Row]:
@@ -146,8 +145,7 @@ def _runs_of_groups(content: ReportContent, overall: OverallSavings) -> Cell:
     leads = [
         each.lead for each in content.pooled if each.quantity is overall.quantity and each.group in overall.scope.groups
     ]
-    sums = sum(lead.n_control for lead in leads), sum(lead.n_treatment for lead in leads)
-    return Cell(f"{sums[0]}, {sums[1]}", sums)
+    return count(sum(lead.n_control for lead in leads), sum(lead.n_treatment for lead in leads))
 
 
 HEADLINES = TableKind("headlines", headlines)

@@ -11,17 +11,20 @@ from reports.tables.table import (
     PROVENANCE,
     Cell,
     Column,
-    Row,
+    Columns,
     Table,
     TableKind,
     interval_cell,
     interval_title,
     number_cell,
     provenance_cell,
+    table_of,
+    text_column,
     value_cell,
     words,
 )
 
+_NAME = Column("name", ("name",), shown=False)
 _NOTHING = "runs are missing of what it compares"
 
 
@@ -57,73 +60,67 @@ def _sides(content: ReportContent, part: HypothesisPart) -> tuple[str, str]:
 
 
 def _make(content: ReportContent) -> Table:
-    columns = (
-        Column("name", ("name",), shown=False),
-        Column("hypothesis", ("claim", "source"), numeric=False, prose=True),
-        Column("measured", ("verdict",), numeric=False),
-        Column("simulated", ("simulated_verdict",), numeric=False),
-        Column("published", ("published",), numeric=False, prose=True),
+    columns: Columns[Hypothesis] = (
+        (_NAME, lambda one: Cell("", (one.name,))),
+        (
+            Column("hypothesis", ("claim", "source"), numeric=False, prose=True),
+            lambda one: Cell(f"{one.text} ({one.source})" if one.source else one.text, (one.text, one.source)),
+        ),
+        (
+            text_column("measured", "verdict"),
+            lambda one: Cell(str(one.verdict), (str(one.verdict),), note=_why_undecided(content, one)),
+        ),
+        (
+            text_column("simulated", "simulated_verdict"),
+            lambda one: Cell(str(one.simulated_verdict) if one.parts else DASH, (str(one.simulated_verdict),)),
+        ),
+        (text_column("published", prose=True), lambda one: Cell(one.published or DASH, (one.published,))),
     )
-    rows = tuple(
-        Row(
-            (
-                Cell("", (one.name,)),
-                Cell(f"{one.text} ({one.source})" if one.source else one.text, (one.text, one.source)),
-                Cell(str(one.verdict), (str(one.verdict),), note=_why_undecided(content, one)),
-                Cell(str(one.simulated_verdict) if one.parts else DASH, (str(one.simulated_verdict),)),
-                Cell(one.published or DASH, (one.published,)),
-            )
-        )
-        for one in content.hypotheses
-    )
-    return Table("hypotheses", "Hypotheses of the study, by one-sided tests", columns, rows)
+    return table_of("hypotheses", "Hypotheses of the study, by one-sided tests", content.hypotheses, columns)
 
 
 def _in_full(content: ReportContent) -> Table:
-    parts = [part for one in content.hypotheses for part in one.parts]
-    places = common_places([part.measured for part in parts])
-    level = interval_title(part.measured for part in parts if part.untold is None)
-    columns = (
-        Column("name", ("name",), shown=False),
-        Column("compared", ("of", "against"), numeric=False),
-        Column("true if", ("low_percent", "high_percent"), numeric=False),
-        Column("measured", ("measured_percent",), "%"),
-        Column(level, ("ci_low_percent", "ci_high_percent", "ci_level"), "%"),
-        Column("verdict", ("verdict",), numeric=False),
-        Column("simulated", ("simulated_percent",), "%"),
-        Column("std. error", ("simulated_se_percent",), "%"),
-        Column("verdict", ("simulated_verdict",), numeric=False),
-        PROVENANCE,
+    parts = [(one, part) for one in content.hypotheses for part in one.parts]
+    places = common_places([part.measured for _, part in parts])
+    level = interval_title(part.measured for _, part in parts if part.untold is None)
+    columns: Columns[tuple[Hypothesis, HypothesisPart]] = (
+        (_NAME, lambda row: Cell("", (row[0].name,))),
+        (Column("compared", ("of", "against"), numeric=False), lambda row: _compared(content, row[1])),
+        (
+            Column("true if", ("low_percent", "high_percent"), numeric=False),
+            lambda row: Cell(_bounds_text(row[1]), (row[1].low, row[1].high)),
+        ),
+        (Column("measured", ("measured_percent",), "%"), lambda row: number_cell(row[1].measured, places)),
+        (
+            Column(level, ("ci_low_percent", "ci_high_percent", "ci_level"), "%"),
+            lambda row: _interval(content, row[1], places),
+        ),
+        (text_column("verdict"), lambda row: words(str(row[1].verdict))),
+        (Column("simulated", ("simulated_percent",), "%"), lambda row: number_cell(row[1].simulated, places)),
+        (Column("std. error", ("simulated_se_percent",), "%"), lambda row: _simulated_error(row[1], places)),
+        (text_column("verdict", "simulated_verdict"), lambda row: words(str(row[1].simulated_verdict))),
+        (PROVENANCE, lambda row: provenance_cell(row[1].measured.provenance)),
     )
-    rows = [_row(content, one, part, places) for one in content.hypotheses for part in one.parts]
     caption = (
         "Hypotheses, comparison by comparison: change of a mean in percent, or difference of savings in percentage "
         "points. A hypothesis holds where all of its comparisons do, and fails where one does, each at alpha divided "
         "by their number (a wider interval than the one shown)."
     )
-    return Table("hypotheses_in_full", caption, columns, tuple(rows))
+    return table_of("hypotheses_in_full", caption, parts, columns, block=lambda row: row[0].text)
 
 
-def _row(content: ReportContent, one: Hypothesis, part: HypothesisPart, places: int) -> Row:
+def _compared(content: ReportContent, part: HypothesisPart) -> Cell:
     of, against = levels_name(content, part.of), levels_name(content, part.against)
-    interval = interval_cell(part.measured, places)
-    if reason := _reason(content, part):
-        interval = Cell(DASH, (None, None, None), note=reason)
-    return Row(
-        (
-            Cell("", (one.name,)),
-            Cell(f"{of} against {against}" if against else of or "all runs", (of, against)),
-            Cell(_bounds_text(part), (part.low, part.high)),
-            number_cell(part.measured, places),
-            interval,
-            words(str(part.verdict)),
-            number_cell(part.simulated, places),
-            value_cell(None if isinstance(part.simulated.value, Undefined) else part.simulated.se, places),
-            words(str(part.simulated_verdict)),
-            provenance_cell(part.measured.provenance),
-        ),
-        block=one.text,
-    )
+    return Cell(f"{of} against {against}" if against else of or "all runs", (of, against))
+
+
+def _interval(content: ReportContent, part: HypothesisPart, places: int) -> Cell:
+    reason = _reason(content, part)
+    return Cell(DASH, (None, None, None), note=reason) if reason else interval_cell(part.measured, places)
+
+
+def _simulated_error(part: HypothesisPart, places: int) -> Cell:
+    return value_cell(None if isinstance(part.simulated.value, Undefined) else part.simulated.se, places)
 
 
 def _bounds_text(part: HypothesisPart) -> str:

@@ -5,60 +5,75 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from data_schema.outcomes import Outcome
 from data_schema.rounding import decimals_for
 from data_schema.vocabulary import Undefined
-from reports.content import BudgetItem, Condition, Day, DrainFit, Factor, ReportContent
+from reports.content import (
+    Assumed,
+    BudgetItem,
+    Condition,
+    Day,
+    DrainFit,
+    Factor,
+    IdlePoint,
+    PackMean,
+    Provenance,
+    ReportContent,
+    RunPoint,
+    Sensitivity,
+)
 from reports.display import DASH, EQUALS, common_places, level_text, places_of, shown_unit, with_unit
-from reports.flow_steps import flow_lines
+from reports.flow_steps import Step, flow_lines
 from reports.naming import group_name, level_value, swept_factor, swept_words
 from reports.numbers import Number, Value
 from reports.tables.table import (
     PROVENANCE,
     Cell,
     Column,
+    Columns,
     Row,
     Table,
     TableKind,
     count,
     interval_cell,
+    interval_title,
     number_cell,
     provenance_cell,
+    table_of,
+    text_column,
     value_cell,
     words,
 )
 
 
 def _days(content: ReportContent) -> Table:
-    columns = (
-        Column("day", ("day",), numeric=False),
-        Column("runs", ("n_runs", "runs")),
-        Column("conditions", ("conditions",), numeric=False, prose=True),
-        Column("packs", ("packs",), numeric=False, prose=True),
-        Column("checks made", ("checks_made",), numeric=False, prose=True),
-        Column("checks not made", ("checks_not_made",), numeric=False, prose=True),
-        Column("note", ("note",), numeric=False, prose=True, shown=any(day.note for day in content.days)),
-    )
     of_run: dict[str, list[int]] = {}
     for place, condition in enumerate(content.conditions):
         for name in {run.run for summary in condition.summaries.values() for run in summary.runs}:
             of_run.setdefault(name, []).append(place)
-    rows = tuple(Row(_day_cells(content, day, of_run)) for day in content.days)
-    return Table("days", "What was measured and when.", columns, rows)
+    noted = any(day.note for day in content.days)
+    columns: Columns[Day] = (
+        (text_column("day"), lambda day: words(day.date)),
+        (Column("runs", ("n_runs", "runs")), lambda day: Cell(str(len(day.runs)), (len(day.runs), " ".join(day.runs)))),
+        (text_column("conditions", prose=True), lambda day: _conditions_cell(content, day, of_run)),
+        (text_column("packs", prose=True), lambda day: _names_cell(day.packs)),
+        (text_column("checks made", "checks_made", prose=True), lambda day: _names_cell(day.checks_made)),
+        (text_column("checks not made", "checks_not_made", prose=True), lambda day: _names_cell(day.checks_not_made)),
+        (text_column("note", prose=True, shown=noted), lambda day: words(day.note)),
+    )
+    return table_of("days", "What was measured and when.", content.days, columns)
 
 
-def _day_cells(content: ReportContent, day: Day, of_run: Mapping[str, Sequence[int]]) -> tuple[Cell, ...]:
-    """Return a day's cells; `of_run` has the places of the conditions to which a run contributes."""
+def _conditions_cell(content: ReportContent, day: Day, of_run: Mapping[str, Sequence[int]]) -> Cell:
+    """Return a day's conditions; `of_run` has the places of the conditions to which a run contributes."""
     conditions = "; ".join(day.conditions)
     places = sorted({place for run in day.runs for place in of_run.get(run, ())})
     analysed = [content.conditions[place] for place in places]
-    lists = (day.packs, day.checks_made, day.checks_not_made)
-    return (
-        words(day.date),
-        Cell(str(len(day.runs)), (len(day.runs), " ".join(day.runs))),
-        Cell(_conditions_text(content, analysed) or conditions or DASH, (conditions,)),
-        *(Cell(", ".join(names).replace("_", " ") or DASH, (", ".join(names),)) for names in lists),
-        words(day.note),
-    )
+    return Cell(_conditions_text(content, analysed) or conditions or DASH, (conditions,))
+
+
+def _names_cell(names: Sequence[str]) -> Cell:
+    return Cell(", ".join(names).replace("_", " ") or DASH, (", ".join(names),))
 
 
 def _conditions_text(content: ReportContent, conditions: Sequence[Condition]) -> str:
@@ -83,44 +98,34 @@ def _levels_text(swept: Factor | None, conditions: list[Condition]) -> str:
 
 
 def _flow(content: ReportContent) -> Table:
-    columns = (
-        Column("analysis", ("analysis",), numeric=False),
-        Column("step", ("step",), numeric=False),
-        Column("count", ("count",)),
-        Column("left out before it", ("left_out",), numeric=False, prose=True),
+    columns: Columns[tuple[Outcome, Step]] = (
+        (text_column("analysis"), lambda row: words(str(row[0]))),
+        (text_column("step"), lambda row: words(row[1].name)),
+        (Column("count", ("count",)), lambda row: count(row[1].count)),
+        (text_column("left out before it", "left_out", prose=True), lambda row: words("; ".join(row[1].leaving))),
     )
-    rows = tuple(
-        Row((words(str(quantity)), words(step.name), count(step.count), words("; ".join(step.leaving))))
-        for quantity, steps in flow_lines(content.flow).items()
-        for step in steps
-    )
-    return Table("flow", "Runs and jumps, from what was planned to what was analysed.", columns, rows)
+    steps = [(quantity, step) for quantity, steps in flow_lines(content.flow).items() for step in steps]
+    return table_of("flow", "Runs and jumps, from what was planned to what was analysed.", steps, columns)
 
 
 def _assumed(content: ReportContent) -> Table:
-    columns = (
-        Column("parameter", ("parameter",), numeric=False, prose=True),
-        Column("value", ("value",), numeric=False),
-        Column("why", ("why",), numeric=False, prose=True),
-        Column("varied", ("varied",), numeric=False, prose=True),
+    columns: Columns[Assumed] = (
+        (text_column("parameter", prose=True), lambda one: words(one.name)),
+        (text_column("value"), lambda one: words(one.value)),
+        (text_column("why", prose=True), lambda one: words(one.why)),
+        (text_column("varied", prose=True), lambda one: words(one.varied or DASH)),
     )
-    rows = tuple(
-        Row((words(one.name), words(one.value), words(one.why), words(one.varied or DASH))) for one in content.assumed
-    )
-    return Table("assumed", "Parameters without a source.", columns, rows)
+    return table_of("assumed", "Parameters without a source.", content.assumed, columns)
 
 
 def _provenance(content: ReportContent) -> Table:
-    columns = (
-        Column("id", ("id",), numeric=False),
-        Column("number", ("what",), numeric=False, prose=True),
-        Column("inputs", ("n_inputs",)),
-    )
-    rows = tuple(
-        Row((provenance_cell(source.id), words(source.what), count(source.inputs))) for source in content.provenance
+    columns: Columns[Provenance] = (
+        (text_column("id"), lambda source: provenance_cell(source.id)),
+        (text_column("number", "what", prose=True), lambda source: words(source.what)),
+        (Column("inputs", ("n_inputs",)), lambda source: count(source.inputs)),
     )
     caption = "Where each number came from; `labbook why ID` follows it down to the files."
-    return Table("provenance", caption, columns, rows)
+    return table_of("provenance", caption, content.provenance, columns)
 
 
 DAYS = TableKind("days", _days)
@@ -140,38 +145,28 @@ def _shared_text(item: BudgetItem, *, several_robots: bool) -> str:
 
 def _budget(content: ReportContent) -> Table:
     several = len(content.robots) > 1
-    columns = (
-        Column("component", ("component",), numeric=False, prose=True),
-        Column("one run", ("uncertainty_j",), "J a jump"),
-        Column("mean of the runs", ("uncertainty_of_mean_j",), "J a jump"),
-        Column("shared by" if several else "shared by all runs", ("shared",), numeric=False),
-        Column("note", ("note",), numeric=False, prose=True),
-        replace(PROVENANCE, shown=any(item.provenance for item in content.budget)),
-    )
-    rows = tuple(
-        Row(
-            (
-                words(item.component),
-                value_cell(item.joules, _budget_places(item.joules)),
-                value_cell(item.of_mean, _budget_places(item.of_mean)),
-                Cell("", (None,)) if item.total else words(_shared_text(item, several_robots=several)),
-                words(item.note),
-                provenance_cell(item.provenance),
-            ),
-            strong=item.total,
-        )
-        for item in content.budget
+    traced = any(item.provenance for item in content.budget)
+    columns: Columns[BudgetItem] = (
+        (text_column("component", prose=True), lambda item: words(item.component)),
+        (Column("one run", ("uncertainty_j",), "J a jump"), lambda item: _budget_cell(item.joules)),
+        (Column("mean of the runs", ("uncertainty_of_mean_j",), "J a jump"), lambda item: _budget_cell(item.of_mean)),
+        (
+            text_column("shared by" if several else "shared by all runs", "shared"),
+            lambda item: Cell("", (None,)) if item.total else words(_shared_text(item, several_robots=several)),
+        ),
+        (text_column("note", prose=True), lambda item: words(item.note)),
+        (replace(PROVENANCE, shown=traced), lambda item: provenance_cell(item.provenance)),
     )
     caption = (
         "Uncertainty of the joules a jump of a single run, and in the mean over a condition's runs, by source, one "
         f"standard uncertainty each. In a mean the scatter averages out, what runs share does not. "
         f"{content.budget_note}"
     ).rstrip()
-    return Table("uncertainty_budget", caption, columns, rows)
+    return table_of("uncertainty_budget", caption, content.budget, columns, strong=lambda item: item.total)
 
 
-def _budget_places(value: Value | None) -> int:
-    return 2 if value is None or isinstance(value, Undefined) else decimals_for(value)
+def _budget_cell(value: Value | None) -> Cell:
+    return value_cell(value, 2 if value is None or isinstance(value, Undefined) else decimals_for(value))
 
 
 def _drain(content: ReportContent) -> Table:
@@ -190,12 +185,8 @@ def _drain(content: ReportContent) -> Table:
 
 
 def _drain_rows(fit: DrainFit, block: str) -> list[Row]:
-    named = (
-        ("slope", fit.slope),
-        ("intercept", fit.intercept),
-        (f"at {fit.run_duration_min:g} min", fit.at_run),
-    )
-    rows = [Row(_named_cells(name, number), block=block) for name, number in named]
+    named = {"slope": fit.slope, "intercept": fit.intercept, f"at {fit.run_duration_min:g} min": fit.at_run}
+    rows = [Row(_named_cells(name, number), block=block) for name, number in named.items()]
     cells = (
         words("R²"),
         value_cell(fit.r_squared.value, _r_squared_places(fit.r_squared.value)),
@@ -225,101 +216,78 @@ def _named_cells(name: str, number: Number) -> tuple[Cell, ...]:
 
 
 def _idle_runs(content: ReportContent) -> Table:
-    columns = (
-        Column("run", ("run",), numeric=False),
-        Column("duration", ("duration_min",), "min"),
-        Column("charge", ("charge_mah",), "mAh"),
-    )
     fits = content.drains
-    rows = tuple(
-        Row(
-            (words(point.run), value_cell(point.duration_min), value_cell(point.charge_mah)),
-            block=fit.robot if len(fits) > 1 else "",
-        )
-        for fit in fits
-        for point in fit.points
+    columns: Columns[tuple[DrainFit, IdlePoint]] = (
+        (text_column("run"), lambda row: words(row[1].run)),
+        (Column("duration", ("duration_min",), "min"), lambda row: value_cell(row[1].duration_min)),
+        (Column("charge", ("charge_mah",), "mAh"), lambda row: value_cell(row[1].charge_mah)),
     )
-    return Table("idle_runs", "Idle runs that the passive drain is fitted to.", columns, rows)
+    points = [(fit, point) for fit in fits for point in fit.points]
+    caption = "Idle runs that the passive drain is fitted to."
+    return table_of("idle_runs", caption, points, columns, block=lambda row: row[0].robot if len(fits) > 1 else "")
 
 
 def _runs(content: ReportContent) -> Table:
-    columns = (
-        Column("run", ("run",), numeric=False),
-        Column("day", ("day",), numeric=False),
-        Column("position", ("position",)),
-        Column("pack", ("pack",), numeric=False),
-        Column("energy", ("joules_a_jump",), "J a jump"),
-        Column("difference from condition", ("deviation_j",), "J a jump"),
-        Column("control", ("control",), numeric=False),
+    columns: Columns[RunPoint] = (
+        (text_column("run"), lambda point: words(point.run)),
+        (text_column("day"), lambda point: words(point.day)),
+        (Column("position", ("position",)), lambda point: count(point.position)),
+        (text_column("pack"), lambda point: words(point.pack)),
+        (Column("energy", ("joules_a_jump",), "J a jump"), lambda point: value_cell(point.joules, 2)),
+        (
+            Column("difference from condition", ("deviation_j",), "J a jump"),
+            lambda point: value_cell(point.deviation_j, 2),
+        ),
+        (text_column("control"), lambda point: words("yes" if point.control else "no")),
     )
-    rows = tuple(
-        Row(
-            (
-                words(point.run),
-                words(point.day),
-                count(point.position),
-                words(point.pack),
-                value_cell(point.joules, 2),
-                value_cell(point.deviation_j, 2),
-                words("yes" if point.control else "no"),
-            )
-        )
-        for point in content.order.points
-    )
-    return Table("runs", "Every analysed run by day and position in the day.", columns, rows)
+    caption = "Every analysed run by day and position in the day."
+    return table_of("runs", caption, content.order.points, columns)
 
 
 def _packs(content: ReportContent) -> Table:
     means = [summary.mean for summary in content.order.packs]
     places = common_places(means)
     unit = shown_unit(means[0].unit)[0] if means else ""
-    columns = (
-        Column("pack", ("pack",), numeric=False),
-        Column("n", ("n_runs",)),
-        Column("mean", ("mean",), unit),
-        Column(level_text(means[0]) if means else "CI", ("ci_low", "ci_high", "ci_level"), unit),
-        replace(PROVENANCE, shown=any(mean.provenance for mean in means)),
+    traced = any(mean.provenance for mean in means)
+    columns: Columns[PackMean] = (
+        (text_column("pack"), lambda summary: words(summary.pack)),
+        (Column("n", ("n_runs",)), lambda summary: count(summary.mean.n)),
+        (Column("mean", ("mean",), unit), lambda summary: number_cell(summary.mean, places)),
+        (
+            Column(interval_title(means), ("ci_low", "ci_high", "ci_level"), unit),
+            lambda summary: interval_cell(summary.mean, places),
+        ),
+        (replace(PROVENANCE, shown=traced), lambda summary: provenance_cell(summary.mean.provenance)),
     )
-    rows = tuple(
-        Row(
-            (
-                words(summary.pack),
-                count(summary.mean.n),
-                number_cell(summary.mean, places),
-                interval_cell(summary.mean, places),
-                provenance_cell(summary.mean.provenance),
-            )
-        )
-        for summary in content.order.packs
-    )
-    return Table("packs", "Joules a jump by battery pack, as in the figure.", columns, rows)
+    return table_of("packs", "Joules a jump by battery pack, as in the figure.", content.order.packs, columns)
 
 
 def _sensitivity(content: ReportContent) -> Table:
-    columns = (
-        Column("computed", ("variant",), numeric=False),
-        Column("n", ("n",)),
-        Column("value", ("value",)),
-        Column("CI", ("ci_low", "ci_high", "ci_level")),
-        Column("unit", ("unit",), numeric=False),
-        PROVENANCE,
+    # CSV has the stored unit beside the stored value, the page the unit shown.
+    columns: Columns[tuple[Sensitivity, str, Number]] = (
+        (text_column("computed", "variant"), lambda row: words(row[1])),
+        (Column("n", ("n",)), lambda row: count(row[2].n)),
+        (Column("value", ("value",)), lambda row: number_cell(row[2], common_places([row[0].as_reported]))),
+        (
+            Column("CI", ("ci_low", "ci_high", "ci_level")),
+            lambda row: interval_cell(row[2], common_places([row[0].as_reported])),
+        ),
+        (text_column("unit"), lambda row: Cell(shown_unit(row[2].unit)[0], (row[2].unit,))),
+        (PROVENANCE, lambda row: provenance_cell(row[2].provenance)),
     )
-    rows = []
-    for one in content.sensitivity:
-        places = common_places([one.as_reported])
-        for label, number in (("as reported", one.as_reported), *((v.label, v.number) for v in one.variants)):
-            # CSV has the stored unit beside the stored value, the page the unit shown.
-            cells = (
-                words(label),
-                count(number.n),
-                number_cell(number, places),
-                interval_cell(number, places),
-                Cell(shown_unit(number.unit)[0], (number.unit,)),
-                provenance_cell(number.provenance),
-            )
-            rows.append(Row(cells, block=one.headline, strong=number is one.as_reported))
-    caption = "Each headline as reported and recomputed another way."
-    return Table("sensitivity", caption, columns, tuple(rows))
+    rows = [
+        (one, label, number)
+        for one in content.sensitivity
+        for label, number in (("as reported", one.as_reported), *((v.label, v.number) for v in one.variants))
+    ]
+    return table_of(
+        "sensitivity",
+        "Each headline as reported and recomputed another way.",
+        rows,
+        columns,
+        block=lambda row: row[0].headline,
+        strong=lambda row: row[2] is row[0].as_reported,
+    )
 
 
 UNCERTAINTY_BUDGET = TableKind("uncertainty_budget", _budget)

@@ -21,8 +21,22 @@ from reports.display import (
     with_unit,
 )
 from reports.naming import level_names, levels_name
+from reports.numbers import Number
 from reports.predicted import AssumedInput, Judged, JudgedGroup, PredictedQuantity
-from reports.tables.table import PROVENANCE, Cell, Column, Row, Table, TableKind, count, p_cell, provenance_cell, words
+from reports.tables.table import (
+    PROVENANCE,
+    Cell,
+    Column,
+    Columns,
+    Table,
+    TableKind,
+    count,
+    p_cell,
+    provenance_cell,
+    table_of,
+    text_column,
+    words,
+)
 
 _NAMED = 2
 """Groups that a sentence names before it only counts them."""
@@ -147,30 +161,49 @@ def _where(content: ReportContent, groups: Sequence[JudgedGroup], chosen: Sequen
     return f" in {len(chosen)} of {count_text(len(groups), 'group')}"
 
 
-_COLUMNS = (
-    Column("quantity", ("quantity",), numeric=False),
-    Column("group", ("group",), numeric=False),
-    Column("days", ("days",)),
-    Column("runs", ("n",), shown=False),
-    Column("measured", ("measured",), shown=False),
-    Column("predicted", ("predicted",), shown=False),
-    Column("bias", ("bias", "unit")),
-    Column("95\u00a0% CI", ("ci_low", "ci_high")),
-    Column("by measurement alone", ("ci_low_measured", "ci_high_measured"), shown=False),
-    Column("p", ("p",)),
-    Column("verdict", ("verdict",), numeric=False, prose=True),
-    Column("joint test", ("joint_p", "kendall_tau", "joint_id", "kendall_tau_id"), shown=False),
-    PROVENANCE,
-)
-
-
 def _make(content: ReportContent) -> Table:
-    rows = [_row(content, one, group) for one in content.predictions.judged for group in one.groups]
+    columns: Columns[tuple[Judged, JudgedGroup]] = (
+        (text_column("quantity"), lambda row: words(str(row[0].quantity))),
+        (text_column("group"), lambda row: words(levels_name(content, row[1].group) or "all runs")),
+        (Column("days", ("days",)), lambda row: count(row[1].days)),
+        (Column("runs", ("n",), shown=False), lambda row: count(row[1].bias.n)),
+        (Column("measured", ("measured",), shown=False), lambda row: Cell("", (row[1].measured.value,))),
+        (Column("predicted", ("predicted",), shown=False), lambda row: Cell("", (row[1].predicted.value,))),
+        (Column("bias", ("bias", "unit")), lambda row: _bias(row[1].bias, _places_of_biases(row[0]))),
+        (
+            Column("95\u00a0% CI", ("ci_low", "ci_high")),
+            lambda row: Cell(
+                interval_text(row[1].bias, _places_of_biases(row[0])), (row[1].bias.ci_low, row[1].bias.ci_high)
+            ),
+        ),
+        (
+            Column("by measurement alone", ("ci_low_measured", "ci_high_measured"), shown=False),
+            lambda row: Cell("", (row[1].of_measured.ci_low, row[1].of_measured.ci_high)),
+        ),
+        (Column("p", ("p",)), lambda row: p_cell(row[1].p.value)),
+        (text_column("verdict", prose=True), lambda row: words(_group_verdict(row[1], _places_of_biases(row[0])))),
+        (
+            Column("joint test", ("joint_p", "kendall_tau", "joint_id", "kendall_tau_id"), shown=False),
+            lambda row: _joint(row[0]),
+        ),
+        (PROVENANCE, lambda row: provenance_cell(row[1].bias.provenance)),
+    )
     caption = (
         "Predicted less measured by day; intervals hold both errors. Joint p: Bonferroni's; "
         f"\u03c4: Kendall's, of groups.{_other_units(content)}"
     )
-    return Table("prediction_bias", caption, _COLUMNS, tuple(rows))
+    groups = [(one, group) for one in content.predictions.judged for group in one.groups]
+    return table_of("prediction_bias", caption, groups, columns)
+
+
+def _bias(bias: Number, places: int) -> Cell:
+    shown = as_shown(bias)
+    return Cell(with_unit(value_text(shown.value, places), shown.unit), (bias.value, bias.unit))
+
+
+def _joint(one: Judged) -> Cell:
+    tau, tau_id = (None, None) if one.tau is None else (one.tau.value, one.tau.provenance)
+    return Cell("", (one.joint_p.value, tau, one.joint_p.provenance, tau_id))
 
 
 def _other_units(content: ReportContent) -> str:
@@ -180,29 +213,6 @@ def _other_units(content: ReportContent) -> str:
         for factor in content.factors
         if (factor.slope is not None or factor.unit)
         and (unit := content.predictions.units.get(factor.name, factor.unit)) != factor.unit
-    )
-
-
-def _row(content: ReportContent, one: Judged, group: JudgedGroup) -> Row:
-    bias, places = group.bias, _places_of_biases(one)
-    shown = as_shown(bias)
-    tau, tau_id = (None, None) if one.tau is None else (one.tau.value, one.tau.provenance)
-    return Row(
-        (
-            words(str(one.quantity)),
-            words(levels_name(content, group.group) or "all runs"),
-            count(group.days),
-            count(bias.n),
-            Cell("", (group.measured.value,)),
-            Cell("", (group.predicted.value,)),
-            Cell(with_unit(value_text(shown.value, places), shown.unit), (bias.value, bias.unit)),
-            Cell(interval_text(bias, places), (bias.ci_low, bias.ci_high)),
-            Cell("", (group.of_measured.ci_low, group.of_measured.ci_high)),
-            p_cell(group.p.value),
-            words(_group_verdict(group, places)),
-            Cell("", (one.joint_p.value, tau, one.joint_p.provenance, tau_id)),
-            provenance_cell(bias.provenance),
-        ),
     )
 
 

@@ -16,13 +16,15 @@ from reports.tables.table import (
     PROVENANCE,
     Cell,
     Column,
-    Row,
+    Columns,
     Table,
     TableKind,
     count,
     interval_cell,
     number_cell,
     provenance_cell,
+    table_of,
+    text_column,
     unit_slug,
     value_cell,
     words,
@@ -128,80 +130,72 @@ def _published(found: PublishedResult | None) -> Cell:
 
 def _make(content: ReportContent, quantity: PredictedQuantity, name: str) -> Table:
     items = content.predictions.of(quantity)
-    published = [Column("published (thesis)", ("published", "published_unit", "published_in"), numeric=False)]
-    published = published if any(item.published for item in items) else []
+    traced = Column("published (thesis)", ("published", "published_unit", "published_in"), numeric=False)
     stored = _STORED_UNITS[quantity]
     unit, slug = shown_unit(stored)[0], unit_slug(stored)
     places = common_places([item.measured for item in items])
     finer = max(places, common_places([item.predicted for item in items], places))
     level = level_text(items[0].measured) if items else "CI"
-    columns = (
-        Column("condition", ("group", "level"), numeric=False),
-        Column("n", ("n_runs",)),
-        Column("measured", (f"measured_{slug}",), unit),
-        Column(level, (f"ci_low_{slug}", f"ci_high_{slug}", "ci_level"), unit),
-        Column("predicted", (f"predicted_{slug}",), unit),
-        Column("std. error", (f"predicted_se_{slug}",), unit),
-        Column("numerical error", (f"numerical_error_{slug}",), unit, shown=False),
-        Column("difference", (f"difference_{slug}",), unit),
-        Column("ratio", ("error_ratio",)),
-        Column("agree", ("agrees",), numeric=False),
-        *published,
-        PROVENANCE,
+    columns: Columns[Prediction] = (
+        (
+            Column("condition", ("group", "level"), numeric=False),
+            lambda item: Cell(level_text_of(content, item), (levels_name(content, item.group), item.level)),
+        ),
+        (Column("n", ("n_runs",)), lambda item: count(item.n)),
+        (Column("measured", (f"measured_{slug}",), unit), lambda item: number_cell(item.measured, places)),
+        (
+            Column(level, (f"ci_low_{slug}", f"ci_high_{slug}", "ci_level"), unit),
+            lambda item: interval_cell(item.measured, places),
+        ),
+        (Column("predicted", (f"predicted_{slug}",), unit), lambda item: _predicted(item, finer)),
+        (Column("std. error", (f"predicted_se_{slug}",), unit), lambda item: _error(item.predicted, finer)),
+        (
+            Column("numerical error", (f"numerical_error_{slug}",), unit, shown=False),
+            lambda item: Cell("", (item.numerical_error,)),
+        ),
+        (Column("difference", (f"difference_{slug}",), unit), lambda item: number_cell(item.difference, places)),
+        (Column("ratio", ("error_ratio",)), lambda item: value_cell(item.error_ratio, 2)),
+        (
+            text_column("agree", "agrees"),
+            lambda item: _UNSURE if item.unsure and item.agrees is None else _VERDICTS[item.agrees],
+        ),
+        *(((traced, lambda item: _published(item.published)),) if any(item.published for item in items) else ()),
+        (PROVENANCE, lambda item: provenance_cell(item.predicted.provenance)),
     )
-    rows = tuple(
-        Row(
-            (
-                Cell(level_text_of(content, item), (levels_name(content, item.group), item.level)),
-                count(item.n),
-                number_cell(item.measured, places),
-                interval_cell(item.measured, places),
-                _predicted(item, finer),
-                _error(item.predicted, finer),
-                Cell("", (item.numerical_error,)),
-                number_cell(item.difference, places),
-                value_cell(item.error_ratio, 2),
-                _UNSURE if item.unsure and item.agrees is None else _VERDICTS[item.agrees],
-                *(_published(item.published) for _column in published),
-                provenance_cell(item.predicted.provenance),
-            ),
-            block=block_of(content, item),
-            strong=item.level == POOLED,
-        )
-        for item in items
+    return table_of(
+        name,
+        f"{title_text(quantity)}; {LEGEND}",
+        items,
+        columns,
+        block=lambda item: block_of(content, item),
+        strong=lambda item: item.level == POOLED,
     )
-    return Table(name, f"{title_text(quantity)}; {LEGEND}", columns, rows)
 
 
 def _assumed(content: ReportContent) -> Table:
     quantities = [of for of in PredictedQuantity if of in _ALWAYS or content.predictions.of(of)]
-    columns = (
-        Column("input", ("input",), numeric=False),
-        Column("value", ("value", "unit"), numeric=False),
-        Column("why", ("why",), numeric=False, prose=True),
-        Column("varied by", ("varied_by",), "%"),
-        *(
-            Column(_HEADS[of], (f"{of.name.lower()}_{unit_slug(_STORED_UNITS[of])}",), shown_unit(_STORED_UNITS[of])[0])
-            for of in quantities
-        ),
+    changed = tuple(
+        Column(_HEADS[of], (f"{of.name.lower()}_{unit_slug(_STORED_UNITS[of])}",), shown_unit(_STORED_UNITS[of])[0])
+        for of in quantities
     )
-    rows = tuple(
-        Row(
-            (
-                words(one.name),
-                Cell(with_unit(stated_text(one.value), one.unit), (one.value, one.unit)),
-                words(one.why),
-                Cell(stated_text(100.0 * one.varied_by), (one.varied_by,)),
-                *(_change(one, of) for of in quantities),
-            )
-        )
-        for one in content.predictions.assumed
+    columns: Columns[AssumedInput] = (
+        (text_column("input"), lambda one: words(one.name)),
+        (
+            Column("value", ("value", "unit"), numeric=False),
+            lambda one: Cell(with_unit(stated_text(one.value), one.unit), (one.value, one.unit)),
+        ),
+        (text_column("why", prose=True), lambda one: words(one.why)),
+        (
+            Column("varied by", ("varied_by",), "%"),
+            lambda one: Cell(stated_text(100.0 * one.varied_by), (one.varied_by,)),
+        ),
+        (changed, lambda one: tuple(_change(one, of) for of in quantities)),
     )
     caption = (
         "Inputs of the simulation without a source, and the most that raising or lowering each by its part changes in "
         "any condition (savings: in percentage points)."
     )
-    return Table("predicted_inputs", caption, columns, rows)
+    return table_of("predicted_inputs", caption, content.predictions.assumed, columns)
 
 
 def _change(one: AssumedInput, quantity: PredictedQuantity) -> Cell:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias, TypeVar
 
 from data_schema.notebook import table_html
 from data_schema.vocabulary import Undefined
 from reports.content import Outcome, ReportContent
-from reports.display import DASH, as_shown, decimal_text, degrees_text, interval_text, level_text, p_text, value_text
+from reports.display import DASH, decimal_text, degrees_text, interval_text, level_text, p_text, shown_unit, value_text
 from reports.numbers import Number, SignificanceTest, Value
 
 Raw = str | int | float | Undefined | None
@@ -128,6 +129,32 @@ class TableKind:
     by_run: bool = False
 
 
+T = TypeVar("T")
+Columns: TypeAlias = Sequence[tuple[Column | tuple[Column, ...], Callable[[T], Cell | tuple[Cell, ...]]]]
+"""Columns, each with what makes its cell of an item; several that belong together with what makes theirs."""
+
+
+def table_of(
+    name: str,
+    caption: str,
+    items: Iterable[T],
+    columns: Columns[T],
+    *,
+    block: Callable[[T], str] = lambda _item: "",
+    strong: Callable[[T], bool] = lambda _item: False,
+    anchor: Callable[[T], str] = lambda _item: "",
+) -> Table:
+    """Make a table with a row an item."""
+    rows = tuple(
+        Row(tuple(_flat(make(item) for _, make in columns)), block(item), strong(item), anchor(item)) for item in items
+    )
+    return Table(name, caption, tuple(_flat(column for column, _ in columns)), rows)
+
+
+def _flat(parts: Iterable[T | tuple[T, ...]]) -> Iterable[T]:
+    return (one for part in parts for one in (part if isinstance(part, tuple) else (part,)))
+
+
 def tables_of_outcomes(name: str, make: Callable[[ReportContent, Outcome, str], Table]) -> tuple[TableKind, ...]:
     """Make a table an outcome; `{}` in its name is the outcome's key."""
 
@@ -138,14 +165,19 @@ def tables_of_outcomes(name: str, make: Callable[[ReportContent, Outcome, str], 
     return tuple(map(of, Outcome))
 
 
+def text_column(title: str, field: str = "", *, prose: bool = False, shown: bool = True) -> Column:
+    """Make a column of words; its field is its title if not given."""
+    return Column(title, (field or title,), numeric=False, prose=prose, shown=shown)
+
+
 def words(text: str) -> Cell:
     """Make a cell of plain text."""
     return Cell(text, (text,))
 
 
-def count(number: int | None) -> Cell:
-    """Make a cell of a count; None is a dash."""
-    return Cell(DASH if number is None else str(number), (number,))
+def count(*numbers: int | None) -> Cell:
+    """Make a cell of a count, or of the counts of both sides; None is a dash."""
+    return Cell(", ".join(DASH if number is None else str(number) for number in numbers), numbers)
 
 
 def value_cell(value: Value | None, places: int | None = None, factor: float = 1.0) -> Cell:
@@ -157,12 +189,7 @@ def value_cell(value: Value | None, places: int | None = None, factor: float = 1
 
 def number_cell(number: Number | None, places: int | None = None) -> Cell:
     """Make a cell of a number's value in the unit it is shown in."""
-    if number is None:
-        return Cell(DASH, (None,))
-    shown = as_shown(number).value
-    if isinstance(shown, Undefined):
-        return Cell(DASH, (number.value,), note=shown.reason)
-    return Cell(value_text(shown, places), (number.value,))
+    return value_cell(None) if number is None else value_cell(number.value, places, shown_unit(number.unit)[1])
 
 
 def interval_cell(number: Number | None, places: int | None = None) -> Cell:

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
-from reports.content import Comparison, ReportContent
-from reports.display import DASH, common_places, level_text, shown_unit
+from reports.content import Anova, Comparison, ReportContent
+from reports.display import DASH, common_places, level_text
 from reports.evidence import Equivalence
 from reports.naming import levels_name, swept_factor, swept_words
 from reports.remarks import FOOTNOTE
@@ -16,136 +16,104 @@ from reports.tables.comparisons import (
     COMPARISON,
     EXPLORATORY,
     ONE_DAY_EACH,
-    exploratory_note,
-    on_one_day_each,
+    Found,
+    compared,
+    difference_columns,
+    noted,
     over_runs,
-    placed,
     reasons_note,
 )
 from reports.tables.table import (
     PROVENANCE,
     Cell,
     Column,
-    Row,
+    Columns,
     Table,
     TableKind,
     count,
     interval_cell,
-    interval_title,
     number_cell,
     p_cell,
     provenance_cell,
     statistic_cells,
     statistic_columns,
+    table_of,
     tables_of_outcomes,
     unit_slug,
     words,
 )
 
+_BY_RUNS: Columns[Found[Comparison]] = (
+    (Column("chosen", ("test",), numeric=False), lambda row: words(row.shown.test.name)),
+    (statistic_columns("t", "t"), lambda row: over_runs(row.shown.test, row.shown.one_day_each)),
+    (statistic_columns("Welch t", "welch"), lambda row: over_runs(row.shown.welch, row.shown.one_day_each)),
+)
+
 
 def _tests(content: ReportContent, quantity: Outcome, name: str) -> Table:
-    comparisons = [c for c in content.comparisons if c.quantity is quantity]
+    found = [Found(each, each) for each in content.comparisons if each.quantity is quantity]
     slug = unit_slug(quantity.unit)
     spread, spread_p = statistic_columns("Brown-Forsythe F", "brown_forsythe", 2)
-    spread_tested = any(comparison.brown_forsythe is not None for comparison in comparisons)
-    columns = (
-        COMPARISON,
-        *statistic_columns("F", "f", 2),
-        replace(spread, shown=False),
-        replace(spread_p, title="Brown-Forsythe p", shown=spread_tested),
-        Column("chosen", ("test",), numeric=False),
-        *statistic_columns("t", "t"),
-        *statistic_columns("Welch t", "welch"),
-        Column("Welch CI", (f"welch_ci_low_{slug}", f"welch_ci_high_{slug}", "welch_ci_level"), shown=False),
-        ONE_DAY_EACH,
-    )
-    rows = tuple(
-        Row(
-            (
-                first,
-                *statistic_cells(comparison.variance_test, 2),
-                *statistic_cells(comparison.brown_forsythe, 2),
-                words(comparison.test.name),
-                *over_runs(comparison.test, comparison.one_day_each),
-                *over_runs(comparison.welch, comparison.one_day_each),
-                interval_cell(comparison.welch_difference),
-                words(comparison.one_day_each),
-            ),
-            block=block,
-        )
-        for comparison, first, block in placed(content, comparisons)
+    spread_tested = any(comparison.brown_forsythe is not None for comparison, _ in found)
+    columns: Columns[Found[Comparison]] = (
+        (statistic_columns("F", "f", 2), lambda row: statistic_cells(row.shown.variance_test, 2)),
+        (
+            (replace(spread, shown=False), replace(spread_p, title="Brown-Forsythe p", shown=spread_tested)),
+            lambda row: statistic_cells(row.shown.brown_forsythe, 2),
+        ),
+        *_BY_RUNS,
+        (
+            Column("Welch CI", (f"welch_ci_low_{slug}", f"welch_ci_high_{slug}", "welch_ci_level"), shown=False),
+            lambda row: interval_cell(row.shown.welch_difference),
+        ),
+        (ONE_DAY_EACH, lambda row: words(row.shown.one_day_each)),
     )
     beside = ", and Brown and Forsythe's test beside F" if spread_tested else ""
     caption = (
         f"Tests of the comparisons of {quantity} on {content.counted} means: the F-test for equal variances chooses "
         f"Student's or Welch's t; Welch's stands beside it always{beside}."
     )
-    return Table(name, caption, columns, rows)
+    return compared(name, caption, content, found, columns)
 
 
 def _jump_tests(content: ReportContent) -> Table:
-    columns = (
-        COMPARISON,
-        Column("jumps", ("n_control", "n_treatment")),
-        *statistic_columns("F", "f", 2),
-        Column("chosen", ("test",), numeric=False),
-        *statistic_columns("t", "t"),
-        *statistic_columns("Welch t", "welch"),
-        EXPLORATORY,
-        ONE_DAY_EACH,
+    columns: Columns[Found[Comparison]] = (
+        (Column("jumps", ("n_control", "n_treatment")), lambda row: count(row.shown.n_control, row.shown.n_treatment)),
+        (statistic_columns("F", "f", 2), lambda row: statistic_cells(row.shown.variance_test, 2)),
+        *_BY_RUNS,
+        (EXPLORATORY, lambda row: words(row.shown.exploratory)),
+        (ONE_DAY_EACH, lambda row: words(row.shown.one_day_each)),
     )
-    rows = tuple(
-        Row(
-            (
-                first,
-                Cell(f"{count(comparison.n_control).text}, {count(comparison.n_treatment).text}",
-                     (comparison.n_control, comparison.n_treatment)),
-                *statistic_cells(comparison.variance_test, 2),
-                words(comparison.test.name),
-                *over_runs(comparison.test, comparison.one_day_each),
-                *over_runs(comparison.welch, comparison.one_day_each),
-                words(comparison.exploratory),
-                words(comparison.one_day_each),
-            ),
-            block=block,
-        )
-        for comparison, first, block in placed(content, content.jump_comparisons)
-    )  # fmt: skip
     caption = (
         "Apex heights by the thesis's route, the same tests over single jumps. It takes all jumps as independent, "
         "while jumps of one run share its bed, pack and day: the true p is larger. No claim rests on this table."
-        f"{exploratory_note(content.jump_comparisons)}"
+        f"{reasons_note(comparison.exploratory for comparison in content.jump_comparisons)}"
     )
-    return Table("tests_jumps", caption, columns, rows)
+    return compared("tests_jumps", caption, content, [Found(each, each) for each in content.jump_comparisons], columns)
 
 
 def _anovas(content: ReportContent) -> Table:
-    columns = (
-        Column("group", ("group",), numeric=False),
-        Column("n", ("n_runs",)),
-        *statistic_columns("F", "f", 2),
-        PROVENANCE,
-        EXPLORATORY,
-        ONE_DAY_EACH,
-    )
-    rows = tuple(
-        Row(
-            (
-                words(levels_name(content, anova.group) or anova.label),
-                count(anova.n),
-                *over_runs(anova.test, anova.one_day_each, 2),
-                provenance_cell(anova.provenance),
-                words(anova.exploratory),
-                words(anova.one_day_each),
-            ),
-            block=f"{anova.quantity} (exploratory)" if anova.exploratory else str(anova.quantity),
-        )
-        for anova in content.anovas
+    columns: Columns[Anova] = (
+        (
+            Column("group", ("group",), numeric=False),
+            lambda anova: words(levels_name(content, anova.group) or anova.label),
+        ),
+        (Column("n", ("n_runs",)), lambda anova: count(anova.n)),
+        (statistic_columns("F", "f", 2), lambda anova: over_runs(anova.test, anova.one_day_each, 2)),
+        (PROVENANCE, lambda anova: provenance_cell(anova.provenance)),
+        (EXPLORATORY, lambda anova: words(anova.exploratory)),
+        (ONE_DAY_EACH, lambda anova: words(anova.one_day_each)),
     )
     swept = swept_words(swept_factor(content)).coefficient
     caption = f"One-way analysis of variance over the levels of the {swept} in each group, control left out."
     caption += reasons_note(anova.exploratory for anova in content.anovas)
-    return Table("anovas", caption, columns, rows)
+    return table_of(
+        "anovas",
+        caption,
+        content.anovas,
+        columns,
+        block=lambda anova: f"{anova.quantity} (exploratory)" if anova.exploratory else str(anova.quantity),
+    )
 
 
 TESTS = tables_of_outcomes("tests_{}", _tests)
@@ -157,64 +125,50 @@ ANOVAS = TableKind("anovas", _anovas)
 _VERDICTS = {True: "shown", False: "not shown", None: DASH}
 
 
-def _why_exploratory(comparison: Comparison) -> str:
-    return "" if comparison.lead.equivalence is None else comparison.lead.equivalence.exploratory
-
-
 def _equivalence(content: ReportContent) -> Table:
-    tested = [comparison for comparison in content.comparisons if comparison.lead.equivalence is not None]
-    found = [comparison.lead.equivalence for comparison in tested if comparison.lead.equivalence is not None]
+    found = [Found(each, tested) for each in content.comparisons if (tested := each.lead.equivalence) is not None]
     if not found:
         return Table("equivalence", "Apex heights are not tested for equivalence.", (COMPARISON,), ())
-    estimates = [item.estimate for item in found]
+    estimates = [item.estimate for _, item in found]
     unit = estimates[0].unit
-    slug, shown = unit_slug(unit), shown_unit(unit)[0]
-    places = common_places(estimates)
-    columns = (
-        COMPARISON,
-        Column("n", ("n_control", "n_treatment")),
-        Column("difference", (f"difference_{slug}",), shown),
-        Column(interval_title(estimates), (f"ci_low_{slug}", f"ci_high_{slug}", "ci_level"), shown),
-        *(replace(column, shown=False) for column in statistic_columns("t, lower", "t_low")),
-        *(replace(column, shown=False) for column in statistic_columns("t, upper", "t_high")),
-        Column("p", ("tost_p",)),
-        Column("equivalence", ("equivalent",), numeric=False),
-        Column("bounds", (f"bound_low_{slug}", f"bound_high_{slug}"), shown=False),
-        PROVENANCE,
-        EXPLORATORY,
-        ONE_DAY_EACH,
-    )
-    rows = tuple(
-        Row(
-            (
-                first,
-                Cell(f"{lead.n_control}, {lead.n_treatment}", (lead.n_control, lead.n_treatment)),
-                number_cell(item.estimate, places),
-                on_one_day_each(interval_cell(item.estimate, places), why),
-                *statistic_cells(item.at_low),
-                *statistic_cells(item.at_high),
-                on_one_day_each(p_cell(item.p), why),
-                _verdict(item, why),
-                Cell(bounds_text(item), (item.low, item.high)),
-                provenance_cell(item.estimate.provenance),
-                words(item.exploratory),
-                words(comparison.one_day_each),
+    slug, places = unit_slug(unit), common_places(estimates)
+
+    def one_sided(side: str) -> tuple[Column, ...]:
+        of_side = statistic_columns(f"t, {side}", "t_low" if side == "lower" else "t_high")
+        return tuple(replace(column, shown=False) for column in of_side)
+
+    columns: Columns[Found[Equivalence]] = (
+        (
+            Column("n", ("n_control", "n_treatment")),
+            lambda row: count(row.comparison.lead.n_control, row.comparison.lead.n_treatment),
+        ),
+        (
+            difference_columns(estimates, unit),
+            lambda row: (
+                number_cell(row.shown.estimate, places),
+                noted(interval_cell(row.shown.estimate, places), row.comparison.unsure),
             ),
-            block=block,
-        )
-        for comparison, first, block in placed(content, tested, _why_exploratory)
-        for lead, why in [(comparison.lead, "" if comparison.decision is not None else comparison.one_day_each)]
-        for item in [lead.equivalence]
-        if item is not None
-    )  # fmt: skip
-    by = "by the days that hold both" if any(each.decision is not None for each in tested) else "by Welch"
+        ),
+        (one_sided("lower"), lambda row: statistic_cells(row.shown.at_low)),
+        (one_sided("upper"), lambda row: statistic_cells(row.shown.at_high)),
+        (Column("p", ("tost_p",)), lambda row: noted(p_cell(row.shown.p), row.comparison.unsure)),
+        (Column("equivalence", ("equivalent",), numeric=False), lambda row: _verdict(row.shown, row.comparison.unsure)),
+        (
+            Column("bounds", (f"bound_low_{slug}", f"bound_high_{slug}"), shown=False),
+            lambda row: Cell(bounds_text(row.shown), (row.shown.low, row.shown.high)),
+        ),
+        (PROVENANCE, lambda row: provenance_cell(row.shown.estimate.provenance)),
+        (EXPLORATORY, lambda row: words(row.shown.exploratory)),
+        (ONE_DAY_EACH, lambda row: words(row.comparison.one_day_each)),
+    )
+    by = "by the days that hold both" if any(each.decision is not None for each, _ in found) else "by Welch"
     of_mean = " of the control's mean" if unit == "%" else ""
     caption = (
-        f"Apex heights against the bounds {bounds_text(found[0])}{of_mean}: two one-sided tests {by} (TOST), p "
+        f"Apex heights against the bounds {bounds_text(found[0].shown)}{of_mean}: two one-sided tests {by} (TOST), p "
         f"the larger of both. Equivalence is shown where both reject, that is where the {level_text(estimates[0])} "
-        f"lies within the bounds.{exploratory_note(tested, _why_exploratory)}"
+        f"lies within the bounds.{reasons_note(item.exploratory for _, item in found)}"
     )
-    return Table("equivalence", caption, columns, rows)
+    return compared("equivalence", caption, content, found, columns, lambda row: row.shown.exploratory)
 
 
 def _verdict(item: Equivalence, one_day_each: str) -> Cell:
