@@ -197,7 +197,6 @@ def parts(
         part_lines,
         parts_data,
         parts_markdown,
-        parts_rows,
         parts_tables,
     )
 
@@ -206,14 +205,12 @@ def parts(
         return
     lines = parts_markdown().splitlines()
     if not markdown:
-        tables = parts_tables().values()
-        lines = [line for table in tables for line in (table.caption, "", *columns(*_headed(parts_rows(table))), "")]
+        lines = []
+        for table in parts_tables().values():
+            head, *rows = table.texts
+            lines += [table.caption, "", *columns(head, rows), ""]
         lines.append("labbook sim parts NAME says more of one of them.")
     emit(parts_data(), lines, as_json)
-
-
-def _headed(rows: list[list[str]]) -> tuple[list[str], list[list[str]]]:
-    return rows[0], rows[1:]
 
 
 @app.command()
@@ -327,11 +324,11 @@ def figures(
     Example: labbook sim figures --only 3.8 --format pdf --out paper
     """
     from labbook.actions.simulate.thesis_figures import THESIS_FIGURES, write_thesis_figures
-    from labbook.presenting.simulation.published_results import claims_data, claims_rows
+    from labbook.presenting.simulation.published_results import claims_data, claims_table, short_rows
 
     with progress("figures", len(only or THESIS_FIGURES) + 1, shown=not as_json) as step:
         written = write_thesis_figures(out, form, only or (), step)
-    head, *rows = claims_rows(written.findings)
+    head, *rows = short_rows(claims_table(written.findings))
     agreeing = sum(finding.agrees for finding in written.findings)
     data = {
         "figures": [

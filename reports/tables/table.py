@@ -78,8 +78,20 @@ class Table:
 
     def _repr_html_(self) -> str:
         """Return the shown columns as notebooks show them: caption, heads, rows."""
-        texts = [[cell.text for cell in self.cells(row)] for row in self.rows]
-        return table_html([column.head for column in self.heads], texts, caption=self.caption)
+        head, *texts = self.texts
+        return table_html(head, texts, caption=self.caption)
+
+    @property
+    def texts(self) -> list[list[str]]:
+        """Return the shown columns as text, their heads first."""
+        return [[column.head for column in self.heads], *([cell.text for cell in self.cells(row)] for row in self.rows)]
+
+    @property
+    def records(self) -> list[dict[str, Raw]]:
+        """Return the values of each row by field."""
+        names = [field for column in self.columns for field in column.fields]
+        values = ([value for cell in row.cells for value in cell.values] for row in self.rows)
+        return [dict(zip(names, of_row, strict=True)) for of_row in values]
 
     @property
     def heads(self) -> tuple[Column, ...]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+import itertools
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from statistics import median
 from typing import TYPE_CHECKING, Any
@@ -26,7 +27,7 @@ from reports.tables.hypotheses import verdict_sentence
 from reports.tables.prediction_bias import verdict_text
 from reports.tables.predictions import LEGEND, PREDICTED, level_text_of, title_text
 from reports.tables.registry import TABLES
-from reports.tables.table import Table
+from reports.tables.table import Cell, Table
 
 if TYPE_CHECKING:
     from labbook.analysis.prediction.shares import Shares
@@ -277,22 +278,17 @@ def _table_lines(table: Table) -> list[str]:
     """Set a table in columns, a group's rows under its name; provenance is the report's, and left out."""
     shown = [place for place, column in enumerate(table.heads) if column.fields != ("provenance",)]
     heads = [table.heads[place].head for place in shown]
-    cells = {id(row): [table.cells(row)[place] for place in shown] for row in table.rows}
-    texts = {key: [_noted(table, cell.text, cell.note) for cell in found] for key, found in cells.items()}
-    widths = [max(map(len, column)) for column in zip(heads, *texts.values(), strict=True)]
-    lines = [_line(heads, widths)]
+    texts = [[_noted(table, cells[place]) for place in shown] for cells in map(table.cells, table.rows)]
+    head, *set_rows = columns(heads, texts)
+    lines, left = [head], iter(set_rows)
     for block, rows in table.blocks:
         lines += [block] if block else []
-        lines += [_line(texts[id(row)], widths) for row in rows]
+        lines += itertools.islice(left, len(rows))
     return [*lines, *(f"  {mark}: {reason}" for reason, mark in table.footnotes.items())]
 
 
-def _noted(table: Table, text: str, note: str) -> str:
-    return f"{text} ({table.footnotes[note]})" if note else text
-
-
-def _line(cells: Iterable[str], widths: Iterable[int]) -> str:
-    return "  ".join(f"{cell:<{width}}" for cell, width in zip(cells, widths, strict=True)).rstrip()
+def _noted(table: Table, cell: Cell) -> str:
+    return f"{cell.text} ({table.footnotes[cell.note]})" if cell.note else cell.text
 
 
 def _plain(line: str) -> str:

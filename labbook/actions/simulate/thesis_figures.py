@@ -9,10 +9,11 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from data_schema.errors import UsageError, unknown_name
-from labbook.presenting.simulation.published_results import claims_markdown, claims_table
+from labbook.presenting.simulation.published_results import claims_table
 from reports.figures import thesis_comparisons, thesis_jumps
 from reports.figures.kind import write_figure
 from reports.tables.formats.as_csv import csv_bytes
+from reports.tables.formats.as_markdown import markdown_text
 from simulator.thesis.claims import Finding, claims, findings
 from simulator.thesis.comparisons import Jumps
 from simulator.thesis.figures import ThesisFigures
@@ -181,9 +182,11 @@ def write_thesis_figures(folder: Path, form: str, only: Sequence[str], step: Cal
     captions.write_text(_captions(shown, data), encoding="utf-8")
     found = findings(data, [item.figure.number for item in shown])
     step("claims")
-    tables = (folder / "claims.csv", folder / "claims.md") if found else ()
-    for path, content in zip(tables, (csv_bytes(claims_table(found)), claims_markdown(found).encode()), strict=False):
-        path.write_bytes(content)
+    tables: tuple[Path, ...] = ()
+    if found:
+        tables, table = (folder / "claims.csv", folder / "claims.md"), claims_table(found)
+        tables[0].write_bytes(csv_bytes(table))
+        tables[1].write_text(markdown_text(table), encoding="utf-8")
     return WrittenThesis(tuple(written), kept, captions, found, tables, len(claims()))
 
 

@@ -7,28 +7,25 @@ simulated; then every published result with its verdict.
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any, Generic, TypeVar
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict
+from functools import cache
+from typing import Any, TypeVar
 
 from labbook.presenting.simulation.published_results import (
-    claims_rows,
     claims_table,
-    contradiction_items,
-    contradictions_data,
-    results_data,
-    results_rows,
     results_table,
+    short_rows,
     verdict_counts,
 )
 from labbook.presenting.simulation.simulated import assumed_texts
 from labbook.presenting.simulation.work_precision import plain_number
 from reports.display import decimal_text
 from reports.tables.formats.as_markdown import markdown_text
-from reports.tables.table import Cell, Column, Row, Table
+from reports.tables.table import Cell, Column, Columns, Table, table_of
 from simulator.scene import Scene
 from simulator.steady.published_numbers import Comparison, apex_between_m, published_numbers
-from simulator.steady.published_results import JudgedResult
+from simulator.steady.published_results import JudgedResult, contradictions
 from simulator.steady.tables import (
     ESTIMATED_OVER_MEASURED,
     FEET_M,
@@ -43,83 +40,67 @@ from simulator.steady.tables import (
 from simulator.thesis.claims import Finding
 
 R = TypeVar("R", EmulatorRow, PlateRow, BedRow)
-APEX = "apex"
+_APEX = "apex"
 _ON_THE_LINE = (200.0, 300.0)
 """Gains between the two whose apexes are published."""
+_FACTORS = {"%": 100.0, "mm": 1e3, "ms": 1e3}
 
 
-@dataclass(frozen=True, slots=True)
-class ShownColumn(Generic[R]):
-    """A column: how a row's value, in the unit of `field`, is shown; `published` names what stands beside it."""
+def _column(
+    title: str, unit: str, field: str, value: Callable[[R], float], places: int = 0, published: str = ""
+) -> tuple[Column, Callable[[R], Cell]]:
+    """Make a column of simulated numbers, kept in the unit of `field`; the one `published` stands in brackets."""
 
-    title: str
-    unit: str
-    field: str
-    value: Callable[[R], float]
-    places: int = 0
-    factor: float = 1.0
-    published: str = ""
+    def cell(row: R) -> Cell:
+        number = value(row)
+        text = decimal_text(_FACTORS.get(unit, 1.0) * number, places)
+        known = _beside().get((published, row.gain))
+        return Cell(f"{text} ({known})" if known else text, (number,))
 
-    def cell(self, row: R, beside: Mapping[tuple[str, float], str]) -> Cell:
-        """Make the cell of a row: the simulated number, and in brackets the published one."""
-        value = self.value(row)
-        text = decimal_text(self.factor * value, self.places)
-        known = beside.get((self.published, row.gain))
-        return Cell(f"{text} ({known})" if known else text, (value,))
+    return Column(title, (field,), unit), cell
 
 
-EMULATOR_COLUMNS: tuple[ShownColumn[EmulatorRow], ...] = (
-    ShownColumn("gain", "", "gain", lambda row: row.gain),
-    ShownColumn("apex CE", "m", "apex_height_m", lambda row: row.ce.apex_height_m, 3, published=APEX),
-    ShownColumn("joules CE", "J", "cost_j", lambda row: row.ce.cost_j, 1),
-    ShownColumn(
-        "saving, scaled", "%", "scaled_saving", lambda row: row.scaled_saving, 1, 100.0, published="scaled_saving"
-    ),
-    ShownColumn(
-        "saving, constant",
-        "%",
-        "constant_saving",
-        lambda row: row.constant_saving,
-        1,
-        100.0,
-        published="constant_saving",
-    ),
-    ShownColumn("apex lost, scaled", "%", "scaled_loss", lambda row: row.scaled_loss, 1, 100.0, published="loss"),
-    ShownColumn("apex lost, constant", "%", "constant_loss", lambda row: row.constant_loss, 1, 100.0, published="loss"),
-    ShownColumn("sink at switch", "mm", "switch_depth_m", lambda row: row.yielding.switch_depth_m, 0, 1e3),
-    ShownColumn("deepest sink", "mm", "max_depth_m", lambda row: row.ce.max_depth_m, 0, 1e3),
-    ShownColumn("period", "s", "period_s", lambda row: row.ce.period_s, 2),
-    ShownColumn("capped", "ms", "capped_time_s", lambda row: row.ce.capped_time_s, 0, 1e3),
-    ShownColumn("within reach", "J", "yielding_heat_j", lambda row: row.yielding.heat_j, 1),
+_EMULATOR_COLUMNS: Columns[EmulatorRow] = (
+    _column("gain", "", "gain", lambda row: row.gain),
+    _column("apex CE", "m", "apex_height_m", lambda row: row.ce.apex_height_m, 3, _APEX),
+    _column("joules CE", "J", "cost_j", lambda row: row.ce.cost_j, 1),
+    _column("saving, scaled", "%", "scaled_saving", lambda row: row.scaled_saving, 1, "scaled_saving"),
+    _column("saving, constant", "%", "constant_saving", lambda row: row.constant_saving, 1, "constant_saving"),
+    _column("apex lost, scaled", "%", "scaled_loss", lambda row: row.scaled_loss, 1, "loss"),
+    _column("apex lost, constant", "%", "constant_loss", lambda row: row.constant_loss, 1, "loss"),
+    _column("sink at switch", "mm", "switch_depth_m", lambda row: row.yielding.switch_depth_m),
+    _column("deepest sink", "mm", "max_depth_m", lambda row: row.ce.max_depth_m),
+    _column("period", "s", "period_s", lambda row: row.ce.period_s, 2),
+    _column("capped", "ms", "capped_time_s", lambda row: row.ce.capped_time_s),
+    _column("within reach", "J", "yielding_heat_j", lambda row: row.yielding.heat_j, 1),
 )
-PLATE_COLUMNS: tuple[ShownColumn[PlateRow], ...] = (
-    ShownColumn("gain", "", "gain", lambda row: row.gain),
-    ShownColumn("apex", "m", "apex_height_m", lambda row: row.jump.apex_height_m, 3),
-    ShownColumn("heat", "J", "heat_j", lambda row: row.jump.heat_j, 1),
-    ShownColumn("mechanical", "J", "mechanical_j", lambda row: row.jump.mechanical_j, 1),
-    ShownColumn("drag", "J", "drag_j", lambda row: row.jump.drag_j, 1),
-    ShownColumn("joules", "J", "cost_j", lambda row: row.jump.cost_j, 1),
-    ShownColumn(f"joules / {ESTIMATED_OVER_MEASURED:g}", "J", "battery_j", lambda row: row.battery_j, 1),
-    ShownColumn("touchdown", "m/s", "touchdown_velocity_m_s", lambda row: row.jump.touchdown_velocity_m_s, 2),
-    ShownColumn("foot's loss", "J", "impact_loss_j", lambda row: row.jump.impact_loss_j, 2),
-    ShownColumn("capped", "ms", "capped_time_s", lambda row: row.jump.capped_time_s, 0, 1e3),
-    ShownColumn("shortest leg", "m", "min_leg_length_m", lambda row: row.jump.min_leg_length_m, 3),
+_PLATE_COLUMNS: Columns[PlateRow] = (
+    _column("gain", "", "gain", lambda row: row.gain),
+    _column("apex", "m", "apex_height_m", lambda row: row.jump.apex_height_m, 3),
+    _column("heat", "J", "heat_j", lambda row: row.jump.heat_j, 1),
+    _column("mechanical", "J", "mechanical_j", lambda row: row.jump.mechanical_j, 1),
+    _column("drag", "J", "drag_j", lambda row: row.jump.drag_j, 1),
+    _column("joules", "J", "cost_j", lambda row: row.jump.cost_j, 1),
+    _column(f"joules / {ESTIMATED_OVER_MEASURED:g}", "J", "battery_j", lambda row: row.battery_j, 1),
+    _column("touchdown", "m/s", "touchdown_velocity_m_s", lambda row: row.jump.touchdown_velocity_m_s, 2),
+    _column("foot's loss", "J", "impact_loss_j", lambda row: row.jump.impact_loss_j, 2),
+    _column("capped", "ms", "capped_time_s", lambda row: row.jump.capped_time_s),
+    _column("shortest leg", "m", "min_leg_length_m", lambda row: row.jump.min_leg_length_m, 3),
 )
-
-_BED_COLUMNS: tuple[ShownColumn[BedRow], ...] = (
-    ShownColumn("foot", "mm", "foot_radius_m", lambda row: FEET_M[row.foot], 0, 1e3),
-    ShownColumn("gain", "", "gain", lambda row: row.gain),
-    ShownColumn("damping gain", "", "damping_gain", lambda row: row.damping_gain),
-    ShownColumn("joules", "J", "cost_j", lambda row: row.cost_j, 1),
-    ShownColumn("saving", "%", "saving", lambda row: row.saving, 1, 100.0),
-    ShownColumn("apex", "m", "apex_height_m", lambda row: row.apex_height_m, 3),
-    ShownColumn("apex gained", "mm", "apex_gain_m", lambda row: row.apex_gain_m, 1, 1e3),
-    ShownColumn("deepest sink", "mm", "max_depth_m", lambda row: row.max_depth_m, 0, 1e3),
-    ShownColumn("capped", "ms", "capped_time_s", lambda row: row.capped_time_s, 0, 1e3),
+_BED_COLUMNS: Columns[BedRow] = (
+    _column("foot", "mm", "foot_radius_m", lambda row: FEET_M[row.foot]),
+    _column("gain", "", "gain", lambda row: row.gain),
+    _column("damping gain", "", "damping_gain", lambda row: row.damping_gain),
+    _column("joules", "J", "cost_j", lambda row: row.cost_j, 1),
+    _column("saving", "%", "saving", lambda row: row.saving, 1),
+    _column("apex", "m", "apex_height_m", lambda row: row.apex_height_m, 3),
+    _column("apex gained", "mm", "apex_gain_m", lambda row: row.apex_gain_m, 1),
+    _column("deepest sink", "mm", "max_depth_m", lambda row: row.max_depth_m),
+    _column("capped", "ms", "capped_time_s", lambda row: row.capped_time_s),
 )
 
 
-def emulator_shown(table: EmulatorTable) -> Table:
+def _emulator_shown(table: EmulatorTable) -> Table:
     """Make the table of the ground emulator."""
     caption = (
         f"Jump {table.scene.jumps} of {table.scene.jumps} on the ground emulator; in brackets what the thesis says "
@@ -129,7 +110,7 @@ def emulator_shown(table: EmulatorTable) -> Table:
         "platform under CE. Capped: at the motors' stall torque. Within reach: the heat under CE while the extending "
         "leg drives the platform down, where active damping acts."
     )
-    return Table("emulator", caption, _heads(EMULATOR_COLUMNS), _rows(EMULATOR_COLUMNS, table.rows))
+    return table_of("emulator", caption, table.rows, _EMULATOR_COLUMNS)
 
 
 def _plate_shown(table: PlateTable) -> Table:
@@ -140,10 +121,10 @@ def _plate_shown(table: PlateTable) -> Table:
         f"forces over those of the battery, {ESTIMATED_OVER_MEASURED:g} (3.2.2): nothing stands beside these numbers. "
         "Touchdown: velocity of the body. Foot's loss: its kinetic energy when the plate stops it."
     )
-    return Table("force_plate", caption, _heads(PLATE_COLUMNS), _rows(PLATE_COLUMNS, table.rows))
+    return table_of("force_plate", caption, table.rows, _PLATE_COLUMNS)
 
 
-def bed_shown(table: BedTable) -> Table:
+def _bed_shown(table: BedTable) -> Table:
     """Make the table of the granular bed."""
     caption = (
         "One drop onto the bed of glass beads in each of the 24 conditions; damping gain 0 is compression-extension. "
@@ -151,22 +132,14 @@ def bed_shown(table: BedTable) -> Table:
         "Saving and apex gained: against compression-extension with the same foot, given by its radius, and the same "
         "extension gain. Joules are heat and mechanical energy of the stance. Capped: at the motors' stall torque."
     )
-    return Table("bed", caption, _heads(_BED_COLUMNS), _rows(_BED_COLUMNS, table.rows))
+    return table_of("bed", caption, table.rows, _BED_COLUMNS)
 
 
-def _heads(columns: tuple[ShownColumn[R], ...]) -> tuple[Column, ...]:
-    return tuple(Column(column.title, (column.field,), column.unit) for column in columns)
-
-
-def _rows(columns: tuple[ShownColumn[R], ...], rows: tuple[R, ...]) -> tuple[Row, ...]:
-    beside = _beside()
-    return tuple(Row(tuple(column.cell(row, beside) for column in columns)) for row in rows)
-
-
+@cache
 def _beside() -> dict[tuple[str, float], str]:
     """Return the published words by column and gain."""
     found = {(number.column, gain): number.beside for number in published_numbers() for gain in number.gains}
-    return found | {(APEX, gain): f"~{decimal_text(apex_between_m(gain), 3)}" for gain in _ON_THE_LINE}
+    return found | {(_APEX, gain): f"~{decimal_text(apex_between_m(gain), 3)}" for gain in _ON_THE_LINE}
 
 
 _WIDTH = 120
@@ -212,11 +185,11 @@ def terminal_tables(
     """Return by title the tables of experiments, compared numbers and results: rows of texts, heads first."""
     emulator, plate, _ = (f"jump {scene.jumps} of {scene.jumps}" for scene in _scenes(tables))
     return {
-        f"ground emulator, {emulator}, in brackets what the thesis says": _texts(emulator_shown(tables.emulator)),
-        f"force plate, {plate}": _texts(_plate_shown(tables.force_plate)),
-        "granular bed, one drop in each condition": _texts(bed_shown(tables.bed)),
-        "what the thesis says, and what is simulated": claims_rows(findings_of(compared)),
-        "every published result": results_rows(results),
+        f"ground emulator, {emulator}, in brackets what the thesis says": _emulator_shown(tables.emulator).texts,
+        f"force plate, {plate}": _plate_shown(tables.force_plate).texts,
+        "granular bed, one drop in each condition": _bed_shown(tables.bed).texts,
+        "what the thesis says, and what is simulated": short_rows(claims_table(findings_of(compared))),
+        "every published result": short_rows(results_table(results)),
     }
 
 
@@ -241,9 +214,9 @@ def _parts(tables: SteadyTables, compared: Sequence[Comparison], results: Sequen
     yield _filled("Written by `labbook sim published --out docs/published.md`; do not edit.")
     yield _filled(_INTRODUCTION)
     for title, table in (
-        ("Ground emulator (thesis ch. 4)", emulator_shown(tables.emulator)),
+        ("Ground emulator (thesis ch. 4)", _emulator_shown(tables.emulator)),
         ("Force plate (thesis 3.2.2)", _plate_shown(tables.force_plate)),
-        ("Granular bed (thesis ch. 5)", bed_shown(tables.bed)),
+        ("Granular bed (thesis ch. 5)", _bed_shown(tables.bed)),
         ("What agrees", claims_table(findings_of(compared), f"{_CAPTION} {score(compared)}")),
         ("Every published result", results_table(results)),
     ):
@@ -256,7 +229,7 @@ def _parts(tables: SteadyTables, compared: Sequence[Comparison], results: Sequen
     for name, reason in reasons(compared).items():
         yield _filled(f"**{name}** ({statements[name].where}): {statements[name].statement}. {reason}")
     yield "## Where the thesis contradicts itself"
-    yield "\n".join(_filled(f"- {item}", "  ") for item in contradiction_items())
+    yield "\n".join(_filled(f"- **{item.where}**: {item.text}", "  ") for item in contradictions())
     yield "## What it rests on"
     yield _filled(f"Simulated for a relative error of {plain_number(tables.accuracy)}. {_GAINS}")
     for scene in _scenes(tables):
@@ -291,8 +264,8 @@ def as_data(tables: SteadyTables, compared: Sequence[Comparison], results: Seque
         },
         "published": [_published_data(item) for item in compared],
         "agreeing": sum(item.agrees for item in compared),
-        "results": results_data(results),
-        "contradictions": contradictions_data(),
+        "results": results_table(results).records,
+        "contradictions": [asdict(item) for item in contradictions()],
     }
 
 
@@ -320,11 +293,6 @@ def _scenes(tables: SteadyTables) -> tuple[Scene, Scene, Scene]:
 
 def _jumps_text(scene: Scene) -> str:
     return "one jump" if scene.jumps == 1 else f"{scene.jumps} jumps"
-
-
-def _texts(table: Table) -> list[list[str]]:
-    head = [column.head for column in table.heads]
-    return [head, *([cell.text for cell in table.cells(row)] for row in table.rows)]
 
 
 def _filled(text: str, indent: str = "") -> str:

@@ -84,11 +84,6 @@ def parts_tables() -> dict[str, Table]:
     }
 
 
-def parts_rows(table: Table) -> list[list[str]]:
-    """Return a table's head and rows, for a terminal."""
-    return [[column.head for column in table.heads], *([cell.text for cell in row.cells] for row in table.rows)]
-
-
 def parts_markdown() -> str:
     """Return all tables and the automaton as Markdown, as docs/scenes.md has them."""
     drawn = "\n".join(("```mermaid", *_automaton_lines(), "```", ""))

@@ -13,6 +13,7 @@ from dataclasses import asdict
 from typing import Any
 
 from data_schema.rounding import decimals_for, fixed_text
+from labbook.terminal import columns
 from reports.display import time_text
 from simulator.declared import all_parameters
 from simulator.effects.registry import BOOKED, COSTS, EFFECTS
@@ -297,10 +298,9 @@ def _table(result: SceneResult) -> list[str]:
             error = None if jump.errors is None else jump.errors.get(field)
             number, bar = _with_error(values[0], error, digits)
             rows.append((shown, number, bar, *(_number(value, digits) for value in values[1:]), unit))
-    widths = [max(map(len, cells)) for cells in zip(*rows, strict=True)]
-    cells = [[cell for cell, width in zip(row, widths, strict=True) if width] for row in rows]
-    widths = [width for width in widths if width]
-    return ["  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in cells]
+    used = [any(cells) for cells in zip(*rows, strict=True)]
+    head, *rest = ([cell for cell, shown in zip(row, used, strict=True) if shown] for row in rows)
+    return columns(head, rest)
 
 
 def _with_error(value: float | None, error: float | None, digits: int) -> tuple[str, str]:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from labbook.presenting.simulation.simulated import title_text
+from labbook.terminal import columns
 from reports.display import sentence_start, time_text
 from reports.drawn import Curve, Mark, Panel, WorkPrecision
 from simulator.accuracy.methods import LABBOOK
@@ -143,8 +144,9 @@ def _floor_line(study: AccuracyStudy) -> str:
     return line
 
 
-def _table(study: AccuracyStudy) -> Iterator[str]:
-    rows = [("method", "setting", *(title.lower() for title in TITLES.values()), "evaluations", "time")]
+def _table(study: AccuracyStudy) -> list[str]:
+    head = ("method", "setting", *(title.lower() for title in TITLES.values()), "evaluations", "time")
+    rows: list[tuple[str, ...]] = []
     for series in study.series:
         if series.why_not:
             rows.append((series.method, "-", *("-" for _ in TITLES), "-", series.why_not))
@@ -152,9 +154,7 @@ def _table(study: AccuracyStudy) -> Iterator[str]:
             last = time_text(point.seconds) if not point.failure else point.failure
             errors = (_error_text(study, point, name) for name in TITLES)
             rows.append((series.method, _setting(series, point), *errors, str(point.evaluations), last))
-    widths = [max(map(len, cells)) for cells in zip(*rows, strict=True)]
-    for row in rows:
-        yield "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
+    return columns(head, rows)
 
 
 def _error_text(study: AccuracyStudy, point: Point, name: str) -> str:

@@ -7,9 +7,10 @@ from reports.tables.table import Table
 
 def markdown_text(table: Table) -> str:
     """Write the columns of a table that are shown, heads with their units."""
-    lines = [f"| {' | '.join(column.head for column in table.heads)} |", "|" + "---|" * len(table.heads)]
-    for row in table.rows:
-        texts = [cell.text.replace("|", "\\|") for cell in table.cells(row)]
+    head, *rows = table.texts
+    lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
+    for row, cells in zip(table.rows, rows, strict=True):
+        texts = [text.replace("|", "\\|") for text in cells]
         if row.strong:
             texts[-1] = f"**{texts[-1]}**"
         lines.append(f"| {' | '.join(texts)} |")

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from labbook.actions.simulate.thesis_figures import THESIS_FIGURES
-from labbook.presenting.simulation.published_results import claims_data, claims_markdown, claims_rows, claims_table
+from labbook.presenting.simulation.published_results import claims_data, claims_table, short_rows
 from reports.tables.formats.as_csv import csv_bytes
+from reports.tables.formats.as_markdown import markdown_text
 from simulator.thesis.claims import Claim, Finding, judged
 from tests.helpers.thesis import thesis_figures
 
@@ -48,7 +49,7 @@ def test_files_names_are_the_figures() -> None:
 
 
 def test_the_table_says_what_was_found_and_the_csv_all_digits() -> None:
-    head, saving, joules = claims_rows(FINDINGS)
+    head, saving, joules = short_rows(claims_table(FINDINGS))
     assert head == ["claim", "thesis", "simulated", "holds if", "points within", "holds at"]
     assert saving == ["own.saving", "0.2", "0.16 to 0.2 (median 0.18)", "0.15 to 0.25", "2 of 2", "100 %"]
     assert [cell.replace("\u00a0", " ") for cell in joules] == [
@@ -65,7 +66,7 @@ def test_the_table_says_what_was_found_and_the_csv_all_digits() -> None:
 
 
 def test_markdown_has_a_row_a_claim_and_marks_what_does_not_agree() -> None:
-    text = claims_markdown(FINDINGS)
+    text = markdown_text(claims_table(FINDINGS))
     rows = [line for line in text.splitlines() if line.startswith("| own.")]
     assert [row.endswith("| **67 %** |") for row in rows] == [False, True]
     assert "a \\| b" in rows[0]

@@ -3,7 +3,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from labbook.presenting.simulation.published_experiments import document, reasons, score
-from labbook.presenting.simulation.published_results import results_rows, results_table, verdict_counts
+from labbook.presenting.simulation.published_results import results_table, short_rows, verdict_counts
 from simulator.steady.published_numbers import comparisons
 from simulator.steady.published_results import VERDICTS, contradictions
 from tests.helpers.steady import results, steady_tables
@@ -51,7 +51,7 @@ def test_every_result_stands_in_the_table_once_with_its_verdict_and_every_contra
 
 
 def test_a_verdict_counts_the_points_that_contradict_and_a_p_value_stands_beside_a_saving() -> None:
-    by_id = {row[0]: row for row in results_rows(results())}
+    by_id = {row[0]: row for row in short_rows(results_table(results()))}
     assert by_id["emu.saving_scaled"][1:] == [
         "about 0.2",
         "0.0117 to 0.173 (median 0.124)",
