@@ -109,7 +109,7 @@ class Shared:
         run: str | None = None,
     ) -> "CommandOutput":
         """Ask it of the values; `level`, `pooled` and `run` are options that some commands have."""
-        from labbook.actions.stats.answering import Pictures, Request, answer
+        from labbook.actions.stats.answering import answer
         from labbook.actions.stats.data import DataSource
         from labbook.cli.reading import read_text
 
@@ -121,9 +121,10 @@ class Shared:
             for key in ("value", "by", "control", "where", "missing", "decimal", "quantity", "book", "day")
         }
         source = DataSource(file, text, **named, run=run)
-        pictures = Pictures(given["plot"], given["qq"], given["residuals"])
+        alpha, files = given["alpha"], {name: given[name] for name in ("plot", "qq", "residuals")}
+        pictures = {name: path for name, path in files.items() if path is not None}
         with progress(f"stats {self.command}", None, shown=not given["as_json"]) as step:
-            return answer(Request(source, given["alpha"], level, pooled, pictures, step), ask)
+            return answer(source, ask, alpha=alpha, level=level, pooled=pooled, pictures=pictures, step=step)
 
 
 def command(own: Callable[..., "CommandOutput"]) -> None:

@@ -5,7 +5,7 @@ put into lines and data, and its figures are drawn.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -25,38 +25,6 @@ SHARED_NOTE = "The error of the passive drain, which groups share in part, is le
 
 Rows = list[list[str]]
 """A table as texts, its heads first."""
-
-
-@dataclass(frozen=True, slots=True)
-class Pictures:
-    """Files wanted: an estimation plot, normal quantiles of the residuals, residuals against groups and days."""
-
-    plot: Path | None = None
-    qq: Path | None = None
-    residuals: Path | None = None
-
-    @property
-    def files(self) -> dict[str, Path]:
-        """Return the files that are wanted by option."""
-        named = (("plot", self.plot), ("qq", self.qq), ("residuals", self.residuals))
-        return {name: path for name, path in named if path is not None}
-
-    def check(self) -> None:
-        """Raise `UsageError` for a file whose name does not say which form it has."""
-        for name, path in self.files.items():
-            check_form(f"--{name}", path)
-
-
-@dataclass(frozen=True, slots=True)
-class Request:
-    """What is asked whatever the test: values, level (as alpha, or as that of intervals), whether groups are pooled."""
-
-    source: DataSource
-    alpha: float | None = None
-    level: float | None = None
-    pooled: bool = False
-    pictures: Pictures = field(default_factory=Pictures)
-    step: Callable[[str], None] = lambda _step: None
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,39 +96,50 @@ class CommandOutput:
     files: Sequence[str] = ()
 
 
-def answer(request: Request, ask: Callable[[Question], Answer]) -> CommandOutput:
-    """Observe the values, ask, draw what is wanted.
+def answer(
+    source: DataSource,
+    ask: Callable[[Question], Answer],
+    *,
+    alpha: float | None,
+    level: float | None,
+    pooled: bool,
+    pictures: Mapping[str, Path],
+    step: Callable[[str], None],
+) -> CommandOutput:
+    """Observe the values, ask, draw what is wanted; the level is given as alpha, or as that of intervals.
 
-    Data have the values' unit and the groups' own names, as programs ask for them; what people read has lengths below
-    1 m in mm, and groups of a book named as in its report.
+    `pictures` are files by what they show: an estimation "plot", normal quantiles ("qq") of the residuals, "residuals"
+    against groups and days. Data have the values' unit and the groups' own names, as programs ask for them; what people
+    read has lengths below 1 m in mm, and groups of a book named as in its report.
     """
-    request.pictures.check()
-    observed = observe(request.source, request.step)
-    if request.pooled:
+    for name, path in pictures.items():
+        check_form(f"--{name}", path)
+    observed = observe(source, step)
+    if pooled:
         observed = observed.pooled()
-    alpha = _alpha_of(request.alpha, request.level, observed)
-    question = Question(observed, request.source, alpha, request.pooled, request.step)
+    question = Question(observed, source, _alpha_of(alpha, level, observed), pooled, step)
     found = ask(question)
-    request.step("figures" if request.pictures.files else "tables")
-    _draw(request.pictures, observed, found)
+    step("figures" if pictures else "tables")
+    _draw(pictures, observed, found)
     shown = as_shown_to_people(observed.in_small_units())
     scale = 1.0 if shown.unit == observed.unit else 1000.0
     as_shown = found if shown is observed else ask(replace(question, observed=shown, scale=scale))
     notes = [*shown.notes, *as_shown.notes]
     known = observed.known()
+    files = {name: str(path) for name, path in pictures.items()}
     data = {
         "source": observed.source,
         "quantity": observed.quantity,
         "unit": observed.unit,
         "by": observed.by,
-        "control": observed.name(observed.control),
+        "control": question.control,
         "groups": {observed.name(label): len(known.values(label)) for label in observed.labels},
         "notes": [*observed.notes, *found.notes],
         **found.data,
-        "files": {name: str(path) for name, path in request.pictures.files.items()},
+        "files": files,
     }
     lines = [*as_shown.sentences, *([""] if notes else []), *(f"note: {note}" for note in notes)]
-    return CommandOutput(data, lines, as_shown.fields, [str(path) for path in request.pictures.files.values()])
+    return CommandOutput(data, lines, as_shown.fields, [*files.values()])
 
 
 def _alpha_of(alpha: float | None, level: float | None, observed: Observations) -> float:
@@ -182,9 +161,9 @@ def _alpha_of(alpha: float | None, level: float | None, observed: Observations) 
     return ALPHA if observed.settings is None else observed.settings.alpha
 
 
-def _draw(pictures: Pictures, observed: Observations, found: Answer) -> None:
+def _draw(pictures: Mapping[str, Path], observed: Observations, found: Answer) -> None:
     """Draw and write what is wanted."""
-    if not pictures.files:
+    if not pictures:
         return
     from reports.figures.estimation import draw_estimation
     from reports.figures.kind import write_figure
@@ -203,5 +182,5 @@ def _draw(pictures: Pictures, observed: Observations, found: Answer) -> None:
             residual_plot_of(drawn, residuals(False)), TWO_COLUMNS_IN if has_days else width_in
         ),
     }
-    for name, path in pictures.files.items():
+    for name, path in pictures.items():
         write_figure(draw[name](), path)

@@ -5,7 +5,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import itertools
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path
@@ -33,54 +34,37 @@ Column = Sequence[str | Decimal | None]
 """One cell a row: text, or numbers where all that are filled in are numbers; None where empty."""
 
 
-class _WhereColumns(Mapping[str, Column]):
-    """The columns of a table as `--where` compares them, each read when it is asked for."""
+def rows_where(text: str, columns: Mapping[str, Sequence[str]], declared: str | None = None) -> list[bool]:
+    """Tell which rows fulfil the condition, given the cells of each column, and the decimal sign where it is declared.
 
-    def __init__(self, table: LongTable, declared: str | None = None) -> None:
-        """Take a table, and its decimal sign where that was given."""
-        self._table, self._declared = table, declared
-
-    def __getitem__(self, name: str) -> Column:
-        """Return a column; raises `UsageError` where its commas could be decimals or thousands."""
-        return column_for_where(self._table.columns[name], name, self._declared)
-
-    def __contains__(self, name: object) -> bool:
-        """Tell whether there is such a column, without reading it."""
-        return name in self._table.columns
-
-    def __iter__(self) -> Iterator[str]:
-        """Return the names in the order of the table."""
-        return iter(self._table.columns)
-
-    def __len__(self) -> int:
-        """Return how many there are."""
-        return len(self._table.columns)
-
-
-def rows_where(text: str, columns: Mapping[str, Column], n_rows: int) -> list[bool]:
-    """Tell which rows fulfil the condition; raises `UsageError` for a text that cannot be read, `UnknownName` for a
-    column that is not there.
+    Raises `UsageError` for a text that cannot be read and for commas that could be decimals or thousands, `UnknownName`
+    for a column that is not there.
     """
-    return [known is True for known in _decided(parse(text), columns, n_rows)]
+
+    def column(name: Word) -> Column:
+        if name.text not in columns:
+            raise unknown_name(f"column (character {name.position} of --where)", name.text, columns)
+        return column_for_where(columns[name.text], name.text, declared)
+
+    return [known is True for known in _decided(parse(text), column)]
 
 
-def _decided(expression: Expression, columns: Mapping[str, Column], n: int) -> list[bool | None]:
+def _decided(expression: Expression, column: Callable[[Word], Column]) -> list[bool | None]:
     match expression:
         case Or(operands):
-            parts = [_decided(operand, columns, n) for operand in operands]
-            return [_any(row) for row in zip(*parts, strict=True)]
+            return [_any(row) for row in zip(*(_decided(operand, column) for operand in operands), strict=True)]
         case And(operands):
-            parts = [_decided(operand, columns, n) for operand in operands]
-            return [_not(_any([_not(part) for part in row])) for row in zip(*parts, strict=True)]
+            rows = zip(*(_decided(operand, column) for operand in operands), strict=True)
+            return [_not(_any([_not(part) for part in row])) for row in rows]
         case Not(operand):
-            return [_not(part) for part in _decided(operand, columns, n)]
+            return [_not(part) for part in _decided(operand, column)]
         case Comparison(name, comparison, word):
-            cells = _column(name, columns)
+            cells = column(name)
             value = _value(word, name, cells)
             _refuse_letters(comparison, value, name, cells)
             return [None if cell is None else COMPARE[comparison](cell, value) for cell in cells]
         case Membership(name, words):
-            cells = _column(name, columns)
+            cells = column(name)
             values = [_value(word, name, cells) for word in words]
             return [None if cell is None else cell in values for cell in cells]
 
@@ -93,12 +77,6 @@ def _any(parts: Sequence[bool | None]) -> bool | None:
 
 def _not(part: bool | None) -> bool | None:
     return None if part is None else not part
-
-
-def _column(name: Word, columns: Mapping[str, Column]) -> Column:
-    if name.text not in columns:
-        raise unknown_name(f"column (character {name.position} of --where)", name.text, columns)
-    return columns[name.text]
 
 
 def _value(word: Word, name: Word, cells: Column) -> str | Decimal:
@@ -192,7 +170,9 @@ def _of_table(given: DataSource, file: Path) -> Observations:
         ("",) * len(table.lines) if name is None else table.cells(name, option)
         for name, option in ((by, "--by"), (given.day, "--day"), (given.run, "--run-within-day"))
     )
-    kept = _kept(table, given.where, given.decimal)
+    kept = [*range(len(table.lines))]
+    if given.where is not None:
+        kept = [*itertools.compress(kept, rows_where(given.where, table.columns, given.decimal))]
     numbers = dict(zip(kept, numbers_of(table, value, "--value", given.decimal, kept), strict=True))
     named = [cells for cells, name in ((labels, by), (days, given.day), (runs, given.run)) if name is not None]
     lacking = [place for place in kept if numbers[place] is None or not all(cells[place] for cells in named)]
@@ -218,14 +198,6 @@ def _of_table(given: DataSource, file: Path) -> Observations:
     )
 
 
-def _kept(table: LongTable, where: str | None, declared: str | None) -> list[int]:
-    places = range(len(table.lines))
-    if where is None:
-        return list(places)
-    chosen = rows_where(where, _WhereColumns(table, declared), len(places))
-    return [place for place, kept in zip(places, chosen, strict=True) if kept]
-
-
 def _about(lacking: list[int], kept: list[int], given: DataSource, rows: tuple[Observation, ...]) -> list[str]:
     notes = []
     if lacking:
@@ -236,8 +208,8 @@ def _about(lacking: list[int], kept: list[int], given: DataSource, rows: tuple[O
         notes.append(f"The control is taken to be {first!r}, the first in order: name another with --control.")
     labels = {row.label for row in rows}
     for same, what in (
-        (_one_number(labels), "are one number written in several ways"),
-        (_in_other_case(labels), "differ only in capital letters"),
+        (_alike(filter(is_number_text, labels), _number), "are one number written in several ways"),
+        (_alike(labels, str.casefold), "differ only in capital letters"),
     ):
         if same:
             said = "; ".join(" and ".join(map(repr, group)) for group in same)
@@ -267,18 +239,13 @@ def _thousands(table: LongTable, value: str, kept: Sequence[int], given: DataSou
     return [f"Points are read as decimals and could be thousands: {unclear!r}; --decimal , or --decimal . says which."]
 
 
-def _in_other_case(labels: set[str]) -> list[list[str]]:
-    """Return the labels that differ only in case, as AD and ad."""
-    found: dict[str, list[str]] = {}
+def _alike(labels: Iterable[str], key: Callable[[str], str | Decimal]) -> list[list[str]]:
+    """Return the labels that have a key in common: AD and ad by their letters, 0 and 0.0 by their number."""
+    found: dict[str | Decimal, list[str]] = {}
     for label in sorted(labels):
-        found.setdefault(label.casefold(), []).append(label)
+        found.setdefault(key(label), []).append(label)
     return [same for same in found.values() if len(same) > 1]
 
 
-def _one_number(labels: set[str]) -> list[list[str]]:
-    """Return the labels that are the same number, as 0 and 0.0."""
-    found: dict[Decimal, list[str]] = {}
-    for label in sorted(labels):
-        if is_number_text(label):
-            found.setdefault(Decimal(label.replace(",", ".").replace(MINUS, "-")), []).append(label)
-    return [same for same in found.values() if len(same) > 1]
+def _number(label: str) -> Decimal:
+    return Decimal(label.replace(",", ".").replace(MINUS, "-"))

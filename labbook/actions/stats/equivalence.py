@@ -16,7 +16,7 @@ from labbook.presenting.report.day_layout import FROM_DAYS
 from labbook.presenting.stats.days import HERE, LEFT_OUT, day_notes, one_day_groups, with_days_said
 from labbook.presenting.stats.decided import IGNORING, decided_equivalence, shared_days_decide
 from labbook.presenting.stats.figures import estimation_of, number_of
-from labbook.presenting.stats.plan import Bounded, bounds_notes
+from labbook.presenting.stats.plan import Bounded, plan_notes
 from stats.checks import Missing
 from stats.compare.equivalence import Equivalence, EquivalenceRoute, equivalence
 from stats.results import as_dict
@@ -71,7 +71,7 @@ def equal(question: Question, request: EquivalenceRequest) -> Answer:
     }
     unit, level = "%" if percent else observed.unit, 1.0 - 2.0 * question.alpha
     notes = [
-        *bounds_notes(observed, question.pooled, question.alpha, bounds),
+        *plan_notes(observed, question.pooled, question.alpha, bounds=bounds),
         *day_notes(observed, where=LEFT_OUT if by_days else HERE),
     ]
     if question.has_shared_errors:

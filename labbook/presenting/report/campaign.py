@@ -16,6 +16,7 @@ from labbook.analysis.comparison.pairing import place
 from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
 from labbook.analysis.outcomes.run_apexes import RunApexes
 from labbook.analysis.study import StudyAnalysis
+from labbook.config.parsing import Configuration
 from labbook.presenting.numbers import Shown
 from reports.content import (
     Condition,
@@ -36,35 +37,28 @@ from reports.naming import levels_name
 
 def factors(analysis: StudyAnalysis) -> tuple[Factor, ...]:
     """Return the study's factors with the formulas that turn gains into physical values."""
-    shown = []
-    for row in _considered(analysis):
-        gain = analysis.evidence.configuration.gains.get(row.name)
-        settings = analysis.evidence.configuration.factors.get(row.name)
-        shown.append(
-            Factor(
-                name=row.name,
-                title=factor_title(analysis, row.name),
-                symbol=gain.symbol if gain else "",
-                unit=gain.unit if gain else _number_unit(analysis, row),
-                slope=gain.slope if gain else None,
-                offset=gain.offset if gain else None,
-                control=settings.control if settings else None,
-                swept=row.name == analysis.swept,
-            )
-        )
-    return tuple(shown)
+    return tuple(study_factor(analysis.evidence.configuration, row.name) for row in _considered(analysis))
+
+
+def study_factor(configuration: Configuration, name: str) -> Factor:
+    """Return a factor as labbook.toml names it; levels that are plain numbers have its unit."""
+    settings, gain = configuration.factors.get(name), configuration.gains.get(name)
+    number_unit = settings.unit if settings and settings.kind is FactorKind.NUMBER else None
+    return Factor(
+        name=name,
+        title=(settings.title if settings else None) or name.replace("_", " "),
+        symbol=gain.symbol if gain else "",
+        unit=gain.unit if gain else number_unit or "",
+        slope=gain.slope if gain else None,
+        offset=gain.offset if gain else None,
+        control=settings.control if settings else None,
+        swept=name == pairing.swept_factor(configuration),
+    )
 
 
 def factor_title(analysis: StudyAnalysis, name: str) -> str:
     """Return what a factor is called in text: its title in labbook.toml, or its name."""
-    settings = analysis.evidence.configuration.factors.get(name)
-    return (settings.title if settings else None) or name.replace("_", " ")
-
-
-def _number_unit(analysis: StudyAnalysis, row: FactorRow) -> str:
-    """Return the unit of levels that are plain numbers, as labbook.toml names it."""
-    settings = analysis.evidence.configuration.factors.get(row.name)
-    return (settings.unit or "") if settings is not None and settings.kind is FactorKind.NUMBER else ""
+    return study_factor(analysis.evidence.configuration, name).title
 
 
 def _considered(analysis: StudyAnalysis) -> list[FactorRow]:
@@ -109,10 +103,8 @@ def _levels(analysis: StudyAnalysis, labels: Mapping[str, str]) -> tuple[Level, 
             found.append(Level(row.name, level.label, gain.physical(level.value), gain.unit, level.value))
             continue
         radius_m = json.loads(level.attributes_json).get("radius_m")
-        if radius_m is None:
-            found.append(Level(row.name, level.label, level.value, _number_unit(analysis, row)))
-        else:
-            found.append(Level(row.name, level.label, radius_m, "m"))
+        unit = study_factor(analysis.evidence.configuration, row.name).unit
+        found.append(Level(row.name, level.label, *((level.value, unit) if radius_m is None else (radius_m, "m"))))
     return tuple(found)
 
 

@@ -53,13 +53,8 @@ class DecidedGroups:
 
     def sentence(self, label: str) -> str:
         """Say by which rule a group is compared with the control, and what it found, as a report does."""
-        result, name, control = (
-            self.results[label],
-            self.observed.name(label),
-            self.observed.name(self.observed.control),
-        )
-        value = "run" if self.observed.plan else "value"
-        lead = decision(result, Shown().of_sides((name, control), value))
+        result, (name, control) = self.results[label], _sides(self.observed, label)
+        lead = decision(result, _shown(self.observed, label))
         if self.family is not None:
             at = list(self.results).index(label)
             adjusted, rejected = self.family.adjusted_p[at], self.family.rejected[at]
@@ -76,8 +71,7 @@ class DecidedGroups:
         found = []
         for at, (label, result) in enumerate(self.results.items()):
             data: dict[str, Any] = {
-                "a": self.observed.name(label),
-                "b": self.observed.name(self.observed.control),
+                **dict(zip("ab", _sides(self.observed, label), strict=True)),
                 "rule": str(result.rule),
                 "days": list(result.days),
                 "n_a": result.n_treated,
@@ -113,13 +107,8 @@ class DecidedEquivalence:
 
     def sentence(self, label: str) -> str:
         """Say by which rule a group is tested against the bounds, and what was found, as a report does."""
-        name, control, contrast = (
-            self.observed.name(label),
-            self.observed.name(self.observed.control),
-            self.contrasts[label],
-        )
-        value = "run" if self.observed.plan else "value"
-        item = equivalence(self.results[label], Shown().of_sides((name, control), value))
+        contrast, (name, control) = self.contrasts[label], _sides(self.observed, label)
+        item = equivalence(self.results[label], _shown(self.observed, label))
         number = as_shown(item.estimate)
         if isinstance(item.p, Undefined) or isinstance(number.value, Undefined):
             why = item.p if isinstance(item.p, Undefined) else number.value
@@ -133,8 +122,7 @@ class DecidedEquivalence:
         """Return the tests for programs; differences are of the group from the control, in the unit of the bounds."""
         return [
             {
-                "a": self.observed.name(label),
-                "b": self.observed.name(self.observed.control),
+                **dict(zip("ab", _sides(self.observed, label), strict=True)),
                 "rule": str(contrast.rule),
                 "days": list(contrast.days),
                 "n_a": contrast.n[1],
@@ -149,6 +137,15 @@ class DecidedEquivalence:
             for label, result in self.results.items()
             for contrast in [self.contrasts[label]]
         ]
+
+
+def _sides(observed: Observations, label: str) -> tuple[str, str]:
+    """Name a group and the control."""
+    return observed.name(label), observed.name(observed.control)
+
+
+def _shown(observed: Observations, label: str) -> Shown:
+    return Shown().of_sides(_sides(observed, label), "run" if observed.plan else "value")
 
 
 def shared_days_decide(observed: Observations) -> bool:

@@ -6,7 +6,7 @@ import ast
 import functools
 import inspect
 import textwrap
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import is_dataclass
 from typing import Any
 
@@ -25,9 +25,9 @@ def field_lines_of_each(results: Sequence[Any]) -> list[list[str]]:
     said: set[tuple[type, str]] = set()
     found = []
     for result in results:
-        kind, data = type(result), as_dict(result)
+        kind = type(result)
         found.append(field_lines(result, {name for of, name in said if of is kind}))
-        said |= {(kind, name) for name in data if data.get(f"{name}{_REASON}") is None}
+        said |= {(kind, name) for name, _value, reason in _fields(result) if reason is None}
     return found
 
 
@@ -36,17 +36,12 @@ def field_lines(result: Any, known: Collection[str] = ()) -> list[str]:
 
     Fields that are `known` go without what they are.
     """
-    rows = []
     kind: Any = type(result)
     explained = explanations(kind)
-    data = as_dict(result)
-    for name, value in data.items():
-        if name.endswith(_REASON) and name.removesuffix(_REASON) in data:
-            continue
-        reason = data.get(f"{name}{_REASON}")
-        if reason is None and not _is_plain(value):
-            continue
-        rows.append((name, value_text(name, value), reason, "" if name in known else explained.get(name, "")))
+    rows = [
+        (name, value_text(name, value), reason, "" if name in known else explained.get(name, ""))
+        for name, value, reason in _fields(result)
+    ]
     names = max((len(name) for name, *_rest in rows), default=0)
     texts = max((len(text) for _name, text, reason, _explained in rows if reason is None), default=0)
     texts = min(texts, _WIDEST)
@@ -60,31 +55,32 @@ def field_lines(result: Any, known: Collection[str] = ()) -> list[str]:
 
 def table_of(results: Sequence[Any], left_out: Sequence[str] = ()) -> list[list[str]]:
     """Return results of one class as rows of texts, heads first; reasons of what is undefined in its place."""
-    found = []
-    for result in results:
-        data = as_dict(result)
-        found.append(
-            {
-                name: value_text(name, value) if data.get(f"{name}{_REASON}") is None else "undefined"
-                for name, value in data.items()
-                if not (name.endswith(_REASON) and name.removesuffix(_REASON) in data)
-                and name not in left_out
-                and _is_plain(value)
-            }
-        )
+    found = [
+        {
+            name: value_text(name, value) if reason is None else "undefined"
+            for name, value, reason in _fields(result)
+            if name not in left_out
+        }
+        for result in results
+    ]
     heads = list(dict.fromkeys(name for row in found for name in row))
     return [heads, *([row.get(head, "") for head in heads] for row in found)]
 
 
 def reasons_of(results: Sequence[Any], left_out: Sequence[str] = ()) -> list[str]:
     """Return why fields of these results are undefined, each reason once."""
-    found = {
-        f"undefined because {value}"
-        for result in results
-        for name, value in as_dict(result).items()
-        if name.endswith(_REASON) and isinstance(value, str) and name.removesuffix(_REASON) not in left_out
-    }
-    return sorted(found)
+    fields = [field for result in results for field in _fields(result)]
+    return sorted({f"undefined because {why}" for name, _value, why in fields if why and name not in left_out})
+
+
+def _fields(result: Any) -> Iterator[tuple[str, Any, str | None]]:
+    """Give name, value and why it is undefined of each field that is no result and no table."""
+    data = as_dict(result)
+    for name, value in data.items():
+        reason = data.get(f"{name}{_REASON}")
+        of_other = name.endswith(_REASON) and name.removesuffix(_REASON) in data
+        if not of_other and (reason is not None or _is_plain(value)):
+            yield name, value, reason
 
 
 def value_text(name: str, value: Any) -> str:

@@ -16,6 +16,7 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.observations import Observations
 from labbook.analysis.results.result_cache import ends_of
+from labbook.presenting.report.campaign import study_factor
 from reports.content import Factor, Level
 from reports.display import NO_BREAK, in_sentence
 from reports.figures.estimation import Estimation, EstimationGroup
@@ -274,16 +275,6 @@ def shortened(name: str) -> str:
 def _factor(observed: Observations) -> Factor | None:
     """Return the factor that makes the groups as the report knows it, None where no factor of a book does."""
     configuration = observed.configuration
-    settings = None if configuration is None else configuration.factors.get(observed.by)
-    if configuration is None or settings is None:
+    if configuration is None or observed.by not in configuration.factors:
         return None
-    gain = configuration.gains.get(observed.by)
-    return Factor(
-        name=observed.by,
-        title=settings.title or observed.by.replace("_", " "),
-        symbol=gain.symbol if gain else "",
-        unit=gain.unit if gain else settings.unit or "",
-        slope=gain.slope if gain else None,
-        offset=gain.offset if gain else None,
-        control=settings.control,
-    )
+    return study_factor(configuration, observed.by)

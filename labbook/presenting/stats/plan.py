@@ -16,29 +16,26 @@ Bounded = tuple[float | None, float | None, bool]
 """Both bounds, None for one that is not there, and whether they are in percent."""
 
 
-def plan_notes(observed: Observations, pooled: bool, alpha: float, beside: str = "") -> list[str]:
-    """Say whether the comparisons of a book's values are planned; `beside` is why the plan has no such question."""
+def plan_notes(
+    observed: Observations, pooled: bool, alpha: float, beside: str = "", bounds: Bounded | None = None
+) -> list[str]:
+    """Say whether the comparisons of a book's values are planned; `beside` is why the plan has no such question.
+
+    Tests against `bounds` are planned with the bounds that were stated, on apex heights.
+    """
     plan = observed.plan
     if plan is None:
         return []
-    family, beside = _family(pooled), _beside(plan, observed, beside)
-    reason = None if beside else plan.reason(observed.measured, family)
-    return _notes(plan, [beside, _other_alpha(plan, alpha)], family, reason)
-
-
-def bounds_notes(observed: Observations, pooled: bool, alpha: float, bounds: Bounded) -> list[str]:
-    """Say whether tests against bounds are planned: with the bounds that were stated, on apex heights."""
-    plan = observed.plan
-    if plan is None:
-        return []
-    family, stated = _family(pooled), plan.settings.apex_bounds
-    beside = _beside(plan, observed, "" if observed.measured.has_equivalence else NO_OTHER_BOUNDS)
-    reason = None if beside else plan.reason_of_equivalence(family)
+    if bounds is not None and not observed.measured.has_equivalence:
+        beside = NO_OTHER_BOUNDS
+    family, beside, stated = _family(pooled), _beside(plan, observed, beside), plan.settings.apex_bounds
+    of_family = plan.reason(observed.measured, family) if bounds is None else plan.reason_of_equivalence(family)
     reasons = [beside, _other_alpha(plan, alpha)]
-    decided = None if stated is None else (stated.low, stated.high, stated.percent)
-    if plan.stated and not beside and decided is not None and decided != bounds:
-        reasons.append(f"the bounds decided on are {_bounds_text(decided)}, and here {_bounds_text(bounds)} are used")
-    return _notes(plan, reasons, family, reason)
+    if bounds is not None and stated is not None and plan.stated and not beside:
+        decided = stated.low, stated.high, stated.percent
+        other = f"the bounds decided on are {_bounds_text(decided)}, and here {_bounds_text(bounds)} are used"
+        reasons.append(other if decided != bounds else "")
+    return _notes(plan, reasons, family, None if beside else of_family)
 
 
 def _family(pooled: bool) -> str:

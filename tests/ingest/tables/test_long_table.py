@@ -127,8 +127,7 @@ def test_conditions_choose_the_rows_that_a_database_chooses(rows: list[tuple[str
     foot, gain = ([row[place] for row in rows] for place in (0, 1))
     if not any(gain):
         gain = ["0", *gain[1:]]
-    columns = {"foot": column_for_where(foot), "gain": column_for_where(gain)}
-    chosen = rows_where(condition, columns, len(rows))
+    chosen = rows_where(condition, {"foot": foot, "gain": gain})
 
     table = sa.Table(
         "t", sa.MetaData(), sa.Column("i", sa.Integer), sa.Column("foot", sa.Text), sa.Column("gain", sa.Double)
