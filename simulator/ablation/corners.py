@@ -18,16 +18,6 @@ MOST_CORNERS = 16
 
 
 @dataclass(frozen=True, slots=True)
-class End:
-    """An end of what is swept: the name and value of the quantity, and those of the parameter that is read."""
-
-    name: str
-    coordinate: float
-    parameter: str
-    value: float
-
-
-@dataclass(frozen=True, slots=True)
 class Corner:
     """Values at the ends of what is swept, by name, and how far the chosen set is from all effects there."""
 
@@ -64,7 +54,7 @@ def compared_at_corners(
     compared, refused = [], 0
     for number, ends in enumerate(_corners(axes), 1):
         step(f"corner {number} of what is swept")
-        values = {end.parameter: end.value for end in ends}
+        values = {axis.parameter: float(axis.values[place]) for axis, place in ends}
         try:
             all_effects, enough = full.changed(values), chosen.changed(values)
         except UsageError:
@@ -72,19 +62,18 @@ def compared_at_corners(
             continue
         expected = outputs_of(all_effects, accuracy)
         found = outputs_of(enough, accuracy, STEPS_MORE * expected.most_steps)
-        compared.append(Corner({end.name: end.coordinate for end in ends}, difference(found, expected)))
+        at = {axis.name: float(axis.coordinates[place]) for axis, place in ends}
+        compared.append(Corner(at, difference(found, expected)))
     return Corners(tuple(compared), refused)
 
 
-def _corners(axes: Sequence[Axis]) -> Iterator[tuple[End, ...]]:
-    """Yield every combination of the axes' ends, or each end alone where they would be too many."""
-    places = [dict.fromkeys((int(axis.values.argmin()), int(axis.values.argmax()))) for axis in axes]
-    ends = [tuple(_end(axis, place) for place in both) for axis, both in zip(axes, places, strict=True)]
-    if math.prod(len(both) for both in ends) <= MOST_CORNERS:
+def _corners(axes: Sequence[Axis]) -> Iterator[tuple[tuple[Axis, int], ...]]:
+    """Yield every combination of the axes' ends, by their places, or each end alone where they would be too many."""
+    ends = [
+        [(axis, place) for place in dict.fromkeys((int(axis.values.argmin()), int(axis.values.argmax())))]
+        for axis in axes
+    ]
+    if math.prod(map(len, ends)) <= MOST_CORNERS:
         yield from itertools.product(*ends)
     else:
         yield from ((end,) for both in ends for end in both)
-
-
-def _end(axis: Axis, place: int) -> End:
-    return End(axis.name, float(axis.coordinates[place]), axis.parameter, float(axis.values[place]))

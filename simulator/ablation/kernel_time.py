@@ -6,13 +6,8 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
 from simulator.ablation.study import Ablation
-from simulator.jump import limits_for, parameter_row
-from simulator.kernel.build import kernel_for
-from simulator.kernel.limits import JUMPS_WANTED
-from simulator.kernel.rows import COLUMNS
+from simulator.accuracy.labbook_runs import KernelRun
 from simulator.scene import Scene
 
 FEWEST_RUNS = 5
@@ -34,21 +29,17 @@ class KernelTime:
 
 def kernel_time(scene: Scene, accuracy: float) -> KernelTime:
     """Run the scene's kernel repeatedly, at least five times, and time it without what surrounds it."""
-    kernel = kernel_for(scene.effects)
-    table, limits = parameter_row(kernel, scene)[np.newaxis, :], limits_for(accuracy)
-    limits[JUMPS_WANTED] = scene.jumps
-    rows, counts, nothing = np.zeros((1, scene.jumps, len(COLUMNS))), np.zeros(1, np.int64), np.zeros((0, 4))
-    trace = np.zeros((0, 4 + 4 * kernel.composition.state_size))
+    kernel = KernelRun(scene, accuracy)
     spent: list[float] = []
     while len(spent) < FEWEST_RUNS or sum(spent) < LONG_ENOUGH_S:
         started = time.perf_counter()
-        kernel.batch(table, limits, rows, counts, nothing, trace)
+        kernel.run()
         spent.append(time.perf_counter() - started)
     return KernelTime(
-        time_per_jump_s=min(spent) / max(int(counts[0]), 1),
-        compile_time_s=kernel.compile_time_s,
+        time_per_jump_s=min(spent) / max(kernel.jumps_made, 1),
+        compile_time_s=kernel.kernel.compile_time_s,
         runs=len(spent),
-        compiled=hasattr(kernel.batch, "compile"),
+        compiled=hasattr(kernel.kernel.batch, "compile"),
     )
 
 

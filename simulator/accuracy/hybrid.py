@@ -108,13 +108,9 @@ class HybridSystem:
     finish: Function
 
 
+@functools.lru_cache(maxsize=16)
 def system_for(effects: frozenset[str]) -> HybridSystem:
     """Return the system of a set of effects, composed once a process."""
-    return _system(frozenset(effects))
-
-
-@functools.lru_cache(maxsize=16)
-def _system(effects: frozenset[str]) -> HybridSystem:
     composition = compose(effects)
     functions = {**_moving(composition), **_changing(composition)}
     always = _of_effects(composition)
@@ -160,12 +156,7 @@ def _moving(composition: Composition) -> dict[str, tuple[Function, tuple[object,
     size, rates_of = composition.state_size, make_rates(composition)
     wants_switch, sampled = make_wants_switch(composition), composition.on("sampled_control")
     sleeps, count = composition.sleeps_in_flight, composition.guards
-    fill_guards, timer, must_land = (
-        make_guards(composition),
-        make_timer(composition),
-        make_must_land(composition),
-    )
-
+    fill_guards, timer, must_land = make_guards(composition), make_timer(composition), make_must_land(composition)
     at_once = make_at_once(composition, fill_guards)
 
     def rates(mode: int, t: float, work: Row, state: Row) -> Row:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from simulator.jump import limits_for, parameter_row
 from simulator.kernel.build import kernel_for
-from simulator.kernel.limits import JUMPS_WANTED
+from simulator.kernel.limits import JUMPS_WANTED, STOP_AFTER_TOUCHDOWN
 from simulator.kernel.rows import COLUMN, COLUMNS
 from simulator.scene import Scene
 
@@ -17,19 +17,19 @@ Row = NDArray[np.float64]
 
 
 class KernelRun:
-    """A scene's kernel with everything it needs; `run()` simulates, `row()` is the last jump's."""
+    """A scene's kernel with everything it needs; `run()` simulates, `row()` is that of the last jump made."""
 
     def __init__(
         self,
         scene: Scene,
         accuracy: float,
-        stop_after: int,
+        stop_after: int = STOP_AFTER_TOUCHDOWN,
         *,
         fixed_step_s: float = 0.0,
         parameters: Row | None = None,
     ) -> None:
         """Prepare `scene.jumps` jumps; `parameters`, in the order that the kernel reads, stand in for the scene's."""
-        kernel = kernel_for(scene.effects)
+        self.kernel = kernel = kernel_for(scene.effects)
         table = (parameter_row(kernel, scene) if parameters is None else parameters)[np.newaxis, :]
         limits = limits_for(accuracy, stop_after, fixed_step_s)
         limits[JUMPS_WANTED] = scene.jumps
@@ -39,19 +39,24 @@ class KernelRun:
         arguments = (table, limits, self._rows, self._counts, changes, trace)
         self.run: Callable[[], None] = lambda: kernel.batch(*arguments)
 
+    @property
+    def jumps_made(self) -> int:
+        """How many jumps were made."""
+        return int(self._counts[0])
+
     def row(self) -> Row:
         """Return the row of the last jump that was made, shape (columns,)."""
-        last: Row = self._rows[0, self._counts[0] - 1]
+        last: Row = self._rows[0, self.jumps_made - 1]
         return last
 
     def evaluations(self) -> int:
         """Return how often the forces were evaluated, over all jumps."""
-        return int(self._rows[0, : self._counts[0], COLUMN["rhs_evaluations"]].sum())
+        return int(self._rows[0, : self.jumps_made, COLUMN["rhs_evaluations"]].sum())
 
     def steps(self) -> int:
         """Return how many steps were taken, over all jumps."""
-        return int(self._rows[0, : self._counts[0], COLUMN["steps"]].sum())
+        return int(self._rows[0, : self.jumps_made, COLUMN["steps"]].sum())
 
     def time_s(self) -> float:
         """Return how long all jumps took the robot, s."""
-        return float(self._rows[0, : self._counts[0], COLUMN["jump_time_s"]].sum())
+        return float(self._rows[0, : self.jumps_made, COLUMN["jump_time_s"]].sum())

@@ -130,8 +130,10 @@ def reference_of(scene: Scene, stop_after: int) -> Reference:
     return Reference(source, False, finest.outcome, finest.values, round_off, _distance(scene, stop_after, finest))
 
 
-def _own(scene: Scene, stop_after: int, parameters: NDArray[np.float64] | None = None) -> Outputs:
-    kernel = KernelRun(scene, FINEST, stop_after, parameters=parameters)
+def _own(
+    scene: Scene, stop_after: int, *, parameters: NDArray[np.float64] | None = None, fixed_step_s: float = 0.0
+) -> Outputs:
+    kernel = KernelRun(scene, FINEST, stop_after, parameters=parameters, fixed_step_s=fixed_step_s)
     kernel.run()
     return outputs_of(scene, kernel.row())
 
@@ -147,7 +149,7 @@ def _round_off(scene: Scene, stop_after: int, finest: Outputs) -> dict[str, floa
     for _ in range(PERTURBED_RUNS):
         ends = np.where(draws.random(parameters.size) < 0.5, -math.inf, math.inf)
         moved = np.where(parameters == 0.0, 0.0, np.nextafter(parameters, ends))
-        errors = relative_errors(_own(scene, stop_after, moved), finest.values)
+        errors = relative_errors(_own(scene, stop_after, parameters=moved), finest.values)
         moves = {name: _larger(moves[name], errors[name]) for name in NAMES}
     return moves
 
@@ -157,7 +159,7 @@ def _distance(scene: Scene, stop_after: int, finest: Outputs) -> dict[str, float
     controlled = KernelRun(scene, FINEST, stop_after)
     controlled.run()
     step_s = controlled.time_s() / (STEPS_FINER * controlled.steps())
-    coarse, fine = (_at_fixed_step(scene, stop_after, step) for step in (step_s, step_s / 2.0))
+    coarse, fine = (_own(scene, stop_after, fixed_step_s=each_s) for each_s in (step_s, step_s / 2.0))
     distance: dict[str, float | None] = {}
     for name, true in finest.values.items():
         if true is None or true == 0.0:
@@ -169,12 +171,6 @@ def _distance(scene: Scene, stop_after: int, finest: Outputs) -> dict[str, float
         else:
             distance[name] = abs((second + (second - first) / (2.0**ORDER - 1.0)) / true - 1.0)
     return distance
-
-
-def _at_fixed_step(scene: Scene, stop_after: int, step_s: float) -> Outputs:
-    kernel = KernelRun(scene, FINEST, stop_after, fixed_step_s=step_s)
-    kernel.run()
-    return outputs_of(scene, kernel.row())
 
 
 def _larger(first: float | None, second: float | None) -> float | None:

@@ -141,22 +141,22 @@ class EmulatorRow:
     @property
     def scaled_saving(self) -> float:
         """Return the share of the joules of a jump that scaled active damping saves, (CE - AD) / CE."""
-        return saving(self.ce, self.scaled)
+        return _lost_share(self.ce.cost_j, self.scaled.cost_j)
 
     @property
     def constant_saving(self) -> float:
         """Return the share that constant active damping saves."""
-        return saving(self.ce, self.constant)
+        return _lost_share(self.ce.cost_j, self.constant.cost_j)
 
     @property
     def scaled_loss(self) -> float:
         """Return the share of the apex height that scaled active damping loses, (CE - AD) / CE."""
-        return apex_loss(self.ce, self.scaled)
+        return _lost_share(self.ce.apex_height_m, self.scaled.apex_height_m)
 
     @property
     def constant_loss(self) -> float:
         """Return the share that constant active damping loses."""
-        return apex_loss(self.ce, self.constant)
+        return _lost_share(self.ce.apex_height_m, self.constant.apex_height_m)
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,22 +186,15 @@ def emulator_table(accuracy: float, done: Callable[[str], None]) -> EmulatorTabl
     return EmulatorTable(scene, tuple(rows))
 
 
-def saving(ce: SteadyJump, ad: SteadyJump) -> float:
-    """Return the share of the joules of a jump that active damping saves (thesis 4.3.2)."""
-    return (ce.cost_j - ad.cost_j) / ce.cost_j
-
-
-def apex_loss(ce: SteadyJump, ad: SteadyJump) -> float:
-    """Return the share of the apex height that active damping loses (thesis 4.3.3)."""
-    return (ce.apex_height_m - ad.apex_height_m) / ce.apex_height_m
+def _lost_share(ce: float, ad: float) -> float:
+    """Return the share by which active damping lowers joules or an apex (thesis 4.3.2, 4.3.3)."""
+    return (ce - ad) / ce
 
 
 def _row(scene: Scene, gain: float, accuracy: float) -> EmulatorRow:
+    stiff = scene.changed({"k_extension": stiffness_n_m(gain)})
     damping_gains = (0.0, gain / EXTENSION_GAIN_PER_SCALED_GAIN, CONSTANT_DAMPING_GAIN)
-    scenes = [
-        scene.changed({"k_extension": stiffness_n_m(gain), "b_ad": active_damping_kg_m(damping_gain)})
-        for damping_gain in damping_gains
-    ]
+    scenes = [stiff.changed({"b_ad": active_damping_kg_m(damping_gain)}) for damping_gain in damping_gains]
     ce, scaled, constant = (steady_jump(changed, accuracy) for changed in scenes)
     return EmulatorRow(gain, ce, scaled, constant, yielding_of(scenes[0], accuracy))
 
@@ -268,7 +261,7 @@ class BedRow:
     @property
     def saving(self) -> float:
         """Return the share of the joules of a jump that active damping saves, (CE - AD) / CE (thesis 5.2.1)."""
-        return (self.ce_cost_j - self.cost_j) / self.ce_cost_j
+        return _lost_share(self.ce_cost_j, self.cost_j)
 
     @property
     def apex_gain_m(self) -> float:
@@ -308,10 +301,8 @@ def bed_table(accuracy: float, done: Callable[[str], None]) -> BedTable:
 
 def _bed_rows(scene: Scene, foot: str, gain: float, accuracy: float) -> list[BedRow]:
     damping_gains = (0.0, *BED_DAMPING_GAINS)
-    jumps = [
-        simulate(scene.changed({"b_ad": fitted_active_damping_kg_m(damping_gain)}), accuracy).jump
-        for damping_gain in damping_gains
-    ]
+    dampings_kg_m = map(fitted_active_damping_kg_m, damping_gains)
+    jumps = [simulate(scene.changed({"b_ad": damping_kg_m}), accuracy).jump for damping_kg_m in dampings_kg_m]
     ce = jumps[0]
     return [
         BedRow(

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simulator.gains import stiffness_n_m
-from simulator.jump import ill_conditioned, limits_for, parameter_row
-from simulator.kernel.build import kernel_for
+from simulator.kernel.composition import compose
 from simulator.kernel.layout import APEX, TOUCHDOWN
-from simulator.kernel.rows import COLUMN, COLUMNS
 from simulator.scene import Scene
+from simulator.sweep.chunks import recipe_of_rows, simulate_rows
+from simulator.sweep.outputs import PLACE
 from simulator.thesis.motions import Pair
 from simulator.thesis.ranges import (
     ACTIVE_DAMPINGS_KG_M,
@@ -148,31 +148,23 @@ def jumps_over(scene: Scene, values: Mapping[str, ArrayLike], accuracy: float) -
     for name, given in values.items():
         for extreme in (np.min(given), np.max(given)):
             scene.changed({name: float(extreme)})
+    recipe = recipe_of_rows(scene, accuracy)
     grid = np.broadcast_arrays(*(np.asarray(given, np.float64) for given in values.values()))
-    kernel = kernel_for(scene.effects)
-    names = [parameter.name for parameter in kernel.composition.parameters]
-    table = np.tile(parameter_row(kernel, scene), (grid[0].size, 1))
+    names = [parameter.name for parameter in compose(scene.effects).parameters]
+    table = np.tile(recipe.base, (grid[0].size, 1))
     for name, column in zip(values, grid, strict=True):
         table[:, names.index(name)] = column.ravel()
-    rows = np.zeros((len(table), 1, len(COLUMNS)))
-    nothing = np.zeros((0, 4)), np.zeros((0, 4 + 4 * kernel.composition.state_size))
-    kernel.batch(table, limits_for(accuracy), rows, np.zeros(len(table), np.int64), *nothing)
-    return _jumps(rows[:, 0].reshape(*grid[0].shape, len(COLUMNS)), accuracy)
+    rows = simulate_rows(recipe, table)[:, 0].reshape(*grid[0].shape, -1)
+    jumped = np.isin(rows[..., PLACE["outcome"]], (APEX, TOUCHDOWN))
 
-
-def _jumps(rows: FloatArray, accuracy: float) -> Jumps:
-    jumped = np.isin(rows[..., COLUMN["outcome"]], (APEX, TOUCHDOWN))
-
-    def column(name: str) -> FloatArray:
-        return np.where(jumped, rows[..., COLUMN[name]], np.nan)
+    def output(name: str) -> FloatArray:
+        return np.where(jumped, rows[..., PLACE[name]], np.nan)
 
     return Jumps(
         jumped=jumped,
-        ill_conditioned=ill_conditioned(
-            rows[..., COLUMN["decision_margin"]], rows[..., COLUMN["error_growth"]], accuracy
-        ),
-        heat_j=column("stance_heat_J"),
-        mechanical_j=column("stance_mechanical_J"),
-        drag_j=column("stance_drag_J"),
-        apex_height_m=column("apex_height_m"),
+        ill_conditioned=rows[..., PLACE["ill_conditioned"]] == 1.0,
+        heat_j=output("stance_heat_J"),
+        mechanical_j=output("stance_mechanical_J"),
+        drag_j=output("stance_drag_J"),
+        apex_height_m=output("apex_height_m"),
     )
