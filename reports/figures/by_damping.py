@@ -12,7 +12,7 @@ from reports.content import ReportContent
 from reports.display import as_shown, count_text, general_text, level_text, shown_unit, stated_text
 from reports.figures.kind import figures_of_outcomes, levels_alone
 from reports.figures.series import Axis, Series, axis_of, drawn_factor, series_lie_apart, series_of
-from reports.figures.style import GREY, TWO_COLUMNS_IN, is_narrow, light_grid, new_figure, publication_style
+from reports.figures.style import GREY, TWO_COLUMNS_IN, is_narrow, light_grid, new_figure, publication_style, spread
 from reports.naming import swept_factor, swept_words
 from reports.numbers import Number
 from reports.sentences import absence_text
@@ -104,9 +104,6 @@ def range_text(content: ReportContent, quantity: Outcome) -> str:
     return " ".join(sentences)
 
 
-_GOLDEN_STEP = (math.sqrt(5.0) - 1.0) / 2.0
-
-
 @dataclass(frozen=True, slots=True)
 class _Marks:
     """What is drawn of one series: `(x, mean, below, above)` in the order of x, and `(x, value)` of every run.
@@ -194,11 +191,8 @@ def _marks(series: Series, axis: Axis, quantity: Outcome) -> _Marks:
         if summary is None:
             continue
         at = axis.position(condition)
-        # A fixed spread by the golden ratio: points apart, and the same file each time.
-        runs += [
-            (at + ((index * _GOLDEN_STEP) % 1.0 - 0.5) * 0.08 * axis.step, run.value * factor)
-            for index, run in enumerate(summary.runs)
-        ]
+        aside = spread(len(summary.runs))
+        runs += [(at + x * 0.08 * axis.step, run.value * factor) for x, run in zip(aside, summary.runs, strict=True)]
         if isinstance(summary.mean.value, int | float):
             shown = as_shown(summary.mean)
             mean = summary.mean.value * factor

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 from reports.content import ReportContent, RunPoint
 from reports.display import count_text, list_text
 from reports.figures.kind import FigureKind
-from reports.figures.style import BLACK, BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure
+from reports.figures.style import BLACK, BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure, spread
 from reports.naming import SweptWords, swept_factor, swept_words
 
 if TYPE_CHECKING:
@@ -103,9 +102,6 @@ DAY_ORDER = FigureKind(
 )
 
 
-_GOLDEN_STEP = (math.sqrt(5.0) - 1.0) / 2.0
-
-
 def _draw_packs(content: ReportContent, width_in: float) -> Figure:
     """Draw every run by its pack, with mean and interval; less the condition's mean where that is given."""
     order = content.order
@@ -119,8 +115,8 @@ def _draw_packs(content: ReportContent, width_in: float) -> Figure:
             for point in order.points
             if point.pack == pack
         ]
-        spread = [place + ((i * _GOLDEN_STEP) % 1.0 - 0.5) * 0.4 for i in range(len(values))]
-        axes.plot(spread, values, "o", color=BLUE, alpha=0.4, markersize=2.8, markeredgewidth=0, zorder=2)
+        beside = [place + x * 0.4 for x in spread(len(values))]
+        axes.plot(beside, values, "o", color=BLUE, alpha=0.4, markersize=2.8, markeredgewidth=0, zorder=2)
     for summary in order.packs:
         mean = summary.mean
         if summary.pack in packs and isinstance(mean.value, int | float):

@@ -42,6 +42,21 @@ def tidy_rows(axes: Axes, rows: int) -> None:
     axes.tick_params(axis="y", length=0)
 
 
+def write_beside(axes: Axes, words: str, row: float, offset_pt: float, *, size_pt: float, colour: str) -> None:
+    """Write words at the right of the axes, so many points from them, at the height of a row."""
+    axes.annotate(
+        words,
+        (1.0, row),
+        xycoords=axes.get_yaxis_transform(),
+        xytext=(offset_pt, 0),
+        textcoords="offset points",
+        va="center",
+        fontsize=size_pt,
+        color=colour,
+        annotation_clip=False,
+    )
+
+
 _ROW_IN, _LETTER_PT = 0.165, 4.0
 _ACROSS = "pooled across groups"
 
@@ -138,18 +153,8 @@ def _draw_row(axes: Axes, row: _Row, place: int, places: int, counts_pt: float |
     draw_estimate(axes, row.savings, place, colour=colour, marker=marker)
     if counts_pt is None or isinstance(row.savings.value, Undefined):
         return
-    for offset_pt, words, ink in ((6, _number_text(row.savings, places), BLACK), (counts_pt, row.counts, GREY)):
-        axes.annotate(
-            words,
-            (1.0, place),
-            xycoords=axes.get_yaxis_transform(),
-            xytext=(offset_pt, 0),
-            textcoords="offset points",
-            va="center",
-            fontsize=7,
-            color=ink,
-            annotation_clip=False,
-        )
+    write_beside(axes, _number_text(row.savings, places), place, 6, size_pt=7, colour=BLACK)
+    write_beside(axes, row.counts, place, counts_pt, size_pt=7, colour=GREY)
 
 
 def caption(content: ReportContent) -> str:

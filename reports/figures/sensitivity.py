@@ -12,7 +12,7 @@ from data_schema.vocabulary import Undefined
 from reports.content import ReportContent, Sensitivity, Variant
 from reports.display import DASH, EQUALS, as_shown, count_text, general_text, list_text
 from reports.figures.kind import FigureKind
-from reports.figures.savings import draw_estimate, tidy_rows
+from reports.figures.savings import draw_estimate, tidy_rows, write_beside
 from reports.figures.style import BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure
 from reports.numbers import Number, Value
 
@@ -126,17 +126,7 @@ def _draw_row(axes: Axes, row: _Row, place: int) -> None:
     counts = sorted({number.n for number in row.numbers if number.n is not None})
     if counts:
         text = str(counts[0]) if len(counts) == 1 else f"{counts[0]}{DASH}{counts[-1]}"
-        axes.annotate(
-            f"n{EQUALS}{text}",
-            (1.0, place),
-            xycoords=axes.get_yaxis_transform(),
-            xytext=(3, 0),
-            textcoords="offset points",
-            va="center",
-            fontsize=5.5,
-            color=GREY,
-            annotation_clip=False,
-        )
+        write_beside(axes, f"n{EQUALS}{text}", place, 3, size_pt=5.5, colour=GREY)
 
 
 def _changed(one: Sensitivity) -> list[Variant]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import math
 import os
 import tempfile
 import warnings
@@ -162,6 +163,12 @@ def lay_out(figure: Figure) -> None:
 def light_grid(axes: Axes, axis: Literal["both", "x", "y"] = "y") -> None:
     """Draw thin lines to read values by."""
     axes.grid(visible=True, axis=axis, color=PALE, linewidth=0.5)
+
+
+def spread(count: int) -> list[float]:
+    """Return how far beside their place points lie, -0.5 to 0.5: apart by the golden ratio, the same each time."""
+    step = (math.sqrt(5.0) - 1.0) / 2.0
+    return [(index * step) % 1.0 - 0.5 for index in range(count)]
 
 
 def plain_ticks(most: int = 6) -> MaxNLocator:

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 
+from reports.display import time_text
 from reports.drawn import Curve, Panel, WorkPrecision
 from reports.figures.style import (
     BLACK,
@@ -28,7 +29,6 @@ from reports.figures.style import (
 
 OWN_METHOD = "labbook"
 _LOOKS = ((VERMILLION, "s"), (SKY, "^"), (BLUE, "D"), (GREEN, "v"))
-_UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"))
 _FLOOR_NAME = "round-off: nothing is claimed"
 _LINE = 0.045
 """Height of a setting's text, as a part of that axis."""
@@ -106,7 +106,7 @@ def _draw_panel(axes: Axes, panel: Panel, looks: dict[str, tuple[str, str]], lim
             _write_settings(axes, curve, limits)
     axes.set_ylim(*limits)
     axes.set_title(panel.output, fontsize=7, loc="left")
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _place: _time(value)))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _place: time_text(value)))
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.yaxis.set_major_locator(LogLocator(base=10.0, numticks=9))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _place: f"1e{round(math.log10(value)):d}"))
@@ -146,9 +146,3 @@ def _write_settings(axes: Axes, curve: Curve, limits: tuple[float, float]) -> No
             fontsize=5,
             zorder=4,
         )
-
-
-def _time(seconds: float) -> str:
-    """A time on the axis, in the unit that gives the shortest text."""
-    size, unit = next(((size, unit) for size, unit in _UNITS if seconds >= 0.999 * size), _UNITS[-1])
-    return f"{seconds / size:g} {unit}"

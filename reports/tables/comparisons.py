@@ -27,7 +27,7 @@ from reports.tables.table import (
     Table,
     count,
     interval_cell,
-    interval_title,
+    interval_column,
     number_cell,
     p_cell,
     provenance_cell,
@@ -105,8 +105,7 @@ def over_runs(test: SignificanceTest, one_day_each: str, degrees: int = 1) -> tu
 def difference_columns(numbers: Sequence[Number], unit: str) -> tuple[Column, Column]:
     """Make the columns of differences in a stored unit and of their intervals."""
     slug, shown = unit_slug(unit), shown_unit(unit)[0]
-    interval = Column(interval_title(numbers), (f"ci_low_{slug}", f"ci_high_{slug}", "ci_level"), shown)
-    return Column("difference", (f"difference_{slug}",), shown), interval
+    return Column("difference", (f"difference_{slug}",), shown), interval_column(numbers, shown, slug)
 
 
 def reasons_note(given: Iterable[str]) -> str:
@@ -142,7 +141,6 @@ def _of_outcome(content: ReportContent, quantity: Outcome, name: str) -> Table:
     if adjusted is not None:
         caption += f" Holm: p adjusted over the {adjusted.n} tests of the family."
     places, savings_places = common_places(differences), common_places(savings, 1)
-    saved_ends = ("savings_ci_low_percent", "savings_ci_high_percent", "savings_ci_level")
     columns: Columns[Found[Decision]] = (
         (
             Column("days", ("days",), shown=decided),
@@ -166,7 +164,7 @@ def _of_outcome(content: ReportContent, quantity: Outcome, name: str) -> Table:
             lambda row: number_cell(row.shown.savings, savings_places),
         ),
         (
-            Column(interval_title(savings), saved_ends, "%", shown=with_savings),
+            interval_column(savings, "%", "percent", of="savings_", shown=with_savings),
             lambda row: noted(interval_cell(row.shown.savings, savings_places), row.comparison.unsure),
         ),
         (Column("unit", ("unit",), numeric=False, shown=False), lambda row: words(row.shown.unit)),

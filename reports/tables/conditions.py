@@ -15,7 +15,7 @@ from reports.tables.table import (
     TableKind,
     count,
     interval_cell,
-    interval_title,
+    interval_column,
     number_cell,
     provenance_cell,
     table_of,
@@ -127,10 +127,7 @@ def _make(content: ReportContent, quantity: Outcome, name: str) -> Table:
             Column("shared SE", (f"shared_se_{slug}",), unit, shown=False),
             lambda row: value_cell(row[2].mean.shared_se, places, factor),
         ),
-        (
-            Column(interval_title(means), (f"ci_low_{slug}", f"ci_high_{slug}", "ci_level"), unit),
-            lambda row: interval_cell(row[2].mean, places),
-        ),
+        (interval_column(means, unit, slug), lambda row: interval_cell(row[2].mean, places)),
         (PROVENANCE, lambda row: provenance_cell(row[2].mean.provenance)),
     )
     shared = any((mean.shared_se or 0.0) != 0.0 for mean in means)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from data_schema.outcomes import Outcome
 from reports.content import Comparison, ReportContent
 from reports.display import DASH, common_places, shown_unit
@@ -18,10 +20,11 @@ from reports.tables.table import (
     TableKind,
     count,
     interval_cell,
-    interval_title,
+    interval_column,
     number_cell,
     p_cell,
     provenance_cell,
+    unit_slug,
     words,
 )
 
@@ -38,8 +41,8 @@ def headlines(content: ReportContent) -> Table:
         Column("group", ("group",), numeric=False),
         Column("days", ("days",), shown=by_days),
         Column("n", ("n_control", "n_treatment")),
-        *_columns("savings", interval_title(saved), "savings{}_percent", "%", shown=not alone),
-        *_columns("apex", interval_title(heights), "apex{}_m", shown_unit("m")[0], shown=alone),
+        *_columns("savings", "savings", saved, "%", shown=not alone),
+        *_columns("apex", "apex_difference", heights, "m", shown=alone),
         Column("apex n", ("apex_days", "apex_n_control", "apex_n_treatment"), shown=False),
         PROVENANCE,
         ONE_DAY_EACH,
@@ -61,12 +64,14 @@ def headlines(content: ReportContent) -> Table:
     return Table("headlines", caption, columns, tuple(rows))
 
 
-def _columns(title: str, interval: str, field: str, unit: str, *, shown: bool) -> tuple[Column, Column, Column]:
-    """Make the columns of an effect, its interval and its p; `{}` in the field's name is where an end is named."""
-    ends = (field.format("_ci_low"), field.format("_ci_high"), f"{title}_ci_level")
+def _columns(
+    title: str, field: str, numbers: Sequence[Number | None], unit: str, *, shown: bool
+) -> tuple[Column, Column, Column]:
+    """Make the columns of an effect in a stored unit, its interval and its p."""
+    slug, on_page = unit_slug(unit), shown_unit(unit)[0]
     return (
-        Column(title, (field.format("" if unit == "%" else "_difference"),), unit, shown=shown),
-        Column(interval, ends, unit, shown=shown),
+        Column(title, (f"{field}_{slug}",), on_page, shown=shown),
+        interval_column(numbers, on_page, slug, of=f"{title}_", shown=shown),
         Column("p", (f"{title}_p",), shown=shown),
     )
 

@@ -15,7 +15,7 @@ from reports.tables.table import (
     Table,
     TableKind,
     interval_cell,
-    interval_title,
+    interval_column,
     number_cell,
     provenance_cell,
     table_of,
@@ -82,7 +82,7 @@ def _make(content: ReportContent) -> Table:
 def _in_full(content: ReportContent) -> Table:
     parts = [(one, part) for one in content.hypotheses for part in one.parts]
     places = common_places([part.measured for _, part in parts])
-    level = interval_title(part.measured for _, part in parts if part.untold is None)
+    told = [part.measured for _, part in parts if part.untold is None]
     columns: Columns[tuple[Hypothesis, HypothesisPart]] = (
         (_NAME, lambda row: Cell("", (row[0].name,))),
         (Column("compared", ("of", "against"), numeric=False), lambda row: _compared(content, row[1])),
@@ -91,10 +91,7 @@ def _in_full(content: ReportContent) -> Table:
             lambda row: Cell(_bounds_text(row[1]), (row[1].low, row[1].high)),
         ),
         (Column("measured", ("measured_percent",), "%"), lambda row: number_cell(row[1].measured, places)),
-        (
-            Column(level, ("ci_low_percent", "ci_high_percent", "ci_level"), "%"),
-            lambda row: _interval(content, row[1], places),
-        ),
+        (interval_column(told, "%", "percent"), lambda row: _interval(content, row[1], places)),
         (text_column("verdict"), lambda row: words(str(row[1].verdict))),
         (Column("simulated", ("simulated_percent",), "%"), lambda row: number_cell(row[1].simulated, places)),
         (Column("std. error", ("simulated_se_percent",), "%"), lambda row: _simulated_error(row[1], places)),

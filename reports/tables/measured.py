@@ -22,7 +22,7 @@ from reports.content import (
     RunPoint,
     Sensitivity,
 )
-from reports.display import DASH, EQUALS, common_places, level_text, places_of, shown_unit, with_unit
+from reports.display import DASH, EQUALS, common_places, places_of, shown_unit, with_unit
 from reports.flow_steps import Step, flow_lines
 from reports.naming import group_name, level_value, swept_factor, swept_words
 from reports.numbers import Number, Value
@@ -36,7 +36,7 @@ from reports.tables.table import (
     TableKind,
     count,
     interval_cell,
-    interval_title,
+    interval_column,
     number_cell,
     provenance_cell,
     table_of,
@@ -175,7 +175,7 @@ def _drain(content: ReportContent) -> Table:
         Column("quantity", ("quantity",), numeric=False),
         Column("value", ("value",)),
         Column("SE", ("se",), shown=any(fit.at_run.se is not None or fit.slope.se is not None for fit in fits)),
-        Column(level_text(fits[0].at_run) if fits else "CI", ("ci_low", "ci_high", "ci_level")),
+        interval_column(fit.at_run for fit in fits),
         Column("unit", ("unit",), numeric=False),
         PROVENANCE,
     )
@@ -253,10 +253,7 @@ def _packs(content: ReportContent) -> Table:
         (text_column("pack"), lambda summary: words(summary.pack)),
         (Column("n", ("n_runs",)), lambda summary: count(summary.mean.n)),
         (Column("mean", ("mean",), unit), lambda summary: number_cell(summary.mean, places)),
-        (
-            Column(interval_title(means), ("ci_low", "ci_high", "ci_level"), unit),
-            lambda summary: interval_cell(summary.mean, places),
-        ),
+        (interval_column(means, unit), lambda summary: interval_cell(summary.mean, places)),
         (replace(PROVENANCE, shown=traced), lambda summary: provenance_cell(summary.mean.provenance)),
     )
     return table_of("packs", "Joules a jump by battery pack, as in the figure.", content.order.packs, columns)
@@ -268,10 +265,7 @@ def _sensitivity(content: ReportContent) -> Table:
         (text_column("computed", "variant"), lambda row: words(row[1])),
         (Column("n", ("n",)), lambda row: count(row[2].n)),
         (Column("value", ("value",)), lambda row: number_cell(row[2], common_places([row[0].as_reported]))),
-        (
-            Column("CI", ("ci_low", "ci_high", "ci_level")),
-            lambda row: interval_cell(row[2], common_places([row[0].as_reported])),
-        ),
+        (interval_column(()), lambda row: interval_cell(row[2], common_places([row[0].as_reported]))),
         (text_column("unit"), lambda row: Cell(shown_unit(row[2].unit)[0], (row[2].unit,))),
         (PROVENANCE, lambda row: provenance_cell(row[2].provenance)),
     )

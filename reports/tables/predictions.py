@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from data_schema.vocabulary import Undefined
 from reports.content import ReportContent
-from reports.display import DASH, common_places, level_text, shown_unit, stated_text, with_unit
+from reports.display import DASH, common_places, shown_unit, stated_text, with_unit
 from reports.evidence import POOLED
 from reports.naming import level_name, levels_name, swept_factor, swept_words
 from reports.numbers import Number
@@ -21,6 +21,7 @@ from reports.tables.table import (
     TableKind,
     count,
     interval_cell,
+    interval_column,
     number_cell,
     provenance_cell,
     table_of,
@@ -133,9 +134,9 @@ def _make(content: ReportContent, quantity: PredictedQuantity, name: str) -> Tab
     traced = Column("published (thesis)", ("published", "published_unit", "published_in"), numeric=False)
     stored = _STORED_UNITS[quantity]
     unit, slug = shown_unit(stored)[0], unit_slug(stored)
-    places = common_places([item.measured for item in items])
+    measured = [item.measured for item in items]
+    places = common_places(measured)
     finer = max(places, common_places([item.predicted for item in items], places))
-    level = level_text(items[0].measured) if items else "CI"
     columns: Columns[Prediction] = (
         (
             Column("condition", ("group", "level"), numeric=False),
@@ -143,10 +144,7 @@ def _make(content: ReportContent, quantity: PredictedQuantity, name: str) -> Tab
         ),
         (Column("n", ("n_runs",)), lambda item: count(item.n)),
         (Column("measured", (f"measured_{slug}",), unit), lambda item: number_cell(item.measured, places)),
-        (
-            Column(level, (f"ci_low_{slug}", f"ci_high_{slug}", "ci_level"), unit),
-            lambda item: interval_cell(item.measured, places),
-        ),
+        (interval_column(measured, unit, slug), lambda item: interval_cell(item.measured, places)),
         (Column("predicted", (f"predicted_{slug}",), unit), lambda item: _predicted(item, finer)),
         (Column("std. error", (f"predicted_se_{slug}",), unit), lambda item: _error(item.predicted, finer)),
         (

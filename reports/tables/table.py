@@ -215,9 +215,13 @@ def interval_cell(number: Number | None, places: int | None = None) -> Cell:
     return Cell(interval_text(number, places, unit=False) or DASH, ends)
 
 
-def interval_title(numbers: Iterable[Number | None]) -> str:
-    """Head a column of intervals with their level: "95 % CI"."""
-    return next((level_text(number) for number in numbers if number is not None), "CI")
+def interval_column(
+    numbers: Iterable[Number | None], unit: str = "", slug: str = "", *, of: str = "", shown: bool = True
+) -> Column:
+    """Make a column of intervals, headed by their level: "95 % CI"; `of` and `slug` are in the fields' names."""
+    title = next((level_text(number) for number in numbers if number is not None), "CI")
+    low, high = (f"{of}{end}_{slug}" if slug else f"{of}{end}" for end in ("ci_low", "ci_high"))
+    return Column(title, (low, high, f"{of}ci_level"), unit, shown=shown)
 
 
 def p_cell(p: Value) -> Cell:

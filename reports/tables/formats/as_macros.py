@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from reports.content import Comparison, ReportContent
 from reports.display import as_shown, interval_text, p_text, places_of, value_text, with_unit
-from reports.evidence import Decision, Equivalence, OverGroups
+from reports.evidence import Decision, OverGroups
 from reports.naming import swept_factor
 from reports.numbers import Number, Value
 from reports.tables.formats.as_latex import latex_text
@@ -115,14 +115,15 @@ def _scope(name: Iterable[str], scope: OverGroups, number: Number) -> Iterator[M
 
 def _by_group(content: ReportContent) -> Iterator[Macro]:
     for comparison in (*content.pooled, *_planned_levels(content)):
-        name = (comparison.quantity.key, *_group(comparison.group), *_level(content, comparison))
+        group = [f"{factor} {level}" for factor, level in comparison.group.items()]
+        name = (comparison.quantity.key, *group, *_level(content, comparison))
         lead = comparison.lead
         if lead.savings is not None:
             yield from _number((*name, "saving"), lead.savings, lead.test.p)
         yield from _number((*name, "difference"), lead.difference, lead.test.p)
         yield from _runs(name, comparison, lead)
-        if lead.equivalence is not None:
-            yield from _equivalence((*name, "equivalence"), lead.equivalence)
+        if (tested := lead.equivalence) is not None:
+            yield from _number((*name, "equivalence"), tested.estimate, tested.p)
 
 
 def _planned_levels(content: ReportContent) -> list[Comparison]:
@@ -143,14 +144,6 @@ def _runs(name: tuple[str, ...], comparison: Comparison, lead: Decision) -> Iter
         yield Macro(macro_name(*name, "days"), str(len(lead.days)), identity)
     if lead.adjusted is not None:
         yield Macro(macro_name(*name, "p Holm"), p_text(lead.adjusted.value), lead.adjusted.provenance)
-
-
-def _equivalence(name: tuple[str, ...], tested: Equivalence) -> Iterator[Macro]:
-    yield from _number(name, tested.estimate, tested.p)
-
-
-def _group(group: Mapping[str, str]) -> list[str]:
-    return [f"{factor} {level}" for factor, level in group.items()]
 
 
 def _number(name: Iterable[str], number: Number, p: Value) -> Iterator[Macro]:
