@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import importlib.metadata
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import sqlalchemy as sa
 
 from data_schema.outcomes import Outcome
-from data_schema.queries.history import void_reasons as reasons_of_void
-from data_schema.queries.results import ResultRow
-from data_schema.queries.study import CheckRow, PlannedRow, checks_by_day, people, planned_runs, withdrawn_names
+from data_schema.queries.history import void_reasons
+from data_schema.queries.study import checks_by_day, people, planned_runs, withdrawn_names
 from ingest.store import Store
 from labbook.analysis.comparison import pairing
 from labbook.analysis.outcomes.detection import Detections
@@ -21,83 +20,13 @@ from labbook.analysis.study_data import gather
 from labbook.config.parsing import Configuration
 from labbook.presenting.numbers import Shown, provenance
 from labbook.presenting.report import campaign, comparisons, drain, methods, predicted, preregistration
-from labbook.presenting.report.tests_made import known_errors, tests_beside
+from labbook.presenting.report.error_rates import known_error_rates, uses
+from labbook.presenting.report.tests_made import tests_beside
 from reports.content import Claim, Comparison, ReportContent
 from reports.decided_sentences import group_claim, overall_claims
 from reports.remarks import all_on_one_day_each, days_claim
 from reports.sentences import difference_claim, family_claim, savings_claim
 from stats.apexes.detectors import DETECTORS
-
-
-def _build_content(
-    analysis: StudyAnalysis,
-    shown: Shown,
-    *,
-    made_at: str,
-    people: Sequence[str],
-    planned: Sequence[PlannedRow],
-    withdrawn: Collection[str],
-    checks: Mapping[str, Sequence[CheckRow]],
-    void_reasons: Mapping[str, str],
-    results: Iterable[ResultRow],
-) -> ReportContent:
-    """Fill a report's content; `shown` collects the numbers that it shows, which are those of the `results`."""
-    evidence = analysis.evidence
-    detector = evidence.configuration.protocol.detector
-    compared = comparisons.comparisons(analysis, shown)
-    bare = ReportContent(
-        title=f"Report on {evidence.study.name}",
-        study=evidence.study.name,
-        selection=evidence.selection,
-        made_at=made_at,
-        software_version=importlib.metadata.version("robot-labbook"),
-        configuration_hash=evidence.configuration.sha256[:12],
-        detector=f"{detector}, version {DETECTORS[detector].version}",
-        people=tuple(people),
-        days=campaign.days(analysis, checks),
-        flow=campaign.flow(analysis, planned, withdrawn),
-        factors=campaign.factors(analysis),
-        conditions=campaign.conditions(analysis, shown),
-        claims=(),
-        comparisons=compared,
-        overall=comparisons.overall(analysis, shown),
-        overall_equivalence=comparisons.overall_equivalence(analysis, shown),
-        anovas=comparisons.anovas(analysis, shown),
-        jump_comparisons=comparisons.jump_comparisons(analysis, shown),
-        drains=drain.drain_fits(analysis, shown),
-        order=campaign.order(analysis, shown, in_claims=all_on_one_day_each(compared)),
-        methods=methods.methods(analysis),
-        tests_beside=tests_beside(analysis),
-        sources=methods.sources(analysis),
-        known_errors=known_errors(analysis),
-        limitations=methods.limitations(analysis),
-        outside_limits=methods.outside_limits(analysis),
-        assumed=methods.assumed(analysis),
-        robots=campaign.runs_by_robot(analysis),
-        predictions=predicted.predictions(analysis, shown),
-        hypotheses=predicted.hypotheses(analysis, shown),
-        planned=analysis.planned.stated,
-        decided=preregistration.decided(analysis),
-        run_before=analysis.planned.run_before or "",
-        departures=preregistration.departures(analysis, compared),
-        departed=len(analysis.planned.departures),
-        void=preregistration.void(analysis, void_reasons),
-        not_planned=preregistration.not_planned(analysis, compared),
-        counted=analysis.planned.settings.unit_of_analysis.noun,
-        no_equivalence=preregistration.no_equivalence(analysis),
-    )
-    used = ("numpy", "scipy", "matplotlib", *(("numba",) if bare.predictions.items else ()))
-    bare = replace(bare, software=tuple((name, importlib.metadata.version(name)) for name in used))
-    bare = replace(bare, limitations=(*campaign.robot_limitations(analysis, bare), *bare.limitations))
-    budget, budget_note = drain.budget(analysis, shown, bare)
-    return replace(
-        bare,
-        budget=budget,
-        budget_note=budget_note,
-        sensitivity=comparisons.sensitivity(analysis, shown, bare),
-        claims=_claims(bare, compared, one_level=comparisons.one_level(analysis)),
-        provenance=provenance(shown.ids, results),
-    )
 
 
 def _claims(content: ReportContent, compared: Sequence[Comparison], *, one_level: bool) -> tuple[Claim, ...]:
@@ -159,15 +88,59 @@ def make_report(
     detections = Detections(connection, store, progress)
     analysis = analyse(cache, detections, evidence, progress, level)
     shown = Shown()
-    content = _build_content(
-        analysis,
-        shown,
+    detector = evidence.configuration.protocol.detector
+    compared = comparisons.comparisons(analysis, shown)
+    bare = ReportContent(
+        title=f"Report on {evidence.study.name}",
+        study=evidence.study.name,
+        selection=evidence.selection,
         made_at=made_at,
-        people=list(people(connection)),
-        planned=planned_runs(connection),
-        withdrawn=withdrawn_names(connection),
-        checks=checks_by_day(connection),
-        void_reasons=reasons_of_void(connection),
-        results=[*cache.computed.values(), *cache.reused.values()],
+        software_version=importlib.metadata.version("robot-labbook"),
+        configuration_hash=evidence.configuration.sha256[:12],
+        detector=f"{detector}, version {DETECTORS[detector].version}",
+        people=tuple(people(connection)),
+        days=campaign.days(analysis, checks_by_day(connection)),
+        flow=campaign.flow(analysis, planned_runs(connection), withdrawn_names(connection)),
+        factors=campaign.factors(analysis),
+        conditions=campaign.conditions(analysis, shown),
+        claims=(),
+        comparisons=compared,
+        overall=comparisons.overall(analysis, shown),
+        overall_equivalence=comparisons.overall_equivalence(analysis, shown),
+        anovas=comparisons.anovas(analysis, shown),
+        jump_comparisons=comparisons.jump_comparisons(analysis, shown),
+        drains=drain.drain_fits(analysis, shown),
+        order=campaign.order(analysis, shown, in_claims=all_on_one_day_each(compared)),
+        methods=methods.methods(analysis),
+        tests_beside=tests_beside(analysis),
+        sources=methods.sources(analysis),
+        known_errors=known_error_rates(uses(analysis)),
+        limitations=methods.limitations(analysis),
+        outside_limits=methods.outside_limits(analysis),
+        assumed=methods.assumed(analysis),
+        robots=campaign.runs_by_robot(analysis),
+        predictions=predicted.predictions(analysis, shown),
+        hypotheses=predicted.hypotheses(analysis, shown),
+        planned=analysis.planned.stated,
+        decided=preregistration.decided(analysis.planned),
+        run_before=analysis.planned.run_before or "",
+        departures=preregistration.departures(analysis, compared),
+        departed=len(analysis.planned.departures),
+        void=preregistration.void(analysis, void_reasons(connection)),
+        not_planned=preregistration.not_planned(analysis, compared),
+        counted=analysis.planned.settings.unit_of_analysis.noun,
+        no_equivalence=preregistration.no_equivalence(analysis),
+    )
+    used = ("numpy", "scipy", "matplotlib", *(("numba",) if bare.predictions.items else ()))
+    budget, budget_note = drain.budget(analysis, shown, bare)
+    content = replace(
+        bare,
+        software=tuple((name, importlib.metadata.version(name)) for name in used),
+        limitations=(*campaign.robot_limitations(analysis, bare), *bare.limitations),
+        budget=budget,
+        budget_note=budget_note,
+        sensitivity=comparisons.sensitivity(analysis, shown, bare),
+        claims=_claims(bare, compared, one_level=comparisons.one_level(analysis)),
+        provenance=provenance(shown.ids, [*cache.computed.values(), *cache.reused.values()]),
     )
     return MadeReport(content, analysis, cache, detections, tuple(shown.ids))

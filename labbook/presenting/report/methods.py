@@ -31,7 +31,7 @@ def methods(analysis: StudyAnalysis) -> tuple[str, ...]:
     evidence = analysis.evidence
     protocol = evidence.configuration.protocol
     called = swept_words(next((factor for factor in campaign.factors(analysis) if factor.swept), None))
-    paragraphs = [
+    return (
         f"Joules a jump are 3.6 C/mAh times {evidence.study.reference_voltage_v:g} V times (charge minus passive "
         "charge) divided by the jumps made. The passive charge is read at each run's duration, power on to power off, "
         "from the straight line fitted to its robot's idle runs; the line's error, common to the robot's runs, "
@@ -40,8 +40,7 @@ def methods(analysis: StudyAnalysis) -> tuple[str, ...]:
         f"to the body height; {_rules(analysis)} A person's verdict comes first.",
         _unit(analysis),
         tests_used(analysis, called) if not by_shared_days(analysis) else decided_by(analysis, called),
-    ]
-    return tuple(paragraphs)
+    )
 
 
 def sources(analysis: StudyAnalysis) -> tuple[Source, ...]:
@@ -128,10 +127,13 @@ def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:
             notes.append(
                 f"{_count(len(names), 'run', 'runs')} ({_names(names)}) {_have(names)} no {outcome.plural}: {cause}."
             )
-    notes += _too_little_charged(analysis)
-    notes += _too_much_charged(analysis.evidence)
-    notes += _lost_fits(analysis)
-    mismatched = _jumps_mismatched(analysis)
+    notes += [*_impossible_charges(analysis), *_lost_fits(analysis)]
+    found_in = [
+        (run, analysis.apexes[run.uid].jumps_found.n or 0)
+        for run in analysis.evidence.runs
+        if run.uid in analysis.apexes
+    ]
+    mismatched = [(run, found) for run, found in found_in if found != run.jumps_made]
     if differing := [f"{run.name}: {found} of {run.jumps_made}" for run, found in mismatched if run.jumps_made]:
         notes.append(
             f"In {_count(len(differing), 'run', 'runs')} the jumps found are not the jumps made "
@@ -157,18 +159,6 @@ def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _jumps_mismatched(analysis: StudyAnalysis) -> list[tuple[RunRow, int]]:
-    """Return the runs in which the jumps found are not the jumps made, and how many were found."""
-    found = []
-    for run in analysis.evidence.runs:
-        apexes = analysis.apexes.get(run.uid)
-        if apexes is not None:
-            count = apexes.jumps_found.n or 0
-            if count != run.jumps_made:
-                found.append((run, count))
-    return found
-
-
 def assumed(analysis: StudyAnalysis) -> tuple[Assumed, ...]:
     """Return the parameters that no source states."""
     return (
@@ -190,27 +180,25 @@ def _conflicting(evidence: StudyData) -> list[RunRow]:
     ]
 
 
-def _too_little_charged(analysis: StudyAnalysis) -> list[str]:
-    """Name the runs whose charge is below their passive charge."""
-    charges, drains = analysis.evidence.charges, analysis.drains
-    runs = [
+def _impossible_charges(analysis: StudyAnalysis) -> list[str]:
+    """Name the runs whose charge is below their passive charge, then those with more than their pack holds."""
+    evidence, drains = analysis.evidence, analysis.drains
+    charges = {run.uid: evidence.charges.get(run.uid, []) for run in (*evidence.runs, *evidence.idle)}
+    low = [
         run
-        for run in analysis.evidence.runs
-        if run.robot_uid in drains and below_drain(run, charges.get(run.uid, []), drains[run.robot_uid].line)
+        for run in evidence.runs
+        if run.robot_uid in drains and below_drain(run, charges[run.uid], drains[run.robot_uid].line)
     ]
-    which = f"{_count(len(runs), 'run', 'runs')} ({_names(runs)})"
-    return [f"The charge of {which} is below the passive charge: negative joules a jump."] if runs else []
-
-
-def _too_much_charged(evidence: StudyData) -> list[str]:
-    """Name the jump and idle runs whose charge is more than their pack holds."""
-    runs = [
-        run
-        for run in (*evidence.runs, *evidence.idle)
-        if above_capacity(run, evidence.charges.get(run.uid, []), evidence.configuration)
+    high = [
+        run for run in (*evidence.runs, *evidence.idle) if above_capacity(run, charges[run.uid], evidence.configuration)
     ]
-    which = f"{_count(len(runs), 'run', 'runs')} ({_names(runs)})"
-    return [f"The charge of {which} is more than the pack holds: check its unit."] if runs else []
+    found = (
+        (low, "below the passive charge: negative joules a jump."),
+        (high, "more than the pack holds: check its unit."),
+    )
+    return [
+        f"The charge of {_count(len(runs), 'run', 'runs')} ({_names(runs)}) is {what}" for runs, what in found if runs
+    ]
 
 
 def outside_limits(analysis: StudyAnalysis) -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from data_schema.vocabulary import ReasonCode, RunState
 from labbook.analysis.comparison import pairing
@@ -38,6 +38,14 @@ _UNITS: Mapping[UnitOfAnalysis, str] = {
 
 def planned_sentences(planned: Planned) -> tuple[str, ...]:
     """Say what rules the analysis and since when, then each departure."""
+    return (*decided(planned), *_departures(planned))
+
+
+def decided(planned: Planned) -> tuple[str, ...]:
+    """Say what was decided and when; then, where it is so, that nothing shows that this was before the data were seen.
+
+    So it is where runs are dated before the decision, which the book cannot place before their numbers.
+    """
     said = _settings(planned.settings)
     by = "" if planned.stated_utc is None else f" on {planned.stated_utc[:10]} by {planned.stated_by}"
     if planned.first_measured_utc is None:
@@ -50,17 +58,12 @@ def planned_sentences(planned: Planned) -> tuple[str, ...]:
         return (
             f"Nothing was decided about the analysis before the first measurement came into the book on {first}, so "
             f"every comparison is exploratory. Used are: {said}",
-            *_departures(planned),
         )
-    decided = f"Decided{by}, before the first measurement came into the book on {first}: {said}"
-    return (decided, *made_before(planned), *_departures(planned))
-
-
-def made_before(planned: Planned) -> tuple[str, ...]:
-    """Say that runs are dated before the decision, which the book cannot place before their numbers; or nothing."""
+    in_time = f"Decided{by}, before the first measurement came into the book on {first}: {said}"
     if planned.run_before is None or planned.stated_utc is None:
-        return ()
+        return (in_time,)
     return (
+        in_time,
         f"The first run is dated {planned.run_before}, before the decision: "
         "nothing shows that the decision was made before the data were seen.",
     )
@@ -97,30 +100,22 @@ def _exclusions(settings: AnalysisSettings) -> str:
     return f"a person may leave out jumps and runs for: {listed or 'no reason'}"
 
 
-def decided(analysis: StudyAnalysis) -> tuple[str, ...]:
-    """Return what was decided and when, and what nothing shows of that."""
-    return planned_sentences(analysis.planned)[: 1 + len(made_before(analysis.planned))]
-
-
 def departures(analysis: StudyAnalysis, compared: Sequence[Comparison]) -> tuple[str, ...]:
     """Return what departs from it, each with what is exploratory for it.
 
     `compared` shows the analysis's comparisons in their order.
     """
     planned = analysis.planned
-    said = planned_sentences(planned)[len(decided(analysis)) :]
     if not planned.stated:
-        return said
+        return _departures(planned)
     departing: dict[str, dict[str, None]] = {}
     for reason, name in _exploratory(analysis, compared):
         for departure in reason.departures:
             departing.setdefault(_departure_sentence(departure), {})[name] = None
     concerning = departing.keys() & {_departure_sentence(not_allowed(item)) for item in planned.disallowed_exclusions}
     as_a_whole = (f"{sentence_start(AS_A_WHOLE)}.",) if concerning else ()
-    return (
-        *(_with_exploratory(sentence, departing.get(sentence, ())) for sentence in said),
-        *as_a_whole,
-    )
+    for_it = {said: f" Exploratory for it: {', '.join(names)}." for said, names in departing.items()}
+    return (*(f"{said}{for_it.get(said, '')}" for said in _departures(planned)), *as_a_whole)
 
 
 def void(analysis: StudyAnalysis, reasons: Mapping[str, str]) -> str:
@@ -142,10 +137,6 @@ def not_planned(analysis: StudyAnalysis, compared: Sequence[Comparison]) -> tupl
         if not reason.departures:
             found.setdefault(reason.text, {})[name] = None
     return tuple(f"Exploratory, because {reason}: {', '.join(names)}." for reason, names in found.items())
-
-
-def _with_exploratory(sentence: str, names: Collection[str]) -> str:
-    return f"{sentence} Exploratory for it: {', '.join(names)}." if names else sentence
 
 
 def _exploratory(analysis: StudyAnalysis, compared: Sequence[Comparison]) -> Iterator[tuple[Reason, str]]:

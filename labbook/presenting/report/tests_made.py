@@ -7,18 +7,16 @@ from collections.abc import Sequence
 
 from data_schema.outcomes import Outcome
 from data_schema.rounding import level_text
-from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.comparisons import Compared, Decided
 from labbook.analysis.preregistration.planned import FAMILY_OF
 from labbook.analysis.study import StudyAnalysis
 from labbook.config.model import Bounds
 from labbook.presenting.report.comparisons import method_by_day
-from labbook.presenting.report.error_rates import known_error_rates, uses
+from labbook.presenting.report.error_rates import exists
 from reports.content import Source
 from reports.display import count_text, list_text, stated_text
 from reports.naming import SweptWords
-from reports.numbers import Number
 from stats.days.blocked_result import MIXED_MODEL
 from stats.days.decision import Rule
 
@@ -78,19 +76,14 @@ def decided_by(analysis: StudyAnalysis, called: SweptWords) -> str:
     return " ".join(filter(None, sentences))
 
 
-def known_errors(analysis: StudyAnalysis) -> tuple[str, ...]:
-    """Return what is on record against the methods used: an introduction, and a sentence for each design."""
-    return known_error_rates(uses(analysis))
-
-
 def _route(analysis: StudyAnalysis) -> str:
     """Name the F-test and the t-tests that it chose."""
-    found = [item.result for item in analysis.compared if _exists(item.result.t)]
+    found = [item.result for item in analysis.compared if exists(item.result.t)]
     if not found:
         return "No comparison has enough runs for a test."
     chosen = Counter(result.test for result in found)
     tests = list_text([f"{name}'s t-test in {count_text(count, 'comparison')}" for name, count in chosen.items()])
-    beside = " and Brown and Forsythe's" if any(_exists(result.brown_forsythe) for result in found) else ""
+    beside = " and Brown and Forsythe's" if any(exists(result.brown_forsythe) for result in found) else ""
     alpha = f"{analysis.planned.settings.alpha:g}"
     if by_shared_days(analysis):
         return (
@@ -106,7 +99,7 @@ def _route(analysis: StudyAnalysis) -> str:
 
 def _by_day(compared: Sequence[Compared]) -> str:
     found = [item.by_day for item in compared if item.by_day is not None]
-    tested = [result for result in found if _exists(result.t)]
+    tested = [result for result in found if exists(result.t)]
     if not tested:
         return "No comparison could be made by day." if found else ""
     methods = Counter(method_by_day(result) for result in tested)
@@ -139,7 +132,7 @@ def _holm(analysis: StudyAnalysis) -> str:
 def _equivalence(analysis: StudyAnalysis) -> str:
     bounds = analysis.planned.settings.apex_bounds
     every = [_deciding(item).equivalent for item in analysis.compared]
-    tested = [test for test in every if test is not None and _exists(test.p)]
+    tested = [test for test in every if test is not None and exists(test.p)]
     if bounds is None or not tested:
         return ""
     by = "tests by that contrast" if by_shared_days(analysis) else "Welch tests"
@@ -180,10 +173,6 @@ def _levels(analysis: StudyAnalysis) -> str:
     return f"Intervals are at 95 %{comparisons}{tost}."
 
 
-def _exists(number: Number) -> bool:
-    return not isinstance(number.value, Undefined)
-
-
 def tests_beside(analysis: StudyAnalysis) -> str:
     """Return what the tests in full are, where others decide; "" where they decide themselves."""
     if not by_shared_days(analysis):
@@ -194,15 +183,15 @@ def tests_beside(analysis: StudyAnalysis) -> str:
 
 def sources(analysis: StudyAnalysis, after_satterthwaite: bool) -> tuple[Source, ...]:
     """Return the sources of the methods used; `after_satterthwaite` where intervals of means are joined so."""
-    routed = [item.result for item in analysis.compared if _exists(item.result.t)]
+    routed = [item.result for item in analysis.compared if exists(item.result.t)]
     rules = {item.decided.result.rule for item in analysis.compared if item.decided is not None}
-    by_day = [item.by_day for item in analysis.compared if item.by_day is not None and _exists(item.by_day.t)]
+    by_day = [item.by_day for item in analysis.compared if item.by_day is not None and exists(item.by_day.t)]
     mixed = any(method_by_day(result) == MIXED_MODEL for result in by_day)
     holm, equivalence = bool(_holm(analysis)), bool(_equivalence(analysis))
     of_welch = bool(routed) or (not rules and (holm or equivalence))
     used = {
         Source.THESIS: bool(routed or analysis.jump_tests),
-        Source.BROWN_FORSYTHE: any(_exists(result.brown_forsythe) for result in routed),
+        Source.BROWN_FORSYTHE: any(exists(result.brown_forsythe) for result in routed),
         Source.FIELLER: saved(analysis),
         Source.HOLM: holm,
         Source.PAIRED_ON_DAY_MEANS: Rule.PAIRED in rules,

@@ -130,7 +130,7 @@ def test_the_methods_cite_how_often_the_interval_of_the_passive_drain_covers(rep
     says(told, HEAD, "25 idle", "3 times", "87.7 %", "95 %", "2 uses")
     nothing = replace(analysis, drains={robot: long})
     assert paragraph.tests_used(nothing, SweptWords(*[""] * 6)).startswith("Nothing is compared")
-    assert paragraph.known_errors(nothing)[0] == HEAD.rstrip()
+    assert known_error_rates(uses(nothing))[0] == HEAD.rstrip()
 
 
 def test_joules_whose_difference_keeps_the_lines_error_are_looked_up_by_the_idle_runs(reports: Reports) -> None:
