@@ -6,7 +6,7 @@ said of them in both must agree; what was said in one only is taken over.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,7 +16,7 @@ from data_schema.errors import UnknownName
 from data_schema.journal import Entry, canonical
 from data_schema.queries.charges import charges_of_run
 from data_schema.queries.facts import find_uid, read_fact
-from data_schema.queries.imported_files import find_files, links_of_file
+from data_schema.queries.imported_files import Link, find_files, links_of_file
 from data_schema.queries.imports import refused_with
 from data_schema.queries.study import config_in_force, planned_runs
 from data_schema.vocabulary import Action, ChargeState, IngestStatus
@@ -40,7 +40,9 @@ class Conflict:
     uid: str | None = None
 
 
-CHANGES = (Action.CORRECT, Action.VOID, Action.ASSIGN, Action.WITHDRAW, Action.RESTORE, Action.DISMISS)
+USING = (Action.WITHDRAW, Action.DISMISS, Action.RESTORE)
+"""Statements on whether a file or a charge counts."""
+CHANGES = (Action.CORRECT, Action.VOID, Action.ASSIGN, *USING)
 """Statements about a thing that is there."""
 
 IN_USE = "in use"
@@ -128,8 +130,10 @@ def _declare(here: Here, entry: Entry) -> Already | Conflict | None:
     if kind == "plan":
         return _plan(here, entry)
     if kind == "charge":
-        same = [row for row in charges_of_run(here.connection, new["run"]) if _alike(row, new, ("charge_mah", "mode"))]
-        return Already(same[0].uid) if same else None
+        for row in charges_of_run(here.connection, new["run"]):
+            if all(same_value(getattr(row, name), new[name]) for name in ("charge_mah", "mode")):
+                return Already(row.uid)
+        return None
     if kind not in _NATURAL:
         return _said_too(here, entry)
     uid = find_uid(here.connection, kind, **{name: new[name] for name in _NATURAL[kind]})
@@ -193,13 +197,7 @@ def _ingest(here: Here, entry: Entry) -> Already | Conflict | None:
     links = links_of_file(here.connection, derived_uid("file", new["sha256"]))
     same = [said for said in readings if run in ((said.new or {}).get("run"), _stated(here, said))]
     if run and not same and all(link.run_uid != run for link in links):
-        stands = ", ".join(sorted({f"run {link.run_name}" for link in links})) or "no run"
-        there = called(here.connection, "run", run)
-        return Conflict(
-            f"file {name} belongs to {stands} here and to {there} there: `labbook assign {name} "
-            f"{there.removeprefix('run ')} --why ...` says so here.",
-            uid,
-        )
+        return _elsewhere(here, name, links, run, uid)
     return Already(uid)
 
 
@@ -252,12 +250,18 @@ def _assign(here: Here, entry: Entry) -> Already | Conflict | None:
     if runs <= (set() if new["run"] is not None else set(old.get("runs", ()))):
         return None
     name = next((row.name for row in find_files(here.connection, entry.entity_uid)), entry.entity_uid)
-    there = "no run" if new["run"] is None else called(here.connection, "run", new["run"])
-    stands = ", ".join(sorted({f"run {link.run_name}" for link in links}))
-    word = "none" if new["run"] is None else there.removeprefix("run ")
+    return _elsewhere(here, name, links, new["run"])
+
+
+def _elsewhere(here: Here, name: str, links: Sequence[Link], run: str | None, uid: str | None = None) -> Conflict:
+    """Say that a file, linked so here, belongs to another run there, or to none."""
+    stands = ", ".join(sorted({f"run {link.run_name}" for link in links})) or "no run"
+    there = "no run" if run is None else called(here.connection, "run", run)
+    word = "none" if run is None else there.removeprefix("run ")
     return Conflict(
         f"file {name} belongs to {stands} here and to {there} there: `labbook assign {name} {word} --why ...` says so "
-        "here."
+        "here.",
+        uid,
     )
 
 
@@ -303,7 +307,7 @@ def _use(here: Here, entry: Entry) -> Already | Conflict | None:
             return None
         name, used, run = f"charge:{uid}", charge["state"] != ChargeState.DISMISSED, charge["run"]
     ends = here.ends[uid][IN_USE]
-    said_here = any(said.action in _USING for said in here.about(uid))
+    said_here = any(said.action in USING for said in here.about(uid))
     if used == (ends if said_here else entry.action is Action.RESTORE):
         return Already()
     if not said_here and run is None:
@@ -313,7 +317,6 @@ def _use(here: Here, entry: Entry) -> Already | Conflict | None:
 
 
 _USED = {True: "in use", False: "out of use"}
-_USING = (Action.WITHDRAW, Action.DISMISS, Action.RESTORE)
 
 
 _RULES: Mapping[Action, Callable[[Here, Entry], Already | Conflict | None]] = {
@@ -325,15 +328,9 @@ _RULES: Mapping[Action, Callable[[Here, Entry], Already | Conflict | None]] = {
     Action.ASSIGN: _assign,
     Action.CORRECT: _change,
     Action.VOID: _void,
-    Action.WITHDRAW: _use,
-    Action.RESTORE: _use,
-    Action.DISMISS: _use,
+    **dict.fromkeys(USING, _use),
 }
 """Verdicts and reports are only ever added; whether verdicts agree is asked when all are there."""
-
-
-def _alike(row: object, values: Mapping[str, Any], names: Collection[str]) -> bool:
-    return all(same_value(getattr(row, name), values[name]) for name in names)
 
 
 def _shown(here: Here, value: Any, column: str) -> str:

@@ -28,15 +28,7 @@ from data_schema.queries.study import config_in_force
 from data_schema.vocabulary import Action
 from ingest.store import Store, raw_path
 from labbook.actions.upkeep.merge_agreement import second_charges, second_logs, verdicts_that_differ
-from labbook.actions.upkeep.merge_rules import (
-    CHANGES,
-    IN_USE,
-    Already,
-    Conflict,
-    Here,
-    how_read,
-    meets,
-)
+from labbook.actions.upkeep.merge_rules import CHANGES, IN_USE, USING, Already, Conflict, Here, how_read, meets
 from labbook.book.copies.backing_up import MARKER as OF_BACKUP
 from labbook.book.copies.copying import refuse_cut_journal
 from labbook.book.opening import CONFIGURATION, Book, open_book
@@ -135,10 +127,11 @@ class _Merging:
             if _first_said(entry) not in known and entry.action is not Action.MERGE
         ]
         self._try(fresh, Here(self.session.connection, ours, _news(ours, self.theirs, common)))
-        copies = self._copies_to_take()
+        copies = [sha256 for sha256 in _read_from(self.taken) if not (self.book.store.root / raw_path(sha256)).exists()]
         if not dry_run and self.conflicts:
             several = f"{len(self.conflicts)} things stand" if len(self.conflicts) > 1 else "1 thing stands"
-            raise InputRefused(f"{several} in the way of the merge, and nothing was written:\n" + self._listed())
+            listed = "".join(f"\n  {sentence}" for sentence in self.conflicts)
+            raise InputRefused(f"{several} in the way of the merge, and nothing was written:{listed}")
         if not dry_run and self.taken:
             for sha256 in copies:
                 path = raw_path(sha256)
@@ -152,9 +145,6 @@ class _Merging:
             len(copies),
             tuple(self.conflicts),
         )
-
-    def _listed(self) -> str:
-        return "\n".join(f"  {sentence}" for sentence in self.conflicts)
 
     def _refuse_other_configuration(self) -> None:
         """Raise `InputRefused` unless both books stand under the same labbook.toml, but for where they lie."""
@@ -188,9 +178,8 @@ class _Merging:
         """Return how many entries of the other book came in before; the uids they have here are known again."""
         known_till = common
         for entry in ours:
-            until = (entry.new or {})["until"] if entry.action is Action.MERGE else None
-            if until and until["seq"] <= len(self.theirs) and self.theirs[until["seq"] - 1].hash == until["hash"]:
-                known_till = max(known_till, until["seq"])
+            if until := _merged_until(entry, self.theirs):
+                known_till = max(known_till, until)
                 self.uids |= (entry.new or {})["uids"]
         return known_till
 
@@ -276,10 +265,6 @@ class _Merging:
             if derived_uid("run_file", there, link["file"], link["part"]) == uid:
                 self.uids[uid] = derived_uid("run_file", here, link["file"], link["part"])
 
-    def _copies_to_take(self) -> list[str]:
-        """Return the SHA-256 of the raw copies that only the other book has."""
-        return [sha256 for sha256 in _read_from(self.taken) if not (self.book.store.root / raw_path(sha256)).exists()]
-
     @contextlib.contextmanager
     def _scratch(self, fresh: Sequence[Entry]) -> Iterator[Store]:
         """Make a store that nothing else reads, with the raw copies of both books that entries speak of."""
@@ -316,12 +301,17 @@ def _common(ours: Sequence[Entry], theirs: Sequence[Entry]) -> int:
 
 def _news(ours: Sequence[Entry], theirs: Sequence[Entry], common: int) -> list[Entry]:
     """Return what the other book does not know of this one's journal."""
-    for entry in theirs:
-        until = (entry.new or {})["until"] if entry.action is Action.MERGE else None
-        if until and until["seq"] <= len(ours) and ours[until["seq"] - 1].hash == until["hash"]:
-            common = max(common, until["seq"])
+    common = max([common, *(_merged_until(entry, ours) for entry in theirs)])
     known = {_first_said(entry) for entry in theirs}
     return [entry for entry in ours[common:] if _first_said(entry) not in known]
+
+
+def _merged_until(entry: Entry, other: Sequence[Entry]) -> int:
+    """Return how many entries of the other journal a book says to have; 0 where it speaks of no merge with that one."""
+    until = (entry.new or {})["until"] if entry.action is Action.MERGE else None
+    if not until or until["seq"] > len(other) or other[until["seq"] - 1].hash != until["hash"]:
+        return 0
+    return int(until["seq"])
 
 
 def _first_said(entry: Entry) -> str:
@@ -344,7 +334,7 @@ def _ends(entries: Sequence[Entry]) -> dict[str, Any]:
         elif entry.action in CHANGES:
             end = found.setdefault(entry.entity_uid, {})
             end.update(entry.new or {})
-            if entry.action in (Action.WITHDRAW, Action.RESTORE, Action.DISMISS):
+            if entry.action in USING:
                 end[IN_USE] = entry.action is Action.RESTORE
     return found
 
