@@ -38,10 +38,10 @@ from labbook.demo.studies.force_plate import (
     VOLTAGE_V,
     PlateScatter,
     PlateStudyRun,
-    charge_mah,
     plate_campaign,
 )
 from labbook.demo.studies.force_plate_files import make_plate_book
+from labbook.demo.truth import recharged_mah
 from simulator.scene_file import load_scene
 from stats.compare.shared_error import SharedError
 from stats.groups.multiple import holm
@@ -95,7 +95,7 @@ def in_memory(run: PlateStudyRun, measured_j: float) -> PlateRun:
         condition=f"k_gain {run.gain}",
         measured_j=measured_j,
         shared=SharedError(),
-        hops=run.hops,
+        hops=run.jumps,
         foot_mass_kg=scene["foot_mass"],
         drive=Drive(**links, **{name: scene[name] for name in MOTOR_PARAMETERS}),
         plate_time_s=run.plate.time_ms / 1e3,
@@ -120,12 +120,13 @@ RUN_S = {300: 65, 400: 70, 500: 73, 600: 75}
 def recharges(chance: np.random.Generator) -> SlopeThroughOrigin:
     """Draw what the charger says after four days of runs whose estimates are exact; returns their slope."""
     scatter, idle, made = PlateScatter(), [], []
+    of_charger = VOLTAGE_V, scatter.recharge_mah
     for day in range(DAYS):
-        idle += [(seconds, charge_mah(chance, seconds, 0.0, scatter)) for seconds in IDLE_S]
+        idle += [(seconds, recharged_mah(chance, seconds, 0.0, *of_charger)) for seconds in IDLE_S]
         of_day = 1.0 + chance.normal(0.0, scatter.day)
         for gain, cost_j in HOPS_COST_J.items():
             joules = HOPS * cost_j * of_day * (1.0 + chance.normal(0.0, scatter.run))
-            made.append((day, gain, charge_mah(chance, RUN_S[gain], joules, scatter)))
+            made.append((day, gain, recharged_mah(chance, RUN_S[gain], joules, *of_charger)))
     line = fit_passive_drain([seconds for seconds, _ in idle], [mah for _, mah in idle], resolution_mah=1.0)
     worth_j = joules_per_mah(VOLTAGE_V, HOPS)
     return slope_through_origin(

@@ -78,20 +78,27 @@ def emulator_book(chance: np.random.Generator) -> EmulatorStudy:
 def from_charges(chance: np.random.Generator, jumps: int = JUMPS) -> EmulatorStudy:
     """Draw what the charger says, and run means of apexes, without files."""
     campaign = emulator_campaign(int(chance.integers(2**31)), jumps=jumps, logs=False)
-    idle = [(run.duration_s, run.charge_mah) for run in campaign if run.condition is None]
+    idle = [(run.duration_s, run.charge_mah) for run in campaign if not run.levels]
     line = fit_passive_drain([seconds for seconds, _ in idle], [mah for _, mah in idle], resolution_mah=1.0)
     worth_j = joules_per_mah(VOLTAGE_V, jumps)
     known = {(one.gain, one.damping_gain): one for one in truths(jumps)}
     joules, apexes = [], []
     for run in campaign:
-        if run.condition is None:
+        if not run.levels:
             continue
-        levels = dict(zip(("k_gain", "b_ad_gain"), map(str, run.condition), strict=True))
-        row = run_row(run.name, run.date, run.duration_s, levels, is_control=run.condition[1] == 0)
+        levels = {factor: str(level) for factor, level in run.levels.items()}
+        row = run_row(run.name, run.date, run.duration_s, levels, is_control=run.levels["b_ad_gain"] == 0)
         shared = drain_error(line, run.duration_s, worth_j)
         value_j = worth_j * (run.charge_mah - line.at(run.duration_s).charge_mah)
         joules.append(RunNumber(row, value_j, shared, StoredResult()))
-        apexes.append(RunNumber(row, _apex_m(chance, known[run.condition]), SharedError(), StoredResult()))
+        apexes.append(
+            RunNumber(
+                row,
+                _apex_m(chance, known[run.levels["k_gain"], run.levels["b_ad_gain"]]),
+                SharedError(),
+                StoredResult(),
+            )
+        )
     conditions = {Outcome.JOULES: conditions_of(joules), Outcome.APEX: conditions_of(apexes)}
     return emulator_study(
         conditions,

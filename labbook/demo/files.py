@@ -33,20 +33,26 @@ from labbook.demo.writers import (
 FACTORS = ("foot", "k_gain", "b_ad_gain")
 ROBOT = "hopper"
 
-_TEMPLATE = """\
-# Demonstration: a synthetic campaign of the size of chapter 5, of simulated jumps with known truth.
-# Nothing in it was measured. What is true is described in docs/demonstration.md.
-
+STUDY_TOML = """\
 [study]
-name = "granular bed (synthetic)"
-kind = "bed"
-reference_voltage_v = {voltage}
+name = "{name} (synthetic)"
+kind = "{kind}"
+reference_voltage_v = {voltage_v}
 jumps_nominal = {jumps}
 time_zone = "America/New_York"
 
 [people]
 "Ada Nwosu" = "AN"
 
+"""
+_TEMPLATE = (
+    """\
+# Demonstration: a synthetic campaign of the size of chapter 5, of simulated jumps with known truth.
+# Nothing in it was measured. What is true is described in docs/demonstration.md.
+
+"""
+    + STUDY_TOML
+    + """\
 [factors.foot]
 kind = "label"
 levels = {{ {feet} }}
@@ -96,6 +102,7 @@ leg_max_m = 0.3
 [files]
 run_pattern = '^(?P<run>r\\d+)'
 """
+)
 _ANALYSIS = """
 # Decided before the first file, as a careful author would: apexes scatter by up to 7.5 mm in a condition (4.3.3), so
 # that less than 3 % of some 0.3 m is no loss of height.
@@ -169,7 +176,9 @@ def book_toml(truth: Truth, *, predicted: bool = True, decided: bool = True) -> 
     """
     feet = dict.fromkeys(group.foot for group in truth.groups)
     text = _TEMPLATE.format(
-        voltage=truth.reference_voltage_v,
+        name="granular bed",
+        kind="bed",
+        voltage_v=truth.reference_voltage_v,
         jumps=JUMPS_PER_RUN,
         feet=", ".join(f"{foot} = {{ radius_m = {FOOT_RADIUS_M[foot]} }}" for foot in feet),
         k_gains=sorted({group.k_gain for group in truth.groups}),

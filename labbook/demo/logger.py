@@ -131,6 +131,15 @@ def _drop_packets(rng: np.random.Generator, motion: BodyMotion) -> tuple[NDArray
     return dropped, touched
 
 
+def kept_samples(rng: np.random.Generator, n: int, dropped: int, longest: int, first: int = 0) -> NDArray[np.bool_]:
+    """Draw which samples of a log arrive where so many packets are dropped, none before the sample `first`."""
+    kept = np.ones(n, dtype=np.bool_)
+    for _ in range(dropped):
+        start = int(rng.integers(first, n))
+        kept[start : start + int(rng.integers(2, longest + 1))] = False
+    return kept
+
+
 @dataclass(frozen=True, slots=True)
 class _Wobble:
     """An unsteady hand: two sines that die away towards the end of a motion."""

@@ -151,6 +151,13 @@ class Drain:
         return self.intercept_mah + self.slope_mah_s * duration_s
 
 
+def recharged_mah(
+    rng: np.random.Generator, duration_s: float, joules: float, voltage_v: float, scatter_mah: float
+) -> int:
+    """Draw what the charger's display says was put back after a run whose jumps took so many joules."""
+    return round(Drain().charge_mah(duration_s) + joules / (MAH_TO_COULOMB * voltage_v) + rng.normal(0.0, scatter_mah))
+
+
 @dataclass(frozen=True, slots=True)
 class Truth:
     """The generative model's parameters and the quantities a report should recover."""

@@ -12,22 +12,10 @@ from typing import Any
 
 from data_schema.vocabulary import RunKind
 from labbook.book.opening import CONFIGURATION
-from labbook.demo.files import MARK
+from labbook.demo.files import MARK, STUDY_TOML
 from labbook.demo.running import RUN_SHEET, Stopwatch, make_book_of
-from labbook.demo.writers import RunRow, SheetRow, charger_sheet, run_sheet
+from labbook.demo.writers import RunRow, SheetRow, StudyRun, charger_sheet, run_sheet
 
-STUDY_TOML = """\
-[study]
-name = "{name} (synthetic)"
-kind = "{kind}"
-reference_voltage_v = {voltage_v}
-jumps_nominal = {jumps}
-time_zone = "America/New_York"
-
-[people]
-"Ada Nwosu" = "AN"
-
-"""
 RUNS_TOML = (
     """\
 # Demonstration: the {study} study of the thesis ({section}), simulated with known truth (truth.json).
@@ -71,25 +59,6 @@ run_pattern = '^(?P<run>r\\d+)'
 
 """
 )
-_FIRST_AT, _APART = dt.time(9, 0), dt.timedelta(minutes=25)
-
-
-@dataclass(frozen=True, slots=True)
-class StudyRun:
-    """A run of a campaign: what it was made with, by factor (nothing: idle), how long it took, and its recharge."""
-
-    name: str
-    date: dt.date
-    position: int
-    levels: Mapping[str, int]
-    jumps: int
-    duration_s: int
-    charge_mah: int
-
-    @property
-    def started(self) -> dt.datetime:
-        """Local time at which it began."""
-        return dt.datetime.combine(self.date, _FIRST_AT) + (self.position - 1) * _APART
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,16 +17,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from data_schema.units import MAH_TO_COULOMB
 from labbook.demo.files import MARK
-from labbook.demo.studies.book import RUNS_TOML, StudyFiles, StudyRun, make_study_book
-from labbook.demo.truth import Drain
-from labbook.demo.writers import string_pot_log
+from labbook.demo.logger import kept_samples
+from labbook.demo.studies.book import RUNS_TOML, StudyFiles, make_study_book
+from labbook.demo.truth import recharged_mah
+from labbook.demo.writers import StudyRun, string_pot_log
 
 FloatArray = NDArray[np.float64]
 GAINS = (100, 200, 300, 400, 500)
 CONSTANT, RATIO = 50, 6
 DAYS, JUMPS = 4, 100
+_FACTORS = ("k_gain", "b_ad_gain")
 IDLE_S = (120, 600)
 VOLTAGE_V = 16.8
 REST_LENGTH_M = 0.25
@@ -60,16 +61,9 @@ class Truth:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class EmulatorRun:
-    """A run as it was: `condition` is None of an idle run; a log has one element a kept sample."""
+class EmulatorRun(StudyRun):
+    """A run as it was, with its log: one element a kept sample."""
 
-    name: str
-    date: dt.date
-    position: int
-    condition: tuple[int, int] | None
-    duration_s: int
-    charge_mah: int
-    jumps: int = 0
     log_ms: NDArray[np.int64] | None = None
     channels: Mapping[str, FloatArray] | None = None
 
@@ -120,22 +114,17 @@ def emulator_campaign(
             name = f"r{len(runs) + 1:03d}"
             if condition is None:
                 duration_s = IDLE_S[position > 1] + int(rng.integers(-2, 3))
-                charge = _charge_mah(rng, duration_s, 0.0, scatter)
-                runs.append(EmulatorRun(name, date, position, None, duration_s, charge))
+                charge = recharged_mah(rng, duration_s, 0.0, VOLTAGE_V, scatter.recharge_mah)
+                runs.append(EmulatorRun(name, date, position, {}, 0, duration_s, charge))
                 continue
             truth, time_s, height_m, number = _motion(*condition, jumps)
             duration_s = int(time_s[-1] + 2 * _HELD_S) + _OVERHEAD_S
             share = 1.0 + day_share + rng.normal(0.0, scatter.run)
-            charge = _charge_mah(rng, duration_s, share * truth.joules * jumps, scatter)
+            charge = recharged_mah(rng, duration_s, share * truth.joules * jumps, VOLTAGE_V, scatter.recharge_mah)
             log = _log(rng, (time_s, height_m, number), condition, scatter, jumps) if logs else (None, None)
-            runs.append(EmulatorRun(name, date, position, condition, duration_s, charge, jumps, *log))
+            levels = dict(zip(_FACTORS, condition, strict=True))
+            runs.append(EmulatorRun(name, date, position, levels, jumps, duration_s, charge, *log))
     return runs
-
-
-def _charge_mah(rng: np.random.Generator, duration_s: int, joules: float, scatter: EmulatorScatter) -> int:
-    """Return what the charger's display says was put back."""
-    jumps_mah = joules / (MAH_TO_COULOMB * VOLTAGE_V)
-    return round(Drain().charge_mah(duration_s) + jumps_mah + rng.normal(0.0, scatter.recharge_mah))
 
 
 def _log(
@@ -154,10 +143,7 @@ def _log(
     height_m = np.interp(time_s, times_s, made_m) + rng.normal(0.0, _HEIGHT_NOISE_M, time_s.size)
     height_m = np.round(height_m / _HEIGHT_STEP_M) * _HEIGHT_STEP_M
     log_ms = np.round(1000.0 * (time_s + _HELD_S)).astype(np.int64) + int(rng.integers(15_000, 40_000))
-    kept = np.ones(time_s.size, dtype=np.bool_)
-    for _ in range(int(rng.binomial(jumps, _DROP_CHANCE))):
-        first = int(rng.integers(1, time_s.size))
-        kept[first : first + int(rng.integers(2, _LONGEST_DROP + 1))] = False
+    kept = kept_samples(rng, time_s.size, int(rng.binomial(jumps, _DROP_CHANCE)), _LONGEST_DROP, first=1)
     gain, damping = condition
     channels = {
         "body_height [m]": height_m,
@@ -167,7 +153,6 @@ def _log(
     return log_ms[kept], {name: values[kept] for name, values in channels.items()}
 
 
-_FACTORS = ("k_gain", "b_ad_gain")
 _FURTHER = """\
 [factors.b_ad_gain]
 kind = "number"
@@ -244,7 +229,7 @@ def make_emulator_book(
         capacity_mah=7200,
     )
     truth = {"conditions": [asdict(one) for one in truths(jumps)]}
-    files = StudyFiles(text + further, _logs(campaign), truth, list(map(_run, campaign)), _FACTORS, VOLTAGE_V)
+    files = StudyFiles(text + further, _logs(campaign), truth, campaign, _FACTORS, VOLTAGE_V)
     return make_study_book(folder, files, step, say)
 
 
@@ -252,8 +237,3 @@ def _logs(campaign: Sequence[EmulatorRun]) -> Iterator[tuple[str, bytes]]:
     for run in campaign:
         if run.log_ms is not None and run.channels is not None:
             yield f"logs/{run.name}_{MARK}.csv", string_pot_log(run.log_ms, run.channels, dict.fromkeys(_FACTORS, 1))
-
-
-def _run(run: EmulatorRun) -> StudyRun:
-    levels = {} if run.condition is None else dict(zip(_FACTORS, run.condition, strict=True))
-    return StudyRun(run.name, run.date, run.position, levels, run.jumps, run.duration_s, run.charge_mah)

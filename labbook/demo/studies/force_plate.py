@@ -16,8 +16,10 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from data_schema.units import MAH_TO_COULOMB, STANDARD_GRAVITY_M_S2
-from labbook.demo.truth import Drain
+from data_schema.units import STANDARD_GRAVITY_M_S2
+from labbook.demo.logger import kept_samples
+from labbook.demo.truth import recharged_mah
+from labbook.demo.writers import StudyRun
 
 FloatArray = NDArray[np.float64]
 GAINS = (300, 600, 500, 400)
@@ -70,27 +72,25 @@ class Piece:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PlateStudyRun:
-    """A run as it was: its day, gain (None: idle) and charge, and what both instruments recorded of it.
+class PlateStudyRun(StudyRun):
+    """A run as it was, and what both instruments recorded of it.
 
     The log's channels have one element a kept sample of `log_ms`; `clocks` are the true offset in s (what the log's
     clock shows at the plate's first sample, from the log's first on) and drift of the log's clock against the plate's;
     `cost_j` and `stance_j` are the means over its jumps.
     """
 
-    name: str
-    date: dt.date
-    position: int
-    gain: int | None
-    duration_s: int
-    charge_mah: int
     cost_j: float = 0.0
     stance_j: float = 0.0
-    hops: int = 0
     clocks: tuple[float, float] = (0.0, 0.0)
     plate: PlateRecord | None = None
     log_ms: NDArray[np.int64] | None = None
     channels: Mapping[str, FloatArray] | None = None
+
+    @property
+    def gain(self) -> int | None:
+        """Its extension gain, None of an idle run."""
+        return self.levels.get("k_gain")
 
 
 @cache
@@ -147,20 +147,22 @@ def plate_campaign(
     for day in range(days):
         date = _FIRST_DAY + dt.timedelta(days=day)
         day_share = rng.normal(0.0, scatter.day)
-        of_day: list[int | tuple[int]] = [(IDLE_S[0],), *GAINS, (IDLE_S[1],)]
-        for position, what in enumerate(of_day, start=1):
+        of_day = [(None, IDLE_S[0]), *((gain, 0) for gain in GAINS), (None, IDLE_S[1])]
+        for position, (gain, idle_s) in enumerate(of_day, start=1):
             name = f"r{len(runs) + 1:03d}"
-            if isinstance(what, tuple):
-                duration_s = what[0] + int(rng.integers(-2, 3))
-                runs.append(
-                    PlateStudyRun(name, date, position, None, duration_s, charge_mah(rng, duration_s, 0.0, scatter))
-                )
+            if gain is None:
+                duration_s = idle_s + int(rng.integers(-2, 3))
+                charge = recharged_mah(rng, duration_s, 0.0, VOLTAGE_V, scatter.recharge_mah)
+                runs.append(PlateStudyRun(name, date, position, {}, 0, duration_s, charge))
                 continue
             share = (1.0 + day_share) * (1.0 + rng.normal(0.0, scatter.run))
-            settling, settled = pieces(what)
+            settling, settled = pieces(gain)
             jumps = [*settling, *(settled[which] for which in rng.integers(len(settled), size=hops))][:hops]
-            run = _recorded(rng, _Hopping.of(jumps), PlateStudyRun(name, date, position, what, 0, 0, hops=hops), noise)
-            runs.append(replace(run, charge_mah=charge_mah(rng, run.duration_s, share * run.cost_j * hops, scatter)))
+            run = PlateStudyRun(name, date, position, {"k_gain": gain}, hops, 0, 0)
+            run = _recorded(rng, _Hopping.of(jumps), run, noise)
+            joules = share * run.cost_j * hops
+            charge = recharged_mah(rng, run.duration_s, joules, VOLTAGE_V, scatter.recharge_mah)
+            runs.append(replace(run, charge_mah=charge))
     return runs
 
 
@@ -172,12 +174,6 @@ def hopping_record(seed: int, gain: int, hops: int) -> PlateRecord:
     end_s = float(hopping.begins_s[-1])
     time_s = np.arange(0.0, end_s + _HELD_S, 1.0 / RATE_HZ)
     return record_of(rng, replace(hopping, last_s=end_s).sampled("force_n", time_s) + hopping.impacts(rng, time_s))
-
-
-def charge_mah(rng: np.random.Generator, duration_s: int, joules: float, scatter: PlateScatter) -> int:
-    """Return what the charger's display says was put back."""
-    jumps_mah = joules / (MAH_TO_COULOMB * VOLTAGE_V)
-    return round(Drain().charge_mah(duration_s) + jumps_mah + rng.normal(0.0, scatter.recharge_mah))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -243,7 +239,9 @@ def _recorded(rng: np.random.Generator, hopping: _Hopping, run: PlateStudyRun, n
         )
     }
     channels["k_gain"] = np.full(n, float(run.gain or 0))
-    kept = _kept(rng, n, run.hops, noise)
+    dropped = int(rng.binomial(run.jumps, min(noise * _DROP_CHANCE, 1.0)))
+    kept = kept_samples(rng, n, dropped, _LONGEST_DROP)
+    kept[0] = True
     return replace(
         run,
         duration_s=int(last_s) + _OVERHEAD_S,
@@ -254,16 +252,6 @@ def _recorded(rng: np.random.Generator, hopping: _Hopping, run: PlateStudyRun, n
         log_ms=log_ms[kept],
         channels={channel: values[kept] for channel, values in channels.items()},
     )
-
-
-def _kept(rng: np.random.Generator, n: int, hops: int, noise: float) -> NDArray[np.bool_]:
-    """Draw which samples of the log arrive."""
-    kept = np.ones(n, dtype=np.bool_)
-    for _ in range(int(rng.binomial(hops, min(noise * _DROP_CHANCE, 1.0)))):
-        first = int(rng.integers(n))
-        kept[first : first + int(rng.integers(2, _LONGEST_DROP + 1))] = False
-    kept[0] = True
-    return kept
 
 
 RATE_HZ = 1000

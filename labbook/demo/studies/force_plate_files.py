@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from labbook.demo.files import MARK
-from labbook.demo.studies.book import RUNS_TOML, StudyFiles, StudyRun, make_study_book
+from labbook.demo.studies.book import RUNS_TOML, StudyFiles, make_study_book
 from labbook.demo.studies.force_plate import GAINS, HOPS, IDLE_S, VOLTAGE_V, PlateStudyRun
 from labbook.demo.writers import bertec_text, string_pot_log
 
@@ -40,7 +40,7 @@ def make_plate_book(
         capacity_mah=6600,
     )
     truth = {"runs": [_truth(run) for run in campaign if run.gain is not None]}
-    files = StudyFiles(text + _FURTHER, _records(campaign), truth, list(map(_run, campaign)), ("k_gain",), VOLTAGE_V)
+    files = StudyFiles(text + _FURTHER, _records(campaign), truth, campaign, ("k_gain",), VOLTAGE_V)
     return make_study_book(folder, files, step, say)
 
 
@@ -50,11 +50,6 @@ def _records(campaign: Sequence[PlateStudyRun]) -> Iterator[tuple[str, bytes]]:
             record = bertec_text(plate.time_ms, plate.force_n, plate.moment_nm, plate.cop_m)
             yield f"force/{run.name}_bertec_{MARK}.txt", record
             yield f"logs/{run.name}_{MARK}.csv", string_pot_log(run.log_ms, run.channels, {"k_gain": 1})
-
-
-def _run(run: PlateStudyRun) -> StudyRun:
-    levels = {} if run.gain is None else {"k_gain": run.gain}
-    return StudyRun(run.name, run.date, run.position, levels, run.hops, run.duration_s, run.charge_mah)
 
 
 def _truth(run: PlateStudyRun) -> dict[str, object]:

@@ -17,7 +17,8 @@ import numpy as np
 
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from labbook.analysis.studies.characterisation import Oscillation
-from labbook.demo.studies.book import STUDY_TOML, StudyFiles, make_study_book
+from labbook.demo.files import STUDY_TOML
+from labbook.demo.studies.book import StudyFiles, make_study_book
 
 _TITLE = """\
 # Demonstration: a campaign that is kept as a sheet, drawn with known truth (truth.json). Nothing in it was measured.
