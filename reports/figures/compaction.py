@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from matplotlib.figure import Figure
 
-from reports.figures.style import BLUE, ONE_COLUMN_IN, VERMILLION, is_narrow, light_grid, new_figure, publication_style
+from reports.figures.style import BLUE, ONE_COLUMN_IN, VERMILLION, light_grid, new_figure, publication_style
 
 _LOOKS = ((BLUE, "o", "-"), (VERMILLION, "s", "--"))
 
@@ -29,10 +29,10 @@ class FractionLine:
     interval: tuple[float, float] | None
 
 
-def draw_compaction(states: Sequence[FractionLine], width_in: float = ONE_COLUMN_IN) -> Figure:
+def draw_compaction(states: Sequence[FractionLine]) -> Figure:
     """Draw all measurements, the lines with their bands, and the fractions without walls."""
     with publication_style():
-        figure = new_figure(width_in, 2.8 if is_narrow(width_in) else 3.2)
+        figure = new_figure(ONE_COLUMN_IN, 2.8)
         axes = figure.add_subplot()
         for state, (colour, marker, style) in zip(states, _LOOKS, strict=True):
             if state.band is not None:

@@ -24,7 +24,6 @@ from reports.figures.style import (
     PURPLE,
     TWO_COLUMNS_IN,
     VERMILLION,
-    is_narrow,
     light_grid,
     new_figure,
     publication_style,
@@ -47,26 +46,22 @@ class _Look:
     scale: float
 
 
-def draw_log(log: RunLog, width_in: float = TWO_COLUMNS_IN) -> Figure:
-    """Draw a run's log: overview above, one jump below; gaps are shaded and no line crosses them.
-
-    `width_in` is the figure's width in inches. Returns a matplotlib figure.
-    """
-    narrow = is_narrow(width_in)
+def draw_log(log: RunLog) -> Figure:
+    """Draw a run's log: overview above, one jump below; gaps are shaded and no line crosses them."""
     chosen = _panel_jump(log)
     with publication_style():
         looks = _looks(log)
         ratios = [2.0] if chosen is None else [2.0, 2.0] if log.leg_length_m is None else [2.0, 2.0, 1.0]
         height_in = 0.6 + sum(ratios) + _REASON_IN * sum(map(bool, looks))
-        figure = new_figure(width_in, height_in)
+        figure = new_figure(TWO_COLUMNS_IN, height_in)
         panels = figure.subplots(len(ratios), 1, squeeze=False, height_ratios=ratios)[:, 0]
         overview = panels[0]
         overview.set_title(f"Run {log.run}" + (f": {log.title}" if log.title else ""), loc="left")
         _draw_trace(overview, log, log.body_height_m, np.ones(log.time_s.size, dtype=bool))
-        _draw_jumps(overview, log, log.jumps, looks, events=False, size=3.0 if narrow else 3.8)
+        _draw_jumps(overview, log, log.jumps, looks, events=False, size=3.8)
         if chosen is not None:
             overview.axvspan(*_window(chosen), color=BLUE, alpha=0.12, linewidth=0)
-            _draw_panel(panels[1], log, chosen, looks, int(12 * width_in))
+            _draw_panel(panels[1], log, chosen, looks, int(12 * TWO_COLUMNS_IN))
         if len(panels) == 3 and chosen is not None and log.leg_length_m is not None:
             _draw_leg(panels[2], panels[1], log, log.leg_length_m, chosen)
         for axes in panels:
@@ -78,7 +73,7 @@ def draw_log(log: RunLog, width_in: float = TWO_COLUMNS_IN) -> Figure:
         for axes in panels:
             handles.update({str(name): handle for handle, name in zip(*axes.get_legend_handles_labels(), strict=True)})
         if handles:
-            figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=1 if narrow else 3)
+            figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=3)
         return figure
 
 

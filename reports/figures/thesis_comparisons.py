@@ -24,7 +24,6 @@ from reports.figures.style import (
     GREY,
     TWO_COLUMNS_IN,
     VERMILLION,
-    is_narrow,
     light_grid,
     new_figure,
     publication_style,
@@ -76,25 +75,24 @@ def _efficiency_percent(jumps: Jumps) -> FloatArray:
     return PERCENT * jumps.efficiency
 
 
-def draw_cost_over_speed(data: OverVelocity, width_in: float = TWO_COLUMNS_IN) -> Figure:
+def draw_cost_over_speed(data: OverVelocity) -> Figure:
     """Draw cost and efficiency."""
     cost = _compared("Cost of a jump", "Cost (J)", data.jumps, lambda jumps: jumps.cost_j)
     efficiency = _compared("Efficiency of the motors", "Efficiency (%)", data.jumps, _efficiency_percent)
-    return _draw_over_speed(data.touchdown_speed_m_s, cost, efficiency, width_in)
+    return _draw_over_speed(data.touchdown_speed_m_s, cost, efficiency)
 
 
-def draw_apex_over_speed(data: OverVelocity, width_in: float = TWO_COLUMNS_IN) -> Figure:
+def draw_apex_over_speed(data: OverVelocity) -> Figure:
     """Draw apex height and mechanical energy."""
     apex = _compared("Apex height", "Apex height (m)", data.jumps, lambda jumps: jumps.apex_height_m)
     mechanical = _compared("Mechanical energy", "Mechanical energy (J)", data.jumps, lambda jumps: jumps.mechanical_j)
-    return _draw_over_speed(data.touchdown_speed_m_s, apex, mechanical, width_in)
+    return _draw_over_speed(data.touchdown_speed_m_s, apex, mechanical)
 
 
-def _draw_over_speed(speed_m_s: FloatArray, left: Compared, right: Compared, width_in: float) -> Figure:
+def _draw_over_speed(speed_m_s: FloatArray, left: Compared, right: Compared) -> Figure:
     """Draw two quantities side by side, from 0 on, and under each the difference as a share of CE's value."""
     with publication_style():
-        narrow = is_narrow(width_in)
-        figure = new_figure(width_in, 3.6 if narrow else 3.4)
+        figure = new_figure(TWO_COLUMNS_IN, 3.4)
         grid = figure.subplots(2, 2, sharex=True, height_ratios=(5, 4))
         for (above, below), quantity in zip(grid.T, (left, right), strict=True):
             either = (CE_LOOK, quantity.ce, quantity.ce_flagged), (AD_LOOK, quantity.ad, quantity.ad_flagged)
@@ -112,7 +110,7 @@ def _draw_over_speed(speed_m_s: FloatArray, left: Compared, right: Compared, wid
         figure.align_ylabels(grid[:, 0])
         handles, _ = grid[0, 0].get_legend_handles_labels()
         handles.append(Line2D([], [], color=BLACK, label="ill-conditioned", **_FLAGGED))
-        figure.legend(handles=handles, loc="outside lower center", ncols=1 if narrow else 3, handlelength=3.2)
+        figure.legend(handles=handles, loc="outside lower center", ncols=3, handlelength=3.2)
         return figure
 
 
@@ -140,41 +138,31 @@ APEX_OVER_GROUNDS_CAPTION = (
 )
 
 
-def draw_cost_over_grounds(data: OverGround, width_in: float = TWO_COLUMNS_IN) -> Figure:
+def draw_cost_over_grounds(data: OverGround) -> Figure:
     """Draw cost and efficiency."""
     cost = _compared("Cost", "Cost (J)", data.jumps, lambda jumps: jumps.cost_j)
     efficiency = _compared("Efficiency", "Efficiency (%)", data.jumps, _efficiency_percent)
-    return _draw_over_grounds(data, cost, efficiency, width_in)
+    return _draw_over_grounds(data, cost, efficiency)
 
 
-def draw_apex_over_grounds(data: OverGround, width_in: float = TWO_COLUMNS_IN) -> Figure:
+def draw_apex_over_grounds(data: OverGround) -> Figure:
     """Draw apex height and mechanical energy."""
     apex = _compared("Apex", "Apex height (m)", data.jumps, lambda jumps: jumps.apex_height_m)
     mechanical = _compared("Mechanical", "Mechanical (J)", data.jumps, lambda jumps: jumps.mechanical_j)
-    return _draw_over_grounds(data, apex, mechanical, width_in)
+    return _draw_over_grounds(data, apex, mechanical)
 
 
-def _draw_over_grounds(grounds: OverGround, above: Compared, below: Compared, width_in: float) -> Figure:
-    """Draw CE, AD and their relative difference for either quantity; CE and AD have one scale of colours.
-
-    A narrow figure has the differences below the values.
-    """
+def _draw_over_grounds(grounds: OverGround, above: Compared, below: Compared) -> Figure:
+    """Draw CE, AD and their relative difference for either quantity; CE and AD have one scale of colours."""
     with publication_style():
-        narrow = is_narrow(width_in)
-        figure = new_figure(width_in, 5.6 if narrow else 4.0)
-        shape = (4, 2) if narrow else (2, 3)
-        grid = figure.subplots(*shape, sharex=True, sharey=True, squeeze=False)
-        for number, quantity in enumerate((above, below)):
-            values = list(grid[2 * number] if narrow else grid[number, :2])
-            difference = grid[2 * number + 1, 0] if narrow else grid[number, 2]
+        figure = new_figure(TWO_COLUMNS_IN, 4.0)
+        grid = figure.subplots(2, 3, sharex=True, sharey=True)
+        for (*values, difference), quantity in zip(grid, (above, below), strict=True):
             _draw_quantity(figure, grounds, quantity, values, difference)
         for axes in grid[:, 0]:
             axes.set_ylabel("Drag scale b_g")
         for axes in grid[-1]:
             axes.set_xlabel("Stress σ (10⁵ N/m³)")
-        if narrow:
-            for axes in grid[1::2, 1]:
-                axes.set_visible(False)
         return figure
 
 
@@ -227,13 +215,11 @@ _FOOT_COLOURS = (BLUE, GREEN, VERMILLION)
 _GAIN_STYLES: tuple[LineStyle, ...] = ("--", "-")
 
 
-def draw_joules_by_damping(costs: OverDamping, width_in: float = TWO_COLUMNS_IN) -> Figure:
+def draw_joules_by_damping(costs: OverDamping) -> Figure:
     """Draw a panel for each stiffness of the ground, all on one scale, with bands over its drag."""
     with publication_style():
-        narrow, count = is_narrow(width_in), len(costs.stiffness_factors)
-        figure = new_figure(width_in, 5.6 if narrow else 2.9)
-        shape = (count, 1) if narrow else (1, count)
-        panels = figure.subplots(*shape, sharex=True, sharey=True, squeeze=False).ravel()
+        figure = new_figure(TWO_COLUMNS_IN, 2.9)
+        panels = figure.subplots(1, len(costs.stiffness_factors), sharex=True, sharey=True)
         own = costs.drag_factors.index(1.0)
         for row, axes in enumerate(panels):
             for gain, foot in itertools.product(range(len(costs.extension_gains)), range(len(costs.foot_radii_m))):
@@ -247,12 +233,10 @@ def draw_joules_by_damping(costs: OverDamping, width_in: float = TWO_COLUMNS_IN)
             axes.set_title(f"stiffness × {stated_text(costs.stiffness_factors[row])}", loc="left")
             axes.set_xlim(0.0, float(costs.active_damping_kg_m[-1]))
             light_grid(axes)
-            if narrow or axes is panels[0]:
-                axes.set_ylabel("Cost (J)")
-            if not narrow or axes is panels[-1]:
-                axes.set_xlabel("b_AD (kg/m)")
+            axes.set_xlabel("b_AD (kg/m)")
+        panels[0].set_ylabel("Cost (J)")
         panels[0].set_ylim(0.0, 1.05 * float(np.nanmax(costs.jumps.cost_j)))
-        figure.legend(handles=_handles(costs), loc="outside lower center", ncols=2 if narrow else 5, handlelength=2.2)
+        figure.legend(handles=_handles(costs), loc="outside lower center", ncols=5, handlelength=2.2)
         return figure
 
 

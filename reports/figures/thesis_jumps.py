@@ -17,7 +17,6 @@ from reports.figures.style import (
     PURPLE,
     TWO_COLUMNS_IN,
     VERMILLION,
-    is_narrow,
     light_grid,
     new_figure,
     publication_style,
@@ -66,17 +65,16 @@ GROUND_FUNCTIONS_CAPTION = (
 )
 
 
-def draw_ground_functions(curves: GroundFunctions, width_in: float = TWO_COLUMNS_IN) -> Figure:
-    """Draw the three functions side by side; one above the other in a narrow figure."""
+def draw_ground_functions(curves: GroundFunctions) -> Figure:
+    """Draw the three functions side by side."""
     panels = (
         ("Stiffness function", "K (N)", curves.resistance_n),
         ("Inertial drag", "D (kg/m)", curves.drag_kg_m),
         ("Added mass", "Added mass (g)", curves.added_mass_kg * MILLI),
     )
     with publication_style():
-        narrow = is_narrow(width_in)
-        figure = new_figure(width_in, 5.2 if narrow else 2.1)
-        grid = figure.subplots(3, 1, sharex=True) if narrow else figure.subplots(1, 3)
+        figure = new_figure(TWO_COLUMNS_IN, 2.1)
+        grid = figure.subplots(1, 3)
         for axes, (title, label, values) in zip(grid, panels, strict=True):
             axes.plot(curves.depth_m * MILLI, values, color=BLACK)
             axes.axvline(curves.cone_depth_m * MILLI, color=GREY, linewidth=0.8, linestyle=":")
@@ -85,8 +83,7 @@ def draw_ground_functions(curves: GroundFunctions, width_in: float = TWO_COLUMNS
             axes.set_xlim(0.0, float(curves.depth_m[-1]) * MILLI)
             axes.set_ylim(bottom=0.0)
             light_grid(axes)
-            if axes is grid[-1] or not narrow:
-                axes.set_xlabel("Depth (mm)")
+            axes.set_xlabel("Depth (mm)")
         grid[0].annotate(
             "cone complete",
             (curves.cone_depth_m * MILLI, 0.04),
@@ -107,10 +104,10 @@ BODY_AND_TOE_CAPTION = (
 )
 
 
-def draw_body_and_toe(paths: Pair[Motion], width_in: float = TWO_COLUMNS_IN) -> Figure:
+def draw_body_and_toe(paths: Pair[Motion]) -> Figure:
     """Draw the body's height above, the toe's below, over one time."""
     with publication_style():
-        figure = new_figure(width_in, 3.6)
+        figure = new_figure(TWO_COLUMNS_IN, 3.6)
         body, toe = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
         end_s = max(float(path.time_s[-1]) for path in (paths.ce, paths.ad))
         for look, path in ((CE_LOOK, paths.ce), (AD_LOOK, paths.ad)):
@@ -131,7 +128,7 @@ def draw_body_and_toe(paths: Pair[Motion], width_in: float = TWO_COLUMNS_IN) -> 
         toe.set_ylabel("Toe (mm)")
         toe.set_xlabel("Time since touchdown (s)")
         figure.align_ylabels([body, toe])
-        figure.legend(loc="outside lower center", ncols=1 if is_narrow(width_in) else 2, handlelength=3.2)
+        figure.legend(loc="outside lower center", ncols=2, handlelength=3.2)
         return figure
 
 
@@ -145,24 +142,20 @@ _AFTER_LIFTOFF_S = 0.03
 _LINE_WIDTH = 1.3
 
 
-def draw_energies(energies: Pair[JumpEnergies], width_in: float = TWO_COLUMNS_IN) -> Figure:
+def draw_energies(energies: Pair[JumpEnergies]) -> Figure:
     """Draw either controller in a panel of its own, both on one scale."""
     with publication_style():
-        narrow = is_narrow(width_in)
-        figure = new_figure(width_in, 5.4 if narrow else 3.2)
-        shape = (2, 1) if narrow else (1, 2)
-        panels = figure.subplots(*shape, sharex=True, sharey=True)
+        figure = new_figure(TWO_COLUMNS_IN, 3.2)
+        panels = figure.subplots(1, 2, sharex=True, sharey=True)
         end_s = max(part.motion.liftoff_time_s for part in (energies.ce, energies.ad)) + _AFTER_LIFTOFF_S
         for axes, look, curves in zip(panels, (CE_LOOK, AD_LOOK), (energies.ce, energies.ad), strict=True):
             _draw_panel(axes, curves, end_s)
             axes.set_title(look.label[0].upper() + look.label[1:], loc="left")
-            if axes is panels[-1] or not narrow:
-                axes.set_xlabel("Time since touchdown (s)")
-            if axes is panels[0] or narrow:
-                axes.set_ylabel("Energy (J)")
+            axes.set_xlabel("Time since touchdown (s)")
+        panels[0].set_ylabel("Energy (J)")
         panels[0].set_xlim(0.0, end_s)
         handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=2 if narrow else 4, handlelength=2.6)
+        figure.legend(handles, labels, loc="outside lower center", ncols=4, handlelength=2.6)
         return figure
 
 
@@ -196,11 +189,10 @@ POWER_SURFACE_CAPTION = (
 _LEVELS_W = (-800.0, -400.0, -200.0, -100.0, -50.0, -25.0, -10.0, -5.0, 0.0)
 
 
-def draw_power_surface(power: PowerSurface, width_in: float = TWO_COLUMNS_IN) -> Figure:
+def draw_power_surface(power: PowerSurface) -> Figure:
     """Draw the map in greys with its contours, and the paths over it."""
     with publication_style():
-        narrow = is_narrow(width_in)
-        figure = new_figure(width_in, 3.3 if narrow else 3.8)
+        figure = new_figure(TWO_COLUMNS_IN, 3.8)
         axes = figure.add_subplot()
         greys = [str(shade) for shade in np.linspace(0.45, 1.0, len(_LEVELS_W) - 1)]
         depth_mm = power.depth_m * MILLI
@@ -233,7 +225,7 @@ def draw_power_surface(power: PowerSurface, width_in: float = TWO_COLUMNS_IN) ->
             Line2D([], [], color=BLACK, marker="o", markerfacecolor="white", linestyle="none", label="touchdown"),
             Line2D([], [], color=BLACK, marker="o", markersize=3.5, linestyle="none", label="switch to extension"),
         ]
-        figure.legend(handles=handles, loc="outside lower center", ncols=2 if narrow else 4, handlelength=3.0)
+        figure.legend(handles=handles, loc="outside lower center", ncols=4, handlelength=3.0)
         return figure
 
 

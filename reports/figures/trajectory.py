@@ -19,7 +19,6 @@ from reports.figures.style import (
     SKY,
     TWO_COLUMNS_IN,
     VERMILLION,
-    is_narrow,
     light_grid,
     new_figure,
     publication_style,
@@ -32,16 +31,12 @@ _BAND_ALPHA = 0.25
 _MARK_STYLES = ("--", "-.", ":")
 
 
-def draw_trajectory(trajectory: Trajectory, width_in: float = TWO_COLUMNS_IN) -> Figure:
-    """Draw the heights of body, foot and ground, and below them the leg's force, over time.
-
-    `width_in` is the figure's width in inches. Returns a matplotlib figure.
-    """
-    narrow = is_narrow(width_in)
+def draw_trajectory(trajectory: Trajectory) -> Figure:
+    """Draw the heights of body, foot and ground, and below them the leg's force, over time."""
     with publication_style():
-        figure = new_figure(width_in, 4.4)
+        figure = new_figure(TWO_COLUMNS_IN, 4.4)
         heights, force = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-        heights.set_title(textwrap.fill(trajectory.title, int(14 * width_in)), loc="left")
+        heights.set_title(textwrap.fill(trajectory.title, int(14 * TWO_COLUMNS_IN)), loc="left")
         for axes in (heights, force):
             _draw_bands(axes, trajectory)
             light_grid(axes)
@@ -60,7 +55,7 @@ def draw_trajectory(trajectory: Trajectory, width_in: float = TWO_COLUMNS_IN) ->
         handles: dict[str, Artist] = {}
         for axes in (heights, force):
             handles.update({str(name): handle for handle, name in zip(*axes.get_legend_handles_labels(), strict=True)})
-        figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=3 if narrow else 5)
+        figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=5)
         return figure
 
 

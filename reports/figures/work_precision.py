@@ -21,13 +21,13 @@ from reports.figures.style import (
     SKY,
     TWO_COLUMNS_IN,
     VERMILLION,
-    is_narrow,
     light_grid,
     new_figure,
     publication_style,
 )
 
 OWN_METHOD = "labbook"
+_ACROSS = 2
 _LOOKS = ((VERMILLION, "s"), (SKY, "^"), (BLUE, "D"), (GREEN, "v"))
 _FLOOR_NAME = "round-off: nothing is claimed"
 _LINE = 0.045
@@ -38,23 +38,23 @@ _LEFT_OF_MARKS, _RIGHT_OF_MARKS = 0.14, 0.05
 """How far the axis of times reaches past what is drawn, as parts of that: settings stand to the left of their marks."""
 
 
-def draw_work_precision(study: WorkPrecision, width_in: float = TWO_COLUMNS_IN) -> Figure:
+def draw_work_precision(study: WorkPrecision) -> Figure:
     """Draw one panel an output; the further down and to the left a curve lies, the better."""
-    narrow = is_narrow(width_in)
-    across = 1 if narrow else 2
-    down = -(-len(study.panels) // across)
+    down = -(-len(study.panels) // _ACROSS)
     with publication_style():
-        notes = [line for note in study.notes for line in textwrap.wrap(note, int(18 * width_in))]
-        figure = new_figure(width_in, 0.9 + 2.1 * down + 0.13 * len(notes))
-        axes = figure.subplots(down, across, squeeze=False, sharex=True, sharey=True).flatten()
+        notes = [line for note in study.notes for line in textwrap.wrap(note, int(18 * TWO_COLUMNS_IN))]
+        figure = new_figure(TWO_COLUMNS_IN, 0.9 + 2.1 * down + 0.13 * len(notes))
+        axes = figure.subplots(down, _ACROSS, squeeze=False, sharex=True, sharey=True).flatten()
         looks, limits, times = _looks(study), _limits(study), _times(study)
         for panel, drawn in zip(study.panels, axes, strict=False):
             _draw_panel(drawn, panel, looks, limits)
         axes[0].set_xlim(*times)  # all panels share it
         for empty in axes[len(study.panels) :]:
             empty.set_visible(False)
-        figure.suptitle(textwrap.fill(study.title, int(14 * width_in)), fontsize=8, weight="bold", x=0.01, ha="left")
-        for drawn in axes[len(study.panels) - across : len(study.panels)]:
+        figure.suptitle(
+            textwrap.fill(study.title, int(14 * TWO_COLUMNS_IN)), fontsize=8, weight="bold", x=0.01, ha="left"
+        )
+        for drawn in axes[len(study.panels) - _ACROSS : len(study.panels)]:
             drawn.set_xlabel("Time of one run")
             drawn.tick_params(labelbottom=True)
         figure.supylabel("Relative error", fontsize=8)
@@ -66,7 +66,7 @@ def draw_work_precision(study: WorkPrecision, width_in: float = TWO_COLUMNS_IN) 
             list(handles.values()),
             list(handles),
             loc="outside lower center",
-            ncols=2 if narrow else 3,
+            ncols=3,
             title="\n".join(notes) or None,
             title_fontsize=6,
         )

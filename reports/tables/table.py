@@ -154,12 +154,9 @@ def table_of(
     *,
     block: Callable[[T], str] = lambda _item: "",
     strong: Callable[[T], bool] = lambda _item: False,
-    anchor: Callable[[T], str] = lambda _item: "",
 ) -> Table:
     """Make a table with a row an item."""
-    rows = tuple(
-        Row(tuple(_flat(make(item) for _, make in columns)), block(item), strong(item), anchor(item)) for item in items
-    )
+    rows = tuple(Row(tuple(_flat(make(item) for _, make in columns)), block(item), strong(item)) for item in items)
     return Table(name, caption, tuple(_flat(column for column, _ in columns)), rows)
 
 

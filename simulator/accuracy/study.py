@@ -190,24 +190,21 @@ class Need:
     """
 
     series: Series
-    output: str
     goal: float
     point: Point | None
     within_reach: bool
 
 
-def needs(study: AccuracyStudy, goal: float, output: str = COST) -> tuple[Need, ...]:
-    """Return what each method that covers the scene needs for a relative error in one output."""
-    floor = study.reference.floor[output]
+def needs(study: AccuracyStudy, goal: float) -> tuple[Need, ...]:
+    """Return what each method that covers the scene needs for a relative error in the cost."""
+    floor = study.reference.floor[COST]
     reach = floor is not None and floor <= goal
     return tuple(
-        Need(series, output, goal, _point_needed(series, goal, output), reach)
-        for series in study.series
-        if not series.why_not
+        Need(series, goal, _point_needed(series, goal), reach) for series in study.series if not series.why_not
     )
 
 
-def _point_needed(series: Series, goal: float, output: str) -> Point | None:
+def _point_needed(series: Series, goal: float) -> Point | None:
     """A setting counts only if no finer one misses: an error that passes through zero once is luck. One that gave up
     has no error, and shows nothing.
     """
@@ -215,7 +212,7 @@ def _point_needed(series: Series, goal: float, output: str) -> Point | None:
     for point in reversed(series.points):
         if point.failure:
             continue
-        error = (point.errors or {}).get(output)
+        error = (point.errors or {}).get(COST)
         if error is None or error > goal:
             break
         kept = point

@@ -68,9 +68,7 @@ class ComparedPredictions:
         return not self.fails and bool(agreements) and all(agreements)
 
 
-def compare_predictions(
-    book: Book, where: str | None, step: Callable[[str], None], sample: int = 0
-) -> ComparedPredictions:
+def compare_predictions(book: Book, where: str | None, step: Callable[[str], None], sample: int) -> ComparedPredictions:
     """Predict and compare; with a sample, also say which share of the variance each assumed input bears.
 
     Raises `UsageError` where there is nothing to predict or nothing to compare with, and as `shares_of_inputs` does.

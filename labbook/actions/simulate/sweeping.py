@@ -97,7 +97,7 @@ class PlannedSweep:
     corners: Corners | None = None
 
 
-def planned_sweep(request: SweepRequest, step: Step = lambda _done: None) -> PlannedSweep:
+def planned_sweep(request: SweepRequest, step: Step) -> PlannedSweep:
     """Return the sweep that is asked for; `step` is called after each set of effects tried, and of each corner.
 
     The smallest set of effects is that of the scene as it stands, before anything varies; effects that read a swept

@@ -98,12 +98,10 @@ def truths(jumps: int = JUMPS) -> list[Truth]:
     return [_motion(gain, damping, jumps)[0] for gain in GAINS for damping in dampings(gain)]
 
 
-def emulator_campaign(
-    seed: int, *, days: int = DAYS, jumps: int = JUMPS, scatter: EmulatorScatter | None = None, logs: bool = True
-) -> list[EmulatorRun]:
+def emulator_campaign(seed: int, *, days: int = DAYS, jumps: int = JUMPS, logs: bool = True) -> list[EmulatorRun]:
     """Draw the campaign; without `logs`, charges alone."""
     rng = np.random.default_rng(np.random.SeedSequence([seed, 5]))
-    scatter = scatter or EmulatorScatter()
+    scatter = EmulatorScatter()
     conditions = [(gain, damping) for gain in GAINS for damping in dampings(gain)]
     runs: list[EmulatorRun] = []
     for day in range(days):

@@ -210,7 +210,7 @@ def _sentence(need: Need, own: Point | None) -> str:
 def _best(need: Need) -> str:
     """What the finest setting gives, where it gives something."""
     finest = need.series.points[-1]
-    error = (finest.errors or {}).get(need.output)
+    error = (finest.errors or {}).get(COST)
     if finest.failure or error is None:
         return ""
     return f": {_setting(need.series, finest)} is off by {error:.1e}, after {time_text(finest.seconds)}"
@@ -243,7 +243,7 @@ def _point_data(point: Point) -> dict[str, Any]:
 def _need_data(need: Need) -> dict[str, Any]:
     return {
         "method": need.series.method,
-        "output": need.output,
+        "output": COST,
         "goal": need.goal,
         "within_reach": need.within_reach,
         "setting": None if need.point is None else need.point.setting,

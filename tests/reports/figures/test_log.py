@@ -7,13 +7,11 @@ import pytest
 from reports.drawn import LogJump
 from reports.figures.kind import svg_bytes
 from reports.figures.log import clock_text, draw_log, envelope
-from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from tests.helpers.wording import says
 
 
-@pytest.mark.parametrize("width_in", [ONE_COLUMN_IN, TWO_COLUMNS_IN])
-def test_a_log_has_an_overview_and_a_jump(run_log, width_in):
-    figure = draw_log(run_log, width_in)
+def test_a_log_has_an_overview_and_a_jump(run_log):
+    figure = draw_log(run_log)
     overview, panel = figure.axes
     says(overview.get_title("left"), "r0042", "small foot")
     says(panel.get_title("left"), "Jump", "1", "0:06.6")

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from reports.figures.kind import svg_bytes
-from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
+from reports.figures.style import TWO_COLUMNS_IN
 from reports.figures.thesis_comparisons import (
     Compared,
     draw_apex_over_grounds,
@@ -83,16 +83,16 @@ COSTS = OverDamping(
 GROUND = GroundFunctions(DEPTH, 800 * DEPTH, 50 + DEPTH, 2 * DEPTH, 0.026)
 SURFACE_W = np.outer(np.linspace(-500.0, 0.0, 13), 0.1 + DEPTH)
 POWER = PowerSurface(DEPTH, np.linspace(-1.2, 0.0, 13), SURFACE_W, (1.0,), (PATHS,))
-DRAWN: dict[str, Callable[[float], Figure]] = {
-    "3.2": lambda width: draw_ground_functions(GROUND, width),
-    "3.4": lambda width: draw_body_and_toe(PATHS, width),
-    "3.5": lambda width: draw_energies(Pair(energies(5.0), energies(4.0)), width),
-    "3.6": lambda width: draw_power_surface(POWER, width),
-    "3.8": lambda width: draw_cost_over_speed(OVER_SPEED, width),
-    "3.9": lambda width: draw_apex_over_speed(OVER_SPEED, width),
-    "3.11": lambda width: draw_cost_over_grounds(GROUNDS, width),
-    "3.12": lambda width: draw_apex_over_grounds(GROUNDS, width),
-    "3.13": lambda width: draw_joules_by_damping(COSTS, width),
+DRAWN: dict[str, Callable[[], Figure]] = {
+    "3.2": lambda: draw_ground_functions(GROUND),
+    "3.4": lambda: draw_body_and_toe(PATHS),
+    "3.5": lambda: draw_energies(Pair(energies(5.0), energies(4.0))),
+    "3.6": lambda: draw_power_surface(POWER),
+    "3.8": lambda: draw_cost_over_speed(OVER_SPEED),
+    "3.9": lambda: draw_apex_over_speed(OVER_SPEED),
+    "3.11": lambda: draw_cost_over_grounds(GROUNDS),
+    "3.12": lambda: draw_apex_over_grounds(GROUNDS),
+    "3.13": lambda: draw_joules_by_damping(COSTS),
 }
 OF_APEXES = ("3.9", "3.12")
 """Drawn as the cost is, in the figure before each."""
@@ -110,9 +110,9 @@ def legend(figure: Figure) -> list[str]:
     "number", [pytest.param(number, marks=pytest.mark.soak if number in OF_APEXES else ()) for number in DRAWN]
 )
 def test_every_figure_has_its_width_and_labels_with_units(number: str) -> None:
-    figure = DRAWN[number](ONE_COLUMN_IN)
+    figure = DRAWN[number]()
     figure.draw_without_rendering()  # a layout that finds no room warns, and a warning fails
-    assert figure.get_size_inches()[0] == ONE_COLUMN_IN
+    assert figure.get_size_inches()[0] == TWO_COLUMNS_IN
     labels = [axes.get_xlabel() for axes in figure.axes] + [axes.get_ylabel() for axes in figure.axes]
     assert all("(" in label for label in labels if label and label != "Drag scale b_g")
     assert len([label for label in labels if label]) >= 2
@@ -155,7 +155,7 @@ def test_energies_are_shown_until_shortly_after_liftoff_and_named_once() -> None
 
 
 def test_paths_of_the_foot_end_at_liftoff() -> None:
-    figure = DRAWN["3.6"](TWO_COLUMNS_IN)
+    figure = DRAWN["3.6"]()
     depth_mm = [drawn_x(line) for line in figure.axes[0].get_lines()[:2]]
     assert [values.size for values in depth_mm] == [31, 31]
     assert depth_mm[0].max() == pytest.approx(60.0, rel=1e-2)

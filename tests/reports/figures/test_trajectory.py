@@ -11,7 +11,6 @@ from PIL import Image
 from reports.drawn import LegDrawing, ModeSpan, Trajectory
 from reports.figures.jump_animation import FRAMES_PER_SECOND, MOST_FRAMES, frame_times, knee_m, write_animation
 from reports.figures.kind import svg_bytes
-from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from reports.figures.trajectory import draw_trajectory
 
 LEG = LegDrawing(0.1, 0.2, 0.03)
@@ -40,9 +39,8 @@ def trajectory():
     )
 
 
-@pytest.mark.parametrize("width_in", [ONE_COLUMN_IN, TWO_COLUMNS_IN])
-def test_heights_and_force_over_one_time_with_every_mode_named_once(trajectory, width_in):
-    figure = draw_trajectory(trajectory, width_in)
+def test_heights_and_force_over_one_time_with_every_mode_named_once(trajectory):
+    figure = draw_trajectory(trajectory)
     heights, force = figure.axes
     assert heights.get_title("left") == "own: one jump"
     assert (heights.get_ylabel(), force.get_ylabel(), force.get_xlabel()) == ("Height (m)", "Leg force (N)", "Time (s)")

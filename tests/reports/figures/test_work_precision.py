@@ -5,7 +5,6 @@ import pytest
 
 from reports.drawn import Curve, Mark, Panel, WorkPrecision
 from reports.figures.kind import svg_bytes
-from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from reports.figures.work_precision import draw_work_precision
 
 METHODS = ("slow", "quick", "labbook")
@@ -25,9 +24,9 @@ def study():
     return WorkPrecision("own: one jump", METHODS, panels, ("slow at rtol 1e-9: gave up.",))
 
 
-@pytest.fixture(scope="module", params=[ONE_COLUMN_IN, pytest.param(TWO_COLUMNS_IN, marks=pytest.mark.soak)])
-def figure(study, request):
-    figure = draw_work_precision(study, request.param)
+@pytest.fixture(scope="module")
+def figure(study):
+    figure = draw_work_precision(study)
     ElementTree.fromstring(svg_bytes(figure))
     return figure
 
