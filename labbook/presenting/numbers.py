@@ -71,8 +71,8 @@ def number_data(number: Number) -> dict[str, Any]:
     return found
 
 
-def value_data(value: Value | None) -> Any:
-    """Return a value for JSON, None where it is undefined."""
+def value_data(value: Value | tuple[float, float] | None) -> Any:
+    """Return a value or an interval for JSON, None where it is undefined."""
     return None if isinstance(value, Undefined) else value
 
 

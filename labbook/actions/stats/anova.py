@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any, TypeVar, cast
 
 from data_schema.rounding import alpha_beside
@@ -16,11 +15,11 @@ from labbook.presenting.stats.plan import NO_ANOVA, plan_notes
 from reports.figures.estimation import Estimation
 from stats.checks import Missing
 from stats.exact.numbers import as_interval
-from stats.groups.anova import Anova, WelchAnova, one_way_anova, welch_anova
+from stats.groups.anova import one_way_anova, welch_anova
 from stats.groups.dunnett import AgainstControl, Dunnett, dunnett
-from stats.groups.multiple import HolmFamily, none_text, reasons_text
+from stats.groups.multiple import none_text, reasons_text
 from stats.groups.tukey import AllPairs, PairDifference, Variances, compare_all_pairs
-from stats.groups.variances import VarianceTest, bartlett, brown_forsythe, levene
+from stats.groups.variances import bartlett, brown_forsythe, levene
 from stats.results import as_dict
 
 PAIRS: dict[str, tuple[Variances, str]] = {
@@ -32,47 +31,24 @@ _MOST_GROUPS_IN_PAIRS = 200
 """With more groups pairs are left out: the 19 900 of 200 groups take half a minute, and they grow with the square."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Tested:
-    """Every test of the groups of one set of observations."""
-
-    classic: Anova
-    welch: WelchAnova
-    variances: tuple[VarianceTest, ...]
-    pairs: tuple[AllPairs, ...]
-    """By Tukey, then by Games and Howell; empty where there are too many groups."""
-    against: Dunnett
-    family: HolmFamily
-
-    @property
-    def results(self) -> dict[str, Any]:
-        """All of them as data, by name."""
-        found: dict[str, Any] = {
-            "one_way": as_dict(self.classic),
-            "welch": as_dict(self.welch),
-            "variances": [as_dict(test) for test in self.variances],
-        }
-        if self.pairs:
-            found |= {name: as_dict(pairs) for name, pairs in zip(PAIRS, self.pairs, strict=True)}
-        else:
-            why = self.too_many
-            found |= {key: value for name in PAIRS for key, value in ((name, None), (f"{name}_reason", why))}
-        return {**found, "dunnett": as_dict(self.against), "holm": as_dict(self.family)}
-
-    @property
-    def too_many(self) -> str:
-        """Why there are no pairs, and what to do."""
-        k = len(self.classic.groups)
-        return (
-            f"{k} groups make {k * (k - 1) // 2} pairs, and up to {_MOST_GROUPS_IN_PAIRS} groups are compared here; "
-            "choose groups with --where, or take stats.compare_all_pairs in Python, which has no limit but takes long."
-        )
-
-
 def analyse(question: Question) -> Answer:
     """Analyse the variance of all groups; intervals of pairs and against the control are simultaneous."""
     observed = question.observed
-    found = _tested(question)
+    observed.others()
+    level, missing = question.level, cast(Missing, question.source.missing)
+    groups, control = observed.groups(), question.control
+    question.step(f"{len(groups)} groups")
+    pairs = {}
+    for name, (variances_are, method) in PAIRS.items() if len(groups) <= _MOST_GROUPS_IN_PAIRS else ():
+        question.step(f"all pairs by {method}")
+        pairs[name] = compare_all_pairs(groups, variances=variances_are, level=level, missing=missing)
+    question.step("Dunnett's test")
+    treatments = {name: values for name, values in groups.items() if name != control}
+    classic = one_way_anova(groups, level=level, missing=missing)
+    welch = welch_anova(groups, level=level, missing=missing)
+    variances = [test(groups, missing=missing) for test in (brown_forsythe, levene, bartlett)]
+    against = dunnett(groups[control], treatments, control_name=control, level=level, missing=missing)
+    family = holm_of(compared(question, "welch"), observed, question.alpha)
     confounded, by = one_day_groups(observed), observed.shown_by or observed.by
     notes = [
         *plan_notes(observed, False, question.alpha, NO_ANOVA),
@@ -81,52 +57,48 @@ def analyse(question: Question) -> Answer:
     ]
     if question.has_shared_errors:
         notes.append(f"{SHARED_NOTE} Holm's family has it.")
-    if not found.pairs:
-        notes.append(f"All pairs are left out: {found.too_many}")
+    of_pairs: dict[str, Any] = {name: as_dict(found) for name, found in pairs.items()}
+    if not pairs:
+        too_many = _too_many(len(classic.groups))
+        notes.append(f"All pairs are left out: {too_many}")
+        of_pairs = {key: value for name in PAIRS for key, value in ((name, None), (f"{name}_reason", too_many))}
     answer = Answer(
         [
-            found.classic.sentence(by),
-            found.welch.sentence(by),
-            *(test.sentence() for test in found.variances),
-            *(all_pairs_text(pairs, observed.unit) for pairs in found.pairs),
-            against_control_text(found.against, observed.unit),
-            found.family.sentence(),
+            classic.sentence(by),
+            welch.sentence(by),
+            *(test.sentence() for test in variances),
+            *(all_pairs_text(found, observed.unit) for found in pairs.values()),
+            against_control_text(against, observed.unit),
+            family.sentence(),
             *([f"{confounded}."] if confounded else []),
         ],
-        found.results,
-        lambda: _drawn(question, found.against),
+        {
+            "one_way": as_dict(classic),
+            "welch": as_dict(welch),
+            "variances": [as_dict(test) for test in variances],
+            **of_pairs,
+            "dunnett": as_dict(against),
+            "holm": as_dict(family),
+        },
+        lambda: _drawn(question, against),
         notes,
-        quantile_level=question.level,
+        quantile_level=level,
     )
-    answer.add_fields("one-way ANOVA", found.classic)
-    answer.add_fields("Welch ANOVA", found.welch)
-    answer.add_table("equal variances", found.variances, left_out=("ratio_ci", "level"))
-    for pairs in found.pairs:
-        answer.add_table(f"all pairs by {pairs.method}", pairs.pairs)
-    answer.add_table(f"Dunnett against {found.against.control}", found.against.comparisons)
-    answer.add_fields("Holm", found.family)
+    answer.add_fields("one-way ANOVA", classic)
+    answer.add_fields("Welch ANOVA", welch)
+    answer.add_table("equal variances", variances, left_out=("ratio_ci", "level"))
+    for found in pairs.values():
+        answer.add_table(f"all pairs by {found.method}", found.pairs)
+    answer.add_table(f"Dunnett against {against.control}", against.comparisons)
+    answer.add_fields("Holm", family)
     return answer
 
 
-def _tested(question: Question) -> _Tested:
-    observed = question.observed
-    observed.others()
-    level, missing = question.level, cast(Missing, question.source.missing)
-    groups, control = observed.groups(), question.control
-    question.step(f"{len(groups)} groups")
-    pairs = []
-    for variances_are, method in PAIRS.values() if len(groups) <= _MOST_GROUPS_IN_PAIRS else ():
-        question.step(f"all pairs by {method}")
-        pairs.append(compare_all_pairs(groups, variances=variances_are, level=level, missing=missing))
-    question.step("Dunnett's test")
-    treatments = {name: values for name, values in groups.items() if name != control}
-    return _Tested(
-        one_way_anova(groups, level=level, missing=missing),
-        welch_anova(groups, level=level, missing=missing),
-        tuple(test(groups, missing=missing) for test in (brown_forsythe, levene, bartlett)),
-        tuple(pairs),
-        dunnett(groups[control], treatments, control_name=control, level=level, missing=missing),
-        holm_of(compared(question, "welch"), observed, question.alpha),
+def _too_many(k: int) -> str:
+    """Say why there are no pairs, and what to do."""
+    return (
+        f"{k} groups make {k * (k - 1) // 2} pairs, and up to {_MOST_GROUPS_IN_PAIRS} groups are compared here; "
+        "choose groups with --where, or take stats.compare_all_pairs in Python, which has no limit but takes long."
     )
 
 

@@ -8,6 +8,7 @@ from typing import Any
 from data_schema.rounding import error_of, interval_text, number_text
 from data_schema.vocabulary import Undefined
 from labbook.analysis.studies.characterisation import Characterisation, Coefficient, GainLines, MeasuredGains, OfMass
+from labbook.presenting.numbers import value_data
 from reports.figures.characterisation import OverGain, Trajectory
 from simulator.steady.published_results import published_numbers
 from stats.lines.stiffness import MINIMUM_POINTS, GainLine
@@ -139,7 +140,7 @@ def _condition(one: MeasuredGains) -> dict[str, Any]:
         "masses_kg": sorted({motion.mass_kg for motion in one.motions}),
         "trajectories": one.trajectories,
         "n": one.n,
-        "residual_lag1": None if isinstance(one.residual_lag1, Undefined) else one.residual_lag1,
+        "residual_lag1": value_data(one.residual_lag1),
         **_coefficients(one),
         "masses": [{"mass_kg": mass.mass_kg, "n": mass.n, **_coefficients(mass)} for mass in one.masses],
         "masses_left_out": [{"mass_kg": mass_kg, "why": why} for mass_kg, why in one.masses_left_out.items()],

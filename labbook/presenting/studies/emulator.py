@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -64,17 +65,15 @@ def beside(study: EmulatorStudy) -> list[tuple[str, ...]]:
         found.append(("largest SD of the apexes of a condition (mm)", _fixed(max(sds), 1), "–", below))
     for trend in study.trends:
         savings = [row.saving for row in study.analysed(trend.controller) if row.saving is not None]
-        simulated = _simulated_changes(study, trend.controller, lambda row: row.simulated_j)
-        cells = [_ends_text(_values(savings)), _ends_text(simulated), _published_saving(trend.controller)]
+        of_joules = _simulated_changes(study, trend.controller, lambda row: row.simulated_j)
+        cells = [_ends_text(_values(savings)), _ends_text(of_joules), _published_saving(trend.controller)]
         found.append((f"saving, {trend.controller} (%)", *cells))
     rows = [row for trend in study.trends for row in study.analysed(trend.controller)]
     lost = [row.apex_loss for row in rows if row.apex_loss is not None]
-    simulated = [
-        change
-        for trend in study.trends
-        for change in _simulated_changes(study, trend.controller, lambda row: row.simulated_apex_m)
-    ]
-    found.append(("apex lost (%)", _ends_text(_values(lost)), _ends_text(simulated), f"< {_published_loss():g}"))
+    of_apex = [_simulated_changes(study, trend.controller, lambda row: row.simulated_apex_m) for trend in study.trends]
+    found.append(
+        ("apex lost (%)", _ends_text(_values(lost)), _ends_text([*chain(*of_apex)]), f"< {_published_loss():g}")
+    )
     return found
 
 
@@ -92,7 +91,7 @@ def _simulated_changes(
 
 
 def _ends_text(values: Sequence[float]) -> str:
-    return _range(min(values), max(values)) if values else "–"
+    return f"{_fixed(min(values), 1)} to {_fixed(max(values), 1)}" if values else "–"
 
 
 def _cm(metres: float | None) -> str:
@@ -119,15 +118,15 @@ def _excluded_text(reason: str) -> str:
 def _saves(study: EmulatorStudy, trend: Trend) -> str:
     rows = study.analysed(trend.controller)
     savings = {row.gain: row.saving for row in rows if row.saving is not None}
-    values = [saving.value for saving in savings.values() if isinstance(saving.value, float)]
+    values = _values(savings.values())
     name = str(trend.controller).capitalize()
     if not values:
         return f"{name}: nothing is known of its savings."
-    tested = [saving for saving in savings.values() if not isinstance(saving.ci, Undefined)]
+    tested = [saving.ci for saving in savings.values() if not isinstance(saving.ci, Undefined)]
     without = [gain for gain, saving in savings.items() if isinstance(saving.ci, Undefined)]
-    shown = sum(_excludes_zero(saving) for saving in tested)
+    shown = sum(low > 0.0 or high < 0.0 for low, high in tested)
     text = (
-        f"{name} saves {_range(min(values), max(values))} % at gains {_listed(savings)} (thesis: "
+        f"{name} saves {_ends_text(values)} % at gains {_listed(savings)} (thesis: "
         f"{_published_saving(trend.controller)})"
     )
     text += f"; the saving is significant at {shown} of {len(tested)}." if tested else "."
@@ -151,28 +150,20 @@ def _listed(gains: Iterable[float]) -> str:
     return list_text([f"{gain:g}" for gain in gains])
 
 
-def _excludes_zero(saving: Estimate) -> bool:
-    return not isinstance(saving.ci, Undefined) and (saving.ci[0] > 0.0 or saving.ci[1] < 0.0)
-
-
-def _range(low: float, high: float) -> str:
-    return f"{_fixed(low, 1)} to {_fixed(high, 1)}"
-
-
 def _fixed(value: float, places: int, sign: str = "") -> str:
     return f"{value:{sign}.{places}f}".replace("-", "\N{MINUS SIGN}")
 
 
 def _lost(rows: list[AtGain]) -> str:
     found = [row.apex_loss for row in rows if row.apex_loss is not None]
-    values = [loss.value for loss in found if isinstance(loss.value, float)]
+    values = _values(found)
     ends = [loss.ci[1] for loss in found if not isinstance(loss.ci, Undefined)]
     if not values:
         return "No apex is compared with that under CE."
     below = sum(end < _published_loss() for end in ends)
     shown = f", which {below} of {len(ends)} intervals show" if ends else ""
     return (
-        f"Active damping costs {_range(min(values), max(values))} % of the apex height (thesis: less than "
+        f"Active damping costs {_ends_text(values)} % of the apex height (thesis: less than "
         f"{_published_loss():g} %{shown})."
     )
 
@@ -202,7 +193,7 @@ def _left_out(study: EmulatorStudy) -> str:
 
 
 def _gains(gains: tuple[float, ...]) -> str:
-    return ("gain " if len(gains) == 1 else "gains ") + list_text([f"{gain:g}" for gain in gains])
+    return ("gain " if len(gains) == 1 else "gains ") + _listed(gains)
 
 
 def _rise_text(rise: Rise) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 from data_schema.rounding import error_of, interval_text, level_text, number_text
 from data_schema.vocabulary import Undefined
 from labbook.analysis.studies.field import FieldStudy, geometric
+from labbook.presenting.numbers import value_data
 from reports.figures.field import OnWalks
 from simulator.steady.published_results import published_numbers
 from stats.compare.summary import Summary
@@ -56,7 +57,7 @@ def as_data(study: FieldStudy) -> dict[str, Any]:
             for robot in study.robots
         ],
         "ratio": ratio,
-        "ratio_ci": None if isinstance(interval, Undefined) else list(interval),
+        "ratio_ci": value_data(interval),
         "log_ratio": study.log_ratio.to_dict(),
         "published": {name: published_numbers()[name] for name in PUBLISHED.values()},
         "doubt": study.doubt,
@@ -65,7 +66,7 @@ def as_data(study: FieldStudy) -> dict[str, Any]:
 
 def _geometric_data(logs: Summary) -> dict[str, Any]:
     mean, interval = geometric(logs)
-    return {"geometric_mean": mean, "ci": None if isinstance(interval, Undefined) else list(interval), "n": logs.n}
+    return {"geometric_mean": mean, "ci": value_data(interval), "n": logs.n}
 
 
 def drawn(study: FieldStudy) -> tuple[list[OnWalks], OnWalks, str]:

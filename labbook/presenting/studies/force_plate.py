@@ -10,6 +10,7 @@ from data_schema.outcomes import Outcome
 from data_schema.rounding import error_of, interval_text, number_text
 from data_schema.vocabulary import Undefined
 from labbook.analysis.studies.force_plate import ForcePlateStudy, RunEstimate, odd_runs
+from labbook.presenting.numbers import value_data
 from reports.display import BESIDE, true_minus
 from reports.figures.force_plate import HopsOfCondition, WindowChoice
 from simulator.steady.published_results import published_numbers
@@ -143,10 +144,10 @@ def as_data(study: ForcePlateStudy) -> dict[str, Any]:
     slope = study.slope
     return {
         "slope": slope.slope,
-        "se": None if isinstance(slope.se, Undefined) else slope.se,
+        "se": value_data(slope.se),
         "shared_se": slope.shared_se,
         "slope_without_foot": study.slope_without_foot,
-        "ci": _ends(slope.ci),
+        "ci": value_data(slope.ci),
         "level": slope.level,
         "groups": slope.groups,
         "n": slope.n,
@@ -167,10 +168,6 @@ def as_data(study: ForcePlateStudy) -> dict[str, Any]:
     }
 
 
-def _ends(interval: tuple[float, float] | Undefined) -> list[float] | None:
-    return None if isinstance(interval, Undefined) else list(interval)
-
-
 def _run(one: RunEstimate) -> dict[str, Any]:
     clocks = one.clocks
     return {
@@ -184,9 +181,9 @@ def _run(one: RunEstimate) -> dict[str, Any]:
         "stances": one.stances,
         "clocks": {
             "offset_s": clocks.at_zero_s,
-            "offset_ci": _ends(one.offset_ci),
+            "offset_ci": value_data(one.offset_ci),
             "drift": clocks.drift,
-            "drift_ci": _ends(clocks.drift_ci),
+            "drift_ci": value_data(clocks.drift_ci),
             "residual_sd_s": clocks.residual_sd_s,
             "touchdowns": clocks.n,
             "misread": clocks.left_out,
