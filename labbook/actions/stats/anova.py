@@ -156,9 +156,6 @@ def _counted(
 
 def _smallest(small: Sequence[Compared]) -> list[Compared]:
     """Return those with the smallest p, in their order."""
-    named = sorted(range(len(small)), key=lambda place: _size(small[place]))[:MOST_IN_WORDS]
+    sizes = [item.log10_p if isinstance(item.log10_p, float) else 0.0 for item in small]
+    named = sorted(range(len(small)), key=sizes.__getitem__)[:MOST_IN_WORDS]
     return [small[place] for place in sorted(named)]
-
-
-def _size(item: PairDifference | AgainstControl) -> float:
-    return item.log10_p if isinstance(item.log10_p, float) else 0.0

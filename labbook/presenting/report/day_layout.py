@@ -149,13 +149,13 @@ def joined_by_others(label: str, control: str, days: Mapping[str, Collection[str
     """
     others = {name: set(of_group) for name, of_group in days.items() if name != label}
     return any(
-        _reached(control, {name for name in others if name != control and day in others[name]}, _without(others, day))
+        _reached(
+            control,
+            {name for name in others if name != control and day in others[name]},
+            {name: of_group - {day} for name, of_group in others.items()},
+        )
         for day in days[label]
     )
-
-
-def _without(days: Mapping[str, set[str]], left_out: str) -> Mapping[str, set[str]]:
-    return {name: of_group - {left_out} for name, of_group in days.items()}
 
 
 def _reached(control: str, start: set[str], days: Mapping[str, set[str]]) -> bool:

@@ -7,7 +7,7 @@ import numpy as np
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.budget import IN_ALL, BudgetSource
-from labbook.analysis.outcomes.run_energy import MAH_MIN, Drain, idle_charges
+from labbook.analysis.outcomes.run_energy import MAH_MIN, idle_charges
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.numbers import Shown
 from reports.content import BudgetItem, DrainFit, IdlePoint, ReportContent
@@ -27,7 +27,7 @@ def drain_fits(analysis: StudyAnalysis, shown: Shown) -> tuple[DrainFit, ...]:
     for robot_uid, drain in analysis.drains.items():
         if isinstance(drain.line, Undefined):
             continue
-        line = drain.line
+        line, at_s = drain.line, drain.result.run_duration_s
         minutes = np.linspace(0.0, line.duration_max_s * 1.05 / MAH_MIN, _LINE_POINTS)
         band = [line.at(minute * MAH_MIN) for minute in minutes]
         found.append(
@@ -47,16 +47,10 @@ def drain_fits(analysis: StudyAnalysis, shown: Shown) -> tuple[DrainFit, ...]:
                 r_squared=shown.number(drain.result.r_squared),
                 at_run=shown.number(drain.result.at_run),
                 run_duration_min=duration_s / MAH_MIN,
-                range_sentence=_range_sentence(drain),
+                range_sentence="" if at_s is None else line.sentence(at_s),
             )
         )
     return tuple(found)
-
-
-def _range_sentence(drain: Drain) -> str:
-    """Return what a drain line gives at the run duration, and whether that is an extrapolation."""
-    duration_s = drain.result.run_duration_s
-    return "" if duration_s is None or isinstance(drain.line, Undefined) else drain.line.sentence(duration_s)
 
 
 def budget(analysis: StudyAnalysis, shown: Shown, content: ReportContent) -> tuple[tuple[BudgetItem, ...], str]:

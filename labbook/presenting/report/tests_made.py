@@ -33,7 +33,7 @@ def tests_used(analysis: StudyAnalysis, called: SweptWords) -> str:
         _by_day(analysis.compared),
         _holm(analysis),
         _equivalence(analysis),
-        _savings(analysis, called),
+        _savings(analysis, called, "the ratio of means ", ""),
         *_further(analysis),
         _levels(analysis),
     ]
@@ -58,14 +58,11 @@ def decided_by(analysis: StudyAnalysis, called: SweptWords) -> str:
     made = [rule for rule in said if rules[rule]]
     numbers = [count_text(rules[rule], "comparison") if rule is made[0] else str(rules[rule]) for rule in made]
     counts = list_text([f"{said[rule]} ({number})" for rule, number in zip(made, numbers, strict=True)])
-    treated = called.treatment_short
     several = any(item.pair.family == pairing.POOLED and len(item.pair.b) > 1 for item in analysis.compared)
     weighted = ", pooled levels weighted by their runs" if several else ""
     sentences = [
         f"Treatment and control are compared on the days that hold runs of both{weighted}: {counts}.",
-        f"Savings are ({called.control} - {treated}) / {called.control} with Fieller's interval by the same contrast."
-        if saved(analysis)
-        else "",
+        _savings(analysis, called, "", " by the same contrast"),
         _holm(analysis),
         _equivalence(analysis),
         "The overall effect is the mean of the groups' savings by the delta method, days' errors added before squaring."
@@ -153,11 +150,9 @@ def _bounds(bounds: Bounds) -> str:
     return f"{stated_text(factor * bounds.low)} to {stated_text(factor * bounds.high)} {unit}"
 
 
-def _savings(analysis: StudyAnalysis, called: SweptWords) -> str:
-    if not saved(analysis):
-        return ""
+def _savings(analysis: StudyAnalysis, called: SweptWords, of: str, by: str) -> str:
     ratio = f"({called.control} - {called.treatment_short}) / {called.control}"
-    return f"Savings are the ratio of means {ratio} with Fieller's interval."
+    return f"Savings are {of}{ratio} with Fieller's interval{by}." if saved(analysis) else ""
 
 
 def saved(analysis: StudyAnalysis) -> bool:

@@ -28,7 +28,8 @@ def plan_notes(
         return []
     if bounds is not None and not observed.measured.has_equivalence:
         beside = NO_OTHER_BOUNDS
-    family, beside, stated = _family(pooled), _beside(plan, observed, beside), plan.settings.apex_bounds
+    family = pairing.POOLED if pooled else pairing.EACH
+    beside, stated = _beside(plan, observed, beside), plan.settings.apex_bounds
     of_family = plan.reason(observed.measured, family) if bounds is None else plan.reason_of_equivalence(family)
     reasons = [beside, _other_alpha(plan, alpha)]
     if bounds is not None and stated is not None and plan.stated and not beside:
@@ -36,10 +37,6 @@ def plan_notes(
         other = f"the bounds decided on are {_bounds_text(decided)}, and here {_bounds_text(bounds)} are used"
         reasons.append(other if decided != bounds else "")
     return _notes(plan, reasons, family, None if beside else of_family)
-
-
-def _family(pooled: bool) -> str:
-    return pairing.POOLED if pooled else pairing.EACH
 
 
 def _beside(plan: Planned, observed: Observations, beside: str) -> str:

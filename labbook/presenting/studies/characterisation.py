@@ -33,7 +33,8 @@ def sentences(study: Characterisation) -> list[str]:
     for one in study.conditions:
         for mass_kg, why in one.masses_left_out.items():
             said.append(f"No coefficients of {mass_kg:g} kg alone, {_of(one)}: {why}")
-    odd = [_of(one) for one in study.conditions if _goes_on(one.residual_lag1)]
+    lags = [(one, one.residual_lag1) for one in study.conditions]
+    odd = [_of(one) for one, lag1 in lags if not isinstance(lag1, Undefined) and lag1 > SHARED]
     if odd:
         said.append(
             f"Neighbouring residuals go together ({'; '.join(odd)}): no linear spring; its interval is too short."
@@ -79,10 +80,6 @@ def _off_text(one: MeasuredGains, values: tuple[float, float, float], error: flo
         f"{_of(one)}: {plane} {unit} where the motion has {motion} {unit}, with a bias by differences of noisy data of "
         f"{bias} {unit}"
     )
-
-
-def _goes_on(lag1: float | Undefined) -> bool:
-    return not isinstance(lag1, Undefined) and lag1 > SHARED
 
 
 def rows(study: Characterisation) -> list[tuple[str, ...]]:

@@ -29,7 +29,8 @@ def sentences(study: Compaction) -> list[str]:
     first, last = study.states
     of_states = [f"{_fraction_text(state.unbounded)} {state.name}" for state in study.states]
     rise = study.rise
-    difference = number_text(rise.coefficients[0], error=_error(rise.standard_errors))
+    error = 0.0 if isinstance(rise.standard_errors, Undefined) else rise.standard_errors[0]
+    difference = number_text(rise.coefficients[0], error=error)
     within = f"within flasks, n = {rise.n}, df = {rise.df}"
     said = [
         f"Without walls the grains fill {' and '.join(of_states)}.",
@@ -64,10 +65,6 @@ def sentences(study: Compaction) -> list[str]:
 def _fraction_text(packing: UnboundedPacking) -> str:
     number = number_text(packing.fraction, error=packing.se)
     return f"{number} ({interval_text(packing.ci, packing.level, '', packing.se)})"
-
-
-def _error(errors: tuple[float, ...] | Undefined) -> float:
-    return 0.0 if isinstance(errors, Undefined) else errors[0]
 
 
 HEAD = ("state", "flask radius (mm)", "grain / radius", "volume fraction")
