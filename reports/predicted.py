@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 from data_schema.vocabulary import Undefined
 from reports.numbers import Number, Value
@@ -74,13 +74,27 @@ class Hypothesis:
 
 
 class PredictedQuantity(StrEnum):
-    """What is predicted of a condition; its savings are set against the control of its group."""
+    """What is predicted of a condition, in a stored `unit`; its savings are set against the control of its group.
 
-    JOULES = "joules a jump"
-    APEX = "apex height"
-    CONTACT_TIME = "contact time"
-    IMPULSE_HEIGHT = "jump height from impulse"
-    SAVINGS = "savings"
+    `heading` heads its table, and `short` a column or an axis.
+    """
+
+    unit: str
+    heading: str
+    short: str
+
+    JOULES = "joules a jump", "J", "Energy of a jump", "energy"
+    APEX = "apex height", "m", "Apex height", "apex"
+    CONTACT_TIME = "contact time", "s", "Contact time", "contact"
+    IMPULSE_HEIGHT = "jump height from impulse", "m", "Jump height from impulse", "impulse height"
+    SAVINGS = "savings", "%", "Savings against the control", "savings"
+
+    def __new__(cls, name: str, unit: str = "", heading: str = "", short: str = "") -> Self:
+        """Make the member whose value is its name; called with a name alone, the enumeration looks it up."""
+        member = str.__new__(cls, name)
+        member._value_ = name
+        member.unit, member.heading, member.short = unit, heading, short
+        return member
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from reports.content import ReportContent
-from reports.display import count_text, general_text, level_text, shown_unit, stated_text
+from reports.display import count_text, general_text, level_text, sentence_start, shown_unit, stated_text
 from reports.evidence import POOLED
 from reports.figures.kind import FigureKind, levels_alone
 from reports.figures.savings import draw_estimate, tidy_rows
@@ -24,13 +24,6 @@ if TYPE_CHECKING:
 _ROW_IN = 0.175
 _APART = 0.17
 """How far a measured value stands above its row, and a predicted one below it, in rows."""
-_AXES = {
-    PredictedQuantity.JOULES: ("Energy", "J a jump", "J"),
-    PredictedQuantity.APEX: ("Apex", "mm", "m"),
-    PredictedQuantity.CONTACT_TIME: ("Contact", "ms", "s"),
-    PredictedQuantity.IMPULSE_HEIGHT: ("Impulse height", "mm", "m"),
-    PredictedQuantity.SAVINGS: ("Savings", "%", "%"),
-}
 _RowKey = tuple[str, str]
 
 
@@ -55,6 +48,10 @@ def _key(content: ReportContent, item: Prediction) -> _RowKey:
 
 def _shown(content: ReportContent) -> list[PredictedQuantity]:
     return [quantity for quantity in PredictedQuantity if content.predictions.of(quantity)]
+
+
+def _unit(quantity: PredictedQuantity) -> str:
+    return "J a jump" if quantity is PredictedQuantity.JOULES else shown_unit(quantity.unit)[0]
 
 
 def draw(content: ReportContent, width_in: float) -> Figure:
@@ -88,8 +85,7 @@ def _draw_panel(
         place = places[_key(content, item)]
         draw_estimate(axes, item.measured, place - _APART, scale=scale)
         draw_estimate(axes, _expanded(item.predicted), place + _APART, colour=VERMILLION, marker="D", scale=0.8 * scale)
-    title, unit, _stored = _AXES[quantity]
-    axes.set_xlabel("\n".join((*title.split(), f"({unit})")) if narrow else f"{title} ({unit})")
+    axes.set_xlabel(("\n" if narrow else " ").join([*sentence_start(quantity.short).split(), f"({_unit(quantity)})"]))
     axes.xaxis.set_major_locator(MaxNLocator(3 if narrow else 5))
     axes.margins(x=0.08)
     light_grid(axes, "x")
@@ -125,8 +121,7 @@ def alternative(content: ReportContent) -> str:
     sentences = []
     for quantity in _shown(content):
         items = content.predictions.of(quantity)
-        _title, unit, stored = _AXES[quantity]
-        factor = shown_unit(stored)[1]
+        unit, factor = _unit(quantity), shown_unit(quantity.unit)[1]
         found = [item.difference.value * factor for item in items if isinstance(item.difference.value, int | float)]
         span = (
             f"; predicted less measured {general_text(min(found))} to {general_text(max(found))} {unit}"

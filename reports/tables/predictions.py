@@ -34,27 +34,6 @@ from reports.tables.table import (
 if TYPE_CHECKING:
     from simulator.steady.published_results import PublishedResult
 
-_STORED_UNITS = {
-    PredictedQuantity.JOULES: "J",
-    PredictedQuantity.APEX: "m",
-    PredictedQuantity.CONTACT_TIME: "s",
-    PredictedQuantity.IMPULSE_HEIGHT: "m",
-    PredictedQuantity.SAVINGS: "%",
-}
-_TITLES = {
-    PredictedQuantity.JOULES: "Energy of a jump",
-    PredictedQuantity.APEX: "Apex height",
-    PredictedQuantity.CONTACT_TIME: "Contact time",
-    PredictedQuantity.IMPULSE_HEIGHT: "Jump height from impulse",
-    PredictedQuantity.SAVINGS: "Savings against the control",
-}
-_HEADS = {
-    PredictedQuantity.JOULES: "energy",
-    PredictedQuantity.APEX: "apex",
-    PredictedQuantity.CONTACT_TIME: "contact",
-    PredictedQuantity.IMPULSE_HEIGHT: "impulse height",
-    PredictedQuantity.SAVINGS: "savings",
-}
 _ALWAYS = (PredictedQuantity.JOULES, PredictedQuantity.APEX, PredictedQuantity.SAVINGS)
 LEGEND = (
     "std. error: one standard uncertainty of the prediction (two are about 95 %); difference: predicted less measured; "
@@ -68,7 +47,7 @@ _UNSURE = Cell(DASH, (None,), note="two standard uncertainties of the prediction
 
 def title_text(quantity: PredictedQuantity) -> str:
     """Return what heads the table of a quantity."""
-    return f"{_TITLES[quantity]}, measured and predicted"
+    return f"{quantity.heading}, measured and predicted"
 
 
 def level_text_of(content: ReportContent, item: Prediction) -> str:
@@ -132,8 +111,7 @@ def _published(found: PublishedResult | None) -> Cell:
 def _make(content: ReportContent, quantity: PredictedQuantity, name: str) -> Table:
     items = content.predictions.of(quantity)
     traced = Column("published (thesis)", ("published", "published_unit", "published_in"), numeric=False)
-    stored = _STORED_UNITS[quantity]
-    unit, slug = shown_unit(stored)[0], unit_slug(stored)
+    unit, slug = shown_unit(quantity.unit)[0], unit_slug(quantity.unit)
     measured = [item.measured for item in items]
     places = common_places(measured)
     finer = max(places, common_places([item.predicted for item in items], places))
@@ -173,8 +151,7 @@ def _make(content: ReportContent, quantity: PredictedQuantity, name: str) -> Tab
 def _assumed(content: ReportContent) -> Table:
     quantities = [of for of in PredictedQuantity if of in _ALWAYS or content.predictions.of(of)]
     changed = tuple(
-        Column(_HEADS[of], (f"{of.name.lower()}_{unit_slug(_STORED_UNITS[of])}",), shown_unit(_STORED_UNITS[of])[0])
-        for of in quantities
+        Column(of.short, (f"{of.name.lower()}_{unit_slug(of.unit)}",), shown_unit(of.unit)[0]) for of in quantities
     )
     columns: Columns[AssumedInput] = (
         (text_column("input"), lambda one: words(one.name)),
@@ -197,7 +174,7 @@ def _assumed(content: ReportContent) -> Table:
 
 
 def _change(one: AssumedInput, quantity: PredictedQuantity) -> Cell:
-    factor = shown_unit(_STORED_UNITS[quantity])[1]
+    factor = shown_unit(quantity.unit)[1]
     return value_cell(one.changes.get(quantity), 2 if factor == 1.0 else 1, factor)
 
 

@@ -7,6 +7,7 @@ resting foot is held, yields, or lifts off.
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numba
@@ -113,19 +114,9 @@ def system_for(effects: frozenset[str]) -> HybridSystem:
     """Return the system of a set of effects, composed once a process."""
     composition = compose(effects)
     functions = {**_moving(composition), **_changing(composition)}
-    always = _of_effects(composition)
     return HybridSystem(
         composition,
-        {
-            mode: (
-                *guards,
-                *(one.place for one in composition.effect_guards if MODES[mode] in one.guard.modes),
-                *_sliding(composition, mode),
-                *_wish(composition, mode),
-                *always,
-            )
-            for mode, guards in _OF_MODE.items()
-        },
+        {mode: (*guards, *_further(composition, mode)) for mode, guards in _OF_MODE.items()},
         **{
             name: cached_entry(function, types, f"hybrid {name}", composition.effects)
             for name, (function, types) in functions.items()
@@ -133,23 +124,18 @@ def system_for(effects: frozenset[str]) -> HybridSystem:
     )
 
 
-def _of_effects(composition: Composition) -> tuple[int, ...]:
-    wanted = {
-        CAP_KINK: composition.has("cap_n"),
-        RELEASES: composition.has("travel_m"),
-        HOLD_TURNS: composition.has("hold_guard"),
-        **dict.fromkeys(range(SWITCHES, SWITCHES + CONDITIONS), not composition.on("sampled_control")),
-    }
-    return tuple(guard for guard, on in wanted.items() if on)
-
-
-def _sliding(composition: Composition, mode: int) -> tuple[int, ...]:
-    return _OF_SLIDING.get(mode, ()) if composition.platform >= 0 else ()
-
-
-def _wish(composition: Composition, mode: int) -> tuple[int, ...]:
-    sleeps = composition.sleeps_in_flight and mode == FLIGHT
-    return (WISH,) if composition.on("sampled_control") and not sleeps else ()
+def _further(composition: Composition, mode: int) -> Iterator[int]:
+    """Yield the guards of a mode that only some effects have."""
+    yield from (one.place for one in composition.effect_guards if MODES[mode] in one.guard.modes)
+    if composition.platform >= 0:
+        yield from _OF_SLIDING.get(mode, ())
+    if composition.on("sampled_control") and not (composition.sleeps_in_flight and mode == FLIGHT):
+        yield WISH
+    for guard, column in ((CAP_KINK, "cap_n"), (RELEASES, "travel_m"), (HOLD_TURNS, "hold_guard")):
+        if composition.has(column):
+            yield guard
+    if not composition.on("sampled_control"):
+        yield from range(SWITCHES, SWITCHES + CONDITIONS)
 
 
 def _moving(composition: Composition) -> dict[str, tuple[Function, tuple[object, ...]]]:

@@ -10,7 +10,7 @@ import importlib.resources
 import math
 import sys
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
@@ -60,14 +60,10 @@ def stored_reference(scene: Scene) -> StoredReference | None:
 
 @cache
 def _cases() -> tuple[tuple[str, dict[str, Any]], ...]:
-    return tuple(_read())
-
-
-def _read() -> Iterator[tuple[str, dict[str, Any]]]:
     folder = importlib.resources.files("simulator.accuracy") / "references"
-    for file in sorted(folder.iterdir(), key=lambda file: file.name):
-        document = tomllib.loads(file.read_text(encoding="utf-8"))
-        yield from ((document["scene"], case) for case in document["case"] if "scene" in case)
+    files = sorted(folder.iterdir(), key=lambda file: file.name)
+    documents = (tomllib.loads(file.read_text(encoding="utf-8")) for file in files)
+    return tuple((found["scene"], case) for found in documents for case in found["case"] if "scene" in case)
 
 
 def _is_of(scene: Scene, stored: Mapping[str, Any]) -> bool:

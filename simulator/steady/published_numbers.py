@@ -49,18 +49,6 @@ def _scatter(tables: SteadyTables) -> FloatArray:
     return np.array([max(jump.apex_sd_m for row in tables.emulator.analysed for jump in _controllers(row))])
 
 
-def _losses(tables: SteadyTables) -> FloatArray:
-    return np.array([loss for row in tables.emulator.analysed for loss in (row.scaled_loss, row.constant_loss)])
-
-
-def _savings(tables: SteadyTables) -> FloatArray:
-    return np.array([[row.scaled_saving, row.constant_saving] for row in tables.emulator.rows])
-
-
-def _scaled_savings(tables: SteadyTables) -> FloatArray:
-    return np.array([row.scaled_saving for row in tables.emulator.analysed])
-
-
 def _constant_savings(tables: SteadyTables) -> FloatArray:
     return np.array([row.constant_saving for row in tables.emulator.analysed])
 
@@ -86,18 +74,10 @@ def _ce_of_feet_j(tables: SteadyTables) -> FloatArray:
     return np.asarray(np.ptp(np.array(costs_j), axis=0))
 
 
-def _best_saving(tables: SteadyTables) -> FloatArray:
-    return np.array([tables.bed.saving(_SMALL, _STIFF)])
-
-
 def _margin(tables: SteadyTables, foot: str, gain: float) -> FloatArray:
     """Pooled saving of a combination less that of each other one."""
     others = [tables.bed.saving(*other) for other in _COMBINATIONS if other != (foot, gain)]
     return np.asarray(tables.bed.saving(foot, gain) - np.array(others))
-
-
-def _apex_gains_m(tables: SteadyTables) -> FloatArray:
-    return np.array([row.apex_gain_m for foot, gain in _COMBINATIONS for row in tables.bed.of(foot, gain)])
 
 
 def _least_of_largest(savings: FloatArray) -> FloatArray:
@@ -110,14 +90,16 @@ MEASURES: dict[str, Callable[[SteadyTables], FloatArray]] = {
     "emu.apex_line": _line,
     "emu.apex_plateau": _rise,
     "emu.apex_sd": _scatter,
-    "emu.apex_loss": _losses,
-    "emu.improves": _savings,
-    "emu.saving_scaled": _scaled_savings,
+    "emu.apex_loss": lambda tables: np.array(
+        [loss for row in tables.emulator.analysed for loss in (row.scaled_loss, row.constant_loss)]
+    ),
+    "emu.improves": lambda tables: np.array([(row.scaled_saving, row.constant_saving) for row in tables.emulator.rows]),
+    "emu.saving_scaled": lambda tables: np.array([row.scaled_saving for row in tables.emulator.analysed]),
     "emu.saving_constant_low": lambda tables: _constant_savings(tables)[:1],
     "emu.saving_constant_high": lambda tables: _constant_savings(tables)[-1:],
     "emu.saving_constant_falls": lambda tables: np.diff(_constant_savings(tables)),
     "bed.saves": _bed_savings,
-    "bed.saving_best": _best_saving,
+    "bed.saving_best": lambda tables: np.array([tables.bed.saving(_SMALL, _STIFF)]),
     "bed.best_combination": lambda tables: _margin(tables, _SMALL, _STIFF),
     "bed.least_combination": lambda tables: -_margin(tables, _LARGE, _SOFT),
     "bed.foot_ce": _ce_of_feet_j,
@@ -125,7 +107,9 @@ MEASURES: dict[str, Callable[[SteadyTables], FloatArray]] = {
     "bed.small_foot": lambda tables: np.subtract(*_bed_savings(tables)),
     "bed.anova": lambda tables: np.ptp(_bed_costs_j(tables), axis=-1),
     "bed.elbow": lambda tables: _least_of_largest(_bed_savings(tables)),
-    "bed.apex_gain": _apex_gains_m,
+    "bed.apex_gain": lambda tables: np.array(
+        [row.apex_gain_m for foot, gain in _COMBINATIONS for row in tables.bed.of(foot, gain)]
+    ),
 }
 """Published number -> its values, those of all gains and controllers that it is about."""
 

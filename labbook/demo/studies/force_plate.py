@@ -65,7 +65,6 @@ class Piece:
     leg_m: FloatArray
     leg_rate_m_s: FloatArray
     body_m: FloatArray
-    body_rate_m_s: FloatArray
     impulse_n_s: float
     cost_j: float
     stance_j: float
@@ -125,7 +124,6 @@ def pieces(gain: int) -> tuple[tuple[Piece, ...], tuple[Piece, ...]]:
                     leg_m=now["leg_length"],
                     leg_rate_m_s=now["body_velocity"] - now["foot_velocity"],
                     body_m=now["body_height"],
-                    body_rate_m_s=now["body_velocity"],
                     impulse_n_s=scene["foot_mass"] * abs(before or 0.0),
                     cost_j=jump.cost_J,
                     stance_j=jump.stance_heat_J + jump.stance_mechanical_J + jump.stance_drag_J,
