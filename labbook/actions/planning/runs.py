@@ -106,7 +106,13 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
     if request.out.exists() and not of_dry_run:
         raise UsageError(f"{request.out} exists: name another file with --out, or move it away.")
     page = request.out.with_suffix(".html")
-    with _written_beside({request.out: sheet, page: printed}):
+    # What cannot be written is never stated, and what was not stated leaves no file.
+    with contextlib.ExitStack() as written:
+        try:
+            written.enter_context(written_beside({request.out: sheet.encode(), page: printed.encode()}))
+        except OSError as error:
+            reason = error.strerror or error
+            raise UsageError(f"{error.filename} cannot be written ({reason}): name another file with --out.") from error
         if not request.dry_run:
             with book.session(person) as session:
                 entries = [
@@ -186,21 +192,6 @@ def _remarks(configuration: Configuration, idle: int) -> Iterator[str]:
             f"the book has {robots} robots and the plan leaves open which one makes a run: write it in every row. Each "
             f"robot's passive drain is fitted to its own idle runs, three or more, and the plan has {idle} in all."
         )
-
-
-@contextlib.contextmanager
-def _written_beside(texts: Mapping[Path, str]) -> Iterator[None]:
-    """Write files, let a plan be stated, and only then give them their names.
-
-    What cannot be written is never stated, and what was not stated leaves no file.
-    """
-    with contextlib.ExitStack() as written:
-        try:
-            written.enter_context(written_beside({path: text.encode() for path, text in texts.items()}))
-        except OSError as error:
-            reason = error.strerror or error
-            raise UsageError(f"{error.filename} cannot be written ({reason}): name another file with --out.") from error
-        yield
 
 
 @dataclass(frozen=True, slots=True)

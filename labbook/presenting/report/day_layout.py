@@ -148,24 +148,16 @@ def joined_by_others(label: str, control: str, days: Mapping[str, Collection[str
     So it is where a chain of shared days leads from the one to the other over a third group.
     """
     others = {name: set(of_group) for name, of_group in days.items() if name != label}
-    return any(
-        _reached(
-            control,
-            {name for name in others if name != control and day in others[name]},
-            {name: of_group - {day} for name, of_group in others.items()},
-        )
-        for day in days[label]
-    )
-
-
-def _reached(control: str, start: set[str], days: Mapping[str, set[str]]) -> bool:
-    """Whether a chain of shared days leads from one of these groups to the control."""
-    reached, new = set(start), set(start)
-    while new:
-        held = set().union(*(days[name] for name in new))
-        new = {name for name, of_group in days.items() if of_group & held} - reached
-        reached |= new
-    return control in reached
+    for day in days[label]:
+        reached: set[str] = set()
+        grown = {name for name, held in others.items() if name != control and day in held}
+        while grown > reached:
+            reached = grown
+            held = set().union(*(others[name] for name in reached)) - {day}
+            grown = reached | {name for name, of_group in others.items() if of_group & held}
+        if control in reached:
+            return True
+    return False
 
 
 FROM_DAYS = "a difference between days"

@@ -30,6 +30,8 @@ _LEAST_SPREAD = Fraction(1, 10**6)
 """A range that is less than so much of the largest value does not show on an axis that is labelled with values."""
 _LONGEST = 30
 """Letters of a number that is written without a power of ten."""
+_MOST_DIGITS = 2000
+"""More than any double has, or a table's number of a usual length."""
 _ORDINARY = 200
 """Powers of ten that doubles and axes take without loss."""
 
@@ -84,14 +86,8 @@ def _round_below(low: Fraction, spread: Fraction) -> Fraction:
 
 def _exact_text(value: Fraction) -> str:
     """Write a number of finitely many decimals with all of them, or as a power of ten times a whole number."""
-    places = 0
-    while (value * 10**places).denominator > 1:
-        places += 1
-    digits = int(value * 10**places)
-    exact = Decimal((0 if digits >= 0 else 1, tuple(map(int, str(abs(digits)))), -places))
-    with localcontext() as context:
-        context.prec = len(str(abs(digits)))
-        exact = exact.normalize()
+    with localcontext(prec=_MOST_DIGITS):
+        exact = (Decimal(value.numerator) / value.denominator).normalize()
     text = f"{exact:f}"
     return text if len(text) <= _LONGEST else f"{exact:E}"
 
