@@ -218,10 +218,9 @@ def equivalence(
     Example: labbook stats equivalence data.csv --value apex_mm --by controller --control CE --low -5 --high 5;
     labbook stats equivalence --quantity apex --low -3 --percent --pooled --plot apex.pdf
     """
-    from labbook.actions.stats.equivalence import EquivalenceRequest, equal
+    from labbook.actions.stats.equivalence import equal
 
-    request = EquivalenceRequest(low, high, percent, route)
-    return shared.answer(functools.partial(equal, request=request), pooled=pooled)
+    return shared.answer(functools.partial(equal, given=(low, high, percent), route=route), pooled=pooled)
 
 
 @command

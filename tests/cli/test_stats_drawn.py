@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from labbook.actions.stats.answering import Answer, Question
 from labbook.actions.stats.comparing import compare
 from labbook.actions.stats.data import DataSource
-from labbook.actions.stats.equivalence import EquivalenceRequest, equal
+from labbook.actions.stats.equivalence import equal
 from labbook.analysis.observations import Asked, Observation, Observations, observations_of_book
 from labbook.presenting.stats.figures import (
     as_drawn,
@@ -197,7 +197,7 @@ def test_the_axis_of_differences_says_of_what_they_are() -> None:
     says(words, "difference from CE", "95 %")
 
 
-@pytest.mark.parametrize("asked", [lambda it: compare(it, "welch"), lambda it: equal(it, EquivalenceRequest(-9, 9))])
+@pytest.mark.parametrize("asked", [lambda it: compare(it, "welch"), lambda it: equal(it, (-9, 9, False))])
 def test_where_days_decide_their_intervals_are_drawn(asked: Callable[[Question], Answer]) -> None:
     values = {"a": (1.0, 2.0, 4.0, 3.0), "b": (2.0, 4.0, 5.0, 6.0), "c": (3.0, 5.0, 9.0, 7.0)}
     rows = [(label, place, value) for label, column in values.items() for place, value in enumerate(column)]

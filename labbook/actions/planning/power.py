@@ -248,18 +248,11 @@ def _needed(
     test: PlannedTest, ns: list[int], target: float, draw: DrawPlan, unit: UnitOfAnalysis, within: int
 ) -> Needed:
     if isinstance(test.assumed, Undefined):
-        none = test.assumed
-        return Needed(
-            test.name,
-            test.note,
-            test.alpha,
-            none,
-            f"No power: {none.reason}{_remedy(none)}.",
-            None,
-            dict.fromkeys(ns, none),
-            none,
-            none,
-        )
+        none, remedy = test.assumed, ""
+        if none.code is Reason.NO_TWO_OF_A_CONDITION:  # without the primary outcome's there is no answer
+            remedy = ": give --apex-sd and --apex-mean"
+        powers, why = dict.fromkeys(ns, none), f"No power: {none.reason}{remedy}."
+        return Needed(test.name, test.note, test.alpha, none, why, None, powers, none, none)
     sd, spread = test.assumed.sd, test.assumed.spread
     found = _smallest(test, sd, target, within)
     over = None
@@ -269,11 +262,6 @@ def _needed(
     runs, days = _size(draw, found.n) if unit is not UnitOfAnalysis.DAY else (_IN_DAYS, _IN_DAYS)
     powers = {n: test.plan(sd, n).power for n in ns}
     return Needed(test.name, test.note, test.alpha, found.n, found.sentence(), over, powers, runs, days)
-
-
-def _remedy(why: Undefined) -> str:
-    """Say what to give for apex heights that no runs tell of; without the primary outcome's there is no answer."""
-    return ": give --apex-sd and --apex-mean" if why.code is Reason.NO_TWO_OF_A_CONDITION else ""
 
 
 _IN_DAYS = Undefined(Reason.DAYS_COUNT)

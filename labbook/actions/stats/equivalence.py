@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import cast
 
 from data_schema.errors import UsageError
@@ -22,20 +22,10 @@ from stats.compare.equivalence import Equivalence, EquivalenceRoute, equivalence
 from stats.results import as_dict
 
 
-@dataclass(frozen=True, slots=True)
-class EquivalenceRequest:
-    """The bounds, one or both, in the values' unit or in percent of the control's mean, and which t-test."""
-
-    low: float | None = None
-    high: float | None = None
-    percent: bool = False
-    route: str = "welch"
-
-
-def equal(question: Question, request: EquivalenceRequest) -> Answer:
-    """Test every group, or all but the control together, against the bounds."""
+def equal(question: Question, given: Bounded, route: str = "welch") -> Answer:
+    """Test every group, or all but the control together, against the bounds, in the values' unit if not in percent."""
     observed, control = question.observed, question.control
-    bounds = _bounds(request, question)
+    bounds = _bounds(given, question)
     low, high, percent = bounds
     if not percent:
         low, high = (None if end is None else question.scale * end for end in (low, high))
@@ -47,7 +37,7 @@ def equal(question: Question, request: EquivalenceRequest) -> Answer:
             low=low,
             high=high,
             bounds="percent" if percent else "raw",
-            route=cast(EquivalenceRoute, request.route),
+            route=cast(EquivalenceRoute, route),
             alpha=question.alpha,
             missing=cast(Missing, question.source.missing),
             names=(observed.name(label), control),
@@ -90,7 +80,7 @@ def equal(question: Question, request: EquivalenceRequest) -> Answer:
             if by_days is None
             else by_days.differences(),
             [bound for bound in (low, high) if bound is not None],
-            interval=f"both one-sided tests ({request.route.capitalize() if by_days is None else 'by shared days'})",
+            interval=f"both one-sided tests ({route.capitalize() if by_days is None else 'by shared days'})",
         ),
         notes,
         quantile_level=question.level,
@@ -115,12 +105,12 @@ def _left_open(result: Equivalence, name: str, control: str) -> Equivalence:
     return replace(result, equivalent=why, welch=welch, student=student)
 
 
-def _bounds(request: EquivalenceRequest, question: Question) -> Bounded:
+def _bounds(given: Bounded, question: Question) -> Bounded:
     """Return the bounds given or, for the outcome that the book's [analysis] has bounds of, those."""
     observed = question.observed
-    if request.low is not None or request.high is not None:
-        _refuse_millimetres(request, question)
-        return request.low, request.high, request.percent
+    if given[:2] != (None, None):
+        _refuse_millimetres(given, question)
+        return given
     planned: Bounds | None = None
     if observed.settings is not None and observed.measured.has_equivalence:
         planned = observed.settings.apex_bounds
@@ -132,13 +122,13 @@ def _bounds(request: EquivalenceRequest, question: Question) -> Bounded:
     return planned.low, planned.high, planned.percent
 
 
-def _refuse_millimetres(request: EquivalenceRequest, question: Question) -> None:
+def _refuse_millimetres(given: Bounded, question: Question) -> None:
     """Raise `UsageError` for bounds of heights that no height lies beyond: they are metres, whatever is printed."""
-    observed = question.observed
-    if observed.plan is None or observed.measured.unit != "m" or request.percent:
+    observed, (low, high, percent) = question.observed, given
+    if observed.plan is None or observed.measured.unit != "m" or percent:
         return
     heights = [abs(float(row.value)) / question.scale for row in observed.rows if row.value is not None]
-    for option, bound in (("--low", request.low), ("--high", request.high)):
+    for option, bound in (("--low", low), ("--high", high)):
         if bound is not None and heights and abs(bound) > max(heights):
             raise UsageError(
                 f"{option} {bound:g} is in metres, and no {observed.measured} is above {number_text(max(heights))} m: "
