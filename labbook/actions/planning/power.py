@@ -251,8 +251,8 @@ def _needed(
         none, remedy = test.assumed, ""
         if none.code is Reason.NO_TWO_OF_A_CONDITION:  # without the primary outcome's there is no answer
             remedy = ": give --apex-sd and --apex-mean"
-        powers, why = dict.fromkeys(ns, none), f"No power: {none.reason}{remedy}."
-        return Needed(test.name, test.note, test.alpha, none, why, None, powers, none, none)
+        why = f"No power: {none.reason}{remedy}."
+        return Needed(test.name, test.note, test.alpha, none, why, None, dict.fromkeys(ns, none), none, none)
     sd, spread = test.assumed.sd, test.assumed.spread
     found = _smallest(test, sd, target, within)
     over = None
