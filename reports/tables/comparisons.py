@@ -49,20 +49,20 @@ ONE_DAY_EACH = Column("one day each", ("one_day_each",), numeric=False, shown=Fa
 T = TypeVar("T")
 
 
-class Found(NamedTuple, Generic[T]):
+class ComparisonRow(NamedTuple, Generic[T]):
     """A comparison, and what of it a table shows."""
 
     comparison: Comparison
     shown: T
 
 
-def compared(
+def table_of_comparisons(
     name: str,
     caption: str,
     content: ReportContent,
-    found: Sequence[Found[T]],
-    columns: Columns[Found[T]],
-    why: Callable[[Found[T]], str] = lambda row: row.comparison.exploratory,
+    found: Sequence[ComparisonRow[T]],
+    columns: Columns[ComparisonRow[T]],
+    why: Callable[[ComparisonRow[T]], str] = lambda row: row.comparison.exploratory,
 ) -> Table:
     """Make a table with a row a comparison, in the block of its family, under its label.
 
@@ -141,7 +141,7 @@ def _of_outcome(content: ReportContent, quantity: Outcome, name: str) -> Table:
     if adjusted is not None:
         caption += f" Holm: p adjusted over the {adjusted.n} tests of the family."
     places, savings_places = common_places(differences), common_places(savings, 1)
-    columns: Columns[Found[Decision]] = (
+    columns: Columns[ComparisonRow[Decision]] = (
         (
             Column("days", ("days",), shown=decided),
             lambda row: words("") if row.comparison.decision is None else count(len(row.shown.days)),
@@ -173,8 +173,8 @@ def _of_outcome(content: ReportContent, quantity: Outcome, name: str) -> Table:
         (ONE_DAY_EACH, lambda row: words(row.comparison.one_day_each)),
     )
     caption += reasons_note(comparison.exploratory for comparison in comparisons)
-    found = [Found(comparison, comparison.lead) for comparison in comparisons]
-    return compared(name, caption, content, found, columns)
+    found = [ComparisonRow(comparison, comparison.lead) for comparison in comparisons]
+    return table_of_comparisons(name, caption, content, found, columns)
 
 
 def _of_difference(lead: Decision) -> SignificanceTest:
@@ -197,7 +197,7 @@ COMPARISONS = tables_of_outcomes("comparisons_{}", _of_outcome)
 
 def _by_day(content: ReportContent, quantity: Outcome, name: str) -> Table:
     found = [
-        Found(comparison, comparison.by_day)
+        ComparisonRow(comparison, comparison.by_day)
         for comparison in content.comparisons
         if comparison.quantity is quantity and comparison.by_day is not None
     ]
@@ -205,10 +205,10 @@ def _by_day(content: ReportContent, quantity: Outcome, name: str) -> Table:
     differences = [by_day.difference for _, by_day in found]
     places = common_places(differences)
 
-    def of_days(cell: Cell, row: Found[ByDay]) -> Cell:
+    def of_days(cell: Cell, row: ComparisonRow[ByDay]) -> Cell:
         return noted(cell, row.comparison.one_day_each, dash=True)
 
-    columns: Columns[Found[ByDay]] = (
+    columns: Columns[ComparisonRow[ByDay]] = (
         (Column("days", ("days",)), lambda row: count(row.shown.days)),
         (
             difference_columns(differences, quantity.unit),
@@ -238,7 +238,7 @@ def _by_day(content: ReportContent, quantity: Outcome, name: str) -> Table:
         "deviation by the mixed model."
         f"{reasons_note(comparison.exploratory for comparison, _ in found)}"
     )
-    return compared(name, caption, content, found, columns)
+    return table_of_comparisons(name, caption, content, found, columns)
 
 
 BY_DAY = tables_of_outcomes("by_day_{}", _by_day)

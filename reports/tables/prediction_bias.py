@@ -1,4 +1,7 @@
-"""Predictions judged by their signed bias: of each group and of all jointly, in words and as a table."""
+"""Predictions judged by their signed bias, of each group and of all jointly, in words and as a table.
+
+And by limits of agreement: how far predictions lie from what was measured, over conditions.
+"""
 
 from __future__ import annotations
 
@@ -17,12 +20,13 @@ from reports.display import (
     list_text,
     p_text,
     sentence_start,
+    shown_unit,
     value_text,
     with_unit,
 )
 from reports.naming import level_names, levels_name
 from reports.numbers import Number
-from reports.predicted import AssumedInput, Judged, JudgedGroup, PredictedQuantity
+from reports.predicted import AssumedInput, Judged, JudgedGroup, Limits, PredictedQuantity
 from reports.tables.table import (
     PROVENANCE,
     Cell,
@@ -31,6 +35,8 @@ from reports.tables.table import (
     Table,
     TableKind,
     count,
+    interval_cell,
+    number_cell,
     p_cell,
     provenance_cell,
     table_of,
@@ -38,6 +44,7 @@ from reports.tables.table import (
     words,
 )
 
+_CI = "95\u00a0% CI"
 _NAMED = 2
 """Groups that a sentence names before it only counts them."""
 _ORDERED = 3
@@ -171,7 +178,7 @@ def _make(content: ReportContent) -> Table:
         (Column("predicted", ("predicted",), shown=False), lambda row: Cell("", (row[1].predicted.value,))),
         (Column("bias", ("bias", "unit")), lambda row: _bias(row[1].bias, _places_of_biases(row[0]))),
         (
-            Column("95\u00a0% CI", ("ci_low", "ci_high")),
+            Column(_CI, ("ci_low", "ci_high")),
             lambda row: Cell(
                 interval_text(row[1].bias, _places_of_biases(row[0])), (row[1].bias.ci_low, row[1].bias.ci_high)
             ),
@@ -217,3 +224,33 @@ def _other_units(content: ReportContent) -> str:
 
 
 PREDICTION_BIAS = TableKind("prediction_bias", _make)
+
+
+def _limits_of_agreement(content: ReportContent) -> Table:
+    columns: Columns[tuple[Judged, Limits]] = (
+        (text_column("quantity"), lambda row: words(str(row[0].quantity))),
+        (text_column("unit"), lambda row: words(shown_unit(row[1].mean.unit)[0])),
+        (Column("conditions", ("n",)), lambda row: count(row[1].mean.n)),
+        (_limit_columns("mean", "mean"), lambda row: _limit_cells(row[1], row[1].mean)),
+        (_limit_columns("lower limit", "low"), lambda row: _limit_cells(row[1], row[1].low)),
+        (_limit_columns("upper limit", "high"), lambda row: _limit_cells(row[1], row[1].high)),
+        (PROVENANCE, lambda row: provenance_cell(row[1].mean.provenance)),
+    )
+    caption = (
+        "Predicted less measured over conditions (Bland and Altman): mean difference, and the limits between which "
+        "95\u00a0% of further conditions are expected."
+    )
+    found = [(one, one.limits) for one in content.predictions.judged if one.limits is not None]
+    return table_of("limits_of_agreement", caption, found, columns)
+
+
+def _limit_columns(title: str, field: str) -> tuple[Column, Column]:
+    return Column(title, (field,)), Column(_CI, (f"{field}_ci_low", f"{field}_ci_high", f"{field}_ci_level"))
+
+
+def _limit_cells(limits: Limits, number: Number) -> tuple[Cell, Cell]:
+    places = common_places((limits.mean, limits.low, limits.high))
+    return number_cell(number, places), interval_cell(number, places)
+
+
+LIMITS_OF_AGREEMENT = TableKind("limits_of_agreement", _limits_of_agreement)

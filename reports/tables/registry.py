@@ -8,7 +8,6 @@ from reports.tables.conditions import BY_CONDITION, RUN_VALUES
 from reports.tables.each_run import EACH_RUN
 from reports.tables.headlines import HEADLINES
 from reports.tables.hypotheses import HYPOTHESES, HYPOTHESES_IN_FULL
-from reports.tables.limits_of_agreement import LIMITS_OF_AGREEMENT
 from reports.tables.measured import (
     ASSUMED,
     DAYS,
@@ -21,7 +20,7 @@ from reports.tables.measured import (
     SENSITIVITY,
     UNCERTAINTY_BUDGET,
 )
-from reports.tables.prediction_bias import PREDICTION_BIAS
+from reports.tables.prediction_bias import LIMITS_OF_AGREEMENT, PREDICTION_BIAS
 from reports.tables.predictions import PREDICTED, PREDICTED_INPUTS
 from reports.tables.table import TableKind
 from reports.tables.tests_in_full import ANOVAS, EQUIVALENCE, TESTS, TESTS_JUMPS

@@ -16,12 +16,12 @@ from reports.tables.comparisons import (
     COMPARISON,
     EXPLORATORY,
     ONE_DAY_EACH,
-    Found,
-    compared,
+    ComparisonRow,
     difference_columns,
     noted,
     over_runs,
     reasons_note,
+    table_of_comparisons,
 )
 from reports.tables.table import (
     PROVENANCE,
@@ -43,7 +43,7 @@ from reports.tables.table import (
     words,
 )
 
-_BY_RUNS: Columns[Found[Comparison]] = (
+_BY_RUNS: Columns[ComparisonRow[Comparison]] = (
     (Column("chosen", ("test",), numeric=False), lambda row: words(row.shown.test.name)),
     (statistic_columns("t", "t"), lambda row: over_runs(row.shown.test, row.shown.one_day_each)),
     (statistic_columns("Welch t", "welch"), lambda row: over_runs(row.shown.welch, row.shown.one_day_each)),
@@ -51,11 +51,11 @@ _BY_RUNS: Columns[Found[Comparison]] = (
 
 
 def _tests(content: ReportContent, quantity: Outcome, name: str) -> Table:
-    found = [Found(each, each) for each in content.comparisons if each.quantity is quantity]
+    found = [ComparisonRow(each, each) for each in content.comparisons if each.quantity is quantity]
     slug = unit_slug(quantity.unit)
     spread, spread_p = statistic_columns("Brown-Forsythe F", "brown_forsythe", 2)
     spread_tested = any(comparison.brown_forsythe is not None for comparison, _ in found)
-    columns: Columns[Found[Comparison]] = (
+    columns: Columns[ComparisonRow[Comparison]] = (
         (statistic_columns("F", "f", 2), lambda row: statistic_cells(row.shown.variance_test, 2)),
         (
             (replace(spread, shown=False), replace(spread_p, title="Brown-Forsythe p", shown=spread_tested)),
@@ -73,11 +73,11 @@ def _tests(content: ReportContent, quantity: Outcome, name: str) -> Table:
         f"Tests of the comparisons of {quantity} on {content.counted} means: the F-test for equal variances chooses "
         f"Student's or Welch's t; Welch's stands beside it always{beside}."
     )
-    return compared(name, caption, content, found, columns)
+    return table_of_comparisons(name, caption, content, found, columns)
 
 
 def _jump_tests(content: ReportContent) -> Table:
-    columns: Columns[Found[Comparison]] = (
+    columns: Columns[ComparisonRow[Comparison]] = (
         (Column("jumps", ("n_control", "n_treatment")), lambda row: count(row.shown.n_control, row.shown.n_treatment)),
         (statistic_columns("F", "f", 2), lambda row: statistic_cells(row.shown.variance_test, 2)),
         *_BY_RUNS,
@@ -89,7 +89,9 @@ def _jump_tests(content: ReportContent) -> Table:
         "while jumps of one run share its bed, pack and day: the true p is larger. No claim rests on this table."
         f"{reasons_note(comparison.exploratory for comparison in content.jump_comparisons)}"
     )
-    return compared("tests_jumps", caption, content, [Found(each, each) for each in content.jump_comparisons], columns)
+    return table_of_comparisons(
+        "tests_jumps", caption, content, [ComparisonRow(each, each) for each in content.jump_comparisons], columns
+    )
 
 
 def _anovas(content: ReportContent) -> Table:
@@ -126,7 +128,9 @@ _VERDICTS = {True: "shown", False: "not shown", None: DASH}
 
 
 def _equivalence(content: ReportContent) -> Table:
-    found = [Found(each, tested) for each in content.comparisons if (tested := each.lead.equivalence) is not None]
+    found = [
+        ComparisonRow(each, tested) for each in content.comparisons if (tested := each.lead.equivalence) is not None
+    ]
     if not found:
         return Table("equivalence", "Apex heights are not tested for equivalence.", (COMPARISON,), ())
     estimates = [item.estimate for _, item in found]
@@ -137,7 +141,7 @@ def _equivalence(content: ReportContent) -> Table:
         of_side = statistic_columns(f"t, {side}", "t_low" if side == "lower" else "t_high")
         return tuple(replace(column, shown=False) for column in of_side)
 
-    columns: Columns[Found[Equivalence]] = (
+    columns: Columns[ComparisonRow[Equivalence]] = (
         (
             Column("n", ("n_control", "n_treatment")),
             lambda row: count(row.comparison.lead.n_control, row.comparison.lead.n_treatment),
@@ -168,7 +172,7 @@ def _equivalence(content: ReportContent) -> Table:
         f"the larger of both. Equivalence is shown where both reject, that is where the {level_text(estimates[0])} "
         f"lies within the bounds.{reasons_note(item.exploratory for _, item in found)}"
     )
-    return compared("equivalence", caption, content, found, columns, lambda row: row.shown.exploratory)
+    return table_of_comparisons("equivalence", caption, content, found, columns, lambda row: row.shown.exploratory)
 
 
 def _verdict(item: Equivalence, one_day_each: str) -> Cell:
