@@ -24,7 +24,7 @@ Column = tuple[NDArray[np.float64] | NDArray[np.int64], int]
 """Values of one column, shape (n,), and its decimals; integers are written without a point."""
 
 
-def delimited(header: str, columns: Sequence[Column], *, delimiter: str = ",", line_end: str = "\n") -> bytes:
+def delimited(header: str, columns: Sequence[Column], *, line_end: str = "\n") -> bytes:
     """Return `header` and the rows as ASCII; values must be finite and below 1e12."""
     import pyarrow as pa
     import pyarrow.csv
@@ -32,7 +32,7 @@ def delimited(header: str, columns: Sequence[Column], *, delimiter: str = ",", l
     table = pa.table({str(number): _column(values, decimals) for number, (values, decimals) in enumerate(columns)})
     stream = io.BytesIO()
     stream.write(header.encode("ascii") + b"\n")
-    options = pa.csv.WriteOptions(include_header=False, delimiter=delimiter, quoting_style="none")
+    options = pa.csv.WriteOptions(include_header=False, quoting_style="none")
     pa.csv.write_csv(table, stream, options)
     text = stream.getvalue()
     return text if line_end == "\n" else text.replace(b"\n", line_end.encode("ascii"))

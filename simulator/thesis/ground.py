@@ -60,13 +60,12 @@ def ground_functions(scene: Scene, depth_m: FloatArray | None = None) -> GroundF
 class PowerSurface:
     """Power in W, shape (velocities, depths), over depth in m and downward velocity of the foot in m/s (negative).
 
-    `motions` start at the downward speeds `touchdown_speeds_m_s`.
+    `motions` start at the downward speeds `SAMPLE_SPEEDS_M_S`.
     """
 
     depth_m: FloatArray
     velocity_m_s: FloatArray
     power_w: FloatArray
-    touchdown_speeds_m_s: tuple[float, ...]
     motions: tuple[Pair[Motion], ...]
 
 
@@ -78,7 +77,6 @@ def power_surface(scene: Scene, accuracy: float) -> PowerSurface:
         depth_m=ground.depth_m,
         velocity_m_s=velocity_m_s,
         power_w=ground_power_w(ground.resistance_n, ground.drag_kg_m, velocity_m_s[:, np.newaxis]),
-        touchdown_speeds_m_s=SAMPLE_SPEEDS_M_S,
         motions=tuple(sample_motions(scene, speed, accuracy) for speed in SAMPLE_SPEEDS_M_S),
     )
 

@@ -82,7 +82,7 @@ COSTS = OverDamping(
 )
 GROUND = GroundFunctions(DEPTH, 800 * DEPTH, 50 + DEPTH, 2 * DEPTH, 0.026)
 SURFACE_W = np.outer(np.linspace(-500.0, 0.0, 13), 0.1 + DEPTH)
-POWER = PowerSurface(DEPTH, np.linspace(-1.2, 0.0, 13), SURFACE_W, (1.0,), (PATHS,))
+POWER = PowerSurface(DEPTH, np.linspace(-1.2, 0.0, 13), SURFACE_W, (PATHS,))
 DRAWN: dict[str, Callable[[], Figure]] = {
     "3.2": lambda: draw_ground_functions(GROUND),
     "3.4": lambda: draw_body_and_toe(PATHS),

@@ -11,6 +11,7 @@ from simulator.scene_file import load_scene
 from simulator.thesis.figures import JumpEnergies, jump_energies
 from simulator.thesis.ground import ground_power_w, power_surface
 from simulator.thesis.motions import Motion, both_controllers, motion_of
+from simulator.thesis.ranges import SAMPLE_SPEEDS_M_S
 from tests.helpers.thesis import thesis_figures
 
 ACCURACY = 1e-9
@@ -99,7 +100,7 @@ def test_the_power_is_that_of_eq_3_4() -> None:
 
 def test_the_sample_jumps_stay_on_the_surface() -> None:
     surface = thesis_figures().power_surface
-    for speed, pair in zip(surface.touchdown_speeds_m_s, surface.motions, strict=True):
+    for speed, pair in zip(SAMPLE_SPEEDS_M_S, surface.motions, strict=True):
         for motion in (pair.ce, pair.ad):
             assert motion.foot_velocity_m_s[0] == -speed
             assert motion.depth_m[-1] < surface.depth_m[-1]

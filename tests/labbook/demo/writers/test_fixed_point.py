@@ -25,4 +25,4 @@ def test_small_and_negative_values_are_never_scientific() -> None:
 
 def test_integers_have_no_point_and_line_ends_are_as_asked() -> None:
     columns = [(np.array([1, 20]), 0), (np.array([0.5, 0.5]), 2)]
-    assert delimited("a;b", columns, delimiter=";", line_end="\r\n") == b"a;b\r\n1;0.50\r\n20;0.50\r\n"
+    assert delimited("a,b", columns, line_end="\r\n") == b"a,b\r\n1,0.50\r\n20,0.50\r\n"
