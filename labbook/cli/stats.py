@@ -5,6 +5,7 @@ What all its commands take is declared once, in `_SHARED`; a command is its own 
 
 import functools
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,10 +13,10 @@ import typer
 
 from data_schema.outcomes import Outcome
 from labbook.cli.common import BookOption, JsonOption, with_options
-from labbook.terminal import columns, emit, progress
+from labbook.terminal import columns, emit, progress, within_width
 
 if TYPE_CHECKING:
-    from labbook.actions.stats.answering import Answer, CommandOutput, Question
+    from labbook.actions.stats.answering import Answer, Question
 
 _FILE = typer.Argument(metavar="FILE", show_default=False, help="A CSV file, one value a row; without it, the book.")
 _VALUE = typer.Option("--value", metavar="COLUMN", help="The table's column of values.")
@@ -94,12 +95,12 @@ PercentOption = Annotated[
 app = typer.Typer(no_args_is_help=True)
 
 
+@dataclass(frozen=True, slots=True)
 class Shared:
-    """The shared options as given, by parameter."""
+    """A command's name, and the shared options as given, by parameter."""
 
-    def __init__(self, command: str, options: dict[str, Any]) -> None:
-        """Take a command's name and its options."""
-        self.command, self.options = command, options
+    command: str
+    options: dict[str, Any]
 
     def answer(
         self,
@@ -107,8 +108,11 @@ class Shared:
         level: float | None = None,
         pooled: bool = False,
         run: str | None = None,
-    ) -> "CommandOutput":
-        """Ask it of the values; `level`, `pooled` and `run` are options that some commands have."""
+    ) -> None:
+        """Ask it of the values and print the answer, with --full the fields behind it, and the files written.
+
+        `level`, `pooled` and `run` are options that some commands have.
+        """
         from labbook.actions.stats.answering import answer
         from labbook.actions.stats.data import DataSource
         from labbook.cli.reading import read_text
@@ -124,33 +128,29 @@ class Shared:
         alpha, files = given["alpha"], {name: given[name] for name in ("plot", "qq", "residuals")}
         pictures = {name: path for name, path in files.items() if path is not None}
         with progress(f"stats {self.command}", None, shown=not given["as_json"]) as step:
-            return answer(source, ask, alpha=alpha, level=level, pooled=pooled, pictures=pictures, step=step)
+            found = answer(source, ask, alpha=alpha, level=level, pooled=pooled, pictures=pictures, step=step)
+        lines = within_width(found.lines)
+        for item in found.fields if given["full"] else ():
+            lines += (
+                within_width([item]) if isinstance(item, str) else [f"  {line}" for line in columns(item[0], item[1:])]
+            )
+        emit(found.data, [*lines, *found.files], given["as_json"])
 
 
-def command(own: Callable[..., "CommandOutput"]) -> None:
+def command(own: Callable[..., None]) -> None:
     """Add a command that takes all shared options and its own, which follow its first parameter."""
 
     @functools.wraps(own)
     def run(shared: dict[str, Any], **given: Any) -> None:
-        _print(own(Shared(own.__name__, shared), **given), shared["full"], shared["as_json"])
+        own(Shared(own.__name__, shared), **given)
 
     app.command(own.__name__)(with_options("shared", _SHARED)(run))
-
-
-def _print(output: "CommandOutput", full: bool, as_json: bool) -> None:
-    """Print the sentences and notes, with `full` the fields behind them, and the files written."""
-    from labbook.terminal import within_width
-
-    lines = within_width(output.lines)
-    for item in output.fields if full else ():
-        lines += within_width([item]) if isinstance(item, str) else [f"  {line}" for line in columns(item[0], item[1:])]
-    emit(output.data, [*lines, *output.files], as_json)
 
 
 @command
 def compare(
     shared: Shared, route: RouteOption = "welch", level: LevelOption = None, pooled: PooledOption = False
-) -> "CommandOutput":
+) -> None:
     """Compare groups with a control. Where days are known, by --day or in the book, the report's test by shared days
     leads: paired on day means from four on, within days below; a plan that counts runs or days keeps its test. Then
     Welch's t or another by --route, the difference with its interval, Hedges's g; several groups also by Holm's method.
@@ -164,11 +164,11 @@ def compare(
     """
     from labbook.actions.stats.comparing import compare
 
-    return shared.answer(functools.partial(compare, route=route), level, pooled)
+    shared.answer(functools.partial(compare, route=route), level, pooled)
 
 
 @command
-def anova(shared: Shared, level: LevelOption = None) -> "CommandOutput":
+def anova(shared: Shared, level: LevelOption = None) -> None:
     """Analyse the variance of several groups: the classic F and Welch's, tests of equal variances, all pairs by Tukey
     and by Games and Howell, each group against the control by Dunnett, and Welch's tests against it by Holm.
 
@@ -179,11 +179,11 @@ def anova(shared: Shared, level: LevelOption = None) -> "CommandOutput":
     """
     from labbook.actions.stats.anova import analyse
 
-    return shared.answer(analyse, level)
+    shared.answer(analyse, level)
 
 
 @command
-def savings(shared: Shared, level: LevelOption = None, pooled: PooledOption = False) -> "CommandOutput":
+def savings(shared: Shared, level: LevelOption = None, pooled: PooledOption = False) -> None:
     """Show what groups save, (control - group) / control in percent, with Fieller's interval. Where days are known, by
     --day or in the book, the report's savings by shared days lead, as in `stats compare`; then those of all values,
     ignoring days. --full adds their delta interval and that of the logarithm.
@@ -196,7 +196,7 @@ def savings(shared: Shared, level: LevelOption = None, pooled: PooledOption = Fa
     """
     from labbook.actions.stats.comparing import save
 
-    return shared.answer(save, level, pooled)
+    shared.answer(save, level, pooled)
 
 
 @command
@@ -207,7 +207,7 @@ def equivalence(
     percent: PercentOption = False,
     route: TestRouteOption = "welch",
     pooled: PooledOption = False,
-) -> "CommandOutput":
+) -> None:
     """Test whether groups differ from the control by less than what matters: two one-sided t-tests (TOST), or one for a
     single bound. The interval has level 1 - 2 alpha. Where days are known the report's test by shared days leads, as in
     `stats compare`; a single bound is tested ignoring days.
@@ -220,13 +220,11 @@ def equivalence(
     """
     from labbook.actions.stats.equivalence import equal
 
-    return shared.answer(functools.partial(equal, given=(low, high, percent), route=route), pooled=pooled)
+    shared.answer(functools.partial(equal, given=(low, high, percent), route=route), pooled=pooled)
 
 
 @command
-def blocked(
-    shared: Shared, run: RunOption = None, level: LevelOption = None, pooled: PooledOption = False
-) -> "CommandOutput":
+def blocked(shared: Shared, run: RunOption = None, level: LevelOption = None, pooled: PooledOption = False) -> None:
     """Compare groups over days, the day being a random effect: y ~ group + (1 | day) by REML with Satterthwaite's
     degrees of freedom, as lmerTest does, and the exact F-test where the design has one. Groups that share no day
     are confounded with their days; what follows is said.
@@ -241,4 +239,4 @@ def blocked(
 
     if shared.options["file"] is not None and shared.options["day"] is None:
         raise UsageError("comparing over days needs the table's column of days: add --day COLUMN.")
-    return shared.answer(block, level, pooled, run)
+    shared.answer(block, level, pooled, run)

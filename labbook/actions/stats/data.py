@@ -187,25 +187,27 @@ def _of_table(given: DataSource, file: Path) -> Observations:
         if all(cells[place] for cells in named)
     )
     header = parse_header(value)
+    control = with_control(given.control, by, list(dict.fromkeys(row.label for row in rows)))
     return Observations(
         source=str(file),
         quantity=header.suffix_base or header.base if header.unit or header.suffix_unit else value,
         unit=header.unit or header.suffix_unit or "",
         by=by,
-        control=with_control(given.control, by, list(dict.fromkeys(row.label for row in rows))),
+        control=control,
         rows=rows,
-        notes=(*_about(lacking, kept, given, rows), *_thousands(table, value, kept, given)),
+        notes=(*_about(lacking, kept, given, rows, control), *_thousands(table, value, kept, given)),
     )
 
 
-def _about(lacking: list[int], kept: list[int], given: DataSource, rows: tuple[Observation, ...]) -> list[str]:
+def _about(
+    lacking: list[int], kept: list[int], given: DataSource, rows: tuple[Observation, ...], control: str
+) -> list[str]:
     notes = []
     if lacking:
         named = [name for name in (given.by, given.day, given.run) if name is not None]
         notes.append(_lacking_text(len(lacking), len(kept), sum(row.value is None for row in rows), named))
     if given.control is None and rows:
-        first = with_control(None, str(given.by), [row.label for row in rows])
-        notes.append(f"The control is taken to be {first!r}, the first in order: name another with --control.")
+        notes.append(f"The control is taken to be {control!r}, the first in order: name another with --control.")
     labels = {row.label for row in rows}
     for same, what in (
         (_alike(filter(is_number_text, labels), _number), "are one number written in several ways"),

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import sqlalchemy as sa
@@ -105,8 +105,7 @@ def report_numbers(connection: sa.Connection, report: ReportRow) -> list[ReportN
 
 def compare_reports(connection: sa.Connection, before: ReportRow, after: ReportRow) -> ReportsCompared:
     """Find which numbers moved from one report to another, and by what was said between the two."""
-    shown = [{_what(row): row for row in shown_by_report(connection, report.uid)} for report in (before, after)]
-    old, new = shown
+    old, new = ({_what(row): row for row in shown_by_report(connection, report.uid)} for report in (before, after))
     pairs = [(old[what], row) for what, row in new.items() if what in old]
     moved = [(was, now) for was, now in pairs if not agree(was.value, now.value, now.se)]
     causes = causes_between(connection, (before, after))
@@ -117,15 +116,16 @@ def compare_reports(connection: sa.Connection, before: ReportRow, after: ReportR
         places = [place for place, (_, touched) in enumerate(causes) if things & touched]
         found.append(MovedNumber(_number(was), _number(now), tuple(places)))
     alone = [[row for what, row in one.items() if what not in other] for one, other in ((old, new), (new, old))]
+    only = [tuple(_number(row) for row in rows if row.result_uid is not None) for rows in alone]
     counts = [sum(place in item.causes for item in found) for place in range(len(causes))]
     return ReportsCompared(
         before=before,
         after=after,
         common=len(pairs),
         moved=tuple(sorted(found, key=_rank)),
-        only_before=tuple(_number(row) for row in alone[0] if row.result_uid is not None),
-        only_after=tuple(_number(row) for row in alone[1] if row.result_uid is not None),
-        unmatched=(_gone(alone[0]), _gone(alone[1])),
+        only_before=only[0],
+        only_after=only[1],
+        unmatched=(len(alone[0]) - len(only[0]), len(alone[1]) - len(only[1])),
         causes=tuple(replace(cause, moved=count) for (cause, _), count in zip(causes, counts, strict=True)),
     )
 
@@ -150,10 +150,6 @@ def _rank(moved: MovedNumber) -> int:
 def _what(row: ShownRow) -> tuple[str | None, ...]:
     """Return what two reports know a number by; one that is gone goes by its id, which never means another."""
     return (row.number_uid,) if row.result_uid is None else (row.kind, row.scope_json, row.name)
-
-
-def _gone(rows: Sequence[ShownRow]) -> int:
-    return sum(row.result_uid is None for row in rows)
 
 
 _Leaf = tuple[str, str, str]

@@ -99,10 +99,7 @@ class Departure:
 
 def in_order(outcomes: Collection[Outcome]) -> tuple[Outcome, ...]:
     """Return outcomes in the order in which they are declared."""
-    return tuple(outcome for outcome in _DECLARED if outcome in outcomes)
-
-
-_DECLARED = tuple(Outcome)
+    return tuple(outcome for outcome in Outcome if outcome in outcomes)
 
 
 _LOST_BY: Mapping[str, Collection[FileRole]] = {

@@ -168,11 +168,10 @@ def as_drawn(observed: Observations) -> Observations:
 
 def residuals_of(observed: Observations, *, by_day: bool = False) -> Residuals:
     """Return values less their group's mean, or less what group and day add up to; in the order of `in_groups`."""
-    rows = in_groups(observed).rows
-    if by_day:
-        values = [float(row.value) for row in rows if row.value is not None]
-        return additive_residuals(values, [row.label for row in rows], [row.day for row in rows])
     ordered = in_groups(observed)
+    if by_day:
+        values = [float(row.value) for row in ordered.rows if row.value is not None]
+        return additive_residuals(values, [row.label for row in ordered.rows], [row.day for row in ordered.rows])
     return residuals_of_groups({label: ordered.values(label) for label in ordered.labels})
 
 
