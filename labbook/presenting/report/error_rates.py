@@ -185,31 +185,28 @@ def known_error_rates(used: Mapping[Use, int]) -> tuple[str, ...]:
     An introduction first, then a sentence for each design on record. Comparisons whose sides do not share their days
     stand apart: there all but the test by day take days for the treatment.
     """
-    worst: dict[tuple[str, str], Recorded] = {}
-    nearest: Counter[tuple[str, Recorded]] = Counter()
-    concerned: Counter[tuple[str, str]] = Counter()
+    nearest: dict[tuple[str, str], Counter[Recorded]] = {}
     for use, count in used.items():
         of_use: dict[str, Recorded] = {}
         for row in use.weak_points():
             of_use[row.layout] = max(of_use.get(row.layout, row), row, key=lambda row: row.excess)
         for layout, row in of_use.items():
-            nearest[use.method, row] += count
-            concerned[use.method, layout] += count
-            worst[use.method, layout] = max(worst.get((use.method, layout), row), row, key=lambda row: row.excess)
-    if not worst:
+            nearest.setdefault((use.method, layout), Counter())[row] += count
+    if not nearest:
         return ()
     by_design: dict[str, list[_Found]] = {}
-    for (method, layout), row in worst.items():
-        own = nearest[method, row]
-        less = concerned[method, layout] - own
-        by_design.setdefault(_design_text(row), []).append((NAMES[method], row, own, less))
-    sentences = [f"At {design}: {_all_said(found)}." for design, found in by_design.items()]
+    has_days = set()
+    for (method, _layout), rows in nearest.items():
+        worst = max(rows, key=lambda row: row.excess)
+        has_days.add(bool(worst.days))
+        found = NAMES[method], worst, rows[worst], rows.total() - rows[worst]
+        by_design.setdefault(_design_text(worst), []).append(found)
+    sentences = [f"At {design}: {_all_said(of_design)}." for design, of_design in by_design.items()]
     head = (
         "Simulated at the sizes and days on record nearest to these (docs/statistics.md), not every method keeps what "
         "it states whatever the standard deviations of runs and days, which so few runs do not tell."
     )
-    days = {bool(row.days) for row in worst.values()}
-    if len(days) > 1:
+    if len(has_days) > 1:
         head += " Designs without days show what unequal standard deviations do, those with days what days do beside."
     return head, *sentences
 
