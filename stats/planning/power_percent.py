@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import NamedTuple
 
 import numpy as np
 from scipy import special
@@ -97,20 +96,10 @@ def power_percent_equivalence(
     if alpha < _LEAST_ALPHA or t_upper_quantile(alpha, min(sizes) - 1) > _LARGEST_CRITICAL:
         few = Undefined(Reason.ALPHA_TOO_SMALL)
         return Power(test, sizes, alpha, few, never)
-    at_low, at_high = (
-        _Bound(1.0 + end / 100.0, _in_sds(Fraction(end) / 100 * Fraction(mean) - Fraction(difference), sd))
-        for end in (low, high)
-    )
-    return Power(test, sizes, alpha, _power((at_low, at_high), _in_sds(Fraction(mean), sd), *sizes, alpha), never)
-
-
-class _Bound(NamedTuple):
-    """A bound: what the control's mean is multiplied by, and how far the bound lies above the true difference, in
-    standard deviations.
-    """
-
-    factor: float
-    above: float
+    factors = 1.0 + low / 100.0, 1.0 + high / 100.0
+    above = [_in_sds(Fraction(end) / 100 * Fraction(mean) - Fraction(difference), sd) for end in (low, high)]
+    power = _power(factors, (above[0], above[1]), _in_sds(Fraction(mean), sd), sizes, alpha)
+    return Power(test, sizes, alpha, power, never)
 
 
 def _in_sds(distance: Fraction, sd: float) -> float:
@@ -118,9 +107,17 @@ def _in_sds(distance: Fraction, sd: float) -> float:
     return min(max(to_double(distance / Fraction(sd)), -FAR), FAR)
 
 
-def _power(bounds: tuple[_Bound, _Bound], mean: float, n_a: int, n_b: int, alpha: float) -> float:
-    """Integrate, with standard deviations of 1."""
-    df_a, df_b = n_a - 1.0, n_b - 1.0
+def _power(
+    factors: tuple[float, float], above: tuple[float, float], mean: float, sizes: tuple[int, int], alpha: float
+) -> float:
+    """Integrate, with standard deviations of 1, over the share that a has in the sums of squares.
+
+    Of the low and the high bound, `factors` are what the control's mean is multiplied by, and `above` is how far the
+    bound lies above the true difference.
+    """
+    (n_a, n_b), df_a, df_b = sizes, sizes[0] - 1.0, sizes[1] - 1.0
+    root_a, root_b = math.sqrt(n_a), math.sqrt(n_b)
+    slopes = factors[0] * root_a / root_b, factors[1] * root_a / root_b
     tail = Fraction(alpha)
     quantile_b = t_upper_quantile(tail, df_b)
 
@@ -128,65 +125,34 @@ def _power(bounds: tuple[_Bound, _Bound], mean: float, n_a: int, n_b: int, alpha
         part_a, part_b = (
             share * (df_a + df_b) / df / n for share, df, n in ((share_a, df_a, n_a), (share_b, df_b, n_b))
         )
-        margins = []
-        for bound in bounds:
-            of_control = bound.factor**2 * part_b
-            margins.append(
-                t_upper_quantiles(tail, df_of_arrays(part_a, of_control, df_a, df_b)) * np.sqrt(part_a + of_control)
-            )
-        # Without a control's mean that can be told from 0 the test shows nothing.
-        estimated = _Estimated(margins[0], margins[1], quantile_b * np.sqrt(part_b))
-        return _given_the_share(bounds, mean, (n_a, n_b), estimated)
-
-    turn = math.sqrt(bounds[0].factor * bounds[1].factor / n_b / df_b * n_a * df_a)
-    return min(1.0, mean_over_share(of_shares, df_a, df_b, turn, _FLOOR))
-
-
-class _Estimated(NamedTuple):
-    """What the estimated scatter decides, all in standard deviations and for a pooled scale U of 1, (shares,).
-
-    How far the difference has to lie above the low and below the high bound, and the control's mean above 0.
-    """
-
-    low: Floats
-    high: Floats
-    mean: Floats
-
-
-def _given_the_share(
-    bounds: tuple[_Bound, _Bound], mean: float, sizes: tuple[int, int], estimated: _Estimated
-) -> Floats:
-    """Return the power for each share of a in the sums of squares, over the pooled scale and both means."""
-    root_a, root_b = math.sqrt(sizes[0]), math.sqrt(sizes[1])
-    low, high = bounds
-    slopes = low.factor * root_a / root_b, high.factor * root_a / root_b
-    both = estimated.low + estimated.high
-    # Where U takes each bound, the point at which they meet, and the least mean to the middle of what they scatter by.
-    turns = np.stack(
-        [
-            -low.above / estimated.low,
-            high.above / estimated.high,
-            (high.above - low.above) / both,
-            mean / estimated.mean,
-        ],
-        axis=1,
-    )
-    widths = np.stack(
-        [
-            math.hypot(1.0 / root_a, low.factor / root_b) / estimated.low,
-            math.hypot(1.0 / root_a, high.factor / root_b) / estimated.high,
-            (high.factor - low.factor) / root_b / both,
-            1.0 / root_b / estimated.mean,
-        ],
-        axis=1,
-    )
-
-    def inside(u: Floats, rows: Rows) -> Floats:
-        return between_lines(
-            root_a * (low.above + u * estimated.low[rows, None]),
-            root_a * (high.above - u * estimated.high[rows, None]),
-            *slopes,
-            root_b * (u * estimated.mean[rows, None] - mean),
+        # For a pooled scale U of 1: how far the difference has to lie above the low and below the high bound, and the
+        # control's mean above 0, without which the test shows nothing.
+        from_low, from_high = (
+            t_upper_quantiles(tail, df_of_arrays(part_a, of_control, df_a, df_b)) * np.sqrt(part_a + of_control)
+            for factor in factors
+            for of_control in [factor**2 * part_b]
         )
+        least = quantile_b * np.sqrt(part_b)
+        both = from_low + from_high
+        # Where U takes each bound, the point at which they meet, and the least mean to the middle of what they scatter
+        # by.
+        turns = [-above[0] / from_low, above[1] / from_high, (above[1] - above[0]) / both, mean / least]
+        widths = [
+            math.hypot(1.0 / root_a, factors[0] / root_b) / from_low,
+            math.hypot(1.0 / root_a, factors[1] / root_b) / from_high,
+            (factors[1] - factors[0]) / root_b / both,
+            1.0 / root_b / least,
+        ]
 
-    return mean_over_scale(inside, sum(sizes) - 2.0, turns, widths, floor=_FLOOR)
+        def inside(u: Floats, rows: Rows) -> Floats:
+            return between_lines(
+                root_a * (above[0] + u * from_low[rows, None]),
+                root_a * (above[1] - u * from_high[rows, None]),
+                *slopes,
+                root_b * (u * least[rows, None] - mean),
+            )
+
+        return mean_over_scale(inside, sum(sizes) - 2.0, np.stack(turns, 1), np.stack(widths, 1), floor=_FLOOR)
+
+    turn = math.sqrt(factors[0] * factors[1] / n_b / df_b * n_a * df_a)
+    return min(1.0, mean_over_share(of_shares, df_a, df_b, turn, _FLOOR))
