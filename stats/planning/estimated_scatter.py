@@ -125,9 +125,6 @@ def _weighted(values: Floats, weights: Floats) -> Floats:
     return np.asarray(np.einsum("ij,j->i", values, weights))
 
 
-OfScale: TypeAlias = Callable[[Floats, Rows], Floats]
-"""From scales U (rows, points) and the row that each line of them belongs to, to values (rows, points) of 0 to 1."""
-
 TOLERANCE = 1e-10
 """Of each panel of an integral, of the whole; what the rule leaves of a smooth one is far below it."""
 _PANELS, _SHARP, _BESIDE = 4, 20.0, np.array([-5.0, 0.0, 5.0])
@@ -143,9 +140,9 @@ _FACTORS = (0.2, 1.0, 5.0, 25.0, 125.0, 625.0)
 
 
 def mean_over_scale(
-    value: OfScale, df: float, turns: Floats, widths: Floats, last: Floats | None = None, floor: float = 0.0
+    value: Integrand, df: float, turns: Floats, widths: Floats, last: Floats | None = None, floor: float = 0.0
 ) -> Floats:
-    """Return the means (rows,) of a value that falls as U = sqrt(chi^2_df / df) grows and is log-concave in U.
+    """Return the means (rows,) of a value of 0 to 1 that falls as U = sqrt(chi^2_df / df) grows, log-concave in U.
 
     It turns at `turns` over `widths`, both (rows, turns), and comes to 0 at `last` (rows,). Each mean is right to
     `TOLERANCE` of itself, down to 1e-290, or to `floor` in each panel.
@@ -165,7 +162,7 @@ def mean_over_scale(
     return integrals(integrand, panels_between(edges), count, TOLERANCE, floor)
 
 
-def _reach(value: OfScale, df: float, count: int, last: Floats | None) -> tuple[Floats, Floats]:
+def _reach(value: Integrand, df: float, count: int, last: Floats | None) -> tuple[Floats, Floats]:
     """Return logarithms of U between which, and hardly farther, the value times the density counts."""
     high = np.full(count, _highest(df, _REACH))
     if last is not None:

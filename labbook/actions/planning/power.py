@@ -120,14 +120,14 @@ def study_power(book: Book, request: PowerRequest) -> StudyPower:
         def spread(of: Outcome) -> Spread | Undefined:
             return run_spread(cache, detections, evidence, of, settings.unit_of_analysis)
 
-        primary = _assumed(request.sd, request.mean, spread, quantity, ("--sd", "--mean"))
+        primary = _assumed(request.sd, request.mean, spread, quantity, "--mean")
         if quantity.has_equivalence and request.apex_sd_m is None and request.apex_mean_m is None:
             apex = primary
         elif settings.apex_bounds is None:
             apex = Undefined(Reason.NO_APEX_BOUNDS)
         else:
             given = request.apex_sd_m, request.apex_mean_m
-            apex = _assumed(*given, spread, Outcome.APEX, ("--apex-sd", "--apex-mean"))
+            apex = _assumed(*given, spread, Outcome.APEX, "--apex-mean")
         n_of_plan = _n_of_plan(connection, settings.unit_of_analysis)
     if isinstance(primary, Undefined):
         raise UsageError(f"{primary.reason}: give the expected standard deviation with --sd.")
@@ -193,15 +193,15 @@ def _assumed(
     mean: float | None,
     spread: Callable[[Outcome], Spread | Undefined],
     quantity: Outcome,
-    options: tuple[str, str],
+    option: str,
 ) -> Assumed | Undefined:
-    """Take what was given, and the rest from the book's own runs."""
+    """Take what was given, and the rest from the book's own runs; `option` gives the mean."""
     if sd is not None and mean is not None:
         return Assumed(sd, mean)
     found = spread(quantity)
     if mean is None and not isinstance(found, Undefined):
         mean = found.control_mean
-    known = Undefined(Reason.NO_CONTROL_YET, quantity=str(quantity), option=options[1]) if mean is None else mean
+    known = Undefined(Reason.NO_CONTROL_YET, quantity=str(quantity), option=option) if mean is None else mean
     if sd is not None:
         return Assumed(sd, known)
     return found if isinstance(found, Undefined) else Assumed(found.sd, known, found)

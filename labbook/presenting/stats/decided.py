@@ -9,7 +9,7 @@ from typing import Any
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.comparing import EquivalenceResult
 from labbook.analysis.comparison.deciding import DecisionResult, decided_by, equivalent_by
-from labbook.analysis.observations import Observation, Observations
+from labbook.analysis.observations import Observations
 from labbook.config.model import Bounds, UnitOfAnalysis
 from labbook.presenting.numbers import Shown
 from labbook.presenting.report.comparisons import decision, equivalence
@@ -196,8 +196,8 @@ def _contrasts(observed: Observations) -> dict[str, Contrast]:
     for label in observed.others():
         treated = [row for row in known.rows if row.label == label]
         found[label] = contrast_by_day(
-            [_value(row) for row in treated],
-            [_value(row) for row in control],
+            [float(value) for value in known.values(label)],
+            [float(value) for value in known.values(known.control)],
             days_treated=[row.day for row in treated],
             days_control=[row.day for row in control],
             shared_treated=[row.shared for row in treated],
@@ -218,11 +218,6 @@ def _opened(rule: Rule, days: tuple[str, ...], said: str, *, shown: bool) -> str
     count = f", {count_text(len(days), 'day')}" if days else ""
     elsewhere = f" {ELSEWHERE}" if shown and rule is Rule.WITHIN else ""
     return f"By shared days ({rule}{count}): {said}{elsewhere}".replace(NO_BREAK, " ").replace(MINUS, "-")
-
-
-def _value(row: Observation) -> float:
-    assert row.value is not None  # noqa: S101 - of known values
-    return float(row.value)
 
 
 def _estimate(name: str, number: Number) -> dict[str, Any]:
