@@ -13,7 +13,7 @@ a test that compares the doubles counts ties by the accident of their last digit
 values of one decimal above 1e6).
 
 The root of a function is found by `root_between`, without `scipy.optimize`, which takes a tenth of a second to load, of
-the three in which a report of a selection is made; `next_share` is its step, also for many roots at once.
+the three in which a report of a selection is made.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
@@ -332,16 +332,17 @@ def root_between(function: Callable[[float], float], one: Point, other: Point, m
         if value == 0.0 or abs(b - a) <= 2.0 * _ENOUGH * abs(best):
             return best
         least = _ENOUGH * abs(best) / abs(b - a)
-        share = min(max(float(next_share(a, f_a, b, f_b, c, f_c)), least), 1.0 - least)
+        share = min(max(_next_share(a, f_a, b, f_b, c, f_c), least), 1.0 - least)
     return best
 
 
-def next_share(a: ArrayLike, f_a: ArrayLike, b: ArrayLike, f_b: ArrayLike, c: ArrayLike, f_c: ArrayLike) -> Floats:
-    """Return how far from a to b to look next, of one root or many: a half where the three values do not tell."""
-    a, f_a, b, f_b, c, f_c = (np.asarray(each, dtype=np.float64) for each in (a, f_a, b, f_b, c, f_c))
-    with np.errstate(all="ignore"):
+def _next_share(a: float, f_a: float, b: float, f_b: float, c: float, f_c: float) -> float:
+    """Return how far from a to b to look next: a half where the three values do not tell."""
+    try:
         xi, phi = (a - b) / (c - b), (f_a - f_b) / (f_c - f_b)
         alpha = (c - a) / (b - a)
         quadratic = f_a / (f_b - f_a) * f_c / (f_b - f_c) + alpha * f_a / (f_c - f_a) * f_b / (f_c - f_b)
-        allowed = (phi * phi < xi) & ((1.0 - phi) ** 2 < 1.0 - xi) & np.isfinite(quadratic)
-    return np.where(allowed, quadratic, 0.5)
+    except (OverflowError, ZeroDivisionError):
+        return 0.5
+    allowed = phi * phi < xi and (1.0 - phi) ** 2 < 1.0 - xi and math.isfinite(quadratic)
+    return quadratic if allowed else 0.5

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from itertools import combinations
-from typing import ClassVar, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,17 +31,16 @@ from data_schema.rounding import alpha_beside, error_of, interval_text, number_t
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level
 from stats.compare.summary import Group, Groups, read_groups
-from stats.exact.family_tails import (
+from stats.exact.numbers import Floats, Number, exact_root, finite, shortened
+from stats.exact.quadrature import (
     FAR,
-    Floats,
-    KnownScale,
+    Rows,
     critical_values,
-    criticals_over_df,
     log_means_over_scale,
     log_sum,
     log_upper_of_any,
+    steepness_of_largest,
 )
-from stats.exact.numbers import Number, exact_root, finite, shortened
 from stats.exact.tails import Tail, exact_df, t_two_sided
 from stats.results import Result, missing_text, with_unit
 
@@ -50,36 +49,21 @@ _REACH = 9.6
 _LOG_ROOT_2PI = 0.5 * math.log(2.0 * math.pi)
 
 
-@dataclass(frozen=True)
-class RangeOfNormals(KnownScale):
-    """The range of k standard normals, which is the studentized range where the standard deviation is known."""
+def log_range_chance(w: Floats, k: int) -> Floats:
+    """Return the logarithm of the chance that the range of k standard normals exceeds each w, any shape.
 
-    k: int
-    fall: ClassVar[float] = 0.25
-
-    def log_chance(self, w: Floats) -> Floats:
-        """Return log g at each w of shape (m,), integrated over the largest value."""
-        k, step = self.k, _step(self.k)
-        around = np.arange(-math.ceil(_REACH / step), math.ceil(_REACH / step) + 1) * step
-        z = w[:, None] / 2.0 + around
-        log_a, log_b = special.log_ndtr(z), special.log_ndtr(z - w[:, None])
-        ratio = np.minimum(log_b - log_a, 0.0)
-        with np.errstate(divide="ignore"):
-            share = np.log(-np.expm1((k - 1) * np.log1p(-np.exp(ratio))))
-        # Where the ratio is too small for a double, the power's first term is all of it.
-        share = np.where(ratio < -600.0, math.log(k - 1) + ratio, share)
-        terms = (k - 1) * log_a - 0.5 * z * z + share
-        return np.minimum(log_sum(terms) + math.log(k * step) - _LOG_ROOT_2PI, 0.0)
-
-    def log_bound(self, w: Floats) -> Floats:
-        """Return the logarithm of all pairs' chances together, at most 0."""
-        one_pair = special.log_ndtr(-math.sqrt(0.5) * w) + math.log(2.0)
-        return np.asarray(np.minimum(one_pair + self.slack, 0.0))
-
-    @property
-    def slack(self) -> float:
-        """All pairs' tails together are at least the range's, one pair's at most."""
-        return math.log(self.k * (self.k - 1) / 2.0)
+    That is the studentized range where the standard deviation is known; it is integrated over the largest value.
+    """
+    step = min(0.2, 0.25 / steepness_of_largest(k))  # errs by less than 1e-14 of the chance for k up to a million
+    z = w[..., None] / 2.0 + np.arange(-math.ceil(_REACH / step), math.ceil(_REACH / step) + 1) * step
+    log_a, log_b = special.log_ndtr(z), special.log_ndtr(z - w[..., None])
+    ratio = np.minimum(log_b - log_a, 0.0)
+    with np.errstate(divide="ignore"):
+        share = np.log(-np.expm1((k - 1) * np.log1p(-np.exp(ratio))))
+    # Where the ratio is too small for a double, the power's first term is all of it.
+    share = np.where(ratio < -600.0, math.log(k - 1) + ratio, share)
+    terms = (k - 1) * log_a - 0.5 * z * z + share
+    return np.asarray(np.minimum(log_sum(terms) + math.log(k * step) - _LOG_ROOT_2PI, 0.0))
 
 
 def range_tail(q: Number, k: int, df: float) -> Tail:
@@ -102,10 +86,11 @@ def range_critical(tail: float, k: int, df: float) -> float:
 def range_criticals(tail: float, k: int, dfs: tuple[float, ...]) -> tuple[float, ...]:
     """Return `range_critical` of each of many degrees of freedom, searched together."""
 
-    def search(df: Floats) -> Floats:
-        return critical_values(lambda rows, q: _log_uppers(q, k, df[rows]), tail, np.full(df.shape, 3.5))
-
-    return tuple(criticals_over_df(search, np.array(dfs, dtype=np.float64)).tolist())
+    df, root = np.array(dfs, dtype=np.float64), math.sqrt(2.0)
+    criticals = critical_values(
+        lambda t, rows: _log_uppers(root * t, k, df[rows]), tail, df, k * (k - 1) // 2, two_sided=True
+    )
+    return tuple((root * criticals).tolist())
 
 
 def _tail(q: Number, k: int, df: float, log_near: float) -> Tail:
@@ -122,18 +107,21 @@ def _log_uppers(q: Floats, k: int, df: Floats) -> Floats:
     exact = np.isfinite(df) & (k == 2)
     for row in np.flatnonzero((q > 0.0) & exact):
         found[row] = math.log(10.0) * t_two_sided(math.sqrt(0.5) * float(q[row]), float(df[row])).log10_p
-    rest = (q > 0.0) & ~exact
-    found[rest] = log_means_over_scale(RangeOfNormals(k), df[rest], q[rest])
+    sure = (q > 0.0) & np.isinf(df)
+    found[sure] = log_range_chance(q[sure], k)
+    rest = (q > 0.0) & ~exact & ~sure
+    found[rest] = log_range_tails(q[rest], k, df[rest])
     return found
 
 
-def _step(k: int) -> float:
-    """Return the trapezoidal rule's step: the more normals, the steeper the rise of their largest one's distribution.
+def log_range_tails(q: Floats, k: int, df: Floats) -> Floats:
+    """Return log P(Q > q) of each positive q with its own finite df, by integration over the scale."""
 
-    It rises around the middle of the largest, about ndtri(1 - 1/k), over the inverse of that. At these steps the rule
-    errs by less than 1e-14 of the chance for any k up to a million.
-    """
-    return min(0.2, 0.25 / max(-float(special.ndtri(1.0 / k)), 1.0))
+    def log_chance(u: Floats, rows: Rows) -> Floats:
+        return log_range_chance(q[rows, None] * np.exp(u), k)
+
+    lowest = -np.log(np.maximum(q, 1.0)) - 3.0
+    return log_means_over_scale(log_chance, df, lowest, steepness=steepness_of_largest(k))
 
 
 Variances = Literal["equal", "unequal"]
@@ -307,6 +295,8 @@ def _standardised(a: Group, b: Group, error: _Error | Undefined) -> _Standardise
 
 def _tests(given: list[_Standardised], k: int, alpha: float) -> list[tuple[float, Tail]]:
     """Return the critical q and the tail of each difference, all of one family, integrated together."""
+    if not given:
+        return []
     dfs = tuple(dict.fromkeys(one.df for one in given))
     criticals = dict(zip(dfs, range_criticals(alpha, k, dfs), strict=True))
     tails = range_tails([one.q for one in given], k, [one.df for one in given])

@@ -2,15 +2,11 @@
 
 The sums of squares of two groups, in units of their variances, are chi^2 with n - 1 degrees of freedom each. Their sum
 and the share of one of them in it are independent: the sum is that of U^2 = chi^2_df / df with both groups' degrees of
-freedom, the share is a beta variable. Densities are those at their middle times what differs from it, so that no
-digits are lost however many values there are.
+freedom, the share is a beta variable.
 
 So Welch's t-test before its data is a mean over all ratios that two estimated variances may have. Given the share of
-group a in the two sums of squares (in units of their variances; a beta variable) the degrees of freedom are known, and
-t is a multiple of a noncentral t.
-
-Integrals are taken by Gauss and Kronrod's rules of 10 and 21 nodes, many at once, halving panels until the digits
-stand. The rule's numbers and the estimate of its error are those of QUADPACK's QK21 (Piessens and others 1983).
+group a in the two sums of squares (in units of their variances) the degrees of freedom are known, and t is a multiple
+of a noncentral t. Over the share scipy's adaptive rule integrates, in its log odds.
 
 Chances that t-tests of known critical values reject are those of two one-sided ones (Owen's Q), and of either side of
 one. With U = sqrt(chi^2_nu / nu), a standard error estimated with nu degrees of freedom in units of the true one, they
@@ -22,260 +18,75 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from fractions import Fraction
-from typing import NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
-from stats.exact.numbers import Number, exact_root, to_double
+from stats.exact.numbers import Floats, Number, exact_root, to_double
+from stats.exact.quadrature import Rows, log_means_over_scale, stirling_rest
 from stats.exact.tails import df_of_arrays, t_upper_quantiles
 
-Floats: TypeAlias = NDArray[np.float64]
-Rows: TypeAlias = NDArray[np.intp]
-Integrand: TypeAlias = Callable[[Floats, Rows], Floats]
-"""From points (panels, nodes) and the integral that each panel (panels,) belongs to, to values (panels, nodes)."""
+OfScale = Callable[[Floats, Rows], Floats]
+"""From scales U (rows, points) and the row that each line of them belongs to, to values (rows, points) of 0 to 1."""
 
-
-class Panels(NamedTuple):
-    """Where integrals are taken: ends and the number of its integral for each panel, all (panels,)."""
-
-    left: Floats
-    right: Floats
-    rows: Rows
-
-
-def _both_sides(half: list[float], sign: float) -> Floats:
-    """Return a symmetric rule's numbers from those at and below its middle, which is the last of them."""
-    return np.array([*half, *(sign * number for number in half[-2::-1])])
-
-
-_HALF = [
-    -0.995657163025808080735527280689003,
-    -0.973906528517171720077964012084452,
-    -0.930157491355708226001207180059508,
-    -0.865063366688984510732096688423493,
-    -0.780817726586416897063717578345042,
-    -0.679409568299024406234327365114874,
-    -0.562757134668604683339000099272694,
-    -0.433395394129247190799265943165784,
-    -0.294392862701460198131126603103866,
-    -0.14887433898163121088482600112972,
-    0.0,
-]
-_KRONROD = [
-    0.011694638867371874278064396062192,
-    0.03255816230796472747881897245939,
-    0.05475589657435199603138130024458,
-    0.07503967481091995276704314091619,
-    0.093125454583697605535065465083366,
-    0.109387158802297641899210590325805,
-    0.123491976262065851077958109585166,
-    0.134709217311473325928054001771707,
-    0.142775938577060080797094273138717,
-    0.147739104901338491374841515972068,
-    0.149445554002916905664936468389821,
-]
-NODES, _WEIGHTS = _both_sides(_HALF, -1.0), _both_sides(_KRONROD, 1.0)
-_GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(10)[1]
-_MOST_HALVINGS, _MOST_OPEN = 60, 64
-_NOISE = 50.0 * float(np.finfo(np.float64).eps)
-
-
-def panels_between(edges: Floats) -> Panels:
-    """Return the panels between neighbours of `edges` (integrals, edges), which need no order; empty ones are left."""
-    edges = np.sort(edges, axis=1)
-    left, right = edges[:, :-1], edges[:, 1:]
-    wide = right > left
-    return Panels(left[wide], right[wide], np.nonzero(wide)[0])
-
-
-def integrals(integrand: Integrand, panels: Panels, count: int, tolerance: float, floor: float = 0.0) -> Floats:
-    """Return `count` integrals of a function that is not negative.
-
-    The estimated error of each panel is below `tolerance` of its integral, or below `floor`. Edges of panels belong
-    where the integrand has a kink or a step: there is no other loss of order.
-    """
-    totals = np.zeros(count)
-    left, right, rows = panels
-    for _ in range(_MOST_HALVINGS):
-        half = (right - left) / 2.0
-        middle = left + half
-        values = integrand(middle[:, None] + half[:, None] * NODES, rows)
-        found = half * _weighted(values, _WEIGHTS)
-        coarse = half * _weighted(values[:, 1::2], _GAUSS_WEIGHTS)
-        mean = _weighted(values, _WEIGHTS) / 2.0
-        spread = half * _weighted(np.abs(values - mean[:, None]), _WEIGHTS)
-        error = np.abs(found - coarse)
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            error = np.where(spread > 0.0, spread * np.minimum(1.0, (200.0 * error / spread) ** 1.5), 0.0)
-        so_far = totals + np.bincount(rows, found, count)
-        open_ = error > np.maximum(np.maximum(tolerance * so_far[rows], floor), _NOISE * found)
-        if not open_.any() or np.count_nonzero(open_) > _MOST_OPEN * (count + 1):
-            return so_far
-        done = ~open_
-        totals += np.bincount(rows[done], found[done], count)
-        left, middle, right, rows = left[open_], middle[open_], right[open_], rows[open_]
-        left, right, rows = np.concatenate([left, middle]), np.concatenate([middle, right]), np.tile(rows, 2)
-    return totals + np.bincount(rows, np.tile(found[open_] / 2.0, 2), count)
-
-
-def _weighted(values: Floats, weights: Floats) -> Floats:
-    # Not `@`: starting threads for so few numbers takes far longer than the sums.
-    return np.asarray(np.einsum("ij,j->i", values, weights))
-
-
-TOLERANCE = 1e-10
-"""Of each panel of an integral, of the whole; what the rule leaves of a smooth one is far below it."""
-_PANELS, _SHARP, _BESIDE = 4, 20.0, np.array([-5.0, 0.0, 5.0])
-_REACH = 36.0
-"""Logarithm below its largest value where an integrand does not count."""
-_UNDERFLOW = 740.0
+_UNDERFLOW = -740.0
 """Logarithm below which nothing is a double."""
-_SCAN, _ENOUGH, _MOST_SCANS = 13, 4, 12
-_MANY_DF, _NEAR, _TERMS = 1000.0, 0.03, 9
-_MANY, _TINY = 16.0, 1e-300
-_STEPS = (-38.0, -16.0, -9.0, -4.0, 0.0, 4.0, 9.0, 16.0, 38.0)
-_FACTORS = (0.2, 1.0, 5.0, 25.0, 125.0, 625.0)
+_BESIDE = np.array([-5.0, 0.0, 5.0])
+"""Edges of panels about a turn, in its widths."""
+_TOLERANCE, _SUBDIVISIONS = 1e-10, 500
+_WIDTHS, _REACH = 9.0, 80.0
+"""What lies farther than both from the middle of a share adds nothing: in standard deviations, and times 1 / df."""
 
 
-def mean_over_scale(
-    value: Integrand, df: float, turns: Floats, widths: Floats, last: Floats | None = None, floor: float = 0.0
-) -> Floats:
-    """Return the means (rows,) of a value of 0 to 1 that falls as U = sqrt(chi^2_df / df) grows, log-concave in U.
+def mean_over_scale(value: OfScale, df: float, turns: Floats, widths: Floats, last: Floats | None = None) -> Floats:
+    """Return the means (rows,) of a value that falls as U = sqrt(chi^2_df / df) grows and is log-concave in U.
 
-    It turns at `turns` over `widths`, both (rows, turns), and comes to 0 at `last` (rows,). Each mean is right to
-    `TOLERANCE` of itself, down to 1e-290, or to `floor` in each panel.
+    It turns at `turns` over `widths`, both (rows, turns), and comes to 0 at `last` (rows,).
     """
+
+    def log_value(u: Floats, rows: Rows) -> Floats:
+        with np.errstate(divide="ignore"):
+            return np.log(value(np.exp(u), rows))
+
     count = turns.shape[0]
-    low, high = _reach(value, df, count, last)
-    low, high = np.exp(low), np.exp(high)
-    sharp = np.where(widths < (high - low)[:, None] / _SHARP, widths, np.nan)
-    beside = (turns[:, :, None] + sharp[:, :, None] * _BESIDE).reshape(count, -1)
-    beside = np.clip(np.where(np.isnan(beside), low[:, None], beside), low[:, None], high[:, None])
-    edges = np.concatenate([np.linspace(low, high, _PANELS + 1, axis=1), beside], axis=1)
-
-    def integrand(u: Floats, rows: Rows) -> Floats:
-        log_u = np.log(np.maximum(u, _TINY))
-        return np.exp(log_scale_density(log_u, df) - log_u) * value(u, rows)
-
-    return integrals(integrand, panels_between(edges), count, TOLERANCE, floor)
+    edges = (turns[:, :, None] + widths[:, :, None] * _BESIDE).reshape(count, -1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        places = np.log(edges)
+        end = None if last is None else np.log(last)
+    lowest = np.full(count, _UNDERFLOW / df)
+    return np.exp(log_means_over_scale(log_value, np.full(count, df), lowest, turns=places, last=end))
 
 
-def _reach(value: Integrand, df: float, count: int, last: Floats | None) -> tuple[Floats, Floats]:
-    """Return logarithms of U between which, and hardly farther, the value times the density counts."""
-    high = np.full(count, _highest(df, _REACH))
-    if last is not None:
-        with np.errstate(divide="ignore"):
-            high = np.minimum(high, np.log(last))
-    low, farthest = (np.minimum(-math.sqrt(reach / df), high) - reach / df for reach in (_REACH, _UNDERFLOW))
-    rows = np.arange(count)
-    for _ in range(_MOST_SCANS):
-        log_u = np.linspace(low, high, _SCAN, axis=1)
-        with np.errstate(divide="ignore"):
-            log_values = log_scale_density(log_u, df) + np.log(value(np.exp(log_u), rows))
-        counts = log_values >= log_values.max(axis=1, keepdims=True) - _REACH
-        first, final = counts.argmax(axis=1), _SCAN - 1 - counts[:, ::-1].argmax(axis=1)
-        beyond = (first == 0) & (low > farthest)
-        low = np.where(beyond, farthest, log_u[rows, np.maximum(first - 1, 0)])
-        high = log_u[rows, np.minimum(final + 1, _SCAN - 1)]
-        if not beyond.any() and (final - first >= _ENOUGH).all():
-            break
-    return low, high
-
-
-def log_scale_density(log_u: Floats, df: float) -> Floats:
-    """Return the logarithm of the density of ln U, U = sqrt(chi^2_df / df)."""
-    twice = 2.0 * log_u
-    beyond = np.expm1(twice) - twice
-    if df > _MANY_DF:  # with fewer what is lost does not count
-        near = np.abs(twice) < _NEAR
-        small = np.where(near, twice, 0.0)
-        series = np.zeros_like(small)
-        for k in range(_TERMS, 1, -1):  # exp(x) - 1 - x = x^2 / 2 (1 + x / 3 (1 + x / 4 (1 + ...)))
-            series = small / k * (1.0 + series) if k > 2 else small * small / 2.0 * (1.0 + series)
-        beyond = np.where(near, series, beyond)
-    return 0.5 * math.log(df / math.pi) - stirling_rest(df / 2.0) - df / 2.0 * beyond
-
-
-def _highest(df: float, reach: float) -> float:
-    """Return a logarithm of U where its density is `reach` below its middle's, in logarithms, or a little more."""
-    far = 2.0 * reach / df
-    # exp(x) - 1 - x is at least x^2 / 2, and beyond 2 at least exp(x) / 2.
-    return min(math.sqrt(2.0 * far), max(2.0, math.log(2.0 * far))) / 2.0
-
-
-def stirling_rest(x: float) -> float:
-    """Return ln Gamma(x) - (x - 1/2) ln x + x - ln(2 pi) / 2."""
-    below = 0.0
-    while x < _MANY:
-        below += (x + 0.5) * math.log1p(1.0 / x) - 1.0
-        x += 1.0
-    square = x * x
-    series = (
-        1.0 / 12.0 - (1.0 / 360.0 - (1.0 / 1260.0 - (1.0 / 1680.0 - 1.0 / 1188.0 / square) / square) / square) / square
-    )
-    return below + series / x
-
-
-def mean_over_share(
-    value: Callable[[Floats, Floats], Floats], df_a: float, df_b: float, turn: float, floor: float = 0.0
-) -> float:
+def mean_over_share(value: Callable[[Floats, Floats], Floats], df_a: float, df_b: float) -> float:
     """Return the mean of a value over the share of a in both sums of squares.
 
-    `value` goes from the shares of a and of b, both (points,), to values of 0 to 1 (points,). It changes where the
-    square root of their ratio is about `turn`. Right to `TOLERANCE` of itself or to `floor` in each panel.
+    `value` goes from the shares of a and of b, both (points,), to values of 0 to 1 (points,).
     """
+    from scipy.integrate import cubature  # takes a fifth of a second to load
 
-    def weighted(angle: Floats) -> Floats:
-        sine, cosine = np.sin(angle), np.cos(angle)
-        return np.exp(_log_share_density(sine, cosine, df_a, df_b)) * value(sine * sine, cosine * cosine)
+    middle, width = math.log(df_a / df_b), math.sqrt(2.0 / df_a + 2.0 / df_b)
+    # About its middle the density falls as a normal's, and far from it as exp(df / 2) of each side.
+    low, high = middle - _WIDTHS * width - _REACH / df_a, middle + _WIDTHS * width + _REACH / df_b
 
-    edges = _angles(df_a, df_b, turn)
-    middles = (edges[:-1] + edges[1:]) / 2.0
-    # A panel counts where its ends or its middle do.
-    found = weighted(np.concatenate([edges[1:-1], middles]))
-    at = np.concatenate([[0.0], found[: edges.size - 2], [0.0]])
-    size = np.maximum(np.maximum(at[:-1], at[1:]), found[edges.size - 2 :]) * np.diff(edges)
-    counts = size > math.exp(-_REACH) * size.max()
-    if not counts.any():
-        return 0.0
-    panels = Panels(*(part[counts] for part in panels_between(edges[None, :])))
+    def weighted(log_odds: Floats) -> Floats:
+        odds = log_odds[:, 0]
+        return np.exp(_log_odds_density(odds, df_a, df_b)) * value(special.expit(odds), special.expit(-odds))
 
-    def integrand(angle: Floats, _rows: Rows) -> Floats:
-        return weighted(angle.ravel()).reshape(angle.shape)
-
-    return float(integrals(integrand, panels, 1, TOLERANCE, floor)[0])
-
-
-def _angles(df_a: float, df_b: float, turn: float) -> Floats:
-    """Return edges from 0 to pi / 2 in the angle whose squared sine is a's share.
-
-    The density has its middle at the angle of the degrees of freedom and a width of 1 / sqrt(2 df); what depends on
-    the ratio of two variances is spread around the angle of `turn` as multiples of its distance from the nearer end.
-    """
-    right = math.pi / 2.0
-    middle, width = math.atan2(math.sqrt(df_a), math.sqrt(df_b)), 1.0 / math.sqrt(2.0 * (df_a + df_b))
-    edges = {0.0, right / 2.0, right, *(middle + width * steps for steps in _STEPS)}
-    if turn <= 1.0:
-        edges.update(math.atan(turn) * factor for factor in _FACTORS)
-    else:
-        edges.update(right - math.atan(1.0 / turn) * factor for factor in _FACTORS)
-    return np.array(sorted(edge for edge in edges if 0.0 <= edge <= right))
-
-
-def _log_share_density(sine: Floats, cosine: Floats, df_a: float, df_b: float) -> Floats:
-    """Return the logarithm of the density of the angle whose squared sine is a's share."""
-    if df_a > df_b:
-        return _log_share_density(cosine, sine, df_b, df_a)
-    a, b = df_a / 2.0, df_b / 2.0
-    log_odds = 2.0 * np.log(sine / cosine) - math.log(a / b)
-    with np.errstate(over="ignore"):
-        beside = a * log_odds - (a + b) * np.log1p(a / (a + b) * np.expm1(log_odds))
-    at_middle = (
-        0.5 * math.log(a * b / (a + b) / (2.0 * math.pi)) + stirling_rest(a + b) - stirling_rest(a) - stirling_rest(b)
+    return float(
+        cubature(weighted, [low], [high], rtol=_TOLERANCE, points=[[middle]], max_subdivisions=_SUBDIVISIONS).estimate
     )
-    return at_middle + beside + math.log(2.0) - np.log(sine * cosine)
+
+
+def _log_odds_density(log_odds: Floats, df_a: float, df_b: float) -> Floats:
+    """Return the logarithm of the density of the log odds of a's share."""
+    if df_a > df_b:
+        return _log_odds_density(-log_odds, df_b, df_a)
+    a, b = df_a / 2.0, df_b / 2.0
+    from_middle = log_odds - math.log(a / b)
+    with np.errstate(over="ignore"):
+        beside = a * from_middle - (a + b) * np.log1p(a / (a + b) * np.expm1(from_middle))
+    at_middle = 0.5 * math.log(a * b / (a + b) / (2.0 * math.pi))
+    return np.asarray(at_middle + stirling_rest(a + b) - stirling_rest(a) - stirling_rest(b) + beside)
 
 
 def over_standard_error(difference: Number, sds: tuple[float, float], sizes: tuple[int, int]) -> float:
@@ -303,8 +114,7 @@ def mean_over_criticals(
         quantiles = t_upper_quantiles(tail, df_of_arrays(part_a, part_b, df_a, df_b))
         return value(quantiles * np.sqrt(both / (true_a + true_b)))
 
-    turn = math.sqrt(true_b / df_b) / math.sqrt(true_a / df_a) if true_a > 0.0 else math.inf
-    return mean_over_share(of_shares, df_a, df_b, turn)
+    return mean_over_share(of_shares, df_a, df_b)
 
 
 _FAR = 1e150

@@ -18,9 +18,10 @@ from data_schema.reasons import Reason
 from data_schema.rounding import number_text, stated_text
 from data_schema.vocabulary import Remark, Undefined
 from stats.checks import as_count, as_number
-from stats.exact.numbers import to_double
+from stats.exact.numbers import Floats, to_double
+from stats.exact.quadrature import Rows
 from stats.exact.tails import df_of_arrays, t_upper_quantile, t_upper_quantiles
-from stats.planning.estimated_scatter import Floats, Rows, mean_over_scale, mean_over_share
+from stats.planning.estimated_scatter import mean_over_scale, mean_over_share
 from stats.planning.power import Power, alpha_of_equivalence, assumed_text
 
 _REACH = 9.0
@@ -60,8 +61,6 @@ def _not_zero(values: Floats) -> Floats:
     return np.where(np.abs(values) < _BESIDE_ZERO, _BESIDE_ZERO, values)
 
 
-_FLOOR = 1e-9
-"""Estimated error of a panel of an integral that does not count; what the rule leaves is far below it."""
 FAR = 1e9
 """Standard deviations."""
 _LEAST_ALPHA, _LARGEST_CRITICAL = 1e-100, 1e6
@@ -152,7 +151,6 @@ def _power(
                 root_b * (u * least[rows, None] - mean),
             )
 
-        return mean_over_scale(inside, sum(sizes) - 2.0, np.stack(turns, 1), np.stack(widths, 1), floor=_FLOOR)
+        return mean_over_scale(inside, sum(sizes) - 2.0, np.stack(turns, 1), np.stack(widths, 1))
 
-    turn = math.sqrt(factors[0] * factors[1] / n_b / df_b * n_a * df_a)
-    return min(1.0, mean_over_share(of_shares, df_a, df_b, turn, _FLOOR))
+    return min(1.0, mean_over_share(of_shares, df_a, df_b))

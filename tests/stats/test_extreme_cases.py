@@ -13,8 +13,8 @@ import stats
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.budget import energy_budget
-from stats.exact.family_tails import FAR
 from stats.exact.numbers import exact_root, moments
+from stats.exact.quadrature import FAR
 from stats.exact.tails import t_quantile
 from stats.groups.tukey import range_tail
 from tests.helpers.extremes import LEAST, MOST

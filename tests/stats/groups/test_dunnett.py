@@ -9,7 +9,7 @@ from data_schema.errors import InputRefused, UnknownName
 from data_schema.vocabulary import Undefined
 from stats.compare.two_sample import compare_two
 from stats.exact.tails import t_two_sided
-from stats.groups.dunnett import dunnett, largest_critical, largest_log_upper
+from stats.groups.dunnett import dunnett, largest_critical, largest_log_upper, log_largest_chance
 from tests.helpers.wording import refuses, says
 
 CONTROL = [42.1, 39.8, 44.0, 41.2]
@@ -55,6 +55,60 @@ def by_gauss(c, n_control, n_treated, df):
 )
 def test_the_largest_t_agrees_with_its_definition(c, n_control, n_treated, df):
     assert upper(c, n_control, n_treated, df) == pytest.approx(by_gauss(c, n_control, n_treated, df), rel=1e-12)
+
+
+STEEP = (2, (2, 1_000_000), True)
+"""A treatment of a million values against a control of 2: its chance is a step, 700 times narrower than a normal."""
+TWO_STEPS = (25, (100, 10_000), True)
+ONE_SIDED = (1, (1, 10, 1000), False)
+THOUSAND = (4, (4,) * 1000, True)
+MANY_LARGE = (1, (100,) * 300, False)
+
+
+@pytest.mark.parametrize(
+    ("family", "w", "log_g"),
+    [
+        (STEEP, 0.4, -0.13938552452491915),
+        (STEEP, 2.5, -3.8264850781000437),
+        (STEEP, 9.0, -42.241936544201942),
+        (TWO_STEPS, 0.4, -0.19898949166861984),
+        (TWO_STEPS, 2.5, -3.9856463047451869),
+        (TWO_STEPS, 9.0, -42.257301027332317),
+        (ONE_SIDED, -1.3, -0.038739458356687368),
+        (ONE_SIDED, 2.5, -4.3604790139496194),
+        (ONE_SIDED, 9.0, -42.583582076659775),
+        (THOUSAND, 1.7, -7.6150000939097577e-9),
+        (THOUSAND, 3.3, -1.717239604080615),
+        (THOUSAND, 9.0, -36.027319016519265),
+        (MANY_LARGE, -0.4, -0.28147721722782254),
+        (MANY_LARGE, 2.5, -4.3345508479140185),
+        (MANY_LARGE, 9.0, -41.381780802855216),
+    ],
+)
+def test_tails_of_very_unequal_sizes_and_of_many_treatments(family, w, log_g):
+    """The definition by mpmath to 22 digits, Gauss's rule over y on stretches of half a width of each step."""
+    n_control, n_treated, two_sided = family
+    (found,) = log_largest_chance(np.array([w]), n_control, n_treated, two_sided=two_sided)
+    assert float(found) == pytest.approx(log_g, abs=2e-14)
+
+
+@pytest.mark.parametrize(("n_control", "n_treated"), [(2, (1_000_000, 2)), (25, (10_000, 100)), (5, (500, 5))])
+@pytest.mark.parametrize(("c", "df"), [(0.7, 3), (2.5, 10), (6.0, 40)])
+def test_p_of_very_unequal_sizes(n_control, n_treated, c, df):
+    """Gauss's rule over the scale itself, not its logarithm."""
+    nodes, widths = np.polynomial.legendre.leggauss(160)
+    s = 2.5 * (nodes + 1.0)
+    density = 2.0 * (df / 2.0) ** (df / 2.0) / math.gamma(df / 2.0) * s ** (df - 1.0) * np.exp(-df * s * s / 2.0)
+    chance = np.exp(log_largest_chance(c * s, n_control, n_treated, two_sided=True))
+    p = float(2.5 * widths @ (density * chance))
+    assert upper(c, n_control, n_treated, df) == pytest.approx(p, rel=1e-12)
+
+
+@pytest.mark.parametrize("df", [1.0, 3.7, 31.9, 32.1, 1e4, 1e9, math.inf])
+def test_one_treatment_is_t_at_any_number_of_degrees_of_freedom(df):
+    exact = scipy.special.stdtr(df, -2.0) if math.isfinite(df) else scipy.special.ndtr(-2.0)
+    found = upper(2.0, 3, (5,), df, two_sided=False)
+    assert found == pytest.approx(exact, rel=1e-13 if df < 1e6 else 1e-12)
 
 
 def test_far_tails_keep_their_digits():
