@@ -248,12 +248,11 @@ def standing_number(connection: sa.Connection, kind: str, scope_json: str, name:
     return None if row is None else (row.value, row.unit)
 
 
-def number_beginning(connection: sa.Connection, beginning: str) -> str | None:
-    """Return the id of the one number, stored or shown in a report, whose id begins so; None for none or several."""
+def numbers_beginning(connection: sa.Connection, beginning: str) -> list[str]:
+    """Return the ids of the numbers, stored or shown in a report, that begin so: two at most."""
     columns = (result_number.c.uid, report_item.c.number_uid)
     queries = [sa.select(column).where(column.startswith(beginning, autoescape=True)) for column in columns]
-    rows = connection.execute(sa.union(*queries).limit(2)).scalars().all()
-    return rows[0] if len(rows) == 1 else None
+    return list(connection.execute(sa.union(*queries).limit(2)).scalars())
 
 
 def add_report_items(connection: sa.Connection, report_uid: str, shown: Mapping[str, float | None]) -> None:

@@ -238,6 +238,9 @@ def observations_of_book(
             f"{Outcome.APEX.key}."
         )
     numbers, missing = _numbers(connection, store, evidence, asked.quantity, step)
+    if not numbers:
+        why = f" ({next(iter(missing.values())).reason})" if missing else ""
+        raise InputRefused(f"no selected run has a value of {asked.quantity}{why}: select others with --where.")
     swept = pairing.swept_factor(configuration)
     several = [name for name in _several_levels(numbers, by, configuration) if name != swept]
     rows = tuple(

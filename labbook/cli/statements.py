@@ -144,7 +144,8 @@ def correct(
                 return changed, words, runs, remarks, settled, session.stale
 
         changed, words, runs, remarks, settled, stale = answered(attempt, {"fold": fold}, ask=not as_json)
-        rig = [line.text for line in rig_lines_of_runs(opened_book, runs if OF_JOULES & changed.keys() else ())]
+        about = runs if OF_JOULES & changed.keys() else ()
+        rig = [line.text for line in rig_lines_of_runs(opened_book, about, jumps="jumps_made" in changed)]
     in_file = to_change(configuration, target, {name: new for name, (_old, new) in changed.items()})
     said = f"{target}: {', '.join(fields)}." if changed else f"{target} says that already: nothing was changed."
     lines = [
@@ -185,13 +186,16 @@ def void(
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.session(person) as session:
-        said = (unvoid if undo else state_void)(session, run, reason)
+        change = (unvoid if undo else state_void)(session, run, reason)
         stale = session.stale
-        about = (session.connection, opened_book.configuration, reason)
-        remarks = [] if undo else reason_remarks(*about, remedy=f"If one of these is meant, {other_reason(run)}.")
+        remarks = []
+        if change.made and not undo:
+            remedy = f"If one of these is meant, {other_reason(run)}."
+            remarks = reason_remarks(session.connection, opened_book.configuration, reason, remedy=remedy)
+    lines = [f"{change.text}; {len(stale)} results became stale." if change.made else f"{change.text}."]
     emit(
         {"run": run, "stale": stale, "remarks": remarks},
-        [f"{said}; {len(stale)} results became stale.", *(f"look again: {remark}" for remark in remarks)],
+        [*lines, *(f"look again: {remark}" for remark in remarks)],
         as_json,
     )
 

@@ -66,6 +66,7 @@ def test_leaving_out_for_a_reason_that_was_not_allowed_is_remarked_on(tmp_path: 
     says(said, remark, "exploratory (foot came", AS_A_WHOLE, "`labbook void r001 --undo --reason ...`")
     again = good(labbook("void", "r001", "--reason", "sensor fault: no string", at=made.folder)).out
     says(again, "r001 is void already", "`labbook void r001 --undo --reason ...`")
+    assert "look again" not in again  # the reason was not recorded
     assert remark not in good(labbook("void", "r001", "--undo", "--reason", "it was r002", at=made.folder)).out
     assert remark not in good(labbook("void", "r001", "--reason", "sensor fault: no string", at=made.folder)).out
     assert "Departure" not in good(labbook("analysis", at=made.folder)).out

@@ -62,6 +62,15 @@ def test_the_old_value_is_shown_and_what_becomes_of_the_runs_joules(whole: Small
     assert "J a jump" not in good(labbook("correct", "r002", "starts=2", "--why", "x", at=whole.folder)).out
 
 
+def test_a_number_of_jumps_is_set_beside_those_in_the_log(whole: SmallBook) -> None:
+    """`jumps=0` was taken in silence for a run whose log shows jumps."""
+    for made in ("0", "500"):
+        out = good(labbook("correct", "r001", f"jumps={made}", "--why", "misread", at=whole.folder)).out
+        says(out, f"of {made} jumps found")
+    out = good(labbook("correct", "r001", "minutes=11", "--why", "misread", at=whole.folder)).out
+    assert "jumps found" not in out
+
+
 @pytest.mark.parametrize(
     ("fields", "said"),
     [

@@ -164,7 +164,7 @@ def test_book_that_may_only_be_read_is_said_to_be_so(open_to_all: Path) -> None:
     with unchanged(book.folder), without_rights():
         for question in questions:
             assert good(labbook(*question.split(), at=book.folder)).out
-        refused(labbook("why", "0123", at=book.folder), 2, "'0123' is the beginning of no number's id")
+        refused(labbook("why", "0123", at=book.folder), 2, "no number's id begins with '0123'")
         for statement in ("note r001 x", "void r001 --reason x", "correct r001 foot=large --why x"):
             refused(labbook(*statement.split(), at=book.folder), 3, "cannot be written", "permissions of the book's")
         refused(labbook("ingest", book.log("r002"), at=book.folder), 2, "Permission denied", "check the path")

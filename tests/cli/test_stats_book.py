@@ -200,7 +200,7 @@ def test_runs_without_a_number_are_left_out_as_in_the_report_and_named(tmp_path:
     found = good(labbook("stats", "compare", "--quantity", "apex", *SMALL, "--json", at=book.folder)).json
     assert found["groups"] == {"b_ad_gain 0": 3, "b_ad_gain 100": 4}
     assert found["notes"] == [f"Exploratory: {NOTHING_DECIDED}."]
-    refused(labbook("stats", "compare", at=book.folder), 2, "no value to group by b_ad_gain")
+    refused(labbook("stats", "compare", at=book.folder), 2, "no selected run has a value of joules a jump")
 
 
 def test_bounds_of_the_book_are_taken_for_its_heights(tmp_path: Path) -> None:

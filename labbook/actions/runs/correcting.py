@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 from zoneinfo import ZoneInfo
 
 import sqlalchemy as sa
@@ -150,22 +150,25 @@ def settle_waiting(session: WriteSession, target: str, runs: Sequence[str]) -> l
     return settled
 
 
-def void(session: WriteSession, name: str, reason: str) -> str:
-    """State that a run does not count; it stays in the book with everything that belongs to it.
+class StateChange(NamedTuple):
+    """A change of a run's state in words; `made` is false where the run had that state already."""
 
-    Returns the sentence that says so, also where it was void already and nothing is stated.
-    """
+    text: str
+    made: bool
+
+
+def void(session: WriteSession, name: str, reason: str) -> StateChange:
+    """State that a run does not count; it stays in the book with everything that belongs to it."""
     refuse_empty("--reason", reason)
     run = run_named(session.connection, name)
     if run.state is RunState.VOID:
-        return (
-            f"run {name} is void already, and the journal keeps who said so and why "
-            f"(`labbook show {shlex.quote(name)}`); for another reason, {other_reason(name)}"
-        )
+        journal = f"the journal keeps who said so and why (`labbook show {shlex.quote(name)}`)"
+        text = f"run {name} is void already, and {journal}; for another reason, {other_reason(name)}"
+        return StateChange(text, made=False)
     session.state(
         Statement(Action.VOID, "run", run.uid, new={"state": "void"}, old={"state": str(run.state)}, reason=reason)
     )
-    return f"run {name} is void"
+    return StateChange(f"run {name} is void", made=True)
 
 
 def other_reason(name: str) -> str:
@@ -174,17 +177,17 @@ def other_reason(name: str) -> str:
     return f"take it back with `{command} --undo --reason ...` and give that with `{command} --reason ...`"
 
 
-def unvoid(session: WriteSession, name: str, reason: str) -> str:
+def unvoid(session: WriteSession, name: str, reason: str) -> StateChange:
     """State that a run counts after all; it is complete where its duration is known, open otherwise."""
     refuse_empty("--reason", reason)
     run = run_named(session.connection, name)
     if run.state is not RunState.VOID:
-        return f"run {name} is not void: there is nothing to take back"
+        return StateChange(f"run {name} is not void: there is nothing to take back", made=False)
     state = RunState.OPEN if run.duration_s is None else RunState.COMPLETE
     session.state(
         Statement(Action.CORRECT, "run", run.uid, new={"state": str(state)}, old={"state": "void"}, reason=reason)
     )
-    return f"run {name} counts again"
+    return StateChange(f"run {name} counts again", made=True)
 
 
 def _label(configuration: Configuration, factor: str, text: str) -> str:

@@ -84,13 +84,13 @@ def rig_lines_of(book: Book, outcomes: Sequence[FileOutcome]) -> list[list[RigLi
     return found
 
 
-def rig_lines_of_runs(book: Book, names: Sequence[str]) -> list[RigLine]:
-    """Return how runs of jumps do, given by name, after a correction: their joules and nothing of their logs."""
+def rig_lines_of_runs(book: Book, names: Sequence[str], *, jumps: bool = False) -> list[RigLine]:
+    """Return how corrected runs of jumps, given by name, do: their joules, and with `jumps` how many were found."""
     if not names:
         return []
     with book.reading() as connection:
-        evidence = _evidence(book, connection, names)
-        return list(_rig_lines(Detections(connection, book.store), dict.fromkeys(names, ()), evidence).values())
+        evidence, detections = _evidence(book, connection, names), Detections(connection, book.store)
+        return list(_rig_lines(detections, dict.fromkeys(names, ()), evidence, jumps=jumps).values())
 
 
 def _evidence(book: Book, connection: sa.Connection, names: Sequence[str]) -> StudyData:
@@ -101,16 +101,21 @@ def _evidence(book: Book, connection: sa.Connection, names: Sequence[str]) -> St
 
 
 def _rig_lines(
-    detections: Detections, files: Mapping[str, Sequence[PreparedImport]], evidence: StudyData
+    detections: Detections,
+    files: Mapping[str, Sequence[PreparedImport]],
+    evidence: StudyData,
+    *,
+    jumps: bool = False,
 ) -> dict[str, RigLine]:
     """Say of every run how many jumps and gaps it has and whether its joules are in control, by its name.
 
-    `files` has what one command read for each run, logs and charges, told in one line; the book may hold more of a run.
+    `files` has what one command read for each run, logs and charges, in one line; the book may hold more of a run.
+    Jumps are counted where a log was read, or of all runs with `jumps`.
     """
     drains = drain_lines(evidence)
     limits = limits_of(evidence.runs, known_joules(evidence, drains))
     return {
-        run.name: _line(run, detections, files[run.name], evidence, drains, limits.get(run.uid, ControlLimits()))
+        run.name: _line(run, detections, files[run.name], evidence, drains, limits.get(run.uid, ControlLimits()), jumps)
         for run in evidence.runs
         if run.name in files
     }
@@ -123,11 +128,12 @@ def _line(
     evidence: StudyData,
     drains: Lines,
     limits: ControlLimits,
+    jumps: bool,
 ) -> RigLine:
     parts = [f"run {run.name}:"]
     found: int | Undefined = run.jumps_made
-    if any(stored.detection is not None for prepared in files for stored in prepared.parts):
-        in_book = evidence.logs.get(run.uid, [])
+    in_book = evidence.logs.get(run.uid, [])
+    if (jumps and in_book) or any(stored.detection is not None for prepared in files for stored in prepared.parts):
         found = jumps_found_in_run(detections, run, in_book, evidence.configuration.protocol.detector)
         parts.append(f"{_jumps(run, found, in_book)},")
     logs = [prepared.read for prepared in files if prepared.parts]

@@ -10,7 +10,7 @@ import sqlalchemy as sa
 from data_schema.errors import UnknownName
 from data_schema.queries.history import corrections_after
 from data_schema.queries.reports import ShownIn, reports_showing
-from data_schema.queries.results import NumberRow, ResultRow, number_beginning, result_of_number, results_by_uid
+from data_schema.queries.results import NumberRow, ResultRow, numbers_beginning, result_of_number, results_by_uid
 from data_schema.queries.sources import Source, describe_input
 from labbook.analysis.results.result_cache import agree, versions_now
 from labbook.book.naming import changes_in_words
@@ -55,11 +55,13 @@ class PrintedNumber:
 
 def trace(connection: sa.Connection, beginning: str) -> NumberTrace | PrintedNumber:
     """Follow a number down; raises `UnknownName` when no single number has an id that begins so."""
-    uid = number_beginning(connection, beginning)
-    if uid is None:
-        raise UnknownName(
-            f"{beginning!r} is the beginning of no number's id, or of several: copy the whole id from the report."
-        )
+    uids = numbers_beginning(connection, beginning)
+    if not uids:
+        raise UnknownName(f"no number's id begins with {beginning!r}: copy the whole id from the report.")
+    if len(uids) > 1:
+        ids = f"{', '.join(uids)}, ..."
+        raise UnknownName(f"several numbers' ids begin with {beginning!r} ({ids}): copy the whole id from the report.")
+    (uid,) = uids
     shown_in = tuple(reports_showing(connection, uid))
     found = result_of_number(connection, uid)
     if found is None:
