@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,7 +25,6 @@ _PAGE_IN = 9.0
 """A figure that would be higher than a page draws the recomputations without one day as one row."""
 
 _AS_REPORTED = "as reported"
-_DAY = re.compile(r"without \d{4}-\d{2}-\d{2}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +103,7 @@ def _title(one: Sensitivity) -> str:
 
 def _rows(one: Sensitivity, *, folded: bool) -> list[_Row]:
     changed = _changed(one)
-    days = [variant for variant in changed if _DAY.fullmatch(variant.label)]
+    days = [variant for variant in changed if variant.day]
     alone = [variant for variant in changed if not folded or variant not in days]
     rows = [_Row(variant.label, (variant.number,)) for variant in alone]
     if folded and days:
@@ -155,7 +153,7 @@ def caption(content: ReportContent) -> str:
 
 
 def _kind(variant: Variant) -> str:
-    return "without one day" if _DAY.fullmatch(variant.label) else variant.label
+    return "without one day" if variant.day else variant.label
 
 
 def alternative(content: ReportContent) -> str:

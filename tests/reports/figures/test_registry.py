@@ -206,8 +206,9 @@ def test_a_recomputation_shows_how_many_runs_it_rests_on(content):
 @pytest.mark.parametrize("width_in", [pytest.param(ONE_COLUMN_IN, marks=pytest.mark.soak), TWO_COLUMNS_IN])
 def test_recomputations_fit_on_a_page_however_many_days_there_are(content, width_in):
     days = tuple(
-        Variant(f"without 2022-01-{day:02d}", dataclasses.replace(one.number, value=50.0 + day, n=40 + day))
+        Variant(f"without {date}", dataclasses.replace(one.number, value=50.0 + day, n=40 + day), date)
         for day, one in zip(range(1, 29), itertools.cycle(content.sensitivity[0].variants), strict=False)
+        for date in [f"2022-01-{day:02d}"]
     )
     sets = tuple(dataclasses.replace(one, variants=(*one.variants[:2], *days)) for one in content.sensitivity)
     sets *= 1 if width_in == ONE_COLUMN_IN else 3
