@@ -52,15 +52,15 @@ def places_above(folder: Path) -> tuple[Path, ...]:
 def why_not_trusted(place: Path) -> str | None:
     """Say who else could have put there what is read from a file or folder; None where nobody could."""
     found = place.stat()
-    kept_apart = stat.S_ISDIR(found.st_mode) and found.st_mode & stat.S_ISVTX  # nobody replaces another's there
-    if found.st_uid in (os.geteuid(), 0) and (kept_apart or not found.st_mode & _OTHERS_WRITE):
+    is_sticky = stat.S_ISDIR(found.st_mode) and found.st_mode & stat.S_ISVTX  # nobody replaces another's there
+    if found.st_uid in (os.geteuid(), 0) and (is_sticky or not found.st_mode & _OTHERS_WRITE):
         return None
     return "others may write to it" if found.st_mode & _OTHERS_WRITE else "it belongs to somebody else"
 
 
-def forget_old_versions(current: Path, kept: int) -> None:
-    """Remove the folders of all but the `kept` latest versions, of which `current` is one."""
+def forget_old_versions(current: Path, n_retained: int) -> None:
+    """Remove the folders of all but the `n_retained` latest versions, of which `current` is one."""
     others = [path for path in current.parent.iterdir() if _VERSION.fullmatch(path.name) and path != current]
     others.sort(key=lambda path: path.stat().st_mtime, reverse=True)
-    for path in others[kept - 1 :]:
+    for path in others[n_retained - 1 :]:
         shutil.rmtree(path, ignore_errors=True)

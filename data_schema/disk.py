@@ -1,4 +1,4 @@
-"""What must survive a power cut is synced to the disk; what something takes the place of is kept under another name.
+"""Write files so that they survive a power cut; a file that is replaced is kept under another name.
 
 And where a file lies: SQLite's locks cannot be trusted on network drives, so a book is never opened on one.
 """
@@ -134,17 +134,17 @@ def written_beside(files: Mapping[Path, bytes]) -> Iterator[None]:
 
 
 def read_json(path: Path) -> dict[str, Any]:
-    """Return what a small file of labbook's says; nothing where it cannot be read."""
+    """Return the content of a small JSON file of labbook's; an empty one where it cannot be read."""
     try:
-        said = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return {}
-    return said if isinstance(said, dict) else {}
+    return content if isinstance(content, dict) else {}
 
 
-def write_json(path: Path, said: dict[str, Any]) -> None:
+def write_json(path: Path, content: dict[str, Any]) -> None:
     """Write such a file, whole or not at all."""
-    write_whole(path, (json.dumps(said, indent=2, ensure_ascii=False) + "\n").encode())
+    write_whole(path, (json.dumps(content, indent=2, ensure_ascii=False) + "\n").encode())
 
 
 @contextlib.contextmanager

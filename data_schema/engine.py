@@ -32,7 +32,7 @@ BUSY_TIMEOUT_S = 10.0
 SQLITE_MINIMUM = (3, 37, 0)
 _PRAGMAS: dict[str, str | int] = {"journal_mode": "wal", "synchronous": 2, "foreign_keys": 1, "recursive_triggers": 1}
 _SCRATCH: dict[str, str | int] = {**_PRAGMAS, "synchronous": 0}
-"""Of a file that is worth nothing until it is complete, and is synced then."""
+"""Settings for a file that is of no use until it is complete, and is synced then."""
 _NOT_ALLOWED = ("42501", "25006")
 """PostgreSQL's codes: the role lacks a right, or its transactions only read."""
 _POOL_LOG = logging.getLogger("sqlalchemy.pool.impl.QueuePool")
@@ -40,12 +40,12 @@ _SEEN = "labbook_seen"
 """Under this name a connection keeps what a file looked like that is read as one that does not change."""
 
 
-def _is_told_elsewhere(record: logging.LogRecord) -> bool:
-    """Whether a message is of a Ctrl-C that met a connection on its way back: it is raised too, and told as that."""
+def _is_interrupt(record: logging.LogRecord) -> bool:
+    """Whether a log message is of a Ctrl-C while a connection went back to the pool: it is raised and reported too."""
     return record.exc_info is not None and record.exc_info[0] is KeyboardInterrupt
 
 
-_POOL_LOG.addFilter(lambda record: not _is_told_elsewhere(record))
+_POOL_LOG.addFilter(lambda record: not _is_interrupt(record))
 
 
 def sqlite_engine(path: Path, *, busy_timeout_s: float = BUSY_TIMEOUT_S, scratch: bool = False) -> sa.Engine:
@@ -141,30 +141,31 @@ def reading(engine: sa.Engine) -> Iterator[sa.Connection]:
 
 @contextlib.contextmanager
 def translated() -> Iterator[None]:
-    """Turn what a database says about locks, damage and absence into labbook's own errors."""
+    """Turn a database's errors about locks, damage and absence into labbook's own."""
     try:
         yield
     except (OperationalError, sqlite3.OperationalError) as error:
-        said = error.orig if isinstance(error, OperationalError) else error
-        text = str(said).lower()
+        original = error.orig if isinstance(error, OperationalError) else error
+        text = str(original).lower()
         if any(word in text for word in ("locked", "busy", "lock timeout", "deadlock")):
             raise BookBusy(
                 "another program is writing to the book and did not finish in time: wait until it has finished, or "
                 "close it, and try again."
             ) from error
         if "disk is full" in text or "disk i/o" in text:
-            raise BookDamaged(f"the disk refused to write ({said}): free space on it and try again.") from error
+            raise BookDamaged(f"the disk refused to write ({original}): free space on it and try again.") from error
         if "readonly" in text or "unable to open" in text:
             kind, what = (BookReadOnly, "written") if "readonly" in text else (BookDamaged, "opened")
             raise kind(
-                f"the database cannot be {what} ({said}): check the permissions of the book's folder."
+                f"the database cannot be {what} ({original}): check the permissions of the book's folder."
             ) from error
-        if isinstance(said, sqlite3.Error):
+        if isinstance(original, sqlite3.Error):
             raise BookDamaged(
-                f"the database does not hold what labbook put there ({said}): keep the file, and run `labbook "
+                f"the database does not hold what labbook put there ({original}): keep the file, and run `labbook "
                 "rebuild` to make it anew from the raw copies and the journal."
             ) from error
-        raise BookDamaged(f"the database did not answer: {' '.join(str(said).split())}; check that it runs.") from error
+        message = " ".join(str(original).split())
+        raise BookDamaged(f"the database did not answer: {message}; check that it runs.") from error
     except DBAPIError as error:
         if getattr(error.orig, "sqlstate", None) in _NOT_ALLOWED:
             raise BookReadOnly(
@@ -179,8 +180,8 @@ def translated() -> Iterator[None]:
         raise
 
 
-def _first_line(said: object) -> str:
-    return str(said).strip().partition("\n")[0]
+def _first_line(error: object) -> str:
+    return str(error).strip().partition("\n")[0]
 
 
 def _is_damage(text: str) -> bool:
@@ -198,7 +199,7 @@ def _at_rest(path: Path) -> bool:
 
 
 def _look(path: Path) -> tuple[int, int, int]:
-    """Return what tells that a file is no longer what it was."""
+    """Return inode, size and modification time of a file, by which a change of it is seen."""
     found = path.stat()
     return found.st_ino, found.st_size, found.st_mtime_ns
 

@@ -5,9 +5,9 @@ the SHA-256 of the line without the hash. The same entries stand in the table `j
 file is written and synced before the database commits, so it is never behind: an entry that the file has and the
 database lacks was cut off between the two and is applied when the book is next written to.
 
-What one command says is accepted or refused as a whole, so every entry also says how many of its command follow. A
-power cut can leave the first lines of a command in the file; they do not count, as half a line does not, and the next
-command sets them aside. Nobody was ever told that such a command was done, for its database transaction never began to
+The statements of one command are accepted or refused as a whole, so every entry also counts how many of its command
+follow. A power cut can leave the first lines of a command in the file; they do not count, as half a line does not, and
+the next command sets them aside. Such a command never reported success, for its database transaction never began to
 commit.
 """
 
@@ -36,12 +36,12 @@ MEND_TABLE = "run `labbook rebuild` to make the database anew from journal.jsonl
 
 @dataclass(frozen=True)
 class Entry:
-    """One statement: who said when that which thing is what, what it was before, and why.
+    """One statement: person, time, the thing it is about, its values before and after, and the reason.
 
     `old` and `new` hold columns by name; a reference to another row is that row's uid. `following` is the number of
     entries of the same command that come after this one. Until its command is complete, an entry has no place in the
-    chain; `placed` gives it one. `origin` is number and hash of the entry of another book that this one was merged
-    from; a line that has none does not name it, so that the lines of earlier labbooks keep their hashes.
+    chain; `chain_entries` gives it one. `origin` is number and hash of the entry of another book that this one was
+    merged from; a line that has none does not name it, so that the lines of earlier labbooks keep their hashes.
     """
 
     seq: int
@@ -74,9 +74,9 @@ class Entry:
         """Read a line back; raises `BookDamaged`, with the `remedy`, when it is not what was written."""
         try:
             record = json.loads(text)
-            stated = record.pop("hash")
+            recorded = record.pop("hash")
             entry = cls(**{**record, "action": Action(record["action"])})
-            changed = entry.hash != stated or entry.line != text
+            changed = entry.hash != recorded or entry.line != text
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             raise BookDamaged(f"a line of journal.jsonl cannot be read ({error}): {text[:80]!r}; {remedy}.") from error
         if changed:
@@ -104,17 +104,17 @@ def canonical(value: object) -> str:
 _CANONICAL = json.JSONEncoder(sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
 
 
-def placed(said: Sequence[Entry], after: tuple[int, str]) -> list[Entry]:
+def chain_entries(entries_of_command: Sequence[Entry], after: tuple[int, str]) -> list[Entry]:
     """Give the entries of one complete command their places after an entry of this number and hash."""
     seq, previous = after
     entries: list[Entry] = []
-    for number, entry in enumerate(said, start=1):
-        entries.append(replace(entry, seq=seq + number, following=len(said) - number, prev_hash=previous))
+    for number, entry in enumerate(entries_of_command, start=1):
+        entries.append(replace(entry, seq=seq + number, following=len(entries_of_command) - number, prev_hash=previous))
         previous = entries[-1].hash
     return entries
 
 
-def chained(
+def verified_chain(
     entries: Iterable[Entry], after: tuple[int, str] = (0, GENESIS), remedy: str = MEND_FILE
 ) -> Iterator[Entry]:
     """Pass entries on while each follows the one before it; raises `BookDamaged` at the first that does not.
@@ -202,7 +202,7 @@ def stored(connection: sa.Connection, after_seq: int = 0) -> Iterator[Entry]:
 def damage_at_end(connection: sa.Connection) -> str | None:
     """Say what is wrong with the last entries of the database, None where nothing is.
 
-    A connection is told once: commands that write ask with each session.
+    A connection reports it once: commands that write ask with each session.
     """
     if _LOOKED_AT in connection.info:
         return None
@@ -210,7 +210,7 @@ def damage_at_end(connection: sa.Connection) -> str | None:
     first = max(0, head(connection)[0] - _LAST_ENTRIES)
     before = connection.execute(sa.select(journal.c.hash).where(journal.c.seq == first)).scalar() or GENESIS
     try:
-        for _entry in chained(stored(connection, first), (first, before), MEND_TABLE):
+        for _entry in verified_chain(stored(connection, first), (first, before), MEND_TABLE):
             pass
     except BookDamaged as error:
         return str(error)
@@ -218,7 +218,7 @@ def damage_at_end(connection: sa.Connection) -> str | None:
 
 
 _LAST_ENTRIES = 100
-"""So many are looked at before something is stated, which takes milliseconds; `labbook db check` looks at all."""
+"""How many are checked before a statement, which takes milliseconds; `labbook db check` checks all."""
 _LOOKED_AT = "labbook_journal_looked_at"
 
 

@@ -15,10 +15,10 @@ from pathlib import Path
 
 from data_schema.disk import stamp, sync, today_utc
 from data_schema.errors import BookDamaged
-from data_schema.journal import MEND_FILE, Entry, chained
+from data_schema.journal import MEND_FILE, Entry, verified_chain
 
 CUT_OFF = "cut-off"
-"""Part of the name under which is kept what was cut off."""
+"""Part of the name of the file that keeps what was cut off."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +56,7 @@ class JournalFile:
 
     def entries(self) -> Iterator[Entry]:
         """Read and verify every entry of every complete command."""
-        yield from chained((self._entry(line) for line in self._read(None).lines), remedy=self.remedy)
+        yield from verified_chain((self._entry(line) for line in self._read(None).lines), remedy=self.remedy)
 
     def _entry(self, line: str) -> Entry:
         return Entry.from_line(line, self.remedy)
@@ -127,15 +127,15 @@ class JournalFile:
         rest = self._last_part().rest
         if not rest:
             return None
-        kept = self.path.with_name(f"{self.path.name}.{CUT_OFF}.{stamp()}")
+        leftover = self.path.with_name(f"{self.path.name}.{CUT_OFF}.{stamp()}")
         try:
-            kept.write_bytes(rest)
-            sync(kept)
+            leftover.write_bytes(rest)
+            sync(leftover)
         except BaseException:
-            kept.unlink(missing_ok=True)
+            leftover.unlink(missing_ok=True)
             raise
-        sync(kept.parent)
-        return kept
+        sync(leftover.parent)
+        return leftover
 
     def append(self, entries: list[Entry]) -> None:
         """Write complete commands at the end and sync them to the disk; what a cut-off one left is set aside first."""
@@ -193,10 +193,10 @@ class JournalFile:
         unended = _whole(data[end_of_lines:])
         if unended is not None:
             lines.append(unended)
-        kept = lines[: len(lines) - _cut_off(lines)]
-        ended = unended is None or len(kept) < len(lines)
-        length = len(data) if not ended else sum(len(line.encode()) + 1 for line in kept)
-        return _Part(start, kept, start + length, ended, data[length:])
+        complete = lines[: len(lines) - _cut_off(lines)]
+        ended = unended is None or len(complete) < len(lines)
+        length = len(data) if not ended else sum(len(line.encode()) + 1 for line in complete)
+        return _Part(start, complete, start + length, ended, data[length:])
 
 
 @dataclass(frozen=True, slots=True)

@@ -41,5 +41,5 @@ def fields_html(data: Mapping[str, Any], *, sentence: str = "") -> str:
             continue
         reason = data.get(f"{name}_reason")
         rows.append((name, f"{text} ({reason})" if reason else text))
-    said = f"<p>{escape(sentence)}</p>" if sentence else ""
-    return f"{said}<details><summary>numbers</summary>{table_html((), rows)}</details>"
+    paragraph = f"<p>{escape(sentence)}</p>" if sentence else ""
+    return f"{paragraph}<details><summary>numbers</summary>{table_html((), rows)}</details>"

@@ -22,7 +22,7 @@ Value = float | Undefined
 SIGNIFICANT = 3
 """Significant digits of a number of which no error is known."""
 SMALLEST_P = 0.001
-"""Below it a p-value is only said to be smaller, as it is said to be larger above 1 less this."""
+"""A smaller p-value is written as less than this, one above 1 - `SMALLEST_P` as more than that."""
 USUAL_ALPHAS = (0.1, 0.05, 0.025, 0.02, 0.01, 0.005, 0.001)
 """What p-values are compared with: no p is rounded onto one of these, or past it."""
 _STATISTIC_DECIMALS = 2
@@ -64,7 +64,7 @@ def fixed_text(value: float, decimals: int) -> str:
 
 
 def number_text(value: Value, digits: int = SIGNIFICANT, error: float = 0.0) -> str:
-    """Write a number with the decimals that its error is worth, or with `digits` significant ones where none is known.
+    """Write a number with the decimals that its error justifies, or with `digits` significant ones without an error.
 
     "undefined" where there is none. 12345 stays 12345, never 1.23e+04.
     """

@@ -1,4 +1,4 @@
-"""Hashes of rows, kept in a table of their own: a row that something else than labbook altered no longer fits its hash.
+"""Hashes of rows, in a table of their own: a row that was altered outside labbook no longer fits its hash.
 
 Rows that are written together have one hash under the uid of the row that they belong to: a reading of a file with its
 findings, signals, channels and gaps; a detection with its jumps; a result with its numbers and inputs; a fact alone.
@@ -37,7 +37,7 @@ class Misfit(StrEnum):
     ADDED = "added"
     REMOVED = "removed"
     MOVED = "moved"
-    """Its private key says that it was written at another time than the journal does."""
+    """Its private key has another place in the order of writing than its entry has in the journal."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,11 +124,11 @@ def has_hashes(connection: sa.Connection) -> bool:
 
 
 def altered_rows(connection: sa.Connection) -> list[Altered]:
-    """Hash all rows anew and return those that do not fit what was kept when they were written."""
+    """Hash all rows anew and return those that do not fit the hash stored when they were written."""
     found = []
     kinds = connection.execute(sa.select(row_hash.c.kind).distinct()).scalars()
     for kind in dict.fromkeys((*GROUPS, STALE, *kinds)):
-        expected, now = kept_hashes(connection, kind), row_hashes(connection, kind)
+        expected, now = stored_hashes(connection, kind), row_hashes(connection, kind)
         for uid, sha256 in now.items():
             if expected.get(uid) != sha256:
                 found.append(Altered(kind, uid, Misfit.ALTERED if uid in expected else Misfit.ADDED))
@@ -142,16 +142,17 @@ _LATEST_COUNTS = (config, runs.decision, runs.note)
 
 def _moved(connection: sa.Connection, owner: sa.Table) -> Iterator[Altered]:
     """Find rows that stand behind one which the journal has after them."""
-    said = sa.and_(journal.c.entity_kind == owner.name, journal.c.entity_uid == owner.c.uid)
+    statement_of_row = sa.and_(journal.c.entity_kind == owner.name, journal.c.entity_uid == owner.c.uid)
     latest = 0
-    for uid, seq in connection.execute(sa.select(owner.c.uid, journal.c.seq).join(journal, said).order_by(owner.c.id)):
+    query = sa.select(owner.c.uid, journal.c.seq).join(journal, statement_of_row).order_by(owner.c.id)
+    for uid, seq in connection.execute(query):
         if seq < latest:
             yield Altered(owner.name, uid, Misfit.MOVED)
         latest = max(latest, seq)
 
 
-def kept_hashes(connection: sa.Connection, kind: str) -> dict[str, str]:
-    """Return the hashes that were kept when the rows of a kind were written, by the uid of their owner."""
+def stored_hashes(connection: sa.Connection, kind: str) -> dict[str, str]:
+    """Return the hashes that were stored when the rows of a kind were written, by the uid of their owner."""
     query = sa.select(row_hash.c.uid, row_hash.c.sha256).where(row_hash.c.kind == kind)
     return dict(connection.execute(query).all())
 

@@ -12,7 +12,7 @@ from data_schema.reasons import Code
 
 @dataclass(frozen=True, slots=True, init=False)
 class Remark:
-    """Something that a result says: a code, with what it speaks of."""
+    """A remark on a result: a code, with the parameters of its sentence."""
 
     code: Code
     parameters: tuple[tuple[str, str | int | float], ...]
@@ -26,7 +26,7 @@ class Remark:
 
     @property
     def text(self) -> str:
-        """What is said, in words."""
+        """The remark in words."""
         return self.code.in_words(dict(self.parameters))
 
     def called(self, names: Mapping[str, str], unit: str) -> Self:

@@ -63,7 +63,7 @@ def read_samples(path: Path, channels: Sequence[str]) -> dict[str, np.ndarray]:
     return {name: to_numpy(table.column(column)) for name, column in wanted.items()}
 
 
-def kept_sha256(path: Path) -> str:
+def stored_sha256(path: Path) -> str:
     """Read all samples of a file, page by page with its checksum, and hash them as `signal_sha256` did.
 
     Raises `OSError`, `ValueError` or `pa.ArrowException` when they cannot be read.

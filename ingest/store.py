@@ -132,11 +132,11 @@ class Store:
         """Read all samples that were kept of the file `of`; raises `BookDamaged` where their hash is another."""
         import pyarrow as pa
 
-        from ingest.samples import kept_sha256
+        from ingest.samples import stored_sha256
 
         remedy = "run `labbook rebuild` to read them anew from the raw copy."
         try:
-            found = kept_sha256(self.root / store_path)
+            found = stored_sha256(self.root / store_path)
         except (OSError, ValueError, pa.ArrowException) as error:  # names of columns have no checksum
             raise BookDamaged(f"the samples {store_path} of {of} cannot be read ({error}): {remedy}") from error
         if found != sha256:

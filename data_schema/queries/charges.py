@@ -89,7 +89,7 @@ def _charges() -> sa.Select[Any]:
 
 @dataclass(frozen=True, slots=True)
 class SheetRow:
-    """A charge of a file, or a typed one; `repeats` is the uid of the charge that said the same when this one came.
+    """A charge of a file, or a typed one; `repeats` is the uid of the equal charge that there was when this one came.
 
     `order` rises from the charges that came first to the last.
     """
@@ -114,7 +114,7 @@ def rows_of_file(connection: sa.Connection, file_uid: str) -> list[SheetRow]:
 
 
 def repeating(connection: sa.Connection, uids: Sequence[str], state: ChargeState) -> dict[str, list[SheetRow]]:
-    """Return the charges in a state that say what another one said before them, by the uid of that one."""
+    """Return the charges in a state that repeat an earlier one, by the uid of that one."""
     found: dict[str, list[SheetRow]] = {uid: [] for uid in uids}
     for some in in_chunks(uids):
         for row in _rows(connection, sa.and_(charge.c.repeats.in_(some), charge.c.state == str(state))):
@@ -141,8 +141,8 @@ def rows_about(connection: sa.Connection, run_uids: Sequence[str], run_names: Se
     return found
 
 
-def said_by_rows(connection: sa.Connection, file_uid: str) -> dict[str, tuple[Any, ...]]:
-    """Return what each charge of a file says and where it stands now, by uid."""
+def charge_contents(connection: sa.Connection, file_uid: str) -> dict[str, tuple[Any, ...]]:
+    """Return the values of each charge of a file and its present state, by uid."""
     query = (
         sa.select(
             charge.c.uid,

@@ -1,6 +1,6 @@
 """Writing and reading the facts that people state, by kind and uid; references are uids on the outside.
 
-Why a table refuses a row is said in words, read from its own constraints, whichever database said so.
+Why a table refuses a row is put in words from the table's constraints, the same for both databases.
 """
 
 from __future__ import annotations
@@ -119,8 +119,8 @@ def _looking_up(kind: str, names: tuple[str, ...]) -> sa.Select[Any]:
 def _finding(kind: str, given: tuple[str, ...], blank: tuple[str, ...]) -> sa.Select[Any]:
     """Select the uid of the row with the values given under the names of these columns, and none in the blank ones."""
     table = FACTS[kind]
-    stated = [table.c[name] == sa.bindparam(name) for name in given]
-    return sa.select(table.c.uid).where(*stated, *(table.c[name].is_(None) for name in blank))
+    matches = [table.c[name] == sa.bindparam(name) for name in given]
+    return sa.select(table.c.uid).where(*matches, *(table.c[name].is_(None) for name in blank))
 
 
 @functools.cache
@@ -168,18 +168,18 @@ _CALLED_BY = ("name", "key", "label", "date_local")
 
 
 def why_refused(error: sa.exc.StatementError | OverflowError, table: sa.Table, values: Mapping[str, Any]) -> str:
-    """Say which rule of `table` the `values` break and what it allows; what is no rule of it is said as it came."""
+    """Say which rule of `table` the `values` break and what it allows; any other message is returned as it is."""
     original = getattr(error, "orig", None) or error
-    said = str(original).strip().splitlines()[0]
-    if isinstance(original, OverflowError) or "out of range" in said:
+    message = str(original).strip().splitlines()[0]
+    if isinstance(original, OverflowError) or "out of range" in message:
         return f"a whole number goes from {-(2**63)} to {2**63 - 1}"
-    words = set(re.findall(r"\w+", said))
+    words = set(re.findall(r"\w+", message))
     for rule in table.constraints:
         if isinstance(rule, sa.CheckConstraint) and rule.name in words:
             return what_is_allowed(rule)
-        if isinstance(rule, sa.UniqueConstraint) and (rule.name in words or _named_by_columns(rule, said)):
+        if isinstance(rule, sa.UniqueConstraint) and (rule.name in words or _named_by_columns(rule, message)):
             return _there_is_one(table.name, [column.name for column in rule.columns], values)
-    return said
+    return message
 
 
 def what_is_allowed(rule: sa.CheckConstraint) -> str:
@@ -195,10 +195,10 @@ def what_is_allowed(rule: sa.CheckConstraint) -> str:
     return f"it must hold that {test}"
 
 
-def _named_by_columns(rule: sa.UniqueConstraint, said: str) -> bool:
+def _named_by_columns(rule: sa.UniqueConstraint, message: str) -> bool:
     """SQLite names the columns of a key that is there already, not the constraint."""
     columns = ", ".join(f"{column.table.name}.{column.name}" for column in rule.columns)
-    return said.removeprefix("UNIQUE constraint failed: ") == columns
+    return message.removeprefix("UNIQUE constraint failed: ") == columns
 
 
 def _there_is_one(kind: str, columns: list[str], values: Mapping[str, Any]) -> str:

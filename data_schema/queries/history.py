@@ -1,4 +1,4 @@
-"""What the journal says: of one run, of the whole book, of its first measurement and its configurations."""
+"""Entries of the journal: of one run, of the whole book, of its first measurement and its configurations."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from data_schema.vocabulary import Action, ChargeState, IngestStatus
 
 @dataclass(frozen=True, slots=True)
 class RunFileRow:
-    """A file that says something about a run."""
+    """A file that is linked to a run, or has a charge of it."""
 
     name: str
     role: str
@@ -209,7 +209,7 @@ def files_of_charges(connection: sa.Connection) -> dict[str, tuple[str | None, b
 
 
 def words_by_uid(connection: sa.Connection, kind: str, column: str) -> dict[str, str]:
-    """Return what a column says of every row of a kind of fact, by the row's uid."""
+    """Return the values of a column for every row of a kind of fact, by the row's uid."""
     table = FACTS[kind]
     return {uid: str(word) for uid, word in connection.execute(sa.select(table.c.uid, table.c[column]))}
 
@@ -224,7 +224,7 @@ class FirstMeasurement:
 
 
 @dataclass(frozen=True, slots=True)
-class StatedConfiguration:
+class RecordedConfiguration:
     """A text of labbook.toml, and the entry of the journal that took it over."""
 
     seq: int
@@ -246,7 +246,7 @@ def first_measurement(connection: sa.Connection) -> FirstMeasurement | None:
     return None if row is None else FirstMeasurement(*row)
 
 
-def stated_configurations(connection: sa.Connection) -> list[StatedConfiguration]:
+def recorded_configurations(connection: sa.Connection) -> list[RecordedConfiguration]:
     """List every configuration that was taken over, in the order of the journal."""
     query = (
         sa.select(journal.c.seq, journal.c.at_utc, person.c.name, config.c.text)
@@ -255,4 +255,4 @@ def stated_configurations(connection: sa.Connection) -> list[StatedConfiguration
         .where(journal.c.entity_kind == "config", journal.c.action == str(Action.DECLARE))
         .order_by(journal.c.seq)
     )
-    return [StatedConfiguration(*row) for row in connection.execute(query)]
+    return [RecordedConfiguration(*row) for row in connection.execute(query)]

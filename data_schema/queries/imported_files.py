@@ -211,7 +211,7 @@ def parts_of_file(connection: sa.Connection, file_uid: str) -> list[str]:
     return list(connection.execute(query).scalars()) or [""]
 
 
-def parts_said(connection: sa.Connection, file_uid: str) -> list[str]:
+def recorded_parts(connection: sa.Connection, file_uid: str) -> list[str]:
     """Return the parts that any reading of a file gave when it was made, as the journal has them."""
     sha256 = connection.execute(sa.select(file.c.sha256).where(file.c.uid == file_uid)).scalar_one()
     return list(dict.fromkeys(part for new in reading_entries(connection, sha256) for part in parts_named(new)))

@@ -157,7 +157,7 @@ def _key(done: sa.CursorResult[Any]) -> int:
 
 
 @dataclass(frozen=True, slots=True)
-class KeptFile:
+class StoredFile:
     """A file of the store that a row speaks of: its path there, and the SHA-256 of what it holds."""
 
     store_path: str
@@ -175,24 +175,24 @@ class Reading:
     signals: list[str]
 
 
-def raw_copies(connection: sa.Connection) -> list[KeptFile]:
+def raw_copies(connection: sa.Connection) -> list[StoredFile]:
     """List the raw copies of all imported files, under the names that they came with."""
     query = (
         sa.select(file.c.store_path, file.c.sha256, ingest.c.original_name)
         .join(ingest, sa.and_(ingest.c.file == file.c.id, LAST_READING))
         .order_by(file.c.id)
     )
-    return [KeptFile(*row) for row in connection.execute(query)]
+    return [StoredFile(*row) for row in connection.execute(query)]
 
 
-def signal_files(connection: sa.Connection) -> list[KeptFile]:
+def signal_files(connection: sa.Connection) -> list[StoredFile]:
     """List the files of samples, under the names of the files that they were read from; each path once."""
     query = (
         sa.select(signal.c.store_path, signal.c.sha256, ingest.c.original_name)
         .join(ingest, ingest.c.id == signal.c.ingest)
         .order_by(signal.c.id.desc())
     )
-    rows = [KeptFile(*row) for row in connection.execute(query)]
+    rows = [StoredFile(*row) for row in connection.execute(query)]
     return list({row.store_path: row for row in rows}.values())[::-1]
 
 

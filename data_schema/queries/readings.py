@@ -81,7 +81,7 @@ class WaitingFile:
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
+class Attribution:
     """Who said something about a file, when and why."""
 
     person: str
@@ -221,7 +221,7 @@ def waiting_files(connection: sa.Connection) -> list[WaitingFile]:
     return found
 
 
-def said_last(connection: sa.Connection, uid: str, actions: Sequence[Action]) -> Said | None:
+def last_statement(connection: sa.Connection, uid: str, actions: Sequence[Action]) -> Attribution | None:
     """Return the last statement of some actions about a thing."""
     row = connection.execute(
         sa.select(person.c.name, journal.c.at_utc, journal.c.reason)
@@ -230,10 +230,10 @@ def said_last(connection: sa.Connection, uid: str, actions: Sequence[Action]) ->
         .order_by(journal.c.seq.desc())
         .limit(1)
     ).first()
-    return None if row is None else Said(*row)
+    return None if row is None else Attribution(*row)
 
 
-def said_about(
+def recorded_changes(
     connection: sa.Connection, uid: str, actions: Sequence[Action]
 ) -> list[tuple[dict[str, Any], dict[str, Any]]]:
     """Return (old, new) of every statement of some actions about a thing, in order."""
@@ -245,7 +245,7 @@ def said_about(
     return [(json.loads(row.old_json or "{}"), json.loads(row.new_json or "{}")) for row in rows]
 
 
-def said_of_charges(
+def charge_history(
     connection: sa.Connection, uids: Sequence[str]
 ) -> dict[str, list[tuple[Action, dict[str, Any], dict[str, Any]]]]:
     """Return (action, old, new) of every statement about each of some charges, in order."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import sqlalchemy as sa
 
-from data_schema.queries.results import resting_on
+from data_schema.queries.results import results_depending_on
 from data_schema.tables.base import in_chunks
 from data_schema.tables.journal import journal, person
 from data_schema.tables.results import report, report_item, result, result_input, result_number
@@ -63,7 +63,7 @@ class ResultHead:
     inputs: frozenset[tuple[str, str, str]]
 
 
-def reports_stated(connection: sa.Connection) -> list[ReportRow]:
+def list_reports(connection: sa.Connection) -> list[ReportRow]:
     """List the reports in the order in which they were stated."""
     counts = sa.select(report_item.c.report, sa.func.count().label("numbers")).group_by(report_item.c.report).subquery()
     query = (
@@ -128,8 +128,8 @@ def result_heads(connection: sa.Connection) -> dict[str, ResultHead]:
         values.setdefault(key, []).append(tuple(value))
     found = {}
     for row in connection.execute(sa.select(result).order_by(result.c.id)):
-        said = repr((row.kind, row.scope_json, row.payload_json, values.get(row.id)))
-        about = (row.kind, row.scope_json, row.version, hashlib.sha256(said.encode()).digest())
+        content = repr((row.kind, row.scope_json, row.payload_json, values.get(row.id)))
+        about = (row.kind, row.scope_json, row.version, hashlib.sha256(content.encode()).digest())
         found[row.uid] = ResultHead(*about, frozenset(inputs.get(row.id, ())))
     return found
 
@@ -168,14 +168,14 @@ def reports_showing(connection: sa.Connection, number_uid: str) -> list[ShownIn]
     ]
 
 
-def reports_resting_on(connection: sa.Connection, inputs: Sequence[tuple[str, str]]) -> list[str]:
+def reports_depending_on(connection: sa.Connection, inputs: Sequence[tuple[str, str]]) -> list[str]:
     """List the reports that show a number of these results, or one that rests on these facts, by (kind, uid).
 
     Each is the time at which it was made, which names its folder, and the selection of its runs.
     """
-    resting = [*resting_on(connection, inputs), *(uid for kind, uid in inputs if kind == "result")]
+    dependent = [*results_depending_on(connection, inputs), *(uid for kind, uid in inputs if kind == "result")]
     found: set[tuple[str, str]] = set()
-    for some in in_chunks(resting):
+    for some in in_chunks(dependent):
         query = (
             sa.select(report.c.made_utc, report.c.options_json)
             .distinct()

@@ -167,7 +167,7 @@ def mark_stale(connection: sa.Connection, changed: Iterable[tuple[str, str]]) ->
     if connection.execute(_ANY_RESULT).first() is None:
         return []
     outdated: list[sa.Row[int, str, str, str]] = []
-    for some in in_chunks(resting_on(connection, list(dict.fromkeys(changed)))):
+    for some in in_chunks(results_depending_on(connection, list(dict.fromkeys(changed)))):
         fresh = sa.and_(result.c.uid.in_(some), result.c.stale == 0)
         outdated += connection.execute(
             sa.select(result.c.id, result.c.uid, result.c.kind, result.c.scope_json).where(fresh)
@@ -180,7 +180,7 @@ def mark_stale(connection: sa.Connection, changed: Iterable[tuple[str, str]]) ->
 _ANY_RESULT = sa.select(result.c.id).limit(1)
 
 
-def resting_on(connection: sa.Connection, inputs: Sequence[tuple[str, str]]) -> list[str]:
+def results_depending_on(connection: sa.Connection, inputs: Sequence[tuple[str, str]]) -> list[str]:
     """Return the uids of all results that have one of these (kind, uid) as an input, or rest on such results in turn.
 
     Step by step and kind by kind: SQLite walks through all inputs of results at each step of a recursive query, and

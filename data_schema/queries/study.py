@@ -251,7 +251,7 @@ def withdrawn_names(connection: sa.Connection) -> set[str]:
 
 def _withdrawn_plans() -> sa.Select[tuple[int]]:
     """Select the plans that the journal says are void; a run made after that belongs to none of them."""
-    said = sa.and_(
+    voids_plan = sa.and_(
         journal.c.entity_uid == plan.c.uid, journal.c.entity_kind == "plan", journal.c.action == str(Action.VOID)
     )
-    return sa.select(plan.c.id).join(journal, said)
+    return sa.select(plan.c.id).join(journal, voids_plan)

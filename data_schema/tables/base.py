@@ -114,7 +114,7 @@ def partial_index(name: str, column: str, where: str, *, unique: bool = False) -
     index = sa.Index(name, column, unique=unique, sqlite_where=sa.text(where))
 
     @sa.event.listens_for(METADATA, "before_create")
-    def tell(_tables: sa.MetaData, connection: sa.Connection, **_options: Any) -> None:
+    def set_condition(_tables: sa.MetaData, connection: sa.Connection, **_options: Any) -> None:
         if connection.dialect.name == "postgresql":
             index.dialect_options["postgresql"]["where"] = sa.text(where)
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from data_schema.vocabulary import CHANNELS, GapKind
 from ingest.channels.columns import ColumnPlan
-from ingest.channels.names import channel_kind, fitting_unit, is_cop, plate_of, say_unit
+from ingest.channels.names import channel_kind, fitting_unit, is_cop, plate_of, unit_flags
 from ingest.findings import NOTE, ROW, FindingCollector
 from ingest.model import BoolArray, ChannelData, FloatArray, Gap, IntArray
 from ingest.spool import let_go, row_blocks
@@ -81,7 +81,7 @@ def out_of_range(
             rows = np.flatnonzero(bad)
             unit = f" {plan.unit}" if plan.unit else ""
             fitting = fitting_unit(plan, float(np.nanmedian(stored)), low, high) if 2 * len(rows) > len(bad) else None
-            advice = "" if fitting is None else f" If the unit is {fitting}, say {say_unit(plan, fitting)}."
+            advice = "" if fitting is None else f" If the unit is {fitting}, say {unit_flags(plan, fitting)}."
             findings.add(
                 ROW,
                 "out_of_range",

@@ -306,7 +306,7 @@ def in_unit(plan: ColumnPlan, value: float, unit: str) -> float:
     return value / plan.scale * _LENGTHS[unit]
 
 
-def say_unit(plan: ColumnPlan, unit: str) -> str:
+def unit_flags(plan: ColumnPlan, unit: str) -> str:
     """Return the flags that have the column read in a unit."""
     if channel_kind(plan.channel) is None:
         return f'`--unit "{plan.source_name}={unit}" --override-units`'

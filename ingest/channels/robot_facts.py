@@ -12,7 +12,7 @@ import numpy as np
 
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from ingest.channels.columns import ColumnPlan
-from ingest.channels.names import channel_kind, fitting_unit, in_unit, say_unit
+from ingest.channels.names import channel_kind, fitting_unit, in_unit, unit_flags
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import BoolArray, Declarations, FloatArray, RobotFacts
 
@@ -103,7 +103,7 @@ def _check_forces(
     else:
         low, high = min(weights) / WEIGHT_REFUSED, max(weights) * WEIGHT_REFUSED
         unit = fitting_unit(vertical[0], nearest, low, high, usual=min(weights))
-        advice = f"is the unit right? Say {say_unit(vertical[0], unit)}" if unit else "is it the vertical force"
+        advice = f"is the unit right? Say {unit_flags(vertical[0], unit)}" if unit else "is it the vertical force"
         advice += "" if unit else ', and the plate tared? Say which column is, `--column "NAME=force_z:UNIT"`'
         findings.add(FILE, "force_weight_implausible", f"{found}: {advice}{remedy}", column=name)
 
@@ -148,7 +148,7 @@ def _say_height_unit(plan: ColumnPlan, low: float, high: float, reach: float) ->
     unit = fitting_unit(plan, high, LEAST_HEIGHT_LEGS * reach, MOST_HEIGHT_LEGS * reach, usual=reach)
     if unit is None or in_unit(plan, high - low, unit) < LEAST_MOTION_LEGS * reach:
         return f'are its unit and the column right? Say `--column "NAME={plan.channel}:UNIT" --override-units`'
-    return f"is its unit {unit}? Say {say_unit(plan, unit)}"
+    return f"is its unit {unit}? Say {unit_flags(plan, unit)}"
 
 
 def _carried_n(force: FloatArray) -> float | None:

@@ -256,7 +256,7 @@ def state_report(
         made, seen = _made(book, where, step)
         put = draw(made)
         with book.session(person) as session:
-            if session.said or journal.head(session.connection) != seen:
+            if session.entries or journal.head(session.connection) != seen:
                 continue
             new = {"where": where, "made_at": made.content.made_at, **shown_by(made)}
             session.state(Statement(Action.REPORT, "report", new_uid(), new=new, prepared=made))

@@ -13,9 +13,9 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.queries.reports import reports_resting_on
+from data_schema.queries.reports import reports_depending_on
 from data_schema.queries.results import ResultRow, results_by_uid, unshown_results
-from data_schema.row_hashes import GROUPS, STALE, Altered, Misfit, kept_hashes, row_hashes, rows_of
+from data_schema.row_hashes import GROUPS, STALE, Altered, Misfit, row_hashes, rows_of, stored_hashes
 from data_schema.tables import FACTS, design
 from data_schema.tables.runs import run
 from labbook.analysis.algorithms import ALGORITHMS
@@ -81,7 +81,7 @@ def compared(book: sa.Connection, fresh: sa.Connection | None, suspected: Sequen
     found = []
     for item in suspected:
         values = () if fresh is None else tuple(_wrong_values(book, fresh, item))
-        reports = tuple(reports_resting_on(book, _inputs(book, fresh, item)))
+        reports = tuple(reports_depending_on(book, _inputs(book, fresh, item)))
         hash_only = fresh is not None and not values and item.how is not Misfit.MOVED
         found.append(AlteredRows(item, values, reports, hash_only))
     return found
@@ -96,7 +96,7 @@ def differing(book: sa.Connection, fresh: sa.Connection) -> list[Altered]:
     found = []
     unshown = set(unshown_results(fresh))
     for kind in (*GROUPS, STALE):
-        here, there = row_hashes(book, kind), kept_hashes(fresh, kind)
+        here, there = row_hashes(book, kind), stored_hashes(fresh, kind)
         for uid in dict.fromkeys((*here, *there)):
             pruned = uid not in here and uid in unshown and kind in ("result", STALE)
             if here.get(uid) != there.get(uid) and not pruned:

@@ -42,7 +42,7 @@ class Differences:
     @property
     def sentences(self) -> list[str]:
         """Say in words what differs; nothing where all agrees."""
-        said = []
+        found = []
         if self.numbers_gone:
             explained = self.other_versions or self.files_waiting or self.without_rows
             why = (
@@ -50,12 +50,12 @@ class Differences:
                 if explained
                 else "what they rest on had been altered in the database when they were computed"
             )
-            said.append(
+            found.append(
                 f"{_counted(self.numbers_gone, 'shown number')} of {_counted(self.reports_concerned, 'report')} could "
                 f"not be computed again under their ids ({why}); `labbook why` still tells what was printed."
             )
         if self.numbers_changed:
-            said.append(
+            found.append(
                 f"{_counted(self.numbers_changed, 'shown number')} came out with another value than was printed; "
                 "`labbook why` tells both."
             )
@@ -63,11 +63,11 @@ class Differences:
             result = (
                 f"{self.files_changed} of them with another result" if self.files_changed else "with the same result"
             )
-            said.append(
+            found.append(
                 f"{_counted(self.files_read_anew, 'file')} went through another version of their reader than at their "
                 f"import, {result}."
             )
-        return [*said, *self.files_waiting, *self.without_rows]
+        return [*found, *self.files_waiting, *self.without_rows]
 
 
 def differences(connection: sa.Connection, entries: Iterable[Entry], without_rows: Sequence[Entry] = ()) -> Differences:
@@ -82,13 +82,13 @@ def differences(connection: sa.Connection, entries: Iterable[Entry], without_row
     now = readings(connection)
     versions, other_algorithms, anew = versions_now(), False, []
     for entry in entries:
-        said = entry.new or {}
+        content = entry.new or {}
         if entry.action is Action.REPORT:
-            other_algorithms |= any(versions.get(name) != made for name, made in said.get("versions", {}).items())
+            other_algorithms |= any(versions.get(name) != made for name, made in content.get("versions", {}).items())
         elif entry.action in (Action.INGEST, Action.READ) and entry.entity_uid in now:
             reading = now[entry.entity_uid]
-            if (said["reader"], said["reader_version"]) != (reading.reader, reading.reader_version):
-                anew.append((said["rows"], said["signals"]) != (reading.rows, reading.signals))
+            if (content["reader"], content["reader_version"]) != (reading.reader, reading.reader_version):
+                anew.append((content["rows"], content["signals"]) != (reading.rows, reading.signals))
     return Differences(
         numbers_gone=len(gone),
         reports_concerned=len({item.report for item in gone}),

@@ -45,12 +45,14 @@ def make_book(folder: Path, person: str | None, database_url: str | None = None,
     if not path.exists():
         _write_whole(path, _first_configuration(folder, person, database_url, store))
     configuration = read_configuration(folder)
-    for what, given, said in (
+    for what, given, in_file in (
         ("[database] url", database_url, configuration.database_url),
         ("[store] path", None if store is None else str(store), configuration.store_path),
     ):
-        if given is not None and given != said:
-            raise UsageError(f"{path} is there and says {what} {said!r}, not {given!r}: correct it, or leave that out.")
+        if given is not None and given != in_file:
+            raise UsageError(
+                f"{path} is there and says {what} {in_file!r}, not {given!r}: correct it, or leave that out."
+            )
     speaker_of(configuration, person)  # before anything is made that a wrong name would leave behind
     mirror = journal_path(folder, configuration)
     entries_before = mirror.stat().st_size if mirror.exists() else 0

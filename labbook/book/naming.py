@@ -1,4 +1,4 @@
-"""From the names that people use to the rows they mean, and back where a change is told in words.
+"""From the names that people use to the rows they mean, and back to words that describe a change.
 
 What is missing and may be made is stated on the way.
 """
@@ -41,7 +41,7 @@ def run_named(connection: sa.Connection, name: str) -> RunRow:
 
 
 def refuse_empty(option: str, text: str) -> None:
-    """Raise `UsageError` for a reason that says nothing: the journal keeps it for those who come later."""
+    """Raise `UsageError` for an empty reason: the journal keeps reasons for those who come later."""
     if not text.strip():
         raise UsageError(f"{option} is empty: say it in a few words, the journal keeps them.")
 
@@ -109,12 +109,12 @@ _NAME_OF = {"condition": "key", "day": "date_local", "robot": "name", "battery":
 
 def changes_in_words(connection: sa.Connection, old: Mapping[str, object], new: Mapping[str, object]) -> str:
     """Say what columns are now, and were where that is known; what they refer to is called by its name."""
-    said = []
+    changes = []
     for name, value in new.items():
         before = f"{_named(connection, name, old[name])} to " if name in old else ""
         if value is not None or before:
-            said.append(f"{name} {before}{_named(connection, name, value)}")
-    return ", ".join(said)
+            changes.append(f"{name} {before}{_named(connection, name, value)}")
+    return ", ".join(changes)
 
 
 def _named(connection: sa.Connection, name: str, value: object) -> str:

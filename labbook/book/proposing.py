@@ -96,7 +96,7 @@ def _shown(value: Any) -> str:
 def _proposed(
     session: WriteSession, configuration: Configuration
 ) -> Iterator[tuple[str, str, dict[str, Any], dict[str, Any]]]:
-    """Give (kind, label, what it is called, what is said of it); parents before what refers to them."""
+    """Yield (kind, label, key values, other values) of each proposed row; parents before what refers to them."""
     study = configuration.study
     yield (
         "study",

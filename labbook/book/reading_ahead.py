@@ -1,9 +1,9 @@
 """Files of the journal are read in other processes while their rows are written in this one.
 
-Reading a kept copy and finding its jumps takes most of the time of a rebuild and needs no database. Each process reads
-every n-th file that is to come; what it found is taken in the order of the journal, of which no more is in memory than
-that needs. What it cannot read, for whatever reason, is read here when its turn comes, so that an error is the same
-one. A process ends when its input does, also where this one was killed.
+Reading a stored copy and finding its jumps takes most of the time of a rebuild and needs no database. Each process
+reads every n-th file that is to come; what it found is taken in the order of the journal, of which no more is in memory
+than that needs. What it cannot read, for whatever reason, is read here when its turn comes, so that an error is the
+same one. A process ends when its input does, also where this one was killed.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from ingest.store import Store
 from labbook.statements.importing import PreparedImport, ReadSettings, read_anew, sample_counts, with_counts
 
 FEWEST = 64
-"""So many files are worth it; with fewer, starting processes takes longer than it saves."""
+"""With fewer files, starting processes takes longer than it saves."""
 AHEAD = 256
 """So many files are asked for before the first is taken: they are read while the rows of a run sheet are written."""
 _PIPE_BYTES = 1 << 19
@@ -48,7 +48,7 @@ _COMMAND = (sys.executable, "-P", "-c", "from labbook.book.reading_ahead import 
 
 @dataclass
 class ReadingAhead:
-    """Passes entries on some time after it has seen them; files that they tell of are read meanwhile.
+    """Passes entries on some time after it has seen them; the files that they name are read meanwhile.
 
     Of entries `left_out`, by their numbers, none are read.
     """
@@ -89,8 +89,8 @@ class ReadingAhead:
             reader.close()
 
     def _is_wanted(self, entry: Entry) -> bool:
-        says_how = entry.action in (Action.INGEST, Action.READ) and "settings" in (entry.new or {})
-        return says_how and entry.seq not in self.left_out
+        has_settings = entry.action in (Action.INGEST, Action.READ) and "settings" in (entry.new or {})
+        return has_settings and entry.seq not in self.left_out
 
     def _start(self) -> bool:
         """Start processes where there are processors for them; one alone reads no faster than this."""

@@ -62,10 +62,10 @@ class Rebuilt:
     @property
     def sentences(self) -> list[str]:
         """Say what came out otherwise, what had been altered, and what does not count."""
-        said = [*self.differences.sentences, *(rows.sentence for rows in self.altered)]
+        found = [*self.differences.sentences, *(rows.sentence for rows in self.altered)]
         if self.n_altered > len(self.altered):
-            said.append(f"{self.n_altered - len(self.altered)} more were altered in the old database.")
-        return [*said, *([self.left_out.sentence] if self.left_out.sentence else [])]
+            found.append(f"{self.n_altered - len(self.altered)} more were altered in the old database.")
+        return [*found, *([self.left_out.sentence] if self.left_out.sentence else [])]
 
 
 def rebuild_database(folder: Path, step: Callable[[str], None]) -> Rebuilt:
@@ -157,7 +157,7 @@ def rewrite_journal(folder: Path) -> int:
         check_revision(engine)
         with writing(engine) as connection:  # alone, so that nobody appends to the old file meanwhile
             remedy = journal.MEND_BOTH if path.exists() and _known(path) is None else journal.MEND_TABLE
-            entries = list(journal.chained(journal.stored(connection), remedy=remedy))
+            entries = list(journal.verified_chain(journal.stored(connection), remedy=remedy))
             _replace_journal(path, entries)
     finally:
         engine.dispose()
@@ -183,10 +183,10 @@ def _replace_journal(path: Path, entries: list[Entry]) -> None:
     if path.exists():
         _like(path, fresh.path)
     if known is None:
-        kept = path.with_name(f"{path.name}.before-rebuild.{stamp()}")
-        shutil.copy2(path, kept)
-        sync(kept)
-        sync(kept.parent)
+        damaged = path.with_name(f"{path.name}.before-rebuild.{stamp()}")
+        shutil.copy2(path, damaged)
+        sync(damaged)
+        sync(damaged.parent)
     elif path.exists():
         JournalFile(path).keep_cut_off()
     fresh.path.replace(path)

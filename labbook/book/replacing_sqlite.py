@@ -67,7 +67,7 @@ def head_of_sqlite(path: Path) -> tuple[int, str] | None:
 
 
 def _overwrite(path: Path, fresh: Path, finish: Callable[[], None], busy_timeout_s: float) -> str:
-    kept = path.with_name(f".{DATABASE}.rebuild.{secrets.token_hex(4)}")
+    copy = path.with_name(f".{DATABASE}.rebuild.{secrets.token_hex(4)}")
     old = path.with_name(f"{DATABASE}.before-rebuild.{stamp()}")
     locked = False
 
@@ -78,9 +78,9 @@ def _overwrite(path: Path, fresh: Path, finish: Callable[[], None], busy_timeout
         if not locked:  # the first step has locked the old database for writing; what it has copied is not committed
             locked = True
             finish()
-            _copy(path, kept)
-            sync(kept)
-            kept.rename(old)
+            _copy(path, copy)
+            sync(copy)
+            copy.rename(old)
             sync(path.parent)
 
     with (

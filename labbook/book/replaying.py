@@ -53,7 +53,7 @@ class Replay:
         if last is None or seq >= (last.seq if until is None else min(last.seq, until)):
             return
         total = last.seq if until is None else min(last.seq, until)
-        entries = journal.chained(self.mirror.tail(seq), (seq, last_hash)) if seq else self.mirror.entries()
+        entries = journal.verified_chain(self.mirror.tail(seq), (seq, last_hash)) if seq else self.mirror.entries()
         new = itertools.takewhile(lambda entry: entry.seq <= total, entries)
         with reading_ahead(self.store, self.needless) as ahead:
 

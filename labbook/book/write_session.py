@@ -1,7 +1,7 @@
 """The session: where statements become journal entries and rows, all of them or none.
 
 One way in for everything a person states. A statement is applied to the tables at once, so that the next one can build
-on it. When the session closes, all that was said there is one command: its entries get their places in the chain, are
+on it. When the session closes, all its statements are one command: its entries get their places in the chain, are
 written to the table `journal`, appended to `journal.jsonl` and synced, and only then all of it is committed. `labbook
 rebuild` applies the same entries with the same functions, which is why it arrives at the same rows.
 """
@@ -55,7 +55,7 @@ class WriteSession:
     connection: sa.Connection
     store: Store
     person: str
-    said: list[Entry] = field(default_factory=list)
+    entries: list[Entry] = field(default_factory=list)
     stale: list[tuple[str, str]] = field(default_factory=list)
     merged: list[Entry] = field(default_factory=list)
 
@@ -64,7 +64,7 @@ class WriteSession:
 
         Its entry gets its place in the chain when the session closes.
         """
-        refuse_no_text([statement.old, statement.new, statement.reason])
+        refuse_unwritable_text([statement.old, statement.new, statement.reason])
         entry = Entry(
             seq=0,
             following=0,
@@ -79,7 +79,7 @@ class WriteSession:
             prev_hash=journal.GENESIS,
         )
         self.stale += apply(self.connection, self.store, entry, statement.prepared)
-        self.said.append(entry)
+        self.entries.append(entry)
 
     def declare(self, entity: str, /, **values: Any) -> str:
         """State that a thing exists; returns its new uid."""
@@ -95,15 +95,15 @@ class WriteSession:
         self.merged += entries
 
 
-def refuse_no_text(said: object) -> None:
+def refuse_unwritable_text(value: object) -> None:
     """Raise `InputRefused` for texts that no journal can hold: bytes that are not UTF-8, and NUL."""
-    if isinstance(said, Mapping):
-        said = [*said.keys(), *said.values()]
-    if isinstance(said, list | tuple):
-        for part in said:
-            refuse_no_text(part)
-    elif isinstance(said, str) and ("\0" in said or _surrogates(said)):
-        shown = said.encode("utf-8", "backslashreplace").decode().replace("\0", "\\0")
+    if isinstance(value, Mapping):
+        value = [*value.keys(), *value.values()]
+    if isinstance(value, list | tuple):
+        for part in value:
+            refuse_unwritable_text(part)
+    elif isinstance(value, str) and ("\0" in value or _surrogates(value)):
+        shown = value.encode("utf-8", "backslashreplace").decode().replace("\0", "\\0")
         raise InputRefused(f"'{shown}' holds a byte that is not text: write it in UTF-8 and without NUL.")
 
 
@@ -126,10 +126,10 @@ def apply_again(
 ) -> list[Entry]:
     """Let commands of the journal file take effect and stand in the journal table, as they did the first time.
 
-    A command's entries stand there when all have taken effect: while it was spoken they did not either. Those that were
-    merged from another book come last, and each stands there for the next, as in that book. Those whose numbers are
-    `left_out` stand there only. `prepared` gives work that was done for an entry already. Returns the entries that
-    speak of a charge or a link which is not there now.
+    A command's entries stand there when all have taken effect, as when it was first made. Those that were merged from
+    another book come last, and each stands there for the next, as in that book. Those whose numbers are `left_out`
+    stand there only. `prepared` gives work that was done for an entry already. Returns the entries that speak of a
+    charge or a link which is not there now.
     """
     without_rows: list[Entry] = []
     for command in journal.commands(entries):
@@ -170,16 +170,16 @@ def write_session_of(engine: sa.Engine, store: Store, mirror: JournalFile, perso
                     _LOG.warning("warning: %s What is stated now is added all the same.", damage)
             session = WriteSession(connection, store, person)
             yield session
-            if session.said or session.merged:
-                entries = journal.placed([*session.said, *session.merged], journal.head(connection))
-                journal.insert(connection, entries[: len(session.said)])
+            if session.entries or session.merged:
+                entries = journal.chain_entries([*session.entries, *session.merged], journal.head(connection))
+                journal.insert(connection, entries[: len(session.entries)])
                 _take_effect(connection, store, entries)
                 mirror.append(entries)
                 written = True
     except BookError as error:
         if not written:
             raise
-        # whether the database kept it is not known for sure; the file is never taken back, for it must not be behind
+        # the database may or may not have committed; the file is never taken back, for it must not be behind
         raise type(error)(
             f"{error} What was said stands in journal.jsonl already: do not say it again, the next command applies it."
         ) from error
@@ -214,7 +214,7 @@ def catch_up(connection: sa.Connection, store: Store, mirror: JournalFile) -> in
         )
     sync(mirror.path)  # who wrote them may have been killed before that
     try:
-        apply_again(connection, store, journal.chained(missing, (seq, last_hash)))
+        apply_again(connection, store, journal.verified_chain(missing, (seq, last_hash)))
     except (InputRefused, UsageError) as error:
         raise BookDamaged(
             f"entry {missing[0].seq} of journal.jsonl, which the database lacks, cannot take effect there ({error}): "

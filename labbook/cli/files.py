@@ -23,7 +23,7 @@ def list_command(book: BookOption = None, as_json: JsonOption = False) -> None:
 
     Example: labbook files list
     """
-    from labbook.actions.files.kept_files import list_cells, list_files
+    from labbook.actions.files.stored_files import list_cells, list_files
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:
@@ -37,7 +37,7 @@ def show_command(name: NameArgument, book: BookOption = None, as_json: JsonOptio
 
     Example: labbook files show r007.csv
     """
-    from labbook.actions.files.kept_files import show_file, show_lines
+    from labbook.actions.files.stored_files import show_file, show_lines
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:
@@ -72,8 +72,8 @@ def reread_command(
 
     Example: labbook files reread r007.csv --column "z=body_height:mm" --why "the unit was missing"
     """
-    from labbook.actions.files.kept_files import files_to_reread, reread_named
     from labbook.actions.files.rereading import RereadRequest, reread_lines
+    from labbook.actions.files.stored_files import files_to_reread, reread_named
     from labbook.book.opening import opened
     from labbook.book.write_session import new_uid
     from labbook.cli.file_options import declared_options
@@ -115,7 +115,7 @@ def withdraw_command(
 
     Example: labbook files withdraw r007.csv --why "the log of another robot"
     """
-    from labbook.actions.files.kept_files import withdraw
+    from labbook.actions.files.stored_files import withdraw
     from labbook.cli.files_lines import state
 
     state(book, person, lambda session: withdraw(session, name, why), {"file": name, "why": why}, as_json)
@@ -133,7 +133,7 @@ def restore_command(
 
     Example: labbook files restore r007.csv
     """
-    from labbook.actions.files.kept_files import restore
+    from labbook.actions.files.stored_files import restore
     from labbook.cli.files_lines import state
 
     state(book, person, lambda session: restore(session, name, why), {"file": name, "why": why}, as_json)

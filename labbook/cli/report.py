@@ -36,7 +36,7 @@ def report(
     labbook report --summary --pdf
     """
     from data_schema.queries.imported_files import inbox
-    from labbook.actions.files.kept_files import waiting_lines, why_waiting
+    from labbook.actions.files.stored_files import waiting_lines, why_waiting
     from labbook.actions.report_command import selection, write
     from labbook.actions.studies.of_book import studies_of_book
     from labbook.book.opening import opened

@@ -30,11 +30,11 @@ def list_command(book: BookOption = None, as_json: JsonOption = False) -> None:
 
     Example: labbook reports list
     """
-    from data_schema.queries.reports import reports_stated
+    from data_schema.queries.reports import list_reports
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:
-        found = reports_stated(connection)
+        found = list_reports(connection)
     rows = [(str(one.number), one.uid, one.made_utc, one.person, str(one.numbers), _runs(one)) for one in found]
     lines = columns(("report", "id", "made", "by", "numbers", "of"), rows) if rows else ["no report was stored yet."]
     emit(found, lines, as_json)

@@ -126,7 +126,7 @@ def dismiss_command(
 
     Example: labbook runs dismiss charges.csv#4 --why "the pack of another robot"
     """
-    from labbook.actions.files.kept_files import dismiss
+    from labbook.actions.files.stored_files import dismiss
     from labbook.cli.files_lines import state
 
     state(book, person, lambda session: dismiss(session, what, why), {"item": what, "why": why}, as_json)
@@ -144,7 +144,7 @@ def restore_command(
 
     Example: labbook runs restore charges.csv#4
     """
-    from labbook.actions.files.kept_files import restore_item
+    from labbook.actions.files.stored_files import restore_item
     from labbook.cli.files_lines import state
 
     state(book, person, lambda session: restore_item(session, what, why), {"item": what, "why": why}, as_json)
@@ -160,7 +160,7 @@ def inbox_command(book: BookOption = None, as_json: JsonOption = False) -> None:
     Example: labbook runs inbox
     """
     from data_schema.queries.imported_files import inbox
-    from labbook.actions.files.kept_files import why_waiting
+    from labbook.actions.files.stored_files import why_waiting
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:

@@ -51,8 +51,8 @@ def around(run_uid: str, run: Mapping[str, Any]) -> list[tuple[str, str]]:
     return found
 
 
-def spoken(context: ApplyContext, entry: Entry, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Add who said it and when to the columns of a row that keeps that."""
+def with_author(context: ApplyContext, entry: Entry, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Add person and time of the statement to the columns of a row that has these two."""
     return {**values, "person": person_uid(context.connection, entry.person), "at_utc": entry.at_utc}
 
 
@@ -68,8 +68,8 @@ def run_named(context: ApplyContext, name: str | None) -> str | None:
 def no_such_row(context: ApplyContext, entry: Entry) -> None:
     """Let a statement about a row that is not there pass where the journal is replayed; nothing may stop that.
 
-    A newer reader may give fewer rows than an earlier one, and a file may wait for a declaration. What was said of a
-    charge takes effect when a reading gives it. Raises `UnknownName` for what a person says now.
+    A newer reader may give fewer rows than an earlier one, and a file may wait for a declaration. A statement about a
+    charge takes effect when a reading gives it. Raises `UnknownName` for a statement that is being made now.
     """
     if context.without_rows is None:
         raise UnknownName(
@@ -89,7 +89,7 @@ class ReportsReplayed:
     """Which reports, made once more, would compute nothing: where the journal is replayed.
 
     `settled` are the selections of those that computed nothing and renewed nothing when they were made, and after which
-    nothing was said but reports that did not either. Most reports of a book are made again of what the one before saw.
+    nothing was stated but reports that did not either. Most reports of a book see the same rows as the one before.
     """
 
     settled: set[str | None] = field(default_factory=set)

@@ -11,12 +11,12 @@ from data_schema.queries.imported_files import (
     links_of_file,
     links_of_run,
     parts_of_file,
-    parts_said,
+    recorded_parts,
     signals_of_file,
     unassigned_charges_of_file,
     unlink_file,
 )
-from data_schema.queries.readings import said_about
+from data_schema.queries.readings import recorded_changes
 from data_schema.queries.results import mark_stale
 from data_schema.queries.runs import list_runs
 from data_schema.queries.signals import signals_of_runs
@@ -96,7 +96,7 @@ def link_parts_again(
     links = links_of_file(context.connection, file_uid)
     if not links:
         run_uid = run_named(context, stated_run)
-        if run_uid is None or said_about(context.connection, file_uid, [Action.ASSIGN]):
+        if run_uid is None or recorded_changes(context.connection, file_uid, [Action.ASSIGN]):
             return []
         assign_file(context, file_uid, run_uid, role, parts=parts)
         return [run_uid]
@@ -141,12 +141,12 @@ def links_meant(context: ApplyContext, link_uid: str, run_uid: str | None) -> li
     runs = [run.uid for run in list_runs(context.connection)]
     links = [] if run_uid is None else links_of_run(context.connection, run_uid)
     for file_uid in dict.fromkeys(link.file_uid for link in links):
-        said = parts_said(context.connection, file_uid)
-        named = [part for part in said for run in runs if derived_uid("run_file", run, file_uid, part) == link_uid]
+        recorded = recorded_parts(context.connection, file_uid)
+        named = [part for part in recorded for run in runs if derived_uid("run_file", run, file_uid, part) == link_uid]
         if named:
             of_file = [link for link in links if link.file_uid == file_uid]
             same = [link.uid for link in of_file if link.part == named[0]]
-            return same or [link.uid for link in of_file if link.part not in said]
+            return same or [link.uid for link in of_file if link.part not in recorded]
     return []
 
 

@@ -1,9 +1,9 @@
 """Which charge of a run counts: worked out anew for the rows of sheets that are new, changed, lost or back.
 
-A row goes to the run that a person said, or that it belonged to before it was lost, or that it names. A run has one
-charge: a row that says the same as what the run has, or as what waits for it, is known; one that says something else
-waits in the inbox, until a person speaks or its sheet is read again. Known rows are placed anew when the row that they
-repeat counts no more, and give way when it is back.
+A row goes to the run that a person assigned it to, or that it belonged to before it was lost, or that it names. A run
+has one charge: a row equal to what the run has, or to what waits for it, is known; one that differs waits in the inbox,
+until a person decides or its sheet is read again. Known rows are placed anew when the row that they repeat counts no
+more, and give way when it is back.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import sqlalchemy as sa
 
 from data_schema.queries.charges import SheetRow, repeating, rows_about, rows_with_uids
 from data_schema.queries.facts import read_fact, update_fact
-from data_schema.queries.readings import said_of_charges
+from data_schema.queries.readings import charge_history
 from data_schema.queries.runs import run_uids_named
 from data_schema.vocabulary import Action, ChargeMode, ChargeState, Severity
 from ingest.findings import MORE_LINES
@@ -79,25 +79,25 @@ def place(
 ) -> None:
     """Give each of these charges its place, none of which counts meanwhile, and then those that repeat one of them.
 
-    Those in `back` were lost: rows that came later, say the same, and that no person spoke of, give way to them.
-    `others` were lost or say something else now, so that what repeats them is placed too; `of_file` is the run that a
-    file of one charge belongs to.
+    Those in `back` were lost: equal rows that came later, and that no person changed, give way to them. `others` were
+    lost or have other values now, so that what repeats them is placed too; `of_file` is the run that a file of one
+    charge belongs to.
     """
     queue = list(uids)
     while queue or others:
         rows = rows_with_uids(context.connection, queue)
-        said = said_by_hand(context, queue)
+        manual = manual_changes(context, queue)
         for row in rows:
             if row.state is not ChargeState.GONE:
                 update_fact(context.connection, "charge", row.uid, {"state": str(ChargeState.GONE)})
         rows = [replace(row, state=ChargeState.GONE) for row in rows]
-        rows.sort(key=lambda row: (not said[row.uid].assigned, row.order))
-        stated = [row.run_uid for row in rows] + [said[row.uid].run_uid for row in rows] + [of_file]
-        around = RowsAround(context, rows, said, [uid for uid in stated if uid], sorted(back))
+        rows.sort(key=lambda row: (not manual[row.uid].assigned, row.order))
+        run_uids = [row.run_uid for row in rows] + [manual[row.uid].run_uid for row in rows] + [of_file]
+        around = RowsAround(context, rows, manual, [uid for uid in run_uids if uid], sorted(back))
         gave_way: list[str] = []
         for row in rows:
-            run_uid = said[row.uid].run_uid if said[row.uid].assigned else row.run_uid
-            if not said[row.uid].assigned and run_uid is None:
+            run_uid = manual[row.uid].run_uid if manual[row.uid].assigned else row.run_uid
+            if not manual[row.uid].assigned and run_uid is None:
                 run_uid = around.runs.get(row.stated_run or "") or of_file
             if row.uid in back:
                 gave_way += _give_way(around, row, run_uid, placed)
@@ -107,18 +107,18 @@ def place(
 
 
 def _place(context: ApplyContext, around: RowsAround, row: SheetRow, run_uid: str | None, placed: Placed) -> None:
-    said = around.said[row.uid]
-    if said.dismissed:
+    manual = around.manual[row.uid]
+    if manual.dismissed:
         around.set(row, ChargeState.DISMISSED, None)
         return
     about = [other for other in around.about(run_uid, row.stated_run) if other.uid != row.uid]
-    same = next((other for other in about if _repeats_said(row, other, around.said[other.uid])), None)
-    if same is not None and not said.assigned:
+    same = next((other for other in about if _repeats_uncorrected(row, other, around.manual[other.uid])), None)
+    if same is not None and not manual.assigned:
         around.set(row, ChargeState.KNOWN, None, same.uid)
         placed.known.append(row)
         placed.copies |= {row.uid} if same.run_uid is None else set()
         return
-    standing = [other for other in about if other.run_uid is not None and (not said.assigned or _second(row, other))]
+    standing = [other for other in about if other.run_uid is not None and (not manual.assigned or _second(row, other))]
     around.set(row, ChargeState.COUNTED, None if standing else run_uid, row.repeats)
     if standing:
         name = read_fact(context.connection, "run", standing[0].run_uid or "", ["name"])["name"]
@@ -128,13 +128,13 @@ def _place(context: ApplyContext, around: RowsAround, row: SheetRow, run_uid: st
 
 
 def _contradicts(row: SheetRow, run: str, other: SheetRow, *, of_same_sheet: bool = False) -> Finding:
-    """Say that a run has another charge than a row says; one of the same sheet is not in the book yet."""
+    """Say that a run has another charge than a row differing; one of the same sheet is not in the book yet."""
     where = other.uid if of_same_sheet else f"charge:{other.uid}"
     names = ("charge_mah", "end_voltage_v", "mode")
-    said = [(name, getattr(row, name), getattr(other, name)) for name in names]
-    says = {name: value for name, value, before in said if value is not None and not same_value(value, before)}
+    compared = [(name, getattr(row, name), getattr(other, name)) for name in names]
+    differing = {name: value for name, value, before in compared if value is not None and not same_value(value, before)}
     fields = " ".join(
-        f"{name}={value:.12g}" if isinstance(value, float) else f"{name}={value}" for name, value in says.items()
+        f"{name}={value:.12g}" if isinstance(value, float) else f"{name}={value}" for name, value in differing.items()
     )
     cure = "correct the sheet"
     if not of_same_sheet:
@@ -163,7 +163,7 @@ def foreseen(connection: sa.Connection, charges: Sequence[ChargeRow]) -> list[Fi
         )  # fmt: skip
         own.add(row.uid)
         others = about.setdefault(read.stated_run, [])
-        same = next((other for other in others if says_same(row, other)), None)
+        same = next((other for other in others if same_charge(row, other)), None)
         standing = next((other for other in others if other.run_uid is not None), None)
         if same is not None:
             known.append(row)
@@ -177,20 +177,20 @@ def foreseen(connection: sa.Connection, charges: Sequence[ChargeRow]) -> list[Fi
 
 
 def _give_way(around: RowsAround, row: SheetRow, run_uid: str | None, placed: Placed) -> list[str]:
-    """Let later rows that say the same make room for one that is back; returns them, to be placed after it."""
+    """Let later equal rows make room for one that is back; returns their uids, to be placed after it."""
     own = replace(row, run_uid=None)
     about = [
         *around.about(run_uid or around.runs.get(row.stated_run or ""), row.stated_run),
         *around.repeating(row.uid),
     ]
     later = {other.uid: other for other in about if other.order > row.order and not other.typed}
-    spoken = around.said
+    manual = around.manual
     giving = [
         other
         for other in later.values()
-        if not spoken[other.uid].spoken
-        and not spoken[other.uid].dismissed
-        and _repeats_said(other, own, spoken[row.uid])
+        if not manual[other.uid].any
+        and not manual[other.uid].dismissed
+        and _repeats_uncorrected(other, own, manual[row.uid])
     ]
     for other in giving:
         placed.runs += [other.run_uid] if other.run_uid else []
@@ -199,7 +199,7 @@ def _give_way(around: RowsAround, row: SheetRow, run_uid: str | None, placed: Pl
 
 
 def _left_alone(context: ApplyContext, uids: Sequence[str]) -> list[str]:
-    """Return the known rows that repeat one of these, which does not stand any more or says something else."""
+    """Return the known rows that repeat one of these, which does not count any more or has other values."""
     waiting = repeating(context.connection, uids, ChargeState.KNOWN)
     return [
         other.uid
@@ -210,20 +210,20 @@ def _left_alone(context: ApplyContext, uids: Sequence[str]) -> list[str]:
 
 
 def _repeats(context: ApplyContext, row: SheetRow, other: SheetRow) -> bool:
-    return says_same(row, other) or (
-        row.repeats == other.uid and _repeats_said(row, other, said_by_hand(context, [other.uid])[other.uid])
+    return same_charge(row, other) or (
+        row.repeats == other.uid and _repeats_uncorrected(row, other, manual_changes(context, [other.uid])[other.uid])
     )
 
 
-def _repeats_said(row: SheetRow, other: SheetRow, said: SaidByHand) -> bool:
-    """Tell whether a row says what another one says, or said before a person corrected it."""
+def _repeats_uncorrected(row: SheetRow, other: SheetRow, manual: ManualChanges) -> bool:
+    """Tell whether a row equals another one as it is, or as it was before a person corrected it."""
     names = ("charge_mah", "end_voltage_v", "mode", "stated_run")
-    before = {name: said.corrected[name][0] for name in names if name in said.corrected}
-    return says_same(row, other) or (row.repeats == other.uid and says_same(row, replace(other, **before)))
+    before = {name: manual.corrected[name][0] for name in names if name in manual.corrected}
+    return same_charge(row, other) or (row.repeats == other.uid and same_charge(row, replace(other, **before)))
 
 
-def says_same(row: SheetRow, other: SheetRow) -> bool:
-    """Tell whether two rows say the same of a run's charge; an end voltage may be unsaid."""
+def same_charge(row: SheetRow, other: SheetRow) -> bool:
+    """Tell whether two rows have the same charge, mode and end voltage, which may be missing in one of them."""
     voltages = (row.end_voltage_v, other.end_voltage_v)
     voltages_agree = None in voltages or same_value(*voltages)
     return same_value(row.charge_mah, other.charge_mah) and row.mode == other.mode and voltages_agree
@@ -257,17 +257,17 @@ STANDING = (ChargeState.COUNTED, ChargeState.DISMISSED)
 class RowsAround:
     """What the rows to be placed may repeat, contradict or displace.
 
-    `said` is what people said of each row here, `runs` the uids of the runs that rows name. The rows to be placed count
-    nowhere when this is made; those in `back` displace what repeats them.
+    `manual` holds what people changed by hand in each row here, `runs` the uids of the runs that rows name. The rows to
+    be placed count nowhere when this is made; those in `back` displace what repeats them.
     """
 
-    __slots__ = ("_context", "_named", "_of_run", "_repeating", "_rows", "runs", "said")
+    __slots__ = ("_context", "_named", "_of_run", "_repeating", "_rows", "manual", "runs")
 
     def __init__(
         self,
         context: ApplyContext,
         rows: Sequence[SheetRow],
-        said: Mapping[str, SaidByHand],
+        manual: Mapping[str, ManualChanges],
         run_uids: Sequence[str],
         back: Sequence[str],
     ) -> None:
@@ -284,8 +284,8 @@ class RowsAround:
             self._of_run.setdefault(row.run_uid or "", {})[row.uid] = None
             self._named.setdefault(row.stated_run or "", {})[row.uid] = None
         self._repeating = {uid: [row.uid for row in some] for uid, some in repeats.items()}
-        others = [uid for uid in self._rows if uid not in said]
-        self.said = {**said, **said_by_hand(context, others)}
+        others = [uid for uid in self._rows if uid not in manual]
+        self.manual = {**manual, **manual_changes(context, others)}
 
     def about(self, run_uid: str | None, run_name: str | None) -> list[SheetRow]:
         """Return the rows that count for a run, then those that name one and belong to none; dismissed ones too."""
@@ -296,7 +296,7 @@ class RowsAround:
         return sorted(found, key=lambda row: (row.run_uid is None, row.order))
 
     def repeating(self, uid: str) -> list[SheetRow]:
-        """Return the rows that count and said the same as this one before."""
+        """Return the rows that count and were equal to this one before."""
         rows = [self._rows[other] for other in self._repeating.get(uid, ())]
         return [row for row in rows if row.state is ChargeState.COUNTED and row.repeats == uid]
 
@@ -310,11 +310,11 @@ class RowsAround:
 
 
 @dataclass(frozen=True, slots=True)
-class SaidByHand:
-    """What people said of one charge, as the journal has it: it outlives any reading of its sheet, and its absence.
+class ManualChanges:
+    """What people changed of one charge by hand, from the journal: it outlives any reading of its sheet.
 
-    `corrected` holds, by column, what stood before the first correction and what the last one says. `assigned` tells
-    whether a person said to which run it belongs; `run_uid` is that run, None where it belongs to none.
+    `corrected` holds, by column, the value before the first correction and the one of the last. `assigned` tells
+    whether a person assigned it to a run; `run_uid` is that run, None where it belongs to none.
     """
 
     corrected: Mapping[str, tuple[Any, Any]]
@@ -323,20 +323,20 @@ class SaidByHand:
     dismissed: bool
 
     @property
-    def spoken(self) -> bool:
+    def any(self) -> bool:
         """Whether it was corrected or assigned at all."""
         return self.assigned or bool(self.corrected)
 
 
-def said_by_hand(context: ApplyContext, uids: Sequence[str]) -> dict[str, SaidByHand]:
-    """Return what people said of each of these charges."""
-    return {uid: _of_one(said) for uid, said in said_of_charges(context.connection, uids).items()}
+def manual_changes(context: ApplyContext, uids: Sequence[str]) -> dict[str, ManualChanges]:
+    """Return what people changed by hand in each of these charges."""
+    return {uid: _changes_in(entries) for uid, entries in charge_history(context.connection, uids).items()}
 
 
-def _of_one(said: Sequence[tuple[Action, Mapping[str, Any], Mapping[str, Any]]]) -> SaidByHand:
+def _changes_in(entries: Sequence[tuple[Action, Mapping[str, Any], Mapping[str, Any]]]) -> ManualChanges:
     corrected: dict[str, tuple[Any, Any]] = {}
     assigned, run_uid, dismissed = False, None, False
-    for action, old, new in said:
+    for action, old, new in entries:
         if action in (Action.DISMISS, Action.RESTORE):
             dismissed = action is Action.DISMISS
         elif action in (Action.ASSIGN, Action.CORRECT):
@@ -345,4 +345,4 @@ def _of_one(said: Sequence[tuple[Action, Mapping[str, Any], Mapping[str, Any]]])
             if "run" in new:
                 assigned, run_uid = True, new["run"]
                 dismissed = dismissed and run_uid is None
-    return SaidByHand(corrected, assigned, run_uid, dismissed)
+    return ManualChanges(corrected, assigned, run_uid, dismissed)

@@ -16,7 +16,7 @@ from data_schema.queries.imported_files import waiting_for_run
 from data_schema.queries.results import mark_stale
 from data_schema.queries.study import add_condition_levels, add_planned_run
 from data_schema.vocabulary import FileRole
-from labbook.statements.apply_context import ApplyContext, around, around_run, derived_uid, no_such_row, spoken
+from labbook.statements.apply_context import ApplyContext, around, around_run, derived_uid, no_such_row, with_author
 from labbook.statements.assigning import assign_charge, assign_file, assign_only_charge, links_meant
 
 
@@ -25,7 +25,7 @@ def apply_declare(context: ApplyContext, entry: Entry, _prepared: object) -> lis
     values = dict(entry.new or {})
     beside = {name: values.pop(name) for name in _BESIDE.get(entry.entity_kind, ())}
     if entry.entity_kind in _SIGNED:
-        values = spoken(context, entry, values)
+        values = with_author(context, entry, values)
     insert_fact(context.connection, entry.entity_kind, entry.entity_uid, values)
     follow = _FOLLOW.get(entry.entity_kind)
     if follow:
@@ -51,7 +51,7 @@ def _planned_runs(context: ApplyContext, uid: str, values: Mapping[str, Any]) ->
 
 
 def _link_what_waited(context: ApplyContext, uid: str, values: Mapping[str, Any]) -> None:
-    """Files and charges that came before their run, and said its name, now belong to it."""
+    """Link files and charges that came before their run, and name it, to that run."""
     files, charges = waiting_for_run(context.connection, values["name"])
     for file_uid, role in files:
         assign_file(context, file_uid, uid, FileRole(role))
@@ -63,7 +63,7 @@ def _link_what_waited(context: ApplyContext, uid: str, values: Mapping[str, Any]
 
 
 _SIGNED = ("note", "day_check")
-"""Kinds whose rows keep who said it and when."""
+"""Kinds whose rows hold the person and time of their statement."""
 
 _BESIDE: dict[str, tuple[str, ...]] = {"condition": ("levels",), "plan": ("runs",)}
 """Parts of a declaration that are rows of other tables."""
@@ -93,7 +93,7 @@ SCENES_REST_ON = frozenset({"name", "body_mass_kg", "foot_mass_kg", "link_1_m", 
 
 
 def apply_correct(context: ApplyContext, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
-    """Change the row; what rests on it, on the condition it leaves and on the one it joins becomes stale.
+    """Change the row; results that depend on it, on the condition it leaves or on the one it joins become stale.
 
     A plan that is void changes no row: that it was withdrawn is read from the journal.
     """
@@ -114,14 +114,14 @@ def apply_correct(context: ApplyContext, entry: Entry, _prepared: object) -> lis
         assign_charge(context, uid, new["run"])
     changed = [("robot_body", uid)] if kind == "robot" and SCENES_REST_ON & new.keys() else []
     if NUMBERS_REST_ON.get(kind, new.keys()) & new.keys():
-        changed += [(kind, uid), *_rests_around(context, kind, uid, new)]
+        changed += [(kind, uid), *_dependents_around(context, kind, uid, new)]
         for values in (entry.old or {}, new):
             changed += _touched(context, values)
     return mark_stale(context.connection, list(dict.fromkeys(changed)))
 
 
-def _rests_around(context: ApplyContext, kind: str, uid: str, new: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """What may rest on the row as it is now, though nothing rested on it before."""
+def _dependents_around(context: ApplyContext, kind: str, uid: str, new: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return what may depend on the row as it is now, though nothing depended on it before."""
     if kind == "run":
         return around_run(context, uid)
     if kind == "charge" and "mode" in new:
@@ -140,7 +140,7 @@ def _touched(context: ApplyContext, values: Mapping[str, Any]) -> list[tuple[str
 def apply_decide(context: ApplyContext, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
     """Add the decision; results on its target become stale."""
     values = entry.new or {}
-    insert_fact(context.connection, "decision", entry.entity_uid, spoken(context, entry, values))
+    insert_fact(context.connection, "decision", entry.entity_uid, with_author(context, entry, values))
     if values["target_kind"] == "jump":
         return mark_stale(context.connection, [("signal", values["signal_sha256"])])
     return mark_stale(context.connection, [(values["target_kind"], values["target_uid"])])

@@ -129,7 +129,7 @@ def sample_counts(read: ReadFile) -> list[int]:
 
 
 def with_counts(read: ReadFile, counts: Sequence[int]) -> ReadFile:
-    """Return a file without its samples, which are in the store; its arrays say how many there were and take no memory.
+    """Return a file without its samples, which are in the store; its arrays have the same length and take no memory.
 
     One number a part.
     """
@@ -155,7 +155,7 @@ def times_sha256(time_s: FloatArray) -> str:
 def store_reading(
     store: Store, data: bytes, sha256: str, read: ReadFile, settings: ReadSettings, *, anew: bool = False
 ) -> PreparedImport:
-    """Keep the copy and the samples of a file that was read, and find its jumps; of a refused file nothing is kept.
+    """Store the copy and the samples of a file that was read, and find its jumps; of a refused file nothing is stored.
 
     With `anew`, samples that are there already are read back and compared, because a rebuild must not trust them.
     """
@@ -164,16 +164,16 @@ def store_reading(
         return PreparedImport(sha256, len(data), read, in_force, ())
     with ThreadPoolExecutor(max_workers=2) as pool:
         raw = pool.submit(store.put_raw, data, sha256)
-        kept = [pool.submit(store.put_signal, part, anew=anew) for part in read.parts]
+        stored_signals = [pool.submit(store.put_signal, part, anew=anew) for part in read.parts]
         found = [_detected(part, settings) for part in read.parts]
-        parts = zip(kept, found, strict=True)
+        parts = zip(stored_signals, found, strict=True)
         stored = tuple(StoredPart(*done.result(), *detected) for done, detected in parts)
         raw.result()
         return PreparedImport(sha256, len(data), read, in_force, stored)
 
 
 def read_anew(store: Store, data: bytes, sha256: str, settings: ReadSettings) -> PreparedImport:
-    """Read a kept copy and do what `store_reading` does `anew`, one thing after the other.
+    """Read a stored copy and do what `store_reading` does with `anew`, one thing after the other.
 
     For a process beside others that do the same: threads of its own would only wait for each other.
     """
@@ -208,8 +208,8 @@ def resolved(settings: ReadSettings, read: ReadFile) -> ReadSettings:
 def _was_used(profile: Profile, read: ReadFile) -> bool:
     if read.profile is not None:
         return profile.name == read.profile
-    said = [finding.message for finding in read.findings if finding.rule == "profile_used"]
-    return any(repr(profile.name) in message for message in said)
+    messages = [finding.message for finding in read.findings if finding.rule == "profile_used"]
+    return any(repr(profile.name) in message for message in messages)
 
 
 def settings_now(
@@ -257,8 +257,9 @@ def declarations(
     )
 
 
-def _profile(name: str, said: ProfileSettings) -> Profile:
+def _profile(name: str, settings: ProfileSettings) -> Profile:
     columns = {
-        source: ColumnDeclaration(column.channel, column.unit, column.sign) for source, column in said.columns.items()
+        source: ColumnDeclaration(column.channel, column.unit, column.sign)
+        for source, column in settings.columns.items()
     }
-    return Profile(name, said.recognise, said.files, columns=columns, **said.settings)
+    return Profile(name, settings.recognise, settings.files, columns=columns, **settings.settings)

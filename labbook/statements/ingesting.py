@@ -8,7 +8,7 @@ from typing import Any
 from data_schema.errors import BookBusy, BookDamaged, BookError, InputRefused, UsageError
 from data_schema.journal import Entry, canonical
 from data_schema.queries import imports
-from data_schema.queries.charges import rows_of_file, said_by_rows
+from data_schema.queries.charges import charge_contents, rows_of_file
 from data_schema.queries.detections import NewDetection, add_detections
 from data_schema.queries.facts import read_fact
 from data_schema.queries.imported_files import links_of_file, parts_named, parts_of_file
@@ -37,7 +37,7 @@ from labbook.statements.importing import (
 from labbook.statements.sheet_charges import charge_numbers, keys_of, lose_charges, update_charges
 
 _ROLES = {"charger_sheet": FileRole.CHARGE, "icharger_log": FileRole.CHARGE, "bertec_text": FileRole.FORCE}
-"""What files were for that earlier labbooks read: their entries do not say."""
+"""The roles of files that earlier labbooks read, whose entries lack them."""
 
 
 def apply_ingest(context: ApplyContext, entry: Entry, prepared: object) -> list[tuple[str, str]]:
@@ -81,7 +81,7 @@ def apply_read(context: ApplyContext, entry: Entry, prepared: object) -> list[tu
     """Add another reading of a file, which is in force from now on, and bring what belongs to the file up to it.
 
     Parts that there are no longer belong to no run, and parts that are new belong to the one run that the file belongs
-    to. What was said about a file while it waited for this takes effect now. A reading that gives what the one before
+    to. Statements about a file that were made while it waited take effect now. A reading that gives what the one before
     gave makes nothing stale.
     """
     new = entry.new or {}
@@ -121,7 +121,7 @@ def _gives(context: ApplyContext, reading: ReadingRow) -> tuple[object, ...]:
         parts_of_reading(context.connection, reading.uid),
         links_of_file(context.connection, reading.file_uid),
         rows_of_file(context.connection, reading.file_uid),
-        said_by_rows(context.connection, reading.file_uid),
+        charge_contents(context.connection, reading.file_uid),
     )
 
 
@@ -143,7 +143,7 @@ def _parts(new: Mapping[str, Any], done: PreparedImport) -> list[str]:
 
 
 def apply_refuse(context: ApplyContext, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
-    """Add the row that says why a file was refused; its findings stand in the entry, for no copy is kept."""
+    """Add the row with the findings of a refused file; they stand in the entry, for no copy is stored."""
     add_refusal(context, entry)
     return []
 
@@ -156,7 +156,7 @@ def configuration_in_force(context: ApplyContext) -> Configuration:
 
 
 def _still_there(context: ApplyContext, prepared: PreparedImport) -> PreparedImport:
-    """Look for the files of an import once nobody else can write: until then, no row says that they are wanted."""
+    """Look for the files of an import once nobody else can write: until then, no row refers to them."""
     for path in (raw_path(prepared.sha256), *(part.store_path for part in prepared.parts)):
         if not (context.store.root / path).exists():
             raise BookBusy(f"{path} was removed from the store before the book had it: give the command again.")
@@ -164,7 +164,7 @@ def _still_there(context: ApplyContext, prepared: PreparedImport) -> PreparedImp
 
 
 def _read_again(context: ApplyContext, new: Mapping[str, Any]) -> PreparedImport:
-    """Read the kept copy as the journal says; an earlier labbook read as its configuration and options said."""
+    """Read the stored copy with the entry's settings; earlier labbooks recorded configuration and options instead."""
     sha256 = new["sha256"]
     if "settings" in new:
         settings = ReadSettings.from_json(new["settings"])
@@ -179,12 +179,12 @@ def _read_again(context: ApplyContext, new: Mapping[str, Any]) -> PreparedImport
     except (BookError, OSError, MemoryError):
         raise
     except Exception as error:  # whatever somebody else's code does
-        said = f"Reading it failed ({type(error).__name__}: {error})."
-        return _unread(new, len(data), settings, "plugin_failed", _named_plugin(new, said))
+        failure = f"Reading it failed ({type(error).__name__}: {error})."
+        return _unread(new, len(data), settings, "plugin_failed", _named_plugin(new, failure))
 
 
-def _named_plugin(new: Mapping[str, Any], said: str) -> str:
-    return f"It was read by plug-in {new['plugin']}: {said}" if new.get("plugin") else said
+def _named_plugin(new: Mapping[str, Any], failure: str) -> str:
+    return f"It was read by plug-in {new['plugin']}: {failure}" if new.get("plugin") else failure
 
 
 def _unread(new: Mapping[str, Any], n_bytes: int, settings: ReadSettings, rule: str, message: str) -> PreparedImport:
@@ -212,7 +212,7 @@ def _against_run(context: ApplyContext, run_uid: str, done: PreparedImport) -> l
 
 
 def _jumps_mismatch(run: Mapping[str, Any], of_run: Collection[str], done: PreparedImport) -> list[Finding]:
-    """Jumps made are what a person counted; a log that shows another number is worth a look.
+    """Return a note where a log shows another number of jumps than the person counted.
 
     A run that was started again may have more logs to come: fewer jumps in one of them mean nothing yet.
     """
@@ -231,7 +231,7 @@ def _jumps_mismatch(run: Mapping[str, Any], of_run: Collection[str], done: Prepa
 def add_reading(context: ApplyContext, entry: Entry, done: PreparedImport, file_key: int, role: FileRole) -> int:
     """Add how a file was read and what the checks found; returns the key of the reading.
 
-    What is refused now and was not when it was said waits for a declaration.
+    A file that is refused now and was read when the statement was made waits for a declaration.
     """
     read, new = done.read, entry.new or {}
     status = IngestStatus.WAITING if read.refused else IngestStatus.IMPORTED
@@ -242,7 +242,7 @@ def add_reading(context: ApplyContext, entry: Entry, done: PreparedImport, file_
 
 
 def add_refusal(context: ApplyContext, entry: Entry) -> None:
-    """Add why bytes were refused, as the entry says it."""
+    """Add the findings for which bytes were refused, from the entry."""
     new = entry.new or {}
     reader = (new["reader"], new["reader_version"])
     key = _add(context, entry, IngestStatus.REFUSED, None, reader, None, new["rows"], new.get("settings"))
@@ -317,17 +317,17 @@ def add_signals(
 
 
 def _recorded(context: ApplyContext, done: PreparedImport, new: Mapping[str, Any]) -> dict[str, str]:
-    """Return, by part, the hash that the journal says its samples had, where they are sampled at the same times now.
+    """Return, by part, the hash of its samples in the journal, where they are sampled at the same times now.
 
     Verdicts of people name that hash. Whether the times are the same is asked of the entry. The first labbook did not
     write that down; then, and only then, a rebuild asks a derived file, the samples of that hash where they are still
-    kept, for a reader that corrects times keeps the number of rows. Without the samples that number decides.
+    stored, for a reader that corrects times keeps the number of rows. Without the samples that number decides.
     """
     signals = new.get("signals", [])
     if len(signals) != len(done.parts):
         return {}
     pairs = zip(done.parts, signals, strict=True)
-    times = new.get("times") or [_kept_times(context, done.read, stored, sha256, new) for stored, sha256 in pairs]
+    times = new.get("times") or [_stored_times(context, done.read, stored, sha256, new) for stored, sha256 in pairs]
     return {
         part.part: sha256
         for part, stored, sha256, time_sha256 in zip(done.read.parts, done.parts, signals, times, strict=True)
@@ -335,16 +335,16 @@ def _recorded(context: ApplyContext, done: PreparedImport, new: Mapping[str, Any
     }
 
 
-def _kept_times(
+def _stored_times(
     context: ApplyContext, read: ReadFile, stored: StoredPart, sha256: str, new: Mapping[str, Any]
 ) -> str | None:
     if sha256 == stored.sha256:
         return stored.time_sha256
     try:
-        kept = context.store.samples(f"signals/{sha256[:2]}/{sha256}.parquet", [])
+        stored_samples = context.store.samples(f"signals/{sha256[:2]}/{sha256}.parquet", [])
     except BookDamaged:
         return stored.time_sha256 if new.get("rows", {}).get("kept") == read.rows_kept else None
-    return times_sha256(kept["time"])
+    return times_sha256(stored_samples["time"])
 
 
 def _channels(part: SignalPart) -> list[dict[str, Any]]:

@@ -22,7 +22,7 @@ from data_schema.queries.readings import reading_entries
 from data_schema.vocabulary import ChargeState
 from ingest.model import ChargeRow, ReadFile
 from labbook.statements.apply_context import ApplyContext, derived_uid
-from labbook.statements.counted_charges import Placed, SaidByHand, lose, note_on, place, said_by_hand, same_value
+from labbook.statements.counted_charges import ManualChanges, Placed, lose, manual_changes, note_on, place, same_value
 
 
 def update_charges(
@@ -47,19 +47,19 @@ def update_charges(
         number = row.row_number if unnamed else numbers[key]
         uids[known.pop(number).uid if number in known else _uid(file_uid, number)] = (row, number)
     assert len(uids) == len(read.charges), "two charges of a file have one number"  # noqa: S101
-    said = said_by_hand(context, list(uids))
+    manual = manual_changes(context, list(uids))
     moving, back, changed = [], [], []
     for uid, (read_row, number) in uids.items():
         old = standing.get(uid)
-        row, battery = _corrected(context, read_row, old, uid, said[uid], placed)
+        row, battery = _corrected(context, read_row, old, uid, manual[uid], placed)
         values = _columns(row, battery)
         if old is None:
             new = {"file": file_uid, "row_number": number, "run": None}
             insert_fact(context.connection, "charge", uid, {**new, "state": str(ChargeState.GONE), **values})
             moving.append(uid)
             continue
-        same = _says_same(old, row)
-        if _stays(old, read_row, row, said[uid], placed):
+        same = _same_charge(old, row)
+        if _stays(old, read_row, row, manual[uid], placed):
             changed += [] if same else [uid]
         else:
             moving.append(uid)
@@ -82,7 +82,7 @@ def update_charges(
 
 
 def lose_charges(context: ApplyContext, file_uid: str) -> list[str]:
-    """Let no charge of a file count any more; rows of other sheets that say the same step in. Returns the runs."""
+    """Let no charge of a file count any more; equal rows of other sheets step in. Returns the runs."""
     placed = Placed()
     rows = [row for row in rows_of_file(context.connection, file_uid) if row.state is not ChargeState.GONE]
     lose(context, rows, placed)
@@ -110,12 +110,12 @@ def regain_charges(
     return placed.runs
 
 
-def _stays(old: SheetRow, read_row: ChargeRow, row: ChargeRow, said: SaidByHand, placed: Placed) -> bool:
+def _stays(old: SheetRow, read_row: ChargeRow, row: ChargeRow, manual: ManualChanges, placed: Placed) -> bool:
     """Tell whether a charge stays where it is: dismissed, with the run it has, or known; `row` is what counts of it."""
-    same, same_run = _says_same(old, row), row.stated_run == old.stated_run
+    same, same_run = _same_charge(old, row), row.stated_run == old.stated_run
     if old.state is ChargeState.KNOWN and same:
         placed.known.append(old)
-    if old.state is ChargeState.COUNTED and said.assigned and not same_run:
+    if old.state is ChargeState.COUNTED and manual.assigned and not same_run:
         message = (
             f"{_row(old, read_row)} names run {read_row.stated_run} now, and a person said where it belongs: that "
             "stands; `labbook assign` moves it."
@@ -124,7 +124,7 @@ def _stays(old: SheetRow, read_row: ChargeRow, row: ChargeRow, said: SaidByHand,
     stays = {
         ChargeState.DISMISSED: True,
         ChargeState.KNOWN: same,
-        ChargeState.COUNTED: said.assigned or (same_run and old.run_uid is not None),
+        ChargeState.COUNTED: manual.assigned or (same_run and old.run_uid is not None),
         ChargeState.GONE: False,
     }[old.state]
     placed.runs += [old.run_uid] if stays and old.run_uid else []
@@ -132,30 +132,30 @@ def _stays(old: SheetRow, read_row: ChargeRow, row: ChargeRow, said: SaidByHand,
 
 
 _IN_TABLE = tuple(each.name for each in fields(ChargeRow) if each.name not in ("row_number", "member"))
-"""What a line says that is stored as it stands; its number is given once, and its pack has a row of its own too."""
+"""The fields of a line that are stored as they are; its number is given once, and its pack has a row of its own too."""
 
 
 def _corrected(
-    context: ApplyContext, read_row: ChargeRow, old: SheetRow | None, uid: str, said: SaidByHand, placed: Placed
+    context: ApplyContext, read_row: ChargeRow, old: SheetRow | None, uid: str, manual: ManualChanges, placed: Placed
 ) -> tuple[ChargeRow, str | None]:
-    """Return what a line says now, but for what a person corrected in it, and the uid of its pack, likewise."""
+    """Return a line with the values that a person corrected in it, and the uid of its pack, likewise."""
     pack = read_row.stated_pack
-    says = {name: getattr(read_row, name) for name in _IN_TABLE}
-    says["battery"] = find_uid(context.connection, "battery", name=pack) if pack else None
-    stands = {name: said.corrected[name][1] for name in sorted(said.corrected.keys() & says.keys())}
-    for name, now in stands.items():
-        before = said.corrected[name][0]
-        if not same_value(says[name], before) and not same_value(says[name], now):
+    read_values = {name: getattr(read_row, name) for name in _IN_TABLE}
+    read_values["battery"] = find_uid(context.connection, "battery", name=pack) if pack else None
+    corrected = {name: manual.corrected[name][1] for name in sorted(manual.corrected.keys() & read_values.keys())}
+    for name, now in corrected.items():
+        before = manual.corrected[name][0]
+        if not same_value(read_values[name], before) and not same_value(read_values[name], now):
             message = (
-                f"{_row(old, read_row)} says {name}={says[name]}, where {before} stood, and a person corrected that to "
-                f"{now}: the correction stands; correct charge:{uid} again if the sheet is right."
+                f"{_row(old, read_row)} says {name}={read_values[name]}, where {before} stood, and a person corrected "
+                f"that to {now}: the correction stands; correct charge:{uid} again if the sheet is right."
             )
             placed.findings.append(note_on("correction_stands", read_row.charge_mah, read_row.line, message))
-    battery = stands.pop("battery", says["battery"])
-    return replace(read_row, **stands), battery
+    battery = corrected.pop("battery", read_values["battery"])
+    return replace(read_row, **corrected), battery
 
 
-def _says_same(old: SheetRow, row: ChargeRow) -> bool:
+def _same_charge(old: SheetRow, row: ChargeRow) -> bool:
     names = ("charge_mah", "end_voltage_v", "mode", "stated_run")
     return all(same_value(getattr(old, name), getattr(row, name)) for name in names)
 
@@ -180,13 +180,13 @@ Key = tuple[str, int, int]
 
 
 def keys_of(charges: Sequence[ChargeRow]) -> list[Key]:
-    """Return where the charges of a reading stand, no two of them at one place."""
+    """Return the places of the charges of a reading, no two of them the same."""
     return _keys((row.line for row in charges), (row.member for row in charges))
 
 
-def keys_in(said: Mapping[str, Any]) -> list[Key]:
-    """Return where the charges stand that the entry of a reading names."""
-    return _keys(said.get("charge_lines") or [], said.get("charge_members") or repeat(None))
+def keys_in(content: Mapping[str, Any]) -> list[Key]:
+    """Return the places of the charges that the entry of a reading names."""
+    return _keys(content.get("charge_lines") or [], content.get("charge_members") or repeat(None))
 
 
 def charge_numbers(
@@ -207,33 +207,33 @@ def charge_numbers(
             numbers[key] = number
             taken.add(number)
 
-    unsaid: list[Key] = []
-    for earlier, said in enumerate([*reading_entries(connection, new["sha256"]), new]):
-        stated = keys_in(said)
-        if "charge_members" not in said:
-            stated = [members.get(key, key) for key in stated]
-        given = said.get("charge_numbers") or (range(1, len(stated) + 1) if earlier == 0 else None)
-        unsaid += stated
-        for key, number in zip(stated, given or (), strict=given is not None):
+    recorded: list[Key] = []
+    for earlier, content in enumerate([*reading_entries(connection, new["sha256"]), new]):
+        keys_of_entry = keys_in(content)
+        if "charge_members" not in content:
+            keys_of_entry = [members.get(key, key) for key in keys_of_entry]
+        given = content.get("charge_numbers") or (range(1, len(keys_of_entry) + 1) if earlier == 0 else None)
+        recorded += keys_of_entry
+        for key, number in zip(keys_of_entry, given or (), strict=given is not None):
             give(key, number)
     rows = rows_of_file(connection, file_uid)
     standing = _keys((row.line for row in rows), repeat(None), [row.row_number for row in rows])
     for key, row in zip(standing, rows, strict=True):
         give(members.get(key, key), row.row_number)
     following = 1 + max(taken, default=0)
-    for key in (*unsaid, *keys):
+    for key in (*recorded, *keys):
         if key not in numbers:
             give(key, following)
             following += 1
     return numbers
 
 
-def numbers_held(said: Mapping[str, Any], *, first: bool) -> set[int] | None:
+def numbers_held(content: Mapping[str, Any], *, first: bool) -> set[int] | None:
     """Return the numbers of the charges that a reading holds by its entry; None where an earlier labbook made it and
     did not write them down, or gave one number to several charges.
     """
-    lines = said.get("charge_lines")
-    numbers = said.get("charge_numbers") or (range(1, len(lines) + 1) if first and lines is not None else None)
+    lines = content.get("charge_lines")
+    numbers = content.get("charge_numbers") or (range(1, len(lines) + 1) if first and lines is not None else None)
     return None if numbers is None or len(set(numbers)) < len(numbers) else set(numbers)
 
 

@@ -57,7 +57,7 @@ def _use(context: ApplyContext, file_uid: str, status: IngestStatus) -> list[tup
 
 
 def _set_charge(context: ApplyContext, entry: Entry, old: ChargeState, new: ChargeState) -> list[tuple[str, str]]:
-    """Change the state of a charge; one whose row is gone stays so, and comes back as a person said last."""
+    """Change the state of a charge; one whose row is gone stays so, and comes back in the state stated last."""
     uid = entry.entity_uid
     if not fact_exists(context.connection, "charge", uid):
         no_such_row(context, entry)

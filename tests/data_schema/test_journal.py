@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from data_schema import journal
 from data_schema.engine import reading, writing
 from data_schema.errors import BookDamaged
-from data_schema.journal import GENESIS, Entry, canonical, chained, commands, placed
+from data_schema.journal import GENESIS, Entry, canonical, chain_entries, commands, verified_chain
 from data_schema.journal_file import NOTHING, JournalFile, LeftOut
 from data_schema.tables.journal import journal as table
 from data_schema.vocabulary import Action
@@ -101,7 +101,7 @@ def test_entries_come_back_from_the_database(engine: sa.Engine) -> None:
         assert journal.head(connection) == (0, GENESIS)
         write_all(connection, entries)
     with reading(engine) as connection:
-        assert list(chained(journal.stored(connection))) == entries
+        assert list(verified_chain(journal.stored(connection))) == entries
         assert journal.head(connection) == (4, entries[-1].hash)
 
 
@@ -153,14 +153,14 @@ def test_a_line_forged_with_its_own_hash_is_seen_by_the_next(entries: list[Entry
     forged = list(entries)
     forged[place] = entry(place + 1, entries[place].prev_hash, reason="forged", at_utc="never")
     with pytest.raises(BookDamaged, match=f"entry {place + 2} does not follow entry {place + 1}"):
-        list(chained(iter(forged)))
+        list(verified_chain(iter(forged)))
 
 
 @given(CHAINS)
 def test_a_journal_forged_whole_ends_in_another_hash(entries: list[Entry]) -> None:
     """Whoever has the last hash, in the database or on paper, sees it."""
     forged = renumbered([entry(1, GENESIS, reason="forged"), *entries[1:]])
-    assert list(chained(iter(forged))) == forged
+    assert list(verified_chain(iter(forged))) == forged
     assert forged[-1].hash != entries[-1].hash
 
 
@@ -192,15 +192,15 @@ def in_commands(said: list[list[dict[str, Any]]]) -> list[list[Entry]]:
     made: list[list[Entry]] = []
     for words in said:
         after = (made[-1][-1].seq, made[-1][-1].hash) if made else (0, GENESIS)
-        made.append(placed([entry(0, GENESIS, **one) for one in words], after))
+        made.append(chain_entries([entry(0, GENESIS, **one) for one in words], after))
     return made
 
 
 @given(COMMANDS)
-def test_placed_entries_follow_each_other_and_part_into_their_commands(said: list[list[dict[str, Any]]]) -> None:
+def test_chained_entries_follow_each_other_and_part_into_their_commands(said: list[list[dict[str, Any]]]) -> None:
     made = in_commands(said)
     entries = [one for command in made for one in command]
-    assert list(chained(entries)) == entries
+    assert list(verified_chain(entries)) == entries
     assert list(commands(entries)) == made
     assert [one.following for one in made[0]] == list(range(len(made[0])))[::-1]
 
@@ -301,7 +301,7 @@ def test_a_command_that_lost_an_entry_in_the_middle_of_the_journal_is_seen() -> 
     """Numbers and hashes can be forged to fit; how many follow tells it still."""
     first, second = in_commands([[{}, {}, {}, {}], [{}]])
     with refuses(BookDamaged, "3 does", "2"):
-        list(chained(renumbered([*first[:2], *second])))
+        list(verified_chain(renumbered([*first[:2], *second])))
 
 
 # --- the file

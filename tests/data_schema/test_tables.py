@@ -257,5 +257,5 @@ def test_a_writer_without_our_settings_gets_past_the_triggers_but_not_past_the_h
         reading(engine) as connection,
         pytest.raises(BookDamaged, match=r"was changed|not follow"),
     ):
-        list(journal.chained(journal.stored(connection)))
+        list(journal.verified_chain(journal.stored(connection)))
     engine.dispose()

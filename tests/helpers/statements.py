@@ -28,7 +28,7 @@ def notes(book: Book) -> list[str]:
 def in_table(book: Book) -> list[Entry]:
     """The journal as the database has it, its chain verified."""
     with book.reading() as connection:
-        return list(journal.chained(journal.stored(connection)))
+        return list(journal.verified_chain(journal.stored(connection)))
 
 
 def in_file(book: Book) -> list[Entry]:

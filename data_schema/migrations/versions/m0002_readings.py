@@ -47,13 +47,13 @@ def _altering(name: str) -> Iterator[BatchOperations]:
     """Alter a table; where SQLite has it made anew, its rules stand in one order, and its triggers are made again."""
     triggers = "SELECT sql FROM sqlite_master WHERE type = 'trigger' AND tbl_name = :name"
     sqlite = op.get_bind().dialect.name == "sqlite"
-    kept = op.get_bind().execute(sa.text(triggers), {"name": name}).scalars().all() if sqlite else ()
+    recreated = op.get_bind().execute(sa.text(triggers), {"name": name}).scalars().all() if sqlite else ()
     table = sa.Table(name, sa.MetaData(), autoload_with=op.get_bind())
     table.constraints = OrderedSet(sorted(table.constraints, key=lambda rule: str(rule.name)))
     table.indexes = OrderedSet(sorted(table.indexes, key=lambda index: str(index.name)))
     with op.batch_alter_table(name, copy_from=table) as batch:
         yield batch
-    for trigger in kept:
+    for trigger in recreated:
         op.execute(trigger)
 
 

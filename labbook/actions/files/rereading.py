@@ -15,11 +15,11 @@ import sqlalchemy as sa
 
 from data_schema.errors import UsageError
 from data_schema.journal import canonical
-from data_schema.queries.charges import SheetRow, rows_of_file, said_by_rows
+from data_schema.queries.charges import SheetRow, charge_contents, rows_of_file
 from data_schema.queries.detections import jumps_found, verdicts_waiting
 from data_schema.queries.imported_files import links_of_file, runs_of_file
 from data_schema.queries.imports import ABOUT_RUNS
-from data_schema.queries.readings import PartRow, ReadingRow, last_reading, parts_of_reading, said_last
+from data_schema.queries.readings import PartRow, ReadingRow, last_reading, last_statement, parts_of_reading
 from data_schema.vocabulary import Action, ChargeState, IngestStatus
 from ingest.model import DEFAULT_LIMITS, Finding, ReadFile
 from ingest.read import read_file
@@ -195,7 +195,7 @@ class Gave:
     def of(cls, connection: sa.Connection, row: ReadingRow) -> Self:
         """Look up what a reading gave, which must be the last of its file."""
         parts = {part.part: part for part in parts_of_reading(connection, row.uid)}
-        said = said_by_rows(connection, row.file_uid or "")
+        said = charge_contents(connection, row.file_uid or "")
         rows = {item.uid: (item, said[item.uid]) for item in rows_of_file(connection, row.file_uid or "")}
         detector = None if row.settings_json is None else json.loads(row.settings_json)["detector"]
         return cls(row, parts, jumps_found(connection, row.uid, detector), rows)
@@ -297,7 +297,7 @@ def take_known(
         row = last_reading(connection, sha256)
         assert row is not None  # noqa: S101 - only known bytes come here
         assert row.file_uid is not None  # noqa: S101
-        withdrawn = said_last(connection, row.file_uid, [Action.WITHDRAW])
+        withdrawn = last_statement(connection, row.file_uid, [Action.WITHDRAW])
     if row.status is IngestStatus.WITHDRAWN:
         by = "" if withdrawn is None else f" by {withdrawn.person} on {withdrawn.at_utc}: {withdrawn.reason}"
         return KnownFile(None, (f"withdrawn{by}; `labbook files restore {row.name}` takes it into use again.",))

@@ -40,7 +40,7 @@ from labbook.book.naming import (
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, WriteSession
 from labbook.config.parsing import Configuration
-from labbook.statements.counted_charges import says_same
+from labbook.statements.counted_charges import same_charge
 
 _NAMED = ("robot", "battery", "instrument", "factor")
 _FIXED = {"id", "uid", "study", "state", "planned_run", "condition", "file", "row_number", "line", "factor", "label"}
@@ -143,7 +143,7 @@ def settle_waiting(session: WriteSession, target: str, runs: Sequence[str]) -> l
         standing = [row for row in about if row.run_uid is not None]
         for row in about:
             waits = row.run_uid is None and row.state is ChargeState.COUNTED
-            if waits and any(says_same(row, other) for other in standing):
+            if waits and any(same_charge(row, other) for other in standing):
                 reason = f"it says what the charge of run {run.name} does"
                 session.state(Statement(Action.DISMISS, "charge", row.uid, reason=reason))
                 settled.append(place_of_charge(session.connection, row.uid) or row.uid)

@@ -25,7 +25,7 @@ from data_schema.errors import BookError
 from data_schema.journal import MEND_TABLE, Entry
 from data_schema.journal_file import NOTHING, JournalFile, LeftOut
 from data_schema.queries.detections import verdicts_waiting
-from data_schema.queries.imports import KeptFile, raw_copies, signal_files
+from data_schema.queries.imports import StoredFile, raw_copies, signal_files
 from data_schema.queries.readings import waiting_files
 from data_schema.row_hashes import Altered, altered_rows, has_hashes
 from data_schema.tables import FACTS
@@ -98,8 +98,8 @@ class _Database:
     """What the database says: its own damage, the files it speaks of, and the hashes of its journal."""
 
     problems: list[str]
-    raw: list[KeptFile]
-    samples: list[KeptFile]
+    raw: list[StoredFile]
+    samples: list[StoredFile]
     entries: list[str] | None
     verdicts_waiting: int = 0
     files_waiting: int = 0
@@ -244,7 +244,7 @@ def _foreign_triggers(connection: sa.Connection) -> list[str]:
 
 
 def _chained(connection: sa.Connection) -> Iterator[Entry]:
-    return journal.chained(journal.stored(connection), remedy=MEND_TABLE)
+    return journal.verified_chain(journal.stored(connection), remedy=MEND_TABLE)
 
 
 def _compared(path: Path, written: Sequence[str], entries: Sequence[str]) -> list[str]:

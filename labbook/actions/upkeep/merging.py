@@ -187,7 +187,7 @@ class _Merging:
         """Apply entries to this book, and take all of it back."""
         connection = self.session.connection
         charges, logs = charges_by_run(connection), logs_by_run(connection)
-        number = journal.head(connection)[0] + len(self.session.said)
+        number = journal.head(connection)[0] + len(self.session.entries)
         verdicts, ends = [], _ends(fresh)
         here.ends.update({uid: end for uid, end in ends.items() if isinstance(end, str)})
         with self._scratch(fresh) as store:

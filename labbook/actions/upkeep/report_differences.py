@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import sqlalchemy as sa
 
 from data_schema.errors import UnknownName, nearest, unknown_name
-from data_schema.queries.reports import ReportRow, ResultHead, ShownRow, reports_stated, result_heads, shown_by_report
+from data_schema.queries.reports import ReportRow, ResultHead, ShownRow, list_reports, result_heads, shown_by_report
 from labbook.actions.upkeep.report_causes import (
     LOST_RUN,
     OF_RUN,
@@ -81,7 +81,7 @@ def report_named(connection: sa.Connection, name: str) -> ReportRow:
 
     Raises `UnknownName` for what names none of them, or several.
     """
-    reports = reports_stated(connection)
+    reports = list_reports(connection)
     back = re.fullmatch(rf"{LAST}(?:-([0-9]+))?", name)
     place = len(reports) - int(back[1] or 0) if back else int(name) if re.fullmatch("[0-9]{1,9}", name) else 0
     if 1 <= place <= len(reports):

@@ -22,7 +22,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.outcomes import Outcome
-from data_schema.queries.history import StatedConfiguration, first_measurement, stated_configurations
+from data_schema.queries.history import RecordedConfiguration, first_measurement, recorded_configurations
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import FileRole, ReasonCode, RunKind, RunState
 from labbook.analysis.comparison import pairing
@@ -84,7 +84,7 @@ AS_A_WHOLE = "a family counts as planned only as a whole, because Holm's p of ea
 """Why a run left out for a reason that was not allowed concerns groups that it does not belong to."""
 
 
-_History = Sequence[tuple[StatedConfiguration, AnalysisSettings | None]]
+_History = Sequence[tuple[RecordedConfiguration, AnalysisSettings | None]]
 """Every labbook.toml that the journal keeps, with what its [analysis] said."""
 
 
@@ -198,7 +198,7 @@ def planned_analysis(
     `selected` are the uids of the runs that a report or a comparison takes, None where it takes all.
     """
     now, first = configuration.analysis, first_measurement(connection)
-    stated = [(item, kept_analysis(item.text)) for item in stated_configurations(connection)]
+    stated = [(item, kept_analysis(item.text)) for item in recorded_configurations(connection)]
     before = [item for item in stated if first is not None and item[0].seq < first.seq]
     stood = before[-1][1] if before else None
     if first is None or stood is None:
@@ -312,7 +312,7 @@ def _run_before(runs: Iterable[RunRow], at_utc: str) -> str | None:
     return min((day for time, day in times if time < at_utc[: len(time)]), default=None)
 
 
-def _since(history: Sequence[tuple[StatedConfiguration, Any]], value: object) -> StatedConfiguration | None:
+def _since(history: Sequence[tuple[RecordedConfiguration, Any]], value: object) -> RecordedConfiguration | None:
     """Return the entry since which a value has stood unbroken to the end of the history."""
     found = None
     for item, said in reversed(history):
@@ -322,7 +322,7 @@ def _since(history: Sequence[tuple[StatedConfiguration, Any]], value: object) ->
     return found
 
 
-def _said(item: StatedConfiguration | None) -> tuple[str | None, str | None]:
+def _said(item: RecordedConfiguration | None) -> tuple[str | None, str | None]:
     return (None, None) if item is None else (item.at_utc, item.person)
 
 

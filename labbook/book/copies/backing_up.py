@@ -58,9 +58,9 @@ class LastBackup:
 
 def last_backup(store: Store) -> LastBackup | None:
     """Return when the last backup was made, and where; None where none is known of."""
-    said = read_json(store.root / LAST_BACKUP)
+    recorded = read_json(store.root / LAST_BACKUP)
     try:
-        return LastBackup(str(said["at_utc"]), str(said["where"]), int(said["entries"]))
+        return LastBackup(str(recorded["at_utc"]), str(recorded["where"]), int(recorded["entries"]))
     except (KeyError, TypeError, ValueError):
         return None
 

@@ -155,10 +155,10 @@ def claim(folder: Path, marker: str, mine: dict[str, Any], whose: str, refused: 
     A folder that holds other things is `refused`; so is one that is claimed for something else, with `whose` it is.
     """
     path = folder / marker
-    said = read_json(path)
-    if any(key in said and said[key] != value for key, value in mine.items()):
+    recorded = read_json(path)
+    if any(key in recorded and recorded[key] != value for key, value in mine.items()):
         raise UsageError(whose)
-    if said:
+    if recorded:
         return path
     if folder.exists() and any(found not in (path, part_of(path)) for found in folder.iterdir()):
         raise UsageError(refused)

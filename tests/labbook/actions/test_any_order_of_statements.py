@@ -29,8 +29,8 @@ from data_schema.row_hashes import Altered, Misfit, row_hashes
 from data_schema.vocabulary import FileRole, IngestStatus
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
-from labbook.actions.files.kept_files import dismiss, reread_named, restore, restore_item, withdraw
 from labbook.actions.files.rereading import RereadRequest
+from labbook.actions.files.stored_files import dismiss, reread_named, restore, restore_item, withdraw
 from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.correcting import correct
 from labbook.actions.runs.jump_review import decide

@@ -13,8 +13,8 @@ import pytest
 from data_schema.queries.charges import charges_by_run
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
-from labbook.actions.files.kept_files import reread_named, restore, withdraw
 from labbook.actions.files.rereading import RereadRequest
+from labbook.actions.files.stored_files import reread_named, restore, withdraw
 from labbook.actions.runs.correcting import correct
 from labbook.book.naming import run_named
 from labbook.book.opening import Book

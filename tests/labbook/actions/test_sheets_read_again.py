@@ -12,8 +12,8 @@ from data_schema.queries.imported_files import inbox
 from data_schema.queries.readings import last_reading
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import FileOutcome, IngestRequest, ingest_file
-from labbook.actions.files.kept_files import dismiss, reread_named, restore, restore_item, withdraw
 from labbook.actions.files.rereading import RereadRequest, reread
+from labbook.actions.files.stored_files import dismiss, reread_named, restore, restore_item, withdraw
 from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.correcting import correct
 from labbook.book.naming import run_named

@@ -71,7 +71,7 @@ class Lab:
             imported = (
                 connection.execute(sa.select(ingest.c.sha256).where(ingest.c.status == "imported")).scalars().all()
             )
-            in_database = list(journal.chained(journal.stored(connection)))
+            in_database = list(journal.verified_chain(journal.stored(connection)))
         root = self.standing.store.root
         assert all((root / path).is_file() for _sha256, path in kept)
         assert all((root / path).is_file() for path in samples)

@@ -14,8 +14,8 @@ from data_schema.queries.charges import every_charge
 from data_schema.vocabulary import Action, IngestStatus
 from ingest.formats.registry import plugins
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
-from labbook.actions.files.kept_files import reread_named, show_file, show_lines
 from labbook.actions.files.rereading import RereadRequest
+from labbook.actions.files.stored_files import reread_named, show_file, show_lines
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database
 from tests.helpers.books import ADA, SmallBook, small_book

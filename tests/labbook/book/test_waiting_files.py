@@ -18,8 +18,8 @@ from data_schema.queries.readings import readings_of, waiting_files
 from data_schema.vocabulary import Action, FileRole, IngestStatus
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
-from labbook.actions.files.kept_files import files_to_reread, list_files, reread_named
 from labbook.actions.files.rereading import RereadRequest
+from labbook.actions.files.stored_files import files_to_reread, list_files, reread_named
 from labbook.actions.runs.correcting import correct
 from labbook.actions.runs.jump_review import decide, review
 from labbook.actions.runs.to_do import to_do, to_do_lines

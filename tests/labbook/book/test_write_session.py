@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from data_schema.errors import BookDamaged, InputRefused, LabbookError, UsageError
-from data_schema.journal import GENESIS, placed
+from data_schema.journal import GENESIS, chain_entries
 from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.study import config_in_force
 from data_schema.vocabulary import Action
@@ -58,9 +58,9 @@ def test_what_is_stated_stands_in_table_and_file(book: SmallBook) -> None:
         with standing.session(ADA) as session:
             note(session, "left rail squeaked")
             note(session, "oiled")
-            said = list(session.said)
+            said = list(session.entries)
         entries = said_alike(standing)
-        assert entries == [*before, *placed(said, (before[-1].seq, before[-1].hash))]
+        assert entries == [*before, *chain_entries(said, (before[-1].seq, before[-1].hash))]
         assert [entry.following for entry in entries[-2:]] == [1, 0]
         assert {entry.person for entry in entries} == {ADA}
         assert notes(standing)[-2:] == ["left rail squeaked", "oiled"]
@@ -201,7 +201,7 @@ def test_half_a_command_in_the_file_is_not_rebuilt(book: SmallBook) -> None:
         last = said_alike(standing)[-1]
         run = find_run(standing, "r001")
         said = [entry(0, GENESIS, new={"target_kind": "run", "target_uid": run, "text": "cut off"}) for _ in range(3)]
-        standing.mirror.append(placed(said, (last.seq, last.hash))[:2])
+        standing.mirror.append(chain_entries(said, (last.seq, last.hash))[:2])
     rewrite_journal(book.folder)
     with book.open() as standing:
         assert said_alike(standing)[-1] == last

@@ -14,8 +14,8 @@ from data_schema.queries.signals import signals_of_runs
 from data_schema.vocabulary import Action, IngestStatus
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import FileOutcome, IngestRequest, ingest_file
-from labbook.actions.files.kept_files import files_to_reread, reread_named
 from labbook.actions.files.rereading import RereadRequest, reread_lines
+from labbook.actions.files.stored_files import files_to_reread, reread_named
 from labbook.actions.upkeep.tracing import NumberTrace, trace
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database

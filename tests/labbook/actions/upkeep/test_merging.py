@@ -20,8 +20,8 @@ from data_schema.vocabulary import Action, PlanMethod
 from ingest.store import raw_path
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
-from labbook.actions.files.kept_files import dismiss, list_files, restore, restore_item, show_file, withdraw
 from labbook.actions.files.rereading import RereadRequest, reread
+from labbook.actions.files.stored_files import dismiss, list_files, restore, restore_item, show_file, withdraw
 from labbook.actions.planning.runs import PlannedEntry, state_plan
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.charges import state_charge

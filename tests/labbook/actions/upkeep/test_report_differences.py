@@ -13,7 +13,7 @@ import pytest
 from data_schema.engine import writing
 from data_schema.vocabulary import Undefined
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
-from labbook.actions.files.kept_files import withdraw
+from labbook.actions.files.stored_files import withdraw
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct, unvoid, void
 from labbook.actions.runs.jump_review import decide

@@ -10,7 +10,7 @@ import pytest
 from data_schema.outcomes import Outcome
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
-from labbook.actions.files.kept_files import restore, withdraw
+from labbook.actions.files.stored_files import restore, withdraw
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.correcting import correct, unvoid, void

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from data_schema.outcomes import Outcome
-from data_schema.queries.history import first_measurement, stated_configurations
+from data_schema.queries.history import first_measurement, recorded_configurations
 from data_schema.queries.runs import list_runs
 from data_schema.vocabulary import Action, ReasonCode, RunState
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
@@ -92,7 +92,7 @@ def test_what_was_decided_stands_in_the_journal_before_the_first_file(either: Sm
         said = [(entry.entity_kind, entry.action) for entry in said_alike(book)]
         with book.reading() as connection:
             first = first_measurement(connection)
-            configurations = stated_configurations(connection)
+            configurations = recorded_configurations(connection)
     assert said[-2:] == [("config", Action.DECLARE), ("ingest", Action.INGEST)]
     assert first is not None
     assert (first.seq, configurations[-1].seq) == (len(said), len(said) - 1)

@@ -25,10 +25,10 @@ from data_schema.queries.readings import (
     PartRow,
     ReadingRow,
     last_readings,
+    last_statement,
     parts_of_reading,
     readings_of,
-    said_about,
-    said_last,
+    recorded_changes,
     shown_readings,
 )
 from data_schema.queries.runs import run_uids_named
@@ -92,7 +92,7 @@ def show_file(connection: sa.Connection, name: str) -> ShownFile:
             row,
             tuple(parts_of_reading(connection, row.uid)),
             tuple(findings_of(connection, row.uid)),
-            said_about(connection, row.uid, _READ)[-1][1].get("plugin"),
+            recorded_changes(connection, row.uid, _READ)[-1][1].get("plugin"),
         )
         for row in readings
     )
@@ -299,13 +299,13 @@ _LAST = (IngestStatus.IMPORTED, IngestStatus.WITHDRAWN, IngestStatus.WAITING)
 
 def _runs_left(connection: sa.Connection, file_uid: str) -> dict[str, Any]:
     """Return what a file left when it was withdrawn, as the statement says that it belongs to again."""
-    *_earlier, (old, _new) = said_about(connection, file_uid, [Action.WITHDRAW])
+    *_earlier, (old, _new) = recorded_changes(connection, file_uid, [Action.WITHDRAW])
     return old
 
 
 def _remark(connection: sa.Connection, status: str, file_uid: str, reading_uid: str) -> str:
     if status == IngestStatus.WITHDRAWN:
-        said = said_last(connection, file_uid, [Action.WITHDRAW])
+        said = last_statement(connection, file_uid, [Action.WITHDRAW])
         return "withdrawn" if said is None else f"withdrawn by {said.person} on {said.at_utc}: {said.reason}"
     if status == IngestStatus.WAITING:
         refused = [item.message for item in findings_of(connection, reading_uid) if item.severity == "file"]
