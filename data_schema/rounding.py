@@ -78,7 +78,7 @@ def number_text(value: Value, digits: int = SIGNIFICANT, error: float = 0.0) -> 
     return "0" if text == "-0" else text
 
 
-def stated_text(value: Value) -> str:
+def given_text(value: Value) -> str:
     """Write a number as a person gave it: a bound, a gain, a duration."""
     return number_text(value, _HELD)
 

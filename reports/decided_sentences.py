@@ -34,13 +34,13 @@ ELSEWHERE = "That it holds on other days is not shown."
 
 
 def group_claim(content: ReportContent, comparison: Comparison) -> Claim:
-    """Say what the treatment did to one outcome in one group, and no more than the days tell."""
+    """Say what the treatment did to one outcome in one group, as far as the days measured show it."""
     lead = comparison.lead
-    said = [decided_text(lead, _words(content, comparison), exploratory_text(comparison.exploratory))]
+    sentences = [decided_text(lead, _words(content, comparison), exploratory_text(comparison.exploratory))]
     if isinstance(lead.test.p, float):
         within = lead.equivalence is not None and lead.equivalence.shown
-        said += [_within(lead.equivalence), ELSEWHERE if lead.unit != "day" and (lead.rejected or within) else ""]
-    return Claim(" ".join(filter(None, said)), _id(as_shown(_number(lead))))
+        sentences += [_within(lead.equivalence), ELSEWHERE if lead.unit != "day" and (lead.rejected or within) else ""]
+    return Claim(" ".join(filter(None, sentences)), _id(as_shown(_number(lead))))
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,21 +63,21 @@ def decided_text(lead: Decision, words: Words, exploratory: str = "") -> str:
         return f"Whether {words.asked} cannot be told: {lead.test.p.reason}{left}; the means differ by {signed}."
     once = "significant after Holm" if lead.rejected and lost_by_holm(lead) else ""
     if not lead.rejected or once:
-        said = f"{words.unshown} is not {once or 'significant'}: {signed}"
+        clause = f"{words.unshown} is not {once or 'significant'}: {signed}"
     elif isinstance(number.ci_low, Undefined):
-        said = f"{words.unshown} is shown and cannot be bounded: {signed}"
+        clause = f"{words.unshown} is shown and cannot be bounded: {signed}"
     else:
-        said = words.effect(number.value, size)
+        clause = words.effect(number.value, size)
     days = len(lead.days)
     measured = "" if lead.unit == "day" else f"on the {days} days measured" if days > 1 else "on the one day measured"
-    return f"{_opened(said, measured)} ({'; '.join(_evidence(lead))}){exploratory}."
+    return f"{_opened(clause, measured)} ({'; '.join(_evidence(lead))}){exploratory}."
 
 
 def _number(lead: Decision) -> Number:
     return lead.savings or lead.difference
 
 
-def told_together(content: ReportContent, outcome: Outcome) -> str:
+def groups_in_one_sentence(content: ReportContent, outcome: Outcome) -> str:
     """Say in a sentence what the groups' exploratory tests found beside a test of equivalence over groups.
 
     "" where a group must speak for itself: planned, within days only, without a test, or not shown to be equivalent.
@@ -109,10 +109,10 @@ def told_together(content: ReportContent, outcome: Outcome) -> str:
 
 def overall_claims(content: ReportContent) -> list[tuple[Outcome, Claim]]:
     """Say what was saved over all groups, and whether apex height was lost, each where not one group alone claims."""
-    found = [(each.quantity, _saved(content, each)) for each in content.overall if len(each.scope.groups) != 1]
+    found = [(each.quantity, _savings_claim(content, each)) for each in content.overall if len(each.scope.groups) != 1]
     heights = content.overall_equivalence
     if heights is not None and len(heights.scope.groups) != 1:
-        found.append((Outcome.APEX, _kept_height(content, heights)))
+        found.append((Outcome.APEX, _equivalence_claim(content, heights)))
     return found
 
 
@@ -173,8 +173,8 @@ def _interval(number: Number) -> list[str]:
     return [f"{level_text(number)} {interval_text(number)}"]
 
 
-def _opened(said: str, measured: str) -> str:
-    return sentence_start(f"{measured}, {said}" if measured else said)
+def _opened(clause: str, measured: str) -> str:
+    return sentence_start(f"{measured}, {clause}" if measured else clause)
 
 
 def _within(item: Equivalence | None) -> str:
@@ -191,7 +191,7 @@ def within_text(item: Equivalence, lead: str, control: str = "the control") -> s
     return f"{lead} {verdict}within {bounds_text(item)}{of_mean} ({evidence}){exploratory}."
 
 
-def _saved(content: ReportContent, overall: OverallSavings) -> Claim:
+def _savings_claim(content: ReportContent, overall: OverallSavings) -> Claim:
     savings, scope = overall.savings, overall.scope
     treatment = treatment_name(content, {}) if swept_words(swept_factor(content)).of_active_damping else "the treatment"
     if isinstance(savings.value, Undefined):
@@ -199,9 +199,9 @@ def _saved(content: ReportContent, overall: OverallSavings) -> Claim:
         return Claim(text, _id(savings))
     size, signed = _sizes(savings.value, savings)
     over = _over(scope)
-    said = f"a saving is not shown{over}: {signed}"
+    clause = f"a saving is not shown{over}: {signed}"
     if overall.rejected:
-        said = saving_text(treatment, savings.value, size, over)
+        clause = saving_text(treatment, savings.value, size, over)
     spread, errors = (
         value_text(number.value, places_of(savings)) for number in (overall.spread, overall.spread_of_errors)
     )
@@ -209,7 +209,7 @@ def _saved(content: ReportContent, overall: OverallSavings) -> Claim:
     test = significance_text(overall.test, name=False)
     evidence = "; ".join([*_interval(savings), test, count_text(len(scope.days), "day"), apart])
     exploratory = exploratory_text(overall.exploratory, "effect")
-    claim = _over_groups(content, scope, f"{said} ({evidence}){exploratory}", savings)
+    claim = _claim_over_groups(content, scope, f"{clause} ({evidence}){exploratory}", savings)
     return replace(claim, text=" ".join(filter(None, (claim.text, _significant_alone(content, overall)))))
 
 
@@ -223,8 +223,8 @@ def _significant_alone(content: ReportContent, overall: OverallSavings) -> str:
         return ""
     if not cost:
         return f"Significant alone: {'; '.join(saved)}."
-    told = [("saving", saved), ("cost", cost)]
-    return " ".join(f"Significant {what} alone: {'; '.join(names)}." for what, names in told if names)
+    directions = [("saving", saved), ("cost", cost)]
+    return " ".join(f"Significant {what} alone: {'; '.join(names)}." for what, names in directions if names)
 
 
 def _leads(content: ReportContent, quantity: Outcome, scope: OverGroups) -> dict[str, Decision]:
@@ -239,7 +239,7 @@ def _cost(lead: Decision) -> bool:
     return isinstance(value, float) and value > 0.0
 
 
-def _kept_height(content: ReportContent, heights: OverallEquivalence) -> Claim:
+def _equivalence_claim(content: ReportContent, heights: OverallEquivalence) -> Claim:
     """Say whether apex height stayed within the bounds over all groups."""
     item, scope = heights.tested, heights.scope
     change = item.estimate
@@ -249,14 +249,16 @@ def _kept_height(content: ReportContent, heights: OverallEquivalence) -> Claim:
     assert isinstance(change.value, float)  # noqa: S101 - it is defined
     _size, signed = _sizes(change.value, change)
     if not item.shown:
-        said = "that apex height stayed within the bounds is not shown"
+        clause = "that apex height stayed within the bounds is not shown"
     else:
-        said = "no apex height was lost" if change.value >= 0.0 else "apex height stayed within the bounds"
+        clause = "no apex height was lost" if change.value >= 0.0 else "apex height stayed within the bounds"
     tost = f"TOST within {bounds_text(item)}, {p_text(item.p)}"
     evidence = "; ".join([*_interval(change), tost, count_text(len(scope.days), "day")])
     sign = "+" if change.value > 0.0 else ""
     exploratory = exploratory_text(item.exploratory, "test")
-    claim = _over_groups(content, scope, f"{said}{_over(scope)}: {sign}{signed} ({evidence}){exploratory}", change)
+    claim = _claim_over_groups(
+        content, scope, f"{clause}{_over(scope)}: {sign}{signed} ({evidence}){exploratory}", change
+    )
     return replace(claim, text=" ".join(filter(None, (claim.text, _not_shown_alone(content, scope)))))
 
 
@@ -271,9 +273,9 @@ def _over(scope: OverGroups) -> str:
     return f" over {count_text(len(scope.groups), 'group')}"
 
 
-def _over_groups(content: ReportContent, scope: OverGroups, said: str, number: Number) -> Claim:
+def _claim_over_groups(content: ReportContent, scope: OverGroups, clause: str, number: Number) -> Claim:
     """Close a sentence over groups with what it does not hold for, and with the groups that it leaves out."""
-    sentences = [f"{_opened(said, 'on the days measured' if scope.days_measured_only else '')}."]
+    sentences = [f"{_opened(clause, 'on the days measured' if scope.days_measured_only else '')}."]
     sentences += [ELSEWHERE] if scope.days_measured_only else []
     if scope.left_out:
         names = list_text([levels_name(content, group) or "all runs" for group in scope.left_out])

@@ -11,10 +11,10 @@ from collections.abc import Iterable, Sequence
 from statistics import median_low
 
 from data_schema.rounding import SIGNIFICANT, decimals_for, df_text, error_of, fixed_text, known_error, statistic_text
+from data_schema.rounding import given_text as plain_given_text
 from data_schema.rounding import level_text as level_in_percent
 from data_schema.rounding import number_text as plain_number_text
 from data_schema.rounding import p_text as plain_p_text
-from data_schema.rounding import stated_text as plain_stated_text
 from data_schema.vocabulary import Undefined
 from reports.numbers import Number, SignificanceTest, Value
 
@@ -82,9 +82,9 @@ def general_text(value: float, digits: int = SIGNIFICANT) -> str:
     return typeset(plain_number_text(value, digits))
 
 
-def stated_text(value: float) -> str:
+def given_text(value: float) -> str:
     """Write a number as a person gave it."""
-    return typeset(plain_stated_text(value))
+    return typeset(plain_given_text(value))
 
 
 def _spread(number: Number) -> float | None:

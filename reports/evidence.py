@@ -24,7 +24,7 @@ class ByDay:
 
     `method` names the test: "mixed model" (REML, degrees of freedom after Satterthwaite), or "exact test on ..." where
     the design is balanced. `day_sd` and `run_sd` are the standard deviations between days and between runs of a day, by
-    REML. `confounding` says what cannot be told because days and conditions go together, "" where they do not; `notes`
+    REML. `confounding` says which conditions are confounded with days, "" where they do not; `notes`
     what the model left out.
     """
 
@@ -155,7 +155,7 @@ class Comparison:
     leaves the unit of analysis to the days. `between` is what is compared where that is not treatment with control.
 
     Verdicts: `rejected` says whether Welch's p is at most alpha, `adjusted_rejected` whether `adjusted` is,
-    `savings_shown` whether the savings are told from zero; None where there is no such p or interval.
+    `savings_shown` whether the savings differ from zero; None where there is no such p or interval.
     """
 
     label: str

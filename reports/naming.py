@@ -13,9 +13,9 @@ from reports.display import (
     NO_BREAK,
     count_text,
     general_text,
+    given_text,
     in_sentence,
     list_text,
-    stated_text,
     with_unit,
 )
 
@@ -75,7 +75,7 @@ def formula_text(factor: Factor) -> str:
     if factor.slope is None or factor.offset is None:
         return ""
     sign = "+" if factor.offset >= 0 else MINUS
-    slope, offset = stated_text(factor.slope), stated_text(abs(factor.offset))
+    slope, offset = given_text(factor.slope), given_text(abs(factor.offset))
     text = f"{factor.symbol} = {slope} g {sign} {offset}".replace(" ", NO_BREAK)
     called = swept_words(factor)
     control = called.control if called.of_active_damping else f"the {called.control}"
@@ -84,8 +84,8 @@ def formula_text(factor: Factor) -> str:
 
 
 def level_value(level: Level) -> str:
-    """Write a level's value: what its gain stands for with three digits, any other as it was stated."""
-    write = stated_text if level.gain is None else general_text
+    """Write a level's value: what its gain stands for with three digits, any other with all its digits."""
+    write = given_text if level.gain is None else general_text
     return write(level.value or 0.0)
 
 
@@ -109,7 +109,7 @@ def level_name(factor: Factor, level: Level, *, gain: bool = False) -> str:
     if level.gain is None:
         name = in_sentence(factor.title)
         return f"{name}{EQUALS}{physical_text(level)}" if is_number(level) else f"{level.label} {name}"
-    beside = f" (gain{NO_BREAK}{stated_text(level.gain)})" if gain else ""
+    beside = f" (gain{NO_BREAK}{given_text(level.gain)})" if gain else ""
     return f"{factor.symbol or factor.title}{EQUALS}{physical_text(level)}{beside}"
 
 

@@ -37,7 +37,7 @@ class HypothesisPart:
     """One comparison of a hypothesis: the levels `of` what is compared, and in which what it is set `against` differs.
 
     Without the latter it is set against the control. The claim is that `measured` lies between `low` and `high`, None
-    for no bound; `untold` says why it has no interval. `savings` tells that savings are compared, not means.
+    for no bound; `no_interval` says why it has no interval. With `savings` savings are compared, not means.
     """
 
     of: Mapping[str, str]
@@ -48,7 +48,7 @@ class HypothesisPart:
     simulated_verdict: Verdict
     low: float | None
     high: float | None
-    untold: Undefined | None = None
+    no_interval: Undefined | None = None
     savings: bool = False
 
 

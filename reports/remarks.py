@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from reports.content import Claim, Comparison, Level, ReportContent
-from reports.display import count_text, in_sentence, list_text, sentence_start, stated_text, with_unit
+from reports.display import count_text, given_text, in_sentence, list_text, sentence_start, with_unit
 from reports.naming import formula_text, is_number, level_of, level_value, levels_name, physical_text, title_of
 
 NOT_FROM_DAYS = "cannot be told from a difference between days"
@@ -50,14 +50,14 @@ _LISTED = 4
 def by_day_sentences(content: ReportContent, quantity: Outcome) -> list[str]:
     """Return what is confounded with days, or left out of the model, and in which comparisons."""
     blocked = [c for c in content.comparisons if c.quantity is quantity and c.by_day is not None]
-    said: dict[str, list[Comparison]] = {}
+    concerned: dict[str, list[Comparison]] = {}
     for comparison in blocked:
         if comparison.by_day is not None:
-            # That sides of one day each are confounded with their days is said once, among the claims.
+            # Sides of one day each are confounded with their days: a single sentence among the claims says so.
             confounding = "" if comparison.one_day_each else comparison.by_day.confounding
             for text in filter(None, (confounding, *comparison.by_day.notes)):
-                said.setdefault(text, []).append(comparison)
-    return [f"{text} This holds for{_which(content, found, len(blocked))}." for text, found in said.items()]
+                concerned.setdefault(text, []).append(comparison)
+    return [f"{text} This holds for{_which(content, found, len(blocked))}." for text, found in concerned.items()]
 
 
 def _which(content: ReportContent, found: list[Comparison], total: int) -> str:
@@ -98,14 +98,14 @@ def _size_text(level: Level) -> str:
 
 def scene_sentences(content: ReportContent) -> list[str]:
     """Say which factors change nothing in the scene, and whose numbers it takes as they stand."""
-    about, said = content.predictions, []
+    about, sentences = content.predictions, []
     if about.unmapped:
-        said.append(
+        sentences.append(
             f"Not simulated: {list_text(about.unmapped)}, for which [simulation] of labbook.toml names no parameter. "
             "Conditions that differ in nothing else have the same prediction, and savings between them are predicted "
             "as 0."
         )
-    return [*said, *filter(None, [unconverted_text(about.unconverted)])]
+    return [*sentences, *filter(None, [unconverted_text(about.unconverted)])]
 
 
 def unconverted_text(factors: Sequence[tuple[str, str, str]]) -> str:
@@ -168,19 +168,19 @@ def _simulated(content: ReportContent) -> str:
 
 def _errors(content: ReportContent) -> str:
     about = content.predictions
-    inputs = list_text([f"{one.name} by {stated_text(100.0 * one.varied_by)} %" for one in about.assumed])
-    rests = f"inputs without a source, each raised and lowered ({inputs})" if about.assumed else "nothing else"
-    accuracy = stated_text(about.accuracy)
+    inputs = list_text([f"{one.name} by {given_text(100.0 * one.varied_by)} %" for one in about.assumed])
+    inputs_text = f"inputs without a source, each raised and lowered ({inputs})" if about.assumed else "nothing else"
+    accuracy = given_text(about.accuracy)
     return (
-        f"The error of a prediction is that of the simulator, {accuracy} of the value, and that of {rests}. Its parts "
-        "are added in quadrature and count as one standard uncertainty; in the mean of a group errors are added before "
-        f"squaring. {numerical_text(content)}What the scene leaves out, such as what is lost between the charger and "
-        "the motors, is no part of it."
+        f"The error of a prediction is that of the simulator, {accuracy} of the value, and that of {inputs_text}. "
+        "Its parts are added in quadrature and count as one standard uncertainty; in the mean of a group errors are "
+        f"added before squaring. {numerical_text(content)}What the scene leaves out, such as what is lost between the "
+        "charger and the motors, is no part of it."
     )
 
 
 def numerical_text(content: ReportContent) -> str:
-    """Say how far predictions move where they are simulated finer, with a space after it; "" where none can be told."""
+    """Say how far predictions move when simulated finer, with a space after it; "" where that is not known."""
     moved = [
         item.numerical_error / item.predicted.se
         for item in content.predictions.items
@@ -189,6 +189,6 @@ def numerical_text(content: ReportContent) -> str:
     if not moved:
         return ""
     marked = sum(item.imprecise for item in content.predictions.items)
-    said = f", and the tables mark {count_text(marked, 'of them', 'of them')} as imprecise" if marked else ""
-    most = stated_text(float(f"{max(moved):.1g}"))
-    return f"Simulated again a hundred times finer, predictions move by at most {most} of their standard error{said}. "
+    also = f", and the tables mark {count_text(marked, 'of them', 'of them')} as imprecise" if marked else ""
+    most = given_text(float(f"{max(moved):.1g}"))
+    return f"Simulated again a hundred times finer, predictions move by at most {most} of their standard error{also}. "

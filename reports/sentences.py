@@ -12,6 +12,7 @@ from reports.display import (
     MINUS,
     as_shown,
     count_text,
+    given_text,
     in_sentence,
     interval_text,
     level_text,
@@ -21,7 +22,6 @@ from reports.display import (
     sentence_start,
     shown_unit,
     significance_text,
-    stated_text,
     value_text,
     with_unit,
 )
@@ -117,7 +117,7 @@ def exploratory_text(why: str, what: str = "comparison") -> str:
 def bounds_text(item: Equivalence) -> str:
     """Write the bounds as "-5 to 5 mm"."""
     unit, factor = shown_unit(item.estimate.unit)
-    low, high = (stated_text(bound * factor) for bound in (item.low, item.high))
+    low, high = (given_text(bound * factor) for bound in (item.low, item.high))
     return with_unit(f"{low} to {high}", unit)
 
 
@@ -184,12 +184,12 @@ def family_claim(content: ReportContent, planned: Sequence[Comparison], *, poole
         family = [item for item in planned if item.quantity is quantity]
         shown = [item for item in family if item.lead.adjusted_rejected is True and not item.one_day_each]
         if family:
-            untold = sum(
+            n_untested = sum(
                 item.decision.rejected is None if item.decision else bool(item.one_day_each) for item in family
             )
             why = "without a test" if family[0].decision else NOT_FROM_DAYS
             notes = [_named(content, shown)] if 0 < len(shown) <= min(_MOST_NAMED, len(family) - 1) else []
-            notes += [f"{untold} {why}"] if untold else []
+            notes += [f"{n_untested} {why}"] if n_untested else []
             counted = f"{len(shown) or 'none'} of {count_text(len(family), 'comparison')}"
             by_quantity.append(f"{counted} of {quantity}" + (f" ({'; '.join(notes)})" if notes else ""))
             ids += [item.lead.adjusted.provenance for item in family if item.lead.adjusted is not None][:1]

@@ -162,7 +162,7 @@ def robustness_sentences(content: ReportContent) -> tuple[str, ...]:
     Headlines of the first unit stand with their ranges, of the others how far any of them moves.
     """
     known = _known_headlines(content)
-    found = [said for said in (_none_left_out(content),) if said]
+    found = [text for text in (_none_left_out(content),) if text]
     for rank, unit in enumerate(dict.fromkeys(each.as_reported.unit for each in known)):
         of_unit = [each for each in known if each.as_reported.unit == unit]
         places = common_places([each.as_reported for each in of_unit])
@@ -218,7 +218,7 @@ def _days(content: ReportContent, item: Sensitivity) -> list[Variant]:
 
 
 def _days_measured(content: ReportContent) -> set[str]:
-    """Return the days with a run that a number rests on."""
+    """Return the days with a run that a number is computed from."""
     runs = {one.run for condition in content.conditions for each in condition.summaries.values() for one in each.runs}
     return {day.date for day in content.days if not runs.isdisjoint(day.runs)}
 

@@ -70,14 +70,14 @@ def changed_by_words(scene: Scene, sets: Sequence[str] = (), effects: str | None
     """
     on, off = _effects(effects)
     values: dict[str, float] = {}
-    said_by: dict[str, str] = {}
+    word_of: dict[str, str] = {}
     jumps, drop_height_m = None, None
     for word in sets:
         change = _change(word, (scene.effects | on) - off)
         for subject in change.subjects:
-            if subject in said_by:
-                raise UsageError(f"{said_by[subject]} and {word} both set {subject}: leave one of them out.")
-            said_by[subject] = word
+            if subject in word_of:
+                raise UsageError(f"{word_of[subject]} and {word} both set {subject}: leave one of them out.")
+            word_of[subject] = word
         values |= change.values
         on, off = on | change.on, off | change.off
         jumps = jumps if change.jumps is None else change.jumps

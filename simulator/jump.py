@@ -44,7 +44,7 @@ MOST_STEPS_A_JUMP = 2_000_000
 MOST_REPEATS = 5
 _SURE = ("min_leg_length_m", "max_leg_length_m", "min_body_height_m", "capped_time_s", "energy_at_play_J")
 _NUMBERS = COLUMNS[1 : COLUMN["decision_margin"] + 1]
-_KEPT_CHANGES = 4096
+_ROOM_FOR_CHANGES = 4096
 _RECORDED_STEPS = 100_000
 
 
@@ -141,7 +141,7 @@ def _run(kernel: Kernel, table: Row, limits: Row, jumps: int, record: bool) -> t
     """Run one scene; room for mode changes and steps is made until they fit."""
     rows = np.zeros((1, jumps, len(COLUMNS)))
     counts = np.zeros(1, np.int64)
-    room, steps = 16 * jumps + _KEPT_CHANGES, _RECORDED_STEPS if record else 0
+    room, steps = 16 * jumps + _ROOM_FOR_CHANGES, _RECORDED_STEPS if record else 0
     while True:
         changes = np.full((room, 4), -1.0)
         trace = np.zeros((steps, 4 + 4 * kernel.composition.state_size))

@@ -18,7 +18,7 @@ MOST_JUMPS = 1_000_000
 class Value:
     """A parameter's value in SI units, and where it is from.
 
-    It has a source, or `why` says for what it was assumed, or it was set by who uses the scene, who has said no more.
+    It has a source, or `why` says for what it was assumed, or the user of the scene set it, without a reason.
     An assumed value may have been fitted to the runs of a study, which `fitted_to` names.
     """
 

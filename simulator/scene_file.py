@@ -91,8 +91,10 @@ def load_scene(name_or_path: str | Path) -> Scene:
     except IsADirectoryError as error:
         raise InputRefused(f"{path} is a folder: give a scene file in it.") from error
     except OSError as error:
-        said = (error.strerror or str(error)).lower()
-        raise InputRefused(f"the scene file {path} cannot be read ({said}): check its path and permissions.") from error
+        message = (error.strerror or str(error)).lower()
+        raise InputRefused(
+            f"the scene file {path} cannot be read ({message}): check its path and permissions."
+        ) from error
     return parse_scene(text, path.stem, str(path))
 
 

@@ -16,7 +16,7 @@ Values = Mapping[str, float]
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """A rule for scenes in which all of `effects` are on; `fault` gives the sentence, None where the rule is kept."""
+    """A rule for scenes in which all of `effects` are on; `fault` gives the sentence, None where the rule is met."""
 
     effects: frozenset[str]
     fault: Callable[[Values], str | None]

@@ -131,8 +131,8 @@ def align_clocks(first_s: ArrayLike, second_s: ArrayLike, level: float = 0.95) -
             "the hops are so equal that plate and leg fit as well one hop further: record both from before the first "
             "hop, or tap the foot on the plate at uneven times"
         )
-    kept = np.abs(_residuals(*pairs)) <= max(_FAR * spread_s, 1e-9)
-    return _line(pairs[:, kept], pairs.shape[1] - int(kept.sum()), level)
+    near = np.abs(_residuals(*pairs)) <= max(_FAR * spread_s, 1e-9)
+    return _line(pairs[:, near], pairs.shape[1] - int(near.sum()), level)
 
 
 def _line(pairs: _Floats, left_out: int, level: float) -> Clocks:

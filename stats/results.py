@@ -45,8 +45,8 @@ class Result:
 
     def _repr_html_(self) -> str:
         """Return the sentence, and the numbers below it in a fold, as notebooks show a result."""
-        rows, said = self.rows(), getattr(self, "sentence", None)
-        sentence = "" if said is None else said()
+        rows, method = self.rows(), getattr(self, "sentence", None)
+        sentence = "" if method is None else method()
         if len(rows) <= 1:
             return fields_html(self.to_dict(), sentence=sentence)
         parts = [row.to_dict() for row in rows]

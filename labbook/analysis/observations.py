@@ -133,7 +133,7 @@ class Observations:
 
     @property
     def settings(self) -> AnalysisSettings | None:
-        """What was decided about the analysis of the book: what was stated in time, not what labbook.toml says now."""
+        """The settings of the analysis that apply: those recorded in time, not those of labbook.toml today."""
         return None if self.plan is None else self.plan.settings
 
     @property

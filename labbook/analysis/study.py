@@ -111,7 +111,7 @@ def analyse(
     progress: Callable[[str], None],
     level: float | None = None,
 ) -> StudyAnalysis:
-    """Compute everything that is not stored; `progress` is told what is being done.
+    """Compute everything that is not stored; `progress` is called with what is being done.
 
     `level` is that of the comparisons' intervals, alpha of their tests 1 less it; without it they are as planned.
     """

@@ -49,7 +49,7 @@ class StudyData:
     waiting: tuple[WaitingFile, ...] = ()
 
     def reasons(self, missing: Mapping[str, Undefined], role: FileRole) -> dict[str, Undefined]:
-        """Return why runs lack a number; that a file of theirs waits is said before all else."""
+        """Return why runs lack a number; a waiting file of theirs comes before other reasons."""
         waiting = {run_uid: self.waits(run_uid, role) for run_uid in missing}
         return {run_uid: missing[run_uid] if why is None else why for run_uid, why in waiting.items()}
 

@@ -223,5 +223,5 @@ def rebuild(
         return
     with progress("rebuilding", None, shown=not as_json) as step:
         done = rebuild_database(folder, step)
-    kept = f"the old database is kept as {done.old}" if done.old else "there was no old database"
-    emit(done, [f"rebuilt from {done.entries} entries; {kept}.", *done.sentences], as_json)
+    old_database = f"the old database is kept as {done.old}" if done.old else "there was no old database"
+    emit(done, [f"rebuilt from {done.entries} entries; {old_database}.", *done.sentences], as_json)

@@ -19,13 +19,13 @@ _ASKED_WORDS = {"date_unclear": ("dates", ("d/m/y", "m/d/y")), "clock_unclear": 
 """What is asked for where a file leaves it open, by rule: the option, and the words it takes."""
 
 _AS_GIVEN = ("format", "profile", "instrument", "override_units", "complete", "no_robot_check")
-"""Options that the journal keeps in the words of the command line."""
+"""Options that the journal stores as they are written on the command line."""
 
 
 def declared_options(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options of `declaring` as the journal keeps them: only what was said.
+    """Return the options of `declaring` that were given, as the journal stores them.
 
-    Raises `UsageError` for what has no meaning.
+    Raises `UsageError` for an option that has no meaning.
     """
     options: dict[str, Any] = {}
     rate_hz, decimal_sign = given["rate"], given["decimal"]
@@ -68,8 +68,8 @@ def declared_options(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def declared_words(dates: str | None, clock: str | None, axes: str | None) -> dict[str, Any]:
-    """Return what was said of dates, clock times and axes. Raises `UsageError` for words that are not known."""
-    said = {}
+    """Return the declared order of dates, form of clock times and axes. Raises `UsageError` for unknown words."""
+    declared = {}
     for name, given, allowed, what in (
         ("date_format", dates, DATE_FORMATS, "order of dates (--dates)"),
         ("clock_format", clock, CLOCK_FORMATS, "form of clock times (--clock)"),
@@ -78,30 +78,33 @@ def declared_words(dates: str | None, clock: str | None, axes: str | None) -> di
         if given is not None:
             if given not in allowed:
                 raise unknown_name(what, given, allowed)
-            said[name] = given
-    return said
+            declared[name] = given
+    return declared
 
 
 def ask_for(outcome: FileOutcome, options: Mapping[str, Any]) -> dict[str, Any] | None:
-    """Ask a person for what the file does not say and nobody declared; None where nothing can be asked for."""
+    """Ask a person for what neither the file nor an option declares, and return the options with the answers.
+
+    None where there is nothing to ask for.
+    """
     if outcome.status != "refused" or outcome.read is None:
         return None
-    said = dict(options)
+    declared = dict(options)
     for finding in outcome.read.findings:
         if finding.rule == "rate_missing":
             say(f"{outcome.path}: {finding.message}", err=True)
-            said["rate_hz"] = typer.prompt("samples a second", type=float, err=True)
+            declared["rate_hz"] = typer.prompt("samples a second", type=float, err=True)
         elif finding.rule == "time_unit_missing":
             say(f"{outcome.path}: {finding.message}", err=True)
             unit = typer.prompt(f"unit of {finding.column} (s, ms or us)", err=True)
             column = {"channel": None, "unit": unit}
-            said["columns"] = {**said.get("columns", {}), finding.column or "time": column}
+            declared["columns"] = {**declared.get("columns", {}), finding.column or "time": column}
         elif finding.rule in _ASKED_WORDS and finding.severity is Severity.FILE:
             say(f"{outcome.path}: {finding.message}", err=True)
             option, allowed = _ASKED_WORDS[finding.rule]
             answer = typer.prompt(" or ".join(allowed), err=True)
-            said |= declared_words(**{"dates": None, "clock": None, "axes": None, option: answer})
-    return said if said != dict(options) else None
+            declared |= declared_words(**{"dates": None, "clock": None, "axes": None, option: answer})
+    return declared if declared != dict(options) else None
 
 
 def _pair(option: str, text: str, example: str) -> tuple[str, str]:

@@ -42,10 +42,10 @@ def reread_json(done: Reread) -> dict[str, Any]:
 
 
 def state(
-    book: Path | None, person: str | None, say: Callable[[WriteSession], str], record: dict[str, Any], as_json: bool
+    book: Path | None, person: str | None, make: Callable[[WriteSession], str], record: dict[str, Any], as_json: bool
 ) -> None:
-    """Make one statement and print what it says and what became stale."""
+    """Make one statement, and print its message and what became stale."""
     with opened(book) as opened_book, opened_book.session(person) as session:
-        said = say(session)
+        message = make(session)
         stale = session.stale
-    emit({**record, "said": said, "stale": stale}, [said, *(stale_lines(stale) if stale else ())], as_json)
+    emit({**record, "said": message, "stale": stale}, [message, *(stale_lines(stale) if stale else ())], as_json)

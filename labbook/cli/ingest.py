@@ -94,14 +94,14 @@ def ingest(
                 for path in files:
                     outcome = take(opened_book, path, IngestRequest(run, options, dry_run, person, batch, again))
                     if asking() and not as_json and not many:
-                        said = ask_for(outcome, options)
-                        if said is not None:
-                            outcome = take(opened_book, path, IngestRequest(run, said, dry_run, person))
+                        answered = ask_for(outcome, options)
+                        if answered is not None:
+                            outcome = take(opened_book, path, IngestRequest(run, answered, dry_run, person))
                     outcomes.append(without_samples(outcome))
                     step(path.name)
             rig = rig_lines_of(opened_book, outcomes)
             heights = missing_heights(opened_book, outcomes)
-        finally:  # what was finished is told, also where Ctrl-C or a full disk ended the rest
+        finally:  # finished files are printed, also where Ctrl-C or a full disk stopped the others
             if outcomes and not as_json:
                 n = len(outcomes)
                 done = Batch(outcomes, rig or [[]] * n, heights or [None] * n, run, dry_run, meant.skipped_line)

@@ -120,17 +120,19 @@ def _decide(
             found = review(opened_book, connection, run)
         decided = jumps_meant(numbers, found)
         with opened_book.session(person) as session:
-            stated = decide(opened_book, session, run, decided, verdict, reason, note, found)
+            recorded = decide(opened_book, session, run, decided, verdict, reason, note, found)
             stale = session.stale
             rejecting = verdict == "reject"
             about = (session.connection, opened_book.configuration, reason, "every comparison of apex heights")
             remarks = reason_remarks(*about) if rejecting else []
             remarks += [] if verdict == "clear" else without_apex(found, decided)
-    said = f"{verdict} {', '.join(map(str, decided))}" + ("" if stated else " says nothing new: nothing was stated")
+    message = f"{verdict} {', '.join(map(str, decided))}" + (
+        "" if recorded else " says nothing new: nothing was stated"
+    )
     emit(
         {"run": run, "jumps": decided, "verdict": verdict, "stale": stale, "remarks": remarks},
         [
-            f"{run}: {said}; {len(stale)} results became stale.",
+            f"{run}: {message}; {len(stale)} results became stale.",
             *(f"look again: {remark}" for remark in remarks),
         ],
         as_json,

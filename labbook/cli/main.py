@@ -62,7 +62,7 @@ GROUPS = {
 
 MOVED_COMMAND = "planning one test is `labbook power --test NAME` now: see `labbook power --help`."
 MOVED_OPTION = "planning how many runs a study needs is `labbook power` now: see `labbook power --help`."
-"""What is said of the command `power` of `stats` and of the option `--power` of `plan`, which there were."""
+"""Messages for the former command `stats power` and the former option `plan --power`."""
 
 
 def application(words: Collection[str]) -> typer.Typer:
@@ -106,7 +106,7 @@ def run(words: Sequence[str] | None = None) -> NoReturn:
         if debug:
             raise
         sentence, code = explained(error)
-        with contextlib.suppress(OSError):  # where it would be told may be full, too
+        with contextlib.suppress(OSError):  # the disk that takes the message may be full, too
             if sentence and "--json" in arguments:
                 typer.echo(printable_json(json.dumps({"error": sentence, "exit_code": code}, ensure_ascii=False)))
             if sentence:
@@ -168,10 +168,10 @@ def explained(error: Exception) -> tuple[str, int]:
             return f"{error.strerror or error}{where}: check the path, its permissions and the disk.", 2
         case typer.TyperException():
             command = getattr(getattr(error, "ctx", None), "command_path", "labbook")
-            said = " ".join(_formatted(error).split()).rstrip(".")
-            if not said:
+            message = " ".join(_formatted(error).split()).rstrip(".")
+            if not message:
                 return "", 2  # a group without a command has shown its help instead
-            end = "" if said.endswith("?") else "."
-            return f"{said[0].lower()}{said[1:]}{end} See `{command} --help` for its use, with an example.", 2
+            end = "" if message.endswith("?") else "."
+            return f"{message[0].lower()}{message[1:]}{end} See `{command} --help` for its use, with an example.", 2
         case _:
             return "no answer was given, so nothing was done: answer, or give it as an option.", 2

@@ -136,5 +136,5 @@ def _withdraw(
         except DryRun:
             pass
     stay = f" {len(done.made)} that were made stay." if done.made else ""
-    kept = " (dry run: nothing stored)" if dry_run else ""
-    emit(done, [f"{len(done.withdrawn)} planned runs withdrawn{kept}.{stay}"], as_json)
+    dry = " (dry run: nothing stored)" if dry_run else ""
+    emit(done, [f"{len(done.withdrawn)} planned runs withdrawn{dry}.{stay}"], as_json)

@@ -47,17 +47,19 @@ def read_sheet(path: Path, page: str | None) -> tuple[str, str | None]:
         ) from error
 
 
-def answered(attempt: Callable[[dict[str, str | None]], _Done], said: dict[str, str | None], *, ask: bool) -> _Done:
-    """Do what may need a word of the person: at a terminal it is asked for and tried again, elsewhere refused."""
+def with_answers(
+    attempt: Callable[[dict[str, str | None]], _Done], answers: dict[str, str | None], *, ask: bool
+) -> _Done:
+    """Call `attempt` with the answers given as options; ask for one that is missing at a terminal, refuse elsewhere."""
     while True:
         try:
-            return attempt(said)
+            return attempt(answers)
         except SheetQuestion as question:
-            if not ask or not asking() or said.get(question.option) is not None:
+            if not ask or not asking() or answers.get(question.option) is not None:
                 raise
             listed = ", ".join(f"{choice}: {meaning}" for choice, meaning in question.choices.items())
             say(f"{question.sentence} ({listed}).", err=True)
             chosen = ""
             while chosen not in question.choices:
                 chosen = typer.prompt(" or ".join(question.choices), err=True).strip()
-            said = {**said, question.option: chosen}
+            answers = {**answers, question.option: chosen}

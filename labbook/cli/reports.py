@@ -21,7 +21,7 @@ ReportArgument = Annotated[
     typer.Argument(metavar="REPORT", help="Its number in `reports list`, last, last-1, or the beginning of its id."),
 ]
 MOST_MOVED, MOST_CAUSES = 20, 12
-"""So many numbers, and causes of a kind, are told without --full."""
+"""Largest number of moved numbers, and of causes of a kind, that are listed without --full."""
 
 
 @app.command("list")
@@ -99,13 +99,13 @@ def _lines(found: "ReportsCompared", full: bool) -> list[str]:
         )
     moving = [place for place, cause in enumerate(found.causes) if cause.moved]
     names = {place: str(number) for number, place in enumerate(moving, start=1)}
-    said = [f"{names[place]} {_said(found.causes[place])}" for place in moving]
-    lines += _shortened(said, MOST_CAUSES, full)
-    beside = [f"  {_said(cause)}" for cause in found.causes if not cause.moved]
-    if beside:
+    moving_texts = [f"{names[place]} {_cause_text(found.causes[place])}" for place in moving]
+    lines += _shortened(moving_texts, MOST_CAUSES, full)
+    other_texts = [f"  {_cause_text(cause)}" for cause in found.causes if not cause.moved]
+    if other_texts:
         lines += [
             "said between the two, and no number that both have moved by it:",
-            *_shortened(beside, MOST_CAUSES, full),
+            *_shortened(other_texts, MOST_CAUSES, full),
         ]
     listed = found.moved if full else found.moved[:MOST_MOVED]
     rows = [
@@ -142,11 +142,11 @@ def _answer(found: "ReportsCompared") -> str:
     counts = Counter(str(cause.kind) for cause in found.causes if cause.moved)
     causes = [_count(count, _NAMED.get(kind, kind)) for kind, count in counts.items()]
     by = f"by {', '.join(causes[:-1])}{' and ' if causes[1:] else ''}{causes[-1]}" if causes else ""
-    unexplained = sum(not one.causes for one in found.moved)
-    if unexplained:
-        of_them = f"{unexplained} of them" if causes else "them"
-        unsaid = f"nothing said between the reports explains {of_them}: `labbook db check` says what was altered"
-        by = f"{by}, and {unsaid}" if by else f"and {unsaid}"
+    n_unexplained = sum(not one.causes for one in found.moved)
+    if n_unexplained:
+        of_them = f"{n_unexplained} of them" if causes else "them"
+        unexplained = f"nothing said between the reports explains {of_them}: `labbook db check` says what was altered"
+        by = f"{by}, and {unexplained}" if by else f"and {unexplained}"
     return f"{len(found.moved)} of {_count(found.common, 'number')} moved, {by}{more}."
 
 
@@ -166,7 +166,7 @@ def _runs(report: "ReportRow") -> str:
     return report.selection or "all runs"
 
 
-def _said(cause: "Cause") -> str:
+def _cause_text(cause: "Cause") -> str:
     moved = f" ({_count(cause.moved, 'number')})" if cause.moved else ""
     reason = f', "{cause.reason}"' if cause.reason else ""
     who = "" if cause.person is None else f" ({cause.person}, {(cause.at_utc or '')[:10]})"

@@ -77,20 +77,20 @@ def import_command(
     from labbook.actions.runs.runs_importing import RunsImported, import_runs
     from labbook.book.opening import opened
     from labbook.book.write_session import DryRun
-    from labbook.cli.reading import answered, read_sheet
+    from labbook.cli.reading import read_sheet, with_answers
 
     text, page = read_sheet(sheet, encoding)
     with opened(book) as opened_book:
 
-        def attempt(said: dict[str, str | None]) -> RunsImported:
+        def attempt(answers: dict[str, str | None]) -> RunsImported:
             done = RunsImported()
             with contextlib.suppress(DryRun), opened_book.session(person) as session:
-                done = import_runs(opened_book, session, text, str(sheet), **said)
+                done = import_runs(opened_book, session, text, str(sheet), **answers)
                 if dry_run:
                     raise DryRun
             return done
 
-        done = answered(attempt, {"dates": dates, "fold": fold}, ask=not as_json)
+        done = with_answers(attempt, {"dates": dates, "fold": fold}, ask=not as_json)
     line = (
         f"{len(done.stated)} runs stated, {len(done.filled_in)} filled in, {len(done.unchanged)} there already, "
         f"{len(done.not_made)} still to be made{' (dry run: nothing stored)' if dry_run else ''}."

@@ -89,10 +89,10 @@ def run(
         result = beside_other_contact(result, simulated)
         if drawn:
             draw_motion(result, plot, animate)
-    said = [] if ablation is None else ["", *verdict(ablation)]
+    ablation_lines = [] if ablation is None else ["", *verdict(ablation)]
     files = {name: str(path) for name, path in (("plot", plot), ("animation", animate)) if path is not None}
     data = {**as_data(result), **chosen_data(ablation), **files}
-    emit(data, [*as_lines(result), *said, *files.values()], as_json)
+    emit(data, [*as_lines(result), *ablation_lines, *files.values()], as_json)
 
 
 @app.command()
@@ -170,9 +170,9 @@ def sweep(
     with counted(f"sweeping{first}", wanted, "jumps", shown=not as_json) as advance, computing as compute:
         done = run_sweep(sweep, out, compute, advance)
     chosen_for = "The effects were chosen for the scene as it stands, before anything is swept:"
-    said = [] if planned.ablation is None else ["", chosen_for, *verdict(planned.ablation), *corners]
+    ablation_lines = [] if planned.ablation is None else ["", chosen_for, *verdict(planned.ablation), *corners]
     data = {**sweep_data(done), **chosen_data(planned.ablation), **corners_data(planned.corners, planned.ablation)}
-    emit(data, [*sweep_lines(done), *said], as_json)
+    emit(data, [*sweep_lines(done), *ablation_lines], as_json)
 
 
 @app.command()

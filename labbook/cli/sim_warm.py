@@ -27,7 +27,7 @@ def warm(
     """
     from data_schema.cache_folder import CACHE_VARIABLE
     from data_schema.errors import UsageError
-    from simulator.kernel.build import is_kept, kernel_for, why_no_lanes
+    from simulator.kernel.build import is_cached, kernel_for, why_no_lanes
     from simulator.scene_file import load_scene, shipped_scenes
 
     found = {name: load_scene(name) for name in scenes or shipped_scenes()}
@@ -38,7 +38,7 @@ def warm(
             if lanes and why_no_lanes(scene.effects) is None:
                 spent_s[name] += kernel_for(scene.effects, lanes=True).compile_time_s
             done(name)
-            if not is_kept(scene.effects):
+            if not is_cached(scene.effects):
                 raise UsageError(
                     f"the kernel of {name} was compiled and cannot be kept: name a folder that can be written in "
                     f"{CACHE_VARIABLE}."

@@ -126,15 +126,15 @@ def correct(
     from labbook.actions.upkeep.stale import stale_lines
     from labbook.book.naming import changes_in_words
     from labbook.book.opening import opened
-    from labbook.cli.reading import answered
+    from labbook.cli.reading import with_answers
     from labbook.config.places import to_change
 
     with opened(book) as opened_book:
         configuration = opened_book.configuration
 
-        def attempt(said: dict[str, str | None]) -> tuple[Any, Any, Any, Any, Any, Any]:
+        def attempt(answers: dict[str, str | None]) -> tuple[Any, Any, Any, Any, Any, Any]:
             with opened_book.session(person, correcting=True) as session:
-                changed = state_correction(opened_book, session, target, fields, why, fold=said["fold"])
+                changed = state_correction(opened_book, session, target, fields, why, fold=answers["fold"])
                 shown = {name: values for name, values in changed.items() if name != "planned_run"}
                 old, new = ({name: values[place] for name, values in shown.items()} for place in (0, 1))
                 words = changes_in_words(session.connection, old, new)
@@ -143,13 +143,13 @@ def correct(
                 settled = settle_waiting(session, target, runs)
                 return changed, words, runs, remarks, settled, session.stale
 
-        changed, words, runs, remarks, settled, stale = answered(attempt, {"fold": fold}, ask=not as_json)
+        changed, words, runs, remarks, settled, stale = with_answers(attempt, {"fold": fold}, ask=not as_json)
         about = runs if OF_JOULES & changed.keys() else ()
         rig = [line.text for line in rig_lines_of_runs(opened_book, about, jumps="jumps_made" in changed)]
     in_file = to_change(configuration, target, {name: new for name, (_old, new) in changed.items()})
-    said = f"{target}: {', '.join(fields)}." if changed else f"{target} says that already: nothing was changed."
+    message = f"{target}: {', '.join(fields)}." if changed else f"{target} says that already: nothing was changed."
     lines = [
-        said,
+        message,
         *([f"changed: {words}."] if changed else []),
         *rig,
         *stale_lines(stale),
@@ -223,9 +223,9 @@ def assign(
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.session(person) as session:
-        said = state_assignment(session, file, run, why)
+        message = state_assignment(session, file, run, why)
         stale = session.stale
         remarks = remarks_on(session.connection, opened_book.configuration, [] if run == NO_RUN else [run], ["log"])
-    lines = [said, *(stale_lines(stale) if stale else []), *remark_lines(remarks)]
+    lines = [message, *(stale_lines(stale) if stale else []), *remark_lines(remarks)]
     data = {"file": file, "run": None if run == NO_RUN else run, "stale": stale, "remarks": remarks}
     emit(data, lines, as_json)

@@ -26,7 +26,7 @@ class ShownStudy:
 
     title: str
     data: dict[str, Any]
-    said: list[str]
+    sentences: list[str]
     draw: Callable[[], Figure]
     caption: str
     sources: Sequence[tuple[str, str]]

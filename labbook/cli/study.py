@@ -40,7 +40,7 @@ def _show(shown: ShownStudy, plot: Path | None, page: Path | None, as_json: bool
     if page is not None:
         _write_page(shown, page)
     files = {name: str(path) for name, path in (("plot", plot), ("page", page)) if path is not None}
-    lines = [] if as_json else [*within_width(shown.said), *_tables(shown), *files.values()]
+    lines = [] if as_json else [*within_width(shown.sentences), *_tables(shown), *files.values()]
     emit({**shown.data, **files}, lines, as_json)
 
 
@@ -58,7 +58,7 @@ def _write_page(shown: ShownStudy, page: Path) -> None:
 
     made = StudyPage(
         shown.title,
-        shown.said,
+        shown.sentences,
         shown.draw,
         shown.caption,
         shown.head,
@@ -275,7 +275,7 @@ def all_studies(
             lines += [f"{name}: refused", *within_width([str(error)]), ""]
             continue
         found[name] = dict(shown.data)
-        lines += [f"{name}: {shown.title}", *within_width(shown.said)]
+        lines += [f"{name}: {shown.title}", *within_width(shown.sentences)]
         if pages is not None:
             page = pages / f"{name}.html"
             _write_page(shown, page)

@@ -76,8 +76,8 @@ def plot(
 
     with opened(book) as opened_book, opened_book.reading() as connection:
         plotted = plot_run(opened_book, connection, run, jump, out or picture_named(run))
-    said = [str(plotted.path), *([plotted.remark] if plotted.remark else [])]
-    emit({"run": run, "figure": str(plotted.path), "remark": plotted.remark}, said, as_json)
+    lines = [str(plotted.path), *([plotted.remark] if plotted.remark else [])]
+    emit({"run": run, "figure": str(plotted.path), "remark": plotted.remark}, lines, as_json)
 
 
 def channels(as_json: JsonOption = False) -> None:

@@ -58,8 +58,8 @@ def read_analysis(top: TableReader) -> AnalysisSettings | None:
     return settings
 
 
-def kept_analysis(text: str) -> AnalysisSettings | None:
-    """Read `[analysis]` of a configuration as the book keeps it; nothing else of the text need be understood today."""
+def stored_analysis(text: str) -> AnalysisSettings | None:
+    """Read `[analysis]` of a stored configuration; other tables may be of an older form that is not read any more."""
     faults: list[str] = []
     settings = read_analysis(TableReader(tomllib.loads(text), "", faults))
     if faults:
@@ -67,8 +67,8 @@ def kept_analysis(text: str) -> AnalysisSettings | None:
     return settings
 
 
-def kept_jump_rules(text: str) -> tuple[Detector, int, bool]:
-    """Read which jumps count by `[protocol]` of a configuration as the book keeps it: detector and exclusions."""
+def stored_jump_rules(text: str) -> tuple[Detector, int, bool]:
+    """Read from `[protocol]` of a stored configuration which jumps count: detector and exclusions."""
     faults: list[str] = []
     table = TableReader(tomllib.loads(text), "", faults).table("protocol")
     rules = (

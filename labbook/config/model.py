@@ -57,7 +57,7 @@ JUMP_RULES = {"exclude_first_jumps": "2", "exclude_gap_jumps": "true"}
 class ProtocolSettings:
     """`[protocol]`: how a run is made and what of it is used.
 
-    `run_duration_s` is None where no time is kept; `stated` has those of `JUMP_RULES` that are written.
+    `run_duration_s` is None where runs have no set duration; `rules_given` has the `JUMP_RULES` that labbook.toml sets.
     """
 
     run_duration_s: float | None
@@ -66,7 +66,7 @@ class ProtocolSettings:
     exclude_gap_jumps: bool
     charger_resolution_mah: float
     idle_minutes: tuple[float, ...]
-    stated: frozenset[str] = frozenset()
+    rules_given: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,7 +168,7 @@ class SimulationSettings:
 
     `scene` names a shipped scene, or the file of one's own, whose text is then `scene_toml`.
     `factors` goes from a factor to the parameter that its physical value is, `levels` from a factor and a label to
-    parameters; `parameters` hold in every condition, and those in `assumed` have no source although they are stated.
+    parameters; `parameters` hold in every condition, and those in `assumed` are given without a source.
     For the error every parameter without a source is varied by the part `varied_by`, those in `varied` by their own.
     """
 

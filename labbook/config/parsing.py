@@ -41,7 +41,7 @@ __all__ = ["Configuration", "parse_configuration", "template"]
 def parse_configuration(text: str, source: str, folder: Path | None = None) -> Configuration:
     """Read a configuration; `source` names the file in messages.
 
-    `folder`: where the file of a scene of one's own is looked for; None for a text that is kept with it and was in
+    `folder`: where the file of a scene of one's own is looked for; None for a text that is stored with it and was in
     force: the channels that its profiles name stand, also where they would be refused now.
     Raises `InputRefused` with one sentence a fault, all faults at once.
     """
@@ -130,7 +130,7 @@ def _protocol(table: TableReader) -> ProtocolSettings:
         exclude_gap_jumps=table.flag("exclude_gap_jumps", True),
         charger_resolution_mah=table.number("charger_resolution_mah", 1.0, above=0.0),
         idle_minutes=tuple(minutes),
-        stated=frozenset(key for key in JUMP_RULES if table.value(key) is not None),
+        rules_given=frozenset(key for key in JUMP_RULES if table.value(key) is not None),
     )
     table.finish()
     return settings

@@ -1,6 +1,6 @@
 """Where in `labbook.toml` a fact stands that was corrected in the book, and what to change there.
 
-labbook.toml of a book that moves: where database and store are is said anew, all else stays as it was written.
+When a book moves, the places of its database and store in labbook.toml are written anew; all else stays as it was.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _TABLES = {"robot": "robots", "battery": "batteries", "instrument": "instruments
 
 
 def to_change(configuration: Configuration, target: str, corrected: Mapping[str, Any]) -> list[str]:
-    """Say, one line a field, what labbook.toml should say now; nothing where it says so already or never did.
+    """Return a line for each field that labbook.toml should change; none where it agrees already or never had it.
 
     `target` is `study`, `robot:NAME`, `battery:NAME`, `instrument:NAME`, `factor:NAME` or `level:FACTOR=LABEL`;
     `corrected` holds the new values by field.
@@ -28,18 +28,18 @@ def to_change(configuration: Configuration, target: str, corrected: Mapping[str,
     if kind == "level":
         return _of_level(configuration, name, corrected)
     if target == "study":
-        table, says = "study", configuration.study
+        table, settings = "study", configuration.study
     else:
         declared: Mapping[str, Any] = getattr(configuration, _TABLES[kind]) if kind in _TABLES else {}
         if name not in declared:
             return []
-        table, says = f"{_TABLES[kind]}.{name}", declared[name]
+        table, settings = f"{_TABLES[kind]}.{name}", declared[name]
         if "name" in corrected:
             return [f"labbook.toml calls it [{table}]: rename that table to [{_TABLES[kind]}.{corrected['name']}]."]
     return [
-        f"labbook.toml says {field} = {_toml(getattr(says, field))} under [{table}]: {_change(value)}."
+        f"labbook.toml says {field} = {_toml(getattr(settings, field))} under [{table}]: {_change(value)}."
         for field, value in corrected.items()
-        if hasattr(says, field) and getattr(says, field) != value
+        if hasattr(settings, field) and getattr(settings, field) != value
     ]
 
 
@@ -53,8 +53,8 @@ def _of_level(configuration: Configuration, name: str, corrected: Mapping[str, A
     attributes = json.loads(corrected.get("attributes_json", "null"))
     if label not in levels or attributes is None or dict(levels[label].attributes) == attributes:
         return []
-    says = ", ".join(f"{key} = {_toml(value)}" for key, value in attributes.items()) or "nothing"
-    return [f"labbook.toml says otherwise under [factors.{factor}.levels.{label}]: let it say {says}."]
+    wanted = ", ".join(f"{key} = {_toml(value)}" for key, value in attributes.items()) or "nothing"
+    return [f"labbook.toml says otherwise under [factors.{factor}.levels.{label}]: let it say {wanted}."]
 
 
 def _change(value: Any) -> str:
@@ -76,13 +76,13 @@ def in_one_folder(text: str, database_url: str | None) -> str:
 
     Raises `UsageError` where `[database]` and `[store]` are not tables with a header of their own.
     """
-    kept, leaving = [], False
+    retained, leaving = [], False
     for line in text.splitlines(keepends=True):
         if _HEADER.match(line):
             leaving = _OF_PLACE.match(line) is not None
-        if not leaving or not line.partition("#")[0].strip():  # what is remarked below may be of the next table
-            kept.append(line)
-    moved = placed("".join(kept), database_url, None)
+        if not leaving or not line.partition("#")[0].strip():  # comments at the end may belong to the next table
+            retained.append(line)
+    moved = placed("".join(retained), database_url, None)
     wanted = {key: value for key, value in tomllib.loads(text).items() if key not in PLACES}
     if database_url is not None:
         wanted["database"] = {"url": database_url}
@@ -98,7 +98,7 @@ def in_one_folder(text: str, database_url: str | None) -> str:
 
 
 def placed(text: str, database_url: str | None, store: Path | None) -> str:
-    """Return the text of a labbook.toml that says nothing of these places with what it is to say of them."""
+    """Return the text of a labbook.toml that has no such tables with `[database]` and `[store]` added."""
     for table, key, value in (("database", "url", database_url), ("store", "path", store)):
         if value is not None:
             text = f"{text.rstrip()}\n\n[{table}]\n{key} = {json.dumps(str(value), ensure_ascii=False)}\n"

@@ -58,8 +58,8 @@ def _profile(table: TableReader, in_force: bool) -> ProfileSettings:
     for channel in sorted({channel for channel in channels if channels.count(channel) > 1}):
         table.fault("columns", f"{channel!r} is the channel of several columns: name each channel once.")
     table.finish()
-    said = {name: value for name, value in settings.items() if value is not None}
-    return ProfileSettings(tuple(recognise), files, columns, said)
+    given = {name: value for name, value in settings.items() if value is not None}
+    return ProfileSettings(tuple(recognise), files, columns, given)
 
 
 def _time(table: TableReader, in_force: bool) -> dict[str, Any]:
@@ -74,28 +74,28 @@ def _time(table: TableReader, in_force: bool) -> dict[str, Any]:
             check_unit(unit, None)
     except UsageError as error:
         below.fault("unit", str(error))
-    said = {
+    options = {
         "time_column": below.text("column"),
         "time_unit": unit,
         "date_column": below.optional_text("date_column"),
     }
     below.finish()
-    return said
+    return options
 
 
 def _words(table: TableReader) -> dict[str, str | None]:
     """Read the keys whose words the readers define; their modules are loaded only where such a key stands."""
-    said: dict[str, str | None] = {}
+    words: dict[str, str | None] = {}
     if table.value("date") is not None or table.value("clock") is not None:
         from ingest.timebase.clock_formats import CLOCK_FORMATS, DATE_FORMATS
 
-        said["date_format"] = _one_of(table, "date", DATE_FORMATS)
-        said["clock_format"] = _one_of(table, "clock", CLOCK_FORMATS)
+        words["date_format"] = _one_of(table, "date", DATE_FORMATS)
+        words["clock_format"] = _one_of(table, "clock", CLOCK_FORMATS)
     if table.value("axes") is not None:
         from ingest.channels.forces import AXES
 
-        said["axes"] = _one_of(table, "axes", AXES)
-    return said
+        words["axes"] = _one_of(table, "axes", AXES)
+    return words
 
 
 def _column(table: TableReader, in_force: bool) -> ProfileColumn:
@@ -169,7 +169,7 @@ DATE = "date"
 """The column of dates that go with a time column of times of day."""
 
 OWN = "own."
-"""Before a name that is no channel: `own.motor_current` is kept as `motor_current` and feeds no result."""
+"""Prefix of a name that is no channel: `own.motor_current` is stored as `motor_current`; no result uses it."""
 SHEET_COLUMNS = {
     "run": "name of the run that was recharged after",
     "charge": "charge that was put back, in mAh or Ah",

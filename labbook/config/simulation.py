@@ -20,8 +20,9 @@ A scene of one's own: `[simulation]` of `labbook.toml` names its file, and the b
     [simulation]
     scene = "gravel.toml"
 
-The path is relative to the book. A configuration is kept with the file's text below its own, under `[scene_files]`: the
-journal alone then gives each prediction again, whatever has become of the file. Its TOML is the simulator's to read.
+The path is relative to the book. A configuration is stored with the file's text below its own, under `[scene_files]`,
+so that each prediction can be made again from the journal alone, whatever has become of the file. The simulator reads
+its TOML.
 """
 
 from __future__ import annotations
@@ -41,15 +42,15 @@ SUFFIX = ".toml"
 
 
 def read_own_scene(top: TableReader, table: TableReader, name: str, folder: Path | None) -> str | None:
-    """Return the text of the file `name` of a scene, as it stands in `folder`, or without one as it is kept.
+    """Return the text of the scene file `name`: from `folder`, or without one from the configuration's `[scene_files]`.
 
     `table` is the one that names the scene. Gives None, and adds a fault, where there is no such text.
     """
     if folder is not None:
         return _read(table, name, folder / name)
-    kept = top.table(SCENE_FILES).value(name)
-    if isinstance(kept, str):
-        return kept
+    stored = top.table(SCENE_FILES).value(name)
+    if isinstance(stored, str):
+        return stored
     table.fault("scene", f"the text of {name} is not kept with it: put that under [{SCENE_FILES}].")
     return None
 
@@ -60,8 +61,8 @@ def _read(table: TableReader, name: str, path: Path) -> str | None:
     except UnicodeDecodeError:
         table.fault("scene", f"{name} is not text in UTF-8: save it as such.")
     except OSError as error:
-        said = error.strerror or str(error)
-        table.fault("scene", f"{path} cannot be read ({said}): put the scene there, or name one that is shipped.")
+        message = error.strerror or str(error)
+        table.fault("scene", f"{path} cannot be read ({message}): put the scene there, or name one that is shipped.")
     return None
 
 

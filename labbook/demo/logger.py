@@ -72,9 +72,9 @@ def run_log(seed: int, truth: Truth, run: DemoRun, *, full: bool = False) -> Run
     boot_ms = int(rng.integers(15_000, 40_000))
     time_ms = boot_ms + np.arange(motion.height_m.size) * 1000 // RATE_HZ
     dropped, touched = _drop_packets(rng, motion)
-    kept = np.ones(time_ms.shape, dtype=np.bool_)
+    recorded = np.ones(time_ms.shape, dtype=np.bool_)
     for first, number in dropped:
-        kept[first : first + number] = False
+        recorded[first : first + number] = False
     channels = _measure(rng, motion)
     held = {
         "k_gain": float(run.condition.k_gain),
@@ -84,8 +84,8 @@ def run_log(seed: int, truth: Truth, run: DemoRun, *, full: bool = False) -> Run
     channels |= {name: np.full(time_ms.shape, value) for name, value in held.items()}
     channels["controller_state"] = motion.extending.astype(np.float64)
     return RunLog(
-        time_ms[kept],
-        {name: values[kept] for name, values in channels.items()},
+        time_ms[recorded],
+        {name: values[recorded] for name, values in channels.items()},
         boot_ms + 1000 * motion.apex_s,
         run.reached_apexes_m,
         dropped,
@@ -131,13 +131,15 @@ def _drop_packets(rng: np.random.Generator, motion: BodyMotion) -> tuple[NDArray
     return dropped, touched
 
 
-def kept_samples(rng: np.random.Generator, n: int, dropped: int, longest: int, first: int = 0) -> NDArray[np.bool_]:
+def samples_not_dropped(
+    rng: np.random.Generator, n: int, dropped: int, longest: int, first: int = 0
+) -> NDArray[np.bool_]:
     """Draw which samples of a log arrive where so many packets are dropped, none before the sample `first`."""
-    kept = np.ones(n, dtype=np.bool_)
+    recorded = np.ones(n, dtype=np.bool_)
     for _ in range(dropped):
         start = int(rng.integers(first, n))
-        kept[start : start + int(rng.integers(2, longest + 1))] = False
-    return kept
+        recorded[start : start + int(rng.integers(2, longest + 1))] = False
+    return recorded
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,8 +28,8 @@ class SheetQuestion(InputRefused):
 
     def __init__(self, sentence: str, option: str, choices: Mapping[str, str]) -> None:
         self.sentence, self.option, self.choices = sentence, option, choices
-        said = " or ".join(f"`--{option} {choice}` ({meaning})" for choice, meaning in choices.items())
-        super().__init__(f"{sentence}: say {said}.")
+        options = " or ".join(f"`--{option} {choice}` ({meaning})" for choice, meaning in choices.items())
+        super().__init__(f"{sentence}: say {options}.")
 
 
 def date_reader(order: str | None = None) -> Callable[[str], datetime.date]:

@@ -22,7 +22,7 @@ MOST_COLUMNS_EXPLAINED = 5
 """More columns than this that are not known are one fault, not as many."""
 _DELIMITERS = ",;\t"
 _SEPARATOR_LINE = re.compile(r"sep=[,;\t]")
-"""The line by which spreadsheets are told the separator."""
+"""The line that tells spreadsheets the separator."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,15 +15,15 @@ from reports.predicted import Prediction
 
 
 @dataclass(frozen=True)
-class Shown:
-    """Remembers every stored number that a report shows, for its list of sources; `said` words what is undefined."""
+class ShownNumbers:
+    """Collects the ids of stored numbers that a report shows, for its list of sources; `reword` rewords reasons."""
 
     ids: dict[str, None] = field(default_factory=dict)
-    said: Callable[[Undefined], Undefined] = lambda undefined: undefined
+    reword: Callable[[Undefined], Undefined] = lambda undefined: undefined
 
-    def of_sides(self, sides: tuple[str, str], unit: str) -> Shown:
+    def of_sides(self, sides: tuple[str, str], unit: str) -> ShownNumbers:
         """Return the same with both sides of a comparison, the treatment first, and its values called as given."""
-        return replace(self, said=lambda undefined: _of_sides(undefined, sides, unit))
+        return replace(self, reword=lambda undefined: _of_sides(undefined, sides, unit))
 
     def number(self, number: Number) -> Number:
         """Return a number as it is shown."""
@@ -31,7 +31,7 @@ class Shown:
         value, low, high = number.value, number.ci_low, number.ci_high
         if not isinstance(value, Undefined):
             return number
-        return replace(number, value=self.said(value), ci_low=self._end(low), ci_high=self._end(high))
+        return replace(number, value=self.reword(value), ci_low=self._end(low), ci_high=self._end(high))
 
     def value(self, number: Number) -> Value:
         """Return the bare value of a number."""
@@ -44,10 +44,10 @@ class Shown:
         return SignificanceTest(name, value, df or (own,), self._worded(p.value))
 
     def _worded(self, value: Value) -> Value:
-        return self.said(value) if isinstance(value, Undefined) else value
+        return self.reword(value) if isinstance(value, Undefined) else value
 
     def _end(self, end: Value | None) -> Value | None:
-        return self.said(end) if isinstance(end, Undefined) else end
+        return self.reword(end) if isinstance(end, Undefined) else end
 
 
 def provenance(shown: Iterable[str], results: Iterable[ResultRow]) -> tuple[Provenance, ...]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from data_schema.outcomes import Outcome
 from reports.content import ReportContent
-from reports.display import as_shown, count_text, general_text, level_text, shown_unit, stated_text
+from reports.display import as_shown, count_text, general_text, given_text, level_text, shown_unit
 from reports.figures.kind import figures_of_outcomes, levels_alone
 from reports.figures.series import Axis, Series, axis_of, drawn_factor, series_lie_apart, series_of
 from reports.figures.style import GREY, TWO_COLUMNS_IN, is_narrow, light_grid, new_figure, publication_style, spread
@@ -75,7 +75,7 @@ def _control_text(content: ReportContent) -> str:
     """Say where the control stands: at its value, or before the levels that have none."""
     called, axis = swept_words(swept_factor(content)), axis_of(content)
     name = called.control if called.of_active_damping else f"The {called.control_level}"
-    return f"{name} stands {f'at {stated_text(axis.control_position)}' if axis.continuous else 'first'}."
+    return f"{name} stands {f'at {given_text(axis.control_position)}' if axis.continuous else 'first'}."
 
 
 def range_text(content: ReportContent, quantity: Outcome) -> str:

@@ -171,10 +171,10 @@ def draw_values(axes: Axes, groups: Sequence[DrawnGroup], marks: Mapping[str, st
     widest = widest_beside(size, axes)
     for place, group in enumerate(groups):
         _draw_mean(axes, place + SD_AT, group)
-        kept = kept_places(group.values)
-        values = [group.values[index] for index in kept]
+        indices = drawn_indices(group.values)
+        values = [group.values[index] for index in indices]
         offsets = swarm(values, axes, size, widest)
-        labels = [group.labels[index] for index in kept] if marks else [""] * len(values)
+        labels = [group.labels[index] for index in indices] if marks else [""] * len(values)
         for label in dict.fromkeys(labels):
             chosen = [index for index, own in enumerate(labels) if own == label]
             axes.plot(
@@ -189,7 +189,7 @@ def draw_values(axes: Axes, groups: Sequence[DrawnGroup], marks: Mapping[str, st
             )
 
 
-def kept_places(values: Sequence[float]) -> list[int]:
+def drawn_indices(values: Sequence[float]) -> list[int]:
     """Return which values are drawn: all, or of many those at even ranks, both ends among them, in their order."""
     if len(values) <= MOST_DRAWN:
         return list(range(len(values)))

@@ -1,4 +1,4 @@
-"""Figures that were drawn before, kept in the user's cache folder: only what changed is drawn.
+"""A cache of drawn figures in the user's cache folder: only what changed is drawn.
 
 A file's name is a hash of all that the drawing is made of: what the figure shows of the report, and its width. The
 folder's is a hash of what draws: sources, and versions of matplotlib and of what it lays out and writes with. Each
@@ -28,7 +28,7 @@ from reports.content import ReportContent
 from reports.figures.kind import FigureKind, draw_figure, pdf_bytes, svg_bytes
 
 KIND = "figures"
-KEPT_VERSIONS = 2
+MOST_VERSIONS = 2
 MOST_BYTES = 64 * 2**20
 """Of one version; beyond, the files go that were used longest ago."""
 _DRAW_WITH = ("matplotlib", "numpy", "fonttools", "kiwisolver", "contourpy")
@@ -69,7 +69,7 @@ def drawn(
     """
     folder = _folder()
     paths = [_paths(folder, content, one) for one in wanted]
-    found = [_kept(one, some) for one, some in zip(wanted, paths, strict=True)]
+    found = [_stored(one, some) for one, some in zip(wanted, paths, strict=True)]
     missing = [place for place, known in enumerate(found) if known is None]
     shared = len(missing) > 1 and folder is not None and has_core()
     begun: mmap.mmap | bytearray = mmap.mmap(-1, len(wanted)) if shared else bytearray(len(wanted))
@@ -78,7 +78,7 @@ def drawn(
         for place in places:
             if not begun[place]:
                 begun[place] = 1
-                found[place] = _drawn_now(content, wanted[place], paths[place])
+                found[place] = _drawn_anew(content, wanted[place], paths[place])
 
     if shared:
         importlib.import_module("matplotlib.backends.backend_svg")  # the copy has then all that drawing loads
@@ -89,12 +89,12 @@ def drawn(
         copy.result()
     for place in missing:
         if found[place] is None:
-            found[place] = _kept(wanted[place], paths[place]) or _drawn_now(content, wanted[place], paths[place])
+            found[place] = _stored(wanted[place], paths[place]) or _drawn_anew(content, wanted[place], paths[place])
     return [known for known in found if known is not None], other
 
 
 def _paths(folder: Path | None, content: ReportContent, wanted: Wanted) -> dict[str, Path]:
-    """Return where a figure is kept in each format, nothing without a folder."""
+    """Return the path of a figure in each format, nothing without a folder."""
     if folder is None:
         return {}
     shown = wanted.kind.absent(content) or wanted.kind.drawn(content)
@@ -102,13 +102,13 @@ def _paths(folder: Path | None, content: ReportContent, wanted: Wanted) -> dict[
     return {name: folder / f"{key}.{name}" for name in wanted.formats}
 
 
-def _kept(wanted: Wanted, paths: Mapping[str, Path]) -> dict[str, bytes] | None:
-    """Return a figure as it is kept, None where one of its formats is not."""
+def _stored(wanted: Wanted, paths: Mapping[str, Path]) -> dict[str, bytes] | None:
+    """Return a figure from the cache, None where one of its formats is not there."""
     known = {name: data for name, path in paths.items() if (data := _read(path)) is not None}
     return known if len(known) == len(wanted.formats) else None
 
 
-def _drawn_now(content: ReportContent, wanted: Wanted, paths: Mapping[str, Path]) -> dict[str, bytes]:
+def _drawn_anew(content: ReportContent, wanted: Wanted, paths: Mapping[str, Path]) -> dict[str, bytes]:
     figure = draw_figure(wanted.kind, content, wanted.width_in)
     found = {"svg": svg_bytes(figure)}  # always first: the other format has its positions
     if "pdf" in wanted.formats:
@@ -123,7 +123,7 @@ def forget_unused(most_bytes: int = MOST_BYTES) -> None:
     if (current := _folder()) is None:
         return
     with contextlib.suppress(OSError):
-        forget_old_versions(current, KEPT_VERSIONS)
+        forget_old_versions(current, MOST_VERSIONS)
         files = sorted(((path.stat(), path) for path in current.iterdir()), key=lambda file: -file[0].st_mtime)
         total = 0
         for about, path in files:
@@ -145,9 +145,9 @@ def _read(path: Path) -> bytes | None:
     try:
         if why_not_trusted(path):
             return None
-        kept = path.read_bytes()
-        data = kept[_HASH_BYTES:]
-        if hashlib.sha256(data).digest() != kept[:_HASH_BYTES]:
+        stored = path.read_bytes()
+        data = stored[_HASH_BYTES:]
+        if hashlib.sha256(data).digest() != stored[:_HASH_BYTES]:
             return None
         os.utime(path)  # used now
     except OSError:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from reports.content import ReportContent
-from reports.display import count_text, general_text, level_text, sentence_start, shown_unit, stated_text
+from reports.display import count_text, general_text, given_text, level_text, sentence_start, shown_unit
 from reports.evidence import POOLED
 from reports.figures.kind import FigureKind, levels_alone
 from reports.figures.savings import draw_estimate, tidy_rows
@@ -111,7 +111,7 @@ def caption(content: ReportContent) -> str:
     level = level_text(about.items[0].measured) if about.items else "confidence interval"
     return (
         f"Measured means (circles) with their {level}, and what the scene {about.scene} predicts for each condition as "
-        f"it was run (diamonds), ± {stated_text(COVERAGE_FACTOR)} standard uncertainties (simulator, assumed "
+        f"it was run (diamonds), ± {given_text(COVERAGE_FACTOR)} standard uncertainties (simulator, assumed "
         "inputs)."
     )
 

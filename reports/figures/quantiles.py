@@ -57,11 +57,11 @@ def draw_quantiles(quantiles: Quantiles, width_in: float = ONE_COLUMN_IN) -> Fig
         found, (unit, factor) = quantiles.found, shown_unit(quantiles.unit)
         figure = new_figure(width_in, min(0.85 * width_in, 3.6))
         axes = figure.add_subplot()
-        kept = _kept(found.expected)
-        expected = [found.expected[place] for place in kept]
+        indices = _drawn_indices(found.expected)
+        expected = [found.expected[place] for place in indices]
 
         def drawn(values: tuple[float, ...]) -> list[float]:
-            return [factor * values[place] for place in kept]
+            return [factor * values[place] for place in indices]
 
         if not isinstance(found.middle, Undefined):
             label = "median of each place, if normal"
@@ -72,10 +72,10 @@ def draw_quantiles(quantiles: Quantiles, width_in: float = ONE_COLUMN_IN) -> Fig
             axes.fill_between(
                 expected, drawn(found.low), drawn(found.high), color=PALE, linewidth=0, label=band, zorder=1
             )
-        marks = _draw_marks(axes, quantiles, kept, expected, drawn(found.observed))
+        marks = _draw_marks(axes, quantiles, indices, expected, drawn(found.observed))
         if len(marks) > 1:
             _name_marks(figure, marks, width_in)
-        put_above(figure, _part_text(len(kept), len(found.observed)), width_in)
+        put_above(figure, _part_text(len(indices), len(found.observed)), width_in)
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_locator(plain_ticks())
         axes.set_xlabel("Normal quantile (standard deviations)")
@@ -87,12 +87,12 @@ def draw_quantiles(quantiles: Quantiles, width_in: float = ONE_COLUMN_IN) -> Fig
 
 
 def _draw_marks(
-    axes: Axes, quantiles: Quantiles, kept: Sequence[int], expected: Sequence[float], values: Sequence[float]
+    axes: Axes, quantiles: Quantiles, indices: Sequence[int], expected: Sequence[float], values: Sequence[float]
 ) -> dict[str, str]:
-    """Draw the residuals that are kept, and return the mark of each group; one for all where groups have none."""
+    """Draw the residuals at `indices`, and return the mark of each group; one for all where groups have none."""
     size = marker_pt(len(quantiles.found.observed))
     marks = dict(zip(quantiles.order, MARKS, strict=False)) if 1 < len(quantiles.order) <= len(MARKS) else {"": "o"}
-    names = [quantiles.groups[place] for place in kept] if len(marks) > 1 else [""] * len(kept)
+    names = [quantiles.groups[place] for place in indices] if len(marks) > 1 else [""] * len(indices)
     for name, mark in marks.items():
         colour = VERMILLION if len(marks) > 1 and name == quantiles.order[0] else BLUE
         axes.plot(
@@ -108,8 +108,8 @@ def _draw_marks(
     return marks
 
 
-def _kept(expected: tuple[float, ...]) -> list[int]:
-    """Return which places are drawn: all, or of many those at even steps of the normal value, both ends among them."""
+def _drawn_indices(expected: tuple[float, ...]) -> list[int]:
+    """Return which values are drawn: all, or of many those at even steps of the normal value, both ends among them."""
     if len(expected) <= MOST_DRAWN:
         return list(range(len(expected)))
     steps = np.linspace(expected[0], expected[-1], MOST_DRAWN)

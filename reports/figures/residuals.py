@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from reports.display import in_sentence, shown_unit
 from reports.figures.estimation_parts import (
     UPRIGHT,
+    drawn_indices,
     height_of_names,
-    kept_places,
     marker_pt,
     named_with_unit,
     part_text,
@@ -140,13 +140,15 @@ def _draw_points(axes: Axes, against: Against, values: Sequence[float]) -> None:
     size = marker_pt(max(_sizes(against), default=0))
     if not against.at or not isinstance(against.at[0], str):
         factor = shown_unit(against.unit)[1]
-        kept = kept_places(values)
-        _mark(axes, [factor * float(against.at[place]) for place in kept], [values[place] for place in kept], size)
+        indices = drawn_indices(values)
+        _mark(
+            axes, [factor * float(against.at[place]) for place in indices], [values[place] for place in indices], size
+        )
         axes.xaxis.set_major_locator(plain_ticks())
         return
     for place, name in enumerate(_names(against)):
         own = [value for value, at in zip(values, against.at, strict=True) if at == name]
-        drawn = [own[index] for index in kept_places(own)]
+        drawn = [own[index] for index in drawn_indices(own)]
         _mark(axes, [place + offset for offset in swarm(drawn, axes, size)], drawn, size)
         if not against.means:
             continue

@@ -50,7 +50,7 @@ def draw(content: ReportContent, width_in: float) -> Figure:
     """Draw one panel a headline and one row a variant that changes it; the line is the number as reported.
 
     Panels with the same rows share their names; where the rows differ, each panel has its own. The runs that a number
-    rests on stand at its right.
+    is computed from stand at its right.
     """
     from matplotlib.ticker import MaxNLocator
 

@@ -8,7 +8,7 @@ from typing import Literal, TypeAlias
 
 from data_schema.outcomes import Outcome
 from reports.content import Condition, Factor, ReportContent
-from reports.display import sentence_start, stated_text
+from reports.display import given_text, sentence_start
 from reports.figures.style import SERIES_COLOURS
 from reports.naming import group_name, is_number, level_value, swept_factor, swept_words, title_of
 
@@ -160,7 +160,7 @@ def axis_of(content: ReportContent) -> Axis:
             label: 1.0 + index for index, label in enumerate(n for n in _levels(content, drawn) if n in levels)
         }
     labels = {at: level_value(levels[label]) if continuous else label for label, at in positions.items()}
-    gains = {at: stated_text(gain) for label, at in positions.items() if (gain := levels[label].gain) is not None}
+    gains = {at: given_text(gain) for label, at in positions.items() if (gain := levels[label].gain) is not None}
     # A gain's control stands for 0, that of a plain number for itself.
     control_at = float(controls[0].value or 0.0) if continuous and controls and is_number(controls[0]) else 0.0
     if controls or any(condition.control for condition in content.conditions if drawn.swept):

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, NullLocator
 
-from reports.display import general_text, stated_text
+from reports.display import general_text, given_text
 from reports.figures.series import LineStyle
 from reports.figures.style import (
     BLACK,
@@ -230,7 +230,7 @@ def draw_joules_by_damping(costs: OverDamping) -> Figure:
                 axes.fill_between(costs.active_damping_kg_m, *band, color=colour, alpha=0.15, linewidth=0.0)
                 axes.plot(costs.active_damping_kg_m, cost_j, color=colour, linestyle=style)
                 axes.plot(costs.active_damping_kg_m[0], cost_j[0], "o", color=colour, markersize=2.5, clip_on=False)
-            axes.set_title(f"stiffness × {stated_text(costs.stiffness_factors[row])}", loc="left")
+            axes.set_title(f"stiffness × {given_text(costs.stiffness_factors[row])}", loc="left")
             axes.set_xlim(0.0, float(costs.active_damping_kg_m[-1]))
             light_grid(axes)
             axes.set_xlabel("b_AD (kg/m)")
@@ -251,7 +251,7 @@ def _handles(costs: OverDamping) -> list[Line2D]:
             [],
             color=BLACK,
             linestyle=_GAIN_STYLES[place % len(_GAIN_STYLES)],
-            label=f"gain {stated_text(gain)} ({general_text(stiffness)} N/m)",
+            label=f"gain {given_text(gain)} ({general_text(stiffness)} N/m)",
         )
         for place, (gain, stiffness) in enumerate(
             zip(costs.extension_gains, costs.extension_stiffnesses_n_m, strict=True)

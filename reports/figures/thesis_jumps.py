@@ -30,7 +30,7 @@ MILLI = 1e3
 
 @dataclass(frozen=True, slots=True)
 class ControllerLook:
-    """How one controller is drawn in every figure of ch. 3: told apart by colour and by dashes."""
+    """How one controller is drawn in every figure of ch. 3: distinguished by colour and by dashes."""
 
     label: str
     colour: str

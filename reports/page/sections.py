@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from data_schema.outcomes import Outcome
 from reports.content import Anova, ReportContent
-from reports.decided_sentences import group_claim, told_together
+from reports.decided_sentences import group_claim, groups_in_one_sentence
 from reports.display import count_text, in_sentence, list_text, significance_text
 from reports.naming import (
     control_name,
@@ -135,7 +135,7 @@ def _results(content: ReportContent) -> Section:
     """Each group in a sentence, outcome by outcome; page one has the first two drawn."""
     parts: list[Part] = []
     for outcome in content.outcomes:
-        together = told_together(content, outcome)
+        together = groups_in_one_sentence(content, outcome)
         found: list[Part] = [Paragraph(together)] if together else _each_group(content, outcome)
         if outcome not in (Outcome.JOULES, Outcome.APEX):
             found.append(FigureHere(f"{outcome.key}_by_damping"))
@@ -157,7 +157,7 @@ def _each_group(content: ReportContent, outcome: Outcome) -> list[Part]:
 
 def _outcome_in_full(content: ReportContent, outcome: Outcome) -> Section:
     parts: list[Part] = [
-        *(_each_group(content, outcome) if told_together(content, outcome) else ()),
+        *(_each_group(content, outcome) if groups_in_one_sentence(content, outcome) else ()),
         TableHere(f"{outcome.key}_by_condition"),
         FigureHere(f"estimation_{outcome.key}"),
         TableHere(f"comparisons_{outcome.key}"),

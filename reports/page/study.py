@@ -27,14 +27,14 @@ _NUMBER = re.compile(r"[<+\u2212\u2013-]? ?\d|\u2013$")
 
 @dataclass(frozen=True, slots=True)
 class StudyPage:
-    """What a page shows: `said` with the answer first, a figure with its caption, a table that may have no rows.
+    """What a page shows: `sentences` with the answer first, a figure with its caption, a table that may have no rows.
 
     `sources` are of its book, by name: its configuration, its title ("Study"), the runs that were selected ("Runs").
     `files` has name and SHA-256 of each file read. `made_at` is a UTC time stamp. `beside` has rows of `BESIDE`.
     """
 
     title: str
-    said: Sequence[str]
+    sentences: Sequence[str]
     draw: Callable[[], Figure]
     caption: str
     head: Sequence[str]
@@ -47,7 +47,7 @@ class StudyPage:
 
 def study_page(page: StudyPage) -> str:
     """Return the page's HTML, which asks nothing of the network."""
-    answer, *others = map(true_minus, page.said)
+    answer, *others = map(true_minus, page.sentences)
     parts: list[dict[str, object]] = [{"kind": "Paragraph", "part": Paragraph(answer, lead=True)}]
     behind: list[dict[str, object]] = []
     if others:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from data_schema.outcomes import Outcome
 from reports.content import Condition, Factor, ReportContent, RunValue, Summary
-from reports.display import DASH, common_places, general_text, sentence_start, shown_unit, stated_text
+from reports.display import DASH, common_places, general_text, given_text, sentence_start, shown_unit
 from reports.naming import formula_text, group_name, is_number, level_value, swept_factor, swept_words
 from reports.tables.table import (
     PROVENANCE,
@@ -82,7 +82,7 @@ def factor_cells(content: ReportContent, condition: Condition) -> tuple[Cell, ..
             continue
         numeric = level.gain is not None or is_number(level)
         shown = level_value(level) if numeric and level.value is not None else level.label
-        gain = DASH if level.gain is None else stated_text(level.gain)
+        gain = DASH if level.gain is None else given_text(level.gain)
         text = swept_words(factor).control_level if factor.swept and condition.control else shown
         cells += [Cell(text, (level.value,)), Cell(gain, (level.label,))]
     return tuple(cells)

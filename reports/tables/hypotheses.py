@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from data_schema.vocabulary import Undefined
 from reports.content import ReportContent
-from reports.display import DASH, common_places, stated_text, with_unit
+from reports.display import DASH, common_places, given_text, with_unit
 from reports.naming import control_name, levels_name, treatment_name
 from reports.predicted import Hypothesis, HypothesisPart
 from reports.tables.table import (
@@ -38,7 +38,7 @@ def verdict_sentence(content: ReportContent, one: Hypothesis) -> str:
 
 
 def _why_undecided(content: ReportContent, one: Hypothesis) -> str:
-    """Say why nothing can be told of a hypothesis, "" where its data only do not suffice."""
+    """Say why a hypothesis cannot be tested, "" where it was and its data do not suffice."""
     if not one.parts:
         return _NOTHING
     reasons = [_reason(content, part) for part in one.parts]
@@ -46,10 +46,10 @@ def _why_undecided(content: ReportContent, one: Hypothesis) -> str:
 
 
 def _reason(content: ReportContent, part: HypothesisPart) -> str:
-    if part.untold is None:
+    if part.no_interval is None:
         return ""
     of, against = _sides(content, part)
-    return part.untold.called({"group control": against, "group treated": of}, "run").text
+    return part.no_interval.called({"group control": against, "group treated": of}, "run").text
 
 
 def _sides(content: ReportContent, part: HypothesisPart) -> tuple[str, str]:
@@ -82,7 +82,7 @@ def _make(content: ReportContent) -> Table:
 def _in_full(content: ReportContent) -> Table:
     parts = [(one, part) for one in content.hypotheses for part in one.parts]
     places = common_places([part.measured for _, part in parts])
-    told = [part.measured for _, part in parts if part.untold is None]
+    with_interval = [part.measured for _, part in parts if part.no_interval is None]
     columns: Columns[tuple[Hypothesis, HypothesisPart]] = (
         (_NAME, lambda row: Cell("", (row[0].name,))),
         (Column("compared", ("of", "against"), numeric=False), lambda row: _compared(content, row[1])),
@@ -91,7 +91,7 @@ def _in_full(content: ReportContent) -> Table:
             lambda row: Cell(_bounds_text(row[1]), (row[1].low, row[1].high)),
         ),
         (Column("measured", ("measured_percent",), "%"), lambda row: number_cell(row[1].measured, places)),
-        (interval_column(told, "%", "percent"), lambda row: _interval(content, row[1], places)),
+        (interval_column(with_interval, "%", "percent"), lambda row: _interval(content, row[1], places)),
         (text_column("verdict"), lambda row: words(str(row[1].verdict))),
         (Column("simulated", ("simulated_percent",), "%"), lambda row: number_cell(row[1].simulated, places)),
         (Column("std. error", ("simulated_se_percent",), "%"), lambda row: _simulated_error(row[1], places)),
@@ -122,7 +122,7 @@ def _simulated_error(part: HypothesisPart, places: int) -> Cell:
 
 def _bounds_text(part: HypothesisPart) -> str:
     """Write where the claim is true: "-10 to 10 %", "above -3 %", "below 0 %"."""
-    low, high = (None if end is None else stated_text(end) for end in (part.low, part.high))
+    low, high = (None if end is None else given_text(end) for end in (part.low, part.high))
     if low is not None and high is not None:
         return with_unit(f"{low} to {high}", "%")
     return with_unit(f"above {low}" if high is None else f"below {high}", "%")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from data_schema.vocabulary import Undefined
 from reports.content import ReportContent
-from reports.display import DASH, common_places, shown_unit, stated_text, with_unit
+from reports.display import DASH, common_places, given_text, shown_unit, with_unit
 from reports.evidence import POOLED
 from reports.naming import level_name, levels_name, swept_factor, swept_words
 from reports.numbers import Number
@@ -96,10 +96,10 @@ def published_text(found: PublishedResult | None) -> str:
     if found is None or found.published is None:
         return ""
     if found.unit == "p":
-        text = f"p {_SIGNS.get(found.relation, '=')} {stated_text(found.published).removeprefix('0')}"
+        text = f"p {_SIGNS.get(found.relation, '=')} {given_text(found.published).removeprefix('0')}"
     else:
         unit, factor = ("%", 100.0) if found.unit == "1" else shown_unit(found.unit)
-        text = f"{found.relation} {with_unit(stated_text(factor * found.published), unit)}".strip()
+        text = f"{found.relation} {with_unit(given_text(factor * found.published), unit)}".strip()
     return f"{text} ({found.where})"
 
 
@@ -157,12 +157,12 @@ def _assumed(content: ReportContent) -> Table:
         (text_column("input"), lambda one: words(one.name)),
         (
             Column("value", ("value", "unit"), numeric=False),
-            lambda one: Cell(with_unit(stated_text(one.value), one.unit), (one.value, one.unit)),
+            lambda one: Cell(with_unit(given_text(one.value), one.unit), (one.value, one.unit)),
         ),
         (text_column("why", prose=True), lambda one: words(one.why)),
         (
             Column("varied by", ("varied_by",), "%"),
-            lambda one: Cell(stated_text(100.0 * one.varied_by), (one.varied_by,)),
+            lambda one: Cell(given_text(100.0 * one.varied_by), (one.varied_by,)),
         ),
         (changed, lambda one: tuple(_change(one, of) for of in quantities)),
     )

@@ -71,7 +71,7 @@ class LeavingOut:
 
     scene: Scene
     outputs: OutputsWithout
-    kept: frozenset[str] = frozenset()
+    retained: frozenset[str] = frozenset()
 
     @property
     def full(self) -> Outputs:
@@ -147,7 +147,7 @@ def _largest_subset(leaving_out: LeavingOut, candidates: tuple[str, ...], tolera
 
 def _one_by_one(leaving_out: LeavingOut, left_out: frozenset[str], tolerance: float) -> frozenset[str]:
     """Leave out further effects, each time the one with the smallest change, until none can go."""
-    remaining = in_order(leaving_out.scene.effects - leaving_out.kept - left_out)
+    remaining = in_order(leaving_out.scene.effects - leaving_out.retained - left_out)
     found = _best(leaving_out, tuple(left_out | {name} for name in remaining), tolerance)
     return left_out if found is None else _one_by_one(leaving_out, found, tolerance)
 

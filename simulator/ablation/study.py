@@ -64,9 +64,9 @@ def measured_scene(scene: Scene) -> Scene:
     return scene.changed(jumps=min(scene.jumps, MEASURED_JUMPS))
 
 
-def sets_to_leave_out(scene: Scene, kept: frozenset[str] = frozenset()) -> tuple[frozenset[str], ...]:
-    """Return the effects but those kept, single and in pairs, without which there is still a scene to simulate."""
-    names = in_order(scene.effects - kept)
+def sets_to_leave_out(scene: Scene, retained: frozenset[str] = frozenset()) -> tuple[frozenset[str], ...]:
+    """Return the sets of one or two effects, none `retained`, without which the scene can still be simulated."""
+    names = in_order(scene.effects - retained)
     sets = [frozenset(left_out) for size in (1, 2) for left_out in combinations(names, size)]
     return tuple(left_out for left_out in sets if refusal(scene, left_out) is None)
 
@@ -76,25 +76,25 @@ def ablation_of_effects(
     tolerance: float,
     accuracy: float = 1e-6,
     step: Callable[[str], None] = lambda _done: None,
-    kept: frozenset[str] = frozenset(),
+    retained: frozenset[str] = frozenset(),
 ) -> Ablation:
-    """Leave out each effect, and each two, and search the smallest set within the tolerance; those `kept` stay.
+    """Leave out each effect, and each two, and search the smallest set within the tolerance; those `retained` stay.
 
     The set is within it in the last jump that is measured and in the last that is checked. `step` is called after
     each set of `sets_to_leave_out`, and then once when the search has ended. Raises `UsageError` for a scene that does
     not come to an apex.
     """
     measured = measured_scene(scene)
-    leaving_out = _leaving_out(measured, accuracy, kept)
+    leaving_out = _leaving_out(measured, accuracy, retained)
     full = leaving_out.full
     _check_jumps(scene, full)
     found: list[LeftOut] = []
-    for left_out in sets_to_leave_out(measured, kept):
+    for left_out in sets_to_leave_out(measured, retained):
         found.append(leaving_out.measure(left_out))
         step(f"without {' and '.join(found[-1].effects)}")
     later = leaving_out
     if scene.jumps > measured.jumps:
-        later = _leaving_out(scene.changed(jumps=min(scene.jumps, CHECKED_JUMPS)), accuracy, kept)
+        later = _leaving_out(scene.changed(jumps=min(scene.jumps, CHECKED_JUMPS)), accuracy, retained)
     smallest, checked, share = _smallest(leaving_out, later, found, tolerance)
     step("smallest set")
     alone = {item.effects[0]: item for item in found if len(item.effects) == 1}
@@ -128,8 +128,8 @@ def outputs_without(scene: Scene, accuracy: float, steps_more: int = STEPS_MORE)
     return outputs
 
 
-def _leaving_out(scene: Scene, accuracy: float, kept: frozenset[str]) -> LeavingOut:
-    return LeavingOut(scene, outputs_without(scene, accuracy), kept)
+def _leaving_out(scene: Scene, accuracy: float, retained: frozenset[str]) -> LeavingOut:
+    return LeavingOut(scene, outputs_without(scene, accuracy), retained)
 
 
 def _check_jumps(scene: Scene, full: Outputs) -> None:

@@ -87,7 +87,7 @@ ORDER = 5
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """True values of the outputs, where they are from, and what cannot be told apart from them.
+    """True values of the outputs, where they are from, and which errors they cannot resolve.
 
     `round_off` is how far each output moves, relatively, when the last bit of every parameter does: no program that
     computes with doubles knows it better. `doubt` is the relative uncertainty of the true values themselves. None where

@@ -208,12 +208,12 @@ def _point_needed(series: Series, goal: float) -> Point | None:
     """A setting counts only if no finer one misses: an error that passes through zero once is luck. One that gave up
     has no error, and shows nothing.
     """
-    kept = None
+    within = None
     for point in reversed(series.points):
         if point.failure:
             continue
         error = (point.errors or {}).get(COST)
         if error is None or error > goal:
             break
-        kept = point
-    return kept
+        within = point
+    return within

@@ -97,14 +97,14 @@ def make_batch(composition: Composition) -> Function:
 
     @compiled
     def batch(table: Row, limits: Row, rows: Row, counts: Counts, changes: Row, trace: Row) -> None:
-        kept, finer = np.zeros(places), limits.copy()
-        work = address_of(kept)
+        storage, finer = np.zeros(places), limits.copy()
+        work = address_of(storage)
         for scene in range(table.shape[0]):
             for i in range(declared):
                 work[PARAMETERS + i] = table[scene, i]
             result = rows[scene]
             counts[scene] = run(work, address_of(limits), result, changes, trace)
             counts[scene] = repeat_finer(work, limits, finer, result, counts[scene], changes, trace)
-        kept[0] = 0.0  # until here: compiled code frees an array after its last use
+        storage[0] = 0.0  # until here: compiled code frees an array after its last use
 
     return batch

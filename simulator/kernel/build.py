@@ -90,15 +90,15 @@ def _name(composition: Composition, lanes: bool) -> tuple[str, ...]:
     return ("in lanes", *composition.effects) if lanes else composition.effects
 
 
-def is_kept(effects: frozenset[str], *, lanes: bool = False) -> bool:
-    """Whether later processes need not compile a kernel: it is on disk, or nothing is ever compiled here."""
+def is_cached(effects: frozenset[str], *, lanes: bool = False) -> bool:
+    """Whether later processes need not compile a kernel: it is cached on disk, or nothing is ever compiled here."""
     batch = composed(effects, lanes)[1]
     return not hasattr(batch, "compile") or on_disk(batch)
 
 
 def is_compiled(effects: frozenset[str], *, lanes: bool = False) -> bool:
-    """Whether a kernel is there without compiling: it is kept, or this process has compiled it."""
-    return is_kept(effects, lanes=lanes) or bool(composed(effects, lanes)[1].signatures)
+    """Whether a kernel is there without compiling: it is cached, or this process has compiled it."""
+    return is_cached(effects, lanes=lanes) or bool(composed(effects, lanes)[1].signatures)
 
 
 @functools.lru_cache(maxsize=64)

@@ -31,7 +31,7 @@ from data_schema.errors import UsageError
 from simulator.effects.effect import Function
 
 KIND = "kernels"
-KEPT_VERSIONS = 3
+MOST_VERSIONS = 3
 USES_OF_KERNELS = ("ablation", "accuracy", "steady", "sweep", "thesis")
 """Parts of the simulator that use kernels and are no part of them."""
 
@@ -94,7 +94,7 @@ def keep_on_disk(kernel: Any, effects: tuple[str, ...]) -> None:
     except OSError:
         return  # a read-only home: every process compiles for itself
     _refuse_shared(folder)
-    forget_old_versions(folder, KEPT_VERSIONS)
+    forget_old_versions(folder, MOST_VERSIONS)
     kernel._cache = _kernel_cache(kernel.py_func, folder, _name(effects))
 
 

@@ -1,4 +1,4 @@
-"""Compiled entries beside the kernel's own, kept on disk with it and forgotten with it."""
+"""Compiled entries beside the kernel's own, cached on disk with it and removed with it."""
 
 from __future__ import annotations
 

@@ -146,22 +146,22 @@ def _lacks(effect: Effect, functions: Functions, name: str) -> str:
 
 
 def _force_of(effect: Effect, functions: Functions, values: Function | None) -> tuple[BodyForce, Function] | None:
-    """Take out what gives an effect's force on the body, with what it says of it; None where it has none."""
-    said, given = effect.body_force, functions.keys() & OF_FORCE
-    wanted = set() if said is None else OF_FORCE if said.holds else {"body_force_n"}
+    """Take out the function of an effect's force on the body, with its declaration; None where it has none."""
+    force, given = effect.body_force, functions.keys() & OF_FORCE
+    wanted = set() if force is None else OF_FORCE if force.holds else {"body_force_n"}
     if given != wanted:
         raise ValueError(
             f"{effect.name} gives {sorted(given)}, where its body_force asks for {sorted(wanted)}: an effect that "
             "pushes the body says so by a BodyForce, with the modes in which it acts and breaks the closed form."
         )
-    if said is None:
+    if force is None:
         return None
-    if not set(said.breaks_closed_form) <= set(said.modes) <= set(MODES):
+    if not set(force.breaks_closed_form) <= set(force.modes) <= set(MODES):
         raise ValueError(
-            f"{effect.name} acts in {said.modes} and breaks the closed form in {said.breaks_closed_form}: let it act "
+            f"{effect.name} acts in {force.modes} and breaks the closed form in {force.breaks_closed_form}: let it act "
             f"wherever it does, of {MODES}."
         )
-    return said, _of_body(_taken(effect, functions, "body_force_n", 3 if values is None else 4), values)
+    return force, _of_body(_taken(effect, functions, "body_force_n", 3 if values is None else 4), values)
 
 
 def _guard_of(effect: Effect, guard: Guard, functions: Functions, values: Function | None) -> EffectGuard:

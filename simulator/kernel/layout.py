@@ -111,7 +111,7 @@ CONDITIONS = 4
 """How many conditions such a rule has at most."""
 ARMED = HOLDS + CONDITIONS
 """Place of the first number that says whether the event of an effect has not happened since its guard was negative."""
-KEPT = ARMED + len(EFFECT_GUARDS)
+PERSISTENT = ARMED + len(EFFECT_GUARDS)
 """Number of values that stay between events."""
 
 (
@@ -140,11 +140,11 @@ one; a kernel with a clock has none of these (`Composition.guards`). They and th
 while their mode lasts: one that is at the start of a step, because two events fell together, happens there.
 """
 
-GUARDS_EARLIER, GUARDS_BEFORE, GUARDS_AFTER, GUARDS_BETWEEN = places(KEPT, KEPT + 4 * GUARDS, GUARDS)
+GUARDS_EARLIER, GUARDS_BEFORE, GUARDS_AFTER, GUARDS_BETWEEN = places(PERSISTENT, PERSISTENT + 4 * GUARDS, GUARDS)
 """Places of the guards' values at the start of the part of a step before, of a part, at its end, and at an instant
 between."""
 
-QUINTICS = KEPT + 4 * GUARDS
+QUINTICS = PERSISTENT + 4 * GUARDS
 """Place of the dense output's coefficients: six for the body, six for the foot, six for a platform that slides."""
 
 _STATES = QUINTICS + 18

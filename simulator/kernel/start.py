@@ -33,7 +33,6 @@ from simulator.kernel.layout import (
     HOLD_SINCE,
     IMPACT,
     JAMMED,
-    KEPT,
     LEG_WORK,
     LONGEST,
     LOOK,
@@ -43,6 +42,7 @@ from simulator.kernel.layout import (
     MODE,
     NOW,
     OFFSET,
+    PERSISTENT,
     PHASE,
     RELEASE_MISSED,
     SHORTEST,
@@ -100,7 +100,7 @@ def make_begin(composition: Composition) -> Function:
 
     @inner
     def begin(work: Row) -> None:
-        for i in range(KEPT):
+        for i in range(PERSISTENT):
             work[i] = 0.0
         for i in range(size):
             work[NOW + i] = 0.0

@@ -123,7 +123,7 @@ def published_claims() -> tuple[Claim, ...]:
 
 
 def chapter_3_findings(figures: ThesisFigures, done: Callable[[str], None]) -> tuple[Finding, ...]:
-    """Judge these claims; `done` is told of each."""
+    """Judge these claims; `done` is called with each."""
     from simulator.thesis.claims import finding
 
     found = []

@@ -177,7 +177,7 @@ class EmulatorTable:
 
 
 def emulator_table(accuracy: float, done: Callable[[str], None]) -> EmulatorTable:
-    """Simulate the experiments; `done` is told of each gain."""
+    """Simulate the experiments; `done` is called with each gain."""
     scene = load_scene("emulator")
     rows = []
     for gain in GAINS:
@@ -226,7 +226,7 @@ class PlateTable:
 
 
 def plate_table(accuracy: float, done: Callable[[str], None]) -> PlateTable:
-    """Simulate the experiments; `done` is told of each gain."""
+    """Simulate the experiments; `done` is called with each gain."""
     scene = load_scene("force_plate")
     rows = []
     for gain in PLATE_GAINS:
@@ -288,7 +288,7 @@ class BedTable:
 
 
 def bed_table(accuracy: float, done: Callable[[str], None]) -> BedTable:
-    """Simulate the conditions; `done` is told of each foot and extension gain."""
+    """Simulate the conditions; `done` is called with each foot and extension gain."""
     scene = load_scene("bed")
     rows: list[BedRow] = []
     for foot, radius_m in FEET_M.items():
@@ -338,7 +338,7 @@ class SteadyTables:
 
 
 def steady_tables(accuracy: float = 1e-6, done: Callable[[str], None] = lambda _what: None) -> SteadyTables:
-    """Simulate all experiments; `done` is told of each gain. Raises `UsageError` for an accuracy that cannot be had."""
+    """Simulate all experiments; `done` is called with each gain. Raises `UsageError` for an impossible accuracy."""
     return SteadyTables(
         emulator_table(accuracy, done), plate_table(accuracy, done), bed_table(accuracy, done), accuracy
     )

@@ -24,7 +24,7 @@ from simulator.jump import (
     rounding_share,
     under_surface,
 )
-from simulator.kernel.build import Kernel, is_kept, kernel_for, why_no_lanes
+from simulator.kernel.build import Kernel, is_cached, kernel_for, why_no_lanes
 from simulator.kernel.cache import fingerprint
 from simulator.kernel.composition import compose
 from simulator.kernel.interpreter import kernel_for_few
@@ -39,7 +39,7 @@ Block = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 FEWEST_JUMPS, MOST_JUMPS, CHUNKS_WANTED = 128, 2048, 64
 """Jumps in a chunk: many enough to be worth a file, few enough that little is lost when a machine stops."""
-FEWEST_IN_LANES, WORTH_COMPILING = 10_000, 500_000
+FEWEST_IN_LANES, FEWEST_TO_COMPILE = 10_000, 500_000
 """Jumps of a sweep from which on it is in lanes where they are on disk, and for which they are compiled."""
 _NOT_MADE = np.array([np.nan if output.kind == "f8" else float(NOT_MADE_FLAG) for output in (*OUTPUTS, *ERRORS)])
 _REFUSED = np.where(np.arange(len(_NOT_MADE)) == PLACE["outcome"], float(REFUSED_FLAG), _NOT_MADE)
@@ -129,8 +129,8 @@ def why_scalar(scene: Scene, design: Design) -> str | None:
     jumps = design.row_count * scene.jumps
     if jumps < FEWEST_IN_LANES:
         return f"lanes take {FEWEST_IN_LANES} jumps or more"
-    if jumps < WORTH_COMPILING and not is_kept(scene.effects, lanes=True):
-        return f"lanes are compiled from {WORTH_COMPILING} jumps on, or by `labbook sim warm --lanes`"
+    if jumps < FEWEST_TO_COMPILE and not is_cached(scene.effects, lanes=True):
+        return f"lanes are compiled from {FEWEST_TO_COMPILE} jumps on, or by `labbook sim warm --lanes`"
     return None
 
 

@@ -49,7 +49,7 @@ class Compute(Protocol):
         ...
 
     def run(self, recipe: Recipe, values_of: ValuesOf, numbers: Sequence[int], keep: Keep) -> Iterator[int]:
-        """Compute the chunks with these numbers, have each kept, and yield its number when that is done."""
+        """Compute the chunks with these numbers, hand each to `keep`, and yield its number when that is done."""
         ...
 
 
@@ -124,9 +124,9 @@ class Cluster:
             try:
                 block = future.result()
             except (distributed.KilledWorker, CancelledError, OSError, RuntimeError, ImportError) as error:
-                said = " ".join(str(error).split()).partition(". ")[0].rstrip(".")
+                text = " ".join(str(error).split()).partition(". ")[0].rstrip(".")
                 raise UsageError(
-                    f"the cluster did not finish a chunk ({said or type(error).__name__}): see that its workers have "
+                    f"the cluster did not finish a chunk ({text or type(error).__name__}): see that its workers have "
                     "this labbook and look at their logs, then give the same command to go on."
                 ) from error
             number = under_way.pop(future)

@@ -102,7 +102,7 @@ def sobol(ranges: Sequence[Range], rows: int, seed: int) -> Design:
     if seed < 0:
         raise UsageError(f"seed = {seed} is negative: give 0 or more.")
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # that 2^m rows balance best is said above
+        warnings.simplefilter("ignore", UserWarning)  # the help of --sobol says that 2^m rows balance best
         unit = qmc.Sobol(len(ranges), scramble=True, seed=np.random.default_rng(seed)).random(rows)
     return Design(tuple(axis(swept.quantity, _scaled(swept, unit[:, i])) for i, swept in enumerate(ranges)), seed)
 

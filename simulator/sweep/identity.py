@@ -50,8 +50,8 @@ def differences(there: Identity, now: Identity) -> str:
     """Return in words what differs, the first few things; empty where nothing does."""
     names = [name for name in dict.fromkeys((*now, *there)) if there.get(name) != now.get(name)]
     readable = [name for name in names if name not in _FOLLOWING]
-    said = [f"{name} ({_shown(there.get(name))} there, {_shown(now.get(name))} now)" for name in readable[:_NAMED]]
-    return " and ".join(said or names)
+    changed = [f"{name} ({_shown(there.get(name))} there, {_shown(now.get(name))} now)" for name in readable[:_NAMED]]
+    return " and ".join(changed or names)
 
 
 def _shown(value: str | float | None) -> str:

@@ -30,8 +30,8 @@ _SPREAD = (math.sqrt(5.0) - 1.0) / 2.0
 class Sweep:
     """A sweep that can be run; scenes whose values do not fit together are left out of it, and marked as refused.
 
-    `labbook` is the version of the program that made it, kept with the result; `error_bars` the share of its rows that
-    have them. Raises `UsageError` for an axis that nothing reads or that leaves its parameter's range, where every
+    `labbook` is the version of the program that made it, stored with the result; `error_bars` the share of its rows
+    that have them. Raises `UsageError` for an axis that nothing reads or that leaves its parameter's range, where every
     scene would be refused, and for error bars that cannot be.
     """
 
@@ -107,7 +107,7 @@ class Sweep:
 
     @property
     def assumed(self) -> tuple[str, ...]:
-        """Names of the parameters without a source that the result rests on; what is swept is not assumed."""
+        """Names of the parameters without a source that the result depends on; what is swept is not assumed."""
         swept = {axis.parameter for axis in self.design.axes}
         return tuple(name for name in self.scene.assumed if name not in swept)
 

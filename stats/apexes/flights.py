@@ -35,7 +35,7 @@ _SAME = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Windows:
-    """Samples of k windows side by side, padded to one width: arrays of shape (k, width) unless said otherwise."""
+    """Samples of k windows side by side, padded to one width: arrays of shape (k, width) unless noted otherwise."""
 
     tau: Floats
     """Time from each window's origin, in units of `scale_s`."""

@@ -45,7 +45,7 @@ class Jump:
     flight_time_s: float | Undefined
     """Lift-off to landing; flagged where the landing had to be read off the parabola."""
     samples_used: int
-    """Samples that the apex rests on; 0 without an apex."""
+    """Samples that the apex is fitted to; 0 without an apex."""
     curvature_m_s2: float | Undefined
     """Downward acceleration fitted around the apex: a self-check, near the gravity that acts on the robot."""
     gap_touched: bool

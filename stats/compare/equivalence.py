@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.reasons import Reason
-from data_schema.rounding import error_of, interval_text, level_text, number_text, p_text, stated_text, statistic_text
+from data_schema.rounding import error_of, given_text, interval_text, level_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_pair
 from stats.compare.summary import AS_A_AND_B, Groups, Names, read_groups, two_names
@@ -319,10 +319,10 @@ class Equivalence(Result):
 
     def _bounds(self, unit: str) -> str:
         if isinstance(self.high, Undefined):
-            return f"above {stated_text(self.low)}{with_unit(unit)} (non-inferiority)"
+            return f"above {given_text(self.low)}{with_unit(unit)} (non-inferiority)"
         if isinstance(self.low, Undefined):
-            return f"below {stated_text(self.high)}{with_unit(unit)} (non-superiority)"
-        return f"within {stated_text(self.low)} to {stated_text(self.high)}{with_unit(unit)} (equivalence)"
+            return f"below {given_text(self.high)}{with_unit(unit)} (non-superiority)"
+        return f"within {given_text(self.low)} to {given_text(self.high)}{with_unit(unit)} (equivalence)"
 
 
 def equivalence(

@@ -41,7 +41,7 @@ def blocked_by_day(
     """Compare the conditions of values of shape (n,), each with the labels of its condition, its day and its run.
 
     Runs are numbered within days: run 1 of Monday is not run 1 of Tuesday. Labels that are equal numbers, as 0 and 0.0,
-    are one, called "0". `order` holds every condition once, as they are to be told, by default numbers by size and
+    are one, called "0". `order` holds every condition once, in the order of the result, by default numbers by size and
     words by alphabet; `control` is the condition that the others are compared with, by default the first. What is
     stated comes from the exact F-test where the design is balanced, else from the mixed model, which agrees with
     lmerTest's Satterthwaite tests; where contrasts differ in their degrees of freedom, lmerTest's overall F-test
@@ -120,8 +120,8 @@ def _columns(values: ArrayLike, condition: Labels, day: Labels, run: Labels | No
 
 def _read(columns: list[Any], control: object, order: Sequence[object] | None, missing: Missing) -> _Labelled:
     """Check values and labels and number the labels; raises as `blocked_by_day` says."""
-    (kept, conditions, days, *runs), left_out = complete_rows(columns, missing)
-    sample = as_sample("values", kept)
+    (present, conditions, days, *runs), left_out = complete_rows(columns, missing)
+    sample = as_sample("values", present)
     n = sample.values.size
     if n == 0:
         raise InputRefused("there are no values to compare: give at least one.")
@@ -186,7 +186,7 @@ def _renumbered(order: tuple[str, ...], names: tuple[str, ...], codes: Codes) ->
 
 
 def _merged(n_runs: int, n_days: int, n: int) -> tuple[Remark, ...]:
-    """Return what is said where two terms of the model are one in this design."""
+    """Return the remark for a design in which two terms of the model are the same."""
     if n_days == n and n > 1:
         return (Remark(Limit.ONE_VALUE_A_DAY),)
     if n_runs == n:
@@ -195,7 +195,7 @@ def _merged(n_runs: int, n_days: int, n: int) -> tuple[Remark, ...]:
 
 
 def _counting(fit: Fit, exact: ExactTest | Undefined) -> Limit:
-    """Return what is said of conditions that share no day by what counts as an observation in their test."""
+    """Return the limit of conditions that share no day: which values their test takes for independent."""
     if (isinstance(exact, ExactTest) and exact.balanced) or isinstance(fit.day_variance, Undefined):
         return Limit.DAYS_COUNT
     if fit.day_variance > 0.0:

@@ -44,9 +44,9 @@ class Satterthwaite:
         hessian[-1, -1] = 4.0 * degrees
         scale = 1.0 / np.sqrt(np.maximum(np.abs(np.diag(hessian)), np.finfo(np.float64).tiny))
         curves, directions = np.linalg.eigh(hessian * np.outer(scale, scale))
-        kept = curves > 1e-12
-        turned = scale[:, None] * directions[:, kept]
-        self._doubt = 2.0 * (turned / curves[kept]) @ turned.T
+        positive = curves > 1e-12
+        turned = scale[:, None] * directions[:, positive]
+        self._doubt = 2.0 * (turned / curves[positive]) @ turned.T
         self._inner = list(zip(inner.tolist(), theta.tolist(), strict=True))
 
     def df(self, weights: Floats) -> float:
@@ -212,7 +212,7 @@ def _no_run_variance() -> Undefined:
     return Undefined(Reason.RUN_SCATTER_UNTOLD)
 
 
-def _untellable(design: Fitted, place: int) -> Undefined | None:
+def _why_not_comparable(design: Fitted, place: int) -> Undefined | None:
     """Return why a condition cannot be compared with the control, or None."""
     strata, names = design.strata, design.names
     if strata.day_is_value:
@@ -246,7 +246,7 @@ def _contrast(design: Fitted, profile: Profile, doubt: Satterthwaite, place: int
     unit, names = design.cells.unit, design.names
     weights = np.eye(len(names))[place] - np.eye(len(names))[0]
     difference = float(profile.estimates.differences()[place - 1])
-    none = _untellable(design, place)
+    none = _why_not_comparable(design, place)
     if none is not None:
         return Contrast(names[place], names[0], unit.difference(difference, "the difference"), *(none,) * 6)
     se = math.sqrt(profile.residual_variance * profile.estimates.variance(weights))

@@ -206,7 +206,7 @@ class BlockedByDay(Result):
 
     @property
     def method(self) -> str:
-        """The test that is stated, in words: "mixed model", "exact test on values, day held fixed"."""
+        """The leading test, in words: "mixed model", "exact test on values, day held fixed"."""
         return self.leading().method
 
     @property
@@ -258,10 +258,10 @@ class BlockedByDay(Result):
         if isinstance(self.f, Undefined):
             text = f"No test of the conditions with day as a random effect ({where}): {self.f.reason}."
         parts = [text]
-        for stated, paired in zip(self.contrasts, self.paired, strict=True):
-            parts += [stated.sentence(self.level, unit), *self._paired_text(paired, unit)]
-        said = [*([] if self.confounding is None else [self.confounding]), *self.notes]
-        return " ".join([*parts, *(remark.text for remark in said)])
+        for contrast, paired in zip(self.contrasts, self.paired, strict=True):
+            parts += [contrast.sentence(self.level, unit), *self._paired_text(paired, unit)]
+        remarks = [*([] if self.confounding is None else [self.confounding]), *self.notes]
+        return " ".join([*parts, *(remark.text for remark in remarks)])
 
     def _without_mixed(self) -> bool:
         """Whether the exact test stands for the mixed model's, which has no day in it.
@@ -279,7 +279,7 @@ class BlockedByDay(Result):
         return exact.balanced and exact.block == "day" and (exact.df_between, exact.df_within) == (1, self.n_days - 1)
 
     def _paired_text(self, paired: Contrast, unit: str) -> list[str]:
-        """Return the paired difference in a sentence, unless there is none or it is stated already."""
+        """Return the paired difference in a sentence, unless there is none or the exact test is that one."""
         if isinstance(paired.t, Undefined) or isinstance(paired.df, Undefined):
             return []
         if isinstance(self.exact, ExactTest) and self._is_paired(self.exact):

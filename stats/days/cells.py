@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 Codes = NDArray[np.intp]
 
 WIDTH = 16
-"""Members of a bundle: their pairs are written down, those of different bundles are told by triangles."""
+"""Members of a bundle: their pairs are listed, those of different bundles follow from triangles."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -317,8 +317,8 @@ def _condition_means(sample: Sample, condition: Codes) -> list[Fraction]:
     ends = np.cumsum(np.bincount(condition))[:-1]
     order = np.argsort(condition, kind="stable")
     values = np.split(sample.values[order], ends)
-    rests = [None] * len(values) if sample.rest is None else np.split(sample.rest[order], ends)
-    return [exact_sum(one, rest) / max(one.size, 1) for one, rest in zip(values, rests, strict=True)]
+    remainders = [None] * len(values) if sample.rest is None else np.split(sample.rest[order], ends)
+    return [exact_sum(one, rest) / max(one.size, 1) for one, rest in zip(values, remainders, strict=True)]
 
 
 def _medians(values: Floats, group: Codes) -> Floats:

@@ -119,9 +119,9 @@ def two_by_day(
     samples, days, left_out = [], [], 0
     for name, values, labels in (("a", a, day_a), ("b", b, day_b)):
         columns = [values] if labels is None else [values, as_labels(f"day_{name}", labels, missing)]
-        (kept, *kept_days), fewer = complete_rows(columns, missing)
-        sample = as_sample(f"group {name}", kept)
-        words = [str(day) for day in kept_days[0]] if kept_days else [""] * sample.values.size
+        (present, *present_days), fewer = complete_rows(columns, missing)
+        sample = as_sample(f"group {name}", present)
+        words = [str(day) for day in present_days[0]] if present_days else [""] * sample.values.size
         if len(words) != sample.values.size:
             raise InputRefused(
                 f"group {name} has {counted(sample.values.size, 'value')} and {counted(len(words), 'label')} of day: "
@@ -144,8 +144,8 @@ def two_by_day(
 def _exact_means(sample: Sample, words: list[str]) -> dict[str, tuple[int, Fraction]]:
     """Return the number of values of each day and their mean without error: sums that cancel keep all digits."""
     values = _by_day(sample.values, words)
-    rests = {} if sample.rest is None else _by_day(sample.rest, words)
-    return {day: (each.size, exact_sum(each, rests.get(day)) / each.size) for day, each in values.items()}
+    rests_by_day = {} if sample.rest is None else _by_day(sample.rest, words)
+    return {day: (each.size, exact_sum(each, rests_by_day.get(day)) / each.size) for day, each in values.items()}
 
 
 def _difference(a: Mapping[str, tuple[int, Fraction]], b: Mapping[str, tuple[int, Fraction]]) -> Fraction:

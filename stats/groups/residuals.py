@@ -125,9 +125,9 @@ def additive_residuals(values: ArrayLike, condition: Labels, day: Labels, missin
     `missing` is "drop".
     """
     labels = {"condition": as_labels("condition", condition, missing), "day": as_labels("day", day, missing)}
-    (values, *kept), left_out = complete_rows([values, *labels.values()], missing)
+    (values, *present), left_out = complete_rows([values, *labels.values()], missing)
     n = int(np.size(values))
-    for name, of_each in zip(labels, kept, strict=True):
+    for name, of_each in zip(labels, present, strict=True):
         if of_each.size != n:
             raise InputRefused(
                 f"there are {n} values and {of_each.size} labels of {name}: give one label for each value."
@@ -139,7 +139,7 @@ def additive_residuals(values: ArrayLike, condition: Labels, day: Labels, missin
     numbers = numbers - shift
     if sample.rest is not None:
         numbers = numbers + np.ldexp(sample.rest, -exponent)
-    design = np.concatenate([_dummies(of_each) for of_each in kept], axis=1)
+    design = np.concatenate([_dummies(of_each) for of_each in present], axis=1)
     left_vectors, singular, _right = np.linalg.svd(design, full_matrices=False)
     basis = left_vectors[:, singular > singular.max(initial=0.0) * numbers.size * np.finfo(np.float64).eps]
     fitted = basis @ (basis.T @ numbers)
@@ -150,9 +150,11 @@ def additive_residuals(values: ArrayLike, condition: Labels, day: Labels, missin
     sd: float | Undefined = Undefined(Reason.ALL_ALONE if numbers.size else Reason.NO_VALUE)
     if df:
         sd = finite(times_power(math.hypot(*left) / math.sqrt(df), exponent), _SD)
-    residuals, said = ([times_power(number, exponent) for number in part.tolist()] for part in (left, shift + fitted))
-    refuse_beyond("a residual or a fitted value", map(abs, [*residuals, *said]))
-    return Residuals(tuple(residuals), tuple(said), sd, df, basis, left_out)
+    residuals, fitted_values = (
+        [times_power(number, exponent) for number in part.tolist()] for part in (left, shift + fitted)
+    )
+    refuse_beyond("a residual or a fitted value", map(abs, [*residuals, *fitted_values]))
+    return Residuals(tuple(residuals), tuple(fitted_values), sd, df, basis, left_out)
 
 
 def _dummies(labels: Sequence[object]) -> Floats:

@@ -129,8 +129,8 @@ def fit_linear(
     """
     level = as_level("level", level)
     columns = named_columns(columns)
-    (y, *kept), left_out = complete_rows([as_ticks(y), *columns.values()], missing)
-    columns = dict(zip(columns, kept, strict=True))
+    (y, *present), left_out = complete_rows([as_ticks(y), *columns.values()], missing)
+    columns = dict(zip(columns, present, strict=True))
     n = refuse_unfit(y, columns, intercept)
     response = as_column("y", y)
     by_name = {name: as_column(f"the column {name!r}", values) for name, values in columns.items()}

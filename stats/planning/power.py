@@ -26,7 +26,7 @@ from scipy import special
 
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.reasons import Reason
-from data_schema.rounding import level_text, number_text, stated_text
+from data_schema.rounding import given_text, level_text, number_text
 from data_schema.vocabulary import Remark, Undefined
 from stats.checks import as_count, as_level, as_number, as_values
 from stats.compare.equivalence import ROUTES, EquivalenceRoute
@@ -165,7 +165,7 @@ def power_equivalence(
         raise InputRefused(f"the standard deviations are {sd!r} and {sd_b!r}: Student's test has one, give sd alone.")
     sizes = _sizes(n_a, n_b)
     scatter = " and ".join(map(number_text, dict.fromkeys(sds)))
-    between = " and ".join(map(stated_text, (low, high)))
+    between = " and ".join(map(given_text, (low, high)))
     test = (
         f"{route.capitalize()}'s equivalence test (TOST) between {between} for "
         f"{_difference_text(difference, min(sds))} at sd {scatter}"
@@ -344,7 +344,7 @@ def power_equivalence_by_day(
         ratios, ends = (1.0 + low / 100.0, 1.0 + high / 100.0), (low / 100.0 * mean, high / 100.0 * mean)
         of = f" % of the control's mean, itself estimated and {assumed_text(mean, sd)} in truth,"
     test = (
-        f"the equivalence test (TOST) by {found.k} shared days between {stated_text(low)} and {stated_text(high)}{of} "
+        f"the equivalence test (TOST) by {found.k} shared days between {given_text(low)} and {given_text(high)}{of} "
         f"for a difference of {assumed_text(difference, sd)} at sd {number_text(sd)}"
     )
     never = None

@@ -15,7 +15,7 @@ import numpy as np
 from scipy import special
 
 from data_schema.reasons import Reason
-from data_schema.rounding import number_text, stated_text
+from data_schema.rounding import given_text, number_text
 from data_schema.vocabulary import Remark, Undefined
 from stats.checks import as_count, as_number
 from stats.exact.numbers import Floats, to_double
@@ -41,8 +41,8 @@ def between_lines(low: Floats, high: Floats, slope_low: float, slope_high: float
     cut = least > -_REACH
     if cut.any():
         at = least[cut]
-        kept = [_below_line(line[cut], slope, at) for line, slope in ((low, slope_low), (high, slope_high))]
-        inside[cut] = np.where(at > _REACH, 0.0, kept[1] - kept[0])
+        below = [_below_line(line[cut], slope, at) for line, slope in ((low, slope_low), (high, slope_high))]
+        inside[cut] = np.where(at > _REACH, 0.0, below[1] - below[0])
     return np.asarray(np.maximum(inside, 0.0))
 
 
@@ -82,7 +82,7 @@ def power_percent_equivalence(
     sizes = as_count("n_a", n_a), as_count("n_b", n_b)
     truth = to_double(100 * Fraction(difference) / Fraction(mean))
     test = (
-        f"Welch's equivalence test (TOST) between {stated_text(low)} and {stated_text(high)} % of the control's mean, "
+        f"Welch's equivalence test (TOST) between {given_text(low)} and {given_text(high)} % of the control's mean, "
         f"itself estimated and {assumed_text(mean, sd)} in truth, for a difference of "
         f"{assumed_text(difference, sd)} at sd {number_text(sd)}"
     )

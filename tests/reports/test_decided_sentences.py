@@ -7,7 +7,7 @@ import pytest
 from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from reports.decided_sentences import group_claim, overall_claims, told_together
+from reports.decided_sentences import group_claim, groups_in_one_sentence, overall_claims
 from reports.evidence import Decision, Equivalence, OverallEquivalence, OverallSavings, OverGroups
 from reports.naming import levels_name
 from reports.numbers import Number, SignificanceTest
@@ -192,10 +192,10 @@ def test_exploratory_groups_are_told_together_where_all_are_equivalent_by_day(co
     changes = {"unit": unit, "equivalence": within, "adjusted": Number(0.01, "1", n=2), "adjusted_rejected": True}
     one = dataclasses.replace(decided(content, Outcome.APEX, **changes), exploratory="not the primary outcome")
     heights = OverallEquivalence(within, OverGroups((one.group, one.group), (), DAYS, False))
-    text = told_together(
+    text = groups_in_one_sentence(
         dataclasses.replace(content, comparisons=(one, one), overall_equivalence=heights), Outcome.APEX
     )
     assert ("exploratory" in text and "2 of 2" in text) is told
     planned = dataclasses.replace(one, exploratory="")
     both = dataclasses.replace(content, comparisons=(planned, planned), overall_equivalence=heights)
-    assert told_together(both, Outcome.APEX) == ""
+    assert groups_in_one_sentence(both, Outcome.APEX) == ""

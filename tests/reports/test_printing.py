@@ -90,7 +90,7 @@ def test_a_study_s_long_table_and_list_of_files_stand_behind_page_one():
     logs = [(f"log_{place}.csv", hashlib.sha256(bytes([place])).hexdigest()) for place in range(60)]
     made = StudyPage(
         title="What came of it",
-        said=["The slope is -0.5 (2026-11-02, k-3)."],
+        sentences=["The slope is -0.5 (2026-11-02, k-3)."],
         draw=lambda: new_figure(TWO_COLUMNS_IN, 3.0),
         caption="Nothing.",
         head=("run", "offset s"),

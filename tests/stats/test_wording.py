@@ -10,11 +10,11 @@ from data_schema.reasons import Reason
 from data_schema.rounding import (
     USUAL_ALPHAS,
     df_text,
+    given_text,
     interval_text,
     level_text,
     number_text,
     p_text,
-    stated_text,
     statistic_text,
 )
 from data_schema.vocabulary import Undefined
@@ -59,7 +59,7 @@ def test_a_number_has_the_decimals_of_its_error_and_no_more_than_a_double_holds(
 
 
 def test_what_is_stated_is_written_as_it_was_given():
-    assert [stated_text(value) for value in (1.1 * 3, 835.36, 1e-5, 1250.0)] == ["3.3", "835.36", "1e-05", "1250"]
+    assert [given_text(value) for value in (1.1 * 3, 835.36, 1e-5, 1250.0)] == ["3.3", "835.36", "1e-05", "1250"]
 
 
 def test_statistics_have_two_decimals():

@@ -14,7 +14,7 @@ from labbook.actions.stats.answering import Answer, Question
 from labbook.analysis.comparison.by_day import add_shared_error
 from labbook.analysis.observations import Observations
 from labbook.presenting.report.day_layout import FROM_DAYS
-from labbook.presenting.stats.days import HERE, LEFT_OUT, day_left_out, day_notes, one_day_groups, with_days_said
+from labbook.presenting.stats.days import HERE, LEFT_OUT, day_left_out, day_notes, one_day_groups, with_confounding
 from labbook.presenting.stats.decided import IGNORING, DecidedEquivalence, DecidedGroups, decided_groups
 from labbook.presenting.stats.figures import estimation_of, number_of
 from labbook.presenting.stats.plan import plan_notes
@@ -41,7 +41,7 @@ def compare(question: Question, route: str) -> Answer:
     sentences = []
     for label, result in found.items():
         own = result.sentence(names[label], control, observed.unit)
-        own = with_days_said(own, one_day_groups(observed, (label, observed.control)))
+        own = with_confounding(own, one_day_groups(observed, (label, observed.control)))
         sentences += led_by_days(by_days, label, own)
     answer = Answer(
         sentences,
@@ -154,7 +154,7 @@ def save(question: Question) -> Answer:
     sentences = []
     for label, result in found.items():
         own = result.sentence(control, observed.name(label), confounded[label] and FROM_DAYS)
-        sentences += led_by_days(by_days, label, with_days_said(own, confounded[label]))
+        sentences += led_by_days(by_days, label, with_confounding(own, confounded[label]))
     shown = (
         {label: number_of(result.percent, result.percent_ci, question.level, "%") for label, result in found.items()}
         if by_days is None

@@ -13,7 +13,7 @@ from labbook.actions.stats.answering import SHARED_NOTE, Answer, Question
 from labbook.actions.stats.comparing import led_by_days
 from labbook.config.model import Bounds
 from labbook.presenting.report.day_layout import FROM_DAYS
-from labbook.presenting.stats.days import HERE, LEFT_OUT, day_notes, one_day_groups, with_days_said
+from labbook.presenting.stats.days import HERE, LEFT_OUT, day_notes, one_day_groups, with_confounding
 from labbook.presenting.stats.decided import IGNORING, decided_equivalence, shared_days_decide
 from labbook.presenting.stats.figures import estimation_of, number_of
 from labbook.presenting.stats.plan import Bounded, plan_notes
@@ -53,7 +53,7 @@ def equal(question: Question, given: Bounded, route: str = "welch") -> Answer:
     alone, sentences = by_days is None and shared_days_decide(observed), []
     for label, result in tested.items():
         own = result.sentence(observed.name(label), control, observed.unit, confounded[label] and FROM_DAYS)
-        own = with_days_said(own, confounded[label])
+        own = with_confounding(own, confounded[label])
         sentences += [f"{IGNORING}: {own}"] if alone else led_by_days(by_days, label, own)
     found = {
         label: _left_open(result, observed.name(label), control) if confounded[label] else result

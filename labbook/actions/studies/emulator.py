@@ -83,7 +83,7 @@ def emulator_study_of(
 
 def _check_protocol(configuration: Configuration) -> None:
     """Refuse a book that does not say which jumps are left out: silence is no decision."""
-    missing = [f"{key} = {usual}" for key, usual in JUMP_RULES.items() if key not in configuration.protocol.stated]
+    missing = [f"{key} = {usual}" for key, usual in JUMP_RULES.items() if key not in configuration.protocol.rules_given]
     if missing:
         raise InputRefused(
             "labbook.toml does not say which jumps the study leaves out: write under [protocol] "

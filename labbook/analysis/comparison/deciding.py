@@ -218,7 +218,7 @@ def _contrasts(pairs: Mapping[str, Pair]) -> dict[str, Contrast]:
 
 
 def fingerprints_of_contrast(pair: Pair) -> tuple[InputRow, ...]:
-    """Name what a contrast rests on: the conditions of both sides, and the day of every run."""
+    """Return the inputs of a contrast: the conditions of both sides, and the day of every run."""
     # Results of before name the days of equal runs as those of others: they took rounding for scatter.
     role = "day of equal runs" if _equal_within_days(pair) else "day"
     return (*fingerprints_of_sides(pair), *fingerprints_of_days(pair, role))

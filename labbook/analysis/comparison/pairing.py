@@ -104,8 +104,8 @@ def pairs_across(conditions: Sequence[ConditionValues], swept: str) -> list[Pair
     """Pair treated with control pooled across one further factor at a time, where that factor has several levels."""
     found = []
     for factor in other_factors(conditions, swept):
-        kept = [name for name in other_factors(conditions, swept) if name != factor]
-        for group, items in by_levels(conditions, kept):
+        others = [name for name in other_factors(conditions, swept) if name != factor]
+        for group, items in by_levels(conditions, others):
             treated, control = treated_and_control(items)
             if control and treated and len({item.levels[factor] for item in items}) > 1:
                 family = ACROSS.format(factor=factor)
@@ -120,8 +120,8 @@ def pairs_between(conditions: Sequence[ConditionValues], swept: str) -> list[Pai
     """Pair the levels of a further factor with its first level: for all treated together, the control, each treated."""
     found = []
     for factor in other_factors(conditions, swept):
-        kept = [name for name in other_factors(conditions, swept) if name != factor]
-        for group, items in by_levels(conditions, kept):
+        others = [name for name in other_factors(conditions, swept) if name != factor]
+        for group, items in by_levels(conditions, others):
             levels = list(dict.fromkeys(item.levels[factor] for item in items))
             treated, control = treated_and_control(items)
             sides = [("treated", "", treated), ("control", "", control)]

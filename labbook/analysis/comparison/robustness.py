@@ -1,6 +1,6 @@
 """Headlines computed another way: without the exclusions, with the other detector, without each day.
 
-For each estimate and each day left out one result is stored. It rests on the estimate of all days and on the runs that
+One result is stored for each estimate and each day left out. It depends on the estimate of all days and the runs that
 were left out. Intermediate results, such as each run's joules by another drain line, are not stored: they would be
 those of every run again for every day.
 """
@@ -90,13 +90,13 @@ class LeftOut:
 
     def rest_of(self, side: Sequence[ConditionValues], quantity: Outcome) -> tuple[ConditionValues, ...]:
         """Return a side with the values that are left; joules are computed anew where idle runs are left out."""
-        kept = [
+        remaining = [
             replace(condition, runs=tuple(one for one in condition.runs if one.run.day != self.day))
             for condition in side
         ]
         if self.changes(quantity):
-            kept = [self._by_other_lines(condition) for condition in kept]
-        return tuple(condition for condition in kept if condition.runs)
+            remaining = [self._by_other_lines(condition) for condition in remaining]
+        return tuple(condition for condition in remaining if condition.runs)
 
     def _by_other_lines(self, condition: ConditionValues) -> ConditionValues:
         found = [(one, self.joules[one.run.uid]) for one in condition.runs if one.run.uid in self.joules]

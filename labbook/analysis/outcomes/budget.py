@@ -44,7 +44,7 @@ class BudgetTerm(Result):
     in_scatter: bool
     """Whether the scatter between runs contains it already; such a term is shown and not added again."""
     assumed: bool
-    """Whether its size is assumed, not measured or stated by a source."""
+    """Whether its size is assumed, not measured or taken from a source."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -40,7 +40,7 @@ class Log:
 
 @dataclass(frozen=True, slots=True)
 class Detection:
-    """What one detector found, the settings that it ran with, and the gaps it was told of."""
+    """What one detector found, the settings that it ran with, and the gaps in the log that it was given."""
 
     algorithm: str
     version: int

@@ -32,11 +32,11 @@ class OtherDay:
 
     def sentence(self, run: str) -> str:
         """Say both dates, and what decides between them."""
-        said = f"the log begins on {self.of_log} and run {run} is of {self.of_run}"
+        problem = f"the log begins on {self.of_log} and run {run} is of {self.of_run}"
         if self.swapped:
-            said += ", with day and month the other way round (`--dates` says their order)"
+            problem += ", with day and month the other way round (`--dates` says their order)"
         return (
-            f"{said}: if it is another run's, `labbook assign` it to that; if the run's date is wrong, "
+            f"{problem}: if it is another run's, `labbook assign` it to that; if the run's date is wrong, "
             f'`labbook correct {run} date={self.of_log} --why "..."`; if the clock was, leave it'
         )
 
@@ -92,14 +92,14 @@ def is_ahead(day: date, today_utc: date) -> bool:
 def ahead_sentence(text: str | None, read_as: date, today_utc: date) -> str:
     """Say that the date of a file is yet to come, and what to do; another order of day and month may explain it."""
     order, other = other_order(text or "", read_as), turned(read_as)
-    said = f"{text!r} is read as {read_as}, which is yet to come" if text else f"The date {read_as} is yet to come"
+    problem = f"{text!r} is read as {read_as}, which is yet to come" if text else f"The date {read_as} is yet to come"
     exchanged = order is not None and other is not None and not is_ahead(other, today_utc)
     remedy = (
         f"say `--dates {order}` if it is {other}, else correct it in the file"
         if exchanged
         else "correct it in the file"
     )
-    return f"{said}: {remedy}; where the instrument's clock is wrong, set that and leave the file."
+    return f"{problem}: {remedy}; where the instrument's clock is wrong, set that and leave the file."
 
 
 def log_ahead(parts: Iterable[SignalPart], zone: str) -> list[Finding]:

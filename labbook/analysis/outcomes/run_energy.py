@@ -200,7 +200,7 @@ RUN_ENERGY = Algorithm("run_energy", 13, RunEnergy)
 
 
 def usable_charge(run: RunRow, charges: list[ChargeOfRun]) -> ChargeOfRun | Undefined:
-    """Return the one charge that a jump run's energy rests on, or why there is none."""
+    """Return the one charge that a jump run's energy is computed from, or why there is none."""
     charge = recharge_of(run, charges)
     return charge if isinstance(charge, Undefined) or run.jumps_made else Undefined(Reason.NO_JUMP_MADE)
 
@@ -281,19 +281,19 @@ def _request(
 def _energy(run: RunRow, charge: ChargeOfRun, drain: PassiveDrain, voltage_v: float) -> RunEnergy:
     assert run.duration_s is not None  # noqa: S101 - `usable_charge` has asked
     passive = drain.at(run.duration_s)
-    worth_j_mah = joules_per_mah(voltage_v, run.jumps_made)
+    j_per_mah = joules_per_mah(voltage_v, run.jumps_made)
     joules = joules_per_jump(charge.charge_mah, passive.charge_mah, voltage_v, run.jumps_made)
     return RunEnergy(
         joules_per_jump=Number(
             joules,
             "J",
-            se=worth_j_mah * rounding_sd_mah(charge.resolution_mah),
-            shared_se=worth_j_mah * passive.se,
+            se=j_per_mah * rounding_sd_mah(charge.resolution_mah),
+            shared_se=j_per_mah * passive.se,
             n=run.jumps_made,
         ),
         passive_charge=Number(passive.charge_mah, "mAh", shared_se=passive.se, n=drain.n, df=drain.df),
         drain_df=drain.df,
-        shared_terms_j={term: -worth_j_mah * mah for term, mah in drain.error_terms_mah(run.duration_s).items()},
+        shared_terms_j={term: -j_per_mah * mah for term, mah in drain.error_terms_mah(run.duration_s).items()},
         extrapolated=passive.extrapolated,
     )
 

@@ -129,7 +129,7 @@ class Checked:
 
     @property
     def agrees(self) -> bool | None:
-        """Whether both agree, None where that cannot be told."""
+        """Whether both agree, None where that cannot be decided."""
         return None if self.unsure and self.result.agrees else self.result.agrees
 
 

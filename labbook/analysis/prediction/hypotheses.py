@@ -149,7 +149,7 @@ def _between(settings: HypothesisSettings, conditions: Sequence[ConditionValues]
     for group, items in pairing.by_levels(side, others):
         by_level = {of[factor]: tuple(each) for of, each in pairing.by_levels(items, [factor])}
         first, *further = settings.levels or sorted(by_level, key=pairing.sort_key)
-        if not by_level.keys() >= {first, *further}:  # a level that is named was not measured: nothing is told
+        if not by_level.keys() >= {first, *further}:  # a level that is named was not measured: no comparison
             return []
         found += [
             Comparison({**group, factor: level}, {factor: first}, (by_level[first], by_level[level]), -within, within)
@@ -206,7 +206,7 @@ def _tested(
     one: Comparison, predicted: AllPredicted, outcome: Outcome, by_day: bool, alpha: float, n_comparisons: int
 ) -> ComparisonVerdict:
     contrasts = [contrast_of(pair, by_day=by_day) for pair in one.pairs]
-    (measured, untold), (strict, _why) = (_measured(contrasts, 1.0 - 2.0 * alpha / m) for m in (1, n_comparisons))
+    (measured, no_interval), (strict, _why) = (_measured(contrasts, 1.0 - 2.0 * alpha / m) for m in (1, n_comparisons))
     simulated = _simulated(one, predicted, outcome)
     ends = _ends(simulated)
     return ComparisonVerdict(
@@ -216,12 +216,12 @@ def _tested(
         _verdict(one, ends, ends),
         None if math.isinf(one.low) else one.low,
         None if math.isinf(one.high) else one.high,
-        untold,
+        no_interval,
     )
 
 
 def _verdict(one: Comparison, holding: tuple[Any, Any], failing: tuple[Any, Any]) -> Verdict:
-    """Judge by both intervals; an end that does not exist tells nothing."""
+    """Judge by both intervals; an end that does not exist decides nothing."""
     if all(isinstance(end, float) for end in holding) and one.low < holding[0] and holding[1] < one.high:
         return Verdict.HOLDS
     if all(isinstance(end, float) for end in failing) and (failing[1] <= one.low or failing[0] >= one.high):

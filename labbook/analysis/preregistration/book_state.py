@@ -54,7 +54,7 @@ def read_history(connection: sa.Connection) -> BookHistory:
     came = [entry for entry in entries if entry.action in (Action.DECLARE, Action.INGEST)]
     file_read = {uid: file_uid for uid, file_uid, _ in readings}
     seqs = {entry.uid: entry.seq for entry in entries if entry.action is Action.DECIDE}
-    verdicts = {  # one that is being stated has no entry yet
+    verdicts = {  # one that is being recorded has no entry yet
         sha256: [(seqs.get(row.uid, inf), row) for row in rows] for sha256, rows in jump_decisions(connection).items()
     }
     return BookHistory(
@@ -73,7 +73,7 @@ def read_history(connection: sa.Connection) -> BookHistory:
 
 
 def _attributes(connection: sa.Connection, columns: Collection[str]) -> dict[str, dict[Any, dict[str, Any]]]:
-    """Read what the values of columns that changed stand for in a `RunRow`."""
+    """Read which attributes of a `RunRow` each value of a changed column stands for."""
     found: dict[str, dict[Any, dict[str, Any]]] = {
         "kind": {str(kind): {"kind": kind} for kind in RunKind},
         "state": {str(state): {"state": state} for state in RunState},
@@ -102,9 +102,9 @@ def _changes(
     part_of, linked = {link.uid: link.part for link in links}, {link.part: link.run_uid for link in links}
     taken_off: set[Part] = set()
 
-    def run_of(part: Part, said: Mapping[str, Any]) -> str:
-        """Return the run of a part where an entry says those of its file, or the one of the file."""
-        runs = said.get("runs", [said.get("run")])
+    def run_of(part: Part, values: Mapping[str, Any]) -> str:
+        """Return the run of a part where an entry names the runs of its file, or the one run of the file."""
+        runs = values.get("runs", [values.get("run")])
         return (linked.get(part) if linked.get(part) in runs else next(iter(runs), None)) or NO_RUN
 
     for entry in reversed(entries):
@@ -318,7 +318,7 @@ class BookHistory:
 def state_at(history: BookHistory, seq: int | None = None, *, arrivals: bool = True) -> BookState:
     """Return what the book held at an entry, now without one.
 
-    Where `arrivals` are not undone, what came later is there as it was first stated: runs, charges and logs with the
+    Where `arrivals` are not undone, what came later is there as it was first recorded: runs, charges and logs with the
     run that they were first given to.
     """
     runs, charges, logs = dict(history.runs), dict(history.charges), dict(history.logs)
@@ -350,12 +350,12 @@ def _at(item: _Item, later: Collection[str]) -> _Item:
 def _exclusions(
     history: BookHistory, seq: int | None, runs: Mapping[str, RunRow], logs: Mapping[Part, SignalRow]
 ) -> dict[tuple[str, str], int]:
-    said = {entry.uid: entry.reason or "" for entry in history.void if seq is None or entry.seq <= seq}
-    found = {(uid, reason): 0 for uid, reason in said.items() if uid in runs and runs[uid].state is RunState.VOID}
+    reasons = {entry.uid: entry.reason or "" for entry in history.void if seq is None or entry.seq <= seq}
+    found = {(uid, reason): 0 for uid, reason in reasons.items() if uid in runs and runs[uid].state is RunState.VOID}
     for log in logs.values():
         if log.sha256 in history.verdicts and log.run_uid in runs and runs[log.run_uid].state is not RunState.VOID:
-            said_of_log = [item for made, item in history.verdicts[log.sha256] if seq is None or made <= seq]
-            for verdict in in_force(said_of_log):
+            verdicts_on_log = [item for made, item in history.verdicts[log.sha256] if seq is None or made <= seq]
+            for verdict in in_force(verdicts_on_log):
                 if verdict.verdict is Verdict.REJECT:
                     key = log.run_uid, str(verdict.reason_code)
                     found[key] = found.get(key, 0) + 1

@@ -77,7 +77,7 @@ class DepartureKind(Enum):
 class Departure:
     """What departs, with what its words name, and what is exploratory for it.
 
-    `quantities` are those whose comparisons are exploratory, none where it is only told; `conditions` the keys of the
+    `quantities` are those whose comparisons are exploratory, none where it is only listed; `conditions` the keys of the
     conditions that it is about, None where it is about all. `sentence` is `kind` in words, filled with `parameters`.
     """
 
@@ -92,7 +92,7 @@ class Departure:
         object.__setattr__(self, "sentence", self.kind.value.format(**self.parameters))
 
     def touches(self, quantity: Outcome, conditions: Collection[str] | None) -> bool:
-        """Tell whether a comparison of these conditions rests on it; None stands for any conditions."""
+        """Tell whether it affects a comparison of these conditions; None stands for any conditions."""
         about_them = conditions is None or self.conditions is None or not set(self.conditions).isdisjoint(conditions)
         return quantity in self.quantities and about_them
 
@@ -111,19 +111,19 @@ _LOST_BY: Mapping[str, Collection[FileRole]] = {
 
 
 def departures_since(
-    history: BookHistory, now: BookState, first_seq: int, told: Collection[str] = ()
+    history: BookHistory, now: BookState, first_seq: int, reported_elsewhere: Collection[str] = ()
 ) -> list[Departure]:
-    """List what departs from the book as it was first stated after an entry, and from what reports saw since.
+    """List how the book departs from what was first recorded after an entry, and from what reports saw since.
 
-    Of void runs that are `told` of elsewhere, by their names, nothing is said.
+    Void runs named in `reported_elsewhere` are left out.
     """
     states = _States(history, now, first_seq)
-    void = _voided(states, told)
+    void = _voided(states, reported_elsewhere)
     return [*_corrected(states), *_condition_changed(states), *_replaced(states), *_came_late(states), *void]
 
 
 class _States:
-    """The book as it was first stated, as reports saw it and as it is now, and what several departures rest on."""
+    """The book as it was first recorded, as reports saw it and as it is now, and what several departures share."""
 
     def __init__(self, history: BookHistory, now: BookState, first_seq: int) -> None:
         self.history, self.now = history, now
@@ -159,7 +159,7 @@ class _States:
         return [key or "none" for key in seen if key != run.condition_key and run.kind is RunKind.JUMPS]
 
     def lost(self, uid: str) -> frozenset[Outcome]:
-        """Return what had a number from a run that counts, as first stated or at a report, and has none now."""
+        """Return what had a number from a run that counts, as first recorded or at a report, and has none now."""
         states = [state for state in self.reports.values() if uid in state.runs]
         had = self.before.given(uid, surplus=False).union(*(state.given(uid) for state in states))
         same_kind = self.now.runs[uid].kind is self.before.runs[uid].kind
@@ -237,7 +237,7 @@ def _leaves(states: _States, run_uids: Collection[str], outcomes: Collection[Out
 
 
 def _corrected(states: _States) -> Iterator[Departure]:
-    """Find what is otherwise than it was first stated, and charges and logs that only reports saw elsewhere."""
+    """Find what differs from what was first recorded, and charges and logs that only reports saw elsewhere."""
     now, reported = states.now, set[tuple[str, str, Any]]()
     exchanged = {(item, run_uid): bool(came) for run_uid, _, gone, came in states.exchanged for item in gone}
     changes = difference(states.before, now)
@@ -321,7 +321,7 @@ def _replaced(states: _States) -> Iterator[Departure]:
 def _came_late(states: _States) -> Iterator[Departure]:
     """Find what came to a run that had all it can have, and what was in the book at a report and came to its run later.
 
-    The first acts as an exclusion, unless one command brought all. Inboxes have to be emptied: the second is told only.
+    The first acts as an exclusion, unless one command brought all. Inboxes must be emptied: the second is only listed.
     """
     replacing = {(item, uid) for uid, _, _, came in states.exchanged for item in came}
     for uid, source in ((uid, source) for uid in states.given for source in SOURCES):
@@ -348,15 +348,15 @@ def _came_late(states: _States) -> Iterator[Departure]:
                 yield Departure(DepartureKind.GIVEN_LATE, {**words, "by": _by(states.arrival(item, uid))})
 
 
-def _voided(states: _States, told: Collection[str]) -> Iterator[Departure]:
-    """Find runs that are void and had numbers when a report was made, by who said so and why."""
-    said, found = {entry.uid: entry for entry in states.history.void}, dict[Any, dict[str, set[Outcome]]]()
+def _voided(states: _States, reported_elsewhere: Collection[str]) -> Iterator[Departure]:
+    """Find runs that are void and had numbers when a report was made, by who voided them and why."""
+    void_entries, found = {entry.uid: entry for entry in states.history.void}, dict[Any, dict[str, set[Outcome]]]()
     for uid, run in states.now.runs.items():
-        if run.state is RunState.VOID and run.name not in told:
+        if run.state is RunState.VOID and run.name not in reported_elsewhere:
             seen = {item for state in states.reports.values() if uid in state.runs for item in state.given(uid)}
             if seen:
                 of_idle = run.kind is RunKind.IDLE
-                found.setdefault((said[uid].reason or "", _by(said[uid]), of_idle), {})[uid] = seen
+                found.setdefault((void_entries[uid].reason or "", _by(void_entries[uid]), of_idle), {})[uid] = seen
     for (reason, by, of_idle), of in found.items():
         names = [states.now.runs[uid].name for uid in of]
         runs = f"run {names[0]} was" if len(names) == 1 else f"runs {first_named(names)} were"
@@ -375,5 +375,5 @@ _MOST_NAMED = 4
 
 
 def _command(entry: EntryRow) -> str:
-    """Return what is the same for all that one command stated; the files of one `labbook ingest` share a batch."""
+    """Return an id that all entries of one command share; the files of one `labbook ingest` share a batch."""
     return entry.new.get("batch") or str(entry.command)

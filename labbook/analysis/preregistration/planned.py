@@ -1,9 +1,8 @@
 """What was decided about the analysis before the first measurement, and what departs from it.
 
-The journal keeps labbook.toml whenever it changed, in the order of everything else that was stated. What `[analysis]`
-said when the first file was imported or the first charge typed in rules; a later change refuses nothing and changes
-nothing, it is told. Where nothing had been decided by then, today's settings are used and every comparison is
-exploratory.
+The journal stores labbook.toml whenever it changed, in order with all other entries. The `[analysis]` that it had when
+the first file was imported, or the first charge typed in, applies. A later change is not refused: it is listed and has
+no effect. Where nothing had been decided by then, today's settings are used and every comparison is exploratory.
 
 What the choice of runs for a report or a comparison leaves out: it could have been made after looking at them.
 
@@ -35,7 +34,7 @@ from labbook.analysis.preregistration.departures import (
     first_named,
     in_order,
 )
-from labbook.config.analysis import kept_analysis, kept_jump_rules
+from labbook.config.analysis import stored_analysis, stored_jump_rules
 from labbook.config.model import AnalysisSettings, Bounds, Configuration, Family
 
 
@@ -85,7 +84,7 @@ AS_A_WHOLE = "a family counts as planned only as a whole, because Holm's p of ea
 
 
 _History = Sequence[tuple[RecordedConfiguration, AnalysisSettings | None]]
-"""Every labbook.toml that the journal keeps, with what its [analysis] said."""
+"""Every labbook.toml that the journal stores, with its [analysis]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,14 +113,17 @@ class Reason:
 
 @dataclass(frozen=True, slots=True)
 class Planned:
-    """The settings that rule the analysis, whether they were stated in time, and what departs from them.
+    """The settings that apply to the analysis, whether they were recorded in time, and what departs from them.
 
-    `stated_utc` and `stated_by` say when and by whom the settings were first stated as they rule, also where that was
-    too late; None where they never were. `first_measured_utc` is None before the first measurement. `left_out` is what
-    people left out for reasons that the settings do not allow; `bounds_stated` tells whether the settings' bounds, if
-    they have any, were stated in time. `further` departs in what the numbers rest on: the runs selected, corrections,
-    the rules of `[protocol]` which jumps count. `run_before` is the day of the first run where its own date lies before
-    the statement, which then shows only that the numbers were not in the book yet.
+    - `stated`: whether they were recorded before the first measurement.
+    - `stated_utc`, `stated_by`: when and by whom they were first recorded, even if too late; None if they never were.
+    - `first_measured_utc`: None before the first measurement.
+    - `disallowed_exclusions`: what people left out for reasons that the settings do not allow.
+    - `bounds_stated`: whether the settings' bounds, if they have any, were recorded in time.
+    - `further`: departures in what the numbers depend on: the runs selected, corrections, the rules of `[protocol]` on
+      which jumps count.
+    - `run_before`: the day of the first run, where its own date lies before the settings were recorded. These then
+      show only that the numbers were not in the book yet.
     """
 
     settings: AnalysisSettings
@@ -153,7 +155,7 @@ class Planned:
         return self._beside_the_plan(quantity, family, conditions)
 
     def exploratory_equivalence(self, family: str, conditions: Collection[str] | None = None) -> str | None:
-        """Say why a test of apexes against the bounds is exploratory; bounds that were stated plan it."""
+        """Say why a test of apexes against the bounds is exploratory; recorded bounds make it a planned one."""
         reason = self.reason_of_equivalence(family, conditions)
         return None if reason is None else reason.text
 
@@ -181,13 +183,13 @@ class Planned:
         touching = [
             item for item in self.disallowed_exclusions if item.jumps is None or quantity.source is FileRole.LOG
         ]
-        rests_on = [item.sentence for item in self.further if item.touches(quantity, conditions)]
-        departures = (*map(not_allowed, touching), *rests_on)
+        further = [item.sentence for item in self.further if item.touches(quantity, conditions)]
+        departures = (*map(not_allowed, touching), *further)
         if touching:
-            said = "; ".join(item.sentence for item in touching)
-            text = f"something was left out for a reason that was not allowed ({said}), and {AS_A_WHOLE}"
+            exclusions = "; ".join(item.sentence for item in touching)
+            text = f"something was left out for a reason that was not allowed ({exclusions}), and {AS_A_WHOLE}"
             return Reason(text, departures)
-        return Reason("; ".join(rests_on), departures) if rests_on else None
+        return Reason("; ".join(further), departures) if further else None
 
 
 def planned_analysis(
@@ -198,30 +200,30 @@ def planned_analysis(
     `selected` are the uids of the runs that a report or a comparison takes, None where it takes all.
     """
     now, first = configuration.analysis, first_measurement(connection)
-    stated = [(item, kept_analysis(item.text)) for item in recorded_configurations(connection)]
-    before = [item for item in stated if first is not None and item[0].seq < first.seq]
+    configurations = [(item, stored_analysis(item.text)) for item in recorded_configurations(connection)]
+    before = [item for item in configurations if first is not None and item[0].seq < first.seq]
     stood = before[-1][1] if before else None
     if first is None or stood is None:
-        since = None if now is None else _since(stated, now)
+        since = None if now is None else _since(configurations, now)
         day = "" if since is None else f"; [analysis] was stated on {since.at_utc[:10]} by {since.person}, after it"
         departures, at_utc = ((), None) if first is None else ((NOTHING_DECIDED + day,), first.at_utc)
         planned = first is None and now is not None
-        return Planned(now or AnalysisSettings(), planned, departures, *_said(since), at_utc)
+        return Planned(now or AnalysisSettings(), planned, departures, *_time_and_person(since), at_utc)
     history, since = read_history(connection), _since(before, stood)
     state = state_at(history)
     left_out = _disallowed(state, stood.exclusions)
-    told = [item.run for item in left_out if item.jumps is None]
-    since_first = departures_since(history, state, first.seq, told)
+    void_runs = [item.run for item in left_out if item.jumps is None]
+    since_first = departures_since(history, state, first.seq, void_runs)
     since_first += _comparisons_lost(history, state, first.seq, configuration, stood, since_first)
     further = [*_changed_jump_rules(before[-1][0].text, configuration), *since_first]
     further += [] if selected is None else _unselected(state, configuration, selected)
-    departing = [*_changed_settings(stood, now, stated), *map(not_allowed, left_out)]
+    departing = [*_changed_settings(stood, now, configurations), *map(not_allowed, left_out)]
     late_bounds = None if stood.apex_bounds or now is None else now.apex_bounds
     return Planned(
         replace(stood, apex_bounds=late_bounds) if late_bounds else stood,
         True,
         (*departing, *(item.sentence for item in further)),
-        *_said(since),
+        *_time_and_person(since),
         first.at_utc,
         left_out,
         bounds_stated=late_bounds is None,
@@ -231,7 +233,7 @@ def planned_analysis(
 
 
 def not_allowed(item: DisallowedExclusion) -> str:
-    """Return the departure that something left out for another reason than those allowed is."""
+    """Return the sentence of the departure that an exclusion for a reason that is not allowed makes."""
     return f"{item.sentence}, which was not allowed"
 
 
@@ -240,9 +242,9 @@ def is_allowed(reason: str, allowed: Collection[ReasonCode]) -> bool:
 
     A run is void for a reason in words, as "sensor fault: the string was off its drum"; other allows every reason.
     """
-    said = reason.strip().lower().replace("_", " ")
+    text = reason.strip().lower().replace("_", " ")
     return ReasonCode.OTHER in allowed or any(
-        said.startswith(words) and not said[len(words) : len(words) + 1].isalnum()
+        text.startswith(words) and not text[len(words) : len(words) + 1].isalnum()
         for code in allowed
         for words in [str(code).replace("_", " ")]
     )
@@ -265,7 +267,7 @@ def _changed_settings(stood: AnalysisSettings, now: AnalysisSettings | None, his
     found = []
     for name in AnalysisSettings.__slots__:
         was, value = getattr(stood, name), getattr(now, name)
-        since = _since([(item, getattr(said, name, None)) for item, said in history], value)
+        since = _since([(item, getattr(settings, name, None)) for item, settings in history], value)
         parameters = {
             "name": name.replace("_", " ") if name in ("primary_outcome", "apex_bounds") else name,
             "was": _shown(was),
@@ -284,7 +286,7 @@ def _changed_jump_rules(text: str, configuration: Configuration) -> list[Departu
     of_jumps = tuple(outcome for outcome in Outcome if outcome.of_jumps)
     return [
         Departure(DepartureKind.JUMP_RULE, {"name": name, "was": _shown(was), "now": _shown(now)}, of_jumps)
-        for name, was in zip(names, kept_jump_rules(text), strict=True)
+        for name, was in zip(names, stored_jump_rules(text), strict=True)
         for now in [getattr(rules, name)]
         if was != now
     ]
@@ -315,14 +317,14 @@ def _run_before(runs: Iterable[RunRow], at_utc: str) -> str | None:
 def _since(history: Sequence[tuple[RecordedConfiguration, Any]], value: object) -> RecordedConfiguration | None:
     """Return the entry since which a value has stood unbroken to the end of the history."""
     found = None
-    for item, said in reversed(history):
-        if said != value:
+    for item, recorded in reversed(history):
+        if recorded != value:
             break
         found = item
     return found
 
 
-def _said(item: RecordedConfiguration | None) -> tuple[str | None, str | None]:
+def _time_and_person(item: RecordedConfiguration | None) -> tuple[str | None, str | None]:
     return (None, None) if item is None else (item.at_utc, item.person)
 
 

@@ -3,7 +3,7 @@
 A field that is a `Number` is stored as a number of the field's name (or of the name that `StoredAs` gives it), a
 mapping of them as a number each; all other fields are the payload, but for those that have their default. Of a number
 that does not exist the payload has the reason, too, as a code; of an error or an end of an interval that is not stored
-no reason is kept.
+the reason is not stored either.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ R = TypeVar("R", bound=Remark)
 
 @dataclass(frozen=True, slots=True)
 class Algorithm(Generic[T]):
-    """A kind of result: raise `version` when the numbers it gives change; a test watches all that they rest on."""
+    """A kind of result: raise `version` when its numbers change; a test watches the code that they depend on."""
 
     kind: str
     version: int
@@ -169,15 +169,15 @@ def _defined(value: float | Undefined | None) -> float | None:
     return float(value)
 
 
-def _said(kind: type[R], codes: type[Code], said: Any) -> R:
-    if not isinstance(said, dict) or said.get("code") not in codes.__members__:
-        raise UnreadablePayload(f"{said} is no code of {codes.__name__}")
-    return kind(codes[said["code"]], **said["parameters"])
+def _decoded_reason(kind: type[R], codes: type[Code], stored: Any) -> R:
+    if not isinstance(stored, dict) or stored.get("code") not in codes.__members__:
+        raise UnreadablePayload(f"{stored} is no code of {codes.__name__}")
+    return kind(codes[stored["code"]], **stored["parameters"])
 
 
 def _number(row: NumberRow, why: Mapping[str, Any] | None) -> Number:
     """Return a stored number; where it does not exist, its interval does not either."""
-    undefined = None if why is None else _said(Undefined, Reason, why)
+    undefined = None if why is None else _decoded_reason(Undefined, Reason, why)
     value = row.value if undefined is None else undefined
     assert value is not None  # noqa: S101 - what has no value has a reason: `decode` has looked
     return Number(
@@ -224,7 +224,7 @@ def _reader(hint: Any) -> Callable[[Any], Any]:
         (kind,) = [each for each in args if each is not NoneType]
         return lambda value: None if value is None else _reader(kind)(value)
     if hint in _CODES:
-        return lambda value: _said(hint, _CODES[hint], value)
+        return lambda value: _decoded_reason(hint, _CODES[hint], value)
     if origin is tuple:
         return lambda value: _several(value, hint, args)
     if isinstance(origin, type) and issubclass(origin, Mapping):

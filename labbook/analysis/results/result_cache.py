@@ -141,7 +141,7 @@ def charge_input(charge: ChargeOfRun) -> InputRow:
 
 
 def idle_runs_input(robot_uid: str) -> InputRow:
-    """Name the idle runs of a robot: a drain line rests on all there are, also before another one is added."""
+    """Name the idle runs of a robot: a drain line depends on all of them, so one more makes it stale."""
     return fingerprint("idle runs", "idle_runs", robot_uid, robot_uid)
 
 
@@ -156,7 +156,7 @@ def decision_input(decision: DecisionRow) -> InputRow:
 
 
 def condition_input(run: RunRow) -> InputRow:
-    """Name the condition of a run: a summary rests on it, also before another run joins it."""
+    """Name the condition of a run: a summary depends on it, so one more run makes it stale."""
     return fingerprint("condition", "condition", run.condition_uid or "", run.condition_key)
 
 

@@ -28,7 +28,7 @@ from stats.exact.tails import t_quantile
 
 _NOTHING = PlainPredictions({})
 _COARSE = 0.03
-"""Share of a jump's joules from which on the charger's last digit is said to be coarse: at 4 % intervals cover .92."""
+"""Share of a jump's joules from which on the charger's resolution counts as coarse: at 4 % intervals cover .92."""
 
 
 class Controller(StrEnum):
@@ -190,11 +190,11 @@ def emulator_study(
         if at in places and before in places
     )
     left_out = _beyond_limit(rises, gains, same_percent)
-    kept = [row for row in rows if row.gain not in left_out]
+    retained = [row for row in rows if row.gain not in left_out]
     of_ce = [row for row in rows if row.controller is Controller.CE]
     coarse = tuple(row.gain for row in of_ce if resolution_j > _COARSE * row.joules.value)
     trends = tuple(
-        _trend(controller, kept, coarse, level)
+        _trend(controller, retained, coarse, level)
         for controller in (Controller.CONSTANT, Controller.SCALED)
         if placed[controller]
     )

@@ -10,7 +10,7 @@ from the battery, less the passive drain, is its measured joules a hop.
 The hops of a run share its one recharge, and the runs of a day share the day, so that neither hops nor, where there are
 several days, runs are independent: the slope's interval is over days, of one day over its runs, and holds the error of
 the drain line, which all share. That the estimate may miss by more at one gain than at another is no scatter of days;
-it is told by condition.
+it is listed by condition.
 """
 
 from __future__ import annotations
@@ -174,7 +174,7 @@ class HopTraces:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ForcePlateStudy:
-    """The slope of estimated over measured joules, and all that it rests on.
+    """The slope of estimated over measured joules, and all that it is computed from.
 
     `window` is in samples of `sample_s`, `by_corner` whether the rule chose it. By window of `windows`, `differences`
     (N, all but the first) are the sums of absolute differences from the force smoothed with the window before, and

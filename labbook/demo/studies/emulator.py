@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labbook.demo.files import MARK
-from labbook.demo.logger import kept_samples
+from labbook.demo.logger import samples_not_dropped
 from labbook.demo.studies.book import RUNS_TOML, StudyFiles, make_study_book
 from labbook.demo.truth import recharged_mah
 from labbook.demo.writers import StudyRun, string_pot_log
@@ -141,14 +141,14 @@ def _log(
     height_m = np.interp(time_s, times_s, made_m) + rng.normal(0.0, _HEIGHT_NOISE_M, time_s.size)
     height_m = np.round(height_m / _HEIGHT_STEP_M) * _HEIGHT_STEP_M
     log_ms = np.round(1000.0 * (time_s + _HELD_S)).astype(np.int64) + int(rng.integers(15_000, 40_000))
-    kept = kept_samples(rng, time_s.size, int(rng.binomial(jumps, _DROP_CHANCE)), _LONGEST_DROP, first=1)
+    recorded = samples_not_dropped(rng, time_s.size, int(rng.binomial(jumps, _DROP_CHANCE)), _LONGEST_DROP, first=1)
     gain, damping = condition
     channels = {
         "body_height [m]": height_m,
         "k_gain": np.full(time_s.size, float(gain)),
         "b_ad_gain": np.full(time_s.size, float(damping)),
     }
-    return log_ms[kept], {name: values[kept] for name, values in channels.items()}
+    return log_ms[recorded], {name: values[recorded] for name, values in channels.items()}
 
 
 _FURTHER = """\

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.units import STANDARD_GRAVITY_M_S2
-from labbook.demo.logger import kept_samples
+from labbook.demo.logger import samples_not_dropped
 from labbook.demo.truth import recharged_mah
 from labbook.demo.writers import StudyRun
 
@@ -238,8 +238,8 @@ def _recorded(rng: np.random.Generator, hopping: _Hopping, run: PlateStudyRun, n
     }
     channels["k_gain"] = np.full(n, float(run.gain or 0))
     dropped = int(rng.binomial(run.jumps, min(noise * _DROP_CHANCE, 1.0)))
-    kept = kept_samples(rng, n, dropped, _LONGEST_DROP)
-    kept[0] = True
+    recorded = samples_not_dropped(rng, n, dropped, _LONGEST_DROP)
+    recorded[0] = True
     return replace(
         run,
         duration_s=int(last_s) + _OVERHEAD_S,
@@ -247,8 +247,8 @@ def _recorded(rng: np.random.Generator, hopping: _Hopping, run: PlateStudyRun, n
         stance_j=float(np.mean([piece.stance_j for piece in jumps])),
         clocks=((begin_s - log_begin_s) / (1.0 + drift), 1.0 / (1.0 + drift) / per_plate - 1.0),
         plate=plate,
-        log_ms=log_ms[kept],
-        channels={channel: values[kept] for channel, values in channels.items()},
+        log_ms=log_ms[recorded],
+        channels={channel: values[recorded] for channel, values in channels.items()},
     )
 
 

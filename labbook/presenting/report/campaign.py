@@ -17,7 +17,7 @@ from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
 from labbook.analysis.outcomes.run_apexes import RunApexes
 from labbook.analysis.study import StudyAnalysis
 from labbook.config.parsing import Configuration
-from labbook.presenting.numbers import Shown
+from labbook.presenting.numbers import ShownNumbers
 from reports.content import (
     Condition,
     Day,
@@ -68,7 +68,7 @@ def _considered(analysis: StudyAnalysis) -> list[FactorRow]:
     return [row for row in analysis.evidence.factors if row.name in named]
 
 
-def conditions(analysis: StudyAnalysis, shown: Shown) -> tuple[Condition, ...]:
+def conditions(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[Condition, ...]:
     """Return every condition that has a measured quantity, in the order of the factors' levels, the swept one last.
 
     So the control and the treated conditions of one group stand together.
@@ -108,7 +108,7 @@ def _levels(analysis: StudyAnalysis, labels: Mapping[str, str]) -> tuple[Level, 
     return tuple(found)
 
 
-def _summary(analysis: StudyAnalysis, values: ConditionValues, shown: Shown) -> Summary:
+def _summary(analysis: StudyAnalysis, values: ConditionValues, shown: ShownNumbers) -> Summary:
     jumps = [len(item.result.heights_m) for item in values.runs if isinstance(item.result, RunApexes)]
     return Summary(
         mean=shown.number(values.summary.mean),
@@ -197,10 +197,10 @@ def _planned_count(analysis: StudyAnalysis, planned: Sequence[PlannedRow]) -> in
     return sum((row.condition_key or "") in conditions for row in planned)
 
 
-def order(analysis: StudyAnalysis, shown: Shown, *, in_claims: bool) -> Order:
+def order(analysis: StudyAnalysis, shown: ShownNumbers, *, in_claims: bool) -> Order:
     """Set every run's joules against its position in the day and its pack, as deviations from its condition.
 
-    `in_claims`: the claims say already that levels of the swept factor cannot be told from their days.
+    `in_claims`: the claims say already that levels of the swept factor are confounded with their days.
     """
     points = [
         _point(item, item.value - mean)
@@ -213,10 +213,10 @@ def order(analysis: StudyAnalysis, shown: Shown, *, in_claims: bool) -> Order:
 
 
 def confounded_with_day(analysis: StudyAnalysis, *, in_claims: bool = False) -> list[str]:
-    """Say which factors cannot be told from the day, because most days saw one level of them only.
+    """Say which factors are confounded with the day, because most days saw one level of them only.
 
     A day with a single run shows nothing of the kind and does not count. The swept factor is left out where it was
-    `in_claims` that none of its comparisons can be told from days.
+    `in_claims` that all of its comparisons are confounded with days.
     """
     runs = [run for run in analysis.evidence.runs if run.levels]
     by_day: dict[str, list[RunRow]] = {}

@@ -18,7 +18,7 @@ from labbook.analysis.comparison.robustness import WITHOUT_EXCLUSIONS, Varied
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.study import StudyAnalysis
 from labbook.config.model import Family
-from labbook.presenting.numbers import Shown
+from labbook.presenting.numbers import ShownNumbers
 from labbook.presenting.report.campaign import factor_title
 from labbook.presenting.report.day_layout import one_day_each
 from reports.content import Anova, Comparison, ReportContent, Sensitivity, Variant
@@ -33,7 +33,7 @@ RUN = "run"
 """What a report calls the values of comparisons by day."""
 
 
-def comparisons(analysis: StudyAnalysis, shown: Shown) -> tuple[Comparison, ...]:
+def comparisons(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[Comparison, ...]:
     """Return all comparisons; where nothing is pooled, those of all levels are shown as the planned ones of each."""
     found = [_comparison(analysis, item, shown, _family(analysis, item)) for item in analysis.compared]
     if not planned_as_each(analysis):
@@ -62,7 +62,7 @@ def planned_as_each(analysis: StudyAnalysis) -> bool:
     return analysis.planned.settings.family is Family.EACH and one_level(analysis)
 
 
-def overall(analysis: StudyAnalysis, shown: Shown) -> tuple[OverallSavings, ...]:
+def overall(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[OverallSavings, ...]:
     """Return the savings over all groups."""
     return tuple(
         OverallSavings(
@@ -79,7 +79,7 @@ def overall(analysis: StudyAnalysis, shown: Shown) -> tuple[OverallSavings, ...]
     )
 
 
-def overall_equivalence(analysis: StudyAnalysis, shown: Shown) -> OverallEquivalence | None:
+def overall_equivalence(analysis: StudyAnalysis, shown: ShownNumbers) -> OverallEquivalence | None:
     """Return the test over all groups that apex heights changed within the bounds."""
     result = analysis.overall.equivalent
     why = analysis.planned.exploratory_equivalence(pairing.POOLED) or ""
@@ -94,7 +94,7 @@ def _over_groups(analysis: StudyAnalysis, result: OverallResult | OverallEquival
     return OverGroups(groups, left_out, result.days, result.days_measured_only)
 
 
-def jump_comparisons(analysis: StudyAnalysis, shown: Shown) -> tuple[Comparison, ...]:
+def jump_comparisons(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[Comparison, ...]:
     """Return the thesis's route to apex heights: the pooled comparisons over single jumps."""
     why = analysis.planned.exploratory_jumps()
     return tuple(
@@ -112,7 +112,7 @@ def _family(analysis: StudyAnalysis, item: Compared) -> str:
     return item.pair.family
 
 
-def anovas(analysis: StudyAnalysis, shown: Shown) -> tuple[Anova, ...]:
+def anovas(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[Anova, ...]:
     """Return the analyses of variance over the swept factor."""
     found = []
     for item in analysis.anovas:
@@ -121,12 +121,12 @@ def anovas(analysis: StudyAnalysis, shown: Shown) -> tuple[Anova, ...]:
         p = shown.number(result.p)
         why = analysis.planned.exploratory_anova()
         levels = {one.levels.get(analysis.swept or "", one.key): (one,) for one in analysis.levels_of(item)}
-        days = _days_untold(test, {f"level {label}": side for label, side in levels.items()})
+        days = _confounding_with_days(test, {f"level {label}": side for label, side in levels.items()})
         found.append(Anova(item.label, item.quantity, item.group, test, result.n, p.provenance, why, days))
     return tuple(found)
 
 
-def sensitivity(analysis: StudyAnalysis, shown: Shown, content: ReportContent) -> tuple[Sensitivity, ...]:
+def sensitivity(analysis: StudyAnalysis, shown: ShownNumbers, content: ReportContent) -> tuple[Sensitivity, ...]:
     """Return every pooled headline with its recomputations; `content` knows what groups are called."""
     found = []
     pooled = [item for item in analysis.compared if item.pair.family == pairing.POOLED]
@@ -161,14 +161,14 @@ def _rule_of_all_runs(item: Compared, recomputed: Sequence[Varied]) -> str:
 
 
 def _headline_number(
-    pair: Pair, result: ComparisonResult | DecisionResult, analysis: StudyAnalysis, shown: Shown
+    pair: Pair, result: ComparisonResult | DecisionResult, analysis: StudyAnalysis, shown: ShownNumbers
 ) -> Number:
     """Return the number that the claim states, with the interval it states."""
     difference = result.welch_difference if isinstance(result, ComparisonResult) else result.difference
     return _of(pair, analysis, shown).number(result.savings or difference)
 
 
-def _of(pair: Pair, analysis: StudyAnalysis, shown: Shown) -> Shown:
+def _of(pair: Pair, analysis: StudyAnalysis, shown: ShownNumbers) -> ShownNumbers:
     """Call the sides of a comparison, and the values that it compares, what they are."""
     return shown.of_sides(_sides(pair), analysis.planned.settings.unit_of_analysis.noun)
 
@@ -180,7 +180,7 @@ def _sides(pair: Pair) -> tuple[str, str]:
     return "the level", "the level it is compared with"
 
 
-def _comparison(analysis: StudyAnalysis, item: Compared, shown: Shown, family: str) -> Comparison:
+def _comparison(analysis: StudyAnalysis, item: Compared, shown: ShownNumbers, family: str) -> Comparison:
     """Show a comparison on run means with everything that stands beside it."""
     result, label, on_units = item.result, item.pair.label, _of(item.pair, analysis, shown)
     df = (1.0, float(result.n_a + result.n_b - 2))
@@ -205,7 +205,7 @@ def _comparison(analysis: StudyAnalysis, item: Compared, shown: Shown, family: s
 
 
 def _tested(
-    pair: Pair, quantity: Outcome, result: ComparisonResult | JumpComparison, shown: Shown, family: str
+    pair: Pair, quantity: Outcome, result: ComparisonResult | JumpComparison, shown: ShownNumbers, family: str
 ) -> Comparison:
     """Show the thesis's route, and Welch's test beside it."""
     test = shown.test(result.test, result.t, result.p)
@@ -223,19 +223,19 @@ def _tested(
         welch=shown.test("Welch", result.welch_t, result.welch_p),
         welch_difference=shown.number(result.welch_difference),
         family=family,
-        one_day_each=_days_untold(test, dict(zip(_sides(pair), (pair.b, pair.a), strict=True))),
+        one_day_each=_confounding_with_days(test, dict(zip(_sides(pair), (pair.b, pair.a), strict=True))),
         between=pair.between,
     )
 
 
-def _days_untold(test: SignificanceTest, sides: Mapping[str, Sequence[ConditionValues]]) -> str:
-    """Say that a test cannot tell its sides from their days, where each had one day; "" where there is no test."""
+def _confounding_with_days(test: SignificanceTest, sides: Mapping[str, Sequence[ConditionValues]]) -> str:
+    """Say that a test confounds its sides with their days, where each had one day; "" where there is no test."""
     if isinstance(test.statistic, Undefined):
         return ""
     return one_day_each({name: {item.run.day for one in side for item in one.runs} for name, side in sides.items()})
 
 
-def _by_day(result: DayComparison, shown: Shown) -> ByDay:
+def _by_day(result: DayComparison, shown: ShownNumbers) -> ByDay:
     found = ByDay(
         difference=shown.number(result.difference),
         test=shown.test("by day", result.t, result.p),
@@ -257,7 +257,7 @@ def method_by_day(result: DayComparison) -> str:
     return exact_method(RUN if result.counted == VALUE else result.counted, result.held)
 
 
-def _decision(item: Compared, decided: Decided, shown: Shown, beside_plan: str) -> Decision:
+def _decision(item: Compared, decided: Decided, shown: ShownNumbers, beside_plan: str) -> Decision:
     family = decided.adjusted
     return replace(
         decision(decided.result, shown),
@@ -267,7 +267,7 @@ def _decision(item: Compared, decided: Decided, shown: Shown, beside_plan: str) 
     )
 
 
-def decision(result: DecisionResult, shown: Shown) -> Decision:
+def decision(result: DecisionResult, shown: ShownNumbers) -> Decision:
     """Return the test that decides as a report carries it."""
     return Decision(
         unit={Rule.PAIRED: "day", Rule.WITHIN: "run", Rule.NONE: ""}[result.rule],
@@ -282,7 +282,7 @@ def decision(result: DecisionResult, shown: Shown) -> Decision:
     )
 
 
-def equivalence(result: EquivalenceResult, shown: Shown, beside_plan: str = "") -> Equivalence:
+def equivalence(result: EquivalenceResult, shown: ShownNumbers, beside_plan: str = "") -> Equivalence:
     """Return two one-sided tests as a report carries them."""
     return Equivalence(
         estimate=shown.number(result.estimate),

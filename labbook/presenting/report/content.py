@@ -18,7 +18,7 @@ from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study import StudyAnalysis, analyse
 from labbook.analysis.study_data import gather
 from labbook.config.parsing import Configuration
-from labbook.presenting.numbers import Shown, provenance
+from labbook.presenting.numbers import ShownNumbers, provenance
 from labbook.presenting.report import campaign, comparisons, drain, methods, predicted, preregistration
 from labbook.presenting.report.error_rates import known_error_rates, uses
 from labbook.presenting.report.tests_made import tests_beside
@@ -33,7 +33,7 @@ def _claims(content: ReportContent, compared: Sequence[Comparison], *, one_level
     """One sentence over all groups, or one a pooled comparison: savings, then the other outcomes.
 
     Where another family was decided on, what that shows comes before all of them, but for one group of one level, whose
-    claims are of that family. What days leave untold is said in full after the first claim that it is true of.
+    claims are of that family. A sentence on what days confound follows the first claim that it concerns.
     """
     planned = [item for item in compared if item.family != pairing.POOLED and item.adjusted is not None]
     pooled = [item for item in compared if item.family == pairing.POOLED]
@@ -41,8 +41,8 @@ def _claims(content: ReportContent, compared: Sequence[Comparison], *, one_level
         planned = []  # one group, whose claims are those of the family
     if pooled and pooled[0].decision is not None:
         over_groups = overall_claims(content)
-        said = {outcome for outcome, _claim in over_groups}
-        wanted = {Outcome.JOULES, Outcome.APEX} - said if over_groups else set(Outcome)
+        claimed = {outcome for outcome, _claim in over_groups}
+        wanted = {Outcome.JOULES, Outcome.APEX} - claimed if over_groups else set(Outcome)
         narrow = [(item.quantity, group_claim(content, item)) for item in pooled if item.quantity in wanted]
         opening = [family_claim(content, planned, pooled=not one_level)] if planned else []
         by_outcome = sorted((*over_groups, *narrow), key=lambda each: list(Outcome).index(each[0]))
@@ -87,7 +87,7 @@ def make_report(
     cache = ResultCache(connection)
     detections = Detections(connection, store, progress)
     analysis = analyse(cache, detections, evidence, progress, level)
-    shown = Shown()
+    shown = ShownNumbers()
     detector = evidence.configuration.protocol.detector
     compared = comparisons.comparisons(analysis, shown)
     bare = ReportContent(

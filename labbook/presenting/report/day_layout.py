@@ -161,7 +161,7 @@ def joined_by_others(label: str, control: str, days: Mapping[str, Collection[str
 
 
 FROM_DAYS = "a difference between days"
-"""What nothing can be told from where groups had one day each."""
+"""What a difference is confounded with where groups had one day each."""
 
 
 def one_day_each(days: Mapping[str, Collection[str]]) -> str:

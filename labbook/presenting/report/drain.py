@@ -9,7 +9,7 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.budget import IN_ALL, BudgetSource
 from labbook.analysis.outcomes.run_energy import MAH_MIN, idle_charges
 from labbook.analysis.study import StudyAnalysis
-from labbook.presenting.numbers import Shown
+from labbook.presenting.numbers import ShownNumbers
 from reports.content import BudgetItem, DrainFit, IdlePoint, ReportContent
 from reports.naming import levels_name
 
@@ -18,7 +18,7 @@ _DRAIN_FIT = "drain fit"
 """The source of the budget that runs of one robot share; others are shared by all runs."""
 
 
-def drain_fits(analysis: StudyAnalysis, shown: Shown) -> tuple[DrainFit, ...]:
+def drain_fits(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[DrainFit, ...]:
     """Return points, line and band of each robot's fit, of those that have one."""
     duration_s = analysis.evidence.configuration.protocol.run_duration_s
     if duration_s is None:
@@ -53,7 +53,7 @@ def drain_fits(analysis: StudyAnalysis, shown: Shown) -> tuple[DrainFit, ...]:
     return tuple(found)
 
 
-def budget(analysis: StudyAnalysis, shown: Shown, content: ReportContent) -> tuple[tuple[BudgetItem, ...], str]:
+def budget(analysis: StudyAnalysis, shown: ShownNumbers, content: ReportContent) -> tuple[tuple[BudgetItem, ...], str]:
     """Return where the uncertainty of joules comes from, for the condition with the most runs, and which that is.
 
     `content` knows what conditions are called.

@@ -12,7 +12,7 @@ from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.study import StudyAnalysis
 from labbook.config.model import UnitOfAnalysis
 from labbook.presenting.report.day_layout import MOSTLY, OWN, PARTLY, WHOSE, Runs, with_days, without_days
-from reports.display import count_text, general_text, list_text, stated_text
+from reports.display import count_text, general_text, given_text, list_text
 from reports.numbers import Number
 from stats.planning.recorded import SIZE, WITH_LINE, Recorded, weak_point
 
@@ -201,7 +201,7 @@ def known_error_rates(used: Mapping[Use, int]) -> tuple[str, ...]:
         has_days.add(bool(worst.days))
         found = NAMES[method], worst, rows[worst], rows.total() - rows[worst]
         by_design.setdefault(_design_text(worst), []).append(found)
-    sentences = [f"At {design}: {_all_said(of_design)}." for design, of_design in by_design.items()]
+    sentences = [f"At {design}: {_design_clauses(of_design)}." for design, of_design in by_design.items()]
     head = (
         "Simulated at the sizes and days on record nearest to these (docs/statistics.md), not every method keeps what "
         "it states whatever the standard deviations of runs and days, which so few runs do not tell."
@@ -224,12 +224,12 @@ def _design_text(row: Recorded) -> str:
     return f"n = {list_text([str(n) for n in row.groups])}{line}{spreads_text(row)}{days}"
 
 
-def _all_said(found: Sequence[_Found]) -> str:
+def _design_clauses(found: Sequence[_Found]) -> str:
     """Say what was found at one design, tests and intervals apart, and where this report comes near it."""
     kinds: dict[tuple[tuple[str, str], float], list[_Found]] = {}
     for each in found:
         kinds.setdefault((_of_what(each[1]), each[1].nominal), []).append(each)
-    return "; ".join(_said(*what, nominal, of_kind) for (what, nominal), of_kind in kinds.items())
+    return "; ".join(_share_clause(*what, nominal, of_kind) for (what, nominal), of_kind in kinds.items())
 
 
 def _of_what(row: Recorded) -> tuple[str, str]:
@@ -241,16 +241,16 @@ def _of_what(row: Recorded) -> tuple[str, str]:
     return "rejects", " of studies without an effect"
 
 
-def _said(verb: str, of: str, nominal: float, found: Sequence[_Found]) -> str:
-    """Say what methods of one kind do, what they state once; the numbers of uses are those of the methods in turn."""
-    stated = f"({stated_text(100.0 * nominal)} % stated)"
+def _share_clause(verb: str, of: str, nominal: float, found: Sequence[_Found]) -> str:
+    """Write the shares of methods of one kind and their nominal level; numbers of uses are in the methods' order."""
+    nominal_text = f"({given_text(100.0 * nominal)} % stated)"
     (first, row, *_uses), *others = found
-    said = [f"{first} {verb} {_share(row)}{of} {stated}"]
-    said += [f"{name} {'in ' if verb.endswith(' in') else ''}{_share(row)}" for name, row, *_uses in others]
+    shares = [f"{first} {verb} {_share(row)}{of} {nominal_text}"]
+    shares += [f"{name} {'in ' if verb.endswith(' in') else ''}{_share(row)}" for name, row, *_uses in others]
     uses = _uses_text([own for _name, _row, own, _less in found])
     less = [less for _name, _row, _own, less in found]
     more = f", {_uses_text(less)} that err{'s' if less == [1] else ''} less" if any(less) else ""
-    return f"{', '.join(said)} ({uses} here{more})"
+    return f"{', '.join(shares)} ({uses} here{more})"
 
 
 def _uses_text(counts: Sequence[int]) -> str:

@@ -15,7 +15,7 @@ from labbook.analysis.prediction.predicting import PredictionResult
 from labbook.analysis.prediction.simulating import SIMULATED
 from labbook.analysis.study import StudyAnalysis
 from labbook.config.model import SimulationSettings
-from labbook.presenting.numbers import Shown
+from labbook.presenting.numbers import ShownNumbers
 from labbook.presenting.report.campaign import factor_title
 from reports.evidence import POOLED
 from reports.numbers import Value
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from simulator.steady.published_results import PublishedResult
 
 
-def predictions(analysis: StudyAnalysis, shown: Shown) -> Predictions:
+def predictions(analysis: StudyAnalysis, shown: ShownNumbers) -> Predictions:
     """Return what was predicted; nothing where the study names no scene or has nothing measured."""
     settings = analysis.evidence.configuration.simulation
     found = list(analysis.predicted.values())
@@ -69,7 +69,7 @@ def predictions(analysis: StudyAnalysis, shown: Shown) -> Predictions:
     )
 
 
-def hypotheses(analysis: StudyAnalysis, shown: Shown) -> tuple[Hypothesis, ...]:
+def hypotheses(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[Hypothesis, ...]:
     """Return the study's hypotheses and what came of their comparisons."""
     return tuple(
         Hypothesis(
@@ -125,7 +125,7 @@ def _place(analysis: StudyAnalysis, group: Mapping[str, str]) -> list[int]:
     ]
 
 
-def _prediction(analysis: StudyAnalysis, item: Checked, shown: Shown) -> Prediction:
+def _prediction(analysis: StudyAnalysis, item: Checked, shown: ShownNumbers) -> Prediction:
     return Prediction(
         quantity=item.quantity,
         group=item.group,
@@ -169,7 +169,7 @@ def _published(analysis: StudyAnalysis, item: Checked) -> PublishedResult | None
     return result_of(item.group.get(foot, ""), float(item.group[gain]), damping_gains, of_apex=of_apex)
 
 
-def _judged(analysis: StudyAnalysis, shown: Shown) -> tuple[Judged, ...]:
+def _judged(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[Judged, ...]:
     return tuple(
         Judged(
             one.quantity,
@@ -182,11 +182,11 @@ def _judged(analysis: StudyAnalysis, shown: Shown) -> tuple[Judged, ...]:
     )
 
 
-def _limits(found: LimitsResult, shown: Shown) -> Limits:
+def _limits(found: LimitsResult, shown: ShownNumbers) -> Limits:
     return Limits(*(shown.number(each) for each in (found.mean_difference, found.lower_limit, found.upper_limit)))
 
 
-def _judged_group(each: BiasOfGroup, shown: Shown) -> JudgedGroup:
+def _judged_group(each: BiasOfGroup, shown: ShownNumbers) -> JudgedGroup:
     result = each.result
     return JudgedGroup(
         each.group,

@@ -46,20 +46,20 @@ def decided(planned: Planned) -> tuple[str, ...]:
 
     So it is where runs are dated before the decision, which the book cannot place before their numbers.
     """
-    said = _settings(planned.settings)
+    settings = _settings(planned.settings)
     by = "" if planned.stated_utc is None else f" on {planned.stated_utc[:10]} by {planned.stated_by}"
     if planned.first_measured_utc is None:
         if not planned.stated:
             return (f"Nothing is decided about the analysis yet: {HOW_TO_DECIDE}",)
-        kept = by or " in labbook.toml, which the book takes over with the next statement"
-        return (f"Decided{kept}, and nothing is measured yet: {said}",)
+        where = by or " in labbook.toml, which the book takes over with the next statement"
+        return (f"Decided{where}, and nothing is measured yet: {settings}",)
     first = planned.first_measured_utc[:10]
     if not planned.stated:
         return (
             f"Nothing was decided about the analysis before the first measurement came into the book on {first}, so "
-            f"every comparison is exploratory. Used are: {said}",
+            f"every comparison is exploratory. Used are: {settings}",
         )
-    in_time = f"Decided{by}, before the first measurement came into the book on {first}: {said}"
+    in_time = f"Decided{by}, before the first measurement came into the book on {first}: {settings}"
     if planned.run_before is None or planned.stated_utc is None:
         return (in_time,)
     return (
@@ -70,12 +70,12 @@ def decided(planned: Planned) -> tuple[str, ...]:
 
 
 def _departures(planned: Planned) -> tuple[str, ...]:
-    return tuple(_departure_sentence(said) for said in planned.departures if said != NOTHING_DECIDED)
+    return tuple(_departure_sentence(text) for text in planned.departures if text != NOTHING_DECIDED)
 
 
-def _departure_sentence(said: str) -> str:
+def _departure_sentence(text: str) -> str:
     """Write a departure of `Planned` as a sentence."""
-    return f"Departure: {said}."
+    return f"Departure: {text}."
 
 
 def _settings(settings: AnalysisSettings) -> str:
@@ -114,8 +114,8 @@ def departures(analysis: StudyAnalysis, compared: Sequence[Comparison]) -> tuple
             departing.setdefault(_departure_sentence(departure), {})[name] = None
     concerning = departing.keys() & {_departure_sentence(not_allowed(item)) for item in planned.disallowed_exclusions}
     as_a_whole = (f"{sentence_start(AS_A_WHOLE)}.",) if concerning else ()
-    for_it = {said: f" Exploratory for it: {', '.join(names)}." for said, names in departing.items()}
-    return (*(f"{said}{for_it.get(said, '')}" for said in _departures(planned)), *as_a_whole)
+    for_it = {text: f" Exploratory for it: {', '.join(names)}." for text, names in departing.items()}
+    return (*(f"{text}{for_it.get(text, '')}" for text in _departures(planned)), *as_a_whole)
 
 
 def void(analysis: StudyAnalysis, reasons: Mapping[str, str]) -> str:
@@ -124,8 +124,8 @@ def void(analysis: StudyAnalysis, reasons: Mapping[str, str]) -> str:
     for run in analysis.evidence.selected:
         if run.state is RunState.VOID:
             names.setdefault(reasons.get(run.uid, ""), []).append(run.name)
-    said = [f"{first_named(several)} ({reason})" for reason, several in names.items()]
-    return f"Void: {'; '.join(said)}." if said else ""
+    listed = [f"{first_named(several)} ({reason})" for reason, several in names.items()]
+    return f"Void: {'; '.join(listed)}." if listed else ""
 
 
 def not_planned(analysis: StudyAnalysis, compared: Sequence[Comparison]) -> tuple[str, ...]:

@@ -15,7 +15,7 @@ from labbook.config.model import Bounds
 from labbook.presenting.report.comparisons import method_by_day
 from labbook.presenting.report.error_rates import exists
 from reports.content import Source
-from reports.display import count_text, list_text, stated_text
+from reports.display import count_text, given_text, list_text
 from reports.naming import SweptWords
 from stats.days.blocked_result import MIXED_MODEL
 from stats.days.decision import Rule
@@ -50,14 +50,14 @@ def _further(analysis: StudyAnalysis) -> list[str]:
 def decided_by(analysis: StudyAnalysis, called: SweptWords) -> str:
     """Return the test that decides by shared days, and how many comparisons each of its rules fits."""
     rules = Counter(item.decided.result.rule for item in analysis.compared if item.decided is not None)
-    said = {
+    texts = {
         Rule.PAIRED: "paired t on day means from four such days on",
         Rule.WITHIN: "a contrast within days on one to three, which holds for these days",
         Rule.NONE: "no test otherwise",
     }
-    made = [rule for rule in said if rules[rule]]
+    made = [rule for rule in texts if rules[rule]]
     numbers = [count_text(rules[rule], "comparison") if rule is made[0] else str(rules[rule]) for rule in made]
-    counts = list_text([f"{said[rule]} ({number})" for rule, number in zip(made, numbers, strict=True)])
+    counts = list_text([f"{texts[rule]} ({number})" for rule, number in zip(made, numbers, strict=True)])
     several = any(item.pair.family == pairing.POOLED and len(item.pair.b) > 1 for item in analysis.compared)
     weighted = ", pooled levels weighted by their runs" if several else ""
     sentences = [
@@ -100,13 +100,13 @@ def _by_day(compared: Sequence[Compared]) -> str:
     if not tested:
         return "No comparison could be made by day." if found else ""
     methods = Counter(method_by_day(result) for result in tested)
-    said = [f"{count_text(count, 'comparison')} by the {_BY_DAY.get(name, name)}" for name, count in methods.items()]
+    texts = [f"{count_text(count, 'comparison')} by the {_BY_DAY.get(name, name)}" for name, count in methods.items()]
     untested = [f"{len(found) - len(tested)} could not be tested so"] if len(tested) < len(found) else []
     exact = " The exact test stands where the design is balanced." if set(methods) != {MIXED_MODEL} else ""
     rule = f"{exact} Either takes both sides to scatter alike." if tested else ""
     return (
         "Comparisons of each level, and of all pooled within a group, with its control were made again with the day as "
-        f"a random effect, y ~ condition + (1 | day): {'; '.join([*said, *untested])}.{rule}"
+        f"a random effect, y ~ condition + (1 | day): {'; '.join([*texts, *untested])}.{rule}"
     )
 
 
@@ -147,7 +147,7 @@ def _deciding(item: Compared) -> Compared | Decided:
 
 def _bounds(bounds: Bounds) -> str:
     factor, unit = (1.0, "% of the control's mean") if bounds.percent else (1000.0, "mm")
-    return f"{stated_text(factor * bounds.low)} to {stated_text(factor * bounds.high)} {unit}"
+    return f"{given_text(factor * bounds.low)} to {given_text(factor * bounds.high)} {unit}"
 
 
 def _savings(analysis: StudyAnalysis, called: SweptWords, of: str, by: str) -> str:

@@ -10,7 +10,7 @@ from scipy import stats
 
 from data_schema.vocabulary import Undefined
 from labbook.analysis.prediction.calibrating import Calibrated, Calibration
-from reports.display import count_text, list_text, p_text, shown_unit, stated_text, with_unit
+from reports.display import count_text, given_text, list_text, p_text, shown_unit, with_unit
 
 HEAD = ("parameter", "value", "std. error", "bootstrap", "profile likelihood", "from")
 
@@ -23,33 +23,35 @@ def sentences(found: Calibration) -> list[str]:
         for outcome, value in found.rms.items()
     ]
     fits = "The scene describes what was measured" if p > 0.05 else "The scene does not describe all that was measured"
-    said = [
+    lines = [
         f"{fits}: F({found.df}, {found.df_of_errors}) = {found.chi_squared / found.df:.4g} ({p_text(p)}), "
         f"{list_text(rms)} (root mean square of {count_text(found.n_means, 'mean')})."
     ]
     if found.chi_squared > found.df:
         drawn = any(one.bootstrap for one in found.parameters)
         beside = "; the bootstrap has the errors of what was measured alone" if drawn else ""
-        said.append(
+        lines.append(
             "Standard errors and profiles are widened "
             f"{math.sqrt(found.chi_squared / found.df):.3g} times for it{beside}."
         )
     unknown = [one.name for one in found.parameters if not one.identified]
     if unknown:
         number = f" (condition number {found.condition:.2g})" if math.isfinite(found.condition) else ""
-        said.append(f"These data do not identify {list_text(unknown)}{number}: fix what you know better, or fit fewer.")
-    said += [
+        lines.append(
+            f"These data do not identify {list_text(unknown)}{number}: fix what you know better, or fit fewer."
+        )
+    lines += [
         f"{one.name} is at {one.value:.5g}, a bound of what a scene can have: on that side the data set no end."
         for one in found.parameters
         if one.at_bound
     ]
-    said += [
+    lines += [
         f"Held out group by group, {one.within} of {one.of} means of {one.outcome} lie within their "
         f"{level_text_of(found.level)} intervals (root mean square "
         f"{with_unit(f'{_shown(one.rms, one.outcome.unit):.3g}', shown_unit(one.outcome.unit)[0])})."
         for one in found.held_out
     ]
-    return said
+    return lines
 
 
 def how_to_use(found: Calibration, scene: str) -> str:
@@ -61,7 +63,7 @@ def how_to_use(found: Calibration, scene: str) -> str:
 
 def level_text_of(level: float) -> str:
     """Write a level: "95 %"."""
-    return with_unit(stated_text(100.0 * level), "%")
+    return with_unit(given_text(100.0 * level), "%")
 
 
 def _shown(value: float, unit: str) -> float:

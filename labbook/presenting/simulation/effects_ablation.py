@@ -21,7 +21,7 @@ _ILL_CONDITIONED = "is ill-conditioned, and less accurate than asked for: see la
 
 
 def announcement(sets: int, kernels: int) -> str:
-    """Say what will be done, before minutes go by in which nothing is said."""
+    """Say what will be done, before minutes go by without output."""
     tried = "1 set" if sets == 1 else f"{sets} sets"
     return (
         f"simulating without {tried} of effects, then compiling {kernels} kernels to time them: 10 to 30 s each, "

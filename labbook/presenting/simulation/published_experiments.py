@@ -49,7 +49,7 @@ _FACTORS = {"%": 100.0, "mm": 1e3, "ms": 1e3}
 def _column(
     title: str, unit: str, field: str, value: Callable[[R], float], places: int = 0, published: str = ""
 ) -> tuple[Column, Callable[[R], Cell]]:
-    """Make a column of simulated numbers, kept in the unit of `field`; the one `published` stands in brackets."""
+    """Make a column of simulated numbers, in the unit of `field`; the one `published` stands in brackets."""
 
     def cell(row: R) -> Cell:
         number = value(row)

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
-from reports.display import DASH, decimal_text, general_text, stated_text, with_unit
+from reports.display import DASH, decimal_text, general_text, given_text, with_unit
 from reports.tables.table import Cell, Column, Columns, Table, table_of, text_column, words
 from simulator.steady.published_results import CONTRADICTED, VERDICTS, JudgedResult, PublishedResult
 from simulator.thesis.claims import Claim, Finding
@@ -127,14 +127,14 @@ def results_table(results: Sequence[JudgedResult]) -> Table:
 def verdict_counts(results: Sequence[JudgedResult]) -> str:
     """Count the verdicts: "Of 47: 7 reproduced, 8 contradicted, 32 not testable."."""
     counts = Counter(item.verdict for item in results)
-    said = [f"{counts[verdict]} {verdict}" for verdict in VERDICTS]
-    return f"Of {len(results)}: {', '.join(said)}."
+    counted = [f"{counts[verdict]} {verdict}" for verdict in VERDICTS]
+    return f"Of {len(results)}: {', '.join(counted)}."
 
 
 def _published_text(result: PublishedResult) -> str:
     if result.published is None:
         return DASH
-    number = stated_text(result.published)
+    number = given_text(result.published)
     if result.unit == "p":
         return f"p {_SIGNS[result.relation]} {number}"
     return f"{result.relation} {with_unit(number, result.unit)}".strip()

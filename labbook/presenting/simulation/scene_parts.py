@@ -108,8 +108,8 @@ def _leads(event: Event, mode: Mode) -> str:
     leads = event.leads.get(mode)
     if leads is None:
         return ""
-    rests = [AT_REST] if set(SETTLED) <= set(leads) else []
-    return ", ".join([*rests, *(lead for lead in leads if not (rests and lead in SETTLED))]) or "ends"
+    at_rest = [AT_REST] if set(SETTLED) <= set(leads) else []
+    return ", ".join([*at_rest, *(lead for lead in leads if not (at_rest and lead in SETTLED))]) or "ends"
 
 
 def _automaton_lines() -> list[str]:

@@ -40,7 +40,7 @@ def mode_name(scene: Scene, mode: str) -> str:
 
 
 def warnings(result: SceneResult) -> list[str]:
-    """Return what has to be said of a scene's last jump before its numbers are."""
+    """Return the warnings about a scene's last jump, which stand before its numbers."""
     return [*_under_surface(result), *_ill_conditioned(result), *_repeats(result)]
 
 
@@ -65,30 +65,30 @@ def _under_surface(result: SceneResult) -> list[str]:
 
 def _ill_conditioned(result: SceneResult) -> list[str]:
     """Say why the last jump is ill-conditioned: for itself, or because it follows one that is."""
-    jump, said = result.jump, _large_error(result)
+    jump, messages = result.jump, _large_error(result)
     if jump.errors is not None and not jump.ill_conditioned:
         return []
     if close_decision(jump):
         tick = jump.decision_tick
         where = "An event of its motion" if tick is None else f"A decision of the controller at tick {tick}"
         shown = "only the branch taken was simulated" if jump.other_branch is None else "both branches are shown"
-        said.append(
+        messages.append(
             f"warning: this jump hangs on a knife's edge. {where} is only "
             f"{jump.decision_margin:.2g} local errors away from falling otherwise (under {ILL_CONDITIONED_BELOW:g} is "
             f"ill-conditioned); {shown}."
         )
     rounding = grown_rounding(jump, result.accuracy)
     if rounding:
-        said.append(
+        messages.append(
             "warning: errors grow in this jump. Sampled active damping, or a slow foot at touchdown, multiplies them "
             f"by up to {jump.error_growth:.2g}, so that rounding alone leaves an error of about "
             f"{100.0 * rounding:.2g} %, however fine the accuracy asked for."
         )
-    if jump.ill_conditioned and not said:
+    if jump.ill_conditioned and not messages:
         first = next(number for number, item in enumerate(result.jumps, 1) if item.ill_conditioned)
         known = "is known no better" if jump.errors is None else "may be known less well than its own errors say"
-        said.append(f"warning: this jump follows jump {first}, which is ill-conditioned, and {known}.")
-    return said
+        messages.append(f"warning: this jump follows jump {first}, which is ill-conditioned, and {known}.")
+    return messages
 
 
 def _large_error(result: SceneResult) -> list[str]:
@@ -112,21 +112,21 @@ def _large_error(result: SceneResult) -> list[str]:
 
 def _repeats(result: SceneResult) -> list[str]:
     """Say what simulating again with finer steps has not mended, and what it came to where it took too many."""
-    jump, said = result.jump, []
+    jump, messages = result.jump, []
     if jump.open_book:
         share = abs(jump.energy_residual_J) / jump.energy_at_play_J
         again = f", though it was simulated again {times(jump.repeats)} with finer steps" if jump.repeats else ""
-        said.append(
+        messages.append(
             f"warning: the energy book of this jump does not close within the accuracy{again}. It is off by "
             f"{share:.1e} of what it turns over, where {result.accuracy:g} was asked for, and so may be the other "
             "numbers."
         )
     if jump.outcome in ("step_limit", "too_stiff") and jump.repeats:
-        said.append(
+        messages.append(
             f"warning: the scene was simulated again {times(jump.repeats)} with finer steps, since errors grow in it "
             "or an energy book did not close within the accuracy, and they are too many: ask for a coarser --accuracy."
         )
-    return said
+    return messages
 
 
 OUTCOMES = {

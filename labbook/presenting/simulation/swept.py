@@ -81,13 +81,13 @@ def _error_bars(done: Finished) -> list[str]:
 def _warnings(done: Finished) -> list[str]:
     """Say of how many jumps a number is none that a robot could have, or none that is as accurate as was asked for."""
     under, unclosed = (_jumps(done.summary.flagged[flag]) for flag in ("under_surface", "open_book"))
-    said = {
+    sentences = {
         "under_surface": f"warning: in {under} the body gets under the surface of the grains, which act on the foot "
         "alone, so that no robot jumps like this (under_surface in the file).",
         "open_book": f"warning: in {unclosed} the energy book does not close within the accuracy, and the numbers may "
         "be off by more than was asked for (open_book in the file).",
     }
-    return [sentence for flag, sentence in said.items() if done.summary.flagged[flag]]
+    return [sentence for flag, sentence in sentences.items() if done.summary.flagged[flag]]
 
 
 def _how(done: Finished) -> str:
@@ -95,11 +95,11 @@ def _how(done: Finished) -> str:
     if not made:
         return "nothing was left to simulate."
     beside = "side by side in lanes" if done.why_scalar is None else f"one after the other ({done.why_scalar})"
-    kept = f"; {jumps - made} of {_jumps(jumps)} were there from before" if made < jumps else ""
+    earlier = f"; {jumps - made} of {_jumps(jumps)} were there from before" if made < jumps else ""
     return (
         f"{time_text(done.compute_time_s)}, {time_text(done.compute_time_s / made)} a jump, {beside}, for a relative "
         f"error of {done.sweep.accuracy:g}; {done.write_time_s:.2g} s for the file, after {done.compile_time_s:.2g} s "
-        f"of compiling{kept}."
+        f"of compiling{earlier}."
     )
 
 

@@ -175,11 +175,11 @@ def _estimate_text(estimate: float | None) -> str:
 def _misses_line(study: AccuracyStudy) -> str:
     """Say how many of labbook's numbers miss their goal, and of how many of these the estimated error says so."""
     found = misses(study)
-    kept = f"in brackets: labbook's estimated errors. Of its {found.numbers} numbers"
+    lead = f"in brackets: labbook's estimated errors. Of its {found.numbers} numbers"
     if not found.missed:
-        return f"{kept} none is known to miss its goal."
+        return f"{lead} none is known to miss its goal."
     many = "misses its goal" if found.missed == 1 else "miss their goals"
-    return f"{kept} {found.missed} {many}, and the estimated error is above the goal in {found.covered} of them."
+    return f"{lead} {found.missed} {many}, and the estimated error is above the goal in {found.covered} of them."
 
 
 def _advice(study: AccuracyStudy, goal: float) -> Iterator[str]:

@@ -1,7 +1,7 @@
 """What days leave unknown of groups that share few or none: what differs from day to day passes for their difference.
 
-Where two groups had one day each and not the same, nothing is claimed of them; where they share days in part it is said
-how often Welch's test errs, by the record.
+Where two groups had one day each and not the same, nothing is claimed of them. Where they share days in part a note
+says how often Welch's test errs, by the record.
 """
 
 from __future__ import annotations
@@ -36,18 +36,18 @@ def one_day_groups(observed: Observations, labels: Sequence[str] | None = None) 
     return one_day_each({observed.name(label): days for label, days in alone.items()})
 
 
-def with_days_said(sentence: str, confounded: str) -> str:
-    """Return the sentence, followed by one on what its p cannot tell where there is any."""
+def with_confounding(sentence: str, confounded: str) -> str:
+    """Return the sentence, followed by the one on confounding with days, if any."""
     return f"{sentence} {confounded}." if confounded else sentence
 
 
 def day_notes(observed: Observations, *, by_day: bool = False, where: str = HERE) -> list[str]:
     """Name the groups that share fewer than half of the days of whichever has fewer, with the control.
 
-    `where` says in which test what differs from day to day passes for a difference.
+    `where` names the test in which a difference between days may pass for one between groups.
 
-    `by_day` where the analysis has the day in it; otherwise those are named, too, that share more days and for which
-    Welch's test errs by the record; how often is said, and what helps. With `by_day` a single day is told, too.
+    `by_day` tells that the analysis has the day in it; then a single day gets a note, too. Without it groups that share
+    more days are named, too, where Welch's test errs by the record; the note says how often, and what helps.
     """
     runs = _runs(observed)
     if by_day and len(set().union(*runs.values())) == 1:

@@ -11,7 +11,7 @@ from labbook.analysis.comparison.comparing import EquivalenceResult
 from labbook.analysis.comparison.deciding import DecisionResult, decided_by, equivalent_by
 from labbook.analysis.observations import Observations
 from labbook.config.model import Bounds, UnitOfAnalysis
-from labbook.presenting.numbers import Shown
+from labbook.presenting.numbers import ShownNumbers
 from labbook.presenting.report.comparisons import decision, equivalence
 from labbook.presenting.stats.days import has_days
 from reports.decided_sentences import ELSEWHERE, Words, decided_text, saving_text, within_text
@@ -63,8 +63,8 @@ class DecidedGroups:
                 adjusted=Number(adjusted, "1", n=len(self.results)),
                 adjusted_rejected=None if isinstance(rejected, Undefined) else rejected,
             )
-        said = decided_text(lead, _words(self.observed, name, control, of_savings=result.savings is not None))
-        return _opened(result.rule, result.days, said, shown=lead.rejected is True)
+        sentence = decided_text(lead, _words(self.observed, name, control, of_savings=result.savings is not None))
+        return _opened(result.rule, result.days, sentence, shown=lead.rejected is True)
 
     def data(self) -> list[dict[str, Any]]:
         """Return the tests for programs; differences are of the group from the control."""
@@ -112,11 +112,11 @@ class DecidedEquivalence:
         number = as_shown(item.estimate)
         if isinstance(item.p, Undefined) or isinstance(number.value, Undefined):
             why = item.p if isinstance(item.p, Undefined) else number.value
-            said = f"Whether {name} minus {control} lies within the bounds cannot be told: {value_text(why)}."
+            sentence = f"Whether {name} minus {control} lies within the bounds cannot be told: {value_text(why)}."
         else:
             size = with_unit(value_text(number.value, places_of(item.estimate)), number.unit)
-            said = within_text(item, f"{name} minus {control} is {size} and", control)
-        return _opened(contrast.rule, contrast.days, said, shown=item.shown is True)
+            sentence = within_text(item, f"{name} minus {control} is {size} and", control)
+        return _opened(contrast.rule, contrast.days, sentence, shown=item.shown is True)
 
     def data(self) -> list[dict[str, Any]]:
         """Return the tests for programs; differences are of the group from the control, in the unit of the bounds."""
@@ -144,8 +144,8 @@ def _sides(observed: Observations, label: str) -> tuple[str, str]:
     return observed.name(label), observed.name(observed.control)
 
 
-def _shown(observed: Observations, label: str) -> Shown:
-    return Shown().of_sides(_sides(observed, label), "run" if observed.plan else "value")
+def _shown(observed: Observations, label: str) -> ShownNumbers:
+    return ShownNumbers().of_sides(_sides(observed, label), "run" if observed.plan else "value")
 
 
 def shared_days_decide(observed: Observations) -> bool:
@@ -213,11 +213,11 @@ def _unit(observed: Observations) -> str:
     return observed.unit if observed.plan or shown_unit(observed.unit)[1] == 1.0 else ""
 
 
-def _opened(rule: Rule, days: tuple[str, ...], said: str, *, shown: bool) -> str:
+def _opened(rule: Rule, days: tuple[str, ...], sentence: str, *, shown: bool) -> str:
     """Open a sentence with the rule and the days that it is by, in letters that a terminal has."""
     count = f", {count_text(len(days), 'day')}" if days else ""
     elsewhere = f" {ELSEWHERE}" if shown and rule is Rule.WITHIN else ""
-    return f"By shared days ({rule}{count}): {said}{elsewhere}".replace(NO_BREAK, " ").replace(MINUS, "-")
+    return f"By shared days ({rule}{count}): {sentence}{elsewhere}".replace(NO_BREAK, " ").replace(MINUS, "-")
 
 
 def _estimate(name: str, number: Number) -> dict[str, Any]:

@@ -21,20 +21,20 @@ _WIDEST = 24
 
 
 def field_lines_of_each(results: Sequence[Any]) -> list[list[str]]:
-    """Return the lines of every result; what a field means is said where a class first has a value of it."""
-    said: set[tuple[type, str]] = set()
+    """Return the lines of every result; a field is explained where a class first has a value of it."""
+    explained: set[tuple[type, str]] = set()
     found = []
     for result in results:
         kind = type(result)
-        found.append(field_lines(result, {name for of, name in said if of is kind}))
-        said |= {(kind, name) for name, _value, reason in _fields(result) if reason is None}
+        found.append(field_lines(result, {name for of, name in explained if of is kind}))
+        explained |= {(kind, name) for name, _value, reason in _fields(result) if reason is None}
     return found
 
 
 def field_lines(result: Any, known: Collection[str] = ()) -> list[str]:
     """Return one line a field: name, value, what it is; results within the result and tables are left out.
 
-    Fields that are `known` go without what they are.
+    Fields that are `known` are not explained.
     """
     kind: Any = type(result)
     explained = explanations(kind)

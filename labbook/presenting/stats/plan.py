@@ -19,9 +19,9 @@ Bounded = tuple[float | None, float | None, bool]
 def plan_notes(
     observed: Observations, pooled: bool, alpha: float, beside: str = "", bounds: Bounded | None = None
 ) -> list[str]:
-    """Say whether the comparisons of a book's values are planned; `beside` is why the plan has no such question.
+    """Say whether the comparisons of a book's values are planned; `beside` is why the plan has no such comparison.
 
-    Tests against `bounds` are planned with the bounds that were stated, on apex heights.
+    Tests against `bounds` are planned where these are the bounds decided on, for apex heights.
     """
     plan = observed.plan
     if plan is None:
@@ -29,18 +29,18 @@ def plan_notes(
     if bounds is not None and not observed.measured.has_equivalence:
         beside = NO_OTHER_BOUNDS
     family = pairing.POOLED if pooled else pairing.EACH
-    beside, stated = _beside(plan, observed, beside), plan.settings.apex_bounds
+    beside, planned_bounds = _beside(plan, observed, beside), plan.settings.apex_bounds
     of_family = plan.reason(observed.measured, family) if bounds is None else plan.reason_of_equivalence(family)
     reasons = [beside, _other_alpha(plan, alpha)]
-    if bounds is not None and stated is not None and plan.stated and not beside:
-        decided = stated.low, stated.high, stated.percent
+    if bounds is not None and planned_bounds is not None and plan.stated and not beside:
+        decided = planned_bounds.low, planned_bounds.high, planned_bounds.percent
         other = f"the bounds decided on are {_bounds_text(decided)}, and here {_bounds_text(bounds)} are used"
         reasons.append(other if decided != bounds else "")
     return _notes(plan, reasons, family, None if beside else of_family)
 
 
 def _beside(plan: Planned, observed: Observations, beside: str) -> str:
-    """Return why the plan has no such question; where nothing was decided, that alone is the reason."""
+    """Return why the plan has no such comparison; where nothing was decided, that alone is the reason."""
     if not plan.stated:
         return NOTHING_DECIDED
     of_days = plan.settings.unit_of_analysis is UnitOfAnalysis.DAY
@@ -65,19 +65,19 @@ def _bounds_text(bounds: Bounded) -> str:
 
 
 def _notes(plan: Planned, reasons: Sequence[str], family: str, reason: Reason | None) -> list[str]:
-    """Say that all is as decided, or why it is exploratory, then each departure that this has not told."""
-    given = [said for said in (reason.text if reason else "", *reasons) if said]
-    if given:
-        return [f"Exploratory: {'; '.join(given)}.", *_departures(plan, reason)]
+    """Say that all is as decided, or why it is exploratory, then each departure that is not part of that reason."""
+    texts = [text for text in (reason.text if reason else "", *reasons) if text]
+    if texts:
+        return [f"Exploratory: {'; '.join(texts)}.", *_departures(plan, reason)]
     since = "" if plan.stated_utc is None else f" on {plan.stated_utc[:10]} by {plan.stated_by}"
     return [f"As decided{since}, before the first measurement: {family}.", *_departures(plan)]
 
 
 def _departures(plan: Planned, reason: Reason | None = None) -> list[str]:
-    """Say what labbook.toml says otherwise now, and what was left out that was not to be, unless the reason names it.
+    """Return the departures of the plan as sentences, but for those that the reason names already.
 
-    A reason names what was left out for a reason that was not allowed, and only where nothing was the rest.
+    A reason names exclusions that were not allowed; it names other departures only where there are no such exclusions.
     """
     named = set(reason.departures) if reason else set()
     named = named & set(map(not_allowed, plan.disallowed_exclusions)) or named
-    return [f"{said[:1].upper()}{said[1:]}." for said in plan.departures if said not in named] if plan.stated else []
+    return [f"{text[:1].upper()}{text[1:]}." for text in plan.departures if text not in named] if plan.stated else []

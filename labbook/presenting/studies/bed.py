@@ -13,7 +13,7 @@ from labbook.analysis.studies.compaction import Compaction
 from labbook.presenting.numbers import number_data, published_data, value_data
 from labbook.presenting.studies import compaction
 from reports.content import Comparison, Condition, ReportContent
-from reports.decided_sentences import told_together
+from reports.decided_sentences import groups_in_one_sentence
 from reports.display import (
     BESIDE,
     DASH,
@@ -92,19 +92,19 @@ class BedStudy:
 def sentences(study: BedStudy) -> list[str]:
     """Say what active damping saves, in all and by group, whether height is lost, and how densely the grains lie."""
     content = study.content
-    said = [claim.text for claim in content.claims]
+    lines = [claim.text for claim in content.claims]
     if content.overall:
         savings = {name: joules.lead.savings for name, (joules, _apex) in groups(content).items() if joules is not None}
         places = common_places(savings.values())
         by_group = [f"{_text(saving, places)} with {name}" for name, saving in savings.items()]
-        said.append(f"Saved by group: {list_text(by_group)}.")
-    if together := told_together(content, Outcome.APEX):
-        said.append(f"Apex height, {in_sentence(together)}")
-    said.append(content.no_equivalence)
-    said += [_absence(content, outcome) for outcome in OUTCOMES if not has_quantity(content, outcome)]
-    said += scene_sentences(content)
-    said += [] if study.compaction is None else compaction.sentences(study.compaction)[:1]
-    return [*filter(None, said), *study.remarks]
+        lines.append(f"Saved by group: {list_text(by_group)}.")
+    if together := groups_in_one_sentence(content, Outcome.APEX):
+        lines.append(f"Apex height, {in_sentence(together)}")
+    lines.append(content.no_equivalence)
+    lines += [_absence(content, outcome) for outcome in OUTCOMES if not has_quantity(content, outcome)]
+    lines += scene_sentences(content)
+    lines += [] if study.compaction is None else compaction.sentences(study.compaction)[:1]
+    return [*filter(None, lines), *study.remarks]
 
 
 def _absence(content: ReportContent, outcome: Outcome) -> str:

@@ -14,32 +14,32 @@ from simulator.steady.published_results import published_numbers
 from stats.lines.stiffness import MINIMUM_POINTS, GainLine
 
 SHARED = 0.3
-"""Correlation of neighbouring residuals from which on they are told of."""
+"""Correlation of neighbouring residuals from which on a sentence reports it."""
 HEAD = ("neutral", "gain", "damping gain", "stiffness N/m", "CI", "damping kg/s", "CI", "points")
 
 
 def sentences(study: Characterisation) -> list[str]:
     """Say the lines of each neutral length, what the thesis found, and what was left out."""
-    said = []
+    texts = []
     for lines in study.lines:
         where = "" if lines.neutral_m is None else f" at {_length_text(lines.neutral_m)}"
-        said += [
+        texts += [
             _line_text(f"Stiffness{where}", lines.stiffness, "N/m"),
             _line_text(f"Damping{where}", lines.damping, "kg/s"),
         ]
-    said += [_published(), _plane_text(study.conditions)]
+    texts += [_published(), _plane_text(study.conditions)]
     for condition, count in study.too_few.items():
-        said.append(f"Left out, as {MINIMUM_POINTS} points are needed: {_condition_text(*condition)}, with {count}.")
+        texts.append(f"Left out, as {MINIMUM_POINTS} points are needed: {_condition_text(*condition)}, with {count}.")
     for one in study.conditions:
         for mass_kg, why in one.masses_left_out.items():
-            said.append(f"No coefficients of {mass_kg:g} kg alone, {_of(one)}: {why}")
+            texts.append(f"No coefficients of {mass_kg:g} kg alone, {_of(one)}: {why}")
     lags = [(one, one.residual_lag1) for one in study.conditions]
     odd = [_of(one) for one, lag1 in lags if not isinstance(lag1, Undefined) and lag1 > SHARED]
     if odd:
-        said.append(
+        texts.append(
             f"Neighbouring residuals go together ({'; '.join(odd)}): no linear spring; its interval is too short."
         )
-    return said
+    return texts
 
 
 def _condition_text(neutral_m: float | None, gain: float, damping_gain: float) -> str:

@@ -32,34 +32,36 @@ def sentences(study: Compaction) -> list[str]:
     error = 0.0 if isinstance(rise.standard_errors, Undefined) else rise.standard_errors[0]
     difference = number_text(rise.coefficients[0], error=error)
     within = f"within flasks, n = {rise.n}, df = {rise.df}"
-    said = [
+    lines = [
         f"Without walls the grains fill {' and '.join(of_states)}.",
         f"Difference, {last.name} less {first.name}: {difference} "
         f"({interval_text(rise.intervals()[0], rise.level)}; {within}).",
     ]
     if abs(study.grain_m / PUBLISHED_GRAIN_M - 1.0) < 0.05:
         known = " and ".join(f"{published_numbers()[one]:g} {name}" for name, one in PUBLISHED.items())
-        said.append(f"The thesis found {known} (5.1.2; five flasks, to two digits).")
+        lines.append(f"The thesis found {known} (5.1.2; five flasks, to two digits).")
     dense = max(max(state.fractions) for state in study.states)
     if dense > DENSEST:
-        said.insert(
+        lines.insert(
             0, f"A flask is {dense:.3g} full, and equal spheres fill 0.7405 at most: check its water and its size."
         )
     interval = rise.intervals()[0]
     if not isinstance(interval, Undefined) and interval[1] < 0.0:
-        said.append(f"The state {first.name} came out denser than {last.name}: are the states swapped?")
+        lines.append(f"The state {first.name} came out denser than {last.name}: are the states swapped?")
     of_walls = [state.unbounded.fit.intervals()[1] for state in study.states]
     if any(not isinstance(interval, Undefined) and interval[0] > 0.0 for interval in of_walls):
-        said.append("The fraction rises towards smaller flasks, where walls should lower it: look at the small flasks.")
+        lines.append(
+            "The fraction rises towards smaller flasks, where walls should lower it: look at the small flasks."
+        )
     if (widest := max(first.wall)) > _WIDEST:
         grain_mm = 1e3 * study.grain_m
-        said.append(
+        lines.append(
             f"Grains of {grain_mm:g} mm are more than a third of the smallest flask's radius "
             f"({number_text(grain_mm / widest)} mm): check their diameter, or leave the flask out, as no line holds."
         )
     if study.doubt is not None:
-        said.append(study.doubt)
-    return said
+        lines.append(study.doubt)
+    return lines
 
 
 def _fraction_text(packing: UnboundedPacking) -> str:

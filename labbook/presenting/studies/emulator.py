@@ -30,26 +30,26 @@ def _published_saving(controller: Controller) -> str:
 
 def sentences(study: EmulatorStudy) -> list[str]:
     """Say what either active damping saves, what height it costs, and which gains are left out and why."""
-    said = [_saves(study, trend) for trend in study.trends]
+    lines = [_saves(study, trend) for trend in study.trends]
     run = {trend.controller for trend in study.trends}
-    said += [
+    lines += [
         f"{str(one).capitalize()} was not run: no run has its active-damping gain (--constant, --ratio)."
         for one in (Controller.CONSTANT, Controller.SCALED)
         if one not in run
     ]
     if study.jumps.made:
-        said.append(_jumps_text(study.jumps))
+        lines.append(_jumps_text(study.jumps))
     losses = {(row.gain, row.damping_gain): row for trend in study.trends for row in study.analysed(trend.controller)}
-    said.append(_lost(list(losses.values())))  # constant and scaled may be one condition
-    said.append(_left_out(study))
+    lines.append(_lost(list(losses.values())))  # constant and scaled may be one condition
+    lines.append(_left_out(study))
     if study.not_simulated:
-        said.append(f"Not simulated: {study.not_simulated}")
+        lines.append(f"Not simulated: {study.not_simulated}")
     if study.coarse:
-        said.append(
+        lines.append(
             f"At {_gains(study.coarse)} the charger's last digit is more than 3 % of what the jumps took: the same "
             "digits repeat from day to day, and intervals of savings are too narrow. Let the robot jump longer there."
         )
-    return said
+    return lines
 
 
 def beside(study: EmulatorStudy) -> list[tuple[str, ...]]:
@@ -59,8 +59,8 @@ def beside(study: EmulatorStudy) -> list[tuple[str, ...]]:
         if (row := study.control(gain)) is not None:
             cells = [_cm(row.apex_m.value), _cm(row.simulated_apex_m), _fixed(100.0 * published[apex], 1)]
             found.append((f"apex under CE at gain {gain:g} (cm)", *cells))
-    kept = [row for row in study.rows if row.gain not in study.left_out]
-    if sds := [1e3 * row.apex_sd_m for row in kept if row.apex_sd_m is not None]:
+    retained = [row for row in study.rows if row.gain not in study.left_out]
+    if sds := [1e3 * row.apex_sd_m for row in retained if row.apex_sd_m is not None]:
         below = f"< {1e3 * published['emu.apex_sd']:g}"
         found.append(("largest SD of the apexes of a condition (mm)", _fixed(max(sds), 1), "–", below))
     for trend in study.trends:

@@ -20,46 +20,46 @@ HEAD = ("run", "day", "condition", "measured J", "estimated J", "hops", "offset 
 
 
 def sentences(study: ForcePlateStudy) -> list[str]:
-    """Say the slope, then what it rests on: runs, clocks, window, and what was left out."""
+    """Say the slope, then what it was computed from: runs, clocks, window, and what was left out."""
     published = published_numbers()
-    said = [
+    lines = [
         f"Estimated joules are {_slope_text(study)} times the measured ones ({_unit_text(study)}); the thesis found "
         f"{published['plate.slope']:g} (3.2.2)."
     ]
     ratio = "undefined" if isinstance(study.rmse.ratio, Undefined) else number_text(study.rmse.ratio, 2)
-    said.append(
+    lines.append(
         f"RMSE/IQR of the hops about this line: {ratio} (n = {study.rmse.n} hops); the thesis "
         f"{published['plate.rmse_iqr']:g}."
     )
     by_condition = ", ".join(f"{number_text(ratio, 3)} at {condition}" for condition, ratio in study.ratios.items())
-    said.append(f"Estimated over measured: {by_condition}.")
-    said.append(
+    lines.append(f"Estimated over measured: {by_condition}.")
+    lines.append(
         "The plate carries the foot's weight too, the leg does not: less that, the slope is "
         f"{number_text(study.slope_without_foot, 3)}."
     )
-    said += [_window_text(study), _clocks_text(study)]
+    lines += [_window_text(study), _clocks_text(study)]
     left = sum(one.stances - len(one.hops_j) for one in study.runs)
     if left:
-        said.append(f"{counted(left, 'hop')} with samples missing in the log {'is' if left == 1 else 'are'} left out.")
+        lines.append(f"{counted(left, 'hop')} with samples missing in the log {'is' if left == 1 else 'are'} left out.")
     other = [f"{one.name} ({one.stances} of {one.hops_made})" for one in study.runs if one.stances != one.hops_made]
     if other:
-        said.append(
+        lines.append(
             f"The plate saw other stances than hops were made in {', '.join(other)}: check jumps_made, and samples "
             "that are missing."
         )
     if odd := odd_runs(study.runs):
         named = ", ".join(f"{one.name} ({number_text(one.ratio, 2)})" for one in odd)
-        said.append(
+        lines.append(
             f"Estimated over measured is far from that of the other runs in {named}: check the charge and the log."
         )
     if study.left_out:
         named = ", ".join(f"{name} ({why.reason})" for name, why in study.left_out.items())
-        said.append(f"Left out: {named}.")
+        lines.append(f"Left out: {named}.")
     if study.simulated is not None and study.simulated.why_not:
-        said.append(f"Not simulated: {study.simulated.why_not}")
+        lines.append(f"Not simulated: {study.simulated.why_not}")
     if len({one.day for one in study.runs}) == 1:
-        said.append("All runs are of one day, and the interval says nothing of other days.")
-    return said
+        lines.append("All runs are of one day, and the interval says nothing of other days.")
+    return lines
 
 
 def beside(study: ForcePlateStudy) -> list[tuple[str, ...]]:

@@ -155,8 +155,8 @@ def make_growth_factor(composition: Composition) -> Function:
         if not linear:
             sampled_kg_s = sampled_kg_s * (work[NOW + V_BODY] + sinking)
             at_once_kg_s = at_once_kg_s + work[ACTIVE_DAMPING] * sinking
-        kept = math.exp(-at_once_kg_s / (work[rate] * moved_mass_kg(work, depth_m)))
-        return abs(kept - sampled_kg_s / at_once_kg_s * (1.0 - kept))
+        decay = math.exp(-at_once_kg_s / (work[rate] * moved_mass_kg(work, depth_m)))
+        return abs(decay - sampled_kg_s / at_once_kg_s * (1.0 - decay))
 
     return growth_factor
 

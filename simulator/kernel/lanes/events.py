@@ -18,8 +18,8 @@ from simulator.kernel.layout import (
     FOLDS,
     HALF,
     INTRUDING,
-    KEPT,
     NEAR,
+    PERSISTENT,
     QUARTER,
     SATURATED,
     THREE_QUARTERS,
@@ -44,9 +44,9 @@ GUARDS = 6
 complete, in the air the foot clears; the body falls; the force reaches its cap."""
 PROMPT = {INTRUDING: (0, 1, 2, 5), FLIGHT: (0, 1, 2, 3, 5)}
 """Those that are never positive while the mode lasts."""
-AT_START, AT_QUARTER, AT_HALF, AT_THREE_QUARTERS, AT_END = places(KEPT, KEPT + 5 * GUARDS, GUARDS)
+AT_START, AT_QUARTER, AT_HALF, AT_THREE_QUARTERS, AT_END = places(PERSISTENT, PERSISTENT + 5 * GUARDS, GUARDS)
 """Places of the guards' values at the start of a step, inside it and at its end."""
-FREE = KEPT + 5 * GUARDS
+FREE = PERSISTENT + 5 * GUARDS
 """First place that guards leave free."""
 
 

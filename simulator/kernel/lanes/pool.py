@@ -25,11 +25,11 @@ from simulator.kernel.layout import (
     GUARDS_BEFORE,
     INTRUDING,
     K1,
-    KEPT,
     MODE,
     NEAR,
     NOW,
     PARAMETERS,
+    PERSISTENT,
     STALE,
     TIME,
 )
@@ -56,7 +56,7 @@ def make_batch_in_lanes(composition: Composition, lanes: int = LANES) -> Functio
 
     @inner
     def enter(row: Row, block: Row, lane: int) -> None:
-        for i in range(KEPT):
+        for i in range(PERSISTENT):
             block[i, lane] = row[i]
         for i in range(size):
             block[NOW + i, lane] = row[NOW + i]
@@ -65,7 +65,7 @@ def make_batch_in_lanes(composition: Composition, lanes: int = LANES) -> Functio
 
     @inner
     def leave(row: Row, block: Row, lane: int) -> None:
-        for i in range(KEPT):
+        for i in range(PERSISTENT):
             row[i] = block[i, lane]
         for i in range(size):
             row[NOW + i] = block[NOW + i, lane]

@@ -123,7 +123,7 @@ def make_last_end(composition: Composition) -> Function:
 
 
 def make_accurate(composition: Composition) -> Function:
-    """Compose `(mode, h, omega, to_end, work)`: whether a step's error is allowed; the step to try next is kept."""
+    """Compose `(mode, h, omega, to_end, work)`: whether a step's error is allowed; stores the step to try next."""
     norm = make_error_norm(composition)
 
     @inlined

@@ -190,7 +190,7 @@ def test_the_oldest_go_beyond_the_bound_and_old_versions_too(content, cache, fig
     forget_unused(sum(sizes[:2]))
     left = [path.stat().st_size for path in cache_folder(KIND).glob("*/*.svg")]
     assert 0 < sum(left) <= sum(sizes[:2]) or len(left) == 0
-    assert len([old for old in olds if old.exists()]) == figure_cache.KEPT_VERSIONS - 1
+    assert len([old for old in olds if old.exists()]) == figure_cache.MOST_VERSIONS - 1
     assert not list(cache_folder(KIND).rglob("*.part"))
 
 

@@ -40,7 +40,9 @@ def adding_up(scene: Scene, worths: Mapping[str, float], kept: frozenset[str] = 
 
 
 def searched(scene: LeavingOut) -> Smallest:
-    return smallest_set(scene, [scene.measure(item) for item in sets_to_leave_out(scene.scene, scene.kept)], TOLERANCE)
+    return smallest_set(
+        scene, [scene.measure(item) for item in sets_to_leave_out(scene.scene, scene.retained)], TOLERANCE
+    )
 
 
 def shares(lowest: float) -> st.SearchStrategy[dict[str, float]]:

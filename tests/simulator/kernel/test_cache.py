@@ -19,7 +19,7 @@ from data_schema.errors import UsageError
 from simulator.compiled import compiled
 from simulator.jump import simulate
 from simulator.kernel.build import kernel_for
-from simulator.kernel.cache import KEPT_VERSIONS, KIND, fingerprint, keep_on_disk
+from simulator.kernel.cache import KIND, MOST_VERSIONS, fingerprint, keep_on_disk
 from simulator.result import JumpResult
 from simulator.scene_file import load_scene, shipped_scenes
 from tests.helpers.kernels import ROOT, python
@@ -176,7 +176,7 @@ def test_old_versions_go_and_what_is_not_a_version_stays(tmp_path: Path, monkeyp
         (folder / "file").write_text("kept", encoding="utf-8")
         os.utime(folder, (1e9 - age, 1e9 - age))
     keep_on_disk(compiled(lambda number: number), ("any",))
-    assert [folder.exists() for folder in olds] == [False] * (6 - KEPT_VERSIONS) + [True] * (KEPT_VERSIONS - 1)
+    assert [folder.exists() for folder in olds] == [False] * (6 - MOST_VERSIONS) + [True] * (MOST_VERSIONS - 1)
     assert (cache / fingerprint()).is_dir()
     assert [folder.exists() for folder in others] == [True, True]
 

@@ -19,7 +19,7 @@ from labbook.analysis.comparison.pairing import EACH, POOLED
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study import VarianceAnalysed
-from labbook.presenting.numbers import Shown
+from labbook.presenting.numbers import ShownNumbers
 from labbook.presenting.report.comparisons import comparisons
 from labbook.presenting.report.content import MadeReport
 from labbook.presenting.report.preregistration import not_planned
@@ -191,7 +191,7 @@ def test_a_p_that_is_exactly_alpha_is_shown_in_the_result_and_on_the_page(report
     def claimed(result: ComparisonResult, by_holm: FamilyResult | None) -> str:
         """The sentence of a report on these results."""
         found = [replace(item, result=result, adjusted=by_holm, decided=None)]
-        (shown,) = comparisons(replace(made.analysis, compared=found), Shown())
+        (shown,) = comparisons(replace(made.analysis, compared=found), ShownNumbers())
         return difference_claim(made.content, shown).text
 
     for alpha, verdict in ((p[label], True), (math.nextafter(p[label], 0.0), False)):

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from labbook.analysis.observations import Observation, Observations
-from labbook.presenting.stats.days import day_left_out, day_notes, one_day_groups, with_days_said
+from labbook.presenting.stats.days import day_left_out, day_notes, one_day_groups, with_confounding
 from tests.helpers.wording import says
 
 PAIR = ("1", "0")
@@ -27,10 +27,10 @@ def repeated(groups: dict[str, str], runs: int) -> Observations:
 def test_what_a_p_on_two_groups_cannot_tell_follows_its_sentence() -> None:
     table = of_table("0a 0a 1b 1b 2a 2a")
     confounded = one_day_groups(table, PAIR)
-    text = with_days_said("They differ.", confounded)
+    text = with_confounding("They differ.", confounded)
     says(text, "1", "0", "not the same")
     assert text.endswith("between their days.")
-    assert with_days_said("They differ.", "") == "They differ."
+    assert with_confounding("They differ.", "") == "They differ."
     assert one_day_groups(table, ("2", "0")) == ""
     assert one_day_groups(of_table("0 0 1 1"), PAIR) == ""  # no column of days
     assert one_day_groups(of_table("0a 0a 1b 1b", by="day"), PAIR) == ""  # days are what is compared
