@@ -19,7 +19,7 @@ from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.analysis.outcomes.detection import detect_part
 from labbook.book.opening import Book, open_book
 from labbook.book.write_session import Statement, new_uid
-from labbook.statements.importing import PreparedImport, declarations, settings_now, store_reading
+from labbook.statements.importing import PreparedImport, current_settings, declarations, store_reading
 
 REPEATS = 7
 WHOLE = "the whole ingest"
@@ -76,11 +76,11 @@ def _stages(book: Book, path: Path, data: bytes) -> dict[str, Work]:
         opened.close()
         shutil.rmtree(opened.folder)
 
-    settings = settings_now(book.configuration, {})
+    settings = current_settings(book.configuration, {})
 
     def prepared() -> tuple[Book, PreparedImport]:
         opened = open_book(new_book(folder / "fresh"))
-        settings = settings_now(opened.configuration, {})
+        settings = current_settings(opened.configuration, {})
         return opened, store_reading(opened.store, data, sha256, read_file(data, settings.declared), settings)
 
     return {

@@ -67,7 +67,7 @@ def today_utc() -> str:
     return f"{datetime.now(UTC):%Y-%m-%d}"
 
 
-def part_of(path: Path) -> Path:
+def partial_path(path: Path) -> Path:
     """Return where a file is written until it is whole: one place, so that nothing piles up."""
     return path.with_name(f".{path.name}{PART}")
 
@@ -83,13 +83,13 @@ def naming(path: Path) -> Iterator[None]:
 
 def put_in_place(path: Path) -> None:
     """Give the part of a file, now whole, its name; it survives a power cut, and what had the name is replaced."""
-    part = part_of(path)
+    part = partial_path(path)
     sync(part)
     part.replace(path)
     sync(path.parent)
 
 
-def name_anew(fresh: Path, path: Path) -> None:
+def move_to_new_name(fresh: Path, path: Path) -> None:
     """Give a whole file a name that nothing has; raises `FileExistsError` where something has got it meanwhile."""
     try:
         os.link(fresh, path)
@@ -108,12 +108,12 @@ def write_whole(path: Path, content: bytes) -> None:
     """Write a file so that it holds what it held before or all of this, whenever the writing is cut off."""
     make_folder(path.parent)
     with naming(path):
-        part_of(path).write_bytes(content)
+        partial_path(path).write_bytes(content)
         put_in_place(path)
 
 
 @contextlib.contextmanager
-def written_beside(files: Mapping[Path, bytes]) -> Iterator[None]:
+def replace_together(files: Mapping[Path, bytes]) -> Iterator[None]:
     """Write files under temporary names, let something be done, and only then give them their names.
 
     A reader sees the old bytes of a file or the new, never a half; where one cannot be written none gets its name.
@@ -148,7 +148,7 @@ def write_json(path: Path, content: dict[str, Any]) -> None:
 
 
 @contextlib.contextmanager
-def alone_with(path: Path, otherwise: str) -> Iterator[None]:
+def exclusive_lock(path: Path, otherwise: str) -> Iterator[None]:
     """Hold a file, which must exist, against other programs that hold it; raises `BookBusy` where one does."""
     with path.open("r+b") as handle:
         try:

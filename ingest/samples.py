@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 
 from data_schema.errors import BookDamaged
 from ingest.model import ChannelData, SignalPart
-from ingest.spool import let_go, row_blocks, to_arrow, to_numpy
+from ingest.spool import release, row_blocks, to_arrow, to_numpy
 
 _TIME = "time [s]"
 """The column that stands first."""
@@ -43,7 +43,7 @@ def write_samples(part: SignalPart, handle: pa.NativeFile) -> None:
         for start in range(0, max(1, part.time_s.size), _GROUP_ROWS):
             rows = slice(start, start + _GROUP_ROWS)
             writer.write_table(pa.table([to_arrow(values[rows]) for values in columns.values()], list(columns)))
-            let_go(*columns.values())
+            release(*columns.values())
 
 
 def read_samples(path: Path, channels: Sequence[str]) -> dict[str, np.ndarray]:
@@ -96,7 +96,7 @@ def _column_name(channel: ChannelData) -> str:
 def _rises(values: np.ndarray) -> bool:
     """Time and counters: their bytes, one stream each, hardly change from sample to sample."""
     rising = values.size > 1 and bool(np.all(values[1:] > values[:-1]))
-    let_go(values)
+    release(values)
     return rising
 
 
@@ -106,6 +106,6 @@ def _repeats(values: np.ndarray) -> bool:
     Where as many as half of all n values differ, m of them picked evenly hold about m^2 / n repeats.
     """
     picked = values[:: max(1, values.size // _PICKED)].copy()
-    let_go(values)
+    release(values)
     share = picked.size / values.size if values.size else 1.0
     return np.unique(picked).size < picked.size * max(0.5, 1.0 - share)

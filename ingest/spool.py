@@ -83,11 +83,11 @@ def blocks(data: bytes, start: int, stop: int) -> Iterator[bytes]:
     while start < stop:
         end = min(stop, start - start % BLOCK_BYTES + BLOCK_BYTES)
         yield data[start:end]
-        let_go_bytes(data, start, end)
+        release_bytes(data, start, end)
         start = end
 
 
-def let_go_bytes(data: bytes, start: int, stop: int) -> None:
+def release_bytes(data: bytes, start: int, stop: int) -> None:
     """Drop `data[start:stop]` from memory where it is mapped."""
     found = mapped(data)
     if found is not None:
@@ -195,7 +195,7 @@ def folder_of(values: Array) -> Path | None:
     return None if mapped is None else mapped.folder
 
 
-def let_go(*columns: Array) -> None:
+def release(*columns: Array) -> None:
     """Drop mapped columns from memory; they are read from their files again when needed."""
     for values in columns:
         mapped = _map_of(values)
@@ -208,7 +208,7 @@ def row_blocks(values: Array) -> Iterator[slice]:
     size = CACHED_ROWS if _map_of(values) is None else BLOCK_ROWS
     for start in range(0, max(1, len(values)), size):
         yield slice(start, min(start + size, len(values)))
-        let_go(values)
+        release(values)
 
 
 def by_blocks(values: NDArray[Scalar], function: Callable[[NDArray[Scalar]], NDArray[Scalar]]) -> NDArray[Scalar]:
@@ -230,7 +230,7 @@ def take(values: NDArray[Scalar], rows: NDArray[np.int64] | slice) -> NDArray[Sc
     written = ColumnFile(folder, values.dtype)
     for start in range(0, len(rows), BLOCK_ROWS):
         written.append(values[rows[start : start + BLOCK_ROWS]])
-        let_go(values)
+        release(values)
     return written.finish()
 
 

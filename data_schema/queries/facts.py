@@ -176,13 +176,13 @@ def why_refused(error: sa.exc.StatementError | OverflowError, table: sa.Table, v
     words = set(re.findall(r"\w+", message))
     for rule in table.constraints:
         if isinstance(rule, sa.CheckConstraint) and rule.name in words:
-            return what_is_allowed(rule)
+            return rule_in_words(rule)
         if isinstance(rule, sa.UniqueConstraint) and (rule.name in words or _named_by_columns(rule, message)):
             return _there_is_one(table.name, [column.name for column in rule.columns], values)
     return message
 
 
-def what_is_allowed(rule: sa.CheckConstraint) -> str:
+def rule_in_words(rule: sa.CheckConstraint) -> str:
     """Say what a check demands: `jumps_made >= 0` is "jumps_made must be 0 or more"."""
     test = str(rule.sqltext)
     comparison = _COMPARISON.fullmatch(test)

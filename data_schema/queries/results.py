@@ -58,7 +58,7 @@ class ResultRow:
     numbers: tuple[NumberRow, ...]
     inputs: tuple[InputRow, ...]
 
-    def is_but_for_payload(self, other: ResultRow) -> bool:
+    def same_but_payload(self, other: ResultRow) -> bool:
         """Tell whether both are the same result with the same numbers and inputs, whatever the form of the payload."""
         one, same = (replace(row, payload_json="", stale=False, numbers=(), inputs=()) for row in (self, other))
         rows = [(set(row.numbers), set(row.inputs)) for row in (self, other)]
@@ -136,7 +136,7 @@ def rewrite_payloads(connection: sa.Connection, rows: Sequence[ResultRow]) -> No
     written(connection, "result", [row.uid for row in rows])
 
 
-def renew(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
+def mark_current(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
     """Declare stored results current again (their inputs are what they were), and their rivals stale."""
     _outdate(connection, rows)
     for some in in_chunks(rows):
@@ -231,7 +231,7 @@ def results_by_uid(connection: sa.Connection, uids: Sequence[str]) -> dict[str, 
     return {row.uid: row for row in found}
 
 
-def standing_number(connection: sa.Connection, kind: str, scope_json: str, name: str) -> tuple[float, str] | None:
+def current_number(connection: sa.Connection, kind: str, scope_json: str, name: str) -> tuple[float, str] | None:
     """Return (value, unit) of a number in the newest result of this kind and scope that is not stale; None without."""
     row = connection.execute(
         sa.select(result_number.c.value, result_number.c.unit)

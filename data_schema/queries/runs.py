@@ -176,7 +176,7 @@ def runs_of_conditions(connection: sa.Connection, condition_uids: Sequence[str])
     )
 
 
-def run_uids_named(connection: sa.Connection, names: Sequence[str]) -> dict[str, str]:
+def run_uids_by_name(connection: sa.Connection, names: Sequence[str]) -> dict[str, str]:
     """Return the uids of those of these runs that there are, by name."""
     found: dict[str, str] = {}
     for some in in_chunks(names):

@@ -17,7 +17,7 @@ from ingest.channels.columns import ColumnPlan
 from ingest.channels.names import channel_kind, fitting_unit, is_cop, plate_of, unit_flags
 from ingest.findings import NOTE, ROW, FindingCollector
 from ingest.model import BoolArray, ChannelData, FloatArray, Gap, IntArray
-from ingest.spool import let_go, row_blocks
+from ingest.spool import release, row_blocks
 from ingest.tables.table import Block
 
 LOADED_N = 20.0
@@ -112,7 +112,7 @@ def note_missing(
     for plan in plans:
         stored = values[plan.position]
         missing = np.isnan(stored)
-        let_go(stored)
+        release(stored)
         if missing.any():
             rows = np.flatnonzero(missing)
             message = "Cells are blank or not-a-number: the samples stay, without this value."
@@ -141,7 +141,7 @@ def note_still_channels(channels: Sequence[ChannelData], findings: FindingCollec
             findings.add(NOTE, "channel_held", message, column=channel.source_name)
         else:
             _note_flat_tops(channel, findings)
-        let_go(values)
+        release(values)
 
 
 def _is_of_plate(channel: ChannelData) -> bool:
@@ -225,7 +225,7 @@ def _repeat_rates(values: FloatArray, repeat: BoolArray, first: IntArray, length
 def _step(values: FloatArray) -> float:
     """Return the usual distance of neighbouring values, 0 where there is but one."""
     ordered = values[np.isfinite(values)]
-    let_go(values)
+    release(values)
     ordered.sort()
     steps = np.diff(ordered)
     steps = steps[steps > 0]
@@ -253,5 +253,5 @@ def _counts(
 def _repeats(values: FloatArray) -> BoolArray:
     """Return which values, from the second on, equal the one before."""
     same: BoolArray = values[1:] == values[:-1]
-    let_go(values)
+    release(values)
     return same

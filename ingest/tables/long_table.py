@@ -128,7 +128,7 @@ def numbers_of(
             raise LineRefused(
                 table.lines[place],
                 f"{cells[place]!r} in column {name!r}, line {table.lines[place]} of {table.file}, "
-                f"{what_to_write(cells[place], sign, name)}.",
+                f"{cell_remedy(cells[place], sign, name)}.",
             )
         found.append(number)
     return found
@@ -185,7 +185,7 @@ def maybe_thousands(cells: Sequence[str], delimiter: str, declared: str | None) 
     return with_point[0] if unclear and with_point and not any("," in cell for cell in cells) else None
 
 
-def what_to_write(cell: str, sign: str, name: str) -> str:
+def cell_remedy(cell: str, sign: str, name: str) -> str:
     """Say what to do with a cell that is no number: separators of thousands, a unit, or anything else."""
     plain = _hyphened(cell)
     with_unit = _WITH_UNIT.fullmatch(plain)

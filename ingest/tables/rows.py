@@ -21,7 +21,7 @@ import numpy as np
 
 from ingest.findings import NOTE, ROW, FindingCollector
 from ingest.model import IntArray
-from ingest.spool import ColumnFile, let_go_bytes, mapped
+from ingest.spool import ColumnFile, mapped, release_bytes
 from ingest.tables.layout import Layout
 from ingest.tables.row_reader import read_lines
 from ingest.tables.table import Block, CellKind, Column, Wanted
@@ -50,7 +50,7 @@ def read_rows(source: TextSource, layout: Layout, wanted: Sequence[Wanted], find
         stop = _block_end(source, start, tried_bytes, end.stop)
         block = _read_clean(source, layout, wanted, start, stop, line, ordinal)
         if block is not None:
-            let_go_bytes(source.data, start, stop)
+            release_bytes(source.data, start, stop)
             rows.add(block)
             start, line, ordinal = stop, line + block.n_rows, ordinal + block.rows_read
             continue
@@ -62,7 +62,7 @@ def read_rows(source: TextSource, layout: Layout, wanted: Sequence[Wanted], find
             else:
                 span = (start, piece_end, end.stop)
                 block, start, line = read_lines(source, layout, wanted, span, line, ordinal, findings)
-            let_go_bytes(source.data, piece_start, start)
+            release_bytes(source.data, piece_start, start)
             ordinal += block.rows_read
             rows.add(block)
     block = rows.joined()

@@ -40,8 +40,8 @@ NO_HASHES = (
 class WrittenReport:
     """Where a report was written, its claims, and how much had to be computed for it.
 
-    `warning` says that rows were altered outside labbook, "" where none were. `page` is the first one alone where that
-    was asked for; `pdf` is "" where none was made, and `no_pdf` says why.
+    `warning` names rows that were altered outside labbook, "" where none were. `page` is the first one alone where that
+    was asked for; `pdf` is "" where none was made, and `no_pdf` is the reason.
     """
 
     page: str
@@ -170,7 +170,7 @@ def _saved_report(
     try:
         with book.session(person):
             pass  # takes over what labbook.toml adds before anything is computed
-        if out is None and os.access(book.folder, os.W_OK):  # else the session says who may not write
+        if out is None and os.access(book.folder, os.W_OK):  # else the session reports who may not write
             _check_writable(book.folder / "reports")
         return state_report(book, where, person, step, draw)
     except BookReadOnly as error:
@@ -224,7 +224,7 @@ def _refuse_store(out: Path) -> None:
 
 
 def _check_writable(folder: Path) -> None:
-    """Make the folder and a file in it, before it is stated that a report was made for it; neither stays."""
+    """Make the folder and a file in it, before the report is stated, and remove both again."""
     is_new = not folder.exists()
     try:
         make_folder(folder)
@@ -247,7 +247,7 @@ def state_report(
     step: Callable[[str], None],
     draw: Callable[[MadeReport], Callable[[], None]] = lambda _made: lambda: None,
 ) -> MadeReport:
-    """Compute without a lock, then state and keep; begin again if somebody stated something meanwhile.
+    """Compute without a lock, then state and store; begin again if somebody stated something meanwhile.
 
     `draw` makes the report's files without a lock, too, and returns what puts them in place: a report is in the journal
     only when its files are there, whole.

@@ -112,7 +112,7 @@ def _of_another_form(book: sa.Connection, fresh: sa.Connection, uids: Sequence[s
     return {
         uid
         for uid, row in results_by_uid(book, uids).items()
-        if uid in there and row.is_but_for_payload(there[uid]) and not _is_readable(row)
+        if uid in there and row.same_but_payload(there[uid]) and not _is_readable(row)
     }
 
 

@@ -27,7 +27,7 @@ from typing import IO, Any, TypeAlias
 from data_schema.journal import Entry
 from data_schema.vocabulary import Action
 from ingest.store import Store
-from labbook.statements.importing import PreparedImport, ReadSettings, read_anew, sample_counts, with_counts
+from labbook.statements.importing import PreparedImport, ReadSettings, reread_stored, sample_counts, with_counts
 
 FEWEST = 64
 """With fewer files, starting processes takes longer than it saves."""
@@ -59,7 +59,7 @@ class ReadingAhead:
     _reader_of: dict[int, _Reader] = field(default_factory=dict)
     _count: int = 0
 
-    def passed_on(self, entries: Iterable[Entry]) -> Iterator[Entry]:
+    def pass_on(self, entries: Iterable[Entry]) -> Iterator[Entry]:
         """Pass entries on in their order."""
         waiting: deque[Entry] = deque()
         to_read = 0
@@ -208,7 +208,7 @@ def _answer(root: Path, seq: int, sha256: str, settings: dict[str, Any]) -> byte
     store = Store(root)
     try:
         data = store.raw(raw_path(sha256), sha256)
-        done = read_anew(store, data, sha256, ReadSettings.from_json(settings))
+        done = reread_stored(store, data, sha256, ReadSettings.from_json(settings))
         counts = sample_counts(done.read)
         return pickle.dumps((seq, replace(done, read=with_counts(done.read, [0] * len(counts))), counts))
     except Exception:

@@ -17,7 +17,7 @@ from pathlib import Path
 import sqlalchemy as sa
 
 from data_schema import journal
-from data_schema.disk import alone_with, stamp, sync
+from data_schema.disk import exclusive_lock, stamp, sync
 from data_schema.engine import postgres_engine, reading, sqlite_engine, writing
 from data_schema.errors import BookDamaged, BookError, UsageError
 from data_schema.journal import Entry
@@ -77,11 +77,11 @@ def rebuild_database(folder: Path, step: Callable[[str], None]) -> Rebuilt:
             f"{mirror.path} holds no entry: there is nothing to rebuild from; `labbook init` makes a book."
         )
     replay = Replay(store_of(folder, configuration), mirror, step)
-    with alone_with(mirror.path, REBUILDING):
+    with exclusive_lock(mirror.path, REBUILDING):
         if configuration.database_url:
             engine = engine_of(folder, configuration)
             try:
-                old = replace_postgres(engine, configuration.database_url, replay.onto, replay.finish)
+                old = replace_postgres(engine, configuration.database_url, replay.apply_to, replay.finish)
             finally:
                 engine.dispose()
         else:
@@ -128,7 +128,7 @@ def _rebuild_sqlite(folder: Path, replay: Replay) -> str | None:
         fill_sqlite(fresh)
         engine = sqlite_engine(fresh, scratch=True)
         try:
-            replay.onto(engine)
+            replay.apply_to(engine)
         finally:
             engine.dispose()  # which brings its write-ahead log into the one file
 

@@ -43,7 +43,7 @@ class Replay:
     left_out: LeftOut = NOTHING
     reports: ReportsReplayed = field(default_factory=ReportsReplayed)
 
-    def onto(self, engine: sa.Engine, until: int | None = None) -> None:
+    def apply_to(self, engine: sa.Engine, until: int | None = None) -> None:
         """Apply what the journal holds beyond what was applied before, many commands in one transaction.
 
         Nothing after entry number `until`, where that is given.
@@ -61,7 +61,7 @@ class Replay:
                 self.reports.before(entry)
                 return self.reports if entry.action is Action.REPORT else ahead.take(entry)
 
-            for some in _together(journal.commands(ahead.passed_on(new))):
+            for some in _together(journal.commands(ahead.pass_on(new))):
                 with writing(engine) as connection:
                     for command in some:
                         self.without_rows += self._applied(connection, command, prepared)
@@ -86,7 +86,7 @@ class Replay:
 
     def finish(self, engine: sa.Engine, standing: tuple[int, str] | None) -> None:
         """Apply the last entries while nobody can write; `standing` is how far the old database goes, if known."""
-        self.onto(engine)
+        self.apply_to(engine)
         self.left_out = self.mirror.left_out()
         if standing is None or standing[0] == 0:
             return
@@ -131,7 +131,7 @@ def replayed(
         engine = sqlite_engine(folder / DATABASE, scratch=True)
         try:
             replay = Replay(Store(folder), mirror, step, needless)
-            replay.onto(engine, until)
+            replay.apply_to(engine, until)
             yield engine, replay
         finally:
             engine.dispose()

@@ -17,7 +17,7 @@ import sqlalchemy as sa
 from sqlalchemy.exc import DBAPIError
 
 from data_schema import migrations
-from data_schema.disk import part_of, put_in_place, stamp
+from data_schema.disk import partial_path, put_in_place, stamp
 from data_schema.engine import alone, reading, translated
 from data_schema.errors import BookDamaged, BookVersion, UsageError
 from labbook.book.opening import DATABASE, check_revision
@@ -65,7 +65,7 @@ def back_up(folder: Path, revision: str) -> Path:
             "and try again."
         )
     target = folder / f"{DATABASE}.{revision}.{stamp()}.backup"
-    part = part_of(target)
+    part = partial_path(target)
     try:
         with contextlib.closing(sqlite3.connect(source)) as origin, contextlib.closing(sqlite3.connect(part)) as copy:
             origin.backup(copy)

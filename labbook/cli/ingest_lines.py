@@ -33,7 +33,7 @@ def outcome_lines(outcome: FileOutcome, missing: MissingHeight | None = None, *,
     """
     if outcome.first is not None:
         restored = ["  raw copy restored: the book's own was missing or damaged."] if outcome.raw_restored else []
-        return [file_head(outcome), *restored, *(f"  {text}" for text in outcome.said)]
+        return [file_head(outcome), *restored, *(f"  {text}" for text in outcome.messages)]
     loud = [] if missing is None else missing_height_lines(outcome.path, missing)
     found = () if outcome.read is None else outcome.read.findings
     findings = [finding for finding in found if remarks or not _is_remark(finding)]
@@ -45,7 +45,7 @@ def file_line(outcome: FileOutcome) -> str:
     if outcome.first is not None:
         return (
             file_head(outcome)
-            + ("".join(f" {text}" for text in outcome.said))
+            + ("".join(f" {text}" for text in outcome.messages))
             + (" Raw copy restored." if outcome.raw_restored else "")
         )
     noted = noted_in(outcome)
@@ -113,7 +113,7 @@ def outcome_json(outcome: FileOutcome, rig: Sequence[RigLine], missing: MissingH
         "findings": [_finding_json(finding) for finding in (read.findings if read else ())],
         "first_import": outcome.first,
         "changes": outcome.changes,
-        "said": list(outcome.said),
+        "said": list(outcome.messages),
         "raw_restored": outcome.raw_restored,
         "rig": [line.text for line in rig],
         "missing_body_height": missing,
@@ -244,7 +244,7 @@ def _sorted(batch: Batch) -> _Sorted:
             noted = "" if outcome.status is IngestStatus.REFUSED else noted_in(outcome)
             lines += [f"  noted: {noted}."] if noted else []
             found.attention.append(_Concern(concern, lines, outcome.path, alike))
-        elif (outcome.read is not None and outcome.read.findings) or outcome.raw_restored or outcome.said:
+        elif (outcome.read is not None and outcome.read.findings) or outcome.raw_restored or outcome.messages:
             found.noted.append(file_line(outcome))
         else:
             found.fine.append(file_line(outcome))

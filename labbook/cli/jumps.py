@@ -111,14 +111,14 @@ def _decide(
     person: AsOption,
     as_json: bool,
 ) -> None:
-    from labbook.actions.runs.jump_review import decide, jumps_meant, reason_remarks, review, without_apex
+    from labbook.actions.runs.jump_review import decide, reason_remarks, resolve_jumps, review, without_apex
     from labbook.book.opening import opened
 
     with opened(book) as opened_book:
         opened_book.speaker(person)  # who may not speak need not wait for the jumps to be found
         with opened_book.reading() as connection:
             found = review(opened_book, connection, run)
-        decided = jumps_meant(numbers, found)
+        decided = resolve_jumps(numbers, found)
         with opened_book.session(person) as session:
             recorded = decide(opened_book, session, run, decided, verdict, reason, note, found)
             stale = session.stale

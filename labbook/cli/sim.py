@@ -335,7 +335,7 @@ def figures(
             {"number": item.figure.number, "title": item.figure.title, "file": str(item.file)}
             for item in written.figures
         ],
-        "kept": [{"number": item.figure.number, "file": str(item.file)} for item in written.kept],
+        "kept": [{"number": item.figure.number, "file": str(item.file)} for item in written.earlier],
         "captions": str(written.captions),
         "claims": claims_data(written.findings),
         "tables": [str(path) for path in written.tables],
@@ -343,7 +343,7 @@ def figures(
         "claims_in_all": written.claims_in_all,
     }
     lines = [f"figure {item.figure.number}: {item.file}" for item in written.figures]
-    lines += [f"figure {item.figure.number}: {item.file}, from before" for item in written.kept]
+    lines += [f"figure {item.figure.number}: {item.file}, from before" for item in written.earlier]
     lines.append(f"captions: {written.captions}")
     if rows:
         more = f"; without --only {written.claims_in_all} are judged" if len(rows) < written.claims_in_all else ""

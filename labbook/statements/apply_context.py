@@ -33,15 +33,15 @@ class ApplyContext:
     without_rows: list[Entry] | None = None
 
 
-def around_run(context: ApplyContext, run_uid: str) -> list[tuple[str, str]]:
+def inputs_around_run(context: ApplyContext, run_uid: str) -> list[tuple[str, str]]:
     """Return (kind, uid) of what results may rest on when a run gains something.
 
     These are the run itself, the condition it is in, and for an idle run the idle runs of its robot.
     """
-    return around(run_uid, read_fact(context.connection, "run", run_uid, ["kind", "condition", "robot"]))
+    return inputs_around(run_uid, read_fact(context.connection, "run", run_uid, ["kind", "condition", "robot"]))
 
 
-def around(run_uid: str, run: Mapping[str, Any]) -> list[tuple[str, str]]:
+def inputs_around(run_uid: str, run: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return the same for a run whose columns are known."""
     found = [("run", run_uid)]
     if run["condition"] is not None:
@@ -65,7 +65,7 @@ def run_named(context: ApplyContext, name: str | None) -> str | None:
     return find_uid(context.connection, "run", name=name) if name else None
 
 
-def no_such_row(context: ApplyContext, entry: Entry) -> None:
+def missing_row(context: ApplyContext, entry: Entry) -> None:
     """Let a statement about a row that is not there pass where the journal is replayed; nothing may stop that.
 
     A newer reader may give fewer rows than an earlier one, and a file may wait for a declaration. A statement about a

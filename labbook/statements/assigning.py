@@ -21,7 +21,7 @@ from data_schema.queries.results import mark_stale
 from data_schema.queries.runs import list_runs
 from data_schema.queries.signals import signals_of_runs
 from data_schema.vocabulary import Action, ChargeState, FileRole
-from labbook.statements.apply_context import ApplyContext, around_run, derived_uid, no_such_row, run_named
+from labbook.statements.apply_context import ApplyContext, derived_uid, inputs_around_run, missing_row, run_named
 
 
 def apply_assign(context: ApplyContext, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
@@ -29,7 +29,7 @@ def apply_assign(context: ApplyContext, entry: Entry, _prepared: object) -> list
     values = entry.new or {}
     kind, uid = entry.entity_kind, entry.entity_uid
     if kind == "charge" and not fact_exists(context.connection, "charge", uid):
-        no_such_row(context, entry)
+        missing_row(context, entry)
         return []
     if values["run"] is None:
         changed = (
@@ -41,12 +41,12 @@ def apply_assign(context: ApplyContext, entry: Entry, _prepared: object) -> list
     else:
         role, part = FileRole(values["role"]), values.get("part")
         if part is not None and part not in parts_of_file(context.connection, uid):
-            no_such_row(context, entry)
+            missing_row(context, entry)
             return []
         assign_file(context, uid, values["run"], role, part)
         if part is None:
             assign_only_charge(context, uid, values["run"], role)
-    return mark_stale(context.connection, [*around_run(context, values["run"]), (kind, uid)])
+    return mark_stale(context.connection, [*inputs_around_run(context, values["run"]), (kind, uid)])
 
 
 def assign_file(
@@ -128,11 +128,11 @@ def _take_file_off(context: ApplyContext, file_uid: str, part: str | None) -> li
     changed = [("file", file_uid), *(("signal", sha256) for sha256 in signals_of_file(context.connection, file_uid))]
     for run_uid in sorted(runs):
         if signals_of_runs(context.connection, run_uid=run_uid):
-            changed += around_run(context, run_uid)
+            changed += inputs_around_run(context, run_uid)
     return changed
 
 
-def links_meant(context: ApplyContext, link_uid: str, run_uid: str | None) -> list[str]:
+def resolve_links(context: ApplyContext, link_uid: str, run_uid: str | None) -> list[str]:
     """Return the links to a run that a statement means by one which is not there under that uid.
 
     A link is named after its file, part and first run. Where the reading in force calls the parts otherwise, the links
@@ -156,5 +156,5 @@ def _take_charge_off(context: ApplyContext, charge_uid: str) -> list[tuple[str, 
     update_fact(context.connection, "charge", charge_uid, {"run": None})
     changed = [("charge", charge_uid)]
     if charges_of_run(context.connection, run_uid):
-        changed += around_run(context, run_uid)
+        changed += inputs_around_run(context, run_uid)
     return changed

@@ -18,7 +18,7 @@ import sqlalchemy as sa
 from data_schema.queries.charges import SheetRow, repeating, rows_about, rows_with_uids
 from data_schema.queries.facts import read_fact, update_fact
 from data_schema.queries.readings import charge_history
-from data_schema.queries.runs import run_uids_named
+from data_schema.queries.runs import run_uids_by_name
 from data_schema.vocabulary import Action, ChargeMode, ChargeState, Severity
 from ingest.findings import MORE_LINES
 from ingest.model import ChargeRow, Finding
@@ -146,9 +146,9 @@ def _contradicts(row: SheetRow, run: str, other: SheetRow, *, of_same_sheet: boo
     return Finding(Severity.NOTE, "charge_contradicts", message, row.line, None, f"{row.charge_mah:g} mAh", 1, ())
 
 
-def foreseen(connection: sa.Connection, charges: Sequence[ChargeRow]) -> list[Finding]:
+def predicted_findings(connection: sa.Connection, charges: Sequence[ChargeRow]) -> list[Finding]:
     """Say of the charges of a file that the book has not which ones `place` would call known or contradicting."""
-    uids = run_uids_named(connection, sorted({row.stated_run for row in charges if row.stated_run is not None}))
+    uids = run_uids_by_name(connection, sorted({row.stated_run for row in charges if row.stated_run is not None}))
     names = {uid: name for name, uid in uids.items()}
     about: dict[str, list[SheetRow]] = {}
     for row in rows_about(connection, sorted(names), sorted(uids)):
@@ -273,7 +273,7 @@ class RowsAround:
     ) -> None:
         self._context = context
         names = sorted({row.stated_run for row in rows if row.stated_run is not None})
-        self.runs = run_uids_named(context.connection, names)
+        self.runs = run_uids_by_name(context.connection, names)
         about = rows_about(context.connection, sorted({*run_uids, *self.runs.values()}), names)
         repeats = repeating(context.connection, back, ChargeState.COUNTED)
         self._rows: dict[str, SheetRow] = {}

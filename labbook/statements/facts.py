@@ -16,8 +16,15 @@ from data_schema.queries.imported_files import waiting_for_run
 from data_schema.queries.results import mark_stale
 from data_schema.queries.study import add_condition_levels, add_planned_run
 from data_schema.vocabulary import FileRole
-from labbook.statements.apply_context import ApplyContext, around, around_run, derived_uid, no_such_row, with_author
-from labbook.statements.assigning import assign_charge, assign_file, assign_only_charge, links_meant
+from labbook.statements.apply_context import (
+    ApplyContext,
+    derived_uid,
+    inputs_around,
+    inputs_around_run,
+    missing_row,
+    with_author,
+)
+from labbook.statements.assigning import assign_charge, assign_file, assign_only_charge, resolve_links
 
 
 def apply_declare(context: ApplyContext, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
@@ -31,8 +38,8 @@ def apply_declare(context: ApplyContext, entry: Entry, _prepared: object) -> lis
     if follow:
         follow(context, entry.entity_uid, {**values, **beside})
     if entry.entity_kind == "run":
-        return mark_stale(context.connection, around(entry.entity_uid, values))
-    return mark_stale(context.connection, around_run(context, values["run"])) if values.get("run") else []
+        return mark_stale(context.connection, inputs_around(entry.entity_uid, values))
+    return mark_stale(context.connection, inputs_around_run(context, values["run"])) if values.get("run") else []
 
 
 def _condition_levels(context: ApplyContext, uid: str, values: Mapping[str, Any]) -> None:
@@ -102,9 +109,9 @@ def apply_correct(context: ApplyContext, entry: Entry, _prepared: object) -> lis
         return []
     kind, uid = entry.entity_kind, entry.entity_uid
     if kind in ("charge", "run_file") and not fact_exists(context.connection, kind, uid):
-        uids = links_meant(context, uid, (entry.old or {}).get("run")) if kind == "run_file" else []
+        uids = resolve_links(context, uid, (entry.old or {}).get("run")) if kind == "run_file" else []
         if not uids:
-            no_such_row(context, entry)
+            missing_row(context, entry)
             return []
     else:
         uids = [uid]
@@ -123,10 +130,10 @@ def apply_correct(context: ApplyContext, entry: Entry, _prepared: object) -> lis
 def _dependents_around(context: ApplyContext, kind: str, uid: str, new: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return what may depend on the row as it is now, though nothing depended on it before."""
     if kind == "run":
-        return around_run(context, uid)
+        return inputs_around_run(context, uid)
     if kind == "charge" and "mode" in new:
         run_uid = read_fact(context.connection, "charge", uid, ["run"])["run"]
-        return around_run(context, run_uid) if run_uid else []
+        return inputs_around_run(context, run_uid) if run_uid else []
     return [("idle_runs", uid)] if kind == "robot" and "name" in new else []
 
 
@@ -134,7 +141,7 @@ def _touched(context: ApplyContext, values: Mapping[str, Any]) -> list[tuple[str
     """What the row belonged to, or belongs to now."""
     found = [("condition", values["condition"])] if values.get("condition") else []
     found += [("idle_runs", values["robot"])] if values.get("robot") else []
-    return found + (around_run(context, values["run"]) if values.get("run") else [])
+    return found + (inputs_around_run(context, values["run"]) if values.get("run") else [])
 
 
 def apply_decide(context: ApplyContext, entry: Entry, _prepared: object) -> list[tuple[str, str]]:

@@ -172,7 +172,7 @@ def store_reading(
         return PreparedImport(sha256, len(data), read, in_force, stored)
 
 
-def read_anew(store: Store, data: bytes, sha256: str, settings: ReadSettings) -> PreparedImport:
+def reread_stored(store: Store, data: bytes, sha256: str, settings: ReadSettings) -> PreparedImport:
     """Read a stored copy and do what `store_reading` does with `anew`, one thing after the other.
 
     For a process beside others that do the same: threads of its own would only wait for each other.
@@ -212,7 +212,7 @@ def _was_used(profile: Profile, read: ReadFile) -> bool:
     return any(repr(profile.name) in message for message in messages)
 
 
-def settings_now(
+def current_settings(
     configuration: Configuration, options: Mapping[str, Any], file_name: str | None = None
 ) -> ReadSettings:
     """Return how a file is read under a configuration: the command line's `options` over the book's profiles.

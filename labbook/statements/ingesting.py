@@ -23,14 +23,14 @@ from ingest.store import raw_path
 from labbook.analysis.outcomes.detection import detection_rows, jumps_found
 from labbook.analysis.outcomes.log_dates import day_notes
 from labbook.config.parsing import Configuration, parse_configuration
-from labbook.statements.apply_context import ApplyContext, around_run, derived_uid, run_named
+from labbook.statements.apply_context import ApplyContext, derived_uid, inputs_around_run, run_named
 from labbook.statements.assigning import assign_file, assign_only_charge, link_parts_again
 from labbook.statements.importing import (
     PreparedImport,
     ReadSettings,
     StoredPart,
+    current_settings,
     finding_values,
-    settings_now,
     store_reading,
     times_sha256,
 )
@@ -73,7 +73,7 @@ def apply_ingest(context: ApplyContext, entry: Entry, prepared: object) -> list[
             assign_only_charge(context, file_uid, run_uid, role)
         imports.add_findings(context.connection, ingest_key, _against_run(context, run_uid, done))
     return mark_stale(
-        context.connection, (changed for uid in dict.fromkeys(touched) for changed in around_run(context, uid))
+        context.connection, (changed for uid in dict.fromkeys(touched) for changed in inputs_around_run(context, uid))
     )
 
 
@@ -105,7 +105,7 @@ def apply_read(context: ApplyContext, entry: Entry, prepared: object) -> list[tu
         of_file = runs.pop() if role is FileRole.CHARGE and len(runs) == 1 else None
         touched += _update_charges(context, ingest_key, before.file_uid, done, new, of_file)
     for run_uid in dict.fromkeys(touched):
-        changed += around_run(context, run_uid)
+        changed += inputs_around_run(context, run_uid)
         imports.add_findings(context.connection, ingest_key, _against_run(context, run_uid, done))
     after = last_reading(context.connection, done.sha256)
     same = after is not None and _gives(context, after) == gave
@@ -169,7 +169,7 @@ def _read_again(context: ApplyContext, new: Mapping[str, Any]) -> PreparedImport
     if "settings" in new:
         settings = ReadSettings.from_json(new["settings"])
     else:
-        settings = settings_now(configuration_in_force(context), new["options"], new["original_name"])
+        settings = current_settings(configuration_in_force(context), new["options"], new["original_name"])
     data = context.store.raw(raw_path(sha256), sha256)
     try:
         return store_reading(context.store, data, sha256, read_file(data, settings.declared), settings, anew=True)

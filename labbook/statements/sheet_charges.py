@@ -99,7 +99,7 @@ def regain_charges(
     """
     placed = Placed()
     rows = [row for row in rows_of_file(context.connection, file_uid) if row.state is ChargeState.GONE]
-    lines, numbers = reading.get("charge_lines"), numbers_held(reading, first=first)
+    lines, numbers = reading.get("charge_lines"), recorded_numbers(reading, first=first)
     if numbers is not None:
         rows = [row for row in rows if row.row_number in numbers]
     elif lines is not None:
@@ -184,7 +184,7 @@ def keys_of(charges: Sequence[ChargeRow]) -> list[Key]:
     return _keys((row.line for row in charges), (row.member for row in charges))
 
 
-def keys_in(content: Mapping[str, Any]) -> list[Key]:
+def entry_keys(content: Mapping[str, Any]) -> list[Key]:
     """Return the places of the charges that the entry of a reading names."""
     return _keys(content.get("charge_lines") or [], content.get("charge_members") or repeat(None))
 
@@ -209,7 +209,7 @@ def charge_numbers(
 
     recorded: list[Key] = []
     for earlier, content in enumerate([*reading_entries(connection, new["sha256"]), new]):
-        keys_of_entry = keys_in(content)
+        keys_of_entry = entry_keys(content)
         if "charge_members" not in content:
             keys_of_entry = [members.get(key, key) for key in keys_of_entry]
         given = content.get("charge_numbers") or (range(1, len(keys_of_entry) + 1) if earlier == 0 else None)
@@ -228,7 +228,7 @@ def charge_numbers(
     return numbers
 
 
-def numbers_held(content: Mapping[str, Any], *, first: bool) -> set[int] | None:
+def recorded_numbers(content: Mapping[str, Any], *, first: bool) -> set[int] | None:
     """Return the numbers of the charges that a reading holds by its entry; None where an earlier labbook made it and
     did not write them down, or gave one number to several charges.
     """

@@ -13,7 +13,7 @@ from data_schema.queries.imports import findings_of
 from data_schema.queries.readings import last_reading, parts_of_reading, reading_entries, set_status
 from data_schema.queries.results import mark_stale
 from data_schema.vocabulary import ChargeState, IngestStatus, Severity
-from labbook.statements.apply_context import ApplyContext, around_run, no_such_row
+from labbook.statements.apply_context import ApplyContext, inputs_around_run, missing_row
 from labbook.statements.sheet_charges import lose_charges, regain_charges
 
 
@@ -52,7 +52,7 @@ def _use(context: ApplyContext, file_uid: str, status: IngestStatus) -> list[tup
     changed = [("file", file_uid)]
     changed += [("signal", part.sha256) for part in parts_of_reading(context.connection, reading.uid)]
     for run_uid in dict.fromkeys(touched):
-        changed += around_run(context, run_uid)
+        changed += inputs_around_run(context, run_uid)
     return mark_stale(context.connection, changed)
 
 
@@ -60,7 +60,7 @@ def _set_charge(context: ApplyContext, entry: Entry, old: ChargeState, new: Char
     """Change the state of a charge; one whose row is gone stays so, and comes back in the state stated last."""
     uid = entry.entity_uid
     if not fact_exists(context.connection, "charge", uid):
-        no_such_row(context, entry)
+        missing_row(context, entry)
         return []
     if read_fact(context.connection, "charge", uid, ["state"])["state"] == old:
         update_fact(context.connection, "charge", uid, {"state": str(new), "run": None})

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 import jinja2
 
-from data_schema.disk import written_beside
+from data_schema.disk import replace_together
 from data_schema.errors import UsageError
 from reports.content import ReportContent
 from reports.display import count_text, list_text
@@ -110,7 +110,7 @@ def write_report(files: Mapping[str, bytes], out_dir: Path) -> Path:
             (out_dir / folder).mkdir(parents=True, exist_ok=True)
         (out_dir / _MARK).touch()
         written = {out_dir / name: data for name, data in files.items()}
-        with written_beside(written):
+        with replace_together(written):
             pass
         for path in _of_a_report(out_dir) - written.keys():
             path.unlink(missing_ok=True)

@@ -73,7 +73,7 @@ def state_refusal(session: WriteSession, new: Mapping[str, Any], prepared: Prepa
 
 
 def with_findings_of_book(connection: sa.Connection, ingest_uid: str, read: ReadFile, rules: Sequence[str]) -> ReadFile:
-    """Add what only the book could tell: a charge that is known, one that contradicts, jumps that were not found."""
+    """Add findings that need the book: a charge that is known, one that contradicts, jumps that were not found."""
     added = tuple(
         Finding(
             Severity(row.severity), row.rule, row.message, row.line, row.column_name, row.value, row.n, row.more_lines
@@ -84,9 +84,9 @@ def with_findings_of_book(connection: sa.Connection, ingest_uid: str, read: Read
 
 
 def _with_days_ahead(read: ReadFile) -> ReadFile:
-    """Add that a file's days are yet to come, unless it is told already that they are not its run's.
+    """Add a finding where a file's days are in the future, unless there is one already that they are not its run's.
 
-    That is told and never stored: it does not stay true.
+    It is shown and never stored: it does not stay true.
     """
     zone = None if read.declared is None else read.declared.time_zone
     if read.refused or zone is None or any(finding.rule == ABOUT_DAY for finding in read.findings):

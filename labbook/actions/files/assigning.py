@@ -29,11 +29,11 @@ NO_RUN = "none"
 
 
 def assign(session: WriteSession, what: str, run_name: str, why: str | None) -> str:
-    """State the assignment; returns the sentence that says what was done."""
+    """State the assignment; returns a sentence about what was done."""
     if why is not None:
         refuse_empty("--why", why)
     run = None if run_name == NO_RUN else run_named(session.connection, run_name)
-    what = item_meant(session.connection, what)
+    what = resolve_item(session.connection, what)
     name, mark, place = what.rpartition("#")
     if not mark or not (place.isdigit() or find_files(session.connection, name)):
         file = file_named(session.connection, what)
@@ -141,7 +141,7 @@ def _names(rows: Sequence[Link | ChargeRef]) -> str:
     return ", ".join(sorted({row.run_name for row in rows if row.run_name is not None}))
 
 
-def item_meant(connection: sa.Connection, what: str) -> str:
+def resolve_item(connection: sa.Connection, what: str) -> str:
     """Return an item of the inbox as it is called there, FILE#ROW, where the uid of a charge was given, as is shown."""
     uid = what.removeprefix("charge:")
     place = place_of_charge(connection, uid)
@@ -162,7 +162,7 @@ def charge_of(connection: sa.Connection, file: FileRow, row_number: int) -> Char
 
 
 def assign_part(session: WriteSession, file: FileRow, part: str, run: RunRow | None, why: str | None) -> str:
-    """Let a part belong to a run, or to none; returns the sentence that says what was done."""
+    """Assign a part to a run, or to none; returns a sentence about what was done."""
     what = f"part {part} of {file.name}"
     link = next((link for link in links_of_file(session.connection, file.uid) if link.part == part), None)
     if link is None and run is None:

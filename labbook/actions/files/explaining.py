@@ -1,6 +1,6 @@
 """How a file would be read and what would be stored of it, without storing anything; and the draft of a profile.
 
-In a draft stands what the file says, and as commented lines with the choices what it leaves open.
+A draft holds the settings found in the file, and as commented lines, with the choices, those that it leaves open.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class Explained:
 
 
 def explain_file(book: Book, path: Path, options: Mapping[str, Any], run: str | None, *, alone: bool) -> Explained:
-    """Read a file as `ingest` would, and say how; `run` is the one named for it, `alone`: no other file is read."""
+    """Read a file as `ingest` would and explain how; `run` is the one named for it, `alone`: no other file is read."""
     run = run or stated_run(book, path)
     with book.reading() as connection:
         read = _read_as_ingest(book, path, options)
@@ -91,7 +91,7 @@ def explain_file(book: Book, path: Path, options: Mapping[str, Any], run: str | 
 
 
 def _read_as_ingest(book: Book, path: Path, options: Mapping[str, Any]) -> ReadFile:
-    """Read a file with what the command line and the book's profiles say of it; nothing is stored."""
+    """Read a file with the declarations of the command line and of the book's profiles; nothing is stored."""
     return read_file(_bytes_of(book, path), declarations(book.configuration, options, readable(Path(path.name))))
 
 
@@ -250,7 +250,7 @@ def _column_lines(table: TableUse, lacking: Collection[str | None], *, is_log: b
     key = _keys(table)
     for column in table.columns:
         if column.holds not in ("time", "date", "trial") and column.name:
-            unknown = is_log and column.holds not in CHANNELS  # kept under its name, which may be that of a sheet's
+            unknown = is_log and column.holds not in CHANNELS  # stored under its name, which may be that of a sheet's
             yield _column(key[column.place], column, column.name in lacking, of_sheet=not unknown)
 
 

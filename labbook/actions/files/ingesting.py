@@ -1,6 +1,6 @@
 """Ingesting one file: known already, refused with all its findings, or stored whole.
 
-The file is read once; what is hashed, parsed and kept are the same bytes, whatever happens to the file meanwhile.
+The file is read once: the same bytes are hashed, parsed and stored, whatever happens to the file meanwhile.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ from labbook.actions.files.against_book import (
 from labbook.actions.files.rereading import take_known
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, new_uid
-from labbook.statements.counted_charges import foreseen
+from labbook.statements.counted_charges import predicted_findings
 from labbook.statements.importing import (
     PreparedImport,
     as_read,
+    current_settings,
     sample_counts,
-    settings_now,
     store_reading,
     with_counts,
 )
@@ -65,8 +65,8 @@ class IngestRequest:
 class FileOutcome:
     """How the ingest of one file ended.
 
-    Where the book had its bytes, `first` is their first import, and `said` what was made of what was asked for;
-    `changes` is what another reading gave otherwise, None where there was none.
+    Where the book had its bytes, `first` is their first import, and `messages` tell what was done with the declarations
+    given; `changes` lists what another reading changed, None where there was none.
     """
 
     path: str
@@ -77,7 +77,7 @@ class FileOutcome:
     first: FirstImport | None = None
     prepared: PreparedImport | None = None
     raw_restored: bool = False
-    said: tuple[str, ...] = ()
+    messages: tuple[str, ...] = ()
     changes: tuple[str, ...] | None = None
 
 
@@ -107,7 +107,7 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
         restored = not request.dry_run and book.store.restore_raw(data, sha256)
         return _known(book, path, request, first, sha256, restored)
     options = dict(request.options or {})
-    settings = settings_now(book.configuration, options, readable(Path(path.name)))
+    settings = current_settings(book.configuration, options, readable(Path(path.name)))
     of_run = request.run or stated_run(book, path)
     read = read_file(data, settings.declared)
     if read.role is FileRole.SHEET:
@@ -120,7 +120,7 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
             status = IngestStatus.REFUSED if read.refused else IngestStatus.IMPORTED
             runs = () if read.refused else _runs_meant(connection, of_run, read)
             if not read.refused and read.charges:
-                read = replace(read, findings=(*read.findings, *foreseen(connection, read.charges)))
+                read = replace(read, findings=(*read.findings, *predicted_findings(connection, read.charges)))
             return FileOutcome(readable(path), sha256, status, read, runs)
     prepared = store_reading(book.store, data, sha256, read, settings)
     modified_utc = datetime.fromtimestamp(modified_s, UTC).isoformat(timespec="seconds")
@@ -143,7 +143,9 @@ def _known(
     )
     with book.reading() as connection:
         runs = runs_of_file(connection, sha256)
-    outcome = FileOutcome(readable(path), sha256, IngestStatus.DUPLICATE, None, runs, first, None, restored, known.said)
+    outcome = FileOutcome(
+        readable(path), sha256, IngestStatus.DUPLICATE, None, runs, first, None, restored, known.messages
+    )
     if known.again is None:
         return outcome
     if known.again.read.refused:

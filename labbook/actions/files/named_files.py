@@ -53,9 +53,9 @@ class FoundFiles:
     @property
     def skipped_line(self) -> str:
         """Name what was skipped and why; "" where nothing was."""
-        said = [f"{path} ({why})" for path, why in self.skipped.items()]
-        more = f" and {len(said) - _MOST_SKIPPED} more" if len(said) > _MOST_SKIPPED else ""
-        return f"skipped ({len(said)}): {', '.join(said[:_MOST_SKIPPED])}{more}." if said else ""
+        listed = [f"{path} ({why})" for path, why in self.skipped.items()]
+        more = f" and {len(listed) - _MOST_SKIPPED} more" if len(listed) > _MOST_SKIPPED else ""
+        return f"skipped ({len(listed)}): {', '.join(listed[:_MOST_SKIPPED])}{more}." if listed else ""
 
 
 def files_of(paths: Sequence[Path], book_folder: Path) -> FoundFiles:

@@ -1,4 +1,4 @@
-"""Reading a kept file again: with what is declared about it now, what that changes, and what becomes stale.
+"""Reading a stored file again with the declarations of now: what that changes, and what becomes stale.
 
 `labbook ingest` on bytes that the book has ends here: in nothing, another reading, or the run that they belong to.
 """
@@ -41,20 +41,21 @@ from labbook.statements.importing import (
     PreparedImport,
     ReadSettings,
     as_read,
+    current_settings,
     resolved,
-    settings_now,
     store_reading,
     without_storing,
 )
-from labbook.statements.sheet_charges import charge_numbers, keys_in
+from labbook.statements.sheet_charges import charge_numbers, entry_keys
 
 
 @dataclass(frozen=True, slots=True)
 class Reread:
-    """What came of reading a file again.
+    """The outcome of reading a file again.
 
-    `read` holds what was found, findings about runs included; where it was refused, nothing else is said and the
-    reading before stands. `changes` say in words what is otherwise now, `waiting` which verdicts wait for a person.
+    `read` holds what was found, findings about runs included; where it was refused, the other fields are empty and the
+    reading before stays in force. `changes` are sentences on what differs now, `waiting` the verdicts that wait for a
+    person.
     """
 
     name: str
@@ -79,9 +80,9 @@ class RereadRequest:
 
 
 def reread(book: Book, row: ReadingRow, request: RereadRequest) -> Reread:
-    """Read the kept copy of a file under today's labbook.toml and the options given; a refusal changes nothing."""
+    """Read the stored copy of a file under today's labbook.toml and the options given; a refusal changes nothing."""
     data = book.store.raw(raw_path(row.sha256), row.sha256)
-    settings = settings_now(book.configuration, request.options, row.name)
+    settings = current_settings(book.configuration, request.options, row.name)
 
     read = read_file(data, settings.declared)
     if request.batch is None and canonical(dict(request.options)) != row.options_json:
@@ -133,7 +134,7 @@ def settings_of(book: Book, row: ReadingRow) -> ReadSettings:
 
 
 def _settings(configuration: Configuration, row: ReadingRow) -> ReadSettings:
-    return settings_now(configuration, json.loads(row.options_json), row.name)
+    return current_settings(configuration, json.loads(row.options_json), row.name)
 
 
 @functools.lru_cache(maxsize=64)
@@ -160,11 +161,11 @@ def _state(session: WriteSession, row: ReadingRow, request: RereadRequest, prepa
             f"{row.name} was withdrawn meanwhile: take it into use with `labbook files restore {row.name}`, then have "
             "it read again."
         )
-    old = Gave.of(connection, before)
+    old = ReadingContents.of(connection, before)
     waited = set(verdicts_waiting(connection))
     uid = new_uid()
     new = {**_entry(before, request), **as_read(prepared)}
-    if keys := keys_in(new):
+    if keys := entry_keys(new):
         numbers = charge_numbers(connection, before.file_uid or "", new, keys)
         new["charge_numbers"] = [numbers[key] for key in keys]
     session.state(Statement(Action.READ, "ingest", uid, new=new, reason=request.why, prepared=prepared))
@@ -176,14 +177,14 @@ def _state(session: WriteSession, row: ReadingRow, request: RereadRequest, prepa
         with_findings_of_book(connection, uid, prepared.read, ABOUT_RUNS),
         prepared,
         runs_of_file(connection, row.sha256),
-        tuple(changes(old, Gave.of(connection, after))),
+        tuple(changes(old, ReadingContents.of(connection, after))),
         tuple(session.stale),
         tuple(item.sentence for item in verdicts_waiting(connection) if item not in waited),
     )
 
 
 @dataclass(frozen=True, slots=True)
-class Gave:
+class ReadingContents:
     """What a reading gave: its row, its parts by name, the jumps found in each, and the file's charges by uid."""
 
     row: ReadingRow
@@ -195,59 +196,59 @@ class Gave:
     def of(cls, connection: sa.Connection, row: ReadingRow) -> Self:
         """Look up what a reading gave, which must be the last of its file."""
         parts = {part.part: part for part in parts_of_reading(connection, row.uid)}
-        said = charge_contents(connection, row.file_uid or "")
-        rows = {item.uid: (item, said[item.uid]) for item in rows_of_file(connection, row.file_uid or "")}
+        contents = charge_contents(connection, row.file_uid or "")
+        rows = {item.uid: (item, contents[item.uid]) for item in rows_of_file(connection, row.file_uid or "")}
         detector = None if row.settings_json is None else json.loads(row.settings_json)["detector"]
         return cls(row, parts, jumps_found(connection, row.uid, detector), rows)
 
 
-def changes(old: Gave, new: Gave) -> list[str]:
-    """Say what another reading gave otherwise; one sentence where nothing is."""
-    said = []
+def changes(old: ReadingContents, new: ReadingContents) -> list[str]:
+    """Return what differs in another reading, a sentence each; one sentence where nothing does."""
+    found = []
     if old.row.status is IngestStatus.WAITING:
-        said.append("the file waited for a declaration and is read now")
+        found.append("the file waited for a declaration and is read now")
     if (old.row.reader, old.row.reader_version) != (new.row.reader, new.row.reader_version):
-        said.append(
+        found.append(
             f"read as {new.row.reader} version {new.row.reader_version}, was {old.row.reader} version "
             f"{old.row.reader_version}"
         )
     if old.row.rows_kept != new.row.rows_kept:
-        said.append(f"{new.row.rows_kept} rows kept, were {old.row.rows_kept}")
-    said += [f"part {name!r} is there no longer" for name in old.parts if name not in new.parts]
+        found.append(f"{new.row.rows_kept} rows kept, were {old.row.rows_kept}")
+    found += [f"part {name!r} is there no longer" for name in old.parts if name not in new.parts]
     for name, part in new.parts.items():
         before = old.parts.get(name)
         if before is None:
-            said.append(f"part {name!r} is new: {part.n_samples} samples of {_channels(part)}")
+            found.append(f"part {name!r} is new: {part.n_samples} samples of {_channels(part)}")
         elif before != part:
-            said += [f"{text}{f' in part {name!r}' if len(new.parts) > 1 else ''}" for text in _part(before, part)]
+            found += [f"{text}{f' in part {name!r}' if len(new.parts) > 1 else ''}" for text in _part(before, part)]
         if name in old.jumps and name in new.jumps and old.jumps[name] != new.jumps[name]:
-            said.append(f"{new.jumps[name]} jumps found, were {old.jumps[name]}")
+            found.append(f"{new.jumps[name]} jumps found, were {old.jumps[name]}")
         elif name in new.jumps and name not in old.jumps:
-            said.append(f"{new.jumps[name]} jumps found")
-    return [*said, *_charge_changes(old, new)] or ["nothing comes out otherwise"]
+            found.append(f"{new.jumps[name]} jumps found")
+    return [*found, *_charge_changes(old, new)] or ["nothing comes out otherwise"]
 
 
 def _part(old: PartRow, new: PartRow) -> list[str]:
     before, now = dict(old.channels), dict(new.channels)
-    said = [f"channel {name} [{unit or 'no unit'}] is new" for name, unit in now.items() if name not in before]
-    said += [f"channel {name} is there no longer" for name in before if name not in now]
-    said += [
+    found = [f"channel {name} [{unit or 'no unit'}] is new" for name, unit in now.items() if name not in before]
+    found += [f"channel {name} is there no longer" for name in before if name not in now]
+    found += [
         f"channel {name} is in {now[name] or 'no unit'}, was in {unit or 'no unit'}"
         for name, unit in before.items()
         if name in now and now[name] != unit
     ]
     if old.rate_hz != new.rate_hz:
-        said.append(f"{_rate(new)}, was {_rate(old)}")
+        found.append(f"{_rate(new)}, was {_rate(old)}")
     if old.n_samples != new.n_samples:
-        said.append(f"{new.n_samples} samples, were {old.n_samples}")
+        found.append(f"{new.n_samples} samples, were {old.n_samples}")
     if old.start_utc != new.start_utc:
-        said.append(f"starts at {new.start_utc or 'no known instant'}, was {old.start_utc or 'no known instant'}")
+        found.append(f"starts at {new.start_utc or 'no known instant'}, was {old.start_utc or 'no known instant'}")
     if old.gaps != new.gaps:
-        said.append(f"{len(new.gaps)} gaps, were {len(old.gaps)}" if len(old.gaps) != len(new.gaps) else "gaps differ")
-    return said or (["values differ"] if old.sha256 != new.sha256 else [])
+        found.append(f"{len(new.gaps)} gaps, were {len(old.gaps)}" if len(old.gaps) != len(new.gaps) else "gaps differ")
+    return found or (["values differ"] if old.sha256 != new.sha256 else [])
 
 
-def _charge_changes(old: Gave, new: Gave) -> list[str]:
+def _charge_changes(old: ReadingContents, new: ReadingContents) -> list[str]:
     gone = (ChargeState.GONE,)
     counts = {
         "new": sum(row.state not in gone for uid, (row, _) in new.charges.items() if uid not in old.charges),
@@ -256,7 +257,7 @@ def _charge_changes(old: Gave, new: Gave) -> list[str]:
             for uid, (row, _) in new.charges.items()
             if uid in old.charges
         ),
-        "changed": sum(said != old.charges[uid][1] for uid, (_, said) in new.charges.items() if uid in old.charges),
+        "changed": sum(values != old.charges[uid][1] for uid, (_, values) in new.charges.items() if uid in old.charges),
     }
     listed = [f"{count} {what}" for what, count in counts.items() if count]
     return [f"charges: {', '.join(listed)}"] if listed else []
@@ -272,10 +273,10 @@ def _rate(part: PartRow) -> str:
 
 @dataclass(frozen=True, slots=True)
 class KnownFile:
-    """What became of bytes that the book has: another reading, where one was asked for, and lines that say it."""
+    """What was done with bytes that the book has: another reading, where one was asked for, and messages about it."""
 
     again: Reread | None = None
-    said: tuple[str, ...] = ()
+    messages: tuple[str, ...] = ()
 
 
 def take_known(
@@ -289,7 +290,7 @@ def take_known(
     dry_run: bool,
     batch: str | None,
 ) -> KnownFile:
-    """Read the kept copy again where other things are declared about it, and give it a run where it has none.
+    """Read the stored copy again where other things are declared about it, and assign a run where it has none.
 
     Nothing declared changes nothing. In a batch (`batch` is not None) options are for new files, but with `again`.
     """
@@ -302,19 +303,21 @@ def take_known(
         by = "" if withdrawn is None else f" by {withdrawn.person} on {withdrawn.at_utc}: {withdrawn.reason}"
         return KnownFile(None, (f"withdrawn{by}; `labbook files restore {row.name}` takes it into use again.",))
     declared_otherwise = bool(options) and canonical(dict(options)) != row.options_json
-    done, said = None, []
+    done, messages = None, []
     if declared_otherwise and batch is not None and not again:
-        said.append("what is declared is for new files: add --again, or `labbook files reread` it.")
+        messages.append("what is declared is for new files: add --again, or `labbook files reread` it.")
     elif declared_otherwise:
         done = reread(book, row, RereadRequest(options, person, None, dry_run, batch))
-        said += reread_lines(done, dry_run=dry_run)
+        messages += reread_lines(done, dry_run=dry_run)
     elif row.status is IngestStatus.WAITING:
-        said.append(f"it waits for a declaration: `labbook files show {row.name}` says why, `labbook files reread` it.")
+        messages.append(
+            f"it waits for a declaration: `labbook files show {row.name}` says why, `labbook files reread` it."
+        )
     elif not options and would_differ(book, row):
-        said.append(f"labbook.toml would have it read otherwise now: `labbook files reread {row.name}` does.")
+        messages.append(f"labbook.toml would have it read otherwise now: `labbook files reread {row.name}` does.")
     if run is not None and not (done is not None and done.read.refused):
-        said += _to_run(book, row, run, person, dry_run)
-    return KnownFile(done, tuple(said))
+        messages += _to_run(book, row, run, person, dry_run)
+    return KnownFile(done, tuple(messages))
 
 
 def reread_lines(done: Reread, *, dry_run: bool) -> list[str]:

@@ -31,9 +31,9 @@ from data_schema.queries.readings import (
     recorded_changes,
     shown_readings,
 )
-from data_schema.queries.runs import run_uids_named
+from data_schema.queries.runs import run_uids_by_name
 from data_schema.vocabulary import Action, ChargeState, IngestStatus
-from labbook.actions.files.assigning import charge_of, item_meant
+from labbook.actions.files.assigning import charge_of, resolve_item
 from labbook.actions.files.named_files import file_named
 from labbook.book.naming import refuse_empty
 from labbook.book.opening import Book
@@ -45,7 +45,7 @@ if TYPE_CHECKING:  # it reads files, which a list need not wait for
 
 @dataclass(frozen=True, slots=True)
 class ListedFile:
-    """A file of the book: its last reading, its runs, and what else there is to say of it."""
+    """A file of the book: its last reading, its runs, and a remark on its status."""
 
     reading: ReadingRow
     runs: tuple[str, ...]
@@ -176,7 +176,7 @@ def files_to_reread(book: Book, step: Callable[[str], None]) -> list[ReadingRow]
 
 
 def withdraw(session: WriteSession, name: str, why: str) -> str:
-    """State that a file is out of use; returns the sentence that says what follows."""
+    """State that a file is out of use; returns a sentence about the consequences."""
     refuse_empty("--why", why)
     file = file_named(session.connection, name, withdrawn=True)
     if file.status is IngestStatus.WITHDRAWN:
@@ -195,7 +195,7 @@ def withdraw(session: WriteSession, name: str, why: str) -> str:
 
 
 def restore(session: WriteSession, name: str, why: str | None) -> str:
-    """State that a withdrawn file is in use again; returns the sentence that says so."""
+    """State that a withdrawn file is in use again; returns a sentence that confirms it."""
     file = file_named(session.connection, name, withdrawn=True)
     if file.status is not IngestStatus.WITHDRAWN:
         return f"{file.name} is in use: there is nothing to restore."
@@ -206,7 +206,7 @@ def restore(session: WriteSession, name: str, why: str | None) -> str:
 def dismiss(session: WriteSession, what: str, why: str) -> str:
     """State that an item of the inbox belongs to no run and need not be asked about: a charge, or a whole file."""
     refuse_empty("--why", why)
-    what = item_meant(session.connection, what)
+    what = resolve_item(session.connection, what)
     name, mark, row = what.rpartition("#")
     if not mark or not row.isdigit():
         file = file_named(session.connection, what)
@@ -237,8 +237,8 @@ class Waiting:
 
 
 def why_waiting(connection: sa.Connection, items: Sequence[InboxItem]) -> list[Waiting]:
-    """Say why each item of the inbox waits, as far as the book tells."""
-    uids = run_uids_named(connection, sorted({item.stated_run for item in items if item.stated_run is not None}))
+    """Return why each item of the inbox waits, as far as the book knows."""
+    uids = run_uids_by_name(connection, sorted({item.stated_run for item in items if item.stated_run is not None}))
     charges = charges_of_runs(connection, sorted(uids.values()))
     found = []
     for item in items:
@@ -282,7 +282,7 @@ def _and_more(waiting: Sequence[Waiting], verb: str) -> str:
 
 def restore_item(session: WriteSession, what: str, why: str | None) -> str:
     """State that an item is in the inbox again."""
-    what = item_meant(session.connection, what)
+    what = resolve_item(session.connection, what)
     name, mark, row = what.rpartition("#")
     if not mark or not row.isdigit():
         return restore(session, what, why)
@@ -298,15 +298,19 @@ _LAST = (IngestStatus.IMPORTED, IngestStatus.WITHDRAWN, IngestStatus.WAITING)
 
 
 def _runs_left(connection: sa.Connection, file_uid: str) -> dict[str, Any]:
-    """Return what a file left when it was withdrawn, as the statement says that it belongs to again."""
+    """Return the runs that a file left when it was withdrawn, as columns of the statement that restores it."""
     *_earlier, (old, _new) = recorded_changes(connection, file_uid, [Action.WITHDRAW])
     return old
 
 
 def _remark(connection: sa.Connection, status: str, file_uid: str, reading_uid: str) -> str:
     if status == IngestStatus.WITHDRAWN:
-        said = last_statement(connection, file_uid, [Action.WITHDRAW])
-        return "withdrawn" if said is None else f"withdrawn by {said.person} on {said.at_utc}: {said.reason}"
+        withdrawal = last_statement(connection, file_uid, [Action.WITHDRAW])
+        return (
+            "withdrawn"
+            if withdrawal is None
+            else f"withdrawn by {withdrawal.person} on {withdrawal.at_utc}: {withdrawal.reason}"
+        )
     if status == IngestStatus.WAITING:
         refused = [item.message for item in findings_of(connection, reading_uid) if item.severity == "file"]
         return f"waits for a declaration: {refused[0] if refused else ''}"
@@ -314,11 +318,13 @@ def _remark(connection: sa.Connection, status: str, file_uid: str, reading_uid: 
 
 
 def _declared(row: ReadingRow) -> str:
-    said = [f"{name} {json.dumps(value, ensure_ascii=False)}" for name, value in json.loads(row.options_json).items()]
+    declared = [
+        f"{name} {json.dumps(value, ensure_ascii=False)}" for name, value in json.loads(row.options_json).items()
+    ]
     if row.settings_json is not None:
         profiles = json.loads(row.settings_json)["declared"]["profiles"]
-        said += [f"profile {profile['name']}" for profile in profiles]
-    return "; ".join(said) or "nothing"
+        declared += [f"profile {profile['name']}" for profile in profiles]
+    return "; ".join(declared) or "nothing"
 
 
 def _few(names: Sequence[str]) -> str:

@@ -64,7 +64,7 @@ class PowerRequest:
 
 @dataclass(frozen=True, slots=True)
 class Needed:
-    """What one test needs; `note` says what its name leaves open, `sentence` what is found with that n.
+    """How many runs one test needs; `note` adds what its name leaves open, `sentence` what is found with that n.
 
     `n` counts runs of each condition (days, where the day is the unit); `n_over_sd` is the same at both ends of the
     standard deviation's interval, where that was estimated. `powers` goes from an n to the chance at it. `runs` and

@@ -33,7 +33,7 @@ from stats.planning.power_percent import power_percent_equivalence
 class Assumed:
     """A standard deviation and a control mean, in J or m; `spread` is what the former was estimated from, if it was.
 
-    An undefined mean says what to do to have one.
+    The reason of an undefined mean tells how to get one.
     """
 
     sd: float
@@ -73,7 +73,7 @@ class Design:
 class PlannedTest:
     """A test at a level; `plan` goes from a standard deviation and the n of each condition to the power.
 
-    `note` says what the name leaves open.
+    `note` adds what the name leaves open.
     """
 
     name: str

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from zoneinfo import ZoneInfo
 
-from data_schema.disk import written_beside
+from data_schema.disk import replace_together
 from data_schema.errors import UsageError, unknown_name
 from data_schema.queries.runs import run_names
 from data_schema.queries.study import OpenPlan, open_plans, planned_runs, withdrawn_names
@@ -106,10 +106,10 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
     if request.out.exists() and not of_dry_run:
         raise UsageError(f"{request.out} exists: name another file with --out, or move it away.")
     page = request.out.with_suffix(".html")
-    # What cannot be written is never stated, and what was not stated leaves no file.
+    # A plan that cannot be written to its file is not stated, and one that is not stated leaves no file.
     with contextlib.ExitStack() as written:
         try:
-            written.enter_context(written_beside({request.out: sheet.encode(), page: printed.encode()}))
+            written.enter_context(replace_together({request.out: sheet.encode(), page: printed.encode()}))
         except OSError as error:
             reason = error.strerror or error
             raise UsageError(f"{error.filename} cannot be written ({reason}): name another file with --out.") from error

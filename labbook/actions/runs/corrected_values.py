@@ -114,7 +114,7 @@ _COLUMNS: Mapping[str, Mapping[str, str]] = {
 """The column that a word of the sheets stands for."""
 
 
-def words_of(kind: str) -> tuple[str, ...]:
+def text_by_column(kind: str) -> tuple[str, ...]:
     """Return the words that a correction of this kind of row takes beside its columns' own names."""
     return (*_COLUMNS.get(kind, {}), *((MAH,) if kind == "run" else ()))
 
@@ -144,7 +144,7 @@ def in_columns(
     return texts
 
 
-def charge_meant(connection: sa.Connection, run: RunRow) -> str:
+def resolve_charge(connection: sa.Connection, run: RunRow) -> str:
     """Return the uid of the only charge of a run; raises `UsageError` where it has none, or several."""
     uids = [charge.uid for charge in charges_of_run(connection, run.uid)]
     if not uids:

@@ -20,12 +20,12 @@ from data_schema.vocabulary import Action, ChargeState, RunKind, RunState
 from labbook.actions.runs.charges import refuse_second_charge
 from labbook.actions.runs.corrected_values import (
     MAH,
-    charge_meant,
     date_value,
     in_columns,
     number_value,
+    resolve_charge,
+    text_by_column,
     text_value,
-    words_of,
 )
 from labbook.book.naming import (
     condition_key,
@@ -46,7 +46,7 @@ _NAMED = ("robot", "battery", "instrument", "factor")
 _FIXED = {"id", "uid", "study", "state", "planned_run", "condition", "file", "row_number", "line", "factor", "label"}
 _FIXED_OF: Mapping[str, set[str]] = {
     "factor": {"name"},  # it stands in the names of conditions
-    "level": {"value"},  # it is what the label says
+    "level": {"value"},  # the label holds it
     "charge": {"repeats"},  # it is found when its file is read
 }
 _NO_LEVELS = "levels"
@@ -64,9 +64,9 @@ def correct(
     refuse_empty("--why", why)
     kind, uid, run = _target(session.connection, target)
     zone = ZoneInfo(study_of(session.connection).time_zone)
-    said = _assignments(assignments)
-    charged = {MAH: said.pop(MAH)} if run is not None and MAH in said else {}
-    given = in_columns(kind, said, run, zone, fold)
+    assigned = _assignments(assignments)
+    charged = {MAH: assigned.pop(MAH)} if run is not None and MAH in assigned else {}
+    given = in_columns(kind, assigned, run, zone, fold)
     new: dict[str, Any] = {}
     levels = dict(run.levels) if run else {}
     for name, text in given.items():
@@ -85,21 +85,23 @@ def correct(
         _refuse_taken_place(session.connection, run, new)
     if run is not None and "name" in new and not run.planned:
         new |= _planned_as(session.connection, new["name"])
-    done = _stated(session, kind, uid, new, why)
+    done = _state_changes(session, kind, uid, new, why)
     if run is not None and charged:
         ((column, text),) = in_columns("charge", charged, None, zone, fold).items()
-        done |= _stated(
+        done |= _state_changes(
             session,
             "charge",
-            charge_meant(session.connection, run),
+            resolve_charge(session.connection, run),
             _column(book, session, "charge", column, text),
             why,
         )
     return done
 
 
-def _stated(session: WriteSession, kind: str, uid: str, new: Mapping[str, Any], why: str) -> dict[str, tuple[Any, Any]]:
-    """State what of `new` a row does not say yet; returns (old, new) by column."""
+def _state_changes(
+    session: WriteSession, kind: str, uid: str, new: Mapping[str, Any], why: str
+) -> dict[str, tuple[Any, Any]]:
+    """State those columns of `new` that differ from a row; returns (old, new) by column."""
     old = old_values(session.connection, kind, uid, new) if new else {}
     changed = {name: value for name, value in new.items() if old[name] != value}
     if kind == "charge" and changed.keys() & {"run", "mode"}:
@@ -130,7 +132,7 @@ def runs_corrected(connection: sa.Connection, target: str, changed: Mapping[str,
 
 
 def settle_waiting(session: WriteSession, target: str, runs: Sequence[str]) -> list[str]:
-    """Dismiss the rows of the inbox that say now what the charge of their run does; returns their names.
+    """Dismiss the rows of the inbox that are now equal to the charge of their run; returns their names.
 
     `runs` are those that a correction of `target` was about; of a charge without a run its row's run is meant.
     """
@@ -294,7 +296,7 @@ def _column(book: Book, session: WriteSession, kind: str, name: str, text: str) 
     allowed = [column.name for column in table.c if column.name not in fixed]
     if name not in allowed:
         of_study = list(book.configuration.factors) if kind == "run" else []
-        raise unknown_name(f"field of a {kind}", name, [*of_study, *words_of(kind), *allowed])
+        raise unknown_name(f"field of a {kind}", name, [*of_study, *text_by_column(kind), *allowed])
     column = table.c[name]
     if name in ("robot", "battery"):
         known: Mapping[str, Any] = getattr(book.configuration, {"battery": "batteries"}.get(name, f"{name}s"))

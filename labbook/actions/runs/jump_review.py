@@ -89,7 +89,7 @@ def _judged(
     return RunReview(run, signals, detections, judgement.jumps, judgement.waiting, lost)
 
 
-def jumps_meant(texts: Sequence[str], found: RunReview) -> list[int]:
+def resolve_jumps(texts: Sequence[str], found: RunReview) -> list[int]:
     """Read numbers of jumps and ranges of them, `4` or `3-5`, each jump once.
 
     Raises `UsageError` for what is neither, and for a jump that the run does not have.
@@ -119,10 +119,10 @@ def decide(
     note: str | None,
     found: RunReview | None = None,
 ) -> list[int]:
-    """State a verdict on each of the jumps that this person's last does not say already; all of them or none.
+    """State a verdict on each of the jumps on which this person's last one differs; all of them or none.
 
-    Returns on which it was stated.
-    `found` is the run's review where it was made before the session opened: others wait while a session finds jumps.
+    Returns the numbers of these jumps. `found` is the run's review where it was made before the session opened: others
+    wait while a session finds jumps.
     """
     if reason not in tuple(ReasonCode):
         raise unknown_name("reason", reason, tuple(ReasonCode))
@@ -132,10 +132,10 @@ def decide(
         found = _judged(book, session.connection, found.run, found.signals, found.detections)
     jumps = {item.jump.number: item for item in found.jumps}
     _refuse_unknown(found, jumps, numbers)
-    stated = [
+    changed = [
         number for number in numbers if not _stands(jumps[number].decision, session.person, verdict, reason, note)
     ]
-    for number in stated:
+    for number in changed:
         item = jumps[number]
         new = {
             "target_kind": str(TargetKind.JUMP),
@@ -151,7 +151,7 @@ def decide(
             "blind": 0,
         }
         session.state(Statement(Action.DECIDE, "decision", new_uid(), new=new, reason=note))
-    return stated
+    return changed
 
 
 def without_apex(found: RunReview, numbers: Collection[int]) -> list[str]:
@@ -164,11 +164,11 @@ def without_apex(found: RunReview, numbers: Collection[int]) -> list[str]:
 
 
 def _stands(standing: DecisionRow | None, person: str, verdict: str, reason: str, note: str | None) -> bool:
-    """Tell whether a verdict would say again what stands; one that is taken back leaves none."""
+    """Tell whether a verdict would repeat the standing one; one that is taken back leaves none."""
     if standing is None:
         return verdict == Verdict.CLEAR
-    said = (standing.person, standing.verdict, standing.reason_code, standing.note)
-    return said == (person, verdict, reason, note)
+    present = (standing.person, standing.verdict, standing.reason_code, standing.note)
+    return present == (person, verdict, reason, note)
 
 
 def clear_waiting(session: WriteSession, name: str, note: str | None) -> int:
@@ -234,10 +234,10 @@ def reason_remarks(
     concerned: str = "every comparison",
     remedy: str = "",
 ) -> list[str]:
-    """Return what to say of a reason while it can still be thought over: nothing, or one remark.
+    """Return a remark on a reason that the preregistration does not allow, while it can still be changed; or none.
 
     `concerned` are the comparisons that become exploratory: all by a void run, those of heights by a rejected jump.
-    `remedy` says how another reason is given, where any is allowed.
+    `remedy` explains how to give another reason, where any is allowed.
     """
     planned = planned_analysis(connection, configuration)
     if not planned.stated or is_allowed(reason, planned.settings.exclusions):

@@ -56,9 +56,9 @@ class Background:
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """What `odd` says of a run, None where nothing is odd, and the columns that it looks at.
+    """A rule: `odd` returns a message about a run, None where nothing is odd; `columns` are those that it looks at.
 
-    `alike`: what it says of one run goes for the next, so that all are told in one remark; else each has its own.
+    `alike`: one message holds for all runs that it concerns, so that they share one remark; else each has its own.
     """
 
     columns: frozenset[str]
@@ -91,8 +91,8 @@ def remarks_on(
     for name, rule in RULES.items():
         if columns is None or rule.columns.intersection(columns):
             odd = {row.name: rule.odd(row, charges.get(row.uid, ()), background) for row in rows}
-            said = {run: text for run, text in odd.items() if text is not None}
-            for several in [said] if rule.alike else [{run: text} for run, text in said.items()]:
+            messages = {run: text for run, text in odd.items() if text is not None}
+            for several in [messages] if rule.alike else [{run: text} for run, text in messages.items()]:
                 found += _remark(name, several)
     return found
 
@@ -103,34 +103,34 @@ def remarks_on_check(earlier: Sequence[CheckRow], kind: str, value: float | None
     if value is None or not units or unit in units:
         return []
     if unit:
-        said = (
+        message = (
             f"{kind} {value:g} is in {unit} and earlier ones were in {units[-1]}: make the check again if that is wrong"
         )
-        return _remark("check_in_other_unit", {kind: said})
-    said = f"{kind} {value:g} has no unit and earlier ones were in {units[-1]}: make the check again with --unit"
-    return _remark("check_without_unit", {kind: said})
+        return _remark("check_in_other_unit", {kind: message})
+    message = f"{kind} {value:g} has no unit and earlier ones were in {units[-1]}: make the check again with --unit"
+    return _remark("check_without_unit", {kind: message})
 
 
 def remarks_on_names(names: Sequence[str], known: Collection[str]) -> list[Remark]:
     """Compare the names of new runs with those of planned runs and of runs that were there: `R 7` may be `r7`."""
     folded = {_folded(name): name for name in known}
-    said = {
+    messages = {
         name: f"run {name} is another run than {folded[_folded(name)]}, and their names differ in case or blanks only: "
         f"`labbook correct {shlex.quote(name)} name=...` renames it"
         for name in names
         if name not in known and _folded(name) in folded
     }
-    return _remark("name_almost_taken", said)
+    return _remark("name_almost_taken", messages)
 
 
 def remarks_on_places(new: Mapping[str, tuple[str, int]], taken: Mapping[tuple[str, int], str]) -> list[Remark]:
     """Compare the (day, position) of new runs, by name, with those that runs in the book have."""
-    said = {
+    messages = {
         name: f"run {name} has position {place[1]} of {place[0]}, as run {taken[place]} has: their order is not known"
         for name, place in new.items()
         if place in taken
     }
-    return _remark("position_taken", said)
+    return _remark("position_taken", messages)
 
 
 def _folded(name: str) -> str:
@@ -142,15 +142,15 @@ def remark_lines(remarks: Sequence[Remark]) -> list[str]:
     return [f"look again: {remark.message}" for remark in remarks]
 
 
-def _remark(rule: str, said: Mapping[str, str]) -> list[Remark]:
-    if not said:
+def _remark(rule: str, messages: Mapping[str, str]) -> list[Remark]:
+    if not messages:
         return []
-    first, *more = said
-    message = said[first]
+    first, *more = messages
+    message = messages[first]
     if more:
         rest = f" and {len(more) - MOST_NAMED} more" if len(more) > MOST_NAMED else ""
         message += f"; the same of {', '.join(more[:MOST_NAMED])}{rest}"
-    return [Remark(rule, len(said), first, tuple(more[:MOST_NAMED]), f"{message}.")]
+    return [Remark(rule, len(messages), first, tuple(more[:MOST_NAMED]), f"{message}.")]
 
 
 def _duration(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background) -> str | None:
@@ -271,4 +271,4 @@ RULES: Mapping[str, Rule] = {
     "pack_differs": Rule(frozenset({"battery", "stated_pack", "run"}), _pack),
     "differs_from_plan": Rule(frozenset({"condition", "kind"}), _plan, alike=False),
 }
-"""The rules on runs, by name, in the order in which they are told."""
+"""The rules on runs, by name, in the order in which they are shown."""

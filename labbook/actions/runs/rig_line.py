@@ -35,14 +35,14 @@ from stats.lines.passive_drain import PassiveDrain
 OF_JOULES = frozenset({"charge_mah", "duration_s", "jumps_made", "condition", "mode", "run"})
 """Columns of a run and its charge whose correction changes its joules a jump, or with which others they compare."""
 _RIG_GAPS = (GapKind.DROPPED, GapKind.HELD)
-"""The gaps that say something of the radio or the sensor: a pause was made, and rejected rows are findings."""
+"""The gaps that radio or sensor caused: a pause was made on purpose, and rejected rows are findings."""
 
 Lines: TypeAlias = Mapping[str, PassiveDrain | Undefined]
 
 
 @dataclass(frozen=True, slots=True)
 class RigLine:
-    """What is said of a run; `jumps_off` is by how many the jumps found differ from those made.
+    """The line about a run at the rig; `jumps_off` is by how many the jumps found differ from those made.
 
     `charge_odd`: its charge is one that the pack cannot have taken after it, or less than the electronics alone draw;
     `outside`: its joules are out of their control limits.
@@ -58,7 +58,7 @@ class RigLine:
 def rig_lines_of(book: Book, outcomes: Sequence[FileOutcome]) -> list[list[RigLine]]:
     """Return how the runs of each file do, when all files are stored.
 
-    A run that several files belong to, a log and a charge, is told once, with the last of them.
+    A run that several files belong to, a log and a charge, has one line, with the last of them.
     """
     files: dict[str, list[PreparedImport]] = {}
     last: dict[str, int] = {}
@@ -107,7 +107,7 @@ def _rig_lines(
     *,
     jumps: bool = False,
 ) -> dict[str, RigLine]:
-    """Say of every run how many jumps and gaps it has and whether its joules are in control, by its name.
+    """Return a line for every run, by name: how many jumps and gaps it has and whether its joules are in control.
 
     `files` has what one command read for each run, logs and charges, in one line; the book may hold more of a run.
     Jumps are counted where a log was read, or of all runs with `jumps`.
@@ -168,8 +168,8 @@ def _gaps(logs: Sequence[ReadFile]) -> str:
         return "no gaps"
     missing = sum(gap.samples_missing for gap in gaps)
     held = sum(gap.samples_missing for gap in gaps if gap.kind is GapKind.HELD)
-    said = f", {held} of them held" if held else ""
-    return f"{len(gaps)} gap{'' if len(gaps) == 1 else 's'} ({missing} samples{said})"
+    held_text = f", {held} of them held" if held else ""
+    return f"{len(gaps)} gap{'' if len(gaps) == 1 else 's'} ({missing} samples{held_text})"
 
 
 def _where(files: Sequence[PreparedImport], in_book: Sequence[SignalRow]) -> str:
@@ -183,19 +183,19 @@ def _joules(joules: float | Undefined, limits: ControlLimits) -> tuple[str, bool
     """Say a run's joules a jump beside those of its condition, and whether they are out of the limits."""
     if isinstance(joules, Undefined):
         return f"joules unknown: {joules.reason}", False
-    said = f"{joules:.1f} J a jump"
+    text = f"{joules:.1f} J a jump"
     if not limits.n:
-        return f"{said}, the only one of its condition", False
+        return f"{text}, the only one of its condition", False
     if limits.n < LIMITS_FROM_RUNS:
         runs = "run" if limits.n == 1 else "runs"
-        return f"{said}, n = {limits.n} other {runs} of its condition; control limits take {LIMITS_FROM_RUNS}", False
+        return f"{text}, n = {limits.n} other {runs} of its condition; control limits take {LIMITS_FROM_RUNS}", False
     if limits.ends is None:
-        return f"{said}, no control limits: those of the other runs are below 0 J (n = {limits.n})", False
+        return f"{text}, no control limits: those of the other runs are below 0 J (n = {limits.n})", False
     low, high = limits.ends
     outside = limits.outside(joules)
     lowest = f"{low:.1f}" if low else "0"
     verdict = "OUTSIDE" if outside else "within"
-    return f"{said}, {verdict} the control limits {lowest} to {high:.1f} J (n = {limits.n})", outside
+    return f"{text}, {verdict} the control limits {lowest} to {high:.1f} J (n = {limits.n})", outside
 
 
 def too_little_charged(run: RunRow, evidence: StudyData, drains: Lines) -> str | None:
@@ -239,9 +239,9 @@ _QUOTED = set('"$`\\!')
 
 @dataclass(frozen=True, slots=True)
 class MissingHeight:
-    """The columns of a log as (name in the file, kept as, nearest channel or None), and how to declare one of them.
+    """The columns of a log as (name in the file, stored name, nearest channel or None), and how to declare one of them.
 
-    `named_by` is the sheet of a study that names the log, which needs no height then; `command` says that it is such.
+    `named_by` is the sheet of a study that names the log, which then needs no height; `command` declares the column.
     """
 
     columns: tuple[tuple[str, str, str | None], ...]
@@ -274,8 +274,9 @@ def missing_height_lines(path: str, missing: MissingHeight) -> list[str]:
             f"`{missing.command}`."
         ]
     columns = [
-        f"{name!r}" + (f" (kept as {kept}{'' if near is None else f', nearest channel {near}'})" if kept else "")
-        for name, kept, near in missing.columns[:_MOST_COLUMNS]
+        f"{name!r}"
+        + (f" (kept as {stored_name}{'' if near is None else f', nearest channel {near}'})" if stored_name else "")
+        for name, stored_name, near in missing.columns[:_MOST_COLUMNS]
     ]
     more = len(missing.columns) - len(columns)
     return [
@@ -324,7 +325,7 @@ def _nearest_channel(name: str) -> str | None:
 
 
 def _likeliest(channels: Sequence[ChannelData]) -> tuple[str, str]:
-    """Return the column that reads most like a height and its unit; `NAME` and `UNIT` where the file does not tell."""
+    """Return the column that reads most like a height and its unit; `NAME` and `UNIT` where none does."""
 
     def likeness(channel: ChannelData) -> float:
         given = squash(channel.name)

@@ -28,7 +28,7 @@ from reports.figures.log import draw_log
 from reports.page.writing import figure_page
 
 _NO_FLIGHT = (Reason.NO_FALL, Reason.NO_FREE_FLIGHT)
-"""Why a stance without an apex is a misfire; where samples are missing, nobody can tell."""
+"""Why a stance without an apex is a misfire; where samples are missing, that is not known."""
 
 _NOT_IN_NAMES = re.compile(r'[\x00-\x1f\x7f/\\:*?"<>|]')
 """What no file's name may hold on some system."""
@@ -36,7 +36,7 @@ _LONGEST_BYTES = 200
 """Of a file's name without its ending; most systems allow 255 bytes with it."""
 
 _UNKNOWN_PAUSE_S = 5.0
-"""Drawn between two logs of which a clock does not say how long the pause was."""
+"""Length of the pause drawn between two logs without a clock."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +54,7 @@ def picture_named(run: str) -> Path:
 
 
 def plot_run(book: Book, connection: sa.Connection, name: str, jump: int | None, out: Path) -> PlottedRun:
-    """Draw a run's logs to a file, whose ending says in which form; `jump` is the one that is shown enlarged."""
+    """Draw a run's logs to a file in the form of its ending; `jump` is the one that is shown enlarged."""
     check_form("--out", out, (*FORMS, ".html"))
     found = review(book, connection, name)
     numbers = {item.jump.number for item in found.jumps}

@@ -11,7 +11,7 @@ import sqlalchemy as sa
 from data_schema.journal import canonical
 from data_schema.queries.charges import ChargeOfRun, charges_of_run
 from data_schema.queries.history import EntryRow, NoteRow, RunFileRow, files_of_run, history_of_run, notes_of
-from data_schema.queries.results import standing_number
+from data_schema.queries.results import current_number
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import GapRow, SignalRow, gaps_of, signals_of_runs
 from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
@@ -66,8 +66,8 @@ def run_view(detections: Detections, configuration: Configuration, name: str) ->
         "exclude_gap_jumps": protocol.exclude_gap_jumps,
         "heed_decisions": True,
     }
-    joules = standing_number(connection, "run_energy", canonical({"run": name}), "joules_per_jump")
-    apex = standing_number(connection, "run_apexes", canonical(as_protocol), "apex_height")
+    joules = current_number(connection, "run_energy", canonical({"run": name}), "joules_per_jump")
+    apex = current_number(connection, "run_apexes", canonical(as_protocol), "apex_height")
     signals = signals_of_runs(connection, run_uid=run.uid)
     logs = [signal for signal in signals if signal.role == FileRole.LOG and BODY_HEIGHT in signal.channels]
     found = jumps_found_in_run(detections, run, logs, protocol.detector) if logs else None
@@ -144,7 +144,7 @@ def _found(view: RunView) -> str:
 
 
 def _in_words(connection: sa.Connection, item: EntryRow) -> str:
-    said = changes_in_words(connection, item.old, item.new)
+    changes = changes_in_words(connection, item.old, item.new)
     reason = f" ({item.reason})" if item.reason else ""
     what = f" charge {item.uid}" if item.kind == "charge" else ""
-    return f"{item.at_utc} {item.person} {_DONE.get(item.action, item.action)}{what}: {said}{reason}"
+    return f"{item.at_utc} {item.person} {_DONE.get(item.action, item.action)}{what}: {changes}{reason}"

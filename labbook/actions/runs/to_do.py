@@ -30,13 +30,13 @@ from labbook.config.parsing import Configuration
 
 @dataclass(frozen=True, slots=True)
 class ToDo:
-    """What a day needs; runs by name. `planned_not_done` is of all plans, whatever their days.
+    """What is left to do for a day; runs by name. `planned_not_done` is of all plans, whatever their days.
 
-    `logs_do_not_count` says why, by run, though the run has logs with a body height; `no_joules` and `no_apexes` say of
-    every run of jumps that lacks a number why it does; `too_little_charged` says of a run what its charge is below,
-    `above_capacity` what it is above, and `outside_limits` are the runs out of the control limits of their condition.
-    `void` are runs that do not count, none of those done, with the reason.
-    `analysis_undecided`: nothing is decided about the analysis, and nothing measured yet.
+    These hold a reason by run: `logs_do_not_count` why its logs do not count though they have a body height,
+    `no_joules` and `no_apexes` why a run of jumps lacks that number, `too_little_charged` what its charge is below, and
+    `above_capacity` what it is above. `outside_limits` are the runs out of the control limits of their condition.
+    `void` are runs that do not count, none of those done, with the reason. `analysis_undecided`: nothing is decided
+    about the analysis, and nothing measured yet.
     """
 
     day: str
@@ -94,19 +94,19 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
         charge_without_log=names(False, True),
         neither=names(False, False) + idle_uncharged,
         logs_do_not_count={
-            run.name: said
+            run.name: reason
             for run in runs
             if run.uid in logs and _needs_log(run)
-            for said in [_why_not(run, logs[run.uid])]
-            if said is not None
+            for reason in [_why_not(run, logs[run.uid])]
+            if reason is not None
         },
         no_joules={} if evidence is None else _without_joules(evidence, jumped, drains),
         too_little_charged={} if evidence is None else _too_little_charged(evidence, jumped, drains),
         above_capacity={
-            run.name: said
+            run.name: reason
             for run in runs
-            for said in [above_capacity(run, charged.get(run.uid, ()), configuration)]
-            if said is not None
+            for reason in [above_capacity(run, charged.get(run.uid, ()), configuration)]
+            if reason is not None
         },
         outside_limits=() if evidence is None else _outside_limits(evidence, jumped, drains),
         no_apexes={} if evidence is None else _without_apexes(detections, evidence, jumped, logs),
@@ -182,13 +182,13 @@ def _date(text: str) -> datetime.date:
 
 def _without_joules(evidence: StudyData, runs: Sequence[RunRow], drains: Lines) -> dict[str, str]:
     """Return why runs have no joules a jump, by name; `drains` are the robots' lines by uid."""
-    said = {run.name: joules_of(run, evidence, drains) for run in runs}
-    return {name: why.reason for name, why in said.items() if isinstance(why, Undefined)}
+    joules = {run.name: joules_of(run, evidence, drains) for run in runs}
+    return {name: why.reason for name, why in joules.items() if isinstance(why, Undefined)}
 
 
 def _too_little_charged(evidence: StudyData, runs: Sequence[RunRow], drains: Lines) -> dict[str, str]:
-    said = {run.name: too_little_charged(run, evidence, drains) for run in runs}
-    return {name: what for name, what in said.items() if what is not None}
+    warnings = {run.name: too_little_charged(run, evidence, drains) for run in runs}
+    return {name: warning for name, warning in warnings.items() if warning is not None}
 
 
 def _outside_limits(evidence: StudyData, runs: Sequence[RunRow], drains: Lines) -> tuple[str, ...]:

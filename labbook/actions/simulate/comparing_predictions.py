@@ -63,13 +63,13 @@ class ComparedPredictions:
 
     @property
     def met(self) -> bool:
-        """Whether no hypothesis fails, and of the predictions that can be told there are some and none misses."""
+        """Whether no hypothesis fails, and some predictions can be compared and none of these misses."""
         agreements = [item.agrees for item in self.content.predictions.items if item.agrees is not None]
         return not self.fails and bool(agreements) and all(agreements)
 
 
 def compare_predictions(book: Book, where: str | None, step: Callable[[str], None], sample: int) -> ComparedPredictions:
-    """Predict and compare; with a sample, also say which share of the variance each assumed input bears.
+    """Predict and compare; with a sample, also estimate which share of the variance each assumed input bears.
 
     Raises `UsageError` where there is nothing to predict or nothing to compare with, and as `shares_of_inputs` does.
     """
@@ -108,19 +108,19 @@ def as_lines(compared: ComparedPredictions) -> list[str]:
     """Return the tables for people, under their captions, and above them what is not simulated."""
     lines = [f"{verdict_sentence(compared.content, one)}." for one in compared.content.hypotheses]
     lines += [""] if lines else []
-    lines += [line for said in scene_sentences(compared.content) for line in (said, "")]
+    lines += [line for notes in scene_sentences(compared.content) for line in (notes, "")]
     for name, title in _TABLES.items():
         table = TABLES[name].make(compared.content)
         if table.rows:
             lines += [f"{title}:" if title else table.caption, "", *_table_lines(table), ""]
     lines += _shares_lines(compared.shares)
-    said = (
+    notes = (
         sentence_start(LEGEND),
         *filter(None, [numerical_text(compared.content)]),
         "",
         verdict_text(compared.content),
     )
-    return [_plain(line).rstrip() for line in (*lines, *said)]
+    return [_plain(line).rstrip() for line in (*lines, *notes)]
 
 
 def _shares_lines(shares: Sequence[Shares]) -> list[str]:

@@ -30,20 +30,20 @@ Step = Callable[[str], None]
 
 @dataclass(frozen=True, slots=True)
 class Auto:
-    """Words for effects without `auto`, and the tolerance that goes with it; None where it was not said."""
+    """Words for effects without `auto`, and the tolerance that goes with it; None where it was not given."""
 
     words: str | None
     tolerance: float | None
     accuracy: float
 
-    def ablation(self, scene: Scene, step: Step, kept: frozenset[str] = frozenset()) -> Ablation | None:
-        """Search the smallest set of the scene's effects, those `kept` in it; None without a tolerance.
+    def ablation(self, scene: Scene, step: Step, required: frozenset[str] = frozenset()) -> Ablation | None:
+        """Search the smallest set of the scene's effects, those `required` in it; None without a tolerance.
 
         `step` is called after each set of effects tried.
         """
         if self.tolerance is None:
             return None
-        return ablation_of_effects(scene, self.tolerance, self.accuracy, step, kept)
+        return ablation_of_effects(scene, self.tolerance, self.accuracy, step, required)
 
 
 def auto_of(effects: str | None, within: str | None, accuracy: float) -> Auto:

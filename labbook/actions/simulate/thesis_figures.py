@@ -143,12 +143,12 @@ class WrittenFigure:
 class WrittenThesis:
     """What was written: figures, the file of captions, and the claims with their files where there are any.
 
-    `kept` are figures that the folder held before: captions and claims are about them, too. `claims_in_all`: how many
-    claims there are about all figures.
+    `earlier` are figures that the folder held before: captions and claims are about them, too. `claims_in_all`: how
+    many claims there are about all figures.
     """
 
     figures: tuple[WrittenFigure, ...]
-    kept: tuple[WrittenFigure, ...]
+    earlier: tuple[WrittenFigure, ...]
     captions: Path
     findings: tuple[Finding, ...]
     tables: tuple[Path, ...]
@@ -176,8 +176,8 @@ def write_thesis_figures(folder: Path, form: str, only: Sequence[str], step: Cal
         write_figure(figure.draw(data), file)
         written.append(WrittenFigure(figure, file))
         step(f"figure {figure.number}")
-    kept = tuple(_kept(folder, chosen))
-    shown = sorted((*written, *kept), key=lambda item: list(THESIS_FIGURES).index(item.figure.number))
+    earlier = tuple(_earlier_figures(folder, chosen))
+    shown = sorted((*written, *earlier), key=lambda item: list(THESIS_FIGURES).index(item.figure.number))
     captions = folder / "figures.md"
     captions.write_text(_captions(shown, data), encoding="utf-8")
     found = findings(data, [item.figure.number for item in shown])
@@ -187,14 +187,14 @@ def write_thesis_figures(folder: Path, form: str, only: Sequence[str], step: Cal
         tables, table = (folder / "claims.csv", folder / "claims.md"), claims_table(found)
         tables[0].write_bytes(csv_bytes(table))
         tables[1].write_text(markdown_text(table), encoding="utf-8")
-    return WrittenThesis(tuple(written), kept, captions, found, tables, len(claims()))
+    return WrittenThesis(tuple(written), earlier, captions, found, tables, len(claims()))
 
 
 def _file_name(figure: ThesisFigure, form: str) -> str:
     return f"thesis_{figure.number.replace('.', '_')}_{figure.name}.{form}"
 
 
-def _kept(folder: Path, drawn: Sequence[ThesisFigure]) -> Iterator[WrittenFigure]:
+def _earlier_figures(folder: Path, drawn: Sequence[ThesisFigure]) -> Iterator[WrittenFigure]:
     """Yield the other figures that the folder holds, each in one of its forms."""
     for figure in THESIS_FIGURES.values():
         files = [folder / _file_name(figure, form) for form in FORMATS]

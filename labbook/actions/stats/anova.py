@@ -115,7 +115,7 @@ def _drawn(question: Question, against: Dunnett) -> Estimation:
 Compared = TypeVar("Compared", PairDifference, AgainstControl)
 
 MOST_IN_WORDS = 10
-"""Of more comparisons only those with a small p are said; five groups have so many pairs."""
+"""Of more comparisons only those with a small p are in the sentence; five groups have so many pairs."""
 
 
 def all_pairs_text(found: AllPairs, unit: str) -> str:
@@ -123,8 +123,8 @@ def all_pairs_text(found: AllPairs, unit: str) -> str:
     if len(found.pairs) <= MOST_IN_WORDS:
         return found.sentence(unit)
     names = [f"{pair.a} minus {pair.b}" for pair in found.pairs]
-    said = _counted(found.pairs, names, lambda pair: found.pair_text(pair, unit), found.level, "pairs")
-    return f"{found.head_text()}: {said}; --full lists them all."
+    text = _counted(found.pairs, names, lambda pair: found.pair_text(pair, unit), found.level, "pairs")
+    return f"{found.head_text()}: {text}; --full lists them all."
 
 
 def against_control_text(found: Dunnett, unit: str) -> str:
@@ -132,8 +132,8 @@ def against_control_text(found: Dunnett, unit: str) -> str:
     if len(found.comparisons) <= MOST_IN_WORDS:
         return found.sentence(unit)
     names = [item.treatment for item in found.comparisons]
-    said = _counted(found.comparisons, names, lambda item: found.comparison_text(item, unit), found.level, "groups")
-    return f"{found.head_text()}: {said}; --full lists them all."
+    text = _counted(found.comparisons, names, lambda item: found.comparison_text(item, unit), found.level, "groups")
+    return f"{found.head_text()}: {text}; --full lists them all."
 
 
 def _counted(

@@ -75,7 +75,7 @@ class Answer:
         self.fields += ["", f"{title}:", *field_lines(result)]
 
     def add_fields_of_each(self, titled: Iterable[tuple[str, Any]]) -> None:
-        """Add the fields of several results; what a field means is said once."""
+        """Add the fields of several results, with the meaning of each field once."""
         titles, results = zip(*titled, strict=True)
         for title, lines in zip(titles, field_lines_of_each(results), strict=True):
             self.fields += ["", f"{title}:", *lines]

@@ -42,7 +42,7 @@ def compare(question: Question, route: str) -> Answer:
     for label, result in found.items():
         own = result.sentence(names[label], control, observed.unit)
         own = with_confounding(own, one_day_groups(observed, (label, observed.control)))
-        sentences += led_by_days(by_days, label, own)
+        sentences += sentences_with_days(by_days, label, own)
     answer = Answer(
         sentences,
         {
@@ -91,8 +91,8 @@ def compared(question: Question, route: str) -> dict[str, TwoSample]:
     return found
 
 
-def led_by_days(by_days: DecidedGroups | DecidedEquivalence | None, label: str, ignoring: str) -> list[str]:
-    """Return what is said of a group: what ignores days, after the test by shared days where that decides."""
+def sentences_with_days(by_days: DecidedGroups | DecidedEquivalence | None, label: str, ignoring: str) -> list[str]:
+    """Return the sentences on a group: the one that ignores days, after the test by shared days where that decides."""
     return [ignoring] if by_days is None else [by_days.sentence(label), f"{IGNORING}: {ignoring}"]
 
 
@@ -154,7 +154,7 @@ def save(question: Question) -> Answer:
     sentences = []
     for label, result in found.items():
         own = result.sentence(control, observed.name(label), confounded[label] and FROM_DAYS)
-        sentences += led_by_days(by_days, label, with_confounding(own, confounded[label]))
+        sentences += sentences_with_days(by_days, label, with_confounding(own, confounded[label]))
     shown = (
         {label: number_of(result.percent, result.percent_ci, question.level, "%") for label, result in found.items()}
         if by_days is None

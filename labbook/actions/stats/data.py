@@ -111,7 +111,7 @@ RUN = "run"
 
 @dataclass(frozen=True, slots=True)
 class DataSource:
-    """What a person says about the values; without `file` they are the book's.
+    """Where the values come from, as options give it; without `file` they are the book's.
 
     `value`, `by`, `day` and `run` name columns of a table, `by` a factor of the book; `text` is the table's.
     """
@@ -170,20 +170,20 @@ def _of_table(given: DataSource, file: Path) -> Observations:
         ("",) * len(table.lines) if name is None else table.cells(name, option)
         for name, option in ((by, "--by"), (given.day, "--day"), (given.run, "--run-within-day"))
     )
-    kept = [*range(len(table.lines))]
+    selected = [*range(len(table.lines))]
     if given.where is not None:
-        kept = [*itertools.compress(kept, rows_where(given.where, table.columns, given.decimal))]
-    numbers = dict(zip(kept, numbers_of(table, value, "--value", given.decimal, kept), strict=True))
+        selected = [*itertools.compress(selected, rows_where(given.where, table.columns, given.decimal))]
+    numbers = dict(zip(selected, numbers_of(table, value, "--value", given.decimal, selected), strict=True))
     named = [cells for cells, name in ((labels, by), (days, given.day), (runs, given.run)) if name is not None]
-    lacking = [place for place in kept if numbers[place] is None or not all(cells[place] for cells in named)]
+    lacking = [place for place in selected if numbers[place] is None or not all(cells[place] for cells in named)]
     if lacking and given.missing == "refuse":
         raise InputRefused(
-            f"{len(lacking)} of {len(kept)} rows of {file} lack a value or a label, the first in line "
+            f"{len(lacking)} of {len(selected)} rows of {file} lack a value or a label, the first in line "
             f"{table.lines[lacking[0]]}: fill them in, or leave them out with --missing drop."
         )
     rows = tuple(
         Observation(numbers[place], labels[place], days[place], runs[place])
-        for place in kept
+        for place in selected
         if all(cells[place] for cells in named)
     )
     header = parse_header(value)
@@ -195,17 +195,17 @@ def _of_table(given: DataSource, file: Path) -> Observations:
         by=by,
         control=control,
         rows=rows,
-        notes=(*_about(lacking, kept, given, rows, control), *_thousands(table, value, kept, given)),
+        notes=(*_about(lacking, selected, given, rows, control), *_thousands(table, value, selected, given)),
     )
 
 
 def _about(
-    lacking: list[int], kept: list[int], given: DataSource, rows: tuple[Observation, ...], control: str
+    lacking: list[int], selected: list[int], given: DataSource, rows: tuple[Observation, ...], control: str
 ) -> list[str]:
     notes = []
     if lacking:
         named = [name for name in (given.by, given.day, given.run) if name is not None]
-        notes.append(_lacking_text(len(lacking), len(kept), sum(row.value is None for row in rows), named))
+        notes.append(_lacking_text(len(lacking), len(selected), sum(row.value is None for row in rows), named))
     if given.control is None and rows:
         notes.append(f"The control is taken to be {control!r}, the first in order: name another with --control.")
     labels = {row.label for row in rows}
@@ -214,8 +214,8 @@ def _about(
         (_alike(labels, str.casefold), "differ only in capital letters"),
     ):
         if same:
-            said = "; ".join(" and ".join(map(repr, group)) for group in same)
-            notes.append(f"Groups that {what} count as several: {said}.")
+            listed = "; ".join(" and ".join(map(repr, group)) for group in same)
+            notes.append(f"Groups that {what} count as several: {listed}.")
     return notes
 
 
@@ -229,9 +229,9 @@ def _lacking_text(left_out: int, of: int, without_value: int, named: Sequence[st
     return f"{left_out} of {of} rows {'is' if left_out == 1 else 'are'} left out: {why}."
 
 
-def _thousands(table: LongTable, value: str, kept: Sequence[int], given: DataSource) -> list[str]:
-    """Say that points are read as thousands, where they are, and where they could be and are not."""
-    cells = [table.columns[value][place] for place in kept]
+def _thousands(table: LongTable, value: str, selected: Sequence[int], given: DataSource) -> list[str]:
+    """Return a note where points are read as thousands, and where they could be and are not."""
+    cells = [table.columns[value][place] for place in selected]
     grouped = [cell for cell in cells if has_thousands(cell, given.decimal)]
     if grouped:
         return [f"Points are read as thousands, as --decimal , says: {grouped[0]!r}."]

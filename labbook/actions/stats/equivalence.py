@@ -10,7 +10,7 @@ from data_schema.reasons import Reason
 from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
 from labbook.actions.stats.answering import SHARED_NOTE, Answer, Question
-from labbook.actions.stats.comparing import led_by_days
+from labbook.actions.stats.comparing import sentences_with_days
 from labbook.config.model import Bounds
 from labbook.presenting.report.day_layout import FROM_DAYS
 from labbook.presenting.stats.days import HERE, LEFT_OUT, day_notes, one_day_groups, with_confounding
@@ -44,7 +44,7 @@ def equal(question: Question, given: Bounded, route: str = "welch") -> Answer:
         )
         for label in confounded
     }
-    # A single bound is a test that no report makes: what ignores days is all that is said of it
+    # A single bound is a test that no report makes: only the sentence that ignores days is given
     by_days = (
         None
         if low is None or high is None
@@ -54,7 +54,7 @@ def equal(question: Question, given: Bounded, route: str = "welch") -> Answer:
     for label, result in tested.items():
         own = result.sentence(observed.name(label), control, observed.unit, confounded[label] and FROM_DAYS)
         own = with_confounding(own, confounded[label])
-        sentences += [f"{IGNORING}: {own}"] if alone else led_by_days(by_days, label, own)
+        sentences += [f"{IGNORING}: {own}"] if alone else sentences_with_days(by_days, label, own)
     found = {
         label: _left_open(result, observed.name(label), control) if confounded[label] else result
         for label, result in tested.items()
@@ -97,7 +97,7 @@ def equal(question: Question, given: Bounded, route: str = "welch") -> Answer:
 
 
 def _left_open(result: Equivalence, name: str, control: str) -> Equivalence:
-    """Return the result without its verdicts, for groups whose days its p cannot tell from them."""
+    """Return the result without its verdicts, for groups that its p cannot separate from their days."""
     if isinstance(result.p, Undefined):
         return result
     why = Undefined(Reason.ONE_DAY_EACH, a=name, b=control)

@@ -29,8 +29,9 @@ def bed_study_of(
 ) -> OfBook[BedStudy]:
     """Open the book and compare active damping with its control, as the report does; nothing is stored.
 
-    None is what `[studies.bed]` says, or all runs with the level that `[analysis]` decides. Raises `UsageError` for a
-    book without an active-damping gain that has a control, `InputRefused` where none of its groups has joules of both.
+    None is the value of `[studies.bed]`, or all runs with the level that `[analysis]` decides. Raises `UsageError` for
+    a book without an active-damping gain that has a control, `InputRefused` where none of its groups has joules of
+    both.
     """
     with opened(book_folder) as book, book.reading() as connection:
         configuration = book.configuration
@@ -74,7 +75,7 @@ def bed_study_of(
 def _grains(
     book_folder: Path | None, level: float | None, remarks: list[str]
 ) -> tuple[Compaction | None, tuple[tuple[str, str], ...]]:
-    """Return the study of the book's flasks and its file; where it is refused, a remark says why."""
+    """Return the study of the book's flasks and its file; where it is refused, the reason goes to `remarks`."""
     try:
         with sheet_source("compaction", None, book_folder, None) as sheets:
             path = sheets.sheet

@@ -36,7 +36,7 @@ def emulator_study_of(
     level: float | None,
     progress: Callable[[str], None],
 ) -> OfBook[EmulatorStudy]:
-    """Open the book and compare the controllers at each extension gain; None is what `[studies.emulator]` or usage say.
+    """Open the book and compare the controllers at each extension gain; None is `[studies.emulator]`, or the default.
 
     Raises `UsageError` for a book whose factors are not an extension gain and an active-damping gain with a control,
     and for options that are none; `InputRefused` as `emulator_study` does, and for a book whose `[protocol]` does not
@@ -82,7 +82,7 @@ def emulator_study_of(
 
 
 def _check_protocol(configuration: Configuration) -> None:
-    """Refuse a book that does not say which jumps are left out: silence is no decision."""
+    """Refuse a book whose `[protocol]` does not decide which jumps are left out."""
     missing = [f"{key} = {usual}" for key, usual in JUMP_RULES.items() if key not in configuration.protocol.rules_given]
     if missing:
         raise InputRefused(

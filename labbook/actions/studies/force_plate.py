@@ -24,7 +24,7 @@ def force_plate_of(
 ) -> OfBook[ForcePlateStudy]:
     """Open the book and compare joules estimated from the plate's forces with those of the battery.
 
-    None is what `[studies.force-plate]` says, or what is usual. Raises `UsageError` for a window that is even or none,
+    None is the value of `[studies.force-plate]`, or the default. Raises `UsageError` for a window that is even or none,
     and as `force_plate_study` does.
     """
     with opened(book_folder) as book, book.reading() as connection:

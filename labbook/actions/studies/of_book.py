@@ -39,7 +39,7 @@ class OfBook(Generic[S]):
 
 
 def first_given(option: V | None, protocol: V | None, usual: V) -> V:
-    """Return what the command line says, else what labbook.toml says, else what is usual."""
+    """Return the value of the command line, else that of labbook.toml, else the default."""
     if option is not None:
         return option
     return usual if protocol is None else protocol
@@ -48,7 +48,7 @@ def first_given(option: V | None, protocol: V | None, usual: V) -> V:
 def book_sources(
     connection: sa.Connection, configuration: Configuration, runs: str | None
 ) -> tuple[tuple[str, str], ...]:
-    """Name what a study comes from, in the reading transaction that it is computed in; `runs` says which, if any."""
+    """Name the sources of a study, in the reading transaction that it is computed in; `runs` selects runs, if any."""
     entries, head = journal.head(connection)
     return (
         ("Study", configuration.study.name),

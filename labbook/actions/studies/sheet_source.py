@@ -28,11 +28,11 @@ from stats.checks import as_level
 
 @dataclass(frozen=True, slots=True)
 class SheetSource:
-    """A study's sheet, what labbook.toml says of the study, and the decimal sign asked for, of all its files.
+    """A study's sheet, its table in labbook.toml, and the decimal sign asked for, of all its files.
 
     `read` gives a file's bytes. `declared` gives what a file of the book was ingested with: the page of a text that is
     neither UTF-8 nor UTF-16, None where such text is refused, and its decimal sign, None where it shows. `complete`
-    says that a last line without line end is whole. `paths` are the files that were read, by their hash.
+    means that a last line without line end is whole. `paths` are the files that were read, by their hash.
     """
 
     sheet: Path
@@ -70,7 +70,7 @@ class SheetSource:
         return as_level("--level", first_given(option, self.protocol.level, LEVEL))
 
     def grain_mm(self, option: float | None) -> float:
-        """Return the grains' diameter; raises `UsageError` where nobody says it."""
+        """Return the grains' diameter; raises `UsageError` where it is not given."""
         found = self.protocol.grain_mm if option is None else option
         if found is None:
             raise UsageError(
@@ -119,8 +119,8 @@ def sheet_source(
 
 def _declared(reading: ReadingRow) -> tuple[str, str | None]:
     """Return the page that a file was ingested with, and its decimal sign."""
-    said = json.loads(reading.settings_json or "{}").get("declared", {})
-    return said.get("encoding") or DEFAULT_PAGE, said.get("decimal_sign")
+    declared = json.loads(reading.settings_json or "{}").get("declared", {})
+    return declared.get("encoding") or DEFAULT_PAGE, declared.get("decimal_sign")
 
 
 def _bytes(store: Store, reading: ReadingRow) -> bytes:

@@ -1,8 +1,8 @@
-"""`labbook db check`: is the book whole? Everything that the book rests on is read once and compared with its hash.
+"""`labbook db check`: is the book whole? Everything that the book consists of is read once and compared with its hash.
 
-The journal's chain in file and table, every row of the tables, every raw copy, every file of samples, and what SQLite
-says of its own file. Where rows do not fit their hashes, and for a deep check always, the journal is played back into
-a temporary database and compared. Nothing is changed or mended; each problem says what to do about it.
+These are the journal's chain in file and table, every row of the tables, every raw copy, every file of samples, and
+SQLite's own integrity check. Where rows do not fit their hashes, and for a deep check always, the journal is replayed
+into a temporary database and compared. Nothing is changed or mended; each problem comes with its remedy.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ _MADE_ANEW = (
     "Keep the database as it is, and run `labbook rebuild` to make it anew from the raw copies and the journal."
 )
 _PROBLEMS_OF_SQLITE = 20
-"""So many at most: what SQLite says of a damaged file can be endless."""
+"""The most problems listed of SQLite's integrity check, which can find very many in a damaged file."""
 
 _T = TypeVar("_T")
 _PlayedBack: TypeAlias = Callable[[int, Collection[int]], AbstractContextManager[tuple[sa.Connection, Replay]]]
@@ -95,7 +95,7 @@ class Health:
 
 @dataclass(frozen=True, slots=True)
 class _Database:
-    """What the database says: its own damage, the files it speaks of, and the hashes of its journal."""
+    """What was read from the database: its own damage, the files it refers to, and the hashes of its journal."""
 
     problems: list[str]
     raw: list[StoredFile]
@@ -111,7 +111,7 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False) -> Health:
     store, mirror = store_of(folder, configuration), JournalFile(journal_path(folder, configuration))
 
     @contextlib.contextmanager
-    def played_back(entries: int, needless: Collection[int]) -> Iterator[tuple[sa.Connection, Replay]]:
+    def replayed_journal(entries: int, needless: Collection[int]) -> Iterator[tuple[sa.Connection, Replay]]:
         with (
             counted(entries) as step,
             replayed(store, mirror, entries, step, needless) as (engine, replay),
@@ -120,7 +120,7 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False) -> Health:
             yield fresh, replay
 
     problems: list[str] = []
-    database = _attempt(problems, lambda: _ask(engine_of(folder, configuration), played_back, deep))
+    database = _attempt(problems, lambda: _ask(engine_of(folder, configuration), replayed_journal, deep))
     database = database or _Database([], [], [], None)
     problems += database.problems
     written = _attempt(problems, lambda: [entry.hash for entry in mirror.entries()])  # the table is never ahead of it
@@ -132,15 +132,15 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False) -> Health:
     if database.entries is None and written is None:
         problems.append("neither the database nor journal.jsonl holds the whole journal: `labbook restore` a backup.")
     with counted(len(database.raw) + len(database.samples)) as step:
-        for kept in database.raw:
-            if kept.store_path == raw_path(kept.sha256):  # else the row is altered, not the copy
-                _attempt(problems, partial(store.raw, kept.store_path, kept.sha256))
-            step(kept.name)
-        for kept in database.samples:
-            _attempt(problems, partial(store.check_samples, kept.store_path, kept.sha256, kept.name))
-            step(kept.name)
-    spoken_of = {kept.store_path for kept in (*database.raw, *database.samples)}
-    spoken_of |= {raw_path(kept.sha256) for kept in database.raw}
+        for stored in database.raw:
+            if stored.store_path == raw_path(stored.sha256):  # else the row is altered, not the copy
+                _attempt(problems, partial(store.raw, stored.store_path, stored.sha256))
+            step(stored.name)
+        for stored in database.samples:
+            _attempt(problems, partial(store.check_samples, stored.store_path, stored.sha256, stored.name))
+            step(stored.name)
+    spoken_of = {stored.store_path for stored in (*database.raw, *database.samples)}
+    spoken_of |= {raw_path(stored.sha256) for stored in database.raw}
     return Health(
         whole=not problems,
         entries=len(written or database.entries or ()),
@@ -164,7 +164,7 @@ def _attempt(problems: list[str], work: Callable[[], _T]) -> _T | None:
         return None
 
 
-def _ask(engine: sa.Engine, played_back: _PlayedBack, deep: bool) -> _Database:
+def _ask(engine: sa.Engine, replayed_journal: _PlayedBack, deep: bool) -> _Database:
     try:
         check_revision(engine)
         problems: list[str] = []
@@ -176,14 +176,14 @@ def _ask(engine: sa.Engine, played_back: _PlayedBack, deep: bool) -> _Database:
             raw, samples = raw_copies(connection), signal_files(connection)
             entries = _attempt(problems, lambda: [entry.hash for entry in _chained(connection)])
             if entries:
-                problems += _altered(connection, len(entries), played_back, deep)
+                problems += _altered(connection, len(entries), replayed_journal, deep)
             waiting = len(verdicts_waiting(connection)), len(waiting_files(connection))
         return _Database(problems, raw, samples, entries, *waiting)
     finally:
         engine.dispose()
 
 
-def _altered(connection: sa.Connection, entries: int, played_back: _PlayedBack, deep: bool) -> list[str]:
+def _altered(connection: sa.Connection, entries: int, replayed_journal: _PlayedBack, deep: bool) -> list[str]:
     """Say which rows are not what labbook wrote, what they should be, and which reports rest on them."""
     hashed = has_hashes(connection)
     suspected = altered_rows(connection) if hashed else []
@@ -193,7 +193,7 @@ def _altered(connection: sa.Connection, entries: int, played_back: _PlayedBack, 
     needless = frozenset() if deep else needless_entries(list(_chained(connection)), suspected[:MOST_NAMED])
     remedy = "Run `labbook rebuild` to make the database anew from the raw copies and the journal."
     try:
-        with played_back(entries, needless) as (fresh, replay):
+        with replayed_journal(entries, needless) as (fresh, replay):
             others = [item for item in differing(connection, fresh) if item not in suspected] if deep else []
             if others and differences(fresh, journal.stored(fresh), replay.without_rows).other_versions:
                 problems.append(
@@ -215,18 +215,18 @@ def _altered(connection: sa.Connection, entries: int, played_back: _PlayedBack, 
     return problems
 
 
-def _with_remedy(said: list[str], remedy: str) -> list[str]:
-    """Say what to do once, after the last of several problems."""
-    return [*said[:-1], f"{said[-1]} {remedy}".rstrip()] if said else []
+def _with_remedy(problems: list[str], remedy: str) -> list[str]:
+    """Append the remedy once, to the last of several problems."""
+    return [*problems[:-1], f"{problems[-1]} {remedy}".rstrip()] if problems else []
 
 
 def _damage_of_sqlite(connection: sa.Connection) -> list[str]:
-    """Say what SQLite finds wrong in its file, and which rows refer to none."""
+    """Return what SQLite finds wrong in its file, and which rows refer to missing ones."""
     found = connection.exec_driver_sql(f"PRAGMA integrity_check({_PROBLEMS_OF_SQLITE})").scalars().all()
-    said = [f"the database is damaged ({text})." for text in found if text != "ok"]
+    problems = [f"the database is damaged ({text})." for text in found if text != "ok"]
     broken = islice(connection.exec_driver_sql("PRAGMA foreign_key_check"), _PROBLEMS_OF_SQLITE)
-    said += [f"row {row[1]} of table {row[0]} refers to a row of {row[2]} that is not there." for row in broken]
-    return said
+    problems += [f"row {row[1]} of table {row[0]} refers to a row of {row[2]} that is not there." for row in broken]
+    return problems
 
 
 def _foreign_triggers(connection: sa.Connection) -> list[str]:
@@ -234,13 +234,13 @@ def _foreign_triggers(connection: sa.Connection) -> list[str]:
     guards = GUARDS[connection.dialect.name]
     found = connection.exec_driver_sql(_TRIGGERS[connection.dialect.name])
     triggers = {name: " ".join(text.split()) for name, text in found}
-    said = [f"trigger {name} of the database is not labbook's." for name in sorted(triggers.keys() - guards.keys())]
-    said += [
+    problems = [f"trigger {name} of the database is not labbook's." for name in sorted(triggers.keys() - guards.keys())]
+    problems += [
         f"trigger {name}, which guards the journal, {'was changed' if name in triggers else 'is gone'}."
         for name, text in guards.items()
         if triggers.get(name) != text
     ]
-    return said
+    return problems
 
 
 def _chained(connection: sa.Connection) -> Iterator[Entry]:
@@ -278,8 +278,8 @@ WITHOUT_LOGS = (FACTS.keys() | {"ingest"}) - {"file", "run_file", "report"}
 def needless_entries(entries: Sequence[Entry], suspected: Iterable[Altered]) -> frozenset[int]:
     """Return the numbers of the entries without which a replay gives the same suspected rows.
 
-    These are reports, and all that is said of files which gave samples and no charges, but for the suspected ones.
-    Nothing is needless where jumps, results, reports or links of files are suspected.
+    These are reports, and entries on files which gave samples and no charges, but for the suspected ones. Nothing is
+    needless where jumps, results, reports or links of files are suspected.
     """
     suspected = list(suspected)
     if any(item.kind not in WITHOUT_LOGS for item in suspected):
@@ -296,7 +296,7 @@ def _logs(entries: Iterable[Entry]) -> set[str]:
     for entry in entries:
         if entry.action in (Action.INGEST, Action.READ):
             new = entry.new or {}
-            # an earlier labbook did not say whether there were any
+            # an earlier labbook did not record whether there were any
             gave_charges[new["sha256"]] = gave_charges.get(new["sha256"], False) or new.get("charge_lines") != []
     return {sha256 for sha256, charges in gave_charges.items() if not charges}
 

@@ -1,4 +1,4 @@
-"""Whether two books agree once all that the other one says is in: on verdicts, on the logs and the charge of a run."""
+"""Whether two books agree after all entries of the other are in: on verdicts, and on the logs and charge of a run."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from data_schema.journal import Entry
 from data_schema.queries.charges import ChargeOfRun
 from data_schema.queries.imported_files import Link, find_files
 from data_schema.vocabulary import Action, ChargeMode
-from labbook.actions.upkeep.merge_rules import called
+from labbook.actions.upkeep.merge_rules import display_name
 
 Charges = Mapping[str, Sequence[ChargeOfRun]]
 """The charges that count, by the uid of their run."""
@@ -27,9 +27,10 @@ def second_charges(connection: sa.Connection, before: Charges, there: Charges, n
             words = " and ".join(
                 f"{row.charge_mah:g} mAh {'here' if row.uid in own else 'there'}, charge:{row.uid}" for row in some
             )
+            name = display_name(connection, "run", uid)
             found.append(
-                f"{called(connection, 'run', uid)} has a charge in each book ({words}): take the wrong one off in its "
-                "book, `labbook correct charge:UID run=none --why ...`."
+                f"{name} has a charge in each book ({words}): take the wrong one off in its book, `labbook correct "
+                "charge:UID run=none --why ...`."
             )
     return found
 
@@ -70,9 +71,9 @@ def verdicts_that_differ(connection: sa.Connection, here: Iterable[Entry], there
         for where, own in standing.items():
             if where[:3] == place[:3] and abs(where[3] - place[3]) < SAME_JUMP_S and _verdict(own) != _verdict(other):
                 kind, uid = place[:2]
-                what = called(connection, "run" if kind == "jump" else kind, uid)
+                what = display_name(connection, "run" if kind == "jump" else kind, uid)
                 what = f"the jump of {what} at {place[3]:.3f} s" if kind == "jump" else what
-                one, two = ((said.new or {})["verdict"] for said in (own, other))
+                one, two = ((entry.new or {})["verdict"] for entry in (own, other))
                 found.append(
                     f"{what} has two verdicts: {one} here ({own.person}, {own.at_utc[:10]}), {two} there "
                     f"({other.person}, {other.at_utc[:10]}): agree, and give the same verdict in both books."

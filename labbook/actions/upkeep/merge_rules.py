@@ -1,7 +1,7 @@
-"""What an entry of another book meets in this one: it is new, it is here already, or it contradicts what is here.
+"""Compare an entry of another book with this one: it is new, it is here already, or it contradicts what is here.
 
-Things that two books name alike are one thing: a run by its name, a level by its label, a file by its bytes. What was
-said of them in both must agree; what was said in one only is taken over.
+Things that two books name alike are one thing: a run by its name, a level by its label, a file by its bytes. Statements
+about them in both books must agree; those in one book only are taken over.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from labbook.statements.importing import without_name
 
 
 @dataclass(frozen=True, slots=True)
-class Already:
+class AlreadyHere:
     """This book has it, under a uid of its own where it is a thing."""
 
     uid: str | None = None
@@ -50,16 +50,17 @@ IN_USE = "in use"
 
 
 @dataclass(frozen=True, slots=True)
-class Here:
+class TargetBook:
     """This book while entries of another come in.
 
-    `said` is its journal before that, `news` what the other book does not know of it; `readings` are its entries on
+    `entries` is its journal before that, `news` what the other book does not know of it; `readings` are its entries on
     each file, by SHA-256, and grow with those that come in; `ends` is what columns of things and readings of files come
-    to at the end of the other book, by uid or SHA-256: who said that here too need not say what was said on the way.
+    to at the end of the other book, by uid or SHA-256: where this book has the same end, the steps on the way need not
+    agree.
     """
 
     connection: sa.Connection
-    said: Sequence[Entry]
+    entries: Sequence[Entry]
     news: Sequence[Entry]
     readings: dict[str, list[Entry]] = field(default_factory=dict, init=False)
     declared: dict[str, Entry] = field(default_factory=dict, init=False)
@@ -68,40 +69,40 @@ class Here:
     remarks: dict[tuple[str, ...], str] = field(default_factory=dict, init=False)
 
     def __post_init__(self) -> None:
-        """Find what was said about files and things."""
+        """Index the entries by files and things."""
         for entry in self.news:
             self.changes.setdefault(entry.entity_uid, []).append(entry)
             if entry.action in (Action.DECLARE, Action.NOTE):
                 self.remarks[_remark(entry)] = entry.entity_uid
-        for entry in self.said:
-            self.heard(entry)
+        for entry in self.entries:
+            self.record(entry)
             if entry.action is Action.DECLARE:
                 self.declared[entry.entity_uid] = entry
 
     def about(self, uid: str) -> list[Entry]:
-        """Return what was stated here of a thing that is there, and the other book does not know."""
-        return [said for said in self.changes.get(uid, ()) if said.action in CHANGES]
+        """Return the changes that this book made to a thing of both, and the other book does not know."""
+        return [entries for entries in self.changes.get(uid, ()) if entries.action in CHANGES]
 
-    def heard(self, entry: Entry) -> None:
+    def record(self, entry: Entry) -> None:
         """Take note of an entry that has taken effect."""
         if entry.action in (Action.INGEST, Action.READ):
             self.readings.setdefault((entry.new or {})["sha256"], []).append(entry)
 
 
-def meets(here: Here, entry: Entry) -> Already | Conflict | None:
-    """Return what an entry, its uids being those of this book, meets here; None where it is to be taken over."""
+def compare_entry(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
+    """Compare an entry, its uids being those of this book, with this book; None where it is to be taken over."""
     rule = _RULES.get(entry.action)
     return None if rule is None else rule(here, entry)
 
 
-def called(connection: sa.Connection, kind: str, uid: str) -> str:
-    """Return what people call a thing: a run or a level by its name, a charge by its uid and its run."""
+def display_name(connection: sa.Connection, kind: str, uid: str) -> str:
+    """Return the name of a thing for people: a run or a level by its name, a charge by its uid and its run."""
     try:
         found = read_fact(connection, kind, uid)
     except (UnknownName, KeyError):
         return f"{kind} {uid}"
     if kind == "charge":
-        return f"charge:{uid}" + (f" of {called(connection, 'run', found['run'])}" if found["run"] else "")
+        return f"charge:{uid}" + (f" of {display_name(connection, 'run', found['run'])}" if found["run"] else "")
     name = next((found[name] for name in ("name", "label", "key", "date_local") if found.get(name)), uid)
     return f"{kind} {name}"
 
@@ -122,31 +123,31 @@ _NATURAL: Mapping[str, tuple[str, ...]] = {
 """By which columns two books call the same thing by the same name."""
 
 
-def _declare(here: Here, entry: Entry) -> Already | Conflict | None:
+def _declare(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
     kind, new = entry.entity_kind, entry.new or {}
     if kind == "config":  # the two in force are the same, and a file's entry holds how it was read
         in_force = config_in_force(here.connection)
-        return Already(None if in_force is None else in_force.uid)
+        return AlreadyHere(None if in_force is None else in_force.uid)
     if kind == "plan":
         return _plan(here, entry)
     if kind == "charge":
         for row in charges_of_run(here.connection, new["run"]):
             if all(same_value(getattr(row, name), new[name]) for name in ("charge_mah", "mode")):
-                return Already(row.uid)
+                return AlreadyHere(row.uid)
         return None
     if kind not in _NATURAL:
-        return _said_too(here, entry)
+        return _repeated_remark(here, entry)
     uid = find_uid(here.connection, kind, **{name: new[name] for name in _NATURAL[kind]})
     if uid is None:
         return None
     stands = read_fact(here.connection, kind, uid)
     differing = sorted(name for name in stands.keys() & new.keys() if stands[name] != new[name])
     if not differing or (uid in here.declared and here.declared[uid].new == new):
-        return Already(uid)
+        return AlreadyHere(uid)
     words = "; ".join(
         f"{name} {_shown(here, stands[name], name)} here, {_shown(here, new[name], name)} there" for name in differing
     )
-    name = called(here.connection, kind, uid)
+    name = display_name(here.connection, kind, uid)
     remedy = (
         f"if they are two runs, name this book's otherwise (`labbook correct {new['name']} name=... --why ...`); if "
         "they are one, correct it here to what the other book says"
@@ -156,11 +157,11 @@ def _declare(here: Here, entry: Entry) -> Already | Conflict | None:
     return Conflict(f"{name} is in both books, {words}: {remedy}.", uid)
 
 
-def _plan(here: Here, entry: Entry) -> Already | Conflict | None:
+def _plan(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
     new = dict(entry.new or {})
-    for uid, said in here.declared.items():
-        if said.entity_kind == "plan" and {**(said.new or {}), "created_utc": new["created_utc"]} == new:
-            return Already(uid)
+    for uid, declared in here.declared.items():
+        if declared.entity_kind == "plan" and {**(declared.new or {}), "created_utc": new["created_utc"]} == new:
+            return AlreadyHere(uid)
     taken = {row.name for row in planned_runs(here.connection)}
     both = [run["name"] for run in new["runs"] if run["name"] in taken]
     if not both:
@@ -171,52 +172,52 @@ def _plan(here: Here, entry: Entry) -> Already | Conflict | None:
     )
 
 
-def _said_too(here: Here, entry: Entry) -> Already | None:
-    """A remark, or a check of a day, that one person made in both books is one."""
+def _repeated_remark(here: TargetBook, entry: Entry) -> AlreadyHere | None:
+    """Find a remark, or a check of a day, that the same person made in both books."""
     uid = here.remarks.get(_remark(entry))
-    return None if uid is None else Already(uid)
+    return None if uid is None else AlreadyHere(uid)
 
 
 def _remark(entry: Entry) -> tuple[str, ...]:
     return entry.entity_kind, entry.person, canonical(entry.new)
 
 
-def _ingest(here: Here, entry: Entry) -> Already | Conflict | None:
+def _ingest(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
     new = entry.new or {}
     readings = here.readings.get(new["sha256"])
     if not readings:
         return None
     name, uid = new["original_name"], readings[0].entity_uid
-    if all(how_read(said) != how_read(entry) for said in readings):
+    if all(how_read(reading) != how_read(entry) for reading in readings):
         return Conflict(
             f"file {name} is in both books and was read otherwise in each: have it read here as there, `labbook files "
             f"reread {name}` with what is declared about it there.",
             uid,
         )
-    run = new.get("run") or _stated(here, entry)
+    run = new.get("run") or _named_run(here, entry)
     links = links_of_file(here.connection, derived_uid("file", new["sha256"]))
-    same = [said for said in readings if run in ((said.new or {}).get("run"), _stated(here, said))]
+    same = [reading for reading in readings if run in ((reading.new or {}).get("run"), _named_run(here, reading))]
     if run and not same and all(link.run_uid != run for link in links):
         return _elsewhere(here, name, links, run, uid)
-    return Already(uid)
+    return AlreadyHere(uid)
 
 
-def _stated(here: Here, said: Entry) -> str | None:
-    name = (said.new or {}).get("stated_run")
+def _named_run(here: TargetBook, entry: Entry) -> str | None:
+    name = (entry.new or {}).get("stated_run")
     return find_uid(here.connection, "run", name=name) if name else None
 
 
-def _read(here: Here, entry: Entry) -> Already | Conflict | None:
+def _read(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
     new = entry.new or {}
     readings = here.readings.get(new["sha256"], [])
     name = new["original_name"]
     if not readings:
         return Conflict(f"file {name} was read again there and is not here: check the other book, `labbook db check`.")
     if how_read(readings[-1]) == how_read(entry):
-        return Already(readings[-1].entity_uid)
-    if any(said.action is Action.READ and (said.new or {})["sha256"] == new["sha256"] for said in here.news):
+        return AlreadyHere(readings[-1].entity_uid)
+    if any(news.action is Action.READ and (news.new or {})["sha256"] == new["sha256"] for news in here.news):
         if how_read(readings[-1]) == here.ends.get(new["sha256"]):
-            return Already(readings[-1].entity_uid)
+            return AlreadyHere(readings[-1].entity_uid)
         return Conflict(
             f"file {name} was read again in both books, with other declarations in each: have it read here as there, "
             f"`labbook files reread {name}` with what is declared about it there."
@@ -225,20 +226,20 @@ def _read(here: Here, entry: Entry) -> Already | Conflict | None:
 
 
 def how_read(entry: Entry) -> str:
-    """Return, to be compared, how an entry says that a file was read; under which name it came does not count."""
+    """Return an entry's settings of reading in a form to compare; the file's name does not count."""
     new = entry.new or {}
     if "settings" not in new:
         return canonical(new["options"])
     return canonical(without_name(new["settings"]))
 
 
-def _refuse(here: Here, entry: Entry) -> Already | None:
+def _refuse(here: TargetBook, entry: Entry) -> AlreadyHere | None:
     new = entry.new or {}
     before = refused_with(here.connection, new["sha256"], new["reader"], canonical(new["options"]))
-    return Already() if without_name(new.get("settings")) in map(without_name, before) else None
+    return AlreadyHere() if without_name(new.get("settings")) in map(without_name, before) else None
 
 
-def _assign(here: Here, entry: Entry) -> Already | Conflict | None:
+def _assign(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
     new, old = entry.new or {}, entry.old or {}
     if entry.entity_kind == "charge":
         return _change(here, entry)
@@ -246,17 +247,17 @@ def _assign(here: Here, entry: Entry) -> Already | Conflict | None:
     links = [link for link in links_of_file(here.connection, entry.entity_uid) if part in (None, link.part)]
     runs = {link.run_uid for link in links}
     if (new["run"] is None and not runs) or new["run"] in runs:
-        return Already()
+        return AlreadyHere()
     if runs <= (set() if new["run"] is not None else set(old.get("runs", ()))):
         return None
     name = next((row.name for row in find_files(here.connection, entry.entity_uid)), entry.entity_uid)
     return _elsewhere(here, name, links, new["run"])
 
 
-def _elsewhere(here: Here, name: str, links: Sequence[Link], run: str | None, uid: str | None = None) -> Conflict:
-    """Say that a file, linked so here, belongs to another run there, or to none."""
+def _elsewhere(here: TargetBook, name: str, links: Sequence[Link], run: str | None, uid: str | None = None) -> Conflict:
+    """Return the conflict of a file, linked so here, that belongs to another run there, or to none."""
     stands = ", ".join(sorted({f"run {link.run_name}" for link in links})) or "no run"
-    there = "no run" if run is None else called(here.connection, "run", run)
+    there = "no run" if run is None else display_name(here.connection, "run", run)
     word = "none" if run is None else there.removeprefix("run ")
     return Conflict(
         f"file {name} belongs to {stands} here and to {there} there: `labbook assign {name} {word} --why ...` says so "
@@ -265,7 +266,7 @@ def _elsewhere(here: Here, name: str, links: Sequence[Link], run: str | None, ui
     )
 
 
-def _change(here: Here, entry: Entry) -> Already | Conflict | None:
+def _change(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
     """Compare a row with what an entry found and with what it made of it."""
     kind, uid, new, old = entry.entity_kind, entry.entity_uid, entry.new or {}, entry.old or {}
     try:
@@ -273,28 +274,30 @@ def _change(here: Here, entry: Entry) -> Already | Conflict | None:
     except UnknownName:  # it may be of a file that waits for a declaration
         return None
     ends = {**new, **here.ends.get(uid, {})}
-    changed = {name for said in here.about(uid) for name in said.new or {}} & new.keys()
+    changed = {name for statement in here.about(uid) for name in statement.new or {}} & new.keys()
     contrary = sorted(name for name in changed if stands[name] != ends[name])
     if not contrary and all(name in changed or stands[name] == new[name] for name in new):
-        return Already()
+        return AlreadyHere()
     if not contrary and all(name in changed or stands[name] == old.get(name) for name in new):
         return None
     words = "; ".join(
         f"{name} is {_shown(here, stands[name], name)} here and became {_shown(here, ends[name], name)} there"
         for name in contrary or sorted(name for name in new if stands[name] != new[name])
     )
-    return Conflict(f"{called(here.connection, kind, uid)}: {words}: correct it here to what the other book says.")
+    return Conflict(
+        f"{display_name(here.connection, kind, uid)}: {words}: correct it here to what the other book says."
+    )
 
 
-def _void(here: Here, entry: Entry) -> Already | Conflict | None:
+def _void(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
     if entry.new:
         return _change(here, entry)
     same = (Action.VOID, entry.entity_uid)
-    return Already() if any((said.action, said.entity_uid) == same for said in here.said) else None
+    return AlreadyHere() if any((past.action, past.entity_uid) == same for past in here.entries) else None
 
 
-def _use(here: Here, entry: Entry) -> Already | Conflict | None:
-    """Files are withdrawn and restored, charges of the inbox dismissed and restored."""
+def _use(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
+    """Compare whether a file (withdrawn or restored) or a charge of the inbox (dismissed or restored) is in use."""
     kind, uid = entry.entity_kind, entry.entity_uid
     run = None
     if kind == "file":
@@ -307,21 +310,21 @@ def _use(here: Here, entry: Entry) -> Already | Conflict | None:
             return None
         name, used, run = f"charge:{uid}", charge["state"] != ChargeState.DISMISSED, charge["run"]
     ends = here.ends[uid][IN_USE]
-    said_here = any(said.action in USING for said in here.about(uid))
-    if used == (ends if said_here else entry.action is Action.RESTORE):
-        return Already()
-    if not said_here and run is None:
+    decided_here = any(statement.action in USING for statement in here.about(uid))
+    if used == (ends if decided_here else entry.action is Action.RESTORE):
+        return AlreadyHere()
+    if not decided_here and run is None:
         return None
-    stands = f"of {called(here.connection, 'run', run)}" if run else _USED[used]
+    stands = f"of {display_name(here.connection, 'run', run)}" if run else _USED[used]
     return Conflict(f"{name} is {stands} here and {_USED[ends]} there: settle it here as it is there.")
 
 
 _USED = {True: "in use", False: "out of use"}
 
 
-_RULES: Mapping[Action, Callable[[Here, Entry], Already | Conflict | None]] = {
+_RULES: Mapping[Action, Callable[[TargetBook, Entry], AlreadyHere | Conflict | None]] = {
     Action.DECLARE: _declare,
-    Action.NOTE: _said_too,
+    Action.NOTE: _repeated_remark,
     Action.INGEST: _ingest,
     Action.READ: _read,
     Action.REFUSE: _refuse,
@@ -333,11 +336,11 @@ _RULES: Mapping[Action, Callable[[Here, Entry], Already | Conflict | None]] = {
 """Verdicts and reports are only ever added; whether verdicts agree is asked when all are there."""
 
 
-def _shown(here: Here, value: Any, column: str) -> str:
-    """Return a value as people know it; a uid is what it leads to, without its kind where the column says that."""
+def _shown(here: TargetBook, value: Any, column: str) -> str:
+    """Return a value as people know it; for a uid the name of the thing, without its kind where the column has that."""
     if isinstance(value, str):
         for kind in ("run", "condition", "day", "battery", "robot"):
-            name = called(here.connection, kind, value)
+            name = display_name(here.connection, kind, value)
             if name != f"{kind} {value}":
                 return name.removeprefix(f"{column} ")
     return "nothing" if value is None else str(value)

@@ -1,8 +1,8 @@
-"""`labbook merge`: what another book of the same study says beyond this one is added to it, all of it or nothing.
+"""`labbook merge`: the entries that only another book of the same study has are added to this one, all or none.
 
 The other book is only read. Its entries after the common beginning come in as one command, each with its own time and
 person and with its number and hash there as origin; no entry of this book changes. First they are applied on trial and
-taken back: that tells what this book has already, and what contradicts it.
+rolled back, to find what this book has already and what contradicts it.
 """
 
 from __future__ import annotations
@@ -28,7 +28,16 @@ from data_schema.queries.study import config_in_force
 from data_schema.vocabulary import Action
 from ingest.store import Store, raw_path
 from labbook.actions.upkeep.merge_agreement import second_charges, second_logs, verdicts_that_differ
-from labbook.actions.upkeep.merge_rules import CHANGES, IN_USE, USING, Already, Conflict, Here, how_read, meets
+from labbook.actions.upkeep.merge_rules import (
+    CHANGES,
+    IN_USE,
+    USING,
+    AlreadyHere,
+    Conflict,
+    TargetBook,
+    compare_entry,
+    how_read,
+)
 from labbook.book.copies.backing_up import MARKER as OF_BACKUP
 from labbook.book.copies.copying import refuse_cut_journal
 from labbook.book.opening import CONFIGURATION, Book, open_book
@@ -51,12 +60,12 @@ class Merged:
 
 
 def merge(book: Book, folder: Path, person: str | None, *, dry_run: bool = False) -> Merged:
-    """Bring in what the book in a folder says beyond this one; raises `InputRefused` with all contradictions at once.
+    """Bring in the new entries of the book in a folder; raises `InputRefused` with all contradictions at once.
 
     A dry run returns them, and writes nothing.
     """
     with contextlib.suppress(DryRun), _opened(book, folder) as other:
-        with _said_of(folder):
+        with _errors_named_after(folder):
             with other.reading() as there:
                 known = journal.head(there)  # before the file is read, which is never behind
             theirs = list(other.mirror.entries())
@@ -67,10 +76,10 @@ def merge(book: Book, folder: Path, person: str | None, *, dry_run: bool = False
                 "database with `labbook rebuild --journal` there, and merge then.",
             )
         with other.reading() as there, book.session(person) as session:
-            done = _Merging(book, other, session, there, theirs).done(dry_run=dry_run)
+            run = _Merging(book, other, session, there, theirs).run(dry_run=dry_run)
             if dry_run:
                 raise DryRun
-    return done
+    return run
 
 
 @contextlib.contextmanager
@@ -83,7 +92,7 @@ def _opened(book: Book, folder: Path) -> Iterator[Book]:
         raise BookMissing(f"there is no book in {folder}: name the folder that holds the other book's labbook.toml.")
     if folder.resolve() == book.folder.resolve():
         raise UsageError(f"{folder} is the book that the other one is to be merged into: name the other one.")
-    with _said_of(folder):
+    with _errors_named_after(folder):
         other = open_book(folder)
     try:
         yield other
@@ -92,8 +101,8 @@ def _opened(book: Book, folder: Path) -> Iterator[Book]:
 
 
 @contextlib.contextmanager
-def _said_of(folder: Path) -> Iterator[None]:
-    """Say of what is wrong in the other book that it is in that one."""
+def _errors_named_after(folder: Path) -> Iterator[None]:
+    """Name the other book's folder in errors that come from it."""
     try:
         yield
     except BookError as error:
@@ -114,19 +123,19 @@ class _Merging:
     had: int = 0
     conflicts: list[str] = field(default_factory=list)
 
-    def done(self, *, dry_run: bool) -> Merged:
-        """Try it; unless that is all, state it."""
+    def run(self, *, dry_run: bool) -> Merged:
+        """Apply the entries on trial; then, unless it is a dry run, state them."""
         ours = list(journal.stored(self.session.connection))
         common = _common(ours, self.theirs)
         self._refuse_other_configuration()
         known_till = self._merged_before(ours, common)
-        known = {_first_said(entry) for entry in ours} | {entry.hash for entry in ours}
+        known = {_original_hash(entry) for entry in ours} | {entry.hash for entry in ours}
         fresh = [
             entry
             for entry in self.theirs[known_till:]
-            if _first_said(entry) not in known and entry.action is not Action.MERGE
+            if _original_hash(entry) not in known and entry.action is not Action.MERGE
         ]
-        self._try(fresh, Here(self.session.connection, ours, _news(ours, self.theirs, common)))
+        self._try(fresh, TargetBook(self.session.connection, ours, _unknown_there(ours, self.theirs, common)))
         copies = [sha256 for sha256 in _read_from(self.taken) if not (self.book.store.root / raw_path(sha256)).exists()]
         if not dry_run and self.conflicts:
             several = f"{len(self.conflicts)} things stand" if len(self.conflicts) > 1 else "1 thing stands"
@@ -183,7 +192,7 @@ class _Merging:
                 self.uids |= (entry.new or {})["uids"]
         return known_till
 
-    def _try(self, fresh: Sequence[Entry], here: Here) -> None:
+    def _try(self, fresh: Sequence[Entry], here: TargetBook) -> None:
         """Apply entries to this book, and take all of it back."""
         connection = self.session.connection
         charges, logs = charges_by_run(connection), logs_by_run(connection)
@@ -193,11 +202,11 @@ class _Merging:
         with self._scratch(fresh) as store:
             trial = connection.begin_nested()
             for entry in fresh:
-                ours = self._in_our_words(entry)
+                ours = self._with_our_uids(entry)
                 here.ends[ours.entity_uid] = _substituted(ends.get(entry.entity_uid, {}), self.uids)
-                found = meets(here, ours)
+                found = compare_entry(here, ours)
                 if found is not None:
-                    self._had(entry, found)
+                    self._skip(entry, found)
                     continue
                 self.taken.append(ours)
                 verdicts += [ours] if ours.action is Action.DECIDE else []
@@ -213,7 +222,7 @@ class _Merging:
     def _of_our_runs(self, by_run: Mapping[str, _T]) -> dict[str, _T]:
         return {self.uids.get(uid, uid): found for uid, found in by_run.items()}
 
-    def _apply(self, store: Store, entry: Entry, here: Here) -> None:
+    def _apply(self, store: Store, entry: Entry, here: TargetBook) -> None:
         """Let one entry take effect on trial, and stand in the journal for the next; a report changes nothing."""
         connection = self.session.connection
         try:
@@ -221,7 +230,7 @@ class _Merging:
                 if entry.action is not Action.REPORT:
                     apply(connection, store, entry)
                 journal.insert(connection, [entry])
-            here.heard(entry)
+            here.record(entry)
         except (InputRefused, UsageError) as error:
             seq = (entry.origin or {})["seq"]
             self.conflicts.append(
@@ -229,8 +238,8 @@ class _Merging:
                 f"place here ({error}): settle in one of the books what it is about."
             )
 
-    def _had(self, entry: Entry, found: Already | Conflict) -> None:
-        """Let later entries speak of the thing of this book; what contradicts it is said."""
+    def _skip(self, entry: Entry, found: AlreadyHere | Conflict) -> None:
+        """Note an entry that is not taken over: later ones refer to this book's thing; a conflict is listed."""
         if isinstance(found, Conflict):
             self.conflicts += [found.sentence] if found.sentence not in self.conflicts else []
         else:
@@ -243,7 +252,7 @@ class _Merging:
                 planned = [derived_uid("planned_run", uid, place) for uid in (entry.entity_uid, found.uid)]
                 self.uids[planned[0]] = planned[1]
 
-    def _in_our_words(self, entry: Entry) -> Entry:
+    def _with_our_uids(self, entry: Entry) -> Entry:
         """Return an entry of the other book with the uids that its things have here, and where it comes from."""
         if entry.entity_kind == "run_file":
             self._find_link(entry.entity_uid)
@@ -274,7 +283,7 @@ class _Merging:
                 copy = self.book.store.root / path
                 if not copy.exists():
                     copy = self.other.store.root / path
-                    with _said_of(self.other.folder):
+                    with _errors_named_after(self.other.folder):
                         self.other.store.raw(path, sha256)
                 link = Path(name) / path
                 link.parent.mkdir(parents=True, exist_ok=True)
@@ -282,7 +291,7 @@ class _Merging:
             yield Store(Path(name))
 
     def _state(self) -> None:
-        """Say that this book has the other one until its last entry, and add what is new."""
+        """State that this book has the other one until its last entry, and add what is new."""
         last = self.theirs[-1]
         new = {
             "other": self.other.folder.resolve().name,
@@ -299,23 +308,23 @@ def _common(ours: Sequence[Entry], theirs: Sequence[Entry]) -> int:
     return next((place for place, (one, two) in enumerate(pairs) if one.hash != two.hash), min(len(ours), len(theirs)))
 
 
-def _news(ours: Sequence[Entry], theirs: Sequence[Entry], common: int) -> list[Entry]:
-    """Return what the other book does not know of this one's journal."""
+def _unknown_there(ours: Sequence[Entry], theirs: Sequence[Entry], common: int) -> list[Entry]:
+    """Return the entries of this book that the other one does not have."""
     common = max([common, *(_merged_until(entry, ours) for entry in theirs)])
-    known = {_first_said(entry) for entry in theirs}
-    return [entry for entry in ours[common:] if _first_said(entry) not in known]
+    known = {_original_hash(entry) for entry in theirs}
+    return [entry for entry in ours[common:] if _original_hash(entry) not in known]
 
 
 def _merged_until(entry: Entry, other: Sequence[Entry]) -> int:
-    """Return how many entries of the other journal a book says to have; 0 where it speaks of no merge with that one."""
+    """Return up to which entry of the other journal a merge took it over; 0 where an entry is no merge with it."""
     until = (entry.new or {})["until"] if entry.action is Action.MERGE else None
     if not until or until["seq"] > len(other) or other[until["seq"] - 1].hash != until["hash"]:
         return 0
     return int(until["seq"])
 
 
-def _first_said(entry: Entry) -> str:
-    """Return the hash of an entry in the book where it was said."""
+def _original_hash(entry: Entry) -> str:
+    """Return the hash of an entry in the book where it was first made."""
     return entry.hash if entry.origin is None else str(entry.origin["hash"])
 
 
@@ -348,7 +357,7 @@ def _substituted(value: Any, uids: Mapping[str, str]) -> Any:
 
 
 def _described(text: str) -> dict[str, Any]:
-    """Return what labbook.toml says, but for where the book's database and files lie."""
+    """Return the tables of labbook.toml, but for those on where the book's database and files lie."""
     return {name: table for name, table in tomllib.loads(text).items() if name not in ("database", "store")}
 
 
@@ -365,4 +374,4 @@ _WORDS: Mapping[Action, str] = {
     Action.RESTORE: "file or charge restored",
     Action.DISMISS: "charge dismissed",
 }
-"""What entries are called that do not declare a thing of a kind."""
+"""The words for entries that do not declare a thing of a kind."""

@@ -15,7 +15,7 @@ from pathlib import Path
 import sqlalchemy as sa
 
 from data_schema import journal
-from data_schema.disk import alone_with
+from data_schema.disk import exclusive_lock
 from data_schema.engine import writing
 from data_schema.errors import BookDamaged, unknown_name
 from data_schema.queries.imports import raw_copies, signal_files
@@ -69,7 +69,7 @@ def prune(book: Book, names: Sequence[str], counted: Counted) -> list[Leftover]:
             f"the book is not whole ({health.problems[0]}), so nothing was removed: mend it first, `labbook db check` "
             "names all that it lacks."
         )
-    with alone_with(book.mirror.path, REBUILDING), writing(book.engine) as connection:
+    with exclusive_lock(book.mirror.path, REBUILDING), writing(book.engine) as connection:
         chosen = [one for one in named(leftovers(book, connection), names) if names or not one.by_name_only]
         for one in chosen:
             if one.path is None and one.name == RESULTS:
@@ -121,11 +121,11 @@ def _is_quiet(path: Path) -> bool:
 
 
 def _spoken_of(book: Book, connection: sa.Connection) -> set[str]:
-    """Return the paths in the store that rows or the journal speak of; of its samples, those that have no rows yet."""
-    kept = {file.store_path for file in (*raw_copies(connection), *signal_files(connection))}
+    """Return the paths in the store that rows or the journal refer to; of its samples, those that have no rows yet."""
+    referenced = {file.store_path for file in (*raw_copies(connection), *signal_files(connection))}
     entries = list(book.mirror.entries())
-    kept |= {raw_path(sha256) for sha256 in raw_of(entries)}
+    referenced |= {raw_path(sha256) for sha256 in raw_of(entries)}
     for entry in entries[journal.head(connection)[0] :]:
         if entry.action in (Action.INGEST, Action.READ):
-            kept |= {f"signals/{sha256[:2]}/{sha256}.parquet" for sha256 in (entry.new or {}).get("signals", ())}
-    return kept
+            referenced |= {f"signals/{sha256[:2]}/{sha256}.parquet" for sha256 in (entry.new or {}).get("signals", ())}
+    return referenced

@@ -21,8 +21,8 @@ from labbook.book.replaying import replayed
 class Recomputed:
     """A number as it is stored and as it came out anew, None where raw copies and journal do not give it.
 
-    `differs` names the columns (value, standard error, ends of the interval, ...) that are not the same double.
-    `trace` is where the recomputed number came from, `as_traced` whether the book says the same. `other_versions`:
+    `differs` names the columns (value, standard error, ends of the interval, ...) that are not the same double. `trace`
+    is where the recomputed number came from, `as_traced` whether the book has the same trace. `other_versions`:
     versions of readers or algorithms made the book that this labbook does not have.
     """
 
@@ -35,7 +35,7 @@ class Recomputed:
 
     @property
     def stands(self) -> bool | None:
-        """Whether the number came out as it is stored, and rests on what the book says; None where nobody can tell."""
+        """Whether the number is as stored, from the inputs that the book has; None where that cannot be decided."""
         if self.anew is None:
             return None if self.other_versions else False
         return not self.differs and self.as_traced

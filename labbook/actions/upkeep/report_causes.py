@@ -1,7 +1,7 @@
-"""What was said between two reports that numbers can move by, each in few words, and what of the book it touches.
+"""Entries between two reports that can have moved a number, each in few words, with what of the book they touch.
 
-Results name what they rest on by kind and uid (`data_schema.queries.results.InputRow`); what an entry of the journal
-touches goes by the same names, so that a number moved by what it rests on otherwise now.
+Results name their inputs by kind and uid (`data_schema.queries.results.InputRow`). What an entry of the journal touches
+has the same names, so that the causes of a moved number are the entries that touch one of its changed inputs.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from labbook.analysis.preregistration.book_state import Change, read_history
 from labbook.book.naming import changes_in_words
 
 Thing = tuple[str, str]
-"""What a result can rest on: its kind and uid."""
+"""What a result can depend on: its kind and uid."""
 SETTINGS: Thing = ("settings", "")
-"""Stands for what labbook.toml says, which is no row."""
+"""Stands for the settings of labbook.toml, which are no row."""
 VERSION, OF_RUN, LOST_RUN, REGROUPED = "version", "of run", "lost run", "regrouped"
-"""Kinds of what is no row either: the version of an algorithm by its name; that a number rests on a run in one report
+"""Kinds of what is no row either: the version of an algorithm by its name; that a number depends on a run in one report
 only, and in the earlier one only, by the run's uid; that a run may count otherwise among the same runs: in another
 condition, on another day or pack. A charge or log too many takes its run's numbers away, and is in none of them.
 """
@@ -49,7 +49,7 @@ class CauseKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Cause:
-    """What was said or raised between two reports, in few words, by whom, when and why, and how many numbers it moved.
+    """A statement or a new version between two reports: what, by whom, when and why, and how many numbers it moved.
 
     A number that several moved counts for each. A version has no person and no time.
     """
@@ -67,7 +67,7 @@ def causes_between(
 ) -> list[tuple[Cause, frozenset[Thing]]]:
     """List what can have moved a number between two reports, with what it touches, in the order of the journal.
 
-    What one command said of one file is one cause.
+    The entries of one command about one file are one cause.
     """
     earlier, later = sorted(reports, key=lambda report: report.seq)
     known = _Known(connection)
@@ -77,10 +77,10 @@ def causes_between(
         if cause is not None:
             kind, what = cause
             key = (entry.command, known.file_of(entry)) if kind is CauseKind.FILE else (entry.seq,)
-            first, touched = found.get(
+            first, things_touched = found.get(
                 key, (Cause(kind, what, entry.person, entry.at_utc, entry.reason), frozenset[Thing]())
             )
-            found[key] = first, touched | set(known.touched(entry))
+            found[key] = first, things_touched | set(known.things_touched(entry))
     raised = [
         (Cause(CauseKind.VERSION, f"{name} {was} to {later.versions[name]}"), frozenset([(VERSION, name)]))
         for name, was in earlier.versions.items()
@@ -120,13 +120,13 @@ class _Known:
         )
 
     def cause_of(self, entry: EntryRow) -> tuple[CauseKind, str] | None:
-        """Return what kind of cause an entry is, and the words for it; None where no number rests on what it says."""
+        """Return what kind of cause an entry is, and the words for it; None where no number depends on it."""
         new = entry.new
         match entry.action, entry.kind:
             case Action.DECIDE, _:
                 where = f"jump at {new['anchor_s']:.2f} s of {self._run(new['target_uid'])}"
                 because = "" if new["reason_code"] == ReasonCode.OTHER else f", {new['reason_code']}"
-                return CauseKind.VERDICT, f"{where} {_SAID[Verdict(new['verdict'])]}{because}"
+                return CauseKind.VERDICT, f"{where} {_VERDICT_WORDS[Verdict(new['verdict'])]}{because}"
             case Action.DECLARE, "run":
                 return CauseKind.RUN, f"{self._run(entry.uid)} stated"
             case Action.DECLARE, "charge":
@@ -149,8 +149,8 @@ class _Known:
             return CauseKind.FILE, f"{called} assigned{moved} to {self._run(new['run'])}"
         return (CauseKind.FILE, f"{called} {_DONE[entry.action]}") if entry.action in _DONE else None
 
-    def touched(self, entry: EntryRow) -> Iterator[Thing]:
-        """Give what an entry touches of what results rest on."""
+    def things_touched(self, entry: EntryRow) -> Iterator[Thing]:
+        """Yield those inputs of results that an entry touches."""
         yield entry.kind, entry.uid
         if entry.kind == "robot":
             yield "robot_body", entry.uid
@@ -197,7 +197,7 @@ _MOST_SETTINGS = 3
 """So many settings of a configuration are named."""
 _NAMED_BY = {"level": "label", "condition": "key", "day": "date_local"}
 """The column that people know a thing by, where it is not its name."""
-_SAID = {
+_VERDICT_WORDS = {
     Verdict.ACCEPT: "accepted",
     Verdict.REJECT: "rejected",
     Verdict.MOVE: "moved",

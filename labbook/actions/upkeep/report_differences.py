@@ -60,10 +60,10 @@ class MovedNumber:
 
 @dataclass(frozen=True, slots=True)
 class ReportsCompared:
-    """Two reports: how many numbers both have, which of these moved, which only one has, and what was said between.
+    """Two reports: how many numbers both have, which of these moved, which only one has, and the causes between them.
 
     The headlines that moved stand first. `unmatched` counts, for each report, the numbers whose results the book has no
-    longer, so that nobody can tell which of the other one's they are.
+    longer, so that they cannot be matched with those of the other one.
     """
 
     before: ReportRow
@@ -104,7 +104,7 @@ def report_numbers(connection: sa.Connection, report: ReportRow) -> list[ReportN
 
 
 def compare_reports(connection: sa.Connection, before: ReportRow, after: ReportRow) -> ReportsCompared:
-    """Find which numbers moved from one report to another, and by what was said between the two."""
+    """Find which numbers moved from one report to another, and the statements between the two that moved them."""
     old, new = ({_what(row): row for row in shown_by_report(connection, report.uid)} for report in (before, after))
     pairs = [(old[what], row) for what, row in new.items() if what in old]
     moved = [(was, now) for was, now in pairs if not agree(was.value, now.value, now.se)]
@@ -112,8 +112,8 @@ def compare_reports(connection: sa.Connection, before: ReportRow, after: ReportR
     heads = result_heads(connection) if moved else {}
     results, found = _Results(heads, (row.result_uid or "" for row in old.values())), list[MovedNumber]()
     for was, now in moved:
-        things = results.otherwise(was.result_uid, now.result_uid)
-        places = [place for place, (_, touched) in enumerate(causes) if things & touched]
+        things = results.differing_inputs(was.result_uid, now.result_uid)
+        places = [place for place, (_, things_touched) in enumerate(causes) if things & things_touched]
         found.append(MovedNumber(_number(was), _number(now), tuple(places)))
     alone = [[row for what, row in one.items() if what not in other] for one, other in ((old, new), (new, old))]
     only = [tuple(_number(row) for row in rows if row.result_uid is not None) for rows in alone]
@@ -153,14 +153,14 @@ def _what(row: ShownRow) -> tuple[str | None, ...]:
 
 
 _Leaf = tuple[str, str, str]
-"""What a result rests on that is no result: its kind, its uid and its hash, or what stands for these."""
+"""An input of a result that is no result: its kind, its uid and its hash, or what stands for these."""
 
 
 class _Results:
-    """Every stored result, and what results rest on at the bottom.
+    """Every stored result, and the inputs at the bottom that results depend on.
 
-    A result that has the content of one that the report `before` rests on stands for that one: what only the newer of
-    the two rests on moved nothing.
+    A result with the content of one that the report `before` depends on stands for that one: inputs of only the newer
+    of the two moved nothing.
     """
 
     def __init__(self, heads: Mapping[str, ResultHead], before: Iterable[str]) -> None:
@@ -174,8 +174,8 @@ class _Results:
         self.leaves_of_runs: dict[bytes, frozenset[_Leaf]] = {}  # they are asked for again and again
         self.compared: dict[tuple[str, str], frozenset[Thing]] = {}
 
-    def otherwise(self, old: str | None, new: str | None) -> frozenset[Thing]:
-        """Return what two results do not rest on alike; nothing where they are one, or are gone."""
+    def differing_inputs(self, old: str | None, new: str | None) -> frozenset[Thing]:
+        """Return the inputs in which two results differ; nothing where they are one, or are gone."""
         if old is None or new is None or old == new:
             return frozenset()
         if (old, new) not in self.compared:

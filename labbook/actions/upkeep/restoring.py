@@ -1,7 +1,7 @@
 """`labbook restore`: a book from a backup. Journal and raw copies are copied and checked, the database made from them.
 
-A restore that was cut off leaves a folder that says of which backup it is; the same command goes on there. It is done,
-and the folder a book like any other, when all that it holds has been checked.
+A restore that was cut off leaves a folder that names its backup; the same command goes on there. It is done, and the
+folder a book like any other, when all that it holds has been checked.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pathlib import Path
 import sqlalchemy as sa
 
 from data_schema import journal
-from data_schema.disk import alone_with, read_json, sync, write_json, write_whole
+from data_schema.disk import exclusive_lock, read_json, sync, write_json, write_whole
 from data_schema.engine import postgres_engine, reading
 from data_schema.errors import BookDamaged, BookError, UsageError
 from data_schema.journal import Entry
@@ -60,7 +60,7 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Restored:
-    """What was restored and checked; `moved` where labbook.toml had to say another database or store than it did."""
+    """What was restored and checked; `moved` where labbook.toml had to name another database or store than before."""
 
     folder: str
     entries: int
@@ -86,7 +86,7 @@ def restore(source: Path, folder: Path, place: Place | None, step: Callable[[str
     moved = original.store_path is not None or original.database_url != url
     text = in_one_folder(text, url) if moved else text
     marker = _claimed(source, folder, url, entries)
-    with alone_with(marker, f"another program is restoring to {folder}: wait until it has finished."):
+    with exclusive_lock(marker, f"another program is restoring to {folder}: wait until it has finished."):
         raw = copy_raw(Store(source), Store(folder), raw_of(entries), counted)
         if raw.problems:
             raise BookDamaged(
@@ -125,11 +125,11 @@ def _read(source: Path) -> tuple[list[Entry], str]:
         raise UsageError(
             f"{source / CONFIGURATION} is not UTF-8 text (byte {error.start}): save it as UTF-8."
         ) from error
-    said = read_json(source / OF_BACKUP)
-    n_entries = said["entries"] if isinstance(said.get("entries"), int) else 0
+    recorded = read_json(source / OF_BACKUP)
+    n_entries = recorded["entries"] if isinstance(recorded.get("entries"), int) else 0
     refuse_cut_journal(
         entries,
-        (n_entries, str(said.get("last", ""))),
+        (n_entries, str(recorded.get("last", ""))),
         f"the journal of the backup {source} ends at entry {len(entries)} and is not the one of {n_entries} entries "
         "that was backed up: back the book up again, or restore from another backup; where there is none, remove "
         f"{OF_BACKUP} from a copy of the folder to restore what its journal still holds.",

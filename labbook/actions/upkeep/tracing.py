@@ -1,4 +1,4 @@
-"""From a number's provenance id down to the bytes it rests on."""
+"""From a number's provenance id down to the bytes it was computed from."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from labbook.book.naming import changes_in_words
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """A result, what it rests on directly, and the traces of the results among that.
+    """A result, its direct inputs, and the traces of the results among these.
 
     A result that was met before is not followed again: `again`, without inputs.
     """
@@ -113,7 +113,7 @@ def _named(versions: Mapping[str, int]) -> str:
 
 
 def _trace(connection: sa.Connection, row: ResultRow, reports: Sequence[str], met: set[str]) -> Trace:
-    """Follow a result down, whose number these reports show: a fact corrected after all of them is told with both."""
+    """Trace a result whose number these reports show: a fact corrected after all of them is shown with both values."""
     again = row.uid in met
     met.add(row.uid)
     sources, below = [], []
@@ -135,9 +135,9 @@ def _trace(connection: sa.Connection, row: ResultRow, reports: Sequence[str], me
 def _corrected_since(connection: sa.Connection, uid: str, reports: Sequence[str]) -> str:
     old: dict[str, object] = {}
     new: dict[str, object] = {}
-    for said in corrections_after(connection, uid, reports):
-        old = {**said.old, **old}
-        new |= said.new
+    for correction in corrections_after(connection, uid, reports):
+        old = {**correction.old, **old}
+        new |= correction.new
     differing = {name: value for name, value in new.items() if value != old.get(name)}
     words = changes_in_words(connection, old, differing)
     return f"; corrected after the last report with this number: {words}" if words else ""

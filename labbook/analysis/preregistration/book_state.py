@@ -99,7 +99,7 @@ def _changes(
     in_file: dict[str | None, list[str | Part]] = {}
     for uid in at:
         in_file.setdefault(file_of[uid] if isinstance(uid, str) else uid[0], []).append(uid)
-    part_of, linked = {link.uid: link.part for link in links}, {link.part: link.run_uid for link in links}
+    partial_path, linked = {link.uid: link.part for link in links}, {link.part: link.run_uid for link in links}
     taken_off: set[Part] = set()
 
     def run_of(part: Part, values: Mapping[str, Any]) -> str:
@@ -120,7 +120,7 @@ def _changes(
         elif entry.kind == "run_file":
             # A link that is gone names no file: it was of one that was taken off the run that it led to.
             gone = [part for part in taken_off if at[part] == new["run"]]
-            parts = [part_of[entry.uid]] if entry.uid in part_of else gone
+            parts = [partial_path[entry.uid]] if entry.uid in partial_path else gone
             moved = {part: (old["run"], new["run"]) for part in parts if len({file_uid for file_uid, _ in parts}) == 1}
         elif entry.kind == "file":
             items = in_file.get(entry.uid, ())

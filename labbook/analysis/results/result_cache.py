@@ -23,7 +23,7 @@ from data_schema.queries.results import (
     InputRow,
     ResultRow,
     add_results,
-    renew,
+    mark_current,
     results_by_key,
     rewrite_payloads,
 )
@@ -100,9 +100,9 @@ def keep(connection: sa.Connection, cache: ResultCache) -> int:
     known = [(cache.computed[key], row) for key, row in stored.items()]
     rewrite_payloads(
         connection,
-        [now for now, before in known if now.payload_json != before.payload_json and now.is_but_for_payload(before)],
+        [now for now, before in known if now.payload_json != before.payload_json and now.same_but_payload(before)],
     )
-    renew(connection, [row for row in (cache.reused | stored).values() if row.stale])
+    mark_current(connection, [row for row in (cache.reused | stored).values() if row.stale])
     return len(cache.computed) - len(stored)
 
 

@@ -14,7 +14,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from data_schema import journal
-from data_schema.disk import alone_with, read_json, write_json, write_whole
+from data_schema.disk import exclusive_lock, read_json, write_json, write_whole
 from data_schema.engine import reading
 from data_schema.errors import BookDamaged, LabbookError, UsageError
 from data_schema.journal import Entry
@@ -104,7 +104,7 @@ def back_up(folder: Path, destination: Path, counted: Counted) -> Backup:
         f"{destination} holds the backup of another book: name another folder.",
         f"{destination} holds other things than a backup: name an empty folder, or one that `labbook backup` made.",
     )
-    with alone_with(marker, f"another program is writing the backup {destination}: wait until it has finished."):
+    with exclusive_lock(marker, f"another program is writing the backup {destination}: wait until it has finished."):
         entries, remarks = _taken(folder, configuration)
         _refuse_longer(destination / JOURNAL, entries)
         if (destination / JOURNAL).exists() and readable_entries(destination / JOURNAL) is None:

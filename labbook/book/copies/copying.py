@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from data_schema.disk import make_folder, part_of, put_in_place, read_json, sync_names, write_json, write_whole
+from data_schema.disk import make_folder, partial_path, put_in_place, read_json, sync_names, write_json, write_whole
 from data_schema.errors import BookDamaged, UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
@@ -81,7 +81,7 @@ def _holds(store: Store, place: Path, sha256: str) -> bool:
 def _bring(source: Store, place: Path, target: Store, sha256: str) -> None:
     """Copy one file, read the copy, and only then give it its name."""
     make_folder(place.parent)
-    part = part_of(place)
+    part = partial_path(place)
     part.unlink(missing_ok=True)  # one that was cut off may be read-only
     with contextlib.suppress(FileNotFoundError), _naming(place):
         shutil.copyfile(source.root / raw_path(sha256), part)
@@ -160,7 +160,7 @@ def claim(folder: Path, marker: str, mine: dict[str, Any], whose: str, refused: 
         raise UsageError(whose)
     if recorded:
         return path
-    if folder.exists() and any(found not in (path, part_of(path)) for found in folder.iterdir()):
+    if folder.exists() and any(found not in (path, partial_path(path)) for found in folder.iterdir()):
         raise UsageError(refused)
     try:
         write_json(path, mine)

@@ -17,7 +17,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema import migrations
-from data_schema.disk import name_anew, sync
+from data_schema.disk import move_to_new_name, sync
 from data_schema.engine import postgres_engine, reading, sqlite_engine, translated
 from data_schema.errors import BookDamaged, UsageError
 from data_schema.tables import METADATA
@@ -111,7 +111,7 @@ def _into_sqlite(old: sa.Engine, folder: Path, step: Callable[[str], None]) -> C
             engine.dispose()  # which brings its write-ahead log into the one file
         sync(fresh)
         try:
-            name_anew(fresh, path)
+            move_to_new_name(fresh, path)
         except FileExistsError as error:
             raise UsageError(f"{path} was made meanwhile by another program: name another folder.") from error
     finally:

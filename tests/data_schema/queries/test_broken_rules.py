@@ -9,7 +9,7 @@ import sqlalchemy as sa
 
 from data_schema.engine import writing
 from data_schema.errors import InputRefused
-from data_schema.queries.facts import insert_fact, update_fact, what_is_allowed
+from data_schema.queries.facts import insert_fact, rule_in_words, update_fact
 from data_schema.tables import FACTS
 from tests.helpers.wording import refuses
 
@@ -23,7 +23,7 @@ CHECKS = sorted(
 
 @pytest.mark.parametrize("rule", CHECKS, ids=lambda rule: str(rule.name))
 def test_every_rule_of_the_tables_has_words(rule: sa.CheckConstraint) -> None:
-    said = what_is_allowed(rule)
+    said = rule_in_words(rule)
     assert str(rule.name) not in said
     assert ("must be" in said) != ("must hold that" in said)
 

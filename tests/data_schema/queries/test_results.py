@@ -5,7 +5,7 @@ from __future__ import annotations
 import sqlalchemy as sa
 
 from data_schema.engine import reading, writing
-from data_schema.queries.results import InputRow, NumberRow, ResultRow, add_results, renew, results_by_key
+from data_schema.queries.results import InputRow, NumberRow, ResultRow, add_results, mark_current, results_by_key
 from data_schema.tables.base import CHUNK
 from data_schema.tables.journal import config, person
 
@@ -62,7 +62,7 @@ def test_an_old_result_renewed_is_current_and_its_rival_is_not(engine: sa.Engine
     old = [result(number) for number in range(MANY)]
     stored(engine, old, [result(number, 2) for number in range(MANY)])
     with writing(engine) as connection:
-        renew(connection, old[:-1])
+        mark_current(connection, old[:-1])
     with reading(engine) as connection:
         found = results_by_key(connection)
     assert {key for key, row in found.items() if not row.stale} == {row.key for row in old[:-1]} | {f"{MANY - 1}-2"}

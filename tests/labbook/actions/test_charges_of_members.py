@@ -19,7 +19,7 @@ from labbook.actions.runs.correcting import correct
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
 from labbook.statements.apply_context import derived_uid
-from labbook.statements.sheet_charges import charge_numbers, keys_in
+from labbook.statements.sheet_charges import charge_numbers, entry_keys
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.ingest.formats.test_excel import workbook
 from tests.labbook.actions.test_sheets_read_again import charges, rebuilt_alike
@@ -135,7 +135,7 @@ def test_numbers_that_earlier_labbooks_gave_stay(small: SmallBook) -> None:
     members = {"charge_members": ["a", "a", "b", "b"]}
 
     def numbers(then: dict[str, object], now: dict[str, object]) -> list[int]:
-        keys = keys_in(now)
+        keys = entry_keys(now)
         with book.reading() as connection:
             found = charge_numbers(connection, file_uid, {"sha256": sha256, **then}, keys)
         return [found[key] for key in keys]

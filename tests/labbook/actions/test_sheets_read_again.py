@@ -327,5 +327,5 @@ def test_a_dry_run_refuses_the_second_charge_of_a_run_too(small: SmallBook, tmp_
         take(book, tmp_path, "one.csv", "pack,mAh,minutes\nA,99,12\n")
         with refuses(UsageError, "r001", "a charge already"):
             ingest_file(book, tmp_path / "one.csv", IngestRequest(run="r001", person=ADA, dry_run=dry_run))
-        said = ingest_file(book, tmp_path / "one.csv", IngestRequest(run="r004", person=ADA, dry_run=dry_run)).said
+        said = ingest_file(book, tmp_path / "one.csv", IngestRequest(run="r004", person=ADA, dry_run=dry_run)).messages
         assert ("belong to run" in said[0]) == dry_run

@@ -36,7 +36,7 @@ def judged(tmp_path: Path) -> SmallBook:
 
 def again(small: SmallBook, options: dict[str, Any]) -> tuple[str, ...]:
     with small.open() as book:
-        return ingest_file(book, small.log("r001"), IngestRequest(options=options, person=ADA)).said
+        return ingest_file(book, small.log("r001"), IngestRequest(options=options, person=ADA)).messages
 
 
 def excluded(small: SmallBook) -> list[bool]:
@@ -65,7 +65,7 @@ def test_a_reading_with_other_times_lets_verdicts_wait_by_name(judged: SmallBook
         ingest_file(book, path, IngestRequest("r002", {**columns, "rate_hz": 300.0}, person=ADA))
         with book.session(ADA) as session:
             decide(book, session, "r002", [2], "reject", "touched_by_hand", None)
-        said = ingest_file(book, path, IngestRequest(options={**columns, "rate_hz": 280.0}, person=ADA)).said
+        said = ingest_file(book, path, IngestRequest(options={**columns, "rate_hz": 280.0}, person=ADA)).messages
     says(said, "waiting for review", "r002")
     found = check_book(judged.folder, lambda total: progress("checking", total, shown=False))
     assert (found.whole, found.verdicts_waiting) == (True, 1)

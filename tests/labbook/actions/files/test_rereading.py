@@ -90,7 +90,7 @@ def test_a_reading_needs_no_labbook_toml(home: tuple[SmallBook, Path]) -> None:
         first = take(book, path, run="r001")
     small.toml.write_text(toml + profile.replace('"mm"', '"mm", sign = -1'))
     with small.open() as book:
-        (line,) = take(book, path).said
+        (line,) = take(book, path).messages
         says(line, "LOG001.csv")
         (row,) = files_to_reread(book, lambda _name: None)
         mended = reread_named(book, row.name, RereadRequest({}, ADA, "it hangs upside down"), keep_options=True)
@@ -143,7 +143,7 @@ def test_numbers_of_an_earlier_reading_become_stale_and_their_ids_still_answer(t
         columns = {"body_height [m]": {"channel": "body_height", "unit": "m", "sign": -1}}
         again = take(book, small.log("r001"), {"columns": columns})
         assert again.changes is not None
-        assert any("stale" in line for line in again.said)
+        assert any("stale" in line for line in again.messages)
         with book.reading() as connection:
             traces = [trace(connection, uid) for uid in sorted(shown)[::every]]
         assert all(isinstance(found, NumberTrace) for found in traces)
@@ -170,7 +170,7 @@ def test_in_a_batch_what_is_declared_is_for_new_files(home: tuple[SmallBook, Pat
         take(book, path)
         outcome = take(book, path, MM, batch="b1")
         assert outcome.changes is None
-        assert "--again" in outcome.said[0]
+        assert "--again" in outcome.messages[0]
         assert take(book, path, MM, batch="b2", again=True).changes is not None
 
 
@@ -189,8 +189,8 @@ def test_a_run_is_given_to_known_bytes_that_have_none(home: tuple[SmallBook, Pat
     small, path = home
     with small.open() as book:
         take(book, path)
-        says(take(book, path, run="r002").said, "r002")
-        (line,) = take(book, path, run="r003").said
+        says(take(book, path, run="r002").messages, "r002")
+        (line,) = take(book, path, run="r003").messages
         says(line, "LOG001.csv", "r003", "--why")
     rebuilt_alike(small)
 

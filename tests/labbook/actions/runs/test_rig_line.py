@@ -10,7 +10,7 @@ import sqlalchemy as sa
 
 from data_schema.queries.detections import jumps_found
 from data_schema.queries.readings import readings_of
-from data_schema.queries.results import standing_number
+from data_schema.queries.results import current_number
 from labbook.actions.files.ingesting import FileOutcome, IngestRequest, ingest_file
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct
@@ -107,7 +107,7 @@ def test_a_jump_whose_apex_is_lost_is_missing(book: Book, tmp_path: Path) -> Non
         scope = (
             '{"detector":"robust","exclude_first_jumps":0,"exclude_gap_jumps":true,"heed_decisions":true,"run":"r001"}'
         )
-        number = standing_number(connection, "run_apexes", scope, "jumps_found")
+        number = current_number(connection, "run_apexes", scope, "jumps_found")
     assert number is not None
     assert number[0] == 9
 
