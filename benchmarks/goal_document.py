@@ -173,7 +173,7 @@ def soft() -> tuple[Kernel, Row]:
     return kernel, table[:, [names.index(parameter.name) for parameter in kernel.composition.parameters]]
 
 
-def barred(kernel: Kernel, table: Row) -> list[Barred]:
+def has_error_bars(kernel: Kernel, table: Row) -> list[Barred]:
     """What error bars find of random scenes, at each goal."""
     finest = _simulated(kernel, table, FINEST_ACCURACY, FEW_STEPS)
     known = ~np.isin(finest[:, 0], (STEP_LIMIT, TOO_STIFF))
@@ -254,7 +254,7 @@ def bars() -> Iterator[str]:
                 f"{100 * row.kept / max(row.count - row.flagged, 1):.2f} %",
                 f"{row.uncertain} of {row.count + row.uncertain}",
             )
-            for row in barred(*draw())
+            for row in has_error_bars(*draw())
         ]  # fmt: skip
         heads = (
             "goal",

@@ -27,7 +27,7 @@ from reports.display import (
 from reports.evidence import Decision, Equivalence, OverallEquivalence, OverallSavings, OverGroups
 from reports.naming import levels_name, swept_factor, swept_words, treatment_name
 from reports.numbers import Number
-from reports.sentences import bounds_text, exploratory_text, lost_by_holm, sides_text, where_text
+from reports.sentences import bounds_text, exploratory_text, holm_clause, sides_text, where_text
 
 ELSEWHERE = "That it holds on other days is not shown."
 """What follows a claim that holds for the days measured; where nothing is shown there is nothing to hold."""
@@ -61,7 +61,7 @@ def decided_text(lead: Decision, words: Words, exploratory: str = "") -> str:
     if isinstance(lead.test.p, Undefined):
         left = f" ({_other_days(lead)})" if lead.other else ""
         return f"Whether {words.asked} cannot be told: {lead.test.p.reason}{left}; the means differ by {signed}."
-    once = "significant after Holm" if lead.rejected and lost_by_holm(lead) else ""
+    once = "significant after Holm" if lead.rejected and holm_clause(lead) else ""
     if not lead.rejected or once:
         clause = f"{words.unshown} is not {once or 'significant'}: {signed}"
     elif isinstance(number.ci_low, Undefined):
@@ -97,7 +97,7 @@ def groups_in_one_sentence(content: ReportContent, outcome: Outcome) -> str:
     equivalent = all(item is not None and item.shown for _, item in leads)
     if not equivalent or len(values) < len(leads) or any(lead.unit != "day" for lead, _ in leads):
         return ""
-    shown = sum(bool(lead.rejected) and not lost_by_holm(lead) for lead, _ in leads)
+    shown = sum(bool(lead.rejected) and not holm_clause(lead) for lead, _ in leads)
     places = common_places(lead.difference for lead, _ in leads)
     span = with_unit(f"{value_text(min(values), places)} to {value_text(max(values), places)}", numbers[0].unit)
     bounds = next(bounds_text(item) for _, item in leads if item is not None)
@@ -216,7 +216,7 @@ def _savings_claim(content: ReportContent, overall: OverallSavings) -> Claim:
 def _significant_alone(content: ReportContent, overall: OverallSavings) -> str:
     """Name the groups whose own savings are significant, after Holm; "" where none is, or all are in one direction."""
     leads = _leads(content, overall.quantity, overall.scope)
-    significant = {name: lead for name, lead in leads.items() if lead.rejected and not lost_by_holm(lead)}
+    significant = {name: lead for name, lead in leads.items() if lead.rejected and not holm_clause(lead)}
     saved = [name for name, lead in significant.items() if not _cost(lead)]
     cost = [name for name in significant if name not in saved]
     if not significant or (len(significant) == len(leads) and not (saved and cost)):

@@ -45,7 +45,7 @@ def where_text(content: ReportContent, comparison: Comparison) -> str:
     return f" with {list_text(parts)}" if parts else ""
 
 
-def lost_by_holm(lead: Decision) -> str:
+def holm_clause(lead: Decision) -> str:
     """Say that the family's tests leave nothing shown, " once the 4 tests ..."; "" where they do not, or are one.
 
     An interval of level 1 - alpha is not adjusted: what it shows alone, Holm's p may not.
@@ -70,7 +70,7 @@ def savings_claim(content: ReportContent, comparison: Comparison) -> Claim:
     shown = False if comparison.one_day_each else comparison.savings_shown
     treatment = sentence_start(treatment_name(content, comparison.group))
     against, between = sides_text(content, comparison)
-    once = lost_by_holm(comparison.lead) if shown else ""
+    once = holm_clause(comparison.lead) if shown else ""
     if shown is None and savings.value < 0:
         lead = (
             f"{treatment} cost {size} more energy a jump{against}{where} by the best estimate, which cannot be bounded"
@@ -162,7 +162,7 @@ def difference_claim(content: ReportContent, comparison: Comparison) -> Claim:
         else f"{count_text(comparison.n_control, f'control {content.counted}')} and "
         f"{count_text(comparison.n_treatment, f'treatment {content.counted}')} are too few for an interval"
     )
-    once = lost_by_holm(comparison.lead)
+    once = holm_clause(comparison.lead)
     lost = f", which is not shown{once}" if once else ""
     verdict = {True: lost, False: ", which the interval does not tell from zero", None: ""}[comparison.rejected]
     if comparison.one_day_each:

@@ -15,7 +15,7 @@ from dataclasses import fields, replace
 from simulator.jump import (
     FINEST_ACCURACY,
     close_decision,
-    flagged_from_the_first_on,
+    flag_after_ill_conditioned,
     open_book,
     rounding_share,
     simulate,
@@ -93,7 +93,7 @@ def simulate_with_errors(scene: Scene, accuracy: float = 1e-6, trajectory: bool 
         fine,
         accuracy=accuracy,
         finer_accuracy=fine.accuracy,
-        jumps=flagged_from_the_first_on(jumps),
+        jumps=flag_after_ill_conditioned(jumps),
         compile_time_s=coarse.compile_time_s or fine.compile_time_s,
         interpreted=coarse.interpreted,
         wall_time_s=coarse.wall_time_s + fine.wall_time_s,

@@ -87,7 +87,7 @@ def simulate(scene: Scene, accuracy: float = 1e-6, trajectory: bool = False) -> 
     return SceneResult(
         scene,
         accuracy,
-        flagged_from_the_first_on(jumps),
+        flag_after_ill_conditioned(jumps),
         compile_time_s=compiling,
         wall_time_s=spent,
         interpreted=kernel.interpreted,
@@ -95,7 +95,7 @@ def simulate(scene: Scene, accuracy: float = 1e-6, trajectory: bool = False) -> 
     )
 
 
-def beside_other_contact(result: SceneResult, simulated: Callable[[Scene, float], SceneResult]) -> SceneResult:
+def with_other_contact(result: SceneResult, simulated: Callable[[Scene, float], SceneResult]) -> SceneResult:
     """Add the last jump with contact at the print, where a lifted foot sank unresisted by more than the accuracy.
 
     `simulated` is what gave the result: `simulate`, or `simulate_with_errors`. Returns the result as it is where the
@@ -109,8 +109,8 @@ def beside_other_contact(result: SceneResult, simulated: Callable[[Scene, float]
     return replace(result, other_contact=at_the_print.jump)
 
 
-def flagged_from_the_first_on(jumps: tuple[JumpResult, ...]) -> tuple[JumpResult, ...]:
-    """What follows an ill-conditioned jump starts from a state that is not better known."""
+def flag_after_ill_conditioned(jumps: tuple[JumpResult, ...]) -> tuple[JumpResult, ...]:
+    """Flag all jumps after an ill-conditioned one: they start from a state that is not better known."""
     flags = itertools.accumulate((jump.ill_conditioned for jump in jumps), max)
     return tuple(
         jump if jump.ill_conditioned == flag else replace(jump, ill_conditioned=flag)

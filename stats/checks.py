@@ -23,7 +23,7 @@ from data_schema.errors import InputRefused, unknown_name
 from stats.results import missing_text
 
 
-def refuse_what_is_no_list(name: str, values: Any) -> None:
+def require_list(name: str, values: Any) -> None:
     """Raise `InputRefused` for a table, a dict, a set, a generator or a single number, saying what to give instead.
 
     `name` is what the sentence calls the values.
@@ -78,7 +78,7 @@ def as_sample(name: str, values: ArrayLike | Iterable[Decimal | Fraction], missi
     """
     if missing not in MISSING:
         raise unknown_name("way with missing values", missing, MISSING)
-    refuse_what_is_no_list(name, values)
+    require_list(name, values)
     doubles, rest = _doubles(name, values)
     if doubles.ndim == 0:
         raise InputRefused(f"{name} is a single value: give a list of numbers.")

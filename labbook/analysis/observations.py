@@ -66,8 +66,10 @@ def pooled_over(numbers: Sequence[RunNumber], by: str, configuration: Configurat
     ]
 
 
-def beside_plan(by: str, control: str, jumps: bool, numbers: Sequence[RunNumber], configuration: Configuration) -> str:
-    """Say why none of the families that can be decided on has this question; "" where one has."""
+def why_not_planned(
+    by: str, control: str, jumps: bool, numbers: Sequence[RunNumber], configuration: Configuration
+) -> str:
+    """Say why no family that can be decided on has this comparison; "" where one has."""
     swept = pairing.swept_factor(configuration)
     if swept is None or by != swept:
         other = "" if swept is None else f", its families compare levels of {swept}"
@@ -122,7 +124,7 @@ class Observations:
     """What rules the analysis of the book's values; None for a table."""
     measured: Outcome = Outcome.JOULES
     """Which of the book's quantities the values are."""
-    beside_plan: str = ""
+    why_not_planned: str = ""
     """Why no family of the plan has this question, where none has it."""
     configuration: Configuration | None = None
     """Of the book, which names its factors and their levels."""
@@ -200,7 +202,7 @@ class Observations:
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class ObservationRequest:
     """What is asked of a book: `by` and `control` None for the study's own; `jumps` for single jumps, not run means."""
 
     quantity: Outcome = Outcome.JOULES
@@ -214,7 +216,7 @@ def observations_of_book(
     connection: sa.Connection,
     store: Store,
     configuration: Configuration,
-    asked: Asked,
+    asked: ObservationRequest,
     step: Callable[[str], None] = lambda _what: None,
 ) -> Observations:
     """Read the values that a report of the same runs shows: one a run, computed or stored by the same functions.
@@ -260,7 +262,7 @@ def observations_of_book(
         notes=(*left_out(evidence, numbers, missing, asked.quantity), *pooled_over(numbers, by, configuration)),
         plan=planned_analysis(connection, configuration, [run.uid for run in evidence.selected]),
         measured=asked.quantity,
-        beside_plan=beside_plan(by, control, asked.jumps, numbers, configuration),
+        why_not_planned=why_not_planned(by, control, asked.jumps, numbers, configuration),
         configuration=configuration,
     )
 

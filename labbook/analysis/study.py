@@ -27,7 +27,7 @@ from labbook.analysis.outcomes.run_energy import Drain, passive_drains, run_ener
 from labbook.analysis.prediction.bias import Biases, judge
 from labbook.analysis.prediction.checking import Checked, check_conditions, check_savings
 from labbook.analysis.prediction.hypotheses import Tested, judge_hypotheses
-from labbook.analysis.prediction.predicting import PredictionResult, predictions, predictions_ahead
+from labbook.analysis.prediction.predicting import PredictionResult, predictions, predictions_in_background
 from labbook.analysis.prediction.simulating import ALWAYS, SIMULATED
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.analysis.results.codec import StoredResult
@@ -118,7 +118,7 @@ def analyse(
     planned = planned_analysis(cache.connection, evidence.configuration, [run.uid for run in evidence.selected])
     if level is not None and not math.isclose(level, 1.0 - planned.settings.alpha):
         planned = replace(planned, settings=replace(planned.settings, alpha=1.0 - level))
-    ahead = predictions_ahead(cache, evidence)
+    ahead = predictions_in_background(cache, evidence)
     progress("passive drain and joules a jump")
     drains = passive_drains(cache, evidence)
     energies = run_energies(cache, evidence, drains)

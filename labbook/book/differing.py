@@ -16,7 +16,7 @@ from data_schema.queries.imports import readings
 from data_schema.queries.readings import waiting_files
 from data_schema.queries.reports import shown_numbers
 from data_schema.vocabulary import Action
-from labbook.analysis.results.result_cache import agree, versions_now
+from labbook.analysis.results.result_cache import equals_printed, versions_now
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +78,7 @@ def differences(connection: sa.Connection, entries: Iterable[Entry], without_row
     """
     shown = shown_numbers(connection)
     gone = [item for item in shown if not item.known]
-    changed = [item for item in shown if item.known and not agree(item.printed, item.value)]
+    changed = [item for item in shown if item.known and not equals_printed(item.printed, item.value)]
     now = readings(connection)
     versions, other_algorithms, anew = versions_now(), False, []
     for entry in entries:

@@ -28,7 +28,7 @@ from labbook.book.opening import (
     speaker_of,
 )
 from labbook.config.parsing import Configuration, template
-from labbook.config.places import placed
+from labbook.config.places import with_places
 
 
 def make_book(folder: Path, person: str | None, database_url: str | None = None, store: Path | None = None) -> bool:
@@ -82,7 +82,7 @@ def _first_configuration(folder: Path, person: str | None, database_url: str | N
         return lost
     if person is None:
         raise UsageError("a new book needs a person: add --as NAME.")
-    return placed(template(folder.resolve().name, person), database_url, store)
+    return with_places(template(folder.resolve().name, person), database_url, store)
 
 
 def last_configuration(entries: Iterable[Entry]) -> str | None:

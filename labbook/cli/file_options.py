@@ -12,7 +12,7 @@ from data_schema.vocabulary import Severity
 from ingest.channels.forces import AXES
 from ingest.timebase.clock_formats import CLOCK_FORMATS, DATE_FORMATS
 from labbook.actions.files.ingesting import FileOutcome
-from labbook.config.profiles import can_part_cells, channel_meant, check_unit
+from labbook.config.profiles import check_unit, declared_channel, is_delimiter
 from labbook.terminal import say
 
 _ASKED_WORDS = {"date_unclear": ("dates", ("d/m/y", "m/d/y")), "clock_unclear": ("clock", ("m:s", "h:m"))}
@@ -40,7 +40,7 @@ def declared_options(given: Mapping[str, Any]) -> dict[str, Any]:
         options["decimal_sign"] = decimal_sign
     if delimiter is not None:
         options["delimiter"] = sign = "\t" if delimiter == "tab" else delimiter
-        if not can_part_cells(sign):
+        if not is_delimiter(sign):
             raise UsageError(f"--delimiter {delimiter!r} cannot part cells: give one sign such as ; , | or tab.")
     if encoding is not None:
         try:
@@ -52,7 +52,7 @@ def declared_options(given: Mapping[str, Any]) -> dict[str, Any]:
     for text in given["column"] or ():
         name, channel = _pair("--column", text, "h=body_height:mm")
         channel, _colon, unit = channel.partition(":")
-        channel = channel_meant(channel)
+        channel = declared_channel(channel)
         if unit:
             check_unit(unit, channel)
         declared[name] = {"channel": channel, "unit": unit or None}

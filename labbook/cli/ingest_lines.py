@@ -28,8 +28,8 @@ _CONTRADICTIONS = ("charge_contradicts", "log_day_differs", "date_in_future", "h
 def outcome_lines(outcome: FileOutcome, missing: MissingHeight | None = None, *, remarks: bool = True) -> list[str]:
     """Return the lines for people: what became of the file, and its findings.
 
-    `missing` is said before all else: the log has no body height. Without `remarks` only findings that a person must
-    act on are told.
+    `missing` comes first: the log has no body height. Without `remarks` only findings that a person must act on are
+    listed.
     """
     if outcome.first is not None:
         restored = ["  raw copy restored: the book's own was missing or damaged."] if outcome.raw_restored else []
@@ -48,11 +48,11 @@ def file_line(outcome: FileOutcome) -> str:
             + ("".join(f" {text}" for text in outcome.messages))
             + (" Raw copy restored." if outcome.raw_restored else "")
         )
-    noted = noted_in(outcome)
+    noted = remark_counts(outcome)
     return file_head(outcome) + (f" Noted: {noted}." if noted else "")
 
 
-def noted_in(outcome: FileOutcome) -> str:
+def remark_counts(outcome: FileOutcome) -> str:
     """Return the rules of a file's remarks, each with how often it was found; empty where there are none."""
     found = () if outcome.read is None else outcome.read.findings
     rules = Counter(finding.rule for finding in found if _is_remark(finding))
@@ -121,7 +121,7 @@ def outcome_json(outcome: FileOutcome, rig: Sequence[RigLine], missing: MissingH
 
 
 def finding_lines(findings: Sequence[Finding]) -> list[str]:
-    """Return a line for each rule: what several columns or rows have in common is said once, with the first message.
+    """Return a line for each rule: what several columns or rows have in common is written once, with the first message.
 
     Of what refuses a file every message stands, for each names what to do.
     """
@@ -241,7 +241,7 @@ def _sorted(batch: Batch) -> _Sorted:
         if concern is not None:
             lines = outcome_lines(outcome, missing, remarks=False)
             alike = tuple(line.replace(outcome.path, "") for line in lines if line != file_head(outcome))
-            noted = "" if outcome.status is IngestStatus.REFUSED else noted_in(outcome)
+            noted = "" if outcome.status is IngestStatus.REFUSED else remark_counts(outcome)
             lines += [f"  noted: {noted}."] if noted else []
             found.attention.append(_Concern(concern, lines, outcome.path, alike))
         elif (outcome.read is not None and outcome.read.findings) or outcome.raw_restored or outcome.messages:
@@ -258,7 +258,7 @@ def _sorted(batch: Batch) -> _Sorted:
 
 
 def _worst_first(concerns: Sequence[_Concern]) -> list[str]:
-    """Return the lines of all, the gravest first; of files that ail alike the first is told, and the others named."""
+    """Return the lines of all, the gravest first; of files with the same fault the first is described, others named."""
     groups: dict[object, list[_Concern]] = {}
     for place, concern in sorted(enumerate(concerns), key=lambda item: item[1].rank):
         groups.setdefault((concern.rank, concern.alike) if concern.alike else place, []).append(concern)
@@ -286,7 +286,7 @@ def _concern(outcome: FileOutcome, missing: MissingHeight | None, run: str | Non
 
 
 def _of_run(line: RigLine) -> tuple[int, int]:
-    """Rank what is said of a run: jumps not as made, logs too many, an odd charge, joules out of limits, nothing."""
+    """Rank the concerns about a run: jumps not as made, logs too many, an odd charge, joules out of limits, nothing."""
     if line.jumps_off:
         return _JUMPS, -line.jumps_off
     if line.logs_do_not_count:

@@ -25,7 +25,7 @@ from labbook.cli.ingest import ingest
 from labbook.cli.plan import plan
 from labbook.cli.power import power
 from labbook.cli.report import report
-from labbook.cli.start import INTERRUPTED, tell
+from labbook.cli.start import INTERRUPTED, print_interrupted
 from labbook.cli.statements import assign, charge, check, correct, note, void
 from labbook.cli.views import analysis, channels, compare, formats, plot, show, today, why
 from labbook.terminal import printable_json, say
@@ -113,7 +113,7 @@ def run(words: Sequence[str] | None = None) -> NoReturn:
                 say(f"labbook: {sentence}", err=True)
         _leave_unwritten()
     if code == INTERRUPTED:
-        tell()
+        print_interrupted()
     sys.exit(code or 0)
 
 

@@ -72,7 +72,7 @@ def run(
     from reports.figures.kind import check_form
     from simulator.changes import changed_by_words
     from simulator.error_bars import simulate_with_errors
-    from simulator.jump import beside_other_contact, simulate
+    from simulator.jump import simulate, with_other_contact
     from simulator.kernel.build import is_compiled
     from simulator.scene_file import load_scene
 
@@ -86,7 +86,7 @@ def run(
         ablation = auto.ablation(full, step)
         drawn = plot is not None or animate is not None
         result = simulated(with_enough(full, ablation), accuracy, trajectory=drawn)
-        result = beside_other_contact(result, simulated)
+        result = with_other_contact(result, simulated)
         if drawn:
             draw_motion(result, plot, animate)
     ablation_lines = [] if ablation is None else ["", *verdict(ablation)]
@@ -238,11 +238,11 @@ def accuracy(
     from labbook.presenting.simulation.work_precision import as_data, as_lines, work_precision_of
     from reports.figures.kind import check_form
     from reports.figures.work_precision import draw_work_precision
-    from simulator.accuracy.study import accuracy_study, points_to_come
+    from simulator.accuracy.study import accuracy_study, n_points
     from simulator.changes import changed_by_words
     from simulator.scene_file import load_scene
 
-    with progress("compiling", points_to_come(quick), shown=not as_json) as done:
+    with progress("compiling", n_points(quick), shown=not as_json) as done:
         check_form("--plot", plot)
         study = accuracy_study(changed_by_words(load_scene(scene), sets or (), effects), quick, done)
         if plot is not None:

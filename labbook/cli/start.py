@@ -21,12 +21,12 @@ def main() -> NoReturn:
     """
     pressed = []
 
-    def press(_signal: int, _frame: FrameType | None) -> NoReturn:
+    def on_interrupt(_signal: int, _frame: FrameType | None) -> NoReturn:
         pressed.append(True)
         raise KeyboardInterrupt
 
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # else it is to be ignored, as under nohup
-        signal.signal(signal.SIGINT, press)
+        signal.signal(signal.SIGINT, on_interrupt)
     try:
         from labbook.cli.main import run
 
@@ -37,11 +37,11 @@ def main() -> NoReturn:
     except BaseException as error:
         if not pressed and not isinstance(error, KeyboardInterrupt):
             raise
-        tell()
+        print_interrupted()
         sys.stderr.flush()
         os._exit(INTERRUPTED)  # half of an import may be left behind, at which closing in order would stumble
 
 
-def tell() -> None:
-    """Say that the command was interrupted, and what that means for the book."""
+def print_interrupted() -> None:
+    """Print that the command was interrupted, and what that means for the book."""
     print("labbook: interrupted; what was finished before is kept, what was not is left out.", file=sys.stderr)

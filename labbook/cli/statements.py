@@ -127,7 +127,7 @@ def correct(
     from labbook.book.naming import changes_in_words
     from labbook.book.opening import opened
     from labbook.cli.reading import with_answers
-    from labbook.config.places import to_change
+    from labbook.config.places import toml_changes
 
     with opened(book) as opened_book:
         configuration = opened_book.configuration
@@ -146,7 +146,7 @@ def correct(
         changed, words, runs, remarks, settled, stale = with_answers(attempt, {"fold": fold}, ask=not as_json)
         about = runs if OF_JOULES & changed.keys() else ()
         rig = [line.text for line in rig_lines_of_runs(opened_book, about, jumps="jumps_made" in changed)]
-    in_file = to_change(configuration, target, {name: new for name, (_old, new) in changed.items()})
+    in_file = toml_changes(configuration, target, {name: new for name, (_old, new) in changed.items()})
     message = f"{target}: {', '.join(fields)}." if changed else f"{target} says that already: nothing was changed."
     lines = [
         message,

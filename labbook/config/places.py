@@ -18,7 +18,7 @@ from labbook.config.model import Configuration
 _TABLES = {"robot": "robots", "battery": "batteries", "instrument": "instruments", "factor": "factors"}
 
 
-def to_change(configuration: Configuration, target: str, corrected: Mapping[str, Any]) -> list[str]:
+def toml_changes(configuration: Configuration, target: str, corrected: Mapping[str, Any]) -> list[str]:
     """Return a line for each field that labbook.toml should change; none where it agrees already or never had it.
 
     `target` is `study`, `robot:NAME`, `battery:NAME`, `instrument:NAME`, `factor:NAME` or `level:FACTOR=LABEL`;
@@ -71,7 +71,7 @@ _OF_PLACE = re.compile(r"^\s*\[\s*(database|store)\s*\]")
 PLACES = ("database", "store")
 
 
-def in_one_folder(text: str, database_url: str | None) -> str:
+def without_places(text: str, database_url: str | None) -> str:
     """Return the text of a labbook.toml whose store is in the book itself, and whose database too, or has this address.
 
     Raises `UsageError` where `[database]` and `[store]` are not tables with a header of their own.
@@ -82,7 +82,7 @@ def in_one_folder(text: str, database_url: str | None) -> str:
             leaving = _OF_PLACE.match(line) is not None
         if not leaving or not line.partition("#")[0].strip():  # comments at the end may belong to the next table
             retained.append(line)
-    moved = placed("".join(retained), database_url, None)
+    moved = with_places("".join(retained), database_url, None)
     wanted = {key: value for key, value in tomllib.loads(text).items() if key not in PLACES}
     if database_url is not None:
         wanted["database"] = {"url": database_url}
@@ -97,7 +97,7 @@ def in_one_folder(text: str, database_url: str | None) -> str:
     )
 
 
-def placed(text: str, database_url: str | None, store: Path | None) -> str:
+def with_places(text: str, database_url: str | None, store: Path | None) -> str:
     """Return the text of a labbook.toml that has no such tables with `[database]` and `[store]` added."""
     for table, key, value in (("database", "url", database_url), ("store", "path", store)):
         if value is not None:

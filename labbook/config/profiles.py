@@ -105,7 +105,7 @@ def _column(table: TableReader, in_force: bool) -> ProfileColumn:
     channel, unit = table.optional_text("channel"), table.optional_text("unit")
     key = "channel"
     try:
-        channel = channel_meant(channel) if channel else channel
+        channel = declared_channel(channel) if channel else channel
         key = "unit"
         if unit and not in_force:
             check_unit(unit, channel)
@@ -148,7 +148,7 @@ def _encoding(table: TableReader) -> str | None:
     return given
 
 
-def can_part_cells(sign: object) -> bool:
+def is_delimiter(sign: object) -> bool:
     """Whether something is a sign that may stand between cells."""
     one_sign = isinstance(sign, str) and len(sign) == 1 and sign.isascii()
     return one_sign and not str(sign).isalnum() and sign not in _NOT_DELIMITERS
@@ -158,7 +158,7 @@ def _delimiter(table: TableReader) -> str | None:
     given = table.value("delimiter")
     if given is None:
         return None
-    if not can_part_cells(given):
+    if not is_delimiter(given):
         table.fault("delimiter", f'{given!r} cannot part cells: give one sign such as ";", ",", "|" or "\\t".')
         return None
     return str(given)
@@ -184,7 +184,7 @@ SHEET_COLUMNS = {
 _WHERE = "`labbook channels` lists all; a quantity of your own is written own.NAME."
 
 
-def channel_meant(text: str) -> str:
+def declared_channel(text: str) -> str:
     """Return the channel that a declaration names, `own.` taken off.
 
     Raises `UnknownName` with the nearest for what is no channel, `UsageError` for an own name that is none.

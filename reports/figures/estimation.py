@@ -18,9 +18,9 @@ from reports.display import NO_BREAK, as_shown, level_text, shown_unit
 from reports.figures.estimation_parts import (
     SD_AT,
     DrawnGroup,
+    axis_values,
     draw_difference,
     draw_groups,
-    ends_of,
     has_interval,
     named_with_unit,
     part_text,
@@ -175,7 +175,7 @@ def _heighten(figure: Figure, more_in: float) -> None:
 
 
 def _fits_beside(drawn: _Drawn, estimation: Estimation) -> bool:
-    ends = ends_of(drawn.lone)
+    ends = axis_values(drawn.lone)
     same_unit = drawn.lone is not None and drawn.lone.unit == shown_unit(estimation.unit)[0]
     if len(drawn.groups) != 2 or not same_unit or not ends or drawn.reference.mean is None:
         return False
@@ -190,7 +190,7 @@ def _gardner_altman(drawn: _Drawn, width_in: float) -> Figure:
     put_above(figure, drawn.line, width_in)
     axes = figure.add_subplot()
     values = [value for group in order for value in group.values]
-    set_limits(axes, values + [zero + end for end in (*ends_of(number), *drawn.bounds)])
+    set_limits(axes, values + [zero + end for end in (*axis_values(number), *drawn.bounds)])
     axes.set_xlim(-0.55, 2.5)
     third = f"difference\n({level_text(number)})" if number is not None and has_interval(number) else "difference"
     _heighten(figure, set_names(axes, order, [third], width_in))
@@ -219,7 +219,7 @@ def _cumming(drawn: _Drawn, width_in: float) -> Figure:
     set_limits(upper, [value for group in groups for value in group.values])
     upper.set_ylabel(_broken(drawn.quantity, _LETTERS_ABOVE))
     upper.tick_params(axis="x", length=0)
-    set_limits(lower, [0.0, *drawn.bounds, *(end for number in drawn.differences for end in ends_of(number))])
+    set_limits(lower, [0.0, *drawn.bounds, *(end for number in drawn.differences for end in axis_values(number))])
     lower.axhline(0.0, color=GREY, linewidth=0.8, zorder=1)
     for bound in drawn.bounds:
         lower.axhline(bound, color=BLACK, linewidth=0.8, linestyle="--", zorder=2)

@@ -13,9 +13,9 @@ from reports.display import as_shown, common_places, interval_text, level_text, 
 from reports.evidence import Side
 from reports.figures.estimation_parts import (
     DrawnGroup,
+    axis_values,
     draw_difference,
     draw_values,
-    ends_of,
     named_with_unit,
     set_limits,
     set_names,
@@ -89,7 +89,7 @@ def _draw(content: ReportContent, quantity: Outcome, width_in: float) -> Figure:
     for axes in grid.flat:
         axes.set_visible(False)
     all_values = [value for groups in sides for group in groups for value in group.values]
-    below = [end for comparison in chosen for end in ends_of(as_shown(comparison.lead.difference))]
+    below = [end for comparison in chosen for end in axis_values(as_shown(comparison.lead.difference))]
     below += [0.0, *(value for item in tested for value in (*item.bounds, *(item.ends or ())))]
     uppers = []
     for place, (comparison, groups) in enumerate(zip(chosen, sides, strict=True)):
@@ -127,7 +127,7 @@ def _draw_difference(axes: Axes, number: Number, tested: tuple[float, float] | N
 
     The interval that is held against the bounds lies behind it as a thicker line.
     """
-    found = ends_of(number)
+    found = axis_values(number)
     if len(found) < 3:
         draw_difference(axes, number, 1.0, 0.0)
         return
@@ -144,7 +144,7 @@ def _tested(comparison: Comparison, control_mean: float | None) -> _Tested:
     if item is None or (item.estimate.unit == "%" and control_mean is None):
         return _Tested()
     factor = 0.01 * (control_mean or 0.0) if item.estimate.unit == "%" else shown_unit(item.estimate.unit)[1]
-    found = ends_of(item.estimate)  # estimate, low, high
+    found = axis_values(item.estimate)  # estimate, low, high
     ends = (factor * found[1], factor * found[2]) if len(found) == 3 else None
     return _Tested((factor * item.low, factor * item.high), ends)
 

@@ -119,7 +119,7 @@ class DrawnGroup:
     colour: str
 
 
-def ends_of(number: Number | None) -> list[float]:
+def axis_values(number: Number | None) -> list[float]:
     """Return what of a difference takes place on its axis: estimate and finite ends."""
     if number is None:
         return []
@@ -237,7 +237,7 @@ def draw_difference(axes: Axes, number: Number, x: float, zero: float) -> None:
     if not isinstance(number.value, int | float):
         axes.text(x, zero, "undefined", color=GREY, fontsize=6.5, ha="center", va="bottom")
         return
-    at, ends = zero + number.value, [zero + end for end in ends_of(number)[1:]]
+    at, ends = zero + number.value, [zero + end for end in axis_values(number)[1:]]
     if has_interval(number):
         axes.plot([x, x], ends, color=BLACK, linewidth=1.4, solid_capstyle="butt", zorder=5)
     else:

@@ -132,7 +132,7 @@ def smallest_set(leaving_out: LeavingOut, singles_and_pairs: Iterable[LeftOut], 
     )
 
 
-def nothing_left_out(leaving_out: LeavingOut) -> Smallest:
+def smallest_is_full(leaving_out: LeavingOut) -> Smallest:
     """Return the full scene as the smallest set: no effect can go."""
     return Smallest(in_order(leaving_out.scene.effects), leaving_out.measure(frozenset()), (), True)
 

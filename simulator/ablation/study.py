@@ -17,8 +17,8 @@ from simulator.ablation.smallest import (
     OutputsWithout,
     Smallest,
     in_order,
-    nothing_left_out,
     refusal,
+    smallest_is_full,
     smallest_set,
 )
 from simulator.scene import Scene
@@ -150,7 +150,7 @@ def _smallest(
         checked = later.measure(frozenset(smallest.left_out.effects))
         if checked.difference.within(tolerance):
             return smallest, checked, share
-    return nothing_left_out(leaving_out), later.measure(frozenset()), 0.0
+    return smallest_is_full(leaving_out), later.measure(frozenset()), 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,7 +171,7 @@ class Together:
         return math.inf if isinstance(self.change, Undefined) else abs(self.change - self.expected)
 
 
-def worst_together(ablation: Ablation, effect: str) -> Together | None:
+def least_additive_pair(ablation: Ablation, effect: str) -> Together | None:
     """Return the pair with this effect, and the output, that are farthest from what is expected.
 
     None where all is as expected, to a tenth of the tolerance, and where the effect cannot be left out alone.

@@ -81,7 +81,7 @@ def accuracy_study(
     return AccuracyStudy(scene, reference, series)
 
 
-def points_to_come(quick: bool) -> int:
+def n_points(quick: bool) -> int:
     """Return how often `accuracy_study` calls `done`, at most."""
     return 1 + sum(len(_settings(method, quick)) for method in METHODS.values())
 

@@ -155,7 +155,7 @@ def check_simulator(recipe: Recipe, version: str) -> None:
         )
 
 
-def simulate_rows(recipe: Recipe, values: Block, barred: Flags | None = None) -> Block:
+def simulate_rows(recipe: Recipe, values: Block, has_error_bars: Flags | None = None) -> Block:
     """Simulate a scene for each row of swept values, shape (rows, axes); return shape (rows, jumps, outputs).
 
     A recipe with error bars gives the errors after the outputs; `barred` says which rows have them, shape (rows,), all
@@ -169,7 +169,7 @@ def simulate_rows(recipe: Recipe, values: Block, barred: Flags | None = None) ->
     if not recipe.finer:
         return block
     whole = np.concatenate([block, np.full((*block.shape[:2], len(ERRORS)), np.nan)], axis=2)
-    which = np.ones(len(values), np.bool_) if barred is None else barred
+    which = np.ones(len(values), np.bool_) if has_error_bars is None else has_error_bars
     whole[which] = _with_errors(recipe.accuracy, block[which], _finer(recipe, table[which]))
     return whole
 

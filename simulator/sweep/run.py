@@ -112,7 +112,7 @@ def _legal_rows(sweep: Sweep, number: int) -> tuple[Block, Flags]:
     """Return the swept values of the scenes in a chunk that can be simulated, and which of these have error bars."""
     bounds = sweep.chunks.bounds(number)
     legal = ~sweep.refusals.rows(*bounds)
-    return sweep.design.rows(*bounds)[legal], sweep.barred(*bounds)[legal]
+    return sweep.design.rows(*bounds)[legal], sweep.has_error_bars(*bounds)[legal]
 
 
 def _finished(out: Path, format_: Format, identity: Identity) -> Summary | None:

@@ -94,16 +94,16 @@ class Sweep:
         """What it gives for each jump."""
         return (*OUTPUTS, *ERRORS) if self.error_bars else OUTPUTS
 
-    def barred(self, start: int, stop: int) -> Flags:
+    def has_error_bars(self, start: int, stop: int) -> Flags:
         """Return which of the rows from `start` to before `stop` have error bars, shape (rows,)."""
         found: Flags = np.modf((np.arange(start, stop) + 0.5) * _SPREAD)[0] < self.error_bars
         return found
 
     @property
-    def barred_rows(self) -> int:
+    def n_with_error_bars(self) -> int:
         """How many of the scenes that can be simulated have error bars."""
         blocks = _blocks(self.design) if self.error_bars else ()
-        return sum(int((self.barred(*block) & ~self.refusals.rows(*block)).sum()) for block in blocks)
+        return sum(int((self.has_error_bars(*block) & ~self.refusals.rows(*block)).sum()) for block in blocks)
 
     @property
     def assumed(self) -> tuple[str, ...]:

@@ -22,7 +22,7 @@ from data_schema.reasons import Reason
 from data_schema.rounding import error_of, given_text, interval_text, level_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_pair
-from stats.compare.summary import AS_A_AND_B, Groups, Names, read_groups, two_names
+from stats.compare.summary import AS_A_AND_B, Groups, Names, pair_of_names, read_groups
 from stats.exact.numbers import QUANTILE_BEYOND_DOUBLES, exact_root, finite, finite_pair, root_between, shortened
 from stats.exact.tails import complement_level, exact_df, t_quantile, t_upper
 from stats.results import Result, missing_text, with_unit
@@ -353,7 +353,7 @@ def equivalence(
     alpha = as_level("alpha", alpha)
     if alpha >= 0.5:
         raise InputRefused(f"alpha is {alpha!r}: give a number below 0.5, for example 0.05.")
-    names = two_names(names)
+    names = pair_of_names(names)
     read = read_groups(as_pair(names, a, b), missing)
     percent = bounds == "percent"
     estimate, by_test = contrasts(read, percent=percent)

@@ -265,7 +265,7 @@ def permutation_test(
     days = two_by_day(a, b, day_a, day_b, missing)
     shared = days.shared_days
     if not shared:
-        none = days.nothing_shared()
+        none = days.why_no_shared_day()
         unused = days.missing, days.unused_a, days.unused_b
         return Permutation(days.n_a, days.n_b, days.n_days, none, none, none, none, False, 0, none, *unused)
     arrangements = math.prod(math.comb(each.a.size + each.b.size, each.a.size) for each in shared)
@@ -341,7 +341,7 @@ def bootstrap_difference(
         return Bootstrap(days.n_a, days.n_b, days.n_days, difference, *none, level, resamples, seed, *unused)
 
     if not days.shared_days:
-        none = days.nothing_shared()
+        none = days.why_no_shared_day()
         return undefined(none, none)
     cells, exponent = days.centred_cells()
     if not any(cell.values.any() for cell in cells):

@@ -48,7 +48,7 @@ from data_schema.rounding import error_of, interval_text, number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_pair
 from stats.compare.shared_error import CANCELLED, Joint, SharedError, as_shared, degrees_of_fits, joints
-from stats.compare.summary import Group, Groups, Names, read_groups, two_names
+from stats.compare.summary import Group, Groups, Names, pair_of_names, read_groups
 from stats.exact.numbers import QUANTILE_BEYOND_DOUBLES, Interval, exact_root, finite, finite_pair, shortened
 from stats.exact.tails import exact_df
 from stats.results import Result, missing_text
@@ -311,7 +311,7 @@ def percent_savings(
         for name, shared in (("shared_in_control", shared_in_control), ("shared_in_treated", shared_in_treated))
     )
     df_of_fits = degrees_of_fits([in_control, in_treated])
-    names = two_names(names)
+    names = pair_of_names(names)
     read = read_groups(as_pair(names, control, treated), missing)
     result = replace(_described(read, names, level, scale_relative_se), names=names)
     if read.empty:

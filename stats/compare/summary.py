@@ -159,7 +159,7 @@ AS_A_AND_B: Names = ("a", "b")
 """What two groups are called in reasons and sentences where their own names are not given."""
 
 
-def two_names(names: Names) -> Names:
+def pair_of_names(names: Names) -> Names:
     """Return the names of two groups; raises `InputRefused` where they are not two texts."""
     if isinstance(names, str) or len(names) != 2 or not all(isinstance(name, str) for name in names):
         raise InputRefused(f"names is {names!r}: give the names of both groups, as ('control', 'treated').")

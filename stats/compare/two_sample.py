@@ -19,7 +19,7 @@ from data_schema.rounding import error_of, interval_text, number_text, p_text, s
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_pair, as_sample
 from stats.compare.effect_size import hedges_factor, hedges_g_ci
-from stats.compare.summary import AS_A_AND_B, Names, empty, student, two_names, welch
+from stats.compare.summary import AS_A_AND_B, Names, empty, pair_of_names, student, welch
 from stats.exact.numbers import Moments, exact_root, finite, moments
 from stats.exact.tails import complement_level
 from stats.groups.variances import brown_forsythe_of, variance_ratio
@@ -158,7 +158,7 @@ def compare_two(
     """
     if route not in ROUTES:
         raise unknown_name("route", route, ROUTES)
-    alpha, names = as_level("alpha", alpha), two_names(names)
+    alpha, names = as_level("alpha", alpha), pair_of_names(names)
     first, second = (as_sample(f"group {name}", x, missing) for name, x in zip(names, (a, b), strict=True))
     of_a, of_b = moments(first.values, first.rest), moments(second.values, second.rest)
 

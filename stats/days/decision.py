@@ -95,12 +95,12 @@ def bounded(
     return Bounded(value, *bounds, ci, alpha, t[0], p_low, t[1], p_high, df, p, equivalent)
 
 
-def no_estimate(why: Undefined, level: float, value: float | Undefined) -> Estimate:
+def undefined_estimate(why: Undefined, level: float, value: float | Undefined) -> Estimate:
     """Return an estimate without interval and test."""
     return Estimate(value, why, why, why, level, why, why, why, why)
 
 
-def not_bounded(why: Undefined, bounds: tuple[float, float], alpha: float, value: float | Undefined) -> Bounded:
+def undefined_bounds(why: Undefined, bounds: tuple[float, float], alpha: float, value: float | Undefined) -> Bounded:
     """Return what there is where nothing is tested against bounds."""
     return Bounded(value, *bounds, why, alpha, why, why, why, why, why, why, why)
 
@@ -154,7 +154,7 @@ class Contrast:
     def difference(self, level: float = 0.95) -> Estimate:
         """Return treatment less control and the test that it is 0."""
         if self.why is not None:
-            return no_estimate(self.why, level, self._difference_of_means())
+            return undefined_estimate(self.why, level, self._difference_of_means())
         value, test = self._treated - self._control, self._test(1.0, level)
         half = t_quantile(level, self.df) * test.error
         ci = (value - half, value + half) if test.error > 0.0 else self._no_scatter
@@ -163,10 +163,10 @@ class Contrast:
     def savings(self, level: float = 0.95) -> Estimate:
         """Return 100 (1 - T / C) with Fieller's interval; its test is that of no difference, positive for a saving."""
         if self.why is not None:
-            return no_estimate(self.why, level, self._percent_of_means())
+            return undefined_estimate(self.why, level, self._percent_of_means())
         control, treated = self._control, self._treated
         if control <= 0.0:
-            return no_estimate(Undefined(Reason.NOTHING_TO_SAVE), level, Undefined(Reason.NOTHING_TO_SAVE))
+            return undefined_estimate(Undefined(Reason.NOTHING_TO_SAVE), level, Undefined(Reason.NOTHING_TO_SAVE))
         saved = control - treated
         at_ratio, test = self._test(treated / control, level), self._test(1.0, level)
         ci = self._fieller(level) if test.error > 0.0 else self._no_scatter
@@ -191,12 +191,12 @@ class Contrast:
         if why is None and percent and self._control <= 0.0:
             why = Undefined(Reason.CONTROL_MEAN_NOT_POSITIVE)
         if why is not None:
-            return not_bounded(why, (low, high), alpha, value)
+            return undefined_bounds(why, (low, high), alpha, value)
         ratios = [1.0 + bound / 100.0 if percent else 1.0 for bound in (low, high)]
         shifts = [0.0, 0.0] if percent else [low, high]
         errors = [self._test(ratio, level).error for ratio in ratios]
         if min(errors) == 0.0:
-            return not_bounded(Undefined(Reason.NO_SCATTER_AT_BOUND), (low, high), alpha, value)
+            return undefined_bounds(Undefined(Reason.NO_SCATTER_AT_BOUND), (low, high), alpha, value)
         below, above = (
             (self._treated - ratio * self._control - shift) / error
             for ratio, shift, error in zip(ratios, shifts, errors, strict=True)

@@ -21,7 +21,7 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.checks import as_level
 from stats.compare.shared_error import SharedError, joined_variance, shared_of_mean
-from stats.days.decision import Bounded, Contrast, Estimate, Rule, bounded, no_estimate, not_bounded
+from stats.days.decision import Bounded, Contrast, Estimate, Rule, bounded, undefined_bounds, undefined_estimate
 from stats.exact.tails import t_quantile, t_two_sided
 
 
@@ -84,7 +84,7 @@ def overall_savings(groups: Mapping[str, Contrast], level: float = 0.95) -> Over
     if unbounded_savings(groups, level):
         found = Undefined(Reason.GROUP_WITHOUT_BOUNDS)
     if isinstance(found, Undefined):
-        return OverallSavings(no_estimate(found, level, found), scope, found, found)
+        return OverallSavings(undefined_estimate(found, level, found), scope, found, found)
     error, percent = found.error(level), 100.0 * found.saved
     half = 100.0 * t_quantile(level, found.df) * error
     tail = t_two_sided(found.saved / error, found.df)
@@ -110,7 +110,7 @@ def overall_equivalence(
     claimed, alpha = _claimed(groups), as_level("alpha", alpha)
     scope, found = _scope(groups, claimed), _overall(claimed)
     if isinstance(found, Undefined):
-        return OverallEquivalence(not_bounded(found, (low, high), alpha, found), scope)
+        return OverallEquivalence(undefined_bounds(found, (low, high), alpha, found), scope)
     level = 1.0 - 2.0 * alpha
     error, change = 100.0 * found.error(level), -100.0 * found.saved
     half = t_quantile(level, found.df) * error
@@ -214,11 +214,11 @@ def difference_of_savings(one: Estimate, other: Estimate) -> Estimate:
     if isinstance(one.value, Undefined) or isinstance(other.value, Undefined):
         why = one.value if isinstance(one.value, Undefined) else other.value
         assert isinstance(why, Undefined)  # noqa: S101 - one of both is
-        return no_estimate(why, one.level, why)
+        return undefined_estimate(why, one.level, why)
     value = one.value - other.value
     without = next((each.ci for each in (one, other) if isinstance(each.ci, Undefined)), None)
     if without is not None:
-        return no_estimate(without, one.level, value)
+        return undefined_estimate(without, one.level, value)
     ses, dfs, shared = ([_known(x) for x in several] for several in _parts(one, other))
     se, shared_se = math.hypot(*ses), math.hypot(*shared)
     df = se**4 / sum(each**4 / of for each, of in zip(ses, dfs, strict=True))

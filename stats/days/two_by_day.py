@@ -99,7 +99,7 @@ class TwoByDay:
         exponent = math.frexp(max(greatest(cell.values) for cell in cells))[1]
         return [Cell(np.ldexp(cell.values, -exponent), cell.weight, cell.name) for cell in cells], exponent
 
-    def nothing_shared(self) -> Undefined:
+    def why_no_shared_day(self) -> Undefined:
         """Return why there is no day to compare within."""
         if self.n_a == 0 or self.n_b == 0:
             return Undefined(Reason.GROUP_EMPTY, group=f"group {'a' if self.n_a == 0 else 'b'}")

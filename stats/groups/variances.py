@@ -24,7 +24,7 @@ from data_schema.reasons import Reason
 from data_schema.rounding import interval_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, Sample, as_groups, as_level, as_sample
-from stats.compare.summary import AS_A_AND_B, Names, too_small, two_names
+from stats.compare.summary import AS_A_AND_B, Names, pair_of_names, too_small
 from stats.exact.numbers import (
     Floats,
     Moments,
@@ -138,7 +138,7 @@ def f_test(
     Raises `InputRefused` for infinite values, and for NaN unless `missing` is "drop".
     """
     level = as_level("level", level)
-    names = two_names(names)
+    names = pair_of_names(names)
     first, second = (as_sample(f"group {name}", x, missing) for name, x in zip(names, (a, b), strict=True))
     of_a, of_b = moments(first.values, first.rest), moments(second.values, second.rest)
     ratio, tail = variance_ratio(of_a, of_b, names)

@@ -43,7 +43,7 @@ class Coefficient(Result):
     """Variance inflation of its column."""
 
 
-def one_by_one(
+def coefficients_of(
     names: Sequence[str],
     coefficients: Sequence[float],
     standard_errors: Sequence[float] | Undefined,
@@ -126,7 +126,7 @@ class Fit(Result):
     def rows(self) -> tuple[Coefficient, ...]:
         """Return the coefficients, for `to_frame`."""
         of_each = self.standard_errors, self.t, self.p, self.log10_p, self.ci
-        return one_by_one(self.names, self.coefficients, *of_each, self._inflations())
+        return coefficients_of(self.names, self.coefficients, *of_each, self._inflations())
 
     def _inflations(self) -> tuple[float | Undefined, ...]:
         """Return the variance inflation of each coefficient, where the fit has such."""
@@ -194,8 +194,8 @@ class ExactFit:
     squares: Fraction
     """What is left over of the response: exactly 0 where the fit is exact, and nowhere else."""
 
-    def carried(self, back: Matrix) -> ExactFit:
-        """Return the fit in other coefficients, `back` times these; shape (p, p)."""
+    def reparametrised(self, back: Matrix) -> ExactFit:
+        """Return the fit in other coefficients, `back` (shape (p, p)) times these."""
         half = [[_dot(row, column) for column in self.adjugate] for row in back]
         return ExactFit(
             numerators=[_dot(row, self.numerators) for row in back],
@@ -204,7 +204,7 @@ class ExactFit:
             squares=self.squares,
         )
 
-    def inverse_in(self, units: Sequence[Fraction]) -> list[list[Fraction]]:
+    def inverse_in_units(self, units: Sequence[Fraction]) -> list[list[Fraction]]:
         """Return the coefficients' covariance for a residual variance of 1 in units, those of the rows."""
         return [
             [Fraction(value, self.determinant) / (one * other) for value, other in zip(row, units, strict=True)]
@@ -298,7 +298,7 @@ def fit_of(names: tuple[str, ...], exact: ExactFit, given: Given, *, intercept: 
     errors: list[Fraction] = []
     if df > 0:
         variance = squares / df
-        inverse = exact.inverse_in(given.units)
+        inverse = exact.inverse_in_units(given.units)
         errors = [exact_root(variance * inverse[j][j]) * given.response_unit for j in range(p)]
         fit = replace(
             fit,

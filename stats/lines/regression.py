@@ -253,7 +253,7 @@ def fit_polynomial(
     refuse_beyond("x and y are such that a coefficient", chebyshev)
     fit = fit_of(
         (INTERCEPT, "x", *(f"x^{power}" for power in range(2, p)))[:p],
-        waves.carried(_powers(low + high, half_range, shifts)),
+        waves.reparametrised(_powers(low + high, half_range, shifts)),
         Given(
             units=tuple(2 ** max(shifts) * column.unit**power for power in range(p)),
             response_unit=response.unit,
@@ -272,7 +272,9 @@ def fit_polynomial(
         centre=float(Fraction(low + high, 2) * column.unit),
         half_range=float(Fraction(half_range, 2) * column.unit),
         chebyshev_coefficients=tuple(chebyshev),
-        chebyshev_covariance=fit.covariance if not fit.df else in_doubles(waves.inverse_in(chebyshev_units), variance),
+        chebyshev_covariance=fit.covariance
+        if not fit.df
+        else in_doubles(waves.inverse_in_units(chebyshev_units), variance),
         lowest=column.lowest,
         highest=column.highest,
     )

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from ingest.model import SignalPart
-from labbook.analysis.outcomes.log_dates import ahead_sentence, is_ahead, swapped_day
+from labbook.analysis.outcomes.log_dates import future_date_sentence, is_future, swapped_day
 from tests.cli.shell import Answer, good, labbook, rows
 from tests.helpers.books import SmallBook, small_book
 from tests.helpers.wording import says
@@ -152,6 +152,6 @@ def test_recharges_of_days_to_come_are_questioned_though_their_runs_are_unknown(
 
 def test_a_day_to_come_that_is_past_in_the_other_order_is_told_with_that() -> None:
     today = dt.date(2024, 6, 1)
-    says(ahead_sentence("05/12/2024 10:00", dt.date(2024, 12, 5), today), "`--dates m/d/y` if it is 2024-05-12")
-    assert "--dates" not in ahead_sentence("05/08/2024", dt.date(2024, 8, 5), today - dt.timedelta(days=60))
-    assert not is_ahead(today + dt.timedelta(days=1), today)  # it has begun somewhere
+    says(future_date_sentence("05/12/2024 10:00", dt.date(2024, 12, 5), today), "`--dates m/d/y` if it is 2024-05-12")
+    assert "--dates" not in future_date_sentence("05/08/2024", dt.date(2024, 8, 5), today - dt.timedelta(days=60))
+    assert not is_future(today + dt.timedelta(days=1), today)  # it has begun somewhere

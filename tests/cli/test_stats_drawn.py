@@ -16,7 +16,7 @@ from labbook.actions.stats.answering import Answer, Question
 from labbook.actions.stats.comparing import compare
 from labbook.actions.stats.data import DataSource
 from labbook.actions.stats.equivalence import equal
-from labbook.analysis.observations import Asked, Observation, Observations, observations_of_book
+from labbook.analysis.observations import Observation, ObservationRequest, Observations, observations_of_book
 from labbook.presenting.stats.figures import (
     as_drawn,
     drawn_name,
@@ -46,7 +46,7 @@ def test_groups_are_called_as_in_the_report(tmp_path: Path) -> None:
     with small_book(tmp_path).open() as book, book.reading() as connection:
 
         def observed(by: str | None) -> Observations:
-            return observations_of_book(connection, book.store, book.configuration, Asked(by=by))
+            return observations_of_book(connection, book.store, book.configuration, ObservationRequest(by=by))
 
         swept, foot, day = observed(None), observed("foot"), observed("day")
     assert [drawn_name(swept, label).replace("\xa0", " ") for label in swept.labels] == ["CE", "d = 352 kg/s"]
@@ -127,7 +127,7 @@ def ticks(figure: Figure) -> list[str]:
 
 def test_residuals_are_named_as_in_the_report(tmp_path: Path) -> None:
     with small_book(tmp_path).open() as book, book.reading() as connection:
-        observed = observations_of_book(connection, book.store, book.configuration, Asked())
+        observed = observations_of_book(connection, book.store, book.configuration, ObservationRequest())
     quantiles, residuals = residual_figures(observed)
     (legend,) = quantiles.legends
     assert [text.get_text().replace("\xa0", " ") for text in legend.get_texts()] == ["CE", "d = 352 kg/s"]

@@ -21,7 +21,7 @@ BALANCED, UNBALANCED = "foot=small", "foot=small and run!=r006 and run!=r010"
 
 
 @dataclass(frozen=True)
-class Asked:
+class ObservationRequest:
     """A report of a selection, and what `stats blocked` says of it."""
 
     content: ReportContent
@@ -38,13 +38,13 @@ def book(tmp_path_factory: pytest.TempPathFactory) -> SmallBook:
     return small_book(tmp_path_factory.mktemp("leading"))
 
 
-def asked(book: SmallBook, where: str) -> Asked:
+def asked(book: SmallBook, where: str) -> ObservationRequest:
     with opened(book.folder) as opened_book, opened_book.reading() as connection:
         made = make_report(
             connection, opened_book.store, opened_book.configuration, where=where, made_at="2021-07-01T12:00:00Z"
         )
     found = good(labbook("stats", "blocked", "--where", where, "--json", at=book.folder)).json
-    return Asked(made.content, found["blocked"])
+    return ObservationRequest(made.content, found["blocked"])
 
 
 def test_the_exact_test_leads_where_the_design_is_balanced_and_days_show_no_variance(book: SmallBook) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from simulator.jump import beside_other_contact, simulate
+from simulator.jump import simulate, with_other_contact
 from simulator.kernel.layout import MODES
 from simulator.result import JumpResult, SceneResult
 from simulator.scene import Scene
@@ -50,7 +50,7 @@ def lifts(jump: JumpResult) -> list[float]:
 
 def with_the_other_rule(scene: Scene) -> SceneResult:
     """A scene's result, with what the other rule gives where it has something to say."""
-    return beside_other_contact(simulate(scene, 1e-7), simulate)
+    return with_other_contact(simulate(scene, 1e-7), simulate)
 
 
 def largest_dip_m(scene: Scene, accuracy: float) -> float:

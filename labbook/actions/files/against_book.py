@@ -30,14 +30,14 @@ from labbook.analysis.outcomes.log_dates import (
     ABOUT_DAY,
     AHEAD,
     SWAPPED,
-    ahead_sentence,
+    day_month_swapped,
     day_notes,
-    is_ahead,
-    is_turned,
-    log_ahead,
+    future_date_sentence,
+    future_log,
+    is_future,
+    is_swapped,
     other_order,
     swapped_day,
-    turned,
 )
 from labbook.book.write_session import Statement, WriteSession, new_uid
 from labbook.config.parsing import Configuration
@@ -91,7 +91,7 @@ def _with_days_ahead(read: ReadFile) -> ReadFile:
     zone = None if read.declared is None else read.declared.time_zone
     if read.refused or zone is None or any(finding.rule == ABOUT_DAY for finding in read.findings):
         return read
-    return replace(read, findings=(*read.findings, *_charges_ahead(read, zone), *log_ahead(read.parts, zone)))
+    return replace(read, findings=(*read.findings, *_charges_ahead(read, zone), *future_log(read.parts, zone)))
 
 
 def refused_by_book(
@@ -204,12 +204,14 @@ def _unit_remedy(column: ColumnUse | None) -> str:
 def _charges_ahead(read: ReadFile, zone: str) -> list[Finding]:
     """Return what is found of recharges that ended on days to come; empty where none did."""
     today = datetime.now(UTC).date()
-    ahead = {place: day for place, day in _dates(read, zone).items() if is_ahead(day, today)}
+    ahead = {place: day for place, day in _dates(read, zone).items() if is_future(day, today)}
     if not ahead:
         return []
     first, day = next(iter(ahead.items()))
     original = read.charges[first].ended_original
-    found = _finding(AHEAD, ahead_sentence(original, day, today), [read.charges[place] for place in ahead], original)
+    found = _finding(
+        AHEAD, future_date_sentence(original, day, today), [read.charges[place] for place in ahead], original
+    )
     return [replace(found, severity=Severity.NOTE)]
 
 
@@ -237,14 +239,14 @@ def _swapped(connection: sa.Connection, read: ReadFile, runs: Sequence[RunRow | 
         run = runs[place]
         if run is None:
             unknown[place] = day
-        elif is_turned(day, date.fromisoformat(run.day)):
+        elif is_swapped(day, date.fromisoformat(run.day)):
             wrong[place] = f"run {run.name} is of {run.day}"
-        if place not in wrong and is_ahead(day, today) and not is_ahead(turned(day) or day, today):
+        if place not in wrong and is_future(day, today) and not is_future(day_month_swapped(day) or day, today):
             wrong[place] = "that is yet to come"
     if not wrong and len(set(unknown.values())) > 1:
         days = {date.fromisoformat(day) for day in days_with_runs(connection)}
         days |= {datetime.fromisoformat(start).astimezone(ZoneInfo(zone)).date() for start in every_start(connection)}
-        if all(any(is_turned(day, of_book) for of_book in days) for day in unknown.values()) and not any(
+        if all(any(is_swapped(day, of_book) for of_book in days) for day in unknown.values()) and not any(
             timedelta(0) <= day - of_book <= timedelta(days=1) for day in unknown.values() for of_book in days
         ):
             wrong = dict.fromkeys(unknown, "runs and logs of the book have its date with day and month exchanged")
@@ -253,7 +255,11 @@ def _swapped(connection: sa.Connection, read: ReadFile, runs: Sequence[RunRow | 
     if not wrong:
         return []
     first, why = next(iter(wrong.items()))
-    right = [place for place, day in dates.items() if (run := runs[place]) and str(day) == run.day != str(turned(day))]
+    right = [
+        place
+        for place, day in dates.items()
+        if (run := runs[place]) and str(day) == run.day != str(day_month_swapped(day))
+    ]
     all_turned = not right and all(order is not None for order in orders.values())
     remedy = f"say `--dates {orders[first]}`" if all_turned else "correct it in the sheet, whose other dates are right"
     run = runs[first]

@@ -17,7 +17,7 @@ from data_schema.queries.signals import SignalRow, log_starts, signals_of_runs
 from data_schema.queries.study import CheckRow, PlannedRow, StudyRow, days_with_runs, planned_runs
 from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
 from labbook.analysis.outcomes.detection import BODY_HEIGHT
-from labbook.analysis.outcomes.log_dates import other_day
+from labbook.analysis.outcomes.log_dates import differing_day
 from labbook.analysis.outcomes.run_apexes import usable_logs
 from labbook.analysis.outcomes.run_energy import above_capacity
 from labbook.book.naming import study_of
@@ -177,7 +177,7 @@ def _long_ago(run: RunRow, _charges: Sequence[ChargeOfRun], background: Backgrou
 
 
 def _log_day(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background) -> str | None:
-    others = (other_day(start, run.day, background.study.time_zone) for start in background.starts.get(run.uid, ()))
+    others = (differing_day(start, run.day, background.study.time_zone) for start in background.starts.get(run.uid, ()))
     first = next((other for other in others if other is not None), None)
     return None if first is None else first.sentence(run.name)
 
@@ -225,7 +225,7 @@ def _ended(run: RunRow, charges: Sequence[ChargeOfRun], background: Background) 
 
 def _swapped(run: RunRow, charges: Sequence[ChargeOfRun], background: Background) -> str | None:
     for charge in charges:
-        other = other_day(charge.ended_utc, run.day, background.study.time_zone)
+        other = differing_day(charge.ended_utc, run.day, background.study.time_zone)
         if other is not None and other.swapped:
             return (
                 f"run {run.name} is of {run.day} and its charge ended on {other.of_log}, with day and month the other "

@@ -26,7 +26,7 @@ from ingest.tables.long_table import (
     read_table,
 )
 from labbook.analysis.comparison.pairing import with_control
-from labbook.analysis.observations import Asked, Observation, Observations, observations_of_book
+from labbook.analysis.observations import Observation, ObservationRequest, Observations, observations_of_book
 from labbook.book.opening import opened
 from stats.checks import MISSING
 
@@ -152,7 +152,7 @@ def _of_book(given: DataSource, step: Callable[[str], None]) -> Observations:
         raise unknown_name("quantity", quantity, QUANTITIES)
     if given.run not in (None, RUN):
         raise unknown_name("unit within the book's days (for --run-within-day)", str(given.run), [RUN])
-    asked = Asked(QUANTITIES[quantity], given.by, given.control, given.where, jumps=given.run is not None)
+    asked = ObservationRequest(QUANTITIES[quantity], given.by, given.control, given.where, jumps=given.run is not None)
     with opened(given.book) as book, book.reading() as connection:
         return observations_of_book(connection, book.store, book.configuration, asked, step)
 

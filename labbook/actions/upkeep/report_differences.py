@@ -29,7 +29,7 @@ from labbook.actions.upkeep.report_causes import (
 from labbook.analysis.comparison.comparing import COMPARISON
 from labbook.analysis.comparison.deciding import DECISION, OVERALL
 from labbook.analysis.comparison.pairing import POOLED
-from labbook.analysis.results.result_cache import agree
+from labbook.analysis.results.result_cache import equals_printed
 
 LAST = "last"
 
@@ -107,7 +107,7 @@ def compare_reports(connection: sa.Connection, before: ReportRow, after: ReportR
     """Find which numbers moved from one report to another, and the statements between the two that moved them."""
     old, new = ({_what(row): row for row in shown_by_report(connection, report.uid)} for report in (before, after))
     pairs = [(old[what], row) for what, row in new.items() if what in old]
-    moved = [(was, now) for was, now in pairs if not agree(was.value, now.value, now.se)]
+    moved = [(was, now) for was, now in pairs if not equals_printed(was.value, now.value, now.se)]
     causes = causes_between(connection, (before, after))
     heads = result_heads(connection) if moved else {}
     results, found = _Results(heads, (row.result_uid or "" for row in old.values())), list[MovedNumber]()

@@ -45,7 +45,7 @@ from labbook.book.opening import (
 )
 from labbook.book.rebuilding import rebuild_database
 from labbook.config.parsing import parse_configuration
-from labbook.config.places import in_one_folder
+from labbook.config.places import without_places
 
 MARKER = UNFINISHED_RESTORE
 """In a folder whose restore is not complete: from where, and into which database."""
@@ -84,7 +84,7 @@ def restore(source: Path, folder: Path, place: Place | None, step: Callable[[str
         )
     url = None if place is None else place.url
     moved = original.store_path is not None or original.database_url != url
-    text = in_one_folder(text, url) if moved else text
+    text = without_places(text, url) if moved else text
     marker = _claimed(source, folder, url, entries)
     with exclusive_lock(marker, f"another program is restoring to {folder}: wait until it has finished."):
         raw = copy_raw(Store(source), Store(folder), raw_of(entries), counted)

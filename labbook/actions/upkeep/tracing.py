@@ -12,7 +12,7 @@ from data_schema.queries.history import corrections_after
 from data_schema.queries.reports import ShownIn, reports_showing
 from data_schema.queries.results import NumberRow, ResultRow, numbers_beginning, result_of_number, results_by_uid
 from data_schema.queries.sources import Source, describe_input
-from labbook.analysis.results.result_cache import agree, versions_now
+from labbook.analysis.results.result_cache import equals_printed, versions_now
 from labbook.book.naming import changes_in_words
 
 
@@ -85,7 +85,7 @@ def trace_lines(found: NumberTrace | PrintedNumber) -> list[str]:
     value = number.undefined_reason if number.value is None else f"{number.value!r} {number.unit}"
     lines = [f"{number.uid}: {number.name} = {value}"]
     for shown in found.shown_in:
-        printed = "" if agree(shown.value, number.value) else f", printed as {_printed(shown.value)}"
+        printed = "" if equals_printed(shown.value, number.value) else f", printed as {_printed(shown.value)}"
         lines.append(f"shown in report {shown.report} of {shown.made_utc}{printed}")
     return lines + _lines(found.trace, 0)
 
@@ -93,7 +93,7 @@ def trace_lines(found: NumberTrace | PrintedNumber) -> list[str]:
 def _printed_lines(found: PrintedNumber) -> list[str]:
     lines = [f"{found.uid}: printed as {_printed(found.value)}"]
     for shown in found.shown_in:
-        printed = "" if agree(shown.value, found.value) else f" as {_printed(shown.value)}"
+        printed = "" if equals_printed(shown.value, found.value) else f" as {_printed(shown.value)}"
         lines.append(f"shown in report {shown.report} of {shown.made_utc}{printed}, made with {_named(shown.versions)}")
     now = found.versions_now
     newer = {name: now[name] for name in now if any(shown.versions.get(name) != now[name] for shown in found.shown_in)}

@@ -13,7 +13,7 @@ from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.conditions import ConditionValues, by_day
 from labbook.analysis.outcomes.run_apexes import RunApexes
 from labbook.analysis.results.codec import Algorithm, StoredResult
-from labbook.analysis.results.result_cache import Request, ResultCache, ends_of, fingerprint, result_fingerprint
+from labbook.analysis.results.result_cache import Request, ResultCache, fingerprint, interval_ends, result_fingerprint
 from labbook.config.model import Bounds, UnitOfAnalysis
 from reports.numbers import Number
 from stats.compare.equivalence import equivalence
@@ -129,7 +129,7 @@ def values_of(side: Sequence[ConditionValues]) -> list[float]:
     return [value for condition in side for value in condition.values]
 
 
-def shared_by(side: Sequence[ConditionValues]) -> SharedError:
+def shared_error_of_side(side: Sequence[ConditionValues]) -> SharedError:
     """Return what the mean over a side's runs takes from the drain lines."""
     return shared_of_mean([item.shared for condition in side for item in condition.runs])
 
@@ -152,13 +152,17 @@ def compared(pair: Pair, quantity: Outcome, alpha: float) -> ComparisonResult:
     """Compare the values of a pair, whose intervals have level 1 - alpha."""
     a, b, level = values_of(pair.a), values_of(pair.b), 1.0 - alpha
     test, spreads = compare_two(b, a, "f_then_t", alpha), brown_forsythe({"a": b, "b": a})
-    shared = shared_by(pair.b).minus(shared_by(pair.a))
+    shared = shared_error_of_side(pair.b).minus(shared_error_of_side(pair.a))
     chosen = difference_with_shared(test.t, test.df, test.p, test.difference_ci, shared, level)
     welch = difference_with_shared(test.welch_t, test.welch_df, test.welch_p, test.welch_ci, shared, level)
     saved = None
     if pair.against_control and quantity.has_savings:
         saved = percent_savings(
-            a, b, shared_in_control=shared_by(pair.a), shared_in_treated=shared_by(pair.b), level=level
+            a,
+            b,
+            shared_in_control=shared_error_of_side(pair.a),
+            shared_in_treated=shared_error_of_side(pair.b),
+            level=level,
         )
     total, of_a, of_b = len(a) + len(b), describe(a), describe(b)
 
@@ -203,7 +207,7 @@ def compared(pair: Pair, quantity: Outcome, alpha: float) -> ComparisonResult:
 
 
 def _savings(saved: Savings) -> Number:
-    low, high = ends_of(saved.percent_ci)
+    low, high = interval_ends(saved.percent_ci)
     return Number(
         saved.percent, "%", saved.se_percent, saved.shared_se_percent, low, high, saved.level, df=saved.df,
         n=saved.n_control + saved.n_treated,
@@ -275,7 +279,7 @@ def _over_jumps(pair: Pair, alpha: float) -> JumpComparison:
         return Number(value, "1", df=df, n=total)
 
     def difference(interval: tuple[float, float] | Undefined, df: float | Undefined) -> Number:
-        low, high = ends_of(interval)
+        low, high = interval_ends(interval)
         return Number(test.difference, "m", ci_low=low, ci_high=high, ci_level=1.0 - alpha, df=df, n=total)
 
     return JumpComparison(
@@ -379,5 +383,5 @@ def estimate_within(
     value: float | Undefined, ci: tuple[float, float] | Undefined, bounds: Bounds, alpha: float, n: int
 ) -> Number:
     """Return an estimate in the unit of the bounds, with its interval of level 1 - 2 alpha."""
-    low, high = ends_of(ci)
+    low, high = interval_ends(ci)
     return Number(value, "%" if bounds.percent else "m", ci_low=low, ci_high=high, ci_level=1.0 - 2.0 * alpha, n=n)

@@ -20,7 +20,7 @@ from labbook.analysis.comparison.comparing import (
 from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
 from labbook.analysis.results.codec import Algorithm, StoredResult
-from labbook.analysis.results.result_cache import Request, ResultCache, ends_of
+from labbook.analysis.results.result_cache import Request, ResultCache, interval_ends
 from labbook.config.model import Bounds
 from reports.numbers import Number
 from stats.days.decision import Bounded, Contrast, Estimate, Rule, contrast_by_day
@@ -242,10 +242,12 @@ def _fingerprints(pairs: Mapping[str, Pair]) -> tuple[InputRow, ...]:
 def decided(pair: Pair, quantity: Outcome, alpha: float, contrast: Contrast | None = None) -> DecisionResult:
     """Decide about a pair by the rule that fits its days, or by another contrast; intervals have level 1 - alpha."""
     found = contrast_of(pair) if contrast is None else contrast
-    return decided_by(found, quantity.unit, alpha, _has_savings(pair, quantity), quantity.shares_error)
+    return decide_by_contrast(found, quantity.unit, alpha, _has_savings(pair, quantity), quantity.shares_error)
 
 
-def decided_by(found: Contrast, unit: str, alpha: float, with_savings: bool, shares_error: bool) -> DecisionResult:
+def decide_by_contrast(
+    found: Contrast, unit: str, alpha: float, with_savings: bool, shares_error: bool
+) -> DecisionResult:
     """Decide by a contrast of values in `unit`; intervals have level 1 - alpha."""
     n, level = sum(found.n), 1.0 - alpha
     difference = found.difference(level)
@@ -266,7 +268,7 @@ def decided_by(found: Contrast, unit: str, alpha: float, with_savings: bool, sha
 
 
 def _number(found: Estimate, unit: str, n: int, *, shares_error: bool) -> Number:
-    low, high = ends_of(found.ci)
+    low, high = interval_ends(found.ci)
     shared = found.shared_se if shares_error else None
     return Number(found.value, unit, found.se, shared, low, high, found.level, df=found.df, n=n)
 
@@ -276,10 +278,10 @@ def _rejected(p: float | Undefined, alpha: float) -> bool | None:
 
 
 def _equivalent(pair: Pair, bounds: Bounds, alpha: float) -> EquivalenceResult:
-    return equivalent_by(contrast_of(pair), bounds, alpha)
+    return equivalence_by_contrast(contrast_of(pair), bounds, alpha)
 
 
-def equivalent_by(contrast: Contrast, bounds: Bounds, alpha: float) -> EquivalenceResult:
+def equivalence_by_contrast(contrast: Contrast, bounds: Bounds, alpha: float) -> EquivalenceResult:
     """Test by a contrast of values in m whether the difference lies within the bounds."""
     found = contrast.equivalence(bounds.low, bounds.high, alpha, percent=bounds.percent)
     return EquivalenceResult(**_within(found, bounds, alpha, sum(contrast.n)))

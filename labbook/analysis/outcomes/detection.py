@@ -86,12 +86,12 @@ def detect_part(part: SignalPart, algorithm: str, rest_length_m: float | None) -
     channels = {channel.name: channel.values for channel in part.channels}
     if BODY_HEIGHT not in channels or rest_length_m is None:
         return None
-    log = Log(part.time_s, channels[BODY_HEIGHT], channels.get(LEG_LENGTH), heeded_gaps(part.gaps))
+    log = Log(part.time_s, channels[BODY_HEIGHT], channels.get(LEG_LENGTH), gaps_for_detector(part.gaps))
     return detect(log, algorithm, rest_length_m)
 
 
-def heeded_gaps(gaps: Iterable[Gap | GapRow]) -> tuple[tuple[float, float], ...]:
-    """Return (start, length) in s of the gaps that a detector heeds, by their start."""
+def gaps_for_detector(gaps: Iterable[Gap | GapRow]) -> tuple[tuple[float, float], ...]:
+    """Return (start, length) in s of the gaps that a detector takes into account, by their start."""
     return tuple(sorted((float(gap.start_s), float(gap.length_s)) for gap in gaps if gap.kind in SAMPLES_MISSING))
 
 
@@ -174,7 +174,7 @@ class Detections:
         parameters = settings(algorithm, rest_length_m)
         gaps = gaps_by_signal(self.connection, sorted({signal.uid for signal in signals.values()}))
         keys = {
-            name: detection_key(row.sha256, algorithm, version(algorithm), parameters, heeded_gaps(gaps[row.uid]))
+            name: detection_key(row.sha256, algorithm, version(algorithm), parameters, gaps_for_detector(gaps[row.uid]))
             for name, row in signals.items()
         }
         unknown = set(keys.values()) - self.computed.keys() - self.stored.keys()
@@ -213,14 +213,14 @@ def rest_length_m(connection: sa.Connection, robot_uid: str) -> float:
     return float(read_fact(connection, "robot", robot_uid, ["rest_length_m"])["rest_length_m"])
 
 
-def keep_detections(connection: sa.Connection, detections: Detections) -> None:
-    """Store what was found anew, in a writing transaction."""
+def store_detections(connection: sa.Connection, detections: Detections) -> None:
+    """Store the detections that are not in the store yet, in a writing transaction."""
     add_detections(connection, [found.new for found in detections.computed.values()])
 
 
 def _read(store: Store, signal: SignalRow, gaps: Sequence[GapRow]) -> Log:
     samples = store.samples(signal.store_path, [BODY_HEIGHT, LEG_LENGTH])
-    return Log(samples["time"], samples[BODY_HEIGHT], samples.get(LEG_LENGTH), heeded_gaps(gaps))
+    return Log(samples["time"], samples[BODY_HEIGHT], samples.get(LEG_LENGTH), gaps_for_detector(gaps))
 
 
 def _found(key: str, signal: SignalRow, detection: Detection) -> Found:

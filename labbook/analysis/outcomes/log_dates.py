@@ -23,7 +23,7 @@ _NEAR = timedelta(days=1)
 
 
 @dataclass(frozen=True, slots=True)
-class OtherDay:
+class DifferingDay:
     """The local date at which a log begins and the other one that its run has; `swapped`: day and month explain it."""
 
     of_log: date
@@ -41,7 +41,7 @@ class OtherDay:
         )
 
 
-def other_day(start_utc: str | None, run_day: str, zone: str | None) -> OtherDay | None:
+def differing_day(start_utc: str | None, run_day: str, zone: str | None) -> DifferingDay | None:
     """Return both dates where a log begins more than a day from its run's; None where it has no date of its own."""
     if start_utc is None or zone is None:
         return None
@@ -49,19 +49,19 @@ def other_day(start_utc: str | None, run_day: str, zone: str | None) -> OtherDay
     of_run = date.fromisoformat(run_day)
     if abs(of_log - of_run) <= _NEAR:
         return None
-    return OtherDay(of_log, of_run, is_turned(of_log, of_run))
+    return DifferingDay(of_log, of_run, is_swapped(of_log, of_run))
 
 
-def is_turned(read_as: date, day: date) -> bool:
+def is_swapped(read_as: date, day: date) -> bool:
     """Tell whether a date is that of a day, or the next one, with day and month exchanged alone."""
-    other = turned(read_as)
+    other = day_month_swapped(read_as)
     return other is not None and read_as != other and timedelta(0) <= other - day <= _NEAR < abs(read_as - day)
 
 
 def day_notes(parts: Iterable[SignalPart], run: str, run_day: str, zone: str | None) -> list[Finding]:
-    """Return what is found of the first part that begins on another day than its run; empty where none does."""
+    """Return the finding on the first part that begins on another day than its run; empty where none does."""
     for part in parts:
-        other = other_day(part.start_utc, run_day, zone)
+        other = differing_day(part.start_utc, run_day, zone)
         if other is not None:
             message = other.sentence(run)
             return [_finding(Severity.NOTE, ABOUT_DAY, f"{message[0].upper()}{message[1:]}.", str(other.of_log))]
@@ -71,7 +71,7 @@ def day_notes(parts: Iterable[SignalPart], run: str, run_day: str, zone: str | N
 def swapped_day(parts: Iterable[SignalPart], run: str, run_day: str, zone: str | None) -> list[Finding]:
     """Return the refusal of the first part whose date `--dates` would make that of its run; empty where none is."""
     for part in parts:
-        other = other_day(part.start_utc, run_day, zone)
+        other = differing_day(part.start_utc, run_day, zone)
         order = other_order(part.start_original or "", other.of_log) if other is not None and other.swapped else None
         if other is None or order is None:
             continue
@@ -84,16 +84,16 @@ def swapped_day(parts: Iterable[SignalPart], run: str, run_day: str, zone: str |
     return []
 
 
-def is_ahead(day: date, today_utc: date) -> bool:
-    """Tell whether a date is yet to come in every time zone."""
+def is_future(day: date, today_utc: date) -> bool:
+    """Tell whether a date lies in the future in every time zone."""
     return day > today_utc + _NEAR
 
 
-def ahead_sentence(text: str | None, read_as: date, today_utc: date) -> str:
+def future_date_sentence(text: str | None, read_as: date, today_utc: date) -> str:
     """Say that the date of a file is yet to come, and what to do; another order of day and month may explain it."""
-    order, other = other_order(text or "", read_as), turned(read_as)
+    order, other = other_order(text or "", read_as), day_month_swapped(read_as)
     problem = f"{text!r} is read as {read_as}, which is yet to come" if text else f"The date {read_as} is yet to come"
-    exchanged = order is not None and other is not None and not is_ahead(other, today_utc)
+    exchanged = order is not None and other is not None and not is_future(other, today_utc)
     remedy = (
         f"say `--dates {order}` if it is {other}, else correct it in the file"
         if exchanged
@@ -102,18 +102,18 @@ def ahead_sentence(text: str | None, read_as: date, today_utc: date) -> str:
     return f"{problem}: {remedy}; where the instrument's clock is wrong, set that and leave the file."
 
 
-def log_ahead(parts: Iterable[SignalPart], zone: str) -> list[Finding]:
-    """Return what is found of the first part that begins on a day to come; empty where none does."""
+def future_log(parts: Iterable[SignalPart], zone: str) -> list[Finding]:
+    """Return the finding on the first part that begins on a future day; empty where none does."""
     today = datetime.now(UTC).date()
     for part in parts:
         day = part.start_utc and datetime.fromisoformat(part.start_utc).astimezone(ZoneInfo(zone)).date()
-        if day and is_ahead(day, today):
-            message = ahead_sentence(part.start_original, day, today)
+        if day and is_future(day, today):
+            message = future_date_sentence(part.start_original, day, today)
             return [_finding(Severity.NOTE, AHEAD, message, part.start_original)]
     return []
 
 
-def turned(day: date) -> date | None:
+def day_month_swapped(day: date) -> date | None:
     """Return a date with day and month exchanged, None where there is no such date."""
     try:
         return day.replace(month=day.day, day=day.month)
@@ -127,7 +127,7 @@ def other_order(text: str, read_as: date) -> str | None:
     if stamp is None or stamp.date is None or len(stamp.date[0]) == 4:
         return None
     for order, other in (("m/d/y", "d/m/y"), ("d/m/y", "m/d/y")):
-        if day_of(stamp, order) == read_as and day_of(stamp, other) == turned(read_as):
+        if day_of(stamp, order) == read_as and day_of(stamp, other) == day_month_swapped(read_as):
             return other
     return None
 

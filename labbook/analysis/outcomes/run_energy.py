@@ -22,9 +22,9 @@ from labbook.analysis.results.result_cache import (
     ResultCache,
     RunResults,
     charge_input,
-    ends_of,
     fingerprint,
     idle_runs_input,
+    interval_ends,
     result_fingerprint,
     run_input,
 )
@@ -142,8 +142,8 @@ def _drain_fit(drain: PassiveDrain | Undefined, duration_s: float | None) -> Dra
     if isinstance(drain, Undefined):
         slope, intercept, r_squared, at_run = (Number(drain, unit) for unit in ("mAh/min", "mAh", "1", "mAh"))
         return DrainFit(slope, intercept, r_squared, at_run)
-    low, high = ends_of(drain.slope_ci_mah_s(), MAH_MIN)
-    from_low, from_high = ends_of(drain.intercept_ci_mah())
+    low, high = interval_ends(drain.slope_ci_mah_s(), MAH_MIN)
+    from_low, from_high = interval_ends(drain.intercept_ci_mah())
     slope = Number(
         drain.slope_mah_s * MAH_MIN, "mAh/min", drain.slope_se_mah_s * MAH_MIN, ci_low=low, ci_high=high, df=drain.df,
         n=drain.n,

@@ -15,7 +15,7 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from ingest.channels.names import channel_kind
 from ingest.store import Store
-from labbook.analysis.outcomes.detection import Detections, heeded_gaps
+from labbook.analysis.outcomes.detection import Detections, gaps_for_detector
 from labbook.analysis.results.codec import Algorithm, StoredResult
 from labbook.analysis.results.result_cache import Request, ResultCache, RunResults, run_input, signal_input
 from labbook.analysis.study_data import VERTICAL_FORCE, StudyData
@@ -69,7 +69,7 @@ def run_forces(cache: ResultCache, detections: Detections, data: StudyData) -> R
 
 
 def _request(store: Store, run: RunRow, signal: SignalRow, gaps: Sequence[GapRow]) -> Request[RunForce]:
-    missing = heeded_gaps(gaps)
+    missing = gaps_for_detector(gaps)
     return Request(
         ALGORITHM,
         {"run": run.name},

@@ -257,7 +257,7 @@ def _covariance(measured: Sequence[Measured]) -> tuple[Floats, int]:
     Of one outcome, means share their days, whose variance is estimated from the runs' distances from the means of their
     conditions by day, and the errors of the drain lines; different outcomes share nothing.
     """
-    covariance, in_all = np.zeros((len(measured), len(measured))), 0
+    covariance, total_df = np.zeros((len(measured), len(measured))), 0
     for outcome in _outcomes(measured):
         own = [each for each in measured if each.outcome is outcome]
         squares = sum(float(np.var(each.values) * len(each.values)) for each in own)
@@ -275,8 +275,8 @@ def _covariance(measured: Sequence[Measured]) -> tuple[Floats, int]:
         part = np.diag([within / len(each.values) for each in own]) + between * shares @ shares.T + common @ common.T
         places = np.flatnonzero(_of(measured, outcome))
         covariance[np.ix_(places, places)] = part
-        in_all += df
-    return covariance, in_all
+        total_df += df
+    return covariance, total_df
 
 
 def _common(each: Measured, terms: Sequence[tuple[str, str]]) -> list[float]:

@@ -23,7 +23,7 @@ from labbook.analysis.comparison.comparing import ComparisonResult
 from labbook.analysis.comparison.deciding import DecisionResult
 from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues
-from labbook.analysis.prediction.predicting import ACCURACY, PredictionResult, error_parts, in_all
+from labbook.analysis.prediction.predicting import ACCURACY, PredictionResult, error_parts, in_quadrature
 from labbook.analysis.prediction.simulating import SIMULATED
 from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult
 from labbook.analysis.results.result_cache import Request, ResultCache, result_fingerprint
@@ -271,7 +271,7 @@ def _check(
             none = Undefined(Reason.SIMULATED_ENDS_OTHERWISE, ends=", ".join(ends))
         return PredictionCheck(Number(none, measured.unit), *agreement(measured, none, none), {}, None)
     parts = error_parts(value, accuracy_part, otherwise)
-    error = in_all(parts)
+    error = in_quadrature(parts)
     return PredictionCheck(
         Number(value, measured.unit, se=error),
         *agreement(measured, value, error),

@@ -32,7 +32,7 @@ from labbook.analysis.prediction.checking import (
     values_of_side,
     varied_means,
 )
-from labbook.analysis.prediction.predicting import error_parts, in_all
+from labbook.analysis.prediction.predicting import error_parts, in_quadrature
 from labbook.analysis.prediction.simulating import SIMULATED
 from labbook.analysis.results.codec import Algorithm, StoredResult
 from labbook.analysis.results.result_cache import Request, ResultCache
@@ -254,7 +254,7 @@ def _simulated(one: Comparison, predicted: AllPredicted, outcome: Outcome) -> Nu
         ends = sorted({each.outcome for side in sides for each, _runs in side if each.value(outcome) is None})
         return Number(Undefined(Reason.SIMULATED_ENDS_OTHERWISE, ends=", ".join(ends)), "%")
     error = math.sqrt(len(sides)) * accuracy_of(sides) * 100.0
-    return Number(value, "%", se=in_all(error_parts(value, error, varied_means(sides, outcome, _compared))))
+    return Number(value, "%", se=in_quadrature(error_parts(value, error, varied_means(sides, outcome, _compared))))
 
 
 def _compared(means: Sequence[float | None]) -> float | None:

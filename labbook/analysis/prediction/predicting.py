@@ -62,7 +62,7 @@ def error_parts(
     return parts
 
 
-def in_all(parts: Mapping[str, float | Undefined]) -> float | Undefined:
+def in_quadrature(parts: Mapping[str, float | Undefined]) -> float | Undefined:
     """Add the parts of an error in quadrature; undefined where one of them is."""
     known = [part for part in parts.values() if not isinstance(part, Undefined)]
     undefined = next((part for part in parts.values() if isinstance(part, Undefined)), None)
@@ -136,7 +136,7 @@ Wanted = Mapping[tuple[str, str], Request[PredictionResult]]
 
 
 @dataclass(frozen=True, slots=True)
-class Ahead:
+class BackgroundPredictions:
     """Predictions that another process makes while this one analyses what was measured."""
 
     wanted: Wanted
@@ -147,15 +147,17 @@ class Ahead:
         return (self.simulating and self.simulating.result()) or {}
 
 
-def predictions_ahead(cache: ResultCache, evidence: StudyData) -> Ahead:
+def predictions_in_background(cache: ResultCache, evidence: StudyData) -> BackgroundPredictions:
     """Let another process make what no book has of joules and apexes of the conditions that have a charge or a log."""
     keys = {run.condition_key for run in evidence.runs if evidence.charges.get(run.uid) or evidence.logs.get(run.uid)}
     try:
         wanted = _wanted(cache, evidence, keys, ALWAYS)
     except LabbookError:  # of a condition that nothing may have been measured of
-        return Ahead({}, None)
+        return BackgroundPredictions({}, None)
     new = _new(cache, wanted) if has_core() else {}
-    return Ahead(wanted, beside(lambda: {key: one.compute() for key, one in new.items()}) if new else None)
+    return BackgroundPredictions(
+        wanted, beside(lambda: {key: one.compute() for key, one in new.items()}) if new else None
+    )
 
 
 def predictions(
@@ -164,7 +166,7 @@ def predictions(
     keys: Sequence[str],
     progress: Callable[[str], None],
     outcomes: Sequence[Outcome],
-    ahead: Ahead,
+    ahead: BackgroundPredictions,
 ) -> dict[tuple[str, str], PredictionResult]:
     """Ensure a prediction for each condition that is named by its key and each robot that ran it, by key and robot uid.
 
@@ -207,7 +209,7 @@ def _wanted(
     }
 
 
-def keep_predictions(connection: sa.Connection, cache: ResultCache) -> None:
+def store_predictions(connection: sa.Connection, cache: ResultCache) -> None:
     """Store what was simulated for the results that a workbench computed, in a writing transaction after them."""
     rows = [row for row in cache.computed.values() if row.algorithm == ALGORITHM.kind]
     add_predictions(connection, [_simulated_for(decode(row, PredictionResult)) for row in rows])
@@ -293,7 +295,7 @@ def _predicted(scene: Scene, settings: SimulationSettings, outcomes: Sequence[Ou
         else:
             by_source = {source: [one[quantity] for one in several] for source, several in otherwise.items()}
             errors = error_parts(value, error * abs(value), by_source)
-            predicted[name] = Number(value, quantity.unit, se=in_all(errors))
+            predicted[name] = Number(value, quantity.unit, se=in_quadrature(errors))
     return PredictionResult(
         predicted=predicted,
         scene=scene.name,

@@ -116,7 +116,7 @@ def result_fingerprint(role: str, result: StoredResult) -> InputRow:
     return InputRow(role, "result", result.origin.uid, result.origin.key)
 
 
-def ends_of(
+def interval_ends(
     interval: tuple[float, float] | Undefined, times: float = 1.0
 ) -> tuple[float | Undefined, float | Undefined]:
     """Return both ends of an interval in another unit as a number's; each is the reason where there is none."""
@@ -175,8 +175,8 @@ SAME = 1e-9
 """Values that differ by less than this part are the same: another machine may add in another order."""
 
 
-def agree(printed: float | None, value: float | None, se: float | None = None) -> bool:
-    """Tell whether a value is the one that was printed.
+def equals_printed(printed: float | None, value: float | None, se: float | None = None) -> bool:
+    """Tell whether a value equals the one that was printed.
 
     Where its standard error is known, so much of that is the same, too: a difference that cancels to 1e-16 has no
     digits of its own.

@@ -14,7 +14,7 @@ from data_schema.queries.signals import SignalRow, gaps_by_signal, signals_of_ru
 from data_schema.reasons import Reason
 from data_schema.vocabulary import FileRole, Undefined
 from ingest.store import Store
-from labbook.analysis.outcomes.detection import heeded_gaps
+from labbook.analysis.outcomes.detection import gaps_for_detector
 from labbook.analysis.outcomes.run_energy import RunEnergy, passive_drains, run_energies
 from labbook.analysis.outcomes.run_force import usable_force, vertical_force
 from labbook.analysis.prediction.condition_scenes import study_scene
@@ -144,7 +144,7 @@ def _plate_run(
             "with link_1_m and link_2_m."
         )
     gaps = gaps_by_signal(connection, [force.uid])[force.uid]
-    plate_time_s, force_n = vertical_force(store, force, heeded_gaps(gaps))
+    plate_time_s, force_n = vertical_force(store, force, gaps_for_detector(gaps))
     samples = store.samples(leg.store_path, [LEG_LENGTH])
     known = np.isfinite(samples[LEG_LENGTH])
     return PlateRun(

@@ -184,7 +184,7 @@ def _comparison(analysis: StudyAnalysis, item: Compared, shown: ShownNumbers, fa
     """Show a comparison on run means with everything that stands beside it."""
     result, label, on_units = item.result, item.pair.label, _of(item.pair, analysis, shown)
     df = (1.0, float(result.n_a + result.n_b - 2))
-    beside_plan = analysis.planned.exploratory_equivalence(item.pair.family, item.conditions) or ""
+    why_not_planned = analysis.planned.exploratory_equivalence(item.pair.family, item.conditions) or ""
     return replace(
         _tested(item.pair, item.quantity, result, on_units, family),
         savings=None if result.savings is None else on_units.number(result.savings),
@@ -198,8 +198,8 @@ def _comparison(analysis: StudyAnalysis, item: Compared, shown: ShownNumbers, fa
         rejected=result.rejected,
         adjusted_rejected=None if item.adjusted is None else item.adjusted.rejected[label],
         savings_shown=result.savings_shown,
-        equivalence=None if item.equivalent is None else equivalence(item.equivalent, on_units, beside_plan),
-        decision=None if item.decided is None else _decision(item, item.decided, on_units, beside_plan),
+        equivalence=None if item.equivalent is None else equivalence(item.equivalent, on_units, why_not_planned),
+        decision=None if item.decided is None else _decision(item, item.decided, on_units, why_not_planned),
         exploratory=analysis.planned.exploratory(item.quantity, item.pair.family, item.conditions) or "",
     )
 
@@ -257,13 +257,13 @@ def method_by_day(result: DayComparison) -> str:
     return exact_method(RUN if result.counted == VALUE else result.counted, result.held)
 
 
-def _decision(item: Compared, decided: Decided, shown: ShownNumbers, beside_plan: str) -> Decision:
+def _decision(item: Compared, decided: Decided, shown: ShownNumbers, why_not_planned: str) -> Decision:
     family = decided.adjusted
     return replace(
         decision(decided.result, shown),
         adjusted=None if family is None else shown.number(family.adjusted_p[item.pair.label]),
         adjusted_rejected=None if family is None else family.rejected[item.pair.label],
-        equivalence=None if decided.equivalent is None else equivalence(decided.equivalent, shown, beside_plan),
+        equivalence=None if decided.equivalent is None else equivalence(decided.equivalent, shown, why_not_planned),
     )
 
 
@@ -282,7 +282,7 @@ def decision(result: DecisionResult, shown: ShownNumbers) -> Decision:
     )
 
 
-def equivalence(result: EquivalenceResult, shown: ShownNumbers, beside_plan: str = "") -> Equivalence:
+def equivalence(result: EquivalenceResult, shown: ShownNumbers, why_not_planned: str = "") -> Equivalence:
     """Return two one-sided tests as a report carries them."""
     return Equivalence(
         estimate=shown.number(result.estimate),
@@ -292,5 +292,5 @@ def equivalence(result: EquivalenceResult, shown: ShownNumbers, beside_plan: str
         at_high=shown.test("upper bound", result.t_high, result.p_high),
         p=shown.value(result.p),
         shown=result.equivalent,
-        exploratory=beside_plan,
+        exploratory=why_not_planned,
     )

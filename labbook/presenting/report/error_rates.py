@@ -102,22 +102,22 @@ def _by_day(groups: Sequence[Sequence[ConditionValues]]) -> list[Counter[str]]:
 
 def _methods(analysis: StudyAnalysis, item: Compared) -> Iterator[str]:
     result, by_day, equivalent = item.result, item.by_day, item.equivalent
-    if exists(result.t):
+    if is_defined(result.t):
         yield from ("f_then_t", "difference_ci_f_then_t")
-    if exists(result.welch_t):
+    if is_defined(result.welch_t):
         yield from ("welch", "difference_ci_welch")
-    if exists(result.brown_forsythe):
+    if is_defined(result.brown_forsythe):
         yield "brown_forsythe"
-    if by_day is not None and exists(by_day.t):
+    if by_day is not None and is_defined(by_day.t):
         yield from _MIXED if by_day.counted is None else _EXACT
     bounds = analysis.planned.settings.apex_bounds
-    if bounds is not None and equivalent is not None and exists(equivalent.p):
+    if bounds is not None and equivalent is not None and is_defined(equivalent.p):
         yield "equivalence_percent" if bounds.percent else "equivalence"
     if result.savings is not None and isinstance(result.savings.ci_low, float):
         yield "fieller"
 
 
-def exists(number: Number) -> bool:
+def is_defined(number: Number) -> bool:
     """Whether a number is defined."""
     return not isinstance(number.value, Undefined)
 

@@ -14,7 +14,7 @@ from labbook.analysis.study import StudyAnalysis
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import UnitOfAnalysis
 from labbook.presenting.report import campaign, tests_made
-from labbook.presenting.report.tests_made import by_shared_days, decided_by, saved, tests_used
+from labbook.presenting.report.tests_made import by_shared_days, deciding_test_sentences, has_savings, tests_used
 from reports.content import Assumed, Source
 from reports.naming import swept_words
 from stats.apexes.detectors import DETECTORS
@@ -39,13 +39,13 @@ def methods(analysis: StudyAnalysis) -> tuple[str, ...]:
         f"Apexes come from the {protocol.detector} detector, version {DETECTORS[protocol.detector].version}, applied "
         f"to the body height; {_rules(analysis)} A person's verdict comes first.",
         _unit(analysis),
-        tests_used(analysis, called) if not by_shared_days(analysis) else decided_by(analysis, called),
+        tests_used(analysis, called) if not by_shared_days(analysis) else deciding_test_sentences(analysis, called),
     )
 
 
 def sources(analysis: StudyAnalysis) -> tuple[Source, ...]:
     """Return the sources of the methods that the paragraphs name."""
-    over_runs = not (saved(analysis) and by_shared_days(analysis))
+    over_runs = not (has_savings(analysis) and by_shared_days(analysis))
     return tests_made.sources(analysis, over_runs and sum(_dfs_of_lines(analysis)) >= ENOUGH_DEGREES)
 
 
@@ -58,7 +58,7 @@ def _dfs_of_lines(analysis: StudyAnalysis) -> list[float]:
 def _shared_error(analysis: StudyAnalysis) -> str:
     """Say what becomes of the error of the drain lines."""
     joined = _joined(analysis)
-    if not saved(analysis):
+    if not has_savings(analysis):
         return f"is stated apart{' and counts in the interval of a mean' if joined else ''}{joined}."
     if by_shared_days(analysis):
         return "counts in intervals and p."
@@ -76,7 +76,7 @@ def _joined(analysis: StudyAnalysis) -> str:
         return ""
     few = "half widths in quadrature, each with the quantile of its own degrees of freedom"
     enough = "one quantile for both, after Welch and Satterthwaite, and never narrower than the scatter alone"
-    if saved(analysis):
+    if has_savings(analysis):
         few += "; t shrinks in the same proportion"
         enough += "; t and p follow it, and savings have the least interval that holds those with it and without it"
     if sum(dfs) < ENOUGH_DEGREES:

@@ -13,7 +13,7 @@ from labbook.analysis.preregistration.planned import FAMILY_OF
 from labbook.analysis.study import StudyAnalysis
 from labbook.config.model import Bounds
 from labbook.presenting.report.comparisons import method_by_day
-from labbook.presenting.report.error_rates import exists
+from labbook.presenting.report.error_rates import is_defined
 from reports.content import Source
 from reports.display import count_text, given_text, list_text
 from reports.naming import SweptWords
@@ -47,7 +47,7 @@ def _further(analysis: StudyAnalysis) -> list[str]:
     ]
 
 
-def decided_by(analysis: StudyAnalysis, called: SweptWords) -> str:
+def deciding_test_sentences(analysis: StudyAnalysis, called: SweptWords) -> str:
     """Return the test that decides by shared days, and how many comparisons each of its rules fits."""
     rules = Counter(item.decided.result.rule for item in analysis.compared if item.decided is not None)
     texts = {
@@ -75,12 +75,12 @@ def decided_by(analysis: StudyAnalysis, called: SweptWords) -> str:
 
 def _route(analysis: StudyAnalysis) -> str:
     """Name the F-test and the t-tests that it chose."""
-    found = [item.result for item in analysis.compared if exists(item.result.t)]
+    found = [item.result for item in analysis.compared if is_defined(item.result.t)]
     if not found:
         return "No comparison has enough runs for a test."
     chosen = Counter(result.test for result in found)
     tests = list_text([f"{name}'s t-test in {count_text(count, 'comparison')}" for name, count in chosen.items()])
-    beside = " and Brown and Forsythe's" if any(exists(result.brown_forsythe) for result in found) else ""
+    beside = " and Brown and Forsythe's" if any(is_defined(result.brown_forsythe) for result in found) else ""
     alpha = f"{analysis.planned.settings.alpha:g}"
     if by_shared_days(analysis):
         return (
@@ -96,7 +96,7 @@ def _route(analysis: StudyAnalysis) -> str:
 
 def _by_day(compared: Sequence[Compared]) -> str:
     found = [item.by_day for item in compared if item.by_day is not None]
-    tested = [result for result in found if exists(result.t)]
+    tested = [result for result in found if is_defined(result.t)]
     if not tested:
         return "No comparison could be made by day." if found else ""
     methods = Counter(method_by_day(result) for result in tested)
@@ -129,7 +129,7 @@ def _holm(analysis: StudyAnalysis) -> str:
 def _equivalence(analysis: StudyAnalysis) -> str:
     bounds = analysis.planned.settings.apex_bounds
     every = [_deciding(item).equivalent for item in analysis.compared]
-    tested = [test for test in every if test is not None and exists(test.p)]
+    tested = [test for test in every if test is not None and is_defined(test.p)]
     if bounds is None or not tested:
         return ""
     by = "tests by that contrast" if by_shared_days(analysis) else "Welch tests"
@@ -152,10 +152,10 @@ def _bounds(bounds: Bounds) -> str:
 
 def _savings(analysis: StudyAnalysis, called: SweptWords, of: str, by: str) -> str:
     ratio = f"({called.control} - {called.treatment_short}) / {called.control}"
-    return f"Savings are {of}{ratio} with Fieller's interval{by}." if saved(analysis) else ""
+    return f"Savings are {of}{ratio} with Fieller's interval{by}." if has_savings(analysis) else ""
 
 
-def saved(analysis: StudyAnalysis) -> bool:
+def has_savings(analysis: StudyAnalysis) -> bool:
     """Whether the report has savings."""
     return any(item.result.savings is not None for item in analysis.compared)
 
@@ -178,16 +178,16 @@ def tests_beside(analysis: StudyAnalysis) -> str:
 
 def sources(analysis: StudyAnalysis, after_satterthwaite: bool) -> tuple[Source, ...]:
     """Return the sources of the methods used; `after_satterthwaite` where intervals of means are joined so."""
-    routed = [item.result for item in analysis.compared if exists(item.result.t)]
+    routed = [item.result for item in analysis.compared if is_defined(item.result.t)]
     rules = {item.decided.result.rule for item in analysis.compared if item.decided is not None}
-    by_day = [item.by_day for item in analysis.compared if item.by_day is not None and exists(item.by_day.t)]
+    by_day = [item.by_day for item in analysis.compared if item.by_day is not None and is_defined(item.by_day.t)]
     mixed = any(method_by_day(result) == MIXED_MODEL for result in by_day)
     holm, equivalence = bool(_holm(analysis)), bool(_equivalence(analysis))
     of_welch = bool(routed) or (not rules and (holm or equivalence))
     used = {
         Source.THESIS: bool(routed or analysis.jump_tests),
-        Source.BROWN_FORSYTHE: any(exists(result.brown_forsythe) for result in routed),
-        Source.FIELLER: saved(analysis),
+        Source.BROWN_FORSYTHE: any(is_defined(result.brown_forsythe) for result in routed),
+        Source.FIELLER: has_savings(analysis),
         Source.HOLM: holm,
         Source.PAIRED_ON_DAY_MEANS: Rule.PAIRED in rules,
         Source.MIXED_MODEL: mixed,

@@ -11,7 +11,7 @@ from reports.display import time_text
 from simulator.ablation.kernel_time import KernelTime
 from simulator.ablation.outputs import Difference
 from simulator.ablation.smallest import LeftOut, in_order
-from simulator.ablation.study import OUTPUTS, STEPS_MORE, Ablation, worst_together
+from simulator.ablation.study import OUTPUTS, STEPS_MORE, Ablation, least_additive_pair
 from simulator.scene import Scene
 
 _FLAG = "*"
@@ -78,7 +78,7 @@ def footnotes(ablation: Ablation) -> list[str]:
     given_up = [outcome for outcome in _GIVEN_UP if outcome in ended]
     limit = f"{' and '.join(given_up)}: given up after {STEPS_MORE} times the steps of a jump with all effects."
     return [
-        *([together] if any(worst_together(ablation, name) for name in ablation.alone) else []),
+        *([together] if any(least_additive_pair(ablation, name) for name in ablation.alone) else []),
         *([mark] if flagged else []),
         *([limit] if given_up else []),
         *(f"{name} stays: {sentence}" for name, sentence in ablation.needed.items()),
@@ -217,7 +217,7 @@ def _search(ablation: Ablation) -> str:
 
 
 def _together(ablation: Ablation, effect: str) -> str:
-    found = worst_together(ablation, effect)
+    found = least_additive_pair(ablation, effect)
     if found is None:
         return NOTHING
     if isinstance(found.change, Undefined):

@@ -31,7 +31,7 @@ def sweep_data(done: Finished) -> dict[str, Any]:
         "jumps": done.summary.jumps,
         "variables": len(done.sweep.outputs),
         "accuracy": done.sweep.accuracy,
-        "error_bars": {"share": done.sweep.error_bars, "scenes": done.sweep.barred_rows},
+        "error_bars": {"share": done.sweep.error_bars, "scenes": done.sweep.n_with_error_bars},
         "sampling": done.sweep.design.description,
         "outcomes": done.summary.outcomes,
         "refused": {"scenes": done.sweep.refusals.count, "why": done.sweep.refused or None},
@@ -72,7 +72,7 @@ def _error_bars(done: Finished) -> list[str]:
     if not sweep.error_bars:
         return []
     return [
-        f"error bars: on {sweep.barred_rows} of {sweep.legal_rows} scenes, simulated again to "
+        f"error bars: on {sweep.n_with_error_bars} of {sweep.legal_rows} scenes, simulated again to "
         f"{finer_accuracy(sweep.accuracy):g} or finer; there the columns NAME_error hold them, and ill_conditioned is "
         "by them."
     ]

@@ -8,7 +8,7 @@ from typing import Any
 
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.comparing import EquivalenceResult
-from labbook.analysis.comparison.deciding import DecisionResult, decided_by, equivalent_by
+from labbook.analysis.comparison.deciding import DecisionResult, decide_by_contrast, equivalence_by_contrast
 from labbook.analysis.observations import Observations
 from labbook.config.model import Bounds, UnitOfAnalysis
 from labbook.presenting.numbers import ShownNumbers
@@ -165,7 +165,7 @@ def decided_groups(observed: Observations, alpha: float, *, savings: bool = Fals
     unit, shares_error = _unit(observed), any(row.shared.se > 0.0 for row in observed.known().rows)
     results, logs = {}, {}
     for label, contrast in _contrasts(observed).items():
-        results[label] = decided_by(contrast, unit, alpha, has_savings, shares_error)
+        results[label] = decide_by_contrast(contrast, unit, alpha, has_savings, shares_error)
         logs[observed.name(label)] = contrast.difference(1.0 - alpha).log10_p
     if len(results) == 1:
         return DecidedGroups(observed, results, None)
@@ -182,7 +182,7 @@ def decided_equivalence(observed: Observations, bounds: Bounds, alpha: float) ->
         return None
     contrasts, results = _contrasts(observed), {}
     for label, contrast in contrasts.items():
-        result = equivalent_by(contrast, bounds, alpha)
+        result = equivalence_by_contrast(contrast, bounds, alpha)
         unit = "%" if bounds.percent else _unit(observed)
         results[label] = replace(result, estimate=replace(result.estimate, unit=unit))
     return DecidedEquivalence(observed, contrasts, results)

@@ -15,7 +15,7 @@ from fractions import Fraction
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.observations import Observations
-from labbook.analysis.results.result_cache import ends_of
+from labbook.analysis.results.result_cache import interval_ends
 from labbook.presenting.report.campaign import study_factor
 from reports.content import Factor, Level
 from reports.display import NO_BREAK, in_sentence
@@ -99,7 +99,7 @@ def _power(size: Fraction) -> int:
 
 def number_of(value: float | Undefined, interval: tuple[float, float] | Undefined, level: float, unit: str) -> Number:
     """Return a difference with its interval as figures take it."""
-    low, high = ends_of(interval)
+    low, high = interval_ends(interval)
     return Number(value, unit, ci_low=low, ci_high=high, ci_level=level)
 
 

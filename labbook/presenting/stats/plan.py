@@ -44,7 +44,7 @@ def _beside(plan: Planned, observed: Observations, beside: str) -> str:
     if not plan.stated:
         return NOTHING_DECIDED
     of_days = plan.settings.unit_of_analysis is UnitOfAnalysis.DAY
-    return beside or observed.beside_plan or (
+    return beside or observed.why_not_planned or (
         "the unit of analysis decided on is the mean of a day's runs, and these are single runs" if of_days else ""
     )  # fmt: skip
 

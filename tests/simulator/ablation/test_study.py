@@ -16,9 +16,9 @@ from simulator.ablation.study import (
     MEASURED_JUMPS,
     Ablation,
     ablation_of_effects,
+    least_additive_pair,
     outputs_without,
     sets_to_leave_out,
-    worst_together,
 )
 from simulator.scene_file import load_scene
 from tests.helpers.wording import refuses
@@ -131,13 +131,13 @@ def test_a_difference_that_grows_beyond_the_tolerance_is_not_let_pass() -> None:
 
 def test_effects_that_work_on_each_other_are_named() -> None:
     ablation = measured("sim2", 0.01)
-    both = worst_together(ablation, "constant_force_cap")
+    both = least_additive_pair(ablation, "constant_force_cap")
     assert both is not None
     pair = ablation.pairs["constant_force_cap", both.partner].difference
     assert both.change in pair.changes
     assert both.surprise > 0.1 * ablation.tolerance
-    assert worst_together(ablation, "hydrostatic_stiffness") is None
-    assert worst_together(replace(ablation, tolerance=100.0), "constant_force_cap") is None
+    assert least_additive_pair(ablation, "hydrostatic_stiffness") is None
+    assert least_additive_pair(replace(ablation, tolerance=100.0), "constant_force_cap") is None
 
 
 def test_every_step_is_told() -> None:

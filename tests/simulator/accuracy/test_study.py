@@ -9,7 +9,7 @@ import pytest
 from simulator.accuracy.methods import EULER, LABBOOK, METHODS
 from simulator.accuracy.outputs import NAMES
 from simulator.accuracy.reference_of import Reference
-from simulator.accuracy.study import AccuracyStudy, Misses, Point, Series, misses, needs, points_to_come
+from simulator.accuracy.study import AccuracyStudy, Misses, Point, Series, misses, n_points, needs
 from simulator.error_bars import simulate_with_errors
 from simulator.scene_file import load_scene
 from tests.helpers.accuracy_studies import quick_study
@@ -21,7 +21,7 @@ SCENE = load_scene("sim2")
 @pytest.fixture(scope="module")
 def study() -> AccuracyStudy:
     found, told = quick_study(SCENE)
-    assert len(told) == points_to_come(quick=True)
+    assert len(told) == n_points(quick=True)
     return found
 
 

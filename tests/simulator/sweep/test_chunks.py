@@ -127,7 +127,7 @@ def flags_with_errors_alike(scene: Scene, over: str, accuracy: float) -> set[boo
     sweep = grid_sweep(over, scene=scene, accuracy=accuracy, error_bars=1.0)
     rows = sweep.design.rows(0, sweep.design.row_count)
     recipe = recipe_for(scene, sweep.design, accuracy, error_bars=True)
-    block = simulate_rows(recipe, rows, sweep.barred(0, len(rows)))
+    block = simulate_rows(recipe, rows, sweep.has_error_bars(0, len(rows)))
     assert block.shape[-1] == len(sweep.outputs) == len(OUTPUTS) + len(ERRORS)
     flagged = set()
     for found, values in zip(block, rows.tolist(), strict=True):
@@ -152,18 +152,18 @@ def test_error_bars_are_those_of_single_simulations_jump_by_jump() -> None:
 
 def test_error_bars_on_a_share_are_on_rows_spread_evenly_and_change_no_other() -> None:
     sweep = grid_sweep("b_ad=0:300:20", "foot_radius=0.02:0.04:20", error_bars=0.25)
-    rows, barred = sweep.design.rows(0, 400), sweep.barred(0, 400)
-    assert abs(int(barred.sum()) - 100) <= 1
-    assert sweep.barred_rows == barred.sum()
-    by_axis = barred.reshape(20, 20)
+    rows, has_error_bars = sweep.design.rows(0, 400), sweep.has_error_bars(0, 400)
+    assert abs(int(has_error_bars.sum()) - 100) <= 1
+    assert sweep.n_with_error_bars == has_error_bars.sum()
+    by_axis = has_error_bars.reshape(20, 20)
     for axis in (0, 1):
         assert set(by_axis.sum(axis=axis)) <= {4, 5, 6}
     recipe = recipe_for(sweep.scene, sweep.design, sweep.accuracy, error_bars=True)
-    block = simulate_rows(recipe, rows[:40], barred[:40])
+    block = simulate_rows(recipe, rows[:40], has_error_bars[:40])
     plain = simulate_rows(recipe_of(sweep), rows[:40])
-    assert np.array_equal(block[~barred[:40], :, : len(OUTPUTS)], plain[~barred[:40]], equal_nan=True)
+    assert np.array_equal(block[~has_error_bars[:40], :, : len(OUTPUTS)], plain[~has_error_bars[:40]], equal_nan=True)
     has_error = np.isfinite(block[:, 0, len(OUTPUTS) :]).any(axis=1)
-    assert np.array_equal(has_error, barred[:40])
+    assert np.array_equal(has_error, has_error_bars[:40])
 
 
 @pytest.mark.parametrize(

@@ -163,9 +163,9 @@ def test_error_bars_are_variables_and_an_interruption_changes_no_bit_of_them(tmp
     assert every_byte(broken) == every_byte(first)
     found = opened(first)
     assert set(found.data_vars) == {output.name for output in (*OUTPUTS, *ERRORS)}
-    barred = sweep.barred(0, 600)
-    assert np.array_equal(np.isfinite(found["cost_J_error"].values), barred)
-    assert np.all(found["cost_J_error"].values[barred] > 0.0)
+    has_error_bars = sweep.has_error_bars(0, 600)
+    assert np.array_equal(np.isfinite(found["cost_J_error"].values), has_error_bars)
+    assert np.all(found["cost_J_error"].values[has_error_bars] > 0.0)
     assert found["cost_J_error"].attrs["units"] == "J"
     assert found.attrs["error_bars"] == 0.3
     says(refusal(sobol_sweep(600, error_bars=0.2), first), "differs in error bars", "0.3", "0.2")

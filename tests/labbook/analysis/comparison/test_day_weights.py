@@ -25,7 +25,7 @@ from labbook.analysis.comparison.by_day import (
     shared_by_day,
     shared_by_day_means,
 )
-from labbook.analysis.comparison.comparing import shared_by
+from labbook.analysis.comparison.comparing import shared_error_of_side
 from labbook.analysis.comparison.comparisons import Compared
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.results.result_cache import ResultCache
@@ -185,6 +185,6 @@ def test_in_a_report_each_runs_error_counts_by_its_weight_in_the_difference_by_d
     expected = np.hypot.reduce([float((treated - control) @ np.array(errors)) for errors in terms.values()])
     difference = row.difference
     assert difference.shared_se == pytest.approx(expected)
-    by_plain_means = shared_by(pair.b).minus(shared_by(pair.a)).se
+    by_plain_means = shared_error_of_side(pair.b).minus(shared_error_of_side(pair.a)).se
     assert abs(by_plain_means - expected) > 0.1 * expected
     assert difference.ci_high - difference.ci_low > np.ptp(found.contrasts[0].interval)  # type: ignore[operator]

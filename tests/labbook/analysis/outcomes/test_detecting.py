@@ -15,7 +15,7 @@ from ingest.model import Gap
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct
 from labbook.actions.runs.jump_review import review
-from labbook.analysis.outcomes.detection import Log, detect, detection_rows, heeded_gaps
+from labbook.analysis.outcomes.detection import Log, detect, detection_rows, gaps_for_detector
 from labbook.book.opening import Book
 from tests.helpers.books import ADA, SmallBook, reported_book, small_book
 
@@ -72,7 +72,7 @@ def test_a_jump_over_a_gap_of_any_kind_is_marked_and_has_its_own_key(book: Book,
     assert apex_s is not None
     gap = Gap(apex_s - 0.01, 0.02, 6, 6, kind)
     keys, touched = [], []
-    for gaps in (heeded_gaps([]), heeded_gaps([gap])):
+    for gaps in (gaps_for_detector([]), gaps_for_detector([gap])):
         log = Log(samples["time"], samples["body_height"], samples.get("leg_length"), gaps)
         values, jumps = detection_rows(detect(log, "robust", 0.27), found.signals[0].sha256)
         keys.append(values["key"])

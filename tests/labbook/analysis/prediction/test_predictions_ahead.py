@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from labbook.analysis.prediction import predicting
-from labbook.analysis.prediction.predicting import PredictionResult, predictions, predictions_ahead
+from labbook.analysis.prediction.predicting import PredictionResult, predictions, predictions_in_background
 from labbook.analysis.prediction.simulating import ALWAYS
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import gather
@@ -26,7 +26,7 @@ def test_only_conditions_with_a_charge_or_a_log_are_simulated_ahead(
         assert 0 < len(planned) < len(evidence.runs)
         charges = {uid: found for uid, found in evidence.charges.items() if uid not in planned}
         logs = {uid: found for uid, found in evidence.logs.items() if uid not in planned}
-        ahead = predictions_ahead(ResultCache(connection), replace(evidence, charges=charges, logs=logs))
+        ahead = predictions_in_background(ResultCache(connection), replace(evidence, charges=charges, logs=logs))
         assert {key for key, _robot in ahead.wanted} == {
             run.condition_key for run in evidence.runs if run.uid not in planned
         }
@@ -37,7 +37,7 @@ def test_they_are_what_this_process_simulates(tmp_path: Path, monkeypatch: pytes
     def predicted(*, second: bool) -> dict[tuple[str, str], PredictionResult]:
         monkeypatch.setattr(predicting, "has_core", lambda: second)
         cache = ResultCache(connection)
-        ahead = predictions_ahead(cache, evidence)
+        ahead = predictions_in_background(cache, evidence)
         assert (ahead.simulating is not None) is second
         return predictions(cache, evidence, keys, lambda _said: None, ALWAYS, ahead)
 

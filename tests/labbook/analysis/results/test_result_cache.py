@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from labbook.analysis.results.result_cache import agree, versions_now
+from labbook.analysis.results.result_cache import equals_printed, versions_now
 
 HEAVY = ("numpy", "scipy", "pandas", "pyarrow", "statsmodels", "stats")
 
@@ -28,14 +28,14 @@ HEAVY = ("numpy", "scipy", "pandas", "pyarrow", "statsmodels", "stats")
 def test_values_agree_when_another_machine_could_have_added_in_another_order(
     printed: float | None, value: float | None, same: bool
 ) -> None:
-    assert agree(printed, value) is same
+    assert equals_printed(printed, value) is same
 
 
 def test_a_rest_of_rounding_beside_its_error_is_the_same() -> None:
     """The mean deviation of a book's only pack is 0 but for rounding."""
-    assert agree(5.9e-16, -2.2e-16, 0.3)
-    assert not agree(5.9e-16, 0.01, 0.3)
-    assert not agree(5.9e-16, -2.2e-16)
+    assert equals_printed(5.9e-16, -2.2e-16, 0.3)
+    assert not equals_printed(5.9e-16, 0.01, 0.3)
+    assert not equals_printed(5.9e-16, -2.2e-16)
 
 
 def test_versions_are_told_of_results_and_of_detectors() -> None:
