@@ -46,7 +46,9 @@ _REACH = 9.5
 """Standard deviations beyond which a normal adds nothing to 16 digits."""
 _LONGEST = 3.2
 """Length of a panel in the standard deviations of what varies along it."""
-_FALLING = np.linspace(0.0, 42.0, 12)
+_FALLING, _FALL = np.linspace(0.0, 42.0, 12), 5.0
+"""Where exp(-x) has fallen, and how far it may within a panel of that length."""
+_MOST_PANELS = 60
 _LOG_ROOT_2PI = 0.5 * math.log(2.0 * math.pi)
 
 
@@ -85,6 +87,10 @@ def _edges(w: Floats, n_control: int, sizes: Mapping[int, int], *, two_sided: bo
     first = np.maximum(np.min(most, axis=-1) - _REACH, 0.0 if two_sided else -_REACH)[..., None]
     last = np.maximum(np.max(most, axis=-1), 0.0)[..., None] + _REACH
     steepness = steepness_of_largest(sum(sizes.values()))
+    fastest = max(steepness * max(float(np.max(slopes / roots)), 1.0), float(np.max(w)) / _FALL)
+    even = math.ceil(float(np.max(last - first)) * fastest / _LONGEST)
+    if even <= _MOST_PANELS:
+        return np.linspace(first[..., 0], last[..., 0], even + 1, axis=-1)
     steps = np.linspace(-_REACH, _REACH, 1 + math.ceil(2.0 * _REACH * steepness / _LONGEST))
     sharp = roots < slopes  # the others rise no faster than the normal
     rise, width = w[..., None] / slopes[sharp], (roots / slopes)[sharp]
