@@ -1,7 +1,7 @@
-"""Why a number does not exist, and what a comparison cannot tell: codes, each with the sentence that says it.
+"""Why a number does not exist, and what a comparison cannot decide: codes, each with its sentence.
 
-Who computes gives the code and what it speaks of; the sentence is made where it is shown. What is said of a group or of
-the values compared is a parameter, so that a page can call them runs, days, or by their own names.
+A computation returns the code and its parameters; the sentence is made where it is shown. The words for a group or for
+the values compared are parameters, so that a page can call them runs, days, or by their own names.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from enum import Enum
 
 VALUE = "value"
-"""What one of the numbers looked at is called, where nobody says otherwise: `unit` in the sentences."""
+"""The default word for one of the numbers looked at: `unit` in the sentences."""
 
 
 class Code(Enum):
@@ -20,7 +20,7 @@ class Code(Enum):
     """
 
     def in_words(self, parameters: Mapping[str, str | int | float]) -> str:
-        """Return what the code says in words."""
+        """Return the sentence of the code."""
         plural = "" if parameters.get("n") == 1 else "s"
         text: str = self.value
         return text.format(**{"unit": VALUE, "s": plural, **parameters})
@@ -30,7 +30,7 @@ class Reason(Code):
     """Why a number does not exist."""
 
     AS_SAID = "{said}"
-    """What has words of its own already."""
+    """A reason that comes with its own words."""
     TOO_FEW_AROUND_APEX = "too few valid samples around the highest point after this stance, or it is no maximum"
     NEVER_LEFT_PARABOLA = "the body left its parabola nowhere between touchdown and apex"
     RULE_WITHOUT_ERROR = "the published rule has no standard error"
@@ -226,7 +226,7 @@ _REML_ZERO = (
 
 
 class Limit(Code):
-    """What a comparison over days cannot tell, or leaves out of its model."""
+    """What a comparison over days cannot decide, or leaves out of its model."""
 
     ONE_VALUE_A_DAY = (
         "Every day holds one {unit}, so that days and {unit}s scatter as one: the {unit}s are compared as they are."

@@ -1,8 +1,8 @@
 """What was declared about a file: the profile that applies to it, the columns of a table that are meant, and JSON.
 
-What was said directly stands over what a profile says. A column is meant by its name, by `name#2` among equal names, or
-by its place from 1. As JSON declarations are kept beside a file: every field is written, also where it says what is
-usual, for that may change; reading back, a field that is not there has its default, for whoever wrote it did not know
+A direct declaration takes precedence over a profile. A column is named by its name, by `name#2` among equal names, or
+by its place from 1. Declarations are stored as JSON beside a file: every field is written, also where it has its
+default, for that may change; reading back, a field that is not there has its default, for whoever wrote it did not know
 the field.
 """
 
@@ -74,7 +74,7 @@ def _present(names: Sequence[str]) -> frozenset[str]:
 
 
 def _completed(declared: Declarations, fitting: Sequence[Profile], findings: FindingCollector) -> Declarations:
-    """Return `declared` with what the most specific profile says: more columns named first, then the longer pattern."""
+    """Return `declared` completed by the most specific profile: the one with more columns, then the longer pattern."""
     if not fitting:
         return declared
     highest = max(map(_specificity, fitting))
@@ -87,14 +87,14 @@ def _completed(declared: Declarations, fitting: Sequence[Profile], findings: Fin
         return dataclasses.replace(declared, profiles=())
     (profile,) = closest
     findings.add(NOTE, "profile_used", f"Read with profile {profile.name!r}.")
-    said = {
+    settings = {
         setting.name: getattr(profile, setting.name)
         for setting in dataclasses.fields(ReadingSettings)
         if setting.name != "columns" and getattr(declared, setting.name) is None
     }
     return dataclasses.replace(
         declared,
-        **said,
+        **settings,
         profile_columns={**declared.profile_columns, **profile.columns},
         profile=profile.name,
         profiles=(),
@@ -138,36 +138,36 @@ def argument(text: str) -> str:
 
 
 def declared_columns(declared: Declarations, names: Sequence[str]) -> Mapping[int, ColumnDeclaration]:
-    """Return what is declared about the columns of these names, by place from 0: directly, over what the profile says.
+    """Return the declarations of the columns of these names, by place from 0: direct ones, then those of the profile.
 
     Of several declarations of a column the one that means it alone counts, then the one by its whole header cell.
     """
     profile, direct = _by_position(declared.profile_columns, names), _by_position(declared.columns, names)
-    return {**profile, **{position: _over(said, profile.get(position)) for position, said in direct.items()}}
+    return {**profile, **{position: _over(own, profile.get(position)) for position, own in direct.items()}}
 
 
 def _by_position(columns: Mapping[str, ColumnDeclaration], names: Sequence[str]) -> dict[int, ColumnDeclaration]:
     found: dict[int, tuple[tuple[bool, bool], ColumnDeclaration]] = {}
-    for column, said in columns.items():
+    for column, declaration in columns.items():
         positions = positions_of(column, names)
         exactness = len(positions) == 1, column in names
         for position in positions:
             if position not in found or found[position][0] < exactness:
-                found[position] = exactness, said
-    return {position: said for position, (_, said) in found.items()}
+                found[position] = exactness, declaration
+    return {position: declaration for position, (_, declaration) in found.items()}
 
 
-def _over(said: ColumnDeclaration, profile: ColumnDeclaration | None) -> ColumnDeclaration:
+def _over(own: ColumnDeclaration, profile: ColumnDeclaration | None) -> ColumnDeclaration:
     if profile is None:
-        return said
-    sign = said.sign if said.sign != 1 else profile.sign
-    return ColumnDeclaration(said.channel or profile.channel, said.unit or profile.unit, sign)
+        return own
+    sign = own.sign if own.sign != 1 else profile.sign
+    return ColumnDeclaration(own.channel or profile.channel, own.unit or profile.unit, sign)
 
 
 def without(declared: Declarations, names: Collection[str]) -> Declarations:
     """Return the declarations without those of columns of these names, which another table of the file has."""
     columns, by_profile = (
-        {name: said for name, said in declarations.items() if name not in names}
+        {name: declaration for name, declaration in declarations.items() if name not in names}
         for declarations in (declared.columns, declared.profile_columns)
     )
     return dataclasses.replace(declared, columns=columns, profile_columns=by_profile)

@@ -1,4 +1,4 @@
-"""Collects what checks say about one file, all of it in one pass: one finding per rule and column."""
+"""Collects the findings of all checks of one file, in one pass: one finding per rule and column."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ingest.model import Finding, TableUse
 NOTE, ROW, FILE = Severity.NOTE, Severity.ROW, Severity.FILE
 
 MORE_LINES = 20
-"""Lines kept beside the first one."""
+"""Most lines listed beside the first one."""
 
 _LONGEST_VALUE = 60
 _GRAVEST_FIRST = {FILE: 0, ROW: 1, NOTE: 2}

@@ -21,9 +21,9 @@ _BERTEC_AMPLIFIER_RATE_HZ = 1000.0
 class Instrument:
     """What a maker's export adds to the plain reading: name of the part, units, axes, a rate fixed by hardware.
 
-    `frame` says which axis points up in the file (a key of `channels.forces.AXES`), `axes` the signs of the components
-    after that. `evidence` tells why the file is taken for this instrument's; without one the signs of forces are only
-    assumed. `steady` says that its values stand still by nature, as a charger's do, and no note is due.
+    `frame` is which axis points up in the file (a key of `channels.forces.AXES`), `axes` the signs of the components
+    after that. `evidence` is why the file is taken for this instrument's; without one the signs of forces are only
+    assumed. `steady` marks values that are constant by nature, as a charger's are, so that no note is due.
     """
 
     part: str = "log"
@@ -63,7 +63,7 @@ INSTRUMENTS: Mapping[str, Instrument] = {
     "reaction_z_up": Instrument(part="force", evidence=_DECLARED),
     "action_z_down": Instrument("force", Convention("axes z down", {}), Z_DOWN_ACTION, None, _DECLARED),
 }
-"""By the names of `--instrument`: makers' programs, and the two ways in which forces are told."""
+"""By the names of `--instrument`: makers' programs, and the two conventions of the signs of forces."""
 
 
 def instrument_named(name: str) -> Instrument:

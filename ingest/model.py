@@ -40,8 +40,8 @@ class ColumnUse:
     """What one column became.
 
     `place` counts from 1. `holds` is a channel, a role in a charger sheet, or `time`, `date` or `trial`; None where the
-    column is left out, for which `left_out` says why. `unit` is the file's, `stored_unit` labbook's, `unit_from` where
-    the former was found.
+    column is left out, for the reason `left_out`. `unit` is the file's, `stored_unit` labbook's, `unit_from` where the
+    former was found.
     """
 
     place: int
@@ -81,7 +81,7 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What a check says about a file: one per rule and column, with how often and where.
+    """What a check found in a file: one per rule and column, with how often and where.
 
     `line` is the first line it concerns (1-based, None when it concerns the file as a whole), `more_lines`
     at most 20 further ones, `value` the text found at the first line.
@@ -117,8 +117,8 @@ class ChannelData:
     """One channel: `values = sign * (scale * source + offset)`, float64, shape (n_samples,).
 
     `name` is a key of `vocabulary.CHANNELS` (a second plate's with suffix `_2`) or the column's own cleaned name;
-    `unit` is None when neither the file nor a declaration tells it. `assumed` lists, as sentences, what was taken
-    from a convention of the instrument's maker and not from the file. A missing value is NaN.
+    `unit` is None when neither the file nor a declaration has it. `assumed` lists, as sentences, what was taken from a
+    convention of the instrument's maker and not from the file. A missing value is NaN.
     """
 
     name: str
@@ -137,7 +137,7 @@ class SignalPart:
     """Channels sampled together: `time_s` is elapsed time from the first sample, strictly increasing.
 
     `rate_hz` is the measured mean rate, dropped samples counted in, pauses left out; None with a single sample.
-    `start_utc` is ISO-8601 with `Z` when the file tells an instant, `start_original` the first time stamp as written.
+    `start_utc` is ISO-8601 with `Z` when the file has an instant, `start_original` the first time stamp as written.
     """
 
     part: str
@@ -174,10 +174,10 @@ class ChargeRow:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReadFile:
-    """All that one file says. `rows_read = rows_kept + rows_rejected`; blank, comment and header lines are no rows.
+    """The content of one file. `rows_read = rows_kept + rows_rejected`; blank, comment and header lines are no rows.
 
-    `evidence` says by what the format was recognised, `profile` which one of the declared profiles was used, `plugin`
-    whose format it is where it is not labbook's own, `declared` what was in force: flags, and what the profile says;
+    `evidence` is by what the format was recognised, `profile` which one of the declared profiles was used, `plugin`
+    whose format it is where it is not labbook's own, `declared` what was in force: flags, and the profile's settings;
     `explanation` how the file was understood.
     """
 
@@ -204,7 +204,7 @@ class ReadFile:
 
 @dataclass(frozen=True, slots=True)
 class ColumnDeclaration:
-    """What a person says about a source column; None leaves that to the file's header.
+    """A person's declaration of a source column; None leaves that to the file's header.
 
     `channel` is a key of `vocabulary.CHANNELS`, any other name to store it under, or `time` for the time column.
     """
@@ -216,19 +216,18 @@ class ColumnDeclaration:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReadingSettings:
-    """How a file is to be read, as flags and profiles say it; None, or no column, leaves that to the file.
+    """How a file is to be read, by flags and profiles; None, or no column, leaves that to the file.
 
     `columns` goes from a column to what it holds: by its name, by `name#2` for the second of several equal names, or by
     its place, from 1. `time_column` and `date_column` are such columns too; a time of day in the one goes with the date
     in the other. `header_row` (0: there is none), `units_row` and `first_row` are line numbers from 1. Lines that begin
     with `comment` are skipped, the data end at a line that begins with `footer`. `date_format` is one of
     `clock_formats.DATE_FORMATS`, `clock_format` one of its `CLOCK_FORMATS`, `axes` a key of `channels.forces.AXES`:
-    channels are then declared by the file's own axes.
-    `trials` is the column whose value tells the trials in one file apart. `encoding` is the page of text that is
-    neither marked by a byte order mark nor valid UTF-8; `decimal_sign` settles `1,234`; `format` and `instrument` name
-    what the file would otherwise be recognised as by its content. `override_units` lets declared units stand against
-    those of the header, `complete` a last line without line end whose last number may be cut, `no_robot_check` forces
-    and heights that no robot of the book can have.
+    channels are then declared by the file's own axes. `trials` is the column whose value distinguishes the trials in
+    one file. `encoding` is the page of text that is neither marked by a byte order mark nor valid UTF-8; `decimal_sign`
+    settles `1,234`; `format` and `instrument` name what the file would otherwise be recognised as by its content.
+    `override_units` lets declared units stand against those of the header, `complete` a last line without line end
+    whose last number may be cut, `no_robot_check` forces and heights that no robot of the book can have.
     """
 
     rate_hz: float | None = None
@@ -297,9 +296,9 @@ DEFAULT_LIMITS = Limits()
 
 @dataclass(frozen=True, slots=True)
 class Declarations(ReadingSettings):
-    """What was said beforehand about a file: directly, and by the profiles, of which the most specific completes it.
+    """What was declared about a file: directly, and by the profiles, of which the most specific completes it.
 
-    `profile` is the one chosen: a reading's declarations name it and hold what it says, of columns as
+    `profile` is the one chosen: a reading's declarations name it and hold its settings, those of columns as
     `profile_columns`. `file_name` is the file's own name, without folder. `time_zone` is the zone of clock times
     without one (None: such times stay without an instant). `robots` are those that may have been measured, with which
     forces and heights are compared unless `no_robot_check`; `limits` bound what a file may ask for.

@@ -1,4 +1,4 @@
-"""The samples of one signal as they are kept: their hash, and one Parquet file with a column a channel."""
+"""The samples of one signal as they are stored: their hash, and one Parquet file with a column a channel."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _GROUP_ROWS = 1 << 20
 
 
 def signal_sha256(part: SignalPart) -> str:
-    """Hash what was sampled, whatever file it is kept in: channel names, units, then every value in order."""
+    """Hash the samples, whatever file they are stored in: channel names, units, then every value in order."""
     columns = (part.time_s, *(channel.values for channel in part.channels))
     return _sha256([_column_name(channel) for channel in part.channels], columns)
 

@@ -1,7 +1,7 @@
 """From a table to signals: columns, rows, checks, time axis, in that order, reporting on the way.
 
-Several tables of one file become parts of their own. What each column became is told too, and where its unit and the
-rate come from.
+Several tables of one file become parts of their own. What each column became is reported too, and where its unit and
+the rate come from.
 """
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
     stored = {column.position: _stored(block, column) for column in plan.columns}
     if declared.axes is not None:
         instrument = dataclasses.replace(instrument, frame=declared.axes, axes={}, evidence="axes declared")
-    said_by = instrument.convention.maker if declared.axes is None else "declared"
-    columns = turn_axes(plan.columns, stored, instrument.frame, f"{instrument.frame}: {said_by}")
+    source_of_axes = instrument.convention.maker if declared.axes is None else "declared"
+    columns = turn_axes(plan.columns, stored, instrument.frame, f"{instrument.frame}: {source_of_axes}")
     usable = ~out_of_range(stored, columns, block, findings)
     note_missing(stored, columns, block, findings)
     columns = orient(columns, stored, instrument.axes, instrument.convention.maker, findings)
@@ -61,7 +61,7 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
     clock_columns = split_clocks({table.names[position]: block.clocks[position] for position in given})
     sources = TimeSources(block, plan, stored, declared, table.preamble, instrument.fixed_rate_hz, clock_columns)
     parts: list[SignalPart] = []
-    kept = 0
+    n_usable = 0
     for trial, rows in trials(block, trial_column, findings):
         found = recordings(sources, usable & rows, findings)
         name = instrument.part if trial is None else f"trial_{trial}"
@@ -69,12 +69,12 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
             _part(instrument, name if number == 1 else f"{name}_segment_{number}", recording, columns, stored, findings)
             for number, recording in enumerate(found.recordings, start=1)
         ]
-        kept += int(np.count_nonzero(found.keep))
-    return Reading(tuple(parts), (), block.rows_read, block.rows_read - kept, _role(columns), declared)
+        n_usable += int(np.count_nonzero(found.keep))
+    return Reading(tuple(parts), (), block.rows_read, block.rows_read - n_usable, _role(columns), declared)
 
 
 def _declared_instrument(name: str, own: Instrument) -> Instrument:
-    """Return a declared instrument; of a file whose layout tells its own, the part and units stay."""
+    """Return a declared instrument; of a file whose layout identifies its own, the part and units stay."""
     declared = instrument_named(name)
     if not own.evidence:
         return declared
@@ -244,8 +244,8 @@ class _UnitOrigin:
         name = self.table.names[position]
         directly = dataclasses.replace(self.declared, profile_columns={})
         for declared, where in ((directly, "declared"), (self.declared, f"profile {self.declared.profile}")):
-            said = declared_columns(declared, self.table.names).get(position)
-            if said is not None and said.unit and normal_unit(said.unit) == unit:
+            declaration = declared_columns(declared, self.table.names).get(position)
+            if declaration is not None and declaration.unit and normal_unit(declaration.unit) == unit:
                 return where
         cell = parse_header(name)
         row = self.table.units[position]

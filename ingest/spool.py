@@ -38,8 +38,8 @@ BLOCK_BYTES = 1 << 20
 class MappedBytes(mmap.mmap):
     """Bytes that lie in a temporary file of `folder`; what `mmap` lacks of the methods of `bytes` works on a copy.
 
-    Readers take it for `bytes`, so what makes one says `bytes` too; `mapped` tells them apart. `count` and `in` look
-    for single bytes.
+    Readers take it for `bytes`, so functions that make one are typed `bytes` too; `mapped` distinguishes them. `count`
+    and `in` look for single bytes.
     """
 
     folder: Path

@@ -1,8 +1,8 @@
 """The store of files: byte-exact raw copies and the channels read from them, both named by SHA-256.
 
-A file is written under a temporary name, synced, renamed, and its folder synced, before any row says that it exists.
-A crash can leave a file without a row, never a row without its file. Nothing here deletes or moves a user's file.
-Every command opens a store and few read or write in one, so numpy and pyarrow are loaded by those that do.
+A file is written under a temporary name, synced, renamed, and its folder synced, before any row refers to it. A crash
+can leave a file without a row, never a row without its file. Nothing here deletes or moves a user's file. Every command
+opens a store and few read or write in one, so numpy and pyarrow are loaded by those that do.
 """
 
 from __future__ import annotations
@@ -70,8 +70,8 @@ class Store:
         return read_and_hash(path, self.root, largest_bytes)
 
     def raw(self, store_path: str, sha256: str) -> bytes:
-        """Return the kept bytes, mapped where they are many; raises `BookDamaged` when they are missing or no longer
-        what was kept."""
+        """Return the stored bytes, mapped where they are many; raises `BookDamaged` when they are missing or differ
+        from what was stored."""
         import pyarrow as pa
 
         from ingest.spool import LARGE_BYTES, map_and_hash
@@ -129,7 +129,7 @@ class Store:
         return read_samples(self.root / store_path, channels)
 
     def check_samples(self, store_path: str, sha256: str, of: str) -> None:
-        """Read all samples that were kept of the file `of`; raises `BookDamaged` where their hash is another."""
+        """Read all stored samples of the file `of`; raises `BookDamaged` where their hash is another."""
         import pyarrow as pa
 
         from ingest.samples import stored_sha256

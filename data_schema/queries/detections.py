@@ -200,8 +200,8 @@ def _samples_in_force(
 ) -> dict[str, set[str]]:
     """Return, for the hash of any samples, those of the readings in force of the same file with the same times.
 
-    All there are, those that lead to some signals, or those that lead from the samples `given_on`. What the journal
-    says the samples' hash was counts as theirs.
+    All there are, those that lead to some signals, or those that lead from the samples `given_on`. The hash that the
+    journal records for the samples counts as theirs.
     """
     now = signal.alias("now")
     query = (

@@ -18,7 +18,7 @@ from data_schema.vocabulary import ChargeState, FileRole, IngestStatus
 
 
 def runs_of_file(connection: sa.Connection, sha256: str) -> tuple[str, ...]:
-    """Return the names of all runs that a file says something about, by assignment or by charge rows."""
+    """Return the names of all runs of a file, by assignment or by charge rows."""
     counted = charge.c.state == str(ChargeState.COUNTED)
     assigned = sa.select(run.c.name).join(run_file, run_file.c.run == run.c.id).join(file, run_file.c.file == file.c.id)
     charged = sa.select(run.c.name).join(charge, charge.c.run == run.c.id).join(file, charge.c.file == file.c.id)
@@ -212,7 +212,7 @@ def parts_of_file(connection: sa.Connection, file_uid: str) -> list[str]:
 
 
 def recorded_parts(connection: sa.Connection, file_uid: str) -> list[str]:
-    """Return the parts that any reading of a file gave when it was made, as the journal has them."""
+    """Return the parts of all readings of a file, as the journal recorded them."""
     sha256 = connection.execute(sa.select(file.c.sha256).where(file.c.uid == file_uid)).scalar_one()
     return list(dict.fromkeys(part for new in reading_entries(connection, sha256) for part in parts_named(new)))
 
@@ -304,7 +304,7 @@ def _loose_parts(connection: sa.Connection) -> list[InboxItem]:
 
 
 def waiting_for_run(connection: sa.Connection, run_name: str) -> tuple[list[tuple[str, str]], list[tuple[str, bool]]]:
-    """Return the unassigned files (uid, role) and charges that were said to belong to a run of this name.
+    """Return the unassigned files (uid, role) and charges that name a run of this name.
 
     Charges are (uid, whether it may be the second of its run): earlier labbooks gave a run all that named it.
     """

@@ -1,6 +1,6 @@
 """Rows that one ingested file leaves: the file, how it was read, what the checks found, signals and gaps.
 
-And what they say that lies in the store.
+And which files of the store they refer to.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def first_import(connection: sa.Connection, sha256: str) -> FirstImport | None:
 
 
 def refused_with(connection: sa.Connection, sha256: str, reader: str, options_json: str) -> list[Any]:
-    """Return with which settings a reader refused these bytes under these options; None where it was not kept."""
+    """Return the settings of each refusal of these bytes by a reader under these options; None where not recorded."""
     query = sa.select(ingest.c.declared_json).where(
         ingest.c.sha256 == sha256,
         ingest.c.status == str(IngestStatus.REFUSED),
@@ -88,7 +88,7 @@ def ingest_key(connection: sa.Connection, uid: str) -> int:
 
 
 def add_ingest(connection: sa.Connection, *, person_name: str, values: Mapping[str, Any]) -> int:
-    """Add the row that says how a file was read, under the configuration in force; returns its key."""
+    """Add the row of a file's reading, under the configuration in force; returns its key."""
     done = connection.execute(_ADD_INGEST, {"person_name": person_name, **values})
     written(connection, "ingest", [values["uid"]])
     return _key(done)
@@ -158,7 +158,7 @@ def _key(done: sa.CursorResult[Any]) -> int:
 
 @dataclass(frozen=True, slots=True)
 class StoredFile:
-    """A file of the store that a row speaks of: its path there, and the SHA-256 of what it holds."""
+    """A file of the store that a row refers to: its path there, and the SHA-256 of its content."""
 
     store_path: str
     sha256: str

@@ -25,7 +25,7 @@ class ReadingRow:
     """One reading of a file.
 
     `settings_json` is all that it depended on, None where an earlier labbook read; then `config_text` is the
-    labbook.toml that was in force. `why` is what the person said who had the file read again.
+    labbook.toml that was in force. `why` is the reason of the person who had the file read again.
     """
 
     uid: str
@@ -66,23 +66,23 @@ class PartRow:
 
 @dataclass(frozen=True, slots=True)
 class WaitingFile:
-    """A file that was imported and that this labbook refuses; `said` is the sentence of the refusal."""
+    """A file that was imported and that this labbook refuses; `message` is the sentence of the refusal."""
 
     file_uid: str
     name: str
     role: str | None
-    said: str
+    message: str
     runs: tuple[str, ...]
 
     @property
     def why(self) -> Undefined:
         """Why numbers that would come from it are undefined, and what to do."""
-        return Undefined(Reason.FILE_WAITS, role=self.role or "file", name=self.name, said=self.said)
+        return Undefined(Reason.FILE_WAITS, role=self.role or "file", name=self.name, said=self.message)
 
 
 @dataclass(frozen=True, slots=True)
 class Attribution:
-    """Who said something about a file, when and why."""
+    """Person, time and reason of a statement about a file."""
 
     person: str
     at_utc: str
@@ -105,7 +105,7 @@ def readings_in_force(connection: sa.Connection, readers: Sequence[str]) -> list
 
 
 def shown_readings(connection: sa.Connection) -> Sequence[Sequence[Any]]:
-    """List what a line of `labbook files list` says of the last reading of each file, in the order of their import.
+    """List the columns of `labbook files list` for the last reading of each file, in the order of their import.
 
     Returns:
         name, reader, rows kept, key and uid of the file, status, uid of the reading.
@@ -154,7 +154,7 @@ _STATUS = {str(status): status for status in IngestStatus}
 
 
 def parts_of_reading(connection: sa.Connection, ingest_uid: str) -> list[PartRow]:
-    """Return what a reading gave, in the order of the file."""
+    """Return the parts of a reading, in the order of the file."""
     query = (
         sa.select(
             signal.c.id,
@@ -189,7 +189,7 @@ def parts_of_reading(connection: sa.Connection, ingest_uid: str) -> list[PartRow
 
 
 def set_status(connection: sa.Connection, ingest_uid: str, status: IngestStatus) -> None:
-    """Say how a reading stands now."""
+    """Set the status of a reading."""
     connection.execute(ingest.update().where(ingest.c.uid == ingest_uid).values(status=str(status)))
     written(connection, "ingest", [ingest_uid])
 
@@ -204,7 +204,7 @@ def waiting_files(connection: sa.Connection) -> list[WaitingFile]:
     ).all()
     found = []
     for row in rows:
-        said = connection.execute(
+        message = connection.execute(
             sa.select(finding.c.message)
             .where(finding.c.ingest == row.id, finding.c.severity == str(Severity.FILE))
             .order_by(finding.c.id)
@@ -217,7 +217,7 @@ def waiting_files(connection: sa.Connection) -> list[WaitingFile]:
             .distinct()
         )
         of_file = tuple(sorted(connection.execute(runs).scalars()))
-        found.append(WaitingFile(row.uid, row.original_name, row.role, said or "it is refused.", of_file))
+        found.append(WaitingFile(row.uid, row.original_name, row.role, message or "it is refused.", of_file))
     return found
 
 
@@ -263,7 +263,7 @@ def charge_history(
 
 
 def reading_entries(connection: sa.Connection, sha256: str) -> list[dict[str, Any]]:
-    """Return what the journal says of each reading of a file that was imported, in order."""
+    """Return the content of the journal entry of each reading of an imported file, in order."""
     query = (
         sa.select(journal.c.new_json)
         .join(ingest, ingest.c.uid == journal.c.entity_uid)

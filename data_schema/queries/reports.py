@@ -169,7 +169,7 @@ def reports_showing(connection: sa.Connection, number_uid: str) -> list[ShownIn]
 
 
 def reports_depending_on(connection: sa.Connection, inputs: Sequence[tuple[str, str]]) -> list[str]:
-    """List the reports that show a number of these results, or one that rests on these facts, by (kind, uid).
+    """List the reports that show a number of these results, or one that depends on these facts, by (kind, uid).
 
     Each is the time at which it was made, which names its folder, and the selection of its runs.
     """

@@ -35,7 +35,7 @@ class NumberRow:
 
 @dataclass(frozen=True, slots=True)
 class InputRow:
-    """One thing that a result rests on."""
+    """One input of a result."""
 
     role: str
     input_kind: str
@@ -209,7 +209,7 @@ _RESTING_ON = sa.select(result.c.uid).where(
         )
     )
 )
-"""Built once: every statement asks what rests on what it changes."""
+"""Built once: every statement looks up the results that depend on its changes."""
 
 
 def result_of_number(connection: sa.Connection, number_uid: str) -> tuple[ResultRow, NumberRow] | None:
@@ -277,7 +277,7 @@ def add_report_items(connection: sa.Connection, report_uid: str, shown: Mapping[
 
 
 def unshown_results(connection: sa.Connection) -> list[str]:
-    """Return the uids of these results; one that a shown one rests on, over however many others, is not among them."""
+    """Return the uids of the results that no report shows, and on which no shown result depends, even indirectly."""
     shown = (
         sa.select(result.c.uid)
         .distinct()

@@ -61,7 +61,7 @@ def condition_levels(connection: sa.Connection) -> dict[int, dict[str, str]]:
 
 
 def condition_columns(connection: sa.Connection) -> dict[str, dict[str, Any]]:
-    """Return what a `RunRow` says of its condition, by column, for every condition's uid."""
+    """Return the columns of a `RunRow` that describe its condition, for every condition's uid."""
     levels = condition_levels(connection)
     query = sa.select(condition.c.id, condition.c.uid, condition.c.key, condition.c.is_control)
     return {
@@ -144,7 +144,7 @@ def list_runs(connection: sa.Connection, where: sa.ColumnElement[bool] | None = 
 
 
 def shown_runs(connection: sa.Connection, where: sa.ColumnElement[bool] | None = None) -> Sequence[Sequence[Any]]:
-    """List what a line of `labbook runs list` says of each run, in the order of `list_runs`.
+    """List the columns of `labbook runs list` for each run, in the order of `list_runs`.
 
     Rows of a hundred thousand runs take twice as long as what a line shows of them.
 
@@ -264,7 +264,7 @@ def refuse_empty_selection(connection: sa.Connection, where: str | None) -> None
 def compile_known(expression: Expression, columns: Mapping[str, WhereColumn]) -> sa.ColumnElement[bool]:
     """Build the condition; raises `UsageError`, too, for a number that is no level of its factor, as for such a word.
 
-    A selection that was stated before still selects no run: only what is asked now is refused.
+    Selections recorded earlier may select no run: only a new one is refused.
     """
     condition = compile_expression(expression, columns)
     for one in _comparisons(expression):

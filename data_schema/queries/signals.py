@@ -108,7 +108,7 @@ def samples_of_files(connection: sa.Connection) -> list[tuple[str, str]]:
 
 
 def log_starts(connection: sa.Connection, run_uids: Sequence[str]) -> dict[str, list[str | None]]:
-    """Return the instants at which the logs of runs start, by the uid of the run; None where a log tells none."""
+    """Return the instants at which the logs of runs start, by the uid of the run; None where a log has none."""
     found: dict[str, list[str | None]] = {}
     for some in in_chunks(run_uids):
         query = (

@@ -113,7 +113,7 @@ def _study(uid: str) -> sa.Select[tuple[object, ...]]:
 
 
 def _scene(name: str) -> sa.Select[tuple[object, ...]]:
-    """A scene is the simulator's, whose files say what is in it, or a file that the book keeps in its configuration."""
+    """A scene is one of the simulator's, or a file that the book's configuration names."""
     return sa.select(sa.literal(name).label("scene"))
 
 

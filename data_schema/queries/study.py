@@ -199,7 +199,7 @@ class PlannedRow:
 
 
 def planned_runs(connection: sa.Connection) -> list[PlannedRow]:
-    """List what all plans hold, in the order in which they were stated; what was withdrawn is left out."""
+    """List the runs of all plans, in the order in which they were stated, without those that were withdrawn."""
     query = (
         sa.select(*columns_of(PlannedRow, planned_run, condition_key=condition.c.key, run_name=run.c.name))
         .select_from(
@@ -250,7 +250,7 @@ def withdrawn_names(connection: sa.Connection) -> set[str]:
 
 
 def _withdrawn_plans() -> sa.Select[tuple[int]]:
-    """Select the plans that the journal says are void; a run made after that belongs to none of them."""
+    """Select the plans that are void by the journal; a run made after that belongs to none of them."""
     voids_plan = sa.and_(
         journal.c.entity_uid == plan.c.uid, journal.c.entity_kind == "plan", journal.c.action == str(Action.VOID)
     )

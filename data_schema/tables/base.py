@@ -80,7 +80,7 @@ def reference(table: str, *, optional: bool = False, unique: bool = False) -> sa
 def text_column(
     name: str, *, optional: bool = False, unique: bool = False, usually: str | None = None
 ) -> sa.Column[str]:
-    """Build a text column; a row that does not say what stands there gets what it `usually` is."""
+    """Build a text column; a row without a value gets the default `usually`."""
     return sa.Column(name, TEXT, nullable=optional, unique=unique, default=usually)
 
 
@@ -109,7 +109,7 @@ def flag(column: str) -> sa.CheckConstraint:
 def partial_index(name: str, column: str, where: str, *, unique: bool = False) -> sa.Index:
     """Build an index of the rows that meet a condition.
 
-    PostgreSQL is told where tables are made: SQLAlchemy loads every driver of an engine that an index has an option of.
+    PostgreSQL's option is set where tables are made: SQLAlchemy loads every driver for which an index has an option.
     """
     index = sa.Index(name, column, unique=unique, sqlite_where=sa.text(where))
 

@@ -1,6 +1,6 @@
-"""The journal: who spoke, what they said, the configuration in force, and hashes of rows as they were written.
+"""The journal: people, their statements, the configuration in force, and hashes of rows as they were written.
 
-By these a row is found that was altered outside labbook.
+The hashes reveal a row that was altered outside labbook.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Runs, their charges, and what people said about them."""
+"""Runs, their charges, and people's notes and decisions on them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From source columns to channels: which quantity, which unit, which factor; never a unit that nobody stated."""
+"""From source columns to channels: which quantity, unit and factor; a unit is never guessed."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class ColumnPlan:
 
 @dataclass(frozen=True, slots=True)
 class TimePlan:
-    """The time column; `unit` None when it is clock text or, refused then, nowhere stated.
+    """The time column; `unit` is None for clock text, and for a column without a unit, which is refused.
 
     `date_position` is where the dates stand that go with clock texts without one.
     """
@@ -97,10 +97,10 @@ def plan_columns(
     table: Table, declared: Declarations, findings: FindingCollector, convention: Convention = NO_CONVENTION
 ) -> Plan:
     """Decide what each column becomes; every column without a unit that needs one is reported."""
-    said = declared_columns(declared, table.names)
+    declarations = declared_columns(declared, table.names)
     declared = _time_of_flags(declared, table.names)
     columns = [
-        _column(position, name, table, declared, said.get(position), findings)
+        _column(position, name, table, declared, declarations.get(position), findings)
         for position, name in enumerate(table.names)
     ]
     _refuse_side_by_side(columns, findings)
@@ -124,10 +124,10 @@ def plan_columns(
 
 
 def _time_of_flags(declared: Declarations, names: Sequence[str]) -> Declarations:
-    """Return `declared` without the time column, or its unit, where what is said directly of columns is otherwise."""
+    """Return `declared` without the time column, or its unit, where declarations of single columns differ from it."""
     direct = declared_columns(dataclasses.replace(declared, profile_columns={}), names)
     own = () if declared.time_column is None else positions_of(declared.time_column, names)
-    named = [position for position, said in direct.items() if said.channel == TIME]
+    named = [position for position, declaration in direct.items() if declaration.channel == TIME]
     other = [position for position in own if position in direct and direct[position].channel not in (None, TIME)]
     if other or (named and not set(named).intersection(own)):
         return dataclasses.replace(declared, time_column=None, time_unit=None)
@@ -141,7 +141,7 @@ def _column(
     name: str,
     table: Table,
     declared: Declarations,
-    said: ColumnDeclaration | None,
+    declaration: ColumnDeclaration | None,
     findings: FindingCollector,
 ) -> _Column:
     cell = parse_header(name)
@@ -151,25 +151,27 @@ def _column(
     elif cell.suffix_unit is not None and is_common(cell.suffix_unit, _stored_unit(base)):
         unit = cell.suffix_unit  # `battery_V` is known as a whole, and `v_in` is in no inches
     row_unit = normal_unit(table.units[position] or "")
-    decided = declared.override_units and said is not None and said.unit is not None
+    decided = declared.override_units and declaration is not None and declaration.unit is not None
     if not decided:
         refuse_two_units(name, unit, row_unit, findings)
     unit = unit or row_unit or UNIT_OF_NAME.get(squash(base))
     own = table.channels[position] if table.channels else None
     channel = own or (TIME if squash(base) in TIME_NAMES else channel_of(base, unit))
     sign = 1
-    own, stated = unit, None
-    if said is not None:
-        stated = normal_unit(said.unit) if said.unit else None
-        channel, unit, sign = said.channel or channel, stated or unit, said.sign
+    own, declared_unit = unit, None
+    if declaration is not None:
+        declared_unit = normal_unit(declaration.unit) if declaration.unit else None
+        channel, unit, sign = declaration.channel or channel, declared_unit or unit, declaration.sign
     if declared.time_column is not None:
         is_time = position in positions_of(declared.time_column, table.names)
         channel = TIME if is_time else None if channel == TIME else channel
     if channel == TIME and declared.time_unit is not None:
-        unit = stated = normal_unit(declared.time_unit)
-    refuse_other_unit(name, own, stated, declared, findings)
-    time_is_said = declared.time_column is not None or (said is not None and said.channel == TIME)
-    return _Column(position, name, base, channel, unit, sign, table.kinds[position], channel == TIME and time_is_said)
+        unit = declared_unit = normal_unit(declared.time_unit)
+    refuse_other_unit(name, own, declared_unit, declared, findings)
+    time_is_declared = declared.time_column is not None or (declaration is not None and declaration.channel == TIME)
+    return _Column(
+        position, name, base, channel, unit, sign, table.kinds[position], channel == TIME and time_is_declared
+    )
 
 
 def _refuse_side_by_side(columns: list[_Column], findings: FindingCollector) -> None:
@@ -288,11 +290,11 @@ def _channel_plan(column: _Column, convention: Convention, findings: FindingColl
 def _unknown(column: _Column, findings: FindingCollector) -> ColumnPlan:
     name = column.channel if column.channel not in (None, TIME) else clean_name(column.base)
     name = name or f"column_{column.position + 1}"
-    stated = f"in {column.unit}" if column.unit else "without a unit"
+    unit = f"in {column.unit}" if column.unit else "without a unit"
     findings.add(
         NOTE,
         "unknown_column",
-        f'Not a channel known here: kept as {name!r}, {stated}; to name it, `--column "{column.base}=CHANNEL:UNIT"`.',
+        f'Not a channel known here: kept as {name!r}, {unit}; to name it, `--column "{column.base}=CHANNEL:UNIT"`.',
         column=column.name,
     )
     return ColumnPlan(column.position, column.name, name, column.unit, column.unit, 1.0, 0.0, column.sign, ())

@@ -87,7 +87,7 @@ def orient(
 ) -> tuple[ColumnPlan, ...]:
     """Return the plans with their final signs, and apply these to `stored` (by position, signs declared applied).
 
-    `axes` are the maker's signs. A plate whose load comes out negative tells its forces with the opposite sign in the
+    `axes` are the maker's signs. A plate whose load comes out negative records its forces with the opposite sign in the
     same frame, reaction for action or the other way round: all are turned round, which is noted.
     """
     oriented = list(plans)
@@ -112,7 +112,7 @@ def orient(
 
 
 def note_assumed_signs(plans: Sequence[ColumnPlan], findings: FindingCollector) -> None:
-    """Say what is assumed of forces whose instrument neither the layout of their file nor a declaration tells."""
+    """Note the signs assumed of forces whose instrument neither the layout of the file nor a declaration fixes."""
     named = [plan.source_name for plan in plans if _is_plate(plan) and plan.sign == 1]
     if named:
         message = (
@@ -165,7 +165,7 @@ def check_plates(
 def _fit_cop(
     plan: ColumnPlan, stored: dict[int, FloatArray], loaded: BoolArray, expected: FloatArray, findings: FindingCollector
 ) -> ColumnPlan:
-    far = np.abs(expected) > 0.005  # nearer to the middle a ratio says nothing
+    far = np.abs(expected) > 0.005  # nearer to the middle a ratio has no meaning
     if np.count_nonzero(far) < 10:
         return plan
     ratio = float(np.nanmedian(stored[plan.position][loaded][far] / expected[far]))

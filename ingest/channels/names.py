@@ -1,4 +1,4 @@
-"""Names and units of columns: what a header cell says (`height [m]`, `height_mm`, `legLength/mm`), and what that means.
+"""Names and units of columns: parsing a header cell (`height [m]`, `height_mm`, `legLength/mm`), and its meaning.
 
 A unit is read only where it is marked as one; nothing is inferred from the name of the quantity. Names of channels are
 compared without case, blanks and underscores. Those that mean different things in different labs (`z`, `h`, `velocity`,
@@ -135,7 +135,7 @@ TIME_NAMES = frozenset(
     }
 )
 UNIT_OF_NAME = {"millis": "ms", "micros": "us", "filetime": "filetime", "mah": "mAh"}
-"""Names that say their unit: Arduino's clock functions are defined in milliseconds and microseconds."""
+"""Names that imply their unit: Arduino's clock functions are defined in milliseconds and microseconds."""
 
 _WRITTEN_AS = {
     "body_height": "height, robot height, string pot, string pot height, string potentiometer, pot height, body z",
@@ -237,8 +237,8 @@ def factor(column: str, unit: str, stored: str, findings: FindingCollector) -> t
         return conversion(unit, stored)
     except InputRefused as error:
         flag = f'`--unit "{column}={stored}" --override-units`'
-        said = f"Column {column!r}: {str(error).rstrip('.')}; if the column holds {stored}, say {flag}."
-        findings.add(FILE, "unit_not_convertible", said, column=column, value=unit)
+        message = f"Column {column!r}: {str(error).rstrip('.')}; if the column holds {stored}, say {flag}."
+        findings.add(FILE, "unit_not_convertible", message, column=column, value=unit)
         return 1.0, 0.0
 
 
@@ -259,14 +259,14 @@ def same_unit(one: str, other: str) -> bool:
 
 
 def refuse_other_unit(
-    column: str, own: str | None, stated: str | None, declared: Declarations, findings: FindingCollector
+    column: str, own: str | None, declared_unit: str | None, declared: Declarations, findings: FindingCollector
 ) -> None:
-    """Refuse a file whose header says another unit of a column than is declared, unless declarations override it."""
-    if own and stated and is_unit(own) and not declared.override_units and not same_unit(own, stated):
+    """Refuse a file whose header gives a column another unit than is declared, unless declarations override it."""
+    if own and declared_unit and is_unit(own) and not declared.override_units and not same_unit(own, declared_unit):
         findings.add(
             FILE,
             "unit_contradicts",
-            f"The header of column {column!r} says {own} and {stated} is declared: leave the declaration out, "
+            f"The header of column {column!r} says {own} and {declared_unit} is declared: leave the declaration out, "
             "or say `--override-units` if the header is wrong.",
             column=column,
             value=own,
@@ -274,7 +274,7 @@ def refuse_other_unit(
 
 
 def refuse_two_units(column: str, name: str | None, below: str | None, findings: FindingCollector) -> None:
-    """Refuse a column whose name says one unit and the row of units, or the cells, below it another."""
+    """Refuse a column whose name has one unit and the row of units, or the cells, below it another."""
     if name and below and is_unit(name) and is_unit(below) and not same_unit(name, below):
         findings.add(
             FILE,

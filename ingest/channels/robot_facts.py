@@ -49,9 +49,9 @@ def check_robot(
     """
     if not declared.robots or declared.no_robot_check:
         return
-    kept = usable[:_MOST_ROWS]
+    looked_at_rows = usable[:_MOST_ROWS]
     looked_at = {
-        plan.position: stored[plan.position][:_MOST_ROWS][kept]
+        plan.position: stored[plan.position][:_MOST_ROWS][looked_at_rows]
         for plan in plans
         if channel_kind(plan.channel) in ("force_x", "force_y", "force_z", "body_height")
     }
@@ -126,7 +126,7 @@ def _check_height(
             FILE,
             "height_implausible",
             f"Column {plan.source_name!r} moves by {1e3 * (high - low):.3g} mm, and the longest leg in [robots] "
-            f"reaches {1e3 * reach:.3g} mm: {_say_height_unit(plan, low, high, reach)}, or `--no-robot-check`.",
+            f"reaches {1e3 * reach:.3g} mm: {_unit_advice(plan, low, high, reach)}, or `--no-robot-check`.",
             column=plan.source_name,
         )
         return
@@ -137,13 +137,13 @@ def _check_height(
             NOTE,
             HEIGHT_DOUBTFUL,
             f"Column {plan.source_name!r} is read as heights of {low:.3g} to {high:.3g} m, and the longest leg in "
-            f"[robots] reaches {reach:.3g} m: {_say_height_unit(plan, low, high, reach) if high >= 0 else advice}, or "
+            f"[robots] reaches {reach:.3g} m: {_unit_advice(plan, low, high, reach) if high >= 0 else advice}, or "
             "`--no-robot-check` if it is as it should be.",
             column=plan.source_name,
         )
 
 
-def _say_height_unit(plan: ColumnPlan, low: float, high: float, reach: float) -> str:
+def _unit_advice(plan: ColumnPlan, low: float, high: float, reach: float) -> str:
     """Return a question and the flags for the unit in which heights and motion would be those of a robot."""
     unit = fitting_unit(plan, high, LEAST_HEIGHT_LEGS * reach, MOST_HEIGHT_LEGS * reach, usual=reach)
     if unit is None or in_unit(plan, high - low, unit) < LEAST_MOTION_LEGS * reach:

@@ -41,7 +41,7 @@ def is_workbook(data: bytes) -> bool:
 
 
 def check_zip(archive: zipfile.ZipFile, packed: int, limits: Limits) -> None:
-    """Compare what the directory of an archive of `packed` bytes says with the limits. Raises `ArchiveRefusedError`."""
+    """Compare the directory of an archive of `packed` bytes with the limits. Raises `ArchiveRefusedError`."""
     members = archive.infolist()
     expanded = sum(member.file_size for member in members)
     if len(members) > limits.most_members:
@@ -168,7 +168,7 @@ def read_members(
 ) -> Reading:
     """Read the members, each a name and its bytes, under the same declarations; `instead` ends a refusal.
 
-    `packed_text`: the members are files of their own, whose pages of text are worth telling.
+    `packed_text`: the members are files of their own, whose pages of text are reported.
     """
     from ingest.read import read_file  # the registry that it reads by holds the formats that have members
 

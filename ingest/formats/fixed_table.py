@@ -161,7 +161,7 @@ def read_fixed(
     instrument: Instrument,
     samples: float | None = None,
 ) -> Reading:
-    """Read the one table below a maker's header; `samples` is how many the header says there are."""
+    """Read the one table below a maker's header; `samples` is the header's number of samples."""
     table = fixed_table(source, header, declared, findings)
     if table is None:
         return Reading()
@@ -171,7 +171,7 @@ def read_fixed(
 
 
 def check_count(reading: Reading, samples: float | None, findings: FindingCollector) -> None:
-    """Refuse a file that does not hold as many rows as its header says; a last row that was cut does not count."""
+    """Refuse a file whose number of rows is not its header's; a last row that was cut does not count."""
     whole = reading.rows_read - ("last_line_cut" in findings)
     if samples is not None and whole != samples:
         message = f"The header says {samples:g} samples and the file holds {whole}: it was cut short or edited; "

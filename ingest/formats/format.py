@@ -16,9 +16,9 @@ HEAD_LINES = 60
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Head:
-    """All bytes of a file, and what can be told from the first of them.
+    """All bytes of a file, and what the first of them show.
 
-    `source` is None when the file is not text; `lines` are its first lines, decoded; `declared` what was said about it.
+    `source` is None when the file is not text; `lines` are its first lines, decoded; `declared` its declarations.
     `beginning` is what clues are looked for in: the first bytes and lines, in lower case and without NULs.
     """
 
@@ -105,7 +105,7 @@ class Format:
     """One file format. `version` rises with every change of what its reader gives for the same bytes.
 
     `recognise` returns None for a file that is not of this format; one without the `clue` is not even shown to it. Of
-    several formats the one with the highest score reads. `what` says what its files are, for lists. `plugin` names the
+    several formats the one with the highest score reads. `what` describes its files, for lists. `plugin` names the
     distribution and version that a format of somebody else's comes from. A `container` holds files that are read as
     what is declared.
     """

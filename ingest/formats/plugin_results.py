@@ -1,6 +1,6 @@
-"""What a plug-in gives, compared before anything rests on it: the type of every field, then what the values must be.
+"""Checks of what a plug-in returns, before anything uses it: the type of every field, then the values.
 
-What a database or a later step would stumble over is said here, where it is known whose format it comes from.
+A value that would fail in the database or a later step is reported here, where it is known whose format it comes from.
 """
 
 from __future__ import annotations

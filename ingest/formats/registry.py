@@ -1,6 +1,6 @@
 """All formats: labbook's own, a line each in `FORMATS`, and those of plug-ins; what each is, in words.
 
-Some are recognised but not read: the refusal says what the file is and what to export instead.
+Some are recognised but not read: the refusal names the kind of file and what to export instead.
 
 A plug-in is a Python package with an entry point in the group `labbook.formats`: a `Format`, a list of them, or a
 function without arguments that returns either. What is wrong with a plug-in is a sentence, and never keeps the other
@@ -239,15 +239,15 @@ def reading(format_: Format, head: Head, findings: FindingCollector) -> Reading:
 
 
 def _not_loaded(distribution: str, error: BaseException) -> str:
-    return f"Plug-in {distribution} cannot be loaded ({_said(error)}): update or uninstall it."
+    return f"Plug-in {distribution} cannot be loaded ({_error_text(error)}): update or uninstall it."
 
 
 def _failed(format_: Format, error: BaseException) -> str:
-    return f"Format {format_.name!r} of plug-in {format_.plugin} failed ({_said(error)})"
+    return f"Format {format_.name!r} of plug-in {format_.plugin} failed ({_error_text(error)})"
 
 
-def _said(error: BaseException) -> str:
-    """Return what kind of error it is and what it says, on one line."""
+def _error_text(error: BaseException) -> str:
+    """Return the kind of an error and its message, on one line."""
     return " ".join(traceback.format_exception_only(error)[-1].split())[:_LONGEST_ERROR]
 
 

@@ -142,19 +142,19 @@ class WalkSheet:
 def read_walks(text: str, file: str, decimal: str | None) -> WalkSheet:
     """Read a sheet of walks, whose energies stand in it, or are charges times voltages, or come of logs.
 
-    Raises `InputRefused` as `read_study_sheet` does, where it says energies in no way or in two, for a third robot, and
+    Raises `InputRefused` as `read_study_sheet` does, where it has energies in no way or in two, for a third robot, and
     for a robot that is twice on a walk or a log that is named twice.
     """
     words = ("walk", "robot")
     sheet = read_study_sheet(text, file, _WALK, words, _WALKS_EXAMPLE, decimal, optional_words=("log",))
     values, logs = sheet.values, sheet.words.get("log", ())
-    said = [
+    sources = [
         name
         for name, there in (("energies", "energy" in values), ("charges", "charge" in values), ("logs", logs))
         if there
     ]
-    if len(said) > 1:
-        raise InputRefused(f"{file} has {' and '.join(said)}: keep the one that is meant.")
+    if len(sources) > 1:
+        raise InputRefused(f"{file} has {' and '.join(sources)}: keep the one that is meant.")
     energies_j = values.get("energy")
     if "charge" in values and "voltage" in values:
         energies_j = [charge * volts for charge, volts in zip(values["charge"], values["voltage"], strict=True)]

@@ -111,15 +111,15 @@ def _uneven(rows: Sequence[tuple[int, Sequence[str]]], file: str, example: str) 
 
 
 def numbers_of(
-    table: LongTable, name: str, option: str, declared: str | None = None, kept: Sequence[int] | None = None
+    table: LongTable, name: str, option: str, declared: str | None = None, places_asked: Sequence[int] | None = None
 ) -> list[Decimal | None]:
-    """Return a column's numbers in the rows `kept` (places, all without it), None where a cell is empty or says that a
-    value is missing.
+    """Return a column's numbers in the rows at `places_asked` (all without it), None where a cell is empty or marks a
+    missing value.
 
     Raises `InputRefused`, with the line, for a cell that is neither, or is infinite.
     """
     cells = table.cells(name, option)
-    places = range(len(cells)) if kept is None else kept
+    places = range(len(cells)) if places_asked is None else places_asked
     sign = decimal_sign([cells[place] for place in places], name, declared)
     found: list[Decimal | None] = []
     for place in places:

@@ -1,4 +1,4 @@
-"""Reads data rows line by line, where every line can say what is wrong with it.
+"""Reads data rows line by line, so that every line can be reported with what is wrong in it.
 
 One row is rejected once, but all that is wrong in it is reported.
 """
@@ -33,7 +33,7 @@ _INTEGER = re.compile(rb"[+-]?\d{1,18}")
 
 
 class _Reader:
-    """State of reading one piece: where it is, and the rows kept so far."""
+    """State of reading one piece: where it is, and the rows accepted so far."""
 
     def __init__(
         self, source: TextSource, layout: Layout, wanted: Sequence[Wanted], findings: FindingCollector
@@ -104,7 +104,7 @@ class _Reader:
         self.findings.add(ROW, rule, message, column=column.name, lines=[line], value=self.source.decode(cell[:80]))
 
     def block(self, first_line: int, first_ordinal: int) -> Block:
-        """Return the rows kept."""
+        """Return the rows accepted."""
         matrix = np.array(self.values, dtype=np.float64).reshape(len(self.lines), len(self.numeric))
         numbers: dict[int, Column] = {
             column.position: np.ascontiguousarray(matrix[:, index]) for index, column in enumerate(self.numeric)

@@ -178,7 +178,7 @@ class DataEnd:
 
 
 def data_end(source: TextSource, layout: Layout, findings: FindingCollector) -> DataEnd:
-    """Find the end of the data; a last line without line end is kept only if it is as complete as those before it."""
+    """Find the end of the data; a last line without line end is read only if it is as complete as those before it."""
     stop = _without_padding(source.data, layout.data_start, findings)
     if stop <= layout.data_start or source.data[stop - 1 : stop] in (b"\n", b"\r"):
         return DataEnd(stop, 0)

@@ -1,4 +1,4 @@
-"""Tables: what a header says of the columns, and the rows as columns of numbers with the line each came from.
+"""Tables: the columns as the header describes them, and the rows as columns of numbers with the line each came from.
 
 Every format ends here: text through `tables.text_table`, binary formats through `array_table`.
 """
@@ -38,7 +38,7 @@ _START = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class Preamble:
-    """What the lines above the table say; None where they say nothing.
+    """Facts in the lines above the table; None where there is none.
 
     `rate_line` is the line that states the rate, `other_rate_line` one that states another sampling rate.
     """
@@ -125,8 +125,9 @@ class Wanted:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Block:
-    """Rows that could be read. `lines` and `ordinals` say which line and which data row (rejected ones counted, from 0)
-    each is; both are None where row follows row and line follows line from `first_line` and `first_ordinal`.
+    """Rows that could be read. `lines` and `ordinals` hold the line and the number of the data row (rejected ones
+    counted, from 0) of each; both are None where row follows row and line follows line from `first_line` and
+    `first_ordinal`.
 
     `numbers` and `clocks` hold the columns by position, shape (n_rows,); `clocks` as the text of the cells.
     """
@@ -142,7 +143,7 @@ class Block:
 
     @property
     def rows_read(self) -> int:
-        """Rows kept and rejected."""
+        """Rows accepted and rejected."""
         return self.n_rows + self.rows_rejected
 
     def line_of(self, rows: IntArray) -> list[int]:
@@ -163,7 +164,7 @@ class Table:
     """One table of a file. `names`, `units` (None where the header has none) and `kinds` have an entry per column.
 
     `channels`, where a format fixes what its columns hold, has an entry per column too: the channel, `time`, or None
-    where the name decides. `text` says how a table in text is laid out.
+    where the name decides. `text` is the layout of a table in text.
 
     `read_rows` returns the wanted columns of all rows that can be read; it is called once, when it is known which
     columns are wanted, and reports what it leaves out.

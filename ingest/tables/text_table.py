@@ -62,9 +62,9 @@ def _units(
     layout: Layout, cell_units: Mapping[int, str], declared: Declarations, findings: FindingCollector
 ) -> tuple[str | None, ...]:
     """Return the units of the columns, from their cells or the row of units; two different ones refuse the file."""
-    said = declared_columns(declared, layout.names) if declared.override_units else {}
+    declarations = declared_columns(declared, layout.names) if declared.override_units else {}
     for position, (name, unit) in enumerate(zip(layout.names, layout.units, strict=True)):
-        decided = position in said and said[position].unit is not None
+        decided = position in declarations and declarations[position].unit is not None
         if not decided:
             refuse_two_units(name, normal_unit(unit or ""), cell_units.get(position), findings)
     return tuple(cell_units.get(position) or unit for position, unit in enumerate(layout.units))
@@ -165,7 +165,7 @@ def _usual_row(columns: _Columns) -> re.Pattern[bytes]:
 
 
 def _other_row(source: TextSource, content: bytes, columns: _Columns, line: int, findings: FindingCollector) -> bytes:
-    """Return a line with blanks for its units where it is a data row; one of another unit, or of none, is told."""
+    """Return a line with blanks for its units where it is a data row; one of another unit, or of none, is reported."""
     bare = content.rstrip(b"\r\n")
     cells = columns.row(bare)
     if cells is None:
@@ -238,7 +238,7 @@ def _written(cell: bytes) -> bytes:
 
 
 def _plain(source: TextSource, cell: bytes, unit: str, position: int, line: int, findings: FindingCollector) -> bytes:
-    """Return a cell with blanks for its unit; what is no number with that unit stays, and a number without is told."""
+    """Return a cell with blanks for its unit; what is no number with that unit stays; a number without is reported."""
     match = _CELL.fullmatch(cell)
     if match is None or is_missing(cell.strip().lower()):
         return cell

@@ -1,1 +1,1 @@
-"""Bytes to lines and cells: encodings, line ends, delimiters, what one cell says."""
+"""Bytes to lines and cells: encodings, line ends, delimiters, the value of a cell."""

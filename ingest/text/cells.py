@@ -1,4 +1,4 @@
-"""What one cell of a table says, how a line parts into cells, and by which delimiter.
+"""The value of a table's cell, how a line is split into cells, and by which delimiter.
 
 Only ASCII spellings count as numbers: Python's own `float` would also take `1_000` and Arabic digits.
 """

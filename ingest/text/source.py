@@ -52,7 +52,7 @@ class TextSource:
     """Text as ASCII-compatible bytes: `data[start:]` without byte order mark, `encoding` for the names in it.
 
     `first_line` is the number of the line at `start`; one longer than `longest_line_bytes` is none of a table.
-    `comments` are the lines that a declared comment sign took out, as far as they may tell facts.
+    `comments` are the lines that a declared comment sign took out, as far as they may hold facts.
     """
 
     data: bytes
@@ -228,12 +228,12 @@ def as_declared(source: TextSource, declared: Declarations, findings: FindingCol
     if declared.comment is None:
         return source
     own = {declared.header_row, declared.units_row}
-    kept = {line.start for line in source.head_lines() if line.number in own}
+    header_starts = {line.start for line in source.head_lines() if line.number in own}
     comments: list[str] = []
     like_data: list[int] = []
 
     def blank(match: re.Match[bytes]) -> bytes:
-        if match.start() in kept:
+        if match.start() in header_starts:
             return match[0]
         if len(comments) < _MOST_COMMENTS:
             comments.append(source.decode(match[0]))

@@ -35,7 +35,7 @@ from ingest.timebase.stamps import (
 
 MOTION = frozenset({"body_height", "foot_height", "leg_length", "leg_velocity", "body_velocity", "force_z"})
 MOTION_RATES_HZ = (20.0, 50_000.0)
-"""A log of jumps slower or faster than this has its time in another unit than was said."""
+"""A log of jumps slower or faster than this has its time in another unit than declared."""
 USUAL_RATE_HZ = 500.0
 
 _WRAPPING = ("ms", "us")
@@ -79,7 +79,7 @@ def recordings(sources: TimeSources, usable: BoolArray, findings: FindingCollect
     """Build the time axis from the time column, or else from the rate; what is missing for it is asked for."""
     time = sources.plan.time
     if time is None:
-        return _from_stated_rate(sources, usable, findings)
+        return _from_given_rate(sources, usable, findings)
     clocks = _clocks(time, sources, findings)
     ticks = _ticks(time, sources.block, findings) if clocks is None else clocks.seconds
     if time.kind is not CellKind.CLOCK and time.unit not in TICKS_PER_SECOND:
@@ -181,45 +181,48 @@ def _check_rates(found: Sequence[Recording], sources: TimeSources, findings: Fin
             continue
         declared, header = sources.declared.rate_hz, sources.preamble.rate_hz
         if declared is not None:
-            remedy = _say_rate(sources, rate, declared, "leave `--rate` out")
+            remedy = _rate_advice(sources, rate, declared, "leave `--rate` out")
             check_rate(rate, declared, "the declaration", findings, remedy=remedy)
         if header is not None:
             confirmed = declared is not None and abs(rate / declared - 1) <= RATE_REFUSED
-            cure = None if confirmed else _say_rate(sources, rate, header, f"say `--rate {rate:.6g}`")
+            cure = None if confirmed else _rate_advice(sources, rate, header, f"say `--rate {rate:.6g}`")
             check_rate(rate, header, "the file's header", findings, remedy=cure)
         moving = any(column.channel in MOTION for column in sources.plan.columns)
         if moving and not MOTION_RATES_HZ[0] <= rate <= MOTION_RATES_HZ[1]:
             message = f"The time stamps give {rate:.3g} Hz, at which no jump can be seen: is the unit of time right? "
-            findings.add(FILE, "rate_implausible", message + _say_time_unit(sources, rate))
+            findings.add(FILE, "rate_implausible", message + _time_unit_advice(sources, rate))
 
 
-def _say_rate(sources: TimeSources, rate_hz: float, stated_hz: float, stamps_are_right: str) -> str:
-    """Return what to do about time stamps at another rate than is stated; the unit that explains it, where one does."""
+def _rate_advice(sources: TimeSources, rate_hz: float, reference_hz: float, stamps_are_right: str) -> str:
+    """Return the remedy for time stamps at another rate than given: the unit that explains it, where one does."""
     time = sources.plan.time
     if time is None:
         return stamps_are_right
-    cell, cure = parse_header(time.source_name), f"count by the rate, {_say_no_time(time, f'{stated_hz:.6g}')}"
+    cell, cure = (
+        parse_header(time.source_name),
+        f"count by the rate, {_count_by_rate_flags(time, f'{reference_hz:.6g}')}",
+    )
     if time.kind is not CellKind.CLOCK:
         second = rate_hz / TICKS_PER_SECOND[time.unit or "s"]
         override = " --override-units" if cell.unit is not None else ""
         for unit, ticks in TICKS_PER_SECOND.items():
-            if abs(second * ticks / stated_hz - 1) <= RATE_REFUSED:
+            if abs(second * ticks / reference_hz - 1) <= RATE_REFUSED:
                 cure = f"correct their unit, `--unit {argument(f'{cell.base}={unit}')}{override}`"
     return f"if the time stamps are right, {stamps_are_right}, else {cure}"
 
 
-def _say_no_time(time: TimePlan, rate: str) -> str:
-    """Return the flags that have samples counted at a rate, whatever the time column says."""
+def _count_by_rate_flags(time: TimePlan, rate: str) -> str:
+    """Return the flags that have samples counted at a rate, whatever is in the time column."""
     return f"`--rate {rate} --column {argument(f'{parse_header(time.source_name).base}=own.clock')}`"
 
 
-def _say_time_unit(sources: TimeSources, rate_hz: float) -> str:
+def _time_unit_advice(sources: TimeSources, rate_hz: float) -> str:
     """Return which flag corrects the time column, or the rate where none is; first the unit with a usual rate."""
     time = sources.plan.time
     if time is None:
         return "Say the rate with `--rate`."
     if time.kind is CellKind.CLOCK:
-        return f"Say the rate, and that this is not the time: {_say_no_time(time, '300')}, 300 being yours."
+        return f"Say the rate, and that this is not the time: {_count_by_rate_flags(time, '300')}, 300 being yours."
     cell = parse_header(time.source_name)
     override = " --override-units" if cell.unit is not None else ""
     second = rate_hz / TICKS_PER_SECOND[time.unit or "s"]
@@ -228,7 +231,7 @@ def _say_time_unit(sources: TimeSources, rate_hz: float) -> str:
     return f"Say it with `--unit {argument(f'{cell.base}={others[0]}')}{override}` (or {others[1]})."
 
 
-def _say_clock_columns(sources: TimeSources) -> str:
+def _clock_advice(sources: TimeSources) -> str:
     """Return how to name the columns of dates and clock times that are there though no column is the time."""
     times, dates = sources.clock_columns
     if not times:
@@ -237,7 +240,7 @@ def _say_clock_columns(sources: TimeSources) -> str:
     return f'the clock times in column {times[0]!r} with `--column "{times[0]}=time"{named}`, or '
 
 
-def _say_sheet(sources: TimeSources) -> str:
+def _sheet_advice(sources: TimeSources) -> str:
     """Return how to read a table that may be one of recharges, one a row: it has a column of charges."""
     charges = [column for column in sources.plan.columns if column.source_unit in ("mAh", "Ah")]
     if not charges:
@@ -249,18 +252,18 @@ def _say_sheet(sources: TimeSources) -> str:
     )
 
 
-def _from_stated_rate(sources: TimeSources, usable: BoolArray, findings: FindingCollector) -> Recordings:
-    rate = _stated_rate(sources, findings)
+def _from_given_rate(sources: TimeSources, usable: BoolArray, findings: FindingCollector) -> Recordings:
+    rate = _given_rate(sources, findings)
     if rate is None and findings.count("several_time_columns"):
         return Recordings(usable, ())
     if rate is None:
-        sheet = _say_sheet(sources)
+        sheet = _sheet_advice(sources)
         the = "Else the" if sheet else "The"
         findings.add(
             FILE,
             "rate_missing",
             f"{sheet}{the} file has neither a time column nor a sampling rate: say `--rate 300` (hertz), "
-            f'or name {_say_clock_columns(sources)}its time column with `--column "NAME=time:ms"`, or do either in a '
+            f'or name {_clock_advice(sources)}its time column with `--column "NAME=time:ms"`, or do either in a '
             "[profiles.NAME] table of labbook.toml.",
         )
         return Recordings(usable, ())
@@ -277,15 +280,15 @@ def _from_stated_rate(sources: TimeSources, usable: BoolArray, findings: Finding
     return Recordings(usable, (recording,))
 
 
-def _stated_rate(sources: TimeSources, findings: FindingCollector) -> float | None:
-    """Return the rate that is declared, or else stated above the table, and say which; two that differ are refused."""
+def _given_rate(sources: TimeSources, findings: FindingCollector) -> float | None:
+    """Return the declared rate, or else the one above the table, with a note which; two that differ are refused."""
     declared, preamble = sources.declared.rate_hz, sources.preamble
     line = None if preamble.rate_line is None else repr(preamble.rate_line)
     if declared is not None:
         if preamble.rate_hz is not None:
             where = "the file" if line is None else f"the file's line {line}"
             remedy = "leave `--rate` out, or correct the file"
-            check_rate(declared, preamble.rate_hz, where, findings, said="Declared are", remedy=remedy)
+            check_rate(declared, preamble.rate_hz, where, findings, subject="Declared are", remedy=remedy)
         findings.add(NOTE, "rate_declared", f"The axis is counted at the declared {declared:g} Hz.")
         return declared
     if preamble.other_rate_line is not None:
@@ -309,7 +312,7 @@ def _sequence(sources: TimeSources, rows: IntArray | slice) -> IntArray | None:
 
 
 def _are_arrival_times(seconds: FloatArray) -> bool:
-    """Whether stamps tell when packets came in, not when samples were taken: many are equal."""
+    """Whether stamps are times at which packets came in, not at which samples were taken: many are equal."""
     return int(np.count_nonzero(np.diff(seconds) <= 0)) > 0.01 * len(seconds)
 
 
@@ -323,10 +326,10 @@ def _from_bursts(
     if starts is None:
         return None
     timebase = from_bursts(stamps, sources.block.ordinal()[rows], starts, _sequence(sources, rows))
-    stated = sources.declared.rate_hz or sources.preamble.rate_hz
-    if not _near(timebase.rate_hz, stated):
+    given_hz = sources.declared.rate_hz or sources.preamble.rate_hz
+    if not _near(timebase.rate_hz, given_hz):
         channels = (values[rows] for values in sources.stored.values())
-        if _near(rate_within(stamps, starts), stated) or not are_continuous(channels, starts):
+        if _near(rate_within(stamps, starts), given_hz) or not are_continuous(channels, starts):
             return None  # recorded now and then: the holes are real
     message = (
         f"The stamps are arrival stamps, {len(stamps) / len(starts):.3g} samples at once: the rate, "
@@ -340,8 +343,8 @@ def _from_bursts(
     return Recordings(usable, (recording,))
 
 
-def _near(rate_hz: float | None, stated_hz: float | None) -> bool:
-    return rate_hz is not None and stated_hz is not None and abs(rate_hz / stated_hz - 1) <= RATE_REFUSED
+def _near(rate_hz: float | None, reference_hz: float | None) -> bool:
+    return rate_hz is not None and reference_hz is not None and abs(rate_hz / reference_hz - 1) <= RATE_REFUSED
 
 
 def _from_arrivals(

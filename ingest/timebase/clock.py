@@ -46,7 +46,7 @@ def time_zone(name: str | None) -> ZoneInfo | None:
 
 
 def to_utc(text: str, zone: str | None, findings: FindingCollector) -> str | None:
-    """Return the instant of a date and time as ISO-8601 UTC, or None, noted, when the text does not tell one."""
+    """Return the instant of a date and time as ISO-8601 UTC, or None, noted, when the text has none."""
     try:
         moment = datetime.fromisoformat(text.strip().replace(",", "."))
     except ValueError:

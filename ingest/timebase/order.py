@@ -1,4 +1,4 @@
-"""Which rows belong to one recording: trials told apart by a column, and time stamps put in order.
+"""Which rows belong to one recording: trials distinguished by a column, and time stamps put in order.
 
 Which rows have an impossible stamp, where a counter wrapped, where recording began anew. Stamps are never changed to
 fit, except that a 32-bit counter which passed its end is counted on.
@@ -20,7 +20,7 @@ MOST_TRIALS = 500
 
 
 def trial_position(column: str | None, table: Table, findings: FindingCollector) -> int | None:
-    """Return where the column stands that tells trials apart; a column that is not there refuses the file."""
+    """Return the position of the column that distinguishes trials; a column that is not there refuses the file."""
     if column is None:
         return None
     positions = positions_of(column, table.names)
@@ -33,8 +33,8 @@ def trial_position(column: str | None, table: Table, findings: FindingCollector)
 
 
 def trials(block: Block, position: int | None, findings: FindingCollector) -> list[tuple[str | None, BoolArray]]:
-    """Return the name of each trial and its rows, shape (n_rows,), in order of their first row; one where none are told
-    apart.
+    """Return the name of each trial and its rows, shape (n_rows,), in order of their first row; one trial without such
+    a column.
     """
     if position is None:
         return [(None, np.ones(block.n_rows, dtype=np.bool_))]
@@ -118,14 +118,14 @@ def put_in_order(
 def _without_lone_rows(starts: list[int], n_stamps: int, faults: dict[str, list[int]]) -> list[int]:
     """Return the starts of segments of two rows and more; a row alone has a false stamp and joins the faults."""
     rejected = {position for found in faults.values() for position in found}
-    kept = []
+    true_starts = []
     for start, stop in zip(starts, [*starts[1:], n_stamps], strict=True):
         members = [position for position in range(start, min(stop, start + 50)) if position not in rejected]
         if len(members) > 1 or stop > start + 50:
-            kept.append(start)
+            true_starts.append(start)
         else:
             faults.setdefault("time_spike", []).extend(members)
-    return kept
+    return true_starts
 
 
 def _report_starts(starts: list[int], block: Block, findings: FindingCollector, column: str) -> tuple[int, ...]:

@@ -1,12 +1,12 @@
-"""The time axis of a recording: elapsed seconds, mean rate, gaps; from a time column, or from a rate that was stated.
+"""The time axis of a recording: elapsed seconds, mean rate, gaps; from a time column, or from a given rate.
 
 Whole milliseconds make the median step useless: 300 Hz shows steps of 3, 3, 4 ms and 333 Hz of 3, 3, 3, with one
 median. The rate is therefore counted from end to end, samples that were dropped counted in and pauses left out.
 
-Stamps may also come in bursts: then they tell when packets arrived, ten samples at once, and not when samples were
-taken. Between one burst and the next passes the time of the samples in it, so the rate is samples over time and the
-axis even. Samples that were lost are seen from bursts that bring too few for the time that passed, and that no later
-ones make up for: a burst that comes late, and the few after it that come the sooner, have lost nothing.
+Stamps may also come in bursts: then they are times at which packets arrived, ten samples at once, and not when samples
+were taken. Between one burst and the next passes the time of the samples in it, so the rate is samples over time and
+the axis even. Samples that were lost are seen from bursts that bring too few for the time that passed, and that no
+later ones make up for: a burst that comes late, and the few after it that come the sooner, have lost nothing.
 """
 
 from __future__ import annotations
@@ -117,21 +117,21 @@ def _holes(steps: FloatArray, period: float) -> IntArray:
 
 def check_rate(
     measured_hz: float,
-    stated_hz: float,
+    reference_hz: float,
     where: str,
     findings: FindingCollector,
-    said: str = "The time stamps give",
+    subject: str = "The time stamps give",
     remedy: str | None = "correct what is wrong, the time's unit with `--unit` or the rate with `--rate`",
 ) -> None:
-    """Compare a rate with the one stated elsewhere: over 0.5 % apart is noted, over 5 % refuses the file.
+    """Compare a rate with a reference: over 0.5 % apart is noted, over 5 % refuses the file.
 
-    `said` begins the sentence about `measured_hz`, the rate that is used; `where` tells where `stated_hz` stands.
+    `subject` begins the sentence about `measured_hz`, the rate that is used; `where` is the source of `reference_hz`.
     Without a `remedy`, since a person has decided, any difference is only noted.
     """
-    apart = abs(measured_hz / stated_hz - 1)
+    apart = abs(measured_hz / reference_hz - 1)
     if apart <= RATE_NOTED:
         return
-    found = f"{said} {measured_hz:.6g} Hz and {where} says {stated_hz:.6g} Hz"
+    found = f"{subject} {measured_hz:.6g} Hz and {where} says {reference_hz:.6g} Hz"
     if apart <= RATE_REFUSED or remedy is None:
         findings.add(NOTE, "rate_differs", f"{found}: {measured_hz:.6g} Hz is used.")
     else:
@@ -153,7 +153,7 @@ _LONGEST_STEP_S = 3600.0
 _MAKES_UP = 50
 """Bursts within which a delay is made up for; later ones would take the drift of a clock for it."""
 _ENDS = 50
-"""Bursts at either end, a third of all at most, whose usual lateness says how long a recording took."""
+"""Bursts at either end, a third of all at most, whose usual lateness gives the duration of a recording."""
 _MOST_ROWS = 1 << 20
 """A long recording that does not begin in bursts has none."""
 
@@ -222,7 +222,7 @@ def from_bursts(seconds: FloatArray, ordinals: IntArray, starts: IntArray, numbe
     """
     counts = (ordinals if numbers is None else numbers).copy()
     last_of_burst = np.append(starts[1:], len(counts)) - 1
-    # How much of the last burst the file holds says nothing; when it came, only what it made up for.
+    # How much of the last burst the file holds shows nothing; when it came, only what it made up for.
     brought = np.diff(counts[last_of_burst])[:-1]
     between = np.diff(seconds[starts])
     passed = between[:-1]

@@ -40,7 +40,7 @@ class WrongValue:
 
     @property
     def sentence(self) -> str:
-        """Say which value it is, what stands there and what should."""
+        """Return which value it is, what it is and what it should be."""
         if self.column is None:
             return f"{self.name} {'is missing' if self.stands is None else 'should not be there'}"
         stands, should_be = _beside(self.stands, self.should_be)

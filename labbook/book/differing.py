@@ -25,9 +25,9 @@ class Differences:
 
     `numbers_gone` shown numbers of `reports_concerned` reports could not be computed again under their ids,
     `numbers_changed` could, and have another value; `files_read_anew` were read by another version of their reader,
-    `files_changed` of them gave other rows or samples. `files_waiting` says of each file that this labbook refuses, and
-    an earlier one read, what it waits for. `without_rows` says of each statement about a charge or a part of a file
-    that no reading gives it now. `other_versions`: another version of a reader or an algorithm made some of it.
+    `files_changed` of them gave other rows or samples. `files_waiting` has for each file that this labbook refuses, and
+    an earlier one read, what it waits for. `without_rows` names each statement about a charge or a part of a file that
+    no reading gives now. `other_versions`: another version of a reader or an algorithm made some of it.
     """
 
     numbers_gone: int = 0
@@ -41,7 +41,7 @@ class Differences:
 
     @property
     def sentences(self) -> list[str]:
-        """Say in words what differs; nothing where all agrees."""
+        """Return a sentence for each difference; none where all agrees."""
         found = []
         if self.numbers_gone:
             explained = self.other_versions or self.files_waiting or self.without_rows
@@ -71,7 +71,7 @@ class Differences:
 
 
 def differences(connection: sa.Connection, entries: Iterable[Entry], without_rows: Sequence[Entry] = ()) -> Differences:
-    """Compare a rebuilt database with what its journal says of reports and files.
+    """Compare a rebuilt database with the entries of its journal on reports and files.
 
     `without_rows` are the statements about rows that were not there when they were replayed; those about charges have
     taken effect where a later reading gave the charge.

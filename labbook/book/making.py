@@ -34,8 +34,8 @@ from labbook.config.places import with_places
 def make_book(folder: Path, person: str | None, database_url: str | None = None, store: Path | None = None) -> bool:
     """Make a book in `folder` from its labbook.toml, or from a commented template where there is none.
 
-    The template says where its database and its store are, where that is not in the folder; what is given must be what
-    an existing labbook.toml says.
+    The template names the database and the store where these are not in the folder; what is given must agree with an
+    existing labbook.toml.
 
     `person` speaks first; None takes the only one whom an existing labbook.toml names. A book that is there already
     stays as it is, one whose making was cut off is finished; returns whether anything was made.
@@ -151,7 +151,7 @@ def make_sqlite(path: Path) -> None:
 
 def fill_sqlite(path: Path) -> None:
     """Make an empty database of this labbook's revision in a file that is not there yet, step by step."""
-    path.touch()  # where that is not allowed, the system says why
+    path.touch()  # where that is not allowed, the system's error explains why
     with translated(), closing(sqlite3.connect(path)) as fresh:
         fresh.execute("PRAGMA journal_mode = wal")
     engine = sqlite_engine(path)

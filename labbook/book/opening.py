@@ -150,7 +150,7 @@ def engine_of(folder: Path, configuration: Configuration) -> sa.Engine:
 
 
 def store_of(folder: Path, configuration: Configuration) -> Store:
-    """Return the store of files: in the book, or where [store] path says."""
+    """Return the store of files: in the book, or at [store] path."""
     return Store(folder / (configuration.store_path or ""))
 
 

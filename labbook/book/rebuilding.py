@@ -46,7 +46,7 @@ REBUILDING = "another program is rebuilding this book: wait until it has finishe
 
 @dataclass(frozen=True, slots=True)
 class Rebuilt:
-    """How many entries were applied, where the old database is kept, and what came out otherwise than at first.
+    """How many entries were applied, where the old database is kept, and what differs from before.
 
     `left_out` is what stands at the end of the journal file and is no complete command. `altered` are the first of the
     `n_altered` groups of rows of the old database that were not what labbook had written there.
@@ -61,7 +61,7 @@ class Rebuilt:
 
     @property
     def sentences(self) -> list[str]:
-        """Say what came out otherwise, what had been altered, and what does not count."""
+        """Return sentences on what differs, what had been altered, and what does not count."""
         found = [*self.differences.sentences, *(rows.sentence for rows in self.altered)]
         if self.n_altered > len(self.altered):
             found.append(f"{self.n_altered - len(self.altered)} more were altered in the old database.")

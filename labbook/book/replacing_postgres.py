@@ -122,8 +122,8 @@ def replace_postgres(
 ) -> str | None:
     """Make the book's tables anew; returns the schema in which the old ones are kept, None where there were none.
 
-    `fill` writes everything into an engine whose tables are empty; `finish` brings them up to date and is told how far
-    the old journal goes: nobody else can write to the book while it runs, nor until all is done.
+    `fill` writes everything into an engine whose tables are empty; `finish` brings them up to date and gets number and
+    hash of the old journal's last entry: nobody else can write to the book while it runs, nor until all is done.
     """
     _refuse_foreign(engine)
     with _allowed(engine), engine.begin() as connection:

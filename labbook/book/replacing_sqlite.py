@@ -104,7 +104,7 @@ def _connect(path: Path, timeout_s: float = BUSY_TIMEOUT_S) -> sqlite3.Connectio
 
 
 def _explain(path: Path, error: sqlite3.DatabaseError) -> None:
-    """Raise what an error means to a person; returns where it says that the file is no database any more."""
+    """Raise a readable form of an error; returns where the error means that the file is no database any more."""
     code = getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR) & 0xFF
     if code in _RUBBISH:
         return

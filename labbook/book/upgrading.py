@@ -37,7 +37,7 @@ def upgrade_database(folder: Path, engine: sa.Engine, versions: Path = migration
     with reading(engine) as connection:
         before = migrations.current(connection)
     if before is None or not migrations.known(before, versions):
-        check_revision(engine, versions)  # says whose database it is, and what to do
+        check_revision(engine, versions)  # raises an error that names the database's revision and what to do
     assert before is not None  # noqa: S101 - or it would have been refused
     after = migrations.newest(versions)
     if before == after:

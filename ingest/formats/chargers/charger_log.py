@@ -39,7 +39,7 @@ class Field:
 class Work:
     """What a procedure did: its direction, in which records, shape (n,), and whether that decides the signs.
 
-    `signed` says that the file writes current and counter negative while discharging.
+    `signed`: the file writes current and counter negative while discharging.
     """
 
     mode: ChargeMode
@@ -208,8 +208,8 @@ LONGEST_INTERVAL = 3.0
 @dataclass(frozen=True, slots=True, eq=False)
 class CountedCharge:
     """One value a record, shape (n,), of a procedure of one direction: elapsed seconds, current and counter as written
-    (A, mAh), voltage of the pack, and in which records the charger works. `signed` says that current and counter are
-    negative while it discharges; `lines` may be empty.
+    (A, mAh), voltage of the pack, and in which records the charger works. `signed`: current and counter are negative
+    while it discharges; `lines` may be empty.
     """
 
     lines: Sequence[int]
@@ -300,7 +300,7 @@ def direction_by_modes(
 def direction_by_voltage(
     voltage_v: FloatArray, active: BoolArray, where: str, findings: FindingCollector
 ) -> ChargeMode | None:
-    """Return what a procedure did by the pack's voltage, shape (n,), while current flowed, where the file says neither
+    """Return what a procedure did by the pack's voltage, shape (n,), while current flowed, where the file has neither
     direction nor sign: a charge raises it, a discharge lowers it. None, noted, where it does not show.
     """
     working = voltage_v[active]

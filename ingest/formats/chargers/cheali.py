@@ -1,6 +1,6 @@
 """Logs of chargers with the cheali-charger firmware: `$1;state;s.t;Vout;I;mAh;...;checksum`.
 
-Integers in mV, mA, mAh and 0.01 degC, all without sign, and a state that says whether the program runs, not what it
+Integers in mV, mA, mAh and 0.01 degC, all without sign, and a state that shows whether the program runs, not what it
 does: the direction follows from the pack's voltage. Lines of channels 2 and 3 are the firmware's debug output.
 """
 

@@ -73,8 +73,8 @@ def _bare_signals(procedure: Procedure, declared: Declarations, findings: Findin
     width = len(procedure.rows[0])
     names = ["channel", "phase", "time", *(f"value_{number}" for number in range(1, width - 2))]
     used = [position for position in range(1, width) if not np.isnan(procedure.column(position)).all()]
-    said = declared_columns(with_profile_for_names(declared, names, FindingCollector()), names)
-    if not any(position >= 3 for position in said):
+    declarations = declared_columns(with_profile_for_names(declared, names, FindingCollector()), names)
+    if not any(position >= 3 for position in declarations):
         message = (
             "The records name neither quantities nor units, which stand in LogView's file about the device: say what "
             'each value is, as `--column "value_1=battery_voltage:mV"`, or in a [profiles.NAME] table of labbook.toml.'

@@ -88,10 +88,10 @@ def _report_columns(header: SheetHeader, declared: Declarations, findings: Findi
     """Refuse two columns that may both be what was measured, and units that contradict each other."""
     for role, rival in header.rivals.items():
         column = header.columns[role]
-        said = f"{role}:{column.unit or STORED_UNIT[role]}" if role in FACTORS else role
+        flag_value = f"{role}:{column.unit or STORED_UNIT[role]}" if role in FACTORS else role
         message = (
             f"Columns {column.name!r} and {rival!r} may both be the {role.replace('_', ' ')}: "
-            f'say which with `--column "{column.name}={said}"`.'
+            f'say which with `--column "{column.name}={flag_value}"`.'
         )
         findings.add(FILE, "column_ambiguous", message, column=rival)
     for role, column in header.columns.items():
@@ -251,7 +251,7 @@ def _decimal_sign(header: SheetHeader, rows: list[list[str]], findings: FindingC
 
 def _use(header: SheetHeader, decimal: str, declared: Declarations) -> TableUse:
     roles = {column.position: (role, column) for role, column in header.columns.items()}
-    said = declared_columns(declared, header.names)
+    declarations = declared_columns(declared, header.names)
     uses = []
     for position, name in enumerate(header.names):
         if position not in roles:
@@ -259,7 +259,9 @@ def _use(header: SheetHeader, decimal: str, declared: Declarations) -> TableUse:
             continue
         role, column = roles[position]
         by = "declared" if declared.profile is None else f"declared, or profile {declared.profile}"
-        unit_from = by if position in said and said[position].unit else "header" if column.unit else None
+        unit_from = (
+            by if position in declarations and declarations[position].unit else "header" if column.unit else None
+        )
         uses.append(ColumnUse(position + 1, name, role, column.unit, STORED_UNIT.get(role), unit_from))
     line = None if not any(header.cells) else header.line
     return TableUse(TextShape(header.delimiter.decode(), decimal, line, None, header.line + 1), tuple(uses))
@@ -314,11 +316,11 @@ def _charge(
     if charge is not None and charge.value < 0 and mode is not ChargeMode.DISCHARGE:
         faults.append(("charge", _NEGATIVE))
     for role, fault in faults:
-        name, unit, said = header.columns[role].name, header.columns[role].unit, fault.message
+        name, unit, message = header.columns[role].name, header.columns[role].unit, fault.message
         for other in FACTORS[role] if fault in (OUT_OF_RANGE, BELOW_ONE) and unit is not None else ():
             if isinstance(parse_quantity(role, text[role], other, decimal), Quantity):
-                said += f' If all are in {other}, say `--column "{name}={role}:{other}" --override-units`.'
-        findings.add(ROW, fault.rule, said, column=name, lines=[line], value=text[role])
+                message += f' If all are in {other}, say `--column "{name}={role}:{other}" --override-units`.'
+        findings.add(ROW, fault.rule, message, column=name, lines=[line], value=text[role])
     if faults or charge is None or isinstance(mode, CellFault):
         return None
     ended = _ended(text) or None
@@ -338,7 +340,7 @@ def _charge(
 
 
 def _instant(ended: str, dates: str | None, line: int, head: Head, findings: FindingCollector) -> str | None:
-    """Return the instant at which a recharge ended, None, noted, where the text tells none; `dates` is their order."""
+    """Return the instant at which a recharge ended, None, noted, where the text has none; `dates` is their order."""
     stamp = parse_stamp(ended)
     if dates is not None and stamp is not None and stamp.date is not None and day_of(stamp, dates) is None:
         *parts, sign = stamp.date

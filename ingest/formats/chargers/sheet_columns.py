@@ -1,4 +1,4 @@
-"""Columns of a hand-kept sheet of recharges: which one plays which role, in which unit; and what its cells say.
+"""Columns of a hand-kept sheet of recharges: which one has which role, in which unit; and the values of its cells.
 
 Quantities stand with or without their unit, durations as 12:30, modes as people write them.
 """
@@ -215,7 +215,7 @@ def find_sheet_header(source: TextSource, declared: Declarations) -> SheetHeader
 
 
 def advice_on_sheet(source: TextSource, declared: Declarations, *, charges: bool) -> str | None:
-    """Return what to say of a header that is nearly one of a sheet; None where there is none such.
+    """Return advice on a header that is nearly one of a sheet; None where there is none such.
 
     It names a run or a pack, and energies for charges; or, where `charges` are looked for, these in unknown words.
     """
@@ -261,9 +261,9 @@ def _header(
     found: dict[str, list[SheetColumn]] = {}
     named = declared.header_row != 0
     names = [strip_comment(source.decode(raw)) if named else str(place) for place, raw in enumerate(cells, start=1)]
-    said = declared_columns(declared, names)
+    declaration = declared_columns(declared, names)
     for position, text in enumerate(names):
-        role, column = _column(position, text, said.get(position))
+        role, column = _column(position, text, declaration.get(position))
         # A column `battery [V]` is a voltage over time and no name of a pack; `beendet um` may be declared as `ended`.
         fits = column.rank == _DECLARED or column.unit is None or column.unit in FACTORS.get(role or "", {})
         if role is not None and fits:
@@ -280,7 +280,7 @@ def _header(
     return SheetHeader(delimiter, line, shown, tuple(names), columns, ignored, rivals)
 
 
-def _column(position: int, text: str, said: ColumnDeclaration | None) -> tuple[str | None, SheetColumn]:
+def _column(position: int, text: str, declaration: ColumnDeclaration | None) -> tuple[str | None, SheetColumn]:
     """Return the role of a header cell, None where it has none, and its column; what is declared stands first."""
     cell = parse_header(text)
     base, unit = cell.base, cell.unit
@@ -288,7 +288,7 @@ def _column(position: int, text: str, said: ColumnDeclaration | None) -> tuple[s
         base, unit = cell.suffix_base, cell.suffix_unit
     role, rank = _ROLE_OF.get(squash(base)), _LESS_TELLING.get(squash(base), 0)
     unit = header_unit = unit or _UNIT_OF_NAME.get(squash(base))
-    if said is not None:
-        role, rank = said.channel or role, _DECLARED if said.channel else rank
-        unit = (normal_unit(said.unit) if said.unit else None) or unit
+    if declaration is not None:
+        role, rank = declaration.channel or role, _DECLARED if declaration.channel else rank
+        unit = (normal_unit(declaration.unit) if declaration.unit else None) or unit
     return role if role in ROLES else None, SheetColumn(position, text, unit, header_unit, rank)

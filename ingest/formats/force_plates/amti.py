@@ -1,7 +1,8 @@
 """AMTI NetForce text exports: rows of `Fx, Fy, Fz, Mx, My, Mz` for each plate, without names or time.
 
 Above them stand four lines in the language of the program, with a decimal comma where that language has one, or nothing
-at all: then `--instrument amti` says what the file is, and `--rate` how fast. The plate's z axis points down.
+at all: then `--instrument amti` declares what the file is, and `--rate` its sampling rate. The plate's z axis points
+down.
 """
 
 from __future__ import annotations

@@ -3,12 +3,12 @@
 Acquire writes `Seq, Timestamp, Sync, Aux` and then, for each plate, `Fx Fy Fz Mx My Mz COPx COPy` and sometimes three
 more columns; a balance plate has `Fz, Mx, My` only. This order is the evidence: `Time, Fz, Mx, My, CoPx, CoPy` alone is
 any maker's, and needs `--instrument bertec_balance`. Neither units nor rate are in the file: newtons, newton metres,
-metres and milliseconds are the maker's, kept with each channel as assumed. The origin is the plate's back outer corner,
-x to the left, z down, forces act on the plate.
+metres and milliseconds are the maker's, stored with each channel as assumed. The origin is the plate's back outer
+corner, x to the left, z down, forces act on the plate.
 
 SDK logs (`Timestamp;Fx1;Fy1;...`) differ in unit and sign of the centre of pressure from program to program, so these
 follow from moments and force; their stamps may be Windows FILETIME at arrival, and then samples are counted at the
-amplifier's fixed 1000 Hz (AM6800 line), which also tells seconds from milliseconds.
+amplifier's fixed 1000 Hz (AM6800 line), which also distinguishes seconds from milliseconds.
 """
 
 from __future__ import annotations

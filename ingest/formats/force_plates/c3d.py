@@ -1,11 +1,11 @@
 """C3D files: force platforms and analog channels as one part, markers as another.
 
-Channels that a platform is made of are kept as its forces and moments only. A marker that was not seen has a negative
+Channels that a platform is made of are stored as its forces and moments only. A marker that was not seen has a negative
 residual; its place is NaN.
 
 Platforms of types 1 to 4 go from analog channels to the ground reaction with z up. The channels give the reaction on
-the subject in the platform's own axes, z down. The corners say where these lie in the room: x from corner 2 to corner
-1, y from corner 4 to corner 1. Moments are about the middle of the surface, so that `-moment_y / force_z` and
+the subject in the platform's own axes, z down. The corners define where these lie in the room: x from corner 2 to
+corner 1, y from corner 4 to corner 1. Moments are about the middle of the surface, so that `-moment_y / force_z` and
 `moment_x / force_z` are where the force acts, seen from there.
 """
 
@@ -87,7 +87,7 @@ def _analog_table(sections: C3dSections, analogs: FloatArray, findings: FindingC
         for quantity, unit, values in (("force", "N", found.force_n), ("moment", "N*m", found.moment_nm)):
             for at, axis in enumerate("xyz"):
                 names.append(f"{quantity}_{axis}{suffix}")
-                column_units.append(unit if found.units_stated else None)
+                column_units.append(unit if found.has_units else None)
                 columns.append(np.ascontiguousarray(values[:, at]))
     used = {channel for found in plates for channel in found.channels}
     for channel in range(analogs.shape[1]):
@@ -148,19 +148,19 @@ _DOWN_TO_UP = np.diag([1.0, -1.0, -1.0])
 class Plate:
     """Reaction on the subject: `force_n` and `moment_nm` of shape (n_samples, 3), z up.
 
-    `channels` are the analog channels it was made of; `assumed` names what is not stated in the file.
+    `channels` are the analog channels it was made of; `assumed` names what the file does not contain.
     """
 
     channels: tuple[int, ...]
     force_n: FloatArray
     moment_nm: FloatArray
-    units_stated: bool
+    has_units: bool
 
 
 def length_factor(sections: C3dSections) -> float | None:
-    """Return metres per unit of length of points, corners and origins; None where it is not stated."""
-    stated = sections.texts("POINT:UNITS")
-    return _LENGTHS.get(squash(stated[0])) if stated else None
+    """Return metres per unit of length of points, corners and origins; None where the file has none."""
+    units_in_file = sections.texts("POINT:UNITS")
+    return _LENGTHS.get(squash(units_in_file[0])) if units_in_file else None
 
 
 def plate(sections: C3dSections, number: int, analogs: FloatArray, units: list[str]) -> Plate | None:
@@ -176,14 +176,14 @@ def plate(sections: C3dSections, number: int, analogs: FloatArray, units: list[s
         return None
     length = length_factor(sections)
     metres = length or _ASSUMED_LENGTH
-    stated = [squash(units[channel]) for channel in channels]
-    newtons = _FORCES.get(stated[0])
-    newton_metres = _MOMENTS.get(stated[5]) if kind in (2, 4) else metres * (newtons or 1.0)
+    units_in_file = [squash(units[channel]) for channel in channels]
+    newtons = _FORCES.get(units_in_file[0])
+    newton_metres = _MOMENTS.get(units_in_file[5]) if kind in (2, 4) else metres * (newtons or 1.0)
     per_force, per_moment = newtons or 1.0, newton_metres or metres * (newtons or 1.0)
     origin = _origin(sections, number) * metres
     raw = analogs[:, list(channels)]
     if kind == 1:
-        place, free = _LENGTHS.get(stated[3], metres), _MOMENTS.get(stated[5], per_moment)
+        place, free = _LENGTHS.get(units_in_file[3], metres), _MOMENTS.get(units_in_file[5], per_moment)
         values = _of_point(raw * np.array([per_force] * 3 + [place] * 2 + [free]))
         origin = origin * 0.0
     elif kind == 3:

@@ -26,7 +26,7 @@ _RATES_AGREE = 1e-4
 
 
 class C3dDamagedError(ValueError):
-    """The file contradicts itself or is cut; the message says where."""
+    """The file contradicts itself or is cut; the message names the place."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,9 +99,11 @@ def read_sections(data: bytes) -> C3dSections:
     n_analogs = _analogs(sections, per_frame)
     _compare("points", n_points, "POINT:USED", sections.first("POINT:USED"))
     _compare("first block of data", block, "POINT:DATA_START", sections.first("POINT:DATA_START"))
-    stated_scale = sections.first("POINT:SCALE")
-    if not math.isfinite(scale) or (stated_scale is not None and not math.isclose(scale, stated_scale, rel_tol=1e-5)):
-        raise C3dDamagedError(f"its header's scale is {scale:g} and POINT:SCALE {stated_scale}")
+    scale_parameter = sections.first("POINT:SCALE")
+    if not math.isfinite(scale) or (
+        scale_parameter is not None and not math.isclose(scale, scale_parameter, rel_tol=1e-5)
+    ):
+        raise C3dDamagedError(f"its header's scale is {scale:g} and POINT:SCALE {scale_parameter}")
     _check_length(data, begin, n_frames * (4 * n_points + per_frame) * (4 if scale < 0 else 2), n_frames)
     return dataclasses.replace(
         sections, n_analogs=n_analogs, ratio=max(1, ratio), n_frames=n_frames, point_rate_hz=_rate(sections, rate)
@@ -168,23 +170,23 @@ def _parameter(data: bytes, at: int, end: int, processor: int) -> tuple[Paramete
     return Parameter(_numbers(data, start, count, size, processor), (), shape), start + count * size
 
 
-def _compare(what: str, in_header: int, name: str, stated: float | None) -> None:
-    if stated is not None and int(stated) & 0xFFFF != in_header:
-        raise C3dDamagedError(f"its header says {in_header} for {what} and {name} says {int(stated) & 0xFFFF}")
+def _compare(what: str, in_header: int, name: str, parameter: float | None) -> None:
+    if parameter is not None and int(parameter) & 0xFFFF != in_header:
+        raise C3dDamagedError(f"its header says {in_header} for {what} and {name} says {int(parameter) & 0xFFFF}")
 
 
 def _frames(sections: C3dSections, first: int, last: int) -> int:
-    """Return the number of frames: a word of the header holds 65535 at most, longer trials say it in parameters."""
+    """Return the number of frames: a word of the header holds 65535 at most, longer trials have it in parameters."""
     in_header = last - first + 1
     if in_header < 0:
         raise C3dDamagedError(f"its first frame is {first} and its last one {last}")
     begin, end = (sections.numbers(f"TRIAL:ACTUAL_{which}_FIELD") for which in ("START", "END"))
     long = sections.first("POINT:LONG_FRAMES")
-    stated = int(long) if long is not None and math.isfinite(long) else None
+    parameter = int(long) if long is not None and math.isfinite(long) else None
     if begin.size == 2 and end.size == 2:
         low, high = (int(field[0]) % 65536 + 65536 * (int(field[1]) % 65536) for field in (begin, end))
-        stated = high - low + 1
-    frames = in_header if stated is None else stated
+        parameter = high - low + 1
+    frames = in_header if parameter is None else parameter
     if frames != in_header and (last != _OVERFLOW or frames <= in_header):
         raise C3dDamagedError(f"its header says {in_header} frames and its parameters say {frames}")
     if last != _OVERFLOW:
@@ -205,10 +207,10 @@ def _analogs(sections: C3dSections, per_frame: int) -> int:
 
 
 def _rate(sections: C3dSections, in_header: float) -> float:
-    """Return the rate of the frames, 0 where it is stated nowhere; header and parameters agree where both say it."""
-    stated, analog = sections.first("POINT:RATE") or 0.0, sections.first("ANALOG:RATE") or 0.0
-    rate = in_header or stated or (analog / max(1, sections.ratio))
-    for name, other in (("POINT:RATE", stated), ("ANALOG:RATE", analog / max(1, sections.ratio))):
+    """Return the rate of the frames, 0 where the file has none; header and parameters must agree where both have it."""
+    point_hz, analog_hz = sections.first("POINT:RATE") or 0.0, sections.first("ANALOG:RATE") or 0.0
+    rate = in_header or point_hz or (analog_hz / max(1, sections.ratio))
+    for name, other in (("POINT:RATE", point_hz), ("ANALOG:RATE", analog_hz / max(1, sections.ratio))):
         if not (math.isfinite(rate) and rate >= 0 and math.isfinite(other)):
             raise C3dDamagedError(f"its rate is {rate:g} Hz and {name} {other:g} Hz")
         if rate and other and abs(other / rate - 1) > _RATES_AGREE:

@@ -1,7 +1,7 @@
 """Kistler BioWare text exports: metadata by column, names that repeat for every plate, a row of units.
 
-Plates are told apart by the line `Device:`, positive vertical force is the foot pressing. Normalised exports are body
-weights in columns that say newtons, and are refused.
+Plates are distinguished by the line `Device:`, positive vertical force is the foot pressing. Normalised exports are
+body weights in columns headed newtons, and are refused.
 """
 
 from __future__ import annotations

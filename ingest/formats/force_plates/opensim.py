@@ -1,7 +1,7 @@
 """OpenSim storage files (.mot, .sto) with ground reactions: `endheader`, then tab-separated columns.
 
 Seconds, newtons, metres and newton metres, y up, forces on the body: OpenSim's conventions, which the file does not
-repeat. Plates are told apart by what stands around `ground_force` in the names; `v` is the force, `p` the point of
+repeat. Plates are distinguished by what stands around `ground_force` in the names; `v` is the force, `p` the point of
 application, `torque` (or `moment`) the free moment there.
 """
 

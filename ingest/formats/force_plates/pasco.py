@@ -1,7 +1,7 @@
 """PASCO Capstone exports: a row of run names above a row of names with units; further runs stand to the right.
 
 Numbers may be quoted with a decimal comma. Runs differ in length: the cells below the end of a shorter one are blank.
-The date tells the minute only, so times are the elapsed seconds of each run.
+The date has minutes only, so times are the elapsed seconds of each run.
 """
 
 from __future__ import annotations

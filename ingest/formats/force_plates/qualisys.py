@@ -1,7 +1,7 @@
 """Qualisys QTM force exports (`*_f_N.tsv`), one plate a file: `KEY<TAB>value` lines, then 9 or 11 columns.
 
 Columns are sample and time (in the longer form), then force in newtons, moment in newton metres and centre of pressure
-in millimetres. The corners of the plate say whether its own frame points up or down.
+in millimetres. The corners of the plate show whether its own frame points up or down.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def _start(stamp: str | None) -> str | None:
 
 
 def _frame(entries: Mapping[str, str], findings: FindingCollector) -> str:
-    """Return the frame of the data: the laboratory's, or the plate's own, whose third axis the corners tell."""
+    """Return the frame of the data: the laboratory's, or the plate's own, whose third axis follows from the corners."""
     corners = {
         corner: [number(entries.get(_CORNER.format(corner, axis))) for axis in "XYZ"]
         for corner in ("POSX_POSY", "NEGX_POSY", "POSX_NEGY")

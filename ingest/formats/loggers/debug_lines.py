@@ -1,4 +1,4 @@
-"""Debug output of a robot's program, kept as a log: `motor1: -2957986`, one value a line, the names in turn.
+"""Debug output of a robot's program, saved as a log: `motor1: -2957986`, one value a line, the names in turn.
 
 A row is one turn of the names. There is no time unless one of the names is a time, so the rate is declared.
 """

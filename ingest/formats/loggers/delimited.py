@@ -1,7 +1,7 @@
 """Robot and string-potentiometer logs: any delimited text with a header, or with columns named by a declaration.
 
-Units and time come from the header, a profile or the command line (formats: known channels by name, others kept).
-Tables one below the other, each under a header of its own, become parts of their own.
+Units and time come from the header, a profile or the command line (formats: known channels by name, others under their
+own). Tables one below the other, each under a header of its own, become parts of their own.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ ByteArray = NDArray[np.uint8]
 class FramedRecords:
     """`payloads`, shape (n, payload bytes), without sync bytes; `ordinals` number the records, those lost counted.
 
-    `lost_at` are the offsets at which records are missing or cut, `bytes_lost` all bytes that belong to no record kept.
+    `lost_at` are the offsets at which records are missing or cut, `bytes_lost` all bytes that belong to no record.
     """
 
     payloads: ByteArray
@@ -52,7 +52,7 @@ def find_records(data: bytes, start: int, stop: int, payload: int, stride: int) 
     found: list[ByteArray] = []
     ordinals: list[IntArray] = []
     lost_at: list[int] = []
-    kept = lost = 0
+    found_records = lost = 0
     position = _next_record(data, start, stop, stride)
     if position != start:
         lost, lost_at = _records_in(position - start, stride), [start]
@@ -61,8 +61,8 @@ def find_records(data: bytes, start: int, stop: int, payload: int, stride: int) 
         if run:
             block = bytes_[position : position + run * stride].reshape(run, stride)
             found.append(block[:, len(SYNC) : len(SYNC) + payload])
-            ordinals.append(np.arange(kept + lost, kept + lost + run, dtype=np.int64))
-            kept += run
+            ordinals.append(np.arange(found_records + lost, found_records + lost + run, dtype=np.int64))
+            found_records += run
             position += run * stride
         if position < stop:
             following = _next_record(data, position + 1, stop, stride)
@@ -71,7 +71,7 @@ def find_records(data: bytes, start: int, stop: int, payload: int, stride: int) 
             position = following
     payloads = np.concatenate(found) if found else np.empty((0, payload), dtype=np.uint8)
     numbers = np.concatenate(ordinals) if ordinals else np.empty(0, dtype=np.int64)
-    return FramedRecords(payloads, numbers, lost, stop - start - kept * stride, tuple(lost_at))
+    return FramedRecords(payloads, numbers, lost, stop - start - found_records * stride, tuple(lost_at))
 
 
 def _records_in(n_bytes: int, stride: int) -> int:

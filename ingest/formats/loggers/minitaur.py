@@ -290,12 +290,12 @@ def _declared_names(declared: Declarations) -> list[str]:
 
 
 def _with_states(declared: Declarations, header: _Header) -> Declarations:
-    """Return the declarations with the maker's name of the controller's state, unless somebody said what it is."""
-    said = _declared_names(declared)
+    """Return the declarations with the maker's name of the controller's state, unless a person declared it."""
+    declared_names = _declared_names(declared)
     states = {
         quantity.name: ColumnDeclaration("controller_state", "1")
         for quantity in header.quantities
-        if quantity.name in _STATES and quantity.name not in said
+        if quantity.name in _STATES and quantity.name not in declared_names
     }
     return dataclasses.replace(declared, profile_columns={**states, **declared.profile_columns})
 

@@ -186,8 +186,8 @@ def save(question: Question) -> Answer:
 
 def _not_consumed(outcome: Outcome) -> str:
     """Say what savings are of an outcome that nobody saves."""
-    kept = f" Whether it is kept is what `labbook stats equivalence --quantity {outcome.key}` tells."
+    equivalence_text = f" Whether it is kept is what `labbook stats equivalence --quantity {outcome.key}` tells."
     return (
         f"Savings are of what is consumed, and {outcome} is not: these are percent of the control's that are lost."
-        f"{kept if outcome.has_equivalence else ''}"
+        f"{equivalence_text if outcome.has_equivalence else ''}"
     )

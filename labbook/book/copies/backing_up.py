@@ -150,7 +150,7 @@ def _first(path: Path) -> Entry:
 def _taken(folder: Path, configuration: Configuration) -> tuple[list[Entry], list[str]]:
     """Return the journal as its file has it, after asking the database, which the file is never behind, how far it is.
 
-    Where the database cannot say, the file alone counts, and a remark says so.
+    Where the database cannot be asked, the file alone counts, and a remark notes that.
     """
     path = journal_path(folder, configuration)
     remarks, known = [], (0, journal.GENESIS)

@@ -91,7 +91,7 @@ def _bring(source: Store, place: Path, target: Store, sha256: str) -> None:
             put_in_place(place)
             return
     part.unlink(missing_ok=True)
-    source.raw(raw_path(sha256), sha256)  # says what is wrong with it
+    source.raw(raw_path(sha256), sha256)  # raises an error that names what is wrong with it
     raise BookDamaged(f"{place} was not written as it was read: check the disk that it lies on.")
 
 

@@ -38,7 +38,7 @@ _SERVER, _ADDRESS = "postgresql", "://"
 
 @dataclass(frozen=True, slots=True)
 class CopiedDatabase:
-    """The new database, the rows of each of its tables, and what labbook.toml has to say for it to be used."""
+    """The new database, the rows of each of its tables, and the change to labbook.toml that puts it in use."""
 
     database: str
     rows: dict[str, int]
