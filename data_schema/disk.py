@@ -73,7 +73,7 @@ def partial_path(path: Path) -> Path:
 
 
 @contextlib.contextmanager
-def naming(path: Path) -> Iterator[None]:
+def path_in_errors(path: Path) -> Iterator[None]:
     """Name the file in what the system refuses, where it names the part that was to become it."""
     try:
         yield
@@ -107,7 +107,7 @@ def move_to_new_name(fresh: Path, path: Path) -> None:
 def write_whole(path: Path, content: bytes) -> None:
     """Write a file so that it holds what it held before or all of this, whenever the writing is cut off."""
     make_folder(path.parent)
-    with naming(path):
+    with path_in_errors(path):
         partial_path(path).write_bytes(content)
         put_in_place(path)
 
@@ -121,11 +121,11 @@ def replace_together(files: Mapping[Path, bytes]) -> Iterator[None]:
     beside = {path: path.with_name(f".{path.name}.{secrets.token_hex(4)}{PART}") for path in files}
     try:
         for path, part in beside.items():
-            with naming(path):
+            with path_in_errors(path):
                 part.write_bytes(files[path])
         yield
         for path, part in beside.items():
-            with naming(path):
+            with path_in_errors(path):
                 part.replace(path)
     finally:
         for part in beside.values():

@@ -26,7 +26,7 @@ from sqlalchemy.exc import DBAPIError, OperationalError
 
 from data_schema.disk import refuse_network_drive
 from data_schema.errors import BookBusy, BookDamaged, BookReadOnly, UsageError
-from data_schema.row_hashes import hashed
+from data_schema.row_hashes import hashing_written_rows
 
 BUSY_TIMEOUT_S = 10.0
 SQLITE_MINIMUM = (3, 37, 0)
@@ -109,16 +109,16 @@ def postgres_engine(url: str, *, busy_timeout_s: float = BUSY_TIMEOUT_S, schema:
 def writing(engine: sa.Engine) -> Iterator[sa.Connection]:
     """Run one writing transaction, alone; its rows are hashed and it is committed at the end, or rolled back."""
     with (
-        translated(),
+        translated_errors(),
         engine.connect().execution_options(labbook_writes=True) as connection,
-        alone(connection),
-        hashed(connection),
+        exclusive_transaction(connection),
+        hashing_written_rows(connection),
     ):
         yield connection
 
 
 @contextlib.contextmanager
-def alone(connection: sa.Connection) -> Iterator[None]:
+def exclusive_transaction(connection: sa.Connection) -> Iterator[None]:
     """Begin a transaction in which nobody else writes; on SQLite the option `labbook_writes` sees to that."""
     with connection.begin():
         if connection.dialect.name == "postgresql":
@@ -129,7 +129,7 @@ def alone(connection: sa.Connection) -> Iterator[None]:
 @contextlib.contextmanager
 def reading(engine: sa.Engine) -> Iterator[sa.Connection]:
     """Run one reading transaction: all queries in it see the same state of the book."""
-    with translated(), engine.connect() as connection:
+    with translated_errors(), engine.connect() as connection:
         if engine.dialect.name == "postgresql":  # its default shows each query what was committed meanwhile
             connection.execution_options(isolation_level="REPEATABLE READ")
         try:
@@ -140,7 +140,7 @@ def reading(engine: sa.Engine) -> Iterator[sa.Connection]:
 
 
 @contextlib.contextmanager
-def translated() -> Iterator[None]:
+def translated_errors() -> Iterator[None]:
     """Turn a database's errors about locks, damage and absence into labbook's own."""
     try:
         yield

@@ -63,7 +63,7 @@ class JournalFile:
 
     def tail(self, after_seq: int) -> list[Entry]:
         """Return the entries of complete commands after `after_seq`, reading from the end of the file."""
-        for part in self._from_the_end():
+        for part in self._tail_parts():
             newest: list[Entry] = []
             for line in reversed(part.lines):
                 entry = self._entry(line)
@@ -80,7 +80,7 @@ class JournalFile:
         It is read through once a day, and where it was changed since it was found whole: its size and time of change
         then stand in a file beside it.
         """
-        state = self._state()
+        state = self._remembered_state()
         if self._found_whole():
             return None
         try:
@@ -93,7 +93,7 @@ class JournalFile:
 
     def _found_whole(self) -> bool:
         try:
-            return self._remembered().read_text(encoding="utf-8") == self._state()
+            return self._remembered().read_text(encoding="utf-8") == self._remembered_state()
         except (OSError, UnicodeDecodeError):
             return False
 
@@ -104,7 +104,7 @@ class JournalFile:
     def _remembered(self) -> Path:
         return self.path.with_name(f".whole.{self.path.name}")
 
-    def _state(self) -> str:
+    def _remembered_state(self) -> str:
         """Return what is remembered of a whole file; nothing that fits where it is not there."""
         try:
             found = self.path.stat()
@@ -154,16 +154,16 @@ class JournalFile:
                 handle.truncate(part.end)
                 raise
         if whole:
-            self._remember_whole(self._state())
+            self._remember_whole(self._remembered_state())
 
     def _last_part(self) -> _Part:
         """Read as much of the end of the file as holds a complete command."""
-        for part in self._from_the_end():
+        for part in self._tail_parts():
             if part.lines or part.start == 0:
                 return part
         raise AssertionError("the last part is the whole file")
 
-    def _from_the_end(self) -> Iterator[_Part]:
+    def _tail_parts(self) -> Iterator[_Part]:
         """Read ever more of the end of the file, at last all of it."""
         for last_bytes in _FROM_THE_END:
             part = self._read(last_bytes)

@@ -120,7 +120,7 @@ def p_text(p: Value, alpha: float = SMALLEST_P, *, name: bool = True) -> str:
     elif p > 1.0 - SMALLEST_P:
         sign, digits = ">", _p_digits(1.0 - SMALLEST_P)
     else:
-        sign, digits = "=", _on_its_side(p, alpha)
+        sign, digits = "=", _same_side_text(p, alpha)
     if not name:
         return digits if sign == "=" else f"{sign} {digits}"
     return f"p {sign} {digits}"
@@ -130,7 +130,7 @@ def _p_digits(p: float) -> str:
     return f"{Decimal(repr(float(p))):f}".removeprefix("0")
 
 
-def _on_its_side(p: float, alpha: float) -> str:
+def _same_side_text(p: float, alpha: float) -> str:
     """Write p with as few decimals, three or more, as leave it on its side of each level, or exactly on it."""
     levels = (*USUAL_ALPHAS, alpha)
     texts = (f"{p:.{places}f}" for places in range(3, 18))
@@ -144,7 +144,7 @@ def _side(p: float, alpha: float) -> int:
     return (p > alpha) - (p < alpha)
 
 
-def alpha_beside(level: float) -> float:
+def alpha_of_level(level: float) -> float:
     """Return 1 - level of the decimal that a level is written as: 0.1 for 0.9, which in doubles is a little less."""
     return float(1 - Decimal(repr(float(level))))
 

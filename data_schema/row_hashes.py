@@ -2,10 +2,10 @@
 
 Rows that are written together have one hash under the uid of the row that they belong to: a reading of a file with its
 findings, signals, channels and gaps; a detection with its jumps; a result with its numbers and inputs; a fact alone.
-Whoever writes rows says so with `written`; `hashed` wraps a writing transaction and hashes at its end what then stands
-in the tables. What is hashed has no private keys: a reference is the uid of the row that it leads to. So the same book
-has the same hashes on any engine and after a rebuild, and two rows cannot change places unseen. Whether a result is
-stale changes for many at once: that has a kind of its own, and a hash only where it is.
+Code that writes rows calls `note_written`; `hashing_written_rows` wraps a writing transaction and hashes at its end
+what is then in the tables. What is hashed has no private keys: a reference is the uid of the row that it leads to. So
+the same book has the same hashes on any engine and after a rebuild, and two rows cannot change places unseen. Whether a
+result is stale changes for many at once: that has a kind of its own, and a hash only where it is.
 """
 
 from __future__ import annotations
@@ -94,13 +94,13 @@ GROUPS: Mapping[str, tuple[sa.Table, tuple[Member, ...]]] = {
 """The kinds of owners, each with the tables that its hash covers: all but the journal, which is a chain of its own."""
 
 
-def written(connection: sa.Connection, kind: str, uids: Sequence[str]) -> None:
-    """Say that rows of these owners were written, or that results became stale or current (`STALE`)."""
+def note_written(connection: sa.Connection, kind: str, uids: Sequence[str]) -> None:
+    """Note that rows of these owners were written, or that results became stale or current (`STALE`)."""
     connection.info[_WRITTEN].setdefault(kind, {}).update(dict.fromkeys(uids))
 
 
 @contextlib.contextmanager
-def hashed(connection: sa.Connection) -> Iterator[None]:
+def hashing_written_rows(connection: sa.Connection) -> Iterator[None]:
     """Keep account of the rows that a transaction writes, and hash them at its end."""
     touched: dict[str, dict[str, None]] = {}
     connection.info[_WRITTEN] = touched

@@ -46,10 +46,10 @@ class SecondProcess(Generic[T]):
             os.waitpid(self.process, 0)
 
 
-def beside(work: Callable[[], T]) -> SecondProcess[T]:
-    """Let a copy of this process do some work and return what it gives, which is pickled.
+def run_in_fork(work: Callable[[], T]) -> SecondProcess[T]:
+    """Run some work in a fork of this process; its result is pickled.
 
-    The work may use no connection to a database that this process has opened, and say nothing. SQLite's locks are the
+    The work may use no connection to a database that this process has opened, and print nothing. SQLite's locks are the
     process', so that it may open one of its own only to a file to which this one has none.
     """
     out, into = os.pipe()
@@ -66,4 +66,4 @@ def beside(work: Callable[[], T]) -> SecondProcess[T]:
             sys.stdout = sys.stderr = nothing
             answer.write(pickle.dumps(work()))
     finally:
-        os._exit(0)  # whatever happened: nothing of the process that it is a copy of is closed or said twice
+        os._exit(0)  # whatever happened: nothing of the process that it is a fork of is closed or printed twice

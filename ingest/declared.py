@@ -143,7 +143,7 @@ def declared_columns(declared: Declarations, names: Sequence[str]) -> Mapping[in
     Of several declarations of a column the one that means it alone counts, then the one by its whole header cell.
     """
     profile, direct = _by_position(declared.profile_columns, names), _by_position(declared.columns, names)
-    return {**profile, **{position: _over(own, profile.get(position)) for position, own in direct.items()}}
+    return {**profile, **{position: _merged(own, profile.get(position)) for position, own in direct.items()}}
 
 
 def _by_position(columns: Mapping[str, ColumnDeclaration], names: Sequence[str]) -> dict[int, ColumnDeclaration]:
@@ -157,7 +157,7 @@ def _by_position(columns: Mapping[str, ColumnDeclaration], names: Sequence[str])
     return {position: declaration for position, (_, declaration) in found.items()}
 
 
-def _over(own: ColumnDeclaration, profile: ColumnDeclaration | None) -> ColumnDeclaration:
+def _merged(own: ColumnDeclaration, profile: ColumnDeclaration | None) -> ColumnDeclaration:
     if profile is None:
         return own
     sign = own.sign if own.sign != 1 else profile.sign

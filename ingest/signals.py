@@ -211,7 +211,7 @@ def table_use(
         found = by_position.get(position)
         if plan.time is not None and position == plan.time.position:
             unit = plan.time.unit or ("clock" if plan.time.kind is CellKind.CLOCK else None)
-            use = dataclasses.replace(use, holds="time", unit=unit, unit_from=origin.of_time(plan.time))
+            use = dataclasses.replace(use, holds="time", unit=unit, unit_from=origin.time_unit_source(plan.time))
         elif plan.time is not None and position == plan.time.date_position:
             use = dataclasses.replace(use, holds="date")
         elif found is not None:
@@ -259,7 +259,7 @@ class _UnitOrigin:
             return "name"
         return self.instrument.convention.maker or None
 
-    def of_time(self, time: TimePlan) -> str | None:
+    def time_unit_source(self, time: TimePlan) -> str | None:
         """Return where the unit of the time column was found."""
         found = self.of(time.position, time.unit)
         if found == "declared" or time.unit is None or self.declared.time_unit is None:

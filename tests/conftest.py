@@ -19,7 +19,7 @@ import typer.main
 from sqlalchemy.dialects.postgresql.psycopg import PGDialect_psycopg
 from sqlalchemy.dialects.sqlite.pysqlite import SQLiteDialect_pysqlite
 
-from data_schema.engine import postgres_engine, sqlite_engine, translated
+from data_schema.engine import postgres_engine, sqlite_engine, translated_errors
 from labbook.book.making import make_tables
 from labbook.cli.main import GARBAGE_AFTER, GROUPS, application
 from tests.helpers import wording
@@ -143,7 +143,7 @@ def _tables_are_copied() -> Iterator[None]:
             with closing(sqlite3.connect(with_all_tables())) as made, closing(engine.raw_connection()) as to:
                 made.backup(to.driver_connection)
         elif on_server:
-            with translated(), engine.begin() as connection:
+            with translated_errors(), engine.begin() as connection:
                 connection.exec_driver_sql(";".join(on_server), execution_options={"no_parameters": True})
         else:
             on_server.extend(statements_of(engine, make_tables))

@@ -10,7 +10,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.row_hashes import written
+from data_schema.row_hashes import note_written
 from data_schema.tables.base import CHUNK, columns_of, in_chunks
 from data_schema.tables.files import LAST_READING, file, ingest
 from data_schema.tables.journal import person
@@ -92,7 +92,7 @@ def add_detections(connection: sa.Connection, new: Sequence[NewDetection]) -> No
         jumps = [{"detection": owners[key], **row} for key, item in fresh.items() for row in item.jumps]
         if jumps:
             connection.execute(jump.insert(), jumps)
-        written(connection, "detection", [row["uid"] for row in rows])
+        note_written(connection, "detection", [row["uid"] for row in rows])
 
 
 def jumps_found(connection: sa.Connection, ingest_uid: str, algorithm: str | None) -> dict[str, int]:

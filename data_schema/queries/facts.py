@@ -13,7 +13,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.errors import InputRefused, UnknownName
-from data_schema.row_hashes import written
+from data_schema.row_hashes import note_written
 from data_schema.tables import FACTS
 
 
@@ -26,7 +26,7 @@ def insert_fact(connection: sa.Connection, kind: str, uid: str, values: Mapping[
     except (sa.exc.StatementError, OverflowError) as error:
         _pass_on_trouble(error)
         raise InputRefused(f"{kind} {_shown(values)} cannot be stored: {why_refused(error, table, values)}.") from error
-    written(connection, kind, [uid])
+    note_written(connection, kind, [uid])
     key = done.inserted_primary_key
     assert key is not None  # noqa: S101 - every fact has a private key
     return int(key[0])
@@ -37,13 +37,13 @@ def update_fact(connection: sa.Connection, kind: str, uid: str, values: Mapping[
     table = FACTS[kind]
     row = _with_keys(connection, table, values)
     try:
-        changed = connection.execute(_updating(kind), {"this_uid": uid, **row}).rowcount
+        changed = connection.execute(_update_row(kind), {"this_uid": uid, **row}).rowcount
     except (sa.exc.StatementError, OverflowError) as error:
         _pass_on_trouble(error)
         raise InputRefused(f"{kind} {_shown(values)} cannot be stored: {why_refused(error, table, values)}.") from error
     if changed != 1:
         raise UnknownName(f"there is no {kind} with uid {uid!r}: list what there is and use a name from there.")
-    written(connection, kind, [uid])
+    note_written(connection, kind, [uid])
 
 
 def read_fact(connection: sa.Connection, kind: str, uid: str, columns: Iterable[str] | None = None) -> dict[str, Any]:
@@ -52,7 +52,7 @@ def read_fact(connection: sa.Connection, kind: str, uid: str, columns: Iterable[
     names = (
         [column.name for column in table.c if column.name not in ("id", "uid")] if columns is None else list(columns)
     )
-    row = connection.execute(_reading(kind, tuple(names)), {"this_uid": uid}).mappings().first()
+    row = connection.execute(_select_columns(kind, tuple(names)), {"this_uid": uid}).mappings().first()
     if row is None:
         raise UnknownName(f"there is no {kind} with uid {uid!r}: list what there is and use a name from there.")
     return dict(row)
@@ -64,7 +64,7 @@ def find_uid(connection: sa.Connection, kind: str, **natural: Any) -> str | None
     row = _with_keys(connection, table, natural)
     given = {name: value for name, value in row.items() if value is not None}
     blank = tuple(name for name in row if name not in given)
-    found: str | None = connection.execute(_finding(kind, tuple(given), blank), given).scalar()
+    found: str | None = connection.execute(_select_uid(kind, tuple(given), blank), given).scalar()
     return found
 
 
@@ -94,7 +94,7 @@ def _with_keys(connection: sa.Connection, table: sa.Table, values: Mapping[str, 
     uids = {name: uid for name, uid in values.items() if uid is not None and _referred(table.c[name]) is not None}
     if not uids:
         return dict(values)
-    keys = connection.execute(_looking_up(table.name, tuple(uids)), uids).mappings().one()
+    keys = connection.execute(_select_keys(table.name, tuple(uids)), uids).mappings().one()
     for name, key in keys.items():
         if key is None:
             raise UnknownName(
@@ -105,7 +105,7 @@ def _with_keys(connection: sa.Connection, table: sa.Table, values: Mapping[str, 
 
 # A sheet of runs writes thousands of rows of few shapes: building a query takes longer than asking it.
 @functools.cache
-def _looking_up(kind: str, names: tuple[str, ...]) -> sa.Select[Any]:
+def _select_keys(kind: str, names: tuple[str, ...]) -> sa.Select[Any]:
     """Select the private keys behind the uids given for these references."""
     found = []
     for name in names:
@@ -116,7 +116,7 @@ def _looking_up(kind: str, names: tuple[str, ...]) -> sa.Select[Any]:
 
 
 @functools.cache
-def _finding(kind: str, given: tuple[str, ...], blank: tuple[str, ...]) -> sa.Select[Any]:
+def _select_uid(kind: str, given: tuple[str, ...], blank: tuple[str, ...]) -> sa.Select[Any]:
     """Select the uid of the row with the values given under the names of these columns, and none in the blank ones."""
     table = FACTS[kind]
     matches = [table.c[name] == sa.bindparam(name) for name in given]
@@ -124,21 +124,21 @@ def _finding(kind: str, given: tuple[str, ...], blank: tuple[str, ...]) -> sa.Se
 
 
 @functools.cache
-def _reading(kind: str, names: tuple[str, ...]) -> sa.Select[Any]:
+def _select_columns(kind: str, names: tuple[str, ...]) -> sa.Select[Any]:
     """Select columns of the row with the uid `this_uid`."""
     table = FACTS[kind]
-    columns = [_outside(table.c[name]).label(name) for name in names]
+    columns = [_public_column(table.c[name]).label(name) for name in names]
     return sa.select(*columns).where(table.c.uid == sa.bindparam("this_uid"))
 
 
 @functools.cache
-def _updating(kind: str) -> sa.Update:
+def _update_row(kind: str) -> sa.Update:
     """Change the columns that are given of the row with the uid `this_uid`."""
     table = FACTS[kind]
     return table.update().where(table.c.uid == sa.bindparam("this_uid"))
 
 
-def _outside(column: sa.Column[Any]) -> sa.ColumnElement[Any]:
+def _public_column(column: sa.Column[Any]) -> sa.ColumnElement[Any]:
     """Select a column as it looks from outside: a reference is the uid of the row it refers to."""
     referred = _referred(column)
     if referred is None:
@@ -178,7 +178,7 @@ def why_refused(error: sa.exc.StatementError | OverflowError, table: sa.Table, v
         if isinstance(rule, sa.CheckConstraint) and rule.name in words:
             return rule_in_words(rule)
         if isinstance(rule, sa.UniqueConstraint) and (rule.name in words or _named_by_columns(rule, message)):
-            return _there_is_one(table.name, [column.name for column in rule.columns], values)
+            return _duplicate_message(table.name, [column.name for column in rule.columns], values)
     return message
 
 
@@ -201,7 +201,7 @@ def _named_by_columns(rule: sa.UniqueConstraint, message: str) -> bool:
     return message.removeprefix("UNIQUE constraint failed: ") == columns
 
 
-def _there_is_one(kind: str, columns: list[str], values: Mapping[str, Any]) -> str:
+def _duplicate_message(kind: str, columns: list[str], values: Mapping[str, Any]) -> str:
     called = next((values[name] for name in _CALLED_BY if name in columns and name in values), None)
     if called is not None:
         return f"there is a {kind} {called} already"

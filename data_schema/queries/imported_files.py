@@ -10,7 +10,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.queries.readings import reading_entries
-from data_schema.row_hashes import written
+from data_schema.row_hashes import note_written
 from data_schema.tables.files import IN_USE, LAST_READING, file, ingest, run_file
 from data_schema.tables.runs import charge, run
 from data_schema.tables.signals import signal
@@ -183,7 +183,7 @@ def signals_of_file(connection: sa.Connection, file_uid: str) -> list[str]:
 def unlink_file(connection: sa.Connection, file_uid: str, part: str | None = None) -> None:
     """Let a file, or a part of it, belong to no run; which one it belonged to stands in the journal."""
     unlinked = connection.execute(_UNLINK_PART if part is not None else _UNLINK, {"file_uid": file_uid, "of": part})
-    written(connection, "run_file", unlinked.scalars().all())
+    note_written(connection, "run_file", unlinked.scalars().all())
 
 
 _OF_FILE = run_file.c.file == sa.select(file.c.id).where(file.c.uid == sa.bindparam("file_uid")).scalar_subquery()

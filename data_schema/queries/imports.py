@@ -13,7 +13,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.queries.imported_files import runs_of_file
-from data_schema.row_hashes import written
+from data_schema.row_hashes import note_written
 from data_schema.tables.base import columns_of
 from data_schema.tables.files import LAST_READING, file, finding, ingest
 from data_schema.tables.journal import config, person
@@ -72,7 +72,7 @@ def add_file(connection: sa.Connection, *, uid: str, sha256: str, n_bytes: int, 
     """Add the row of a raw copy; returns its key."""
     values = {"uid": uid, "sha256": sha256, "n_bytes": n_bytes, "store_path": store_path}
     done = connection.execute(file.insert(), {**values, "state": str(FileState.KEPT)})
-    written(connection, "file", [uid])
+    note_written(connection, "file", [uid])
     return _key(done)
 
 
@@ -90,7 +90,7 @@ def ingest_key(connection: sa.Connection, uid: str) -> int:
 def add_ingest(connection: sa.Connection, *, person_name: str, values: Mapping[str, Any]) -> int:
     """Add the row of a file's reading, under the configuration in force; returns its key."""
     done = connection.execute(_ADD_INGEST, {"person_name": person_name, **values})
-    written(connection, "ingest", [values["uid"]])
+    note_written(connection, "ingest", [values["uid"]])
     return _key(done)
 
 
@@ -106,7 +106,7 @@ def add_findings(connection: sa.Connection, ingest_key: int, rows: Sequence[Mapp
     if rows:
         connection.execute(finding.insert(), [{"ingest": ingest_key, **row} for row in rows])
         uid = connection.execute(sa.select(ingest.c.uid).where(ingest.c.id == ingest_key)).scalar_one()
-        written(connection, "ingest", [uid])
+        note_written(connection, "ingest", [uid])
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from operator import attrgetter
 
 import sqlalchemy as sa
 
-from data_schema.row_hashes import STALE, written
+from data_schema.row_hashes import STALE, note_written
 from data_schema.tables.base import in_chunks, insert_texts
 from data_schema.tables.design import condition
 from data_schema.tables.journal import config
@@ -126,14 +126,14 @@ def add_results(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
             connection.execute(result_number.insert(), numbers)
         inputs = [(owners[row.key], *input_values(item)) for row in some for item in row.inputs]
         insert_texts(connection, result_input, ("result", *InputRow.__slots__), inputs)
-        written(connection, "result", [row.uid for row in some])
+        note_written(connection, "result", [row.uid for row in some])
 
 
 def rewrite_payloads(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
     """Give stored results the payloads of these: what they are stays, in the form that labbook reads now."""
     for row in rows:
         connection.execute(result.update().where(result.c.key == row.key).values(payload_json=row.payload_json))
-    written(connection, "result", [row.uid for row in rows])
+    note_written(connection, "result", [row.uid for row in rows])
 
 
 def mark_current(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
@@ -141,7 +141,7 @@ def mark_current(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
     _outdate(connection, rows)
     for some in in_chunks(rows):
         connection.execute(result.update().where(result.c.key.in_([row.key for row in some])).values(stale=0))
-        written(connection, STALE, [row.uid for row in some])
+        note_written(connection, STALE, [row.uid for row in some])
 
 
 def _outdate(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
@@ -150,7 +150,7 @@ def _outdate(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
     for some in in_chunks(rows):
         rivals = what.in_([(row.kind, row.scope_json) for row in some])
         outdated = result.update().where(rivals, result.c.stale == 0).values(stale=1).returning(result.c.uid)
-        written(connection, STALE, connection.execute(outdated).scalars().all())
+        note_written(connection, STALE, connection.execute(outdated).scalars().all())
 
 
 def ids_by_key(connection: sa.Connection, keys: Sequence[str]) -> dict[str, int]:
@@ -173,7 +173,7 @@ def mark_stale(connection: sa.Connection, changed: Iterable[tuple[str, str]]) ->
             sa.select(result.c.id, result.c.uid, result.c.kind, result.c.scope_json).where(fresh)
         ).all()
         connection.execute(result.update().where(fresh).values(stale=1))
-    written(connection, STALE, [row.uid for row in outdated])
+    note_written(connection, STALE, [row.uid for row in outdated])
     return [(row.kind, row.scope_json) for row in sorted(outdated, key=lambda row: row.id)]
 
 
@@ -273,7 +273,7 @@ def add_report_items(connection: sa.Connection, report_uid: str, shown: Mapping[
                 for uid in sorted(shown)
             ],
         )
-        written(connection, "report", [report_uid])
+        note_written(connection, "report", [report_uid])
 
 
 def unshown_results(connection: sa.Connection) -> list[str]:
@@ -306,7 +306,7 @@ def remove_results(connection: sa.Connection, uids: Sequence[str]) -> None:
             connection.execute(table.delete().where(table.c.result.in_(keys)))
         connection.execute(result.delete().where(result.c.uid.in_(some)))
         for kind in ("result", STALE):
-            written(connection, kind, some)
+            note_written(connection, kind, some)
 
 
 @dataclass(frozen=True, slots=True)
@@ -345,7 +345,7 @@ def add_predictions(connection: sa.Connection, rows: Sequence[PredictionRow]) ->
         ]
         if values:
             connection.execute(prediction.insert(), values)
-            written(connection, "result", list(results))
+            note_written(connection, "result", list(results))
 
 
 def _keys(

@@ -9,7 +9,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.queries.facts import insert_fact, key_of
-from data_schema.row_hashes import written
+from data_schema.row_hashes import note_written
 from data_schema.tables.base import columns_of
 from data_schema.tables.design import (
     condition,
@@ -104,7 +104,7 @@ def add_condition_levels(connection: sa.Connection, condition_uid: str, level_ui
     connection.execute(
         condition_level.insert(), [{"condition": owner, "factor": row.factor, "level": row.id} for row in rows]
     )
-    written(connection, "condition", [condition_uid])
+    note_written(connection, "condition", [condition_uid])
 
 
 def add_planned_run(connection: sa.Connection, *, uid: str, plan_uid: str, position: int, **values: Any) -> None:

@@ -75,7 +75,7 @@ def _check_forces(
     candidates = [*each, np.sum(each, axis=0)] if len(each) > 1 else each
     carried = [force for force in map(_carried_n, candidates) if force is not None]
     weights = [robot.mass_kg * STANDARD_GRAVITY_M_S2 for robot in robots]
-    if _apart(carried, weights) <= WEIGHT_AGREES:
+    if _relative_difference(carried, weights) <= WEIGHT_AGREES:
         return
     known = " or ".join(f"{robot.mass_kg:g} kg" for robot in robots)
     name = vertical[0].source_name
@@ -83,7 +83,7 @@ def _check_forces(
     for plan in plans:
         if channel_kind(plan.channel) in ("force_x", "force_y"):
             sideways = _carried_n(stored[plan.position])
-            if sideways is not None and _apart([sideways], weights) <= WEIGHT_AGREES:
+            if sideways is not None and _relative_difference([sideways], weights) <= WEIGHT_AGREES:
                 findings.add(
                     FILE,
                     "force_axes_swapped",
@@ -95,7 +95,7 @@ def _check_forces(
                 return
     if not carried:
         return
-    nearest = min(carried, key=lambda force: _apart([force], weights))
+    nearest = min(carried, key=lambda force: _relative_difference([force], weights))
     found = f"Over hops column {name!r} carries a mean of {nearest:.3g} N, and a robot of {known} weighs "
     found += " or ".join(f"{weight:.3g} N" for weight in weights)
     if all(1 / WEIGHT_REFUSED <= nearest / weight <= WEIGHT_REFUSED for weight in weights):
@@ -108,7 +108,7 @@ def _check_forces(
         findings.add(FILE, "force_weight_implausible", f"{found}: {advice}{remedy}", column=name)
 
 
-def _apart(forces: Sequence[float], weights: Sequence[float]) -> float:
+def _relative_difference(forces: Sequence[float], weights: Sequence[float]) -> float:
     return min((abs(force / weight - 1) for force in forces for weight in weights), default=np.inf)
 
 

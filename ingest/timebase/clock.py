@@ -199,7 +199,7 @@ def _interpreted(texts: list[str], column: str, declared: Declarations, findings
     seconds = np.array([_seconds(stamp, by_date, by_clock) for stamp in stamps], dtype=np.float64)
     if by_date is None:
         period = _HOUR_S if by_clock == "m:s" and not (seconds >= _HOUR_S).any() else _DAY_S
-        return ClockColumn(_counted_on(seconds, period, findings), texts, [None] * len(texts))
+        return ClockColumn(_unwrapped(seconds, period, findings), texts, [None] * len(texts))
     iso = [_iso(stamp, by_date, by_clock) for stamp in stamps]
     return ClockColumn(seconds, texts, iso)
 
@@ -225,7 +225,7 @@ def _iso(stamp: Stamp | None, by_date: str, by_clock: str | None) -> str | None:
     return None if seconds is None else f"{day.isoformat()}T{iso_clock(seconds)}"
 
 
-def _counted_on(seconds: FloatArray, period_s: float, findings: FindingCollector) -> FloatArray:
+def _unwrapped(seconds: FloatArray, period_s: float, findings: FindingCollector) -> FloatArray:
     """Return clock times counted on where the clock begins anew: at midnight, or minutes at the full hour."""
     rows = np.flatnonzero(np.isfinite(seconds))
     wraps = np.diff(seconds[rows], prepend=seconds[rows][:1]) < -period_s / 2

@@ -229,7 +229,7 @@ def from_bursts(seconds: FloatArray, ordinals: IntArray, starts: IntArray, numbe
     period, tolerated = _burst_period(passed, brought)
     lateness = np.concatenate([[0.0], np.cumsum(passed - brought * period)])
     of_last = lateness[-1] + between[-1] - float(np.median(brought)) * period
-    for_good = np.diff(_lowest_from_here(np.append(lateness, of_last))[:-1])
+    for_good = np.diff(_lowest_from_each_on(np.append(lateness, of_last))[:-1])
     missing = np.where(for_good > tolerated, np.rint(for_good / period), 0).astype(np.int64)
     paused = for_good > max(PAUSE_S, PAUSE_PERIODS * period)
     took = np.concatenate([[0.0], np.cumsum(np.where(paused, brought * period, passed))])
@@ -263,7 +263,7 @@ def _rate(took: FloatArray, samples: IntArray) -> float:
     return float(1 / (period + drift))
 
 
-def _lowest_from_here(lateness: FloatArray) -> FloatArray:
+def _lowest_from_each_on(lateness: FloatArray) -> FloatArray:
     """Return the least lateness of each burst and those after it, shape (n,): what was not made up for."""
     following = np.concatenate([lateness, np.full(_MAKES_UP - 1, np.inf)])
     return np.asarray(np.lib.stride_tricks.sliding_window_view(following, _MAKES_UP).min(axis=1), dtype=np.float64)

@@ -18,7 +18,7 @@ from data_schema.disk import make_folder, sync_all
 from data_schema.errors import BookReadOnly, UsageError, unknown_name
 from data_schema.queries.runs import refuse_empty_selection
 from data_schema.row_hashes import altered_rows, has_hashes
-from data_schema.second_process import beside, has_core
+from data_schema.second_process import has_core, run_in_fork
 from data_schema.vocabulary import Action
 from ingest.store import STORED
 from labbook.book.opening import JOURNAL, Book
@@ -178,17 +178,17 @@ def _saved_report(
 
 
 def _unsaved_report(book: Book, where: str | None, step: Callable[[str], None]) -> MadeReport:
-    made, _seen = _made(book, where, step)
+    made, _seen = _make_report(book, where, step)
     return replace(made, content=replace(made.content, stored=False))
 
 
-def _made(book: Book, where: str | None, step: Callable[[str], None]) -> tuple[MadeReport, tuple[int, str]]:
+def _make_report(book: Book, where: str | None, step: Callable[[str], None]) -> tuple[MadeReport, tuple[int, str]]:
     """Make a report of the book as it stands; returns it and the head of the journal then.
 
     Meanwhile a copy of this process, where there is a core for it, looks whether rows were altered.
     """
     book.close()  # no connection is open that both would have
-    look = beside(partial(_head_and_warning, book)) if has_core() else None
+    look = run_in_fork(partial(_head_and_warning, book)) if has_core() else None
     try:
         with book.reading() as connection:
             refuse_empty_selection(connection, where)
@@ -245,7 +245,7 @@ def state_report(
     where: str | None,
     person: str | None,
     step: Callable[[str], None],
-    draw: Callable[[MadeReport], Callable[[], None]] = lambda _made: lambda: None,
+    draw: Callable[[MadeReport], Callable[[], None]] = lambda _make_report: lambda: None,
 ) -> MadeReport:
     """Compute without a lock, then state and store; begin again if somebody stated something meanwhile.
 
@@ -253,7 +253,7 @@ def state_report(
     only when its files are there, whole.
     """
     for _attempt in range(_ATTEMPTS):
-        made, seen = _made(book, where, step)
+        made, seen = _make_report(book, where, step)
         put = draw(made)
         with book.session(person) as session:
             if session.entries or journal.head(session.connection) != seen:

@@ -43,7 +43,7 @@ class WrongValue:
         """Return which value it is, what it is and what it should be."""
         if self.column is None:
             return f"{self.name} {'is missing' if self.stands is None else 'should not be there'}"
-        stands, should_be = _beside(self.stands, self.should_be)
+        stands, should_be = _shortened_pair(self.stands, self.should_be)
         return f"{self.name}: {self.column} is {stands} and should be {should_be}"
 
 
@@ -76,7 +76,9 @@ class AlteredRows:
         return f"{how[Misfit.ALTERED if rewritten else self.rows.how]}: {what}{more}{printed}."
 
 
-def compared(book: sa.Connection, fresh: sa.Connection | None, suspected: Sequence[Altered]) -> list[AlteredRows]:
+def describe_altered(
+    book: sa.Connection, fresh: sa.Connection | None, suspected: Sequence[Altered]
+) -> list[AlteredRows]:
     """Say of suspected rows which values are wrong; `fresh` holds what should stand, None where that is not known."""
     found = []
     for item in suspected:
@@ -200,7 +202,7 @@ _RESTED_ON = ("condition", "run", "person", "study")
 _MOST_SHOWN = 60
 
 
-def _beside(stands: Any, should_be: Any) -> tuple[str, str]:
+def _shortened_pair(stands: Any, should_be: Any) -> tuple[str, str]:
     """Return two values to be read side by side; of long texts what is around the first difference."""
     texts = [str(value) for value in (stands, should_be)]
     if max(map(len, texts)) <= _MOST_SHOWN:

@@ -11,8 +11,8 @@ from pathlib import Path
 import sqlalchemy as sa
 
 from data_schema import journal, migrations
-from data_schema.disk import make_folder, naming, sync
-from data_schema.engine import reading, sqlite_engine, translated
+from data_schema.disk import make_folder, path_in_errors, sync
+from data_schema.engine import reading, sqlite_engine, translated_errors
 from data_schema.errors import UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
@@ -94,7 +94,7 @@ def last_configuration(entries: Iterable[Entry]) -> str | None:
 def _write_whole(path: Path, text: str) -> None:
     """Write a file that is there as a whole or not at all, whenever the power goes."""
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
-    with naming(path):
+    with path_in_errors(path):
         try:
             temporary.write_text(text, encoding="utf-8")
             sync(temporary)
@@ -140,7 +140,7 @@ def make_database(folder: Path, configuration: Configuration) -> None:
 def make_sqlite(path: Path) -> None:
     """Make an empty database file of this labbook's revision under a temporary name, then rename it."""
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
-    with naming(path):
+    with path_in_errors(path):
         try:
             fill_sqlite(temporary)
             temporary.rename(path)
@@ -152,7 +152,7 @@ def make_sqlite(path: Path) -> None:
 def fill_sqlite(path: Path) -> None:
     """Make an empty database of this labbook's revision in a file that is not there yet, step by step."""
     path.touch()  # where that is not allowed, the system's error explains why
-    with translated(), closing(sqlite3.connect(path)) as fresh:
+    with translated_errors(), closing(sqlite3.connect(path)) as fresh:
         fresh.execute("PRAGMA journal_mode = wal")
     engine = sqlite_engine(path)
     try:
@@ -163,5 +163,5 @@ def fill_sqlite(path: Path) -> None:
 
 def make_tables(engine: sa.Engine) -> None:
     """Make all tables in an empty database."""
-    with translated(), engine.connect().execution_options(labbook_writes=True) as connection, connection.begin():
+    with translated_errors(), engine.connect().execution_options(labbook_writes=True) as connection, connection.begin():
         migrations.upgrade(connection)

@@ -39,7 +39,7 @@ def propose(session: WriteSession, configuration: Configuration, *, correcting: 
     in_force = config_in_force(session.connection)
     if in_force is not None and in_force.sha256 == configuration.sha256:
         return
-    faults = [] if in_force is None else _misfits(session.connection, configuration, in_force.text)
+    faults = [] if in_force is None else _unfitting_factors(session.connection, configuration, in_force.text)
     if faults:
         raise InputRefused("\n".join(faults))
     for name in sorted(configuration.people, key=lambda name: name != session.person):
@@ -159,7 +159,7 @@ def _differences(
     ]
 
 
-def _misfits(connection: sa.Connection, configuration: Configuration, text_in_force: str) -> list[str]:
+def _unfitting_factors(connection: sa.Connection, configuration: Configuration, text_in_force: str) -> list[str]:
     """Say where the file's factors no longer fit the conditions that the book has; what has none may be dropped."""
     if not conditions_by_key(connection):
         return []

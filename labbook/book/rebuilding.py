@@ -24,7 +24,7 @@ from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile, LeftOut
 from data_schema.row_hashes import altered_rows, has_hashes
 from data_schema.tables.journal import row_hash
-from labbook.book.altered import MOST_NAMED, AlteredRows, compared, differing
+from labbook.book.altered import MOST_NAMED, AlteredRows, describe_altered, differing
 from labbook.book.differing import Differences, differences
 from labbook.book.making import fill_sqlite
 from labbook.book.opening import (
@@ -114,7 +114,7 @@ def _altered(
             suspected = altered_rows(connection) if has_hashes(connection) else []
             if not found.other_versions:  # a hash may have been altered with its row
                 suspected = list(dict.fromkeys((*suspected, *differing(connection, fresh))))
-            return len(suspected), tuple(compared(connection, fresh, suspected[:MOST_NAMED]))
+            return len(suspected), tuple(describe_altered(connection, fresh, suspected[:MOST_NAMED]))
     except (BookError, sa.exc.DBAPIError):
         return 0, ()
     finally:
@@ -181,7 +181,7 @@ def _replace_journal(path: Path, entries: list[Entry]) -> None:
     fresh.path.touch()
     fresh.append(entries)
     if path.exists():
-        _like(path, fresh.path)
+        _copy_permissions(path, fresh.path)
     if known is None:
         damaged = path.with_name(f"{path.name}.before-rebuild.{stamp()}")
         shutil.copy2(path, damaged)
@@ -193,7 +193,7 @@ def _replace_journal(path: Path, entries: list[Entry]) -> None:
     sync(path.parent)
 
 
-def _like(path: Path, fresh: Path) -> None:
+def _copy_permissions(path: Path, fresh: Path) -> None:
     """Let a file that takes the place of another be read and written by the same people."""
     shutil.copymode(path, fresh)
     with contextlib.suppress(PermissionError):  # only its owner may give it to another group

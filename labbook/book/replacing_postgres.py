@@ -22,7 +22,7 @@ import sqlalchemy as sa
 
 from data_schema import journal
 from data_schema.disk import stamp
-from data_schema.engine import postgres_engine, reading, translated
+from data_schema.engine import postgres_engine, reading, translated_errors
 from data_schema.errors import UsageError
 from data_schema.migrations import current
 from data_schema.tables import METADATA
@@ -66,7 +66,7 @@ ORDER BY description
 
 def refuse_what_cannot_follow(connection: sa.Connection, schema: str, tables: Sequence[str]) -> None:
     """Raise `UsageError` where something other than a view stands on these tables."""
-    others = [row.description for row in _standing_on(connection, schema, tables) if row.view is None]
+    others = [row.description for row in _dependent_views(connection, schema, tables) if row.view is None]
     if others:
         raise UsageError(
             f"{', '.join(others)}: made on the book's tables by somebody else, and cannot follow to the new ones; "
@@ -76,7 +76,7 @@ def refuse_what_cannot_follow(connection: sa.Connection, schema: str, tables: Se
 
 def views_on(connection: sa.Connection, schema: str, tables: Sequence[str]) -> list[View]:
     """Return the views that stand on these tables, with texts that name them as the search path finds them."""
-    oids = [row.view for row in _standing_on(connection, schema, tables) if row.view is not None]
+    oids = [row.view for row in _dependent_views(connection, schema, tables) if row.view is not None]
     rows = connection.execute(
         sa.text(
             "SELECT quote_ident(n.nspname) || '.' || quote_ident(c.relname) AS name, c.reloptions AS options, "
@@ -104,7 +104,9 @@ def define_again(connection: sa.Connection, views: Sequence[View]) -> None:
             ) from error
 
 
-def _standing_on(connection: sa.Connection, schema: str, tables: Sequence[str]) -> Sequence[sa.Row[tuple[int, str]]]:
+def _dependent_views(
+    connection: sa.Connection, schema: str, tables: Sequence[str]
+) -> Sequence[sa.Row[tuple[int, str]]]:
     return connection.execute(sa.text(_STANDING_ON), {"tables": list(tables), "schema": schema}).all()
 
 
@@ -133,8 +135,8 @@ def replace_postgres(
     try:
         make_tables(fresh)
         fill(fresh)
-        with _allowed(engine), translated(), engine.begin() as connection:
-            old = _tables(connection, _home(connection))
+        with _allowed(engine), translated_errors(), engine.begin() as connection:
+            old = _tables(connection, _schema_of_book(connection))
             if "journal" in old:
                 connection.exec_driver_sql("LOCK TABLE journal IN ACCESS EXCLUSIVE MODE")
                 finish(fresh, journal.head(connection))
@@ -151,13 +153,13 @@ def replace_postgres(
 def _refuse_foreign(engine: sa.Engine) -> None:
     """Refuse a database that holds another program's tables only, or a newer labbook's."""
     with reading(engine) as connection:
-        tables = _tables(connection, _home(connection))
+        tables = _tables(connection, _schema_of_book(connection))
         others = sorted(set(sa.inspect(connection).get_table_names()) - set(tables))
         revision = current(connection)
     if revision is not None and "journal" in tables:
         check_revision(engine, older=True)
         with reading(engine) as connection:  # now, and not only when all is computed anew
-            refuse_what_cannot_follow(connection, _home(connection), tables)
+            refuse_what_cannot_follow(connection, _schema_of_book(connection), tables)
     elif tables or others:
         raise UsageError(
             f"the database {shown(engine)} holds {', '.join([*others, *tables][:3])} and no book: give [database] url "
@@ -179,7 +181,7 @@ def _allowed(engine: sa.Engine) -> Iterator[None]:
         ) from error
 
 
-def _home(connection: sa.Connection) -> str:
+def _schema_of_book(connection: sa.Connection) -> str:
     home: str = connection.exec_driver_sql("SELECT current_schema()").scalar_one()
     return home
 
@@ -190,7 +192,7 @@ def _tables(connection: sa.Connection, schema: str) -> list[str]:
 
 
 def _change_places(connection: sa.Connection, old: Sequence[str]) -> str | None:
-    home = _home(connection)
+    home = _schema_of_book(connection)
     if not old:
         _move(connection, sorted(_OWN), FRESH, home)
         return None

@@ -22,7 +22,7 @@ from labbook.book.making import fill_sqlite
 from labbook.book.opening import DATABASE
 from labbook.book.reading_ahead import reading_ahead
 from labbook.book.write_session import apply_again
-from labbook.statements.apply_context import ReportsReplayed
+from labbook.statements.apply_context import ReplayedReports
 
 _ENTRIES_AT_ONCE = 500
 """Commands of so many entries are one transaction: committing and hashing rows for each takes a third of its time."""
@@ -41,7 +41,7 @@ class Replay:
     """Of the entries that were applied, in their order."""
     without_rows: list[Entry] = field(default_factory=list)
     left_out: LeftOut = NOTHING
-    reports: ReportsReplayed = field(default_factory=ReportsReplayed)
+    reports: ReplayedReports = field(default_factory=ReplayedReports)
 
     def apply_to(self, engine: sa.Engine, until: int | None = None) -> None:
         """Apply what the journal holds beyond what was applied before, many commands in one transaction.
@@ -58,10 +58,10 @@ class Replay:
         with reading_ahead(self.store, self.needless) as ahead:
 
             def prepared(entry: Entry) -> object:
-                self.reports.before(entry)
+                self.reports.note_entry(entry)
                 return self.reports if entry.action is Action.REPORT else ahead.take(entry)
 
-            for some in _together(journal.commands(ahead.pass_on(new))):
+            for some in _batched(journal.commands(ahead.pass_on(new))):
                 with writing(engine) as connection:
                     for command in some:
                         self.without_rows += self._applied(connection, command, prepared)
@@ -103,7 +103,7 @@ class Replay:
             )
 
 
-def _together(commands: Iterable[list[Entry]]) -> Iterator[list[list[Entry]]]:
+def _batched(commands: Iterable[list[Entry]]) -> Iterator[list[list[Entry]]]:
     """Gather commands until they have enough entries."""
     some: list[list[Entry]] = []
     for command in commands:

@@ -18,7 +18,7 @@ from sqlalchemy.exc import DBAPIError
 
 from data_schema import migrations
 from data_schema.disk import partial_path, put_in_place, stamp
-from data_schema.engine import alone, reading, translated
+from data_schema.engine import exclusive_transaction, reading, translated_errors
 from data_schema.errors import BookDamaged, BookVersion, UsageError
 from labbook.book.opening import DATABASE, check_revision
 
@@ -86,8 +86,8 @@ def migrate_checked(engine: sa.Engine, versions: Path = migrations.VERSIONS) -> 
             _foreign_keys(connection, "OFF")
         try:
             with contextlib.ExitStack() as transaction:
-                with translated():
-                    transaction.enter_context(alone(connection))
+                with translated_errors():
+                    transaction.enter_context(exclusive_transaction(connection))
                 before = count_rows(connection)
                 migrations.upgrade(connection, versions)
                 _check(connection, before, sqlite)

@@ -66,7 +66,7 @@ def run(
     Example: labbook sim run --scene sim2 --set b_ad=100 --effects +drag --accuracy 1e-8 --plot jump.png
     """
     from labbook.actions.simulate.pictures import ANIMATION_KINDS, draw_motion
-    from labbook.actions.simulate.sweeping import auto_of, with_enough
+    from labbook.actions.simulate.sweeping import auto_of, reduced_scene
     from labbook.presenting.simulation.effects_ablation import chosen_data, verdict
     from labbook.presenting.simulation.simulated import as_data, as_lines
     from reports.figures.kind import check_form
@@ -85,7 +85,7 @@ def run(
     with progress(f"simulating{first}", None, shown=not as_json) as step:
         ablation = auto.ablation(full, step)
         drawn = plot is not None or animate is not None
-        result = simulated(with_enough(full, ablation), accuracy, trajectory=drawn)
+        result = simulated(reduced_scene(full, ablation), accuracy, trajectory=drawn)
         result = with_other_contact(result, simulated)
         if drawn:
             draw_motion(result, plot, animate)

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 class ApplyContext:
     """The open transaction and the store of files.
 
-    `without_rows` is None while a person speaks; on replaying the journal it gathers the statements about charges and
-    links that no reading of their file gives now.
+    `without_rows` is None while a person makes statements; on replaying the journal it collects the statements about
+    charges and links that no reading of their file gives now.
     """
 
     connection: sa.Connection
@@ -34,9 +34,9 @@ class ApplyContext:
 
 
 def inputs_around_run(context: ApplyContext, run_uid: str) -> list[tuple[str, str]]:
-    """Return (kind, uid) of what results may rest on when a run gains something.
+    """Return (kind, uid) of the inputs of results that change when something is added to a run.
 
-    These are the run itself, the condition it is in, and for an idle run the idle runs of its robot.
+    These are the run itself, its condition, and for an idle run the idle runs of its robot.
     """
     return inputs_around(run_uid, read_fact(context.connection, "run", run_uid, ["kind", "condition", "robot"]))
 
@@ -57,7 +57,7 @@ def with_author(context: ApplyContext, entry: Entry, values: Mapping[str, Any]) 
 
 
 Apply: TypeAlias = Callable[[ApplyContext, Entry, object], list[tuple[str, str]]]
-"""Lets an entry take effect; returns (kind, scope) of the results that became stale."""
+"""Applies an entry; returns (kind, scope) of the results that became stale."""
 
 
 def run_named(context: ApplyContext, name: str | None) -> str | None:
@@ -66,7 +66,7 @@ def run_named(context: ApplyContext, name: str | None) -> str | None:
 
 
 def missing_row(context: ApplyContext, entry: Entry) -> None:
-    """Let a statement about a row that is not there pass where the journal is replayed; nothing may stop that.
+    """Collect a statement about a missing row where the journal is replayed, which nothing may stop.
 
     A newer reader may give fewer rows than an earlier one, and a file may wait for a declaration. A statement about a
     charge takes effect when a reading gives it. Raises `UnknownName` for a statement that is being made now.
@@ -85,8 +85,8 @@ def derived_uid(*parts: object) -> str:
 
 
 @dataclass
-class ReportsReplayed:
-    """Which reports, made once more, would compute nothing: where the journal is replayed.
+class ReplayedReports:
+    """During a replay of the journal: which reports would compute nothing if they were made once more.
 
     `settled` are the selections of those that computed nothing and renewed nothing when they were made, and after which
     nothing was stated but reports that did not either. Most reports of a book see the same rows as the one before.
@@ -94,12 +94,12 @@ class ReportsReplayed:
 
     settled: set[str | None] = field(default_factory=set)
 
-    def before(self, entry: Entry) -> None:
+    def note_entry(self, entry: Entry) -> None:
         """Take note that an entry is about to take effect."""
         if entry.action is not Action.REPORT:
             self.settled.clear()
 
-    def made(self, where: str | None, made: MadeReport) -> None:
+    def note_report(self, where: str | None, made: MadeReport) -> None:
         """Take note of a report that was computed."""
         if made.cache.computed or made.detections.computed or any(row.stale for row in made.cache.reused.values()):
             self.settled.clear()

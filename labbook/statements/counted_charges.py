@@ -27,7 +27,7 @@ from labbook.statements.importing import finding_values
 
 
 @dataclass
-class Placed:
+class Placement:
     """What placing rows came to: the runs concerned, and which rows are known or contradict what a run has.
 
     `copies` are the uids of known rows that repeat a row of no run: one that waits in the inbox, or was dismissed.
@@ -61,17 +61,17 @@ def _known_already(known: Sequence[SheetRow], copies: Collection[str]) -> Findin
     return Finding(Severity.NOTE, "charge_known", message, first, None, None, len(known), more)
 
 
-def lose(context: ApplyContext, rows: Sequence[SheetRow], placed: Placed) -> None:
-    """Let rows count no more; they keep their run, to be known by when they are back. `place` lets others step in."""
+def mark_gone(context: ApplyContext, rows: Sequence[SheetRow], placed: Placement) -> None:
+    """Set rows to the state gone; they keep their run for when they are back. `place_charges` lets others step in."""
     for row in rows:
         placed.runs += [row.run_uid] if row.run_uid and row.state is ChargeState.COUNTED else []
         update_fact(context.connection, "charge", row.uid, {"state": str(ChargeState.GONE)})
 
 
-def place(
+def place_charges(
     context: ApplyContext,
     uids: Sequence[str],
-    placed: Placed,
+    placed: Placement,
     *,
     back: frozenset[str] = frozenset(),
     others: Sequence[str] = (),
@@ -93,7 +93,7 @@ def place(
         rows = [replace(row, state=ChargeState.GONE) for row in rows]
         rows.sort(key=lambda row: (not manual[row.uid].assigned, row.order))
         run_uids = [row.run_uid for row in rows] + [manual[row.uid].run_uid for row in rows] + [of_file]
-        around = RowsAround(context, rows, manual, [uid for uid in run_uids if uid], sorted(back))
+        around = RelatedRows(context, rows, manual, [uid for uid in run_uids if uid], sorted(back))
         gave_way: list[str] = []
         for row in rows:
             run_uid = manual[row.uid].run_uid if manual[row.uid].assigned else row.run_uid
@@ -102,23 +102,25 @@ def place(
             if row.uid in back:
                 gave_way += _give_way(around, row, run_uid, placed)
             _place(context, around, row, run_uid, placed)
-        queue = list(dict.fromkeys([*gave_way, *_left_alone(context, [*queue, *others])]))
+        queue = list(dict.fromkeys([*gave_way, *_orphaned_repeats(context, [*queue, *others])]))
         back, others = frozenset(), ()
 
 
-def _place(context: ApplyContext, around: RowsAround, row: SheetRow, run_uid: str | None, placed: Placed) -> None:
+def _place(context: ApplyContext, around: RelatedRows, row: SheetRow, run_uid: str | None, placed: Placement) -> None:
     manual = around.manual[row.uid]
     if manual.dismissed:
         around.set(row, ChargeState.DISMISSED, None)
         return
-    about = [other for other in around.about(run_uid, row.stated_run) if other.uid != row.uid]
-    same = next((other for other in about if _repeats_uncorrected(row, other, around.manual[other.uid])), None)
+    rows_of_run = [other for other in around.rows_of_run(run_uid, row.stated_run) if other.uid != row.uid]
+    same = next((other for other in rows_of_run if _repeats_uncorrected(row, other, around.manual[other.uid])), None)
     if same is not None and not manual.assigned:
         around.set(row, ChargeState.KNOWN, None, same.uid)
         placed.known.append(row)
         placed.copies |= {row.uid} if same.run_uid is None else set()
         return
-    standing = [other for other in about if other.run_uid is not None and (not manual.assigned or _second(row, other))]
+    standing = [
+        other for other in rows_of_run if other.run_uid is not None and (not manual.assigned or _second(row, other))
+    ]
     around.set(row, ChargeState.COUNTED, None if standing else run_uid, row.repeats)
     if standing:
         name = read_fact(context.connection, "run", standing[0].run_uid or "", ["name"])["name"]
@@ -147,12 +149,12 @@ def _contradicts(row: SheetRow, run: str, other: SheetRow, *, of_same_sheet: boo
 
 
 def predicted_findings(connection: sa.Connection, charges: Sequence[ChargeRow]) -> list[Finding]:
-    """Say of the charges of a file that the book has not which ones `place` would call known or contradicting."""
+    """Return the findings that `place_charges` would make on the charges of a file that is not in the book."""
     uids = run_uids_by_name(connection, sorted({row.stated_run for row in charges if row.stated_run is not None}))
     names = {uid: name for name, uid in uids.items()}
-    about: dict[str, list[SheetRow]] = {}
+    rows_of_run: dict[str, list[SheetRow]] = {}
     for row in rows_about(connection, sorted(names), sorted(uids)):
-        about.setdefault(names.get(row.run_uid or "") or row.stated_run or "", []).append(row)
+        rows_of_run.setdefault(names.get(row.run_uid or "") or row.stated_run or "", []).append(row)
     found, known, copies, own = [], [], set(), set[str]()
     for read in charges:
         if read.stated_run not in uids:
@@ -162,7 +164,7 @@ def predicted_findings(connection: sa.Connection, charges: Sequence[ChargeRow]) 
             ChargeState.COUNTED, read.charge_mah, read.end_voltage_v, read.mode,
         )  # fmt: skip
         own.add(row.uid)
-        others = about.setdefault(read.stated_run, [])
+        others = rows_of_run.setdefault(read.stated_run, [])
         same = next((other for other in others if same_charge(row, other)), None)
         standing = next((other for other in others if other.run_uid is not None), None)
         if same is not None:
@@ -176,14 +178,14 @@ def predicted_findings(connection: sa.Connection, charges: Sequence[ChargeRow]) 
     return [*found, *([_known_already(known, copies)] if known else [])]
 
 
-def _give_way(around: RowsAround, row: SheetRow, run_uid: str | None, placed: Placed) -> list[str]:
+def _give_way(around: RelatedRows, row: SheetRow, run_uid: str | None, placed: Placement) -> list[str]:
     """Let later equal rows make room for one that is back; returns their uids, to be placed after it."""
     own = replace(row, run_uid=None)
-    about = [
-        *around.about(run_uid or around.runs.get(row.stated_run or ""), row.stated_run),
+    rows_of_run = [
+        *around.rows_of_run(run_uid or around.runs.get(row.stated_run or ""), row.stated_run),
         *around.repeating(row.uid),
     ]
-    later = {other.uid: other for other in about if other.order > row.order and not other.typed}
+    later = {other.uid: other for other in rows_of_run if other.order > row.order and not other.typed}
     manual = around.manual
     giving = [
         other
@@ -198,7 +200,7 @@ def _give_way(around: RowsAround, row: SheetRow, run_uid: str | None, placed: Pl
     return [other.uid for other in giving]
 
 
-def _left_alone(context: ApplyContext, uids: Sequence[str]) -> list[str]:
+def _orphaned_repeats(context: ApplyContext, uids: Sequence[str]) -> list[str]:
     """Return the known rows that repeat one of these, which does not count any more or has other values."""
     waiting = repeating(context.connection, uids, ChargeState.KNOWN)
     return [
@@ -254,7 +256,7 @@ STANDING = (ChargeState.COUNTED, ChargeState.DISMISSED)
 """States of a row that others may repeat."""
 
 
-class RowsAround:
+class RelatedRows:
     """What the rows to be placed may repeat, contradict or displace.
 
     `manual` holds what people changed by hand in each row here, `runs` the uids of the runs that rows name. The rows to
@@ -274,12 +276,12 @@ class RowsAround:
         self._context = context
         names = sorted({row.stated_run for row in rows if row.stated_run is not None})
         self.runs = run_uids_by_name(context.connection, names)
-        about = rows_about(context.connection, sorted({*run_uids, *self.runs.values()}), names)
+        rows_of_run = rows_about(context.connection, sorted({*run_uids, *self.runs.values()}), names)
         repeats = repeating(context.connection, back, ChargeState.COUNTED)
         self._rows: dict[str, SheetRow] = {}
         self._of_run: dict[str, dict[str, None]] = {}
         self._named: dict[str, dict[str, None]] = {}
-        for row in (*rows, *about, *(row for some in repeats.values() for row in some)):
+        for row in (*rows, *rows_of_run, *(row for some in repeats.values() for row in some)):
             self._rows[row.uid] = row
             self._of_run.setdefault(row.run_uid or "", {})[row.uid] = None
             self._named.setdefault(row.stated_run or "", {})[row.uid] = None
@@ -287,7 +289,7 @@ class RowsAround:
         others = [uid for uid in self._rows if uid not in manual]
         self.manual = {**manual, **manual_changes(context, others)}
 
-    def about(self, run_uid: str | None, run_name: str | None) -> list[SheetRow]:
+    def rows_of_run(self, run_uid: str | None, run_name: str | None) -> list[SheetRow]:
         """Return the rows that count for a run, then those that name one and belong to none; dismissed ones too."""
         of_run = [self._rows[uid] for uid in self._of_run.get(run_uid or "", ())] if run_uid else []
         named = [self._rows[uid] for uid in self._named.get(run_name or "", ())] if run_name is not None else []

@@ -123,7 +123,7 @@ def apply_correct(context: ApplyContext, entry: Entry, _prepared: object) -> lis
     if NUMBERS_REST_ON.get(kind, new.keys()) & new.keys():
         changed += [(kind, uid), *_dependents_around(context, kind, uid, new)]
         for values in (entry.old or {}, new):
-            changed += _touched(context, values)
+            changed += _owners(context, values)
     return mark_stale(context.connection, list(dict.fromkeys(changed)))
 
 
@@ -137,7 +137,7 @@ def _dependents_around(context: ApplyContext, kind: str, uid: str, new: Mapping[
     return [("idle_runs", uid)] if kind == "robot" and "name" in new else []
 
 
-def _touched(context: ApplyContext, values: Mapping[str, Any]) -> list[tuple[str, str]]:
+def _owners(context: ApplyContext, values: Mapping[str, Any]) -> list[tuple[str, str]]:
     """What the row belonged to, or belongs to now."""
     found = [("condition", values["condition"])] if values.get("condition") else []
     found += [("idle_runs", values["robot"])] if values.get("robot") else []

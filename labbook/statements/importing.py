@@ -159,7 +159,7 @@ def store_reading(
 
     With `anew`, samples that are there already are read back and compared, because a rebuild must not trust them.
     """
-    in_force = resolved(settings, read)
+    in_force = with_used_profile(settings, read)
     if read.refused:
         return PreparedImport(sha256, len(data), read, in_force, ())
     with ThreadPoolExecutor(max_workers=2) as pool:
@@ -182,7 +182,7 @@ def reread_stored(store: Store, data: bytes, sha256: str, settings: ReadSettings
         StoredPart(*store.put_signal(part, anew=True), *_detected(part, settings))
         for part in (() if read.refused else read.parts)
     )
-    return PreparedImport(sha256, len(data), read, resolved(settings, read), stored)
+    return PreparedImport(sha256, len(data), read, with_used_profile(settings, read), stored)
 
 
 def _detected(part: SignalPart, settings: ReadSettings) -> tuple[str, Detection | None]:
@@ -191,15 +191,15 @@ def _detected(part: SignalPart, settings: ReadSettings) -> tuple[str, Detection 
 
 
 def without_storing(data: bytes, sha256: str, read: ReadFile, settings: ReadSettings) -> PreparedImport:
-    """Return what `store_reading` does, and keep nothing."""
+    """Return what `store_reading` does, and store nothing."""
     from ingest.samples import signal_sha256
 
     parts = () if read.refused else read.parts
     stored = tuple(StoredPart(signal_sha256(part), "", *_detected(part, settings)) for part in parts)
-    return PreparedImport(sha256, len(data), read, resolved(settings, read), stored)
+    return PreparedImport(sha256, len(data), read, with_used_profile(settings, read), stored)
 
 
-def resolved(settings: ReadSettings, read: ReadFile) -> ReadSettings:
+def with_used_profile(settings: ReadSettings, read: ReadFile) -> ReadSettings:
     """Return the settings with no profile but the one that was used."""
     used = [profile for profile in settings.declared.profiles if _was_used(profile, read)]
     return replace(settings, declared=replace(settings.declared, profiles=tuple(used)))

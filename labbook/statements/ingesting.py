@@ -34,7 +34,7 @@ from labbook.statements.importing import (
     store_reading,
     times_sha256,
 )
-from labbook.statements.sheet_charges import charge_numbers, keys_of, lose_charges, update_charges
+from labbook.statements.sheet_charges import charge_numbers, keys_of, mark_charges_gone, update_charges
 
 _ROLES = {"charger_sheet": FileRole.CHARGE, "icharger_log": FileRole.CHARGE, "bertec_text": FileRole.FORCE}
 """The roles of files that earlier labbooks read, whose entries lack them."""
@@ -89,7 +89,7 @@ def apply_read(context: ApplyContext, entry: Entry, prepared: object) -> list[tu
     before = last_reading(context.connection, done.sha256)
     assert before is not None, "a file is imported before it is read again"  # noqa: S101
     assert before.file_uid is not None  # noqa: S101
-    old_parts, gave = parts_of_reading(context.connection, before.uid), _gives(context, before)
+    old_parts, gave = parts_of_reading(context.connection, before.uid), _inputs_of_reading(context, before)
     before_parts = parts_of_file(context.connection, before.file_uid)
     set_status(context.connection, before.uid, IngestStatus.SUPERSEDED)
     role = _role(new, done)
@@ -98,7 +98,7 @@ def apply_read(context: ApplyContext, entry: Entry, prepared: object) -> list[tu
     changed = [("file", before.file_uid), *(("signal", part.sha256) for part in old_parts)]
     touched = link_parts_again(context, before.file_uid, role, new.get("stated_run"), before_parts, _parts(new, done))
     if done.read.refused:
-        touched += lose_charges(context, before.file_uid)
+        touched += mark_charges_gone(context, before.file_uid)
     else:
         add_signals(context, file_key, ingest_key, done, new, entry.entity_uid)
         runs = {link.run_uid for link in links_of_file(context.connection, before.file_uid)}
@@ -108,11 +108,11 @@ def apply_read(context: ApplyContext, entry: Entry, prepared: object) -> list[tu
         changed += inputs_around_run(context, run_uid)
         imports.add_findings(context.connection, ingest_key, _against_run(context, run_uid, done))
     after = last_reading(context.connection, done.sha256)
-    same = after is not None and _gives(context, after) == gave
+    same = after is not None and _inputs_of_reading(context, after) == gave
     return [] if same else mark_stale(context.connection, list(dict.fromkeys(changed)))
 
 
-def _gives(context: ApplyContext, reading: ReadingRow) -> tuple[object, ...]:
+def _inputs_of_reading(context: ApplyContext, reading: ReadingRow) -> tuple[object, ...]:
     """Return what results can rest on of a reading: its parts, the runs that they belong to, and its charges."""
     assert reading.file_uid is not None  # noqa: S101 - only a refused file has none
     return (

@@ -17,7 +17,7 @@ from labbook.analysis.prediction.predicting import store_predictions
 from labbook.analysis.results.result_cache import keep, versions_now
 from labbook.config.parsing import parse_configuration
 from labbook.presenting.report.content import MadeReport, make_report
-from labbook.statements.apply_context import ApplyContext, ReportsReplayed
+from labbook.statements.apply_context import ApplyContext, ReplayedReports
 from stats.apexes.detectors import DETECTORS
 
 
@@ -37,12 +37,12 @@ def apply_report(context: ApplyContext, entry: Entry, prepared: object) -> list[
     new = entry.new or {}
     row = config_in_force(context.connection)
     assert row is not None, "a configuration is declared before any report is made"  # noqa: S101
-    replayed = prepared if isinstance(prepared, ReportsReplayed) else ReportsReplayed()
+    replayed = prepared if isinstance(prepared, ReplayedReports) else ReplayedReports()
     made = prepared if isinstance(prepared, MadeReport) else None
     if made is None and new["where"] not in replayed.settled:
         configuration = parse_configuration(row.text, "the book's configuration")
         made = make_report(context.connection, context.store, configuration, where=new["where"], made_at=new["made_at"])
-        replayed.made(new["where"], made)
+        replayed.note_report(new["where"], made)
     values = {
         "options_json": canonical({"where": new["where"]}),
         "as_of_utc": new["made_at"],

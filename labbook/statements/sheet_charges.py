@@ -22,7 +22,15 @@ from data_schema.queries.readings import reading_entries
 from data_schema.vocabulary import ChargeState
 from ingest.model import ChargeRow, ReadFile
 from labbook.statements.apply_context import ApplyContext, derived_uid
-from labbook.statements.counted_charges import ManualChanges, Placed, lose, manual_changes, note_on, place, same_value
+from labbook.statements.counted_charges import (
+    ManualChanges,
+    Placement,
+    manual_changes,
+    mark_gone,
+    note_on,
+    place_charges,
+    same_value,
+)
 
 
 def update_charges(
@@ -37,7 +45,7 @@ def update_charges(
 
     `numbers` are the row numbers by where charges stand, `of_file` the run that the only charge of a file belongs to.
     """
-    placed = Placed()
+    placed = Placement()
     standing = {row.uid: row for row in rows_of_file(context.connection, file_uid)}
     known = {row.row_number: row for row in standing.values()}
     uids = {}
@@ -64,16 +72,16 @@ def update_charges(
         else:
             moving.append(uid)
             back += [uid] if old.state is ChargeState.GONE else []
-            lose(context, [] if old.state is ChargeState.GONE else [old], placed)
+            mark_gone(context, [] if old.state is ChargeState.GONE else [old], placed)
             values |= {"run": None} if old.state is not ChargeState.GONE or old.stated_run != row.stated_run else {}
             values |= {} if same else {"repeats": None}
         update_fact(context.connection, "charge", uid, values)
     lost = [row for row in standing.values() if row.uid not in uids and row.state is not ChargeState.GONE]
-    lose(context, lost, placed)
+    mark_gone(context, lost, placed)
     others = [*changed, *(row.uid for row in lost)]
     only = of_file if len(read.charges) == 1 else None
     staying = [row for row in placed.known if row.repeats is not None]
-    place(context, moving, placed, back=frozenset(back), others=others, of_file=only)
+    place_charges(context, moving, placed, back=frozenset(back), others=others, of_file=only)
     repeated = rows_with_uids(context.connection, sorted({row.repeats or "" for row in staying}))
     loose = {row.uid for row in repeated if row.run_uid is None}
     placed.copies |= {row.uid for row in staying if row.repeats in loose}
@@ -81,23 +89,23 @@ def update_charges(
     return placed.runs
 
 
-def lose_charges(context: ApplyContext, file_uid: str) -> list[str]:
+def mark_charges_gone(context: ApplyContext, file_uid: str) -> list[str]:
     """Let no charge of a file count any more; equal rows of other sheets step in. Returns the runs."""
-    placed = Placed()
+    placed = Placement()
     rows = [row for row in rows_of_file(context.connection, file_uid) if row.state is not ChargeState.GONE]
-    lose(context, rows, placed)
-    place(context, [], placed, others=[row.uid for row in rows])
+    mark_gone(context, rows, placed)
+    place_charges(context, [], placed, others=[row.uid for row in rows])
     return placed.runs
 
 
-def regain_charges(
+def restore_charges(
     context: ApplyContext, file_uid: str, ingest_key: int, reading: Mapping[str, Any], *, first: bool
 ) -> list[str]:
     """Let the charges of a file in use again count as they did; returns the runs that it concerns.
 
     `reading` is the entry of the reading in force, the `first` of the file or not; what it does not hold stays gone.
     """
-    placed = Placed()
+    placed = Placement()
     rows = [row for row in rows_of_file(context.connection, file_uid) if row.state is ChargeState.GONE]
     lines, numbers = reading.get("charge_lines"), recorded_numbers(reading, first=first)
     if numbers is not None:
@@ -105,12 +113,12 @@ def regain_charges(
     elif lines is not None:
         rows = [row for row in rows if row.line in lines]
     uids = [row.uid for row in rows]
-    place(context, uids, placed, back=frozenset(uids))
+    place_charges(context, uids, placed, back=frozenset(uids))
     imports.add_findings(context.connection, ingest_key, placed.all_findings())
     return placed.runs
 
 
-def _stays(old: SheetRow, read_row: ChargeRow, row: ChargeRow, manual: ManualChanges, placed: Placed) -> bool:
+def _stays(old: SheetRow, read_row: ChargeRow, row: ChargeRow, manual: ManualChanges, placed: Placement) -> bool:
     """Tell whether a charge stays where it is: dismissed, with the run it has, or known; `row` is what counts of it."""
     same, same_run = _same_charge(old, row), row.stated_run == old.stated_run
     if old.state is ChargeState.KNOWN and same:
@@ -136,7 +144,7 @@ _IN_TABLE = tuple(each.name for each in fields(ChargeRow) if each.name not in ("
 
 
 def _corrected(
-    context: ApplyContext, read_row: ChargeRow, old: SheetRow | None, uid: str, manual: ManualChanges, placed: Placed
+    context: ApplyContext, read_row: ChargeRow, old: SheetRow | None, uid: str, manual: ManualChanges, placed: Placement
 ) -> tuple[ChargeRow, str | None]:
     """Return a line with the values that a person corrected in it, and the uid of its pack, likewise."""
     pack = read_row.stated_pack
@@ -202,7 +210,7 @@ def charge_numbers(
     numbers: dict[Key, int] = {}
     taken: set[int] = set()
 
-    def give(key: Key, number: int) -> None:
+    def assign_number(key: Key, number: int) -> None:
         if key not in numbers and number not in taken:
             numbers[key] = number
             taken.add(number)
@@ -215,15 +223,15 @@ def charge_numbers(
         given = content.get("charge_numbers") or (range(1, len(keys_of_entry) + 1) if earlier == 0 else None)
         recorded += keys_of_entry
         for key, number in zip(keys_of_entry, given or (), strict=given is not None):
-            give(key, number)
+            assign_number(key, number)
     rows = rows_of_file(connection, file_uid)
     standing = _keys((row.line for row in rows), repeat(None), [row.row_number for row in rows])
     for key, row in zip(standing, rows, strict=True):
-        give(members.get(key, key), row.row_number)
+        assign_number(members.get(key, key), row.row_number)
     following = 1 + max(taken, default=0)
     for key in (*recorded, *keys):
         if key not in numbers:
-            give(key, following)
+            assign_number(key, following)
             following += 1
     return numbers
 
@@ -244,8 +252,8 @@ def _without_members(keys: Sequence[Key]) -> list[Key]:
 def _keys(lines: Iterable[int | None], members: Iterable[str | None], places: Sequence[int] | None = None) -> list[Key]:
     listed = list(lines)
     return _numbered(
-        (member or "", -place if line is None else line)
-        for line, member, place in zip(listed, members, places or range(1, len(listed) + 1), strict=False)
+        (member or "", -place_charges if line is None else line)
+        for line, member, place_charges in zip(listed, members, places or range(1, len(listed) + 1), strict=False)
     )
 
 

@@ -14,7 +14,7 @@ from data_schema.queries.readings import last_reading, parts_of_reading, reading
 from data_schema.queries.results import mark_stale
 from data_schema.vocabulary import ChargeState, IngestStatus, Severity
 from labbook.statements.apply_context import ApplyContext, inputs_around_run, missing_row
-from labbook.statements.sheet_charges import lose_charges, regain_charges
+from labbook.statements.sheet_charges import mark_charges_gone, restore_charges
 
 
 def apply_withdraw(context: ApplyContext, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
@@ -44,11 +44,11 @@ def _use(context: ApplyContext, file_uid: str, status: IngestStatus) -> list[tup
     set_status(context.connection, reading.uid, status)
     touched = [link.run_uid for link in links_of_file(context.connection, file_uid)]
     if status is IngestStatus.WITHDRAWN:
-        touched += lose_charges(context, file_uid)
+        touched += mark_charges_gone(context, file_uid)
     elif status is IngestStatus.IMPORTED:
         entries = reading_entries(context.connection, sha256)
         key = imports.ingest_key(context.connection, reading.uid)
-        touched += regain_charges(context, file_uid, key, entries[-1], first=len(entries) == 1)
+        touched += restore_charges(context, file_uid, key, entries[-1], first=len(entries) == 1)
     changed = [("file", file_uid)]
     changed += [("signal", part.sha256) for part in parts_of_reading(context.connection, reading.uid)]
     for run_uid in dict.fromkeys(touched):

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from data_schema.cache_folder import forget_old_versions, make_version_folder, places_above, why_not_trusted
-from data_schema.second_process import beside, has_core
+from data_schema.second_process import has_core, run_in_fork
 from reports.content import ReportContent
 from reports.figures.kind import FigureKind, draw_figure, pdf_bytes, svg_bytes
 
@@ -82,7 +82,7 @@ def drawn(
 
     if shared:
         importlib.import_module("matplotlib.backends.backend_svg")  # the copy has then all that drawing loads
-    copy = beside(lambda: draw(missing)) if shared else None
+    copy = run_in_fork(lambda: draw(missing)) if shared else None
     other = meanwhile()
     draw(reversed(missing))
     if copy:

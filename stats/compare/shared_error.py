@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
-from data_schema.rounding import alpha_beside, error_of, interval_text, number_text, p_text, statistic_text
+from data_schema.rounding import alpha_of_level, error_of, interval_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number
 from stats.compare.summary import Summary, describe
@@ -301,7 +301,7 @@ class SharedTest(Result):
         df, letter = ((), "z") if self.df == NORMAL else ((self.df,), "t")
         return (
             f"With its shared error {difference} has the {interval_text(ends, self.level, unit)}, "
-            f"{statistic_text(letter, self.t, df)}, {p_text(self.p, alpha_beside(self.level))}."
+            f"{statistic_text(letter, self.t, df)}, {p_text(self.p, alpha_of_level(self.level))}."
         )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from data_schema.reasons import Reason
-from data_schema.rounding import alpha_beside, error_of, interval_text, number_text, p_text, statistic_text
+from data_schema.rounding import alpha_of_level, error_of, interval_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Remark, Undefined
 from stats.exact.tails import Tail, f_upper
 from stats.results import Result, missing_text, with_unit
@@ -65,7 +65,7 @@ class Contrast(Result):
         )
         if isinstance(self.t, Undefined):
             return f"{text}; no test, because {self.t.reason}."
-        p = p_text(self.p, alpha_beside(level))
+        p = p_text(self.p, alpha_of_level(level))
         return f"{text}, {statistic_text('t', self.t, (self.df,))}, {p}."
 
 
@@ -288,14 +288,14 @@ class BlockedByDay(Result):
             f"Paired on the means of {int(paired.df) + 1} days, which holds however much either scatters, it is "
             f"{number_text(paired.difference, error=error_of(paired.interval))}{with_unit(unit)} "
             f"({interval_text(paired.interval, self.level, unit)}), {statistic_text('t', paired.t, (paired.df,))}, "
-            f"{p_text(paired.p, alpha_beside(self.level))}."
+            f"{p_text(paired.p, alpha_of_level(self.level))}."
         ]
 
     def _exact_text(self, exact: ExactTest) -> str:
         alike = "" if self._is_paired(exact) else ", if all conditions scatter alike"
         return (
             f"{statistic_text('F', exact.f, (exact.df_between, exact.df_within))}, "
-            f"{p_text(exact.p, alpha_beside(self.level))} ({exact.method}{alike})"
+            f"{p_text(exact.p, alpha_of_level(self.level))} ({exact.method}{alike})"
         )
 
     def _mixed_text(self) -> str:
@@ -311,5 +311,5 @@ class BlockedByDay(Result):
         mixed = self.mixed
         return (
             f"{effects}{statistic_text('F', mixed.f, (mixed.df_between, mixed.df_within))}, "
-            f"{p_text(mixed.p, alpha_beside(self.level))} (REML, Satterthwaite{limit})"
+            f"{p_text(mixed.p, alpha_of_level(self.level))} (REML, Satterthwaite{limit})"
         )

@@ -29,7 +29,7 @@ from fractions import Fraction
 from numpy.typing import ArrayLike
 
 from data_schema.reasons import Reason
-from data_schema.rounding import alpha_beside, interval_text, p_text, statistic_text
+from data_schema.rounding import alpha_of_level, interval_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level
 from stats.compare.effect_size import eta_squared_ci
@@ -93,7 +93,7 @@ class Anova(Result):
             return f"No one-way ANOVA over {what} ({counted(len(self.groups), 'group')}, n = {n}): {self.f.reason}."
         return (
             f"One-way ANOVA over {what}: {statistic_text('F', self.f, (self.df_between, self.df_within))}, "
-            f"{p_text(self.p, alpha_beside(self.level))}, eta squared {share_text(self.eta_squared)}, "
+            f"{p_text(self.p, alpha_of_level(self.level))}, eta squared {share_text(self.eta_squared)}, "
             f"omega squared {share_text(self.omega_squared)} ({interval_text(self.eta_squared_ci, self.level)}) "
             f"({counted(len(self.groups), 'group')}, n = {n}{missing_text(self.missing)})."
         )
@@ -242,7 +242,7 @@ class WelchAnova(Result):
         limit = f"; limit for {self.constant_group!r}, which has no scatter" if self.constant_group else ""
         return (
             f"Welch ANOVA over {what}: {statistic_text('F', self.f, (self.df_between, self.df_within))}, "
-            f"{p_text(self.p, alpha_beside(self.level))}, eta squared {share_text(self.eta_squared)}, "
+            f"{p_text(self.p, alpha_of_level(self.level))}, eta squared {share_text(self.eta_squared)}, "
             f"omega squared {share_text(self.omega_squared)} ({interval_text(self.eta_squared_ci, self.level)}) "
             f"({counted(len(self.groups), 'group')}, n = {n}{missing_text(self.missing)}{limit})."
         )

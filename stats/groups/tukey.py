@@ -27,7 +27,7 @@ from scipy import special
 
 from data_schema.errors import unknown_name
 from data_schema.reasons import Reason
-from data_schema.rounding import alpha_beside, error_of, interval_text, number_text, p_text, statistic_text
+from data_schema.rounding import alpha_of_level, error_of, interval_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level
 from stats.compare.summary import Group, Groups, read_groups
@@ -201,7 +201,7 @@ class AllPairs(Result):
             return f"no test, because {pair.q.reason}"
         return (
             f"{interval_text(pair.difference_ci, self.level, unit)}, "
-            f"{statistic_text('q', pair.q, (len(self.groups), pair.df))}, {p_text(pair.p, alpha_beside(self.level))}"
+            f"{statistic_text('q', pair.q, (len(self.groups), pair.df))}, {p_text(pair.p, alpha_of_level(self.level))}"
         )
 
 

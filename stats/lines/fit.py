@@ -14,7 +14,7 @@ import numpy as np
 
 from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
-from data_schema.rounding import alpha_beside, error_of, interval_text, number_text, p_text, statistic_text
+from data_schema.rounding import alpha_of_level, error_of, interval_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.exact.numbers import Interval, exact_root, finite, finite_pair, interval_about, refuse_beyond, to_double
 from stats.exact.tails import f_upper, t_quantile, t_two_sided
@@ -158,13 +158,13 @@ class Fit(Result):
                 inside.append(interval_text(interval, self.level))
             if not isinstance(self.t, Undefined) and not isinstance(self.p, Undefined):
                 inside.append(
-                    f"{statistic_text('t', self.t[row], (self.df,))}, {p_text(self.p[row], alpha_beside(self.level))}"
+                    f"{statistic_text('t', self.t[row], (self.df,))}, {p_text(self.p[row], alpha_of_level(self.level))}"
                 )
             parts.append(f"{text} ({', '.join(inside)})" if inside else text)
         about = [f"R squared {share_text(self.r_squared)}"]
         if not isinstance(self.f, Undefined):
             test = statistic_text("F", self.f, (self.df_model, self.df))
-            about.append(f"{test}, {p_text(self.f_p, alpha_beside(self.level))}")
+            about.append(f"{test}, {p_text(self.f_p, alpha_of_level(self.level))}")
         if isinstance(self.residual_sd, Undefined):
             about.append(f"no standard errors, because {self.residual_sd.reason}")
         else:

@@ -6,14 +6,14 @@ from collections.abc import Callable
 
 import pytest
 
-from data_schema.second_process import beside
+from data_schema.second_process import run_in_fork
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="there is no second process here")
 
 
 def test_a_second_process_gives_what_its_work_returned() -> None:
     text = "x" * 1_000_000
-    copies = [beside(lambda: (os.getpid(), text)) for _ in range(2)]
+    copies = [run_in_fork(lambda: (os.getpid(), text)) for _ in range(2)]
     processes = []
     for copy in copies:
         found = copy.result()
@@ -33,16 +33,16 @@ def _is_killed() -> None:
 
 @pytest.mark.parametrize("work", [_fails, _is_killed, lambda: lambda: None], ids=["fails", "is killed", "unpicklable"])
 def test_work_without_an_end_gives_nothing(work: Callable[[], object], capfd: pytest.CaptureFixture[str]) -> None:
-    assert beside(work).result() is None
+    assert run_in_fork(work).result() is None
     assert capfd.readouterr() == ("", "")
 
 
 def test_work_that_is_not_wanted_ends() -> None:
-    copy = beside(lambda: time.sleep(3600))
+    copy = run_in_fork(lambda: time.sleep(3600))
     copy.stop()
     copy.stop()
     with pytest.raises(ProcessLookupError):
         os.kill(copy.process, 0)
-    done = beside(lambda: 1)
+    done = run_in_fork(lambda: 1)
     assert done.result() == 1
     done.stop()

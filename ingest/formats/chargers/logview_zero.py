@@ -51,7 +51,7 @@ class _Recording:
     lines: list[int] = field(default_factory=list)
     ordinals: list[int] = field(default_factory=list)
 
-    def next_one(self) -> _Recording:
+    def next_recording(self) -> _Recording:
         """Return an empty recording; settings hold until they are changed."""
         return _Recording(
             self.columns, self.factors, self.time_position, self.time_format, self.interval_ms, self.hexadecimal
@@ -70,7 +70,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
         header = _HEADER.fullmatch(text)
         if header is not None:
             if header[1] == "N" or not recordings:
-                recordings.append(recordings[-1].next_one() if recordings else _Recording())
+                recordings.append(recordings[-1].next_recording() if recordings else _Recording())
             _take_header(recordings[-1], header, number, findings)
         elif text and recordings:
             if unended and position == len(lines) - 1:

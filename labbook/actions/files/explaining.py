@@ -159,7 +159,7 @@ def write_drafts(drafts: Sequence[Draft], path: Path) -> None:
 def _lines(name: str, file_name: str, read: ReadFile, data: bytes) -> Iterator[str]:
     rules = {finding.rule for finding in read.findings}
     tables = read.explanation.tables
-    table = tables[0] if tables else _guessed(data, read.explanation.encoding)
+    table = tables[0] if tables else _guessed_columns(data, read.explanation.encoding)
     yield f"# Drafted from {_text(file_name)}. Lines that begin with # are open, or were found by themselves: take"
     yield "# the # away from those that are to be said, correct them, and put all of it into labbook.toml."
     yield f"[profiles.{name}]"
@@ -183,7 +183,7 @@ def _lines(name: str, file_name: str, read: ReadFile, data: bytes) -> Iterator[s
     yield from _column_lines(table, lacking, is_log=formats[0] == "delimited_log")
 
 
-def _guessed(data: bytes, encoding: str | None) -> TableUse:
+def _guessed_columns(data: bytes, encoding: str | None) -> TableUse:
     """Return the columns of a text in which no table of numbers was found: those of the lines most alike."""
     if encoding is None:
         return TableUse(None, ())

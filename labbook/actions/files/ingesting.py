@@ -118,7 +118,7 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
         read = refused_by_book(connection, book.configuration, read, of_run, notes=request.dry_run)
         if request.dry_run:
             status = IngestStatus.REFUSED if read.refused else IngestStatus.IMPORTED
-            runs = () if read.refused else _runs_meant(connection, of_run, read)
+            runs = () if read.refused else _runs_to_assign(connection, of_run, read)
             if not read.refused and read.charges:
                 read = replace(read, findings=(*read.findings, *predicted_findings(connection, read.charges)))
             return FileOutcome(readable(path), sha256, status, read, runs)
@@ -154,7 +154,7 @@ def _known(
     return replace(outcome, changes=known.again.changes, read=known.again.read, prepared=prepared)
 
 
-def _runs_meant(connection: sa.Connection, of_file: str | None, read: ReadFile) -> tuple[str, ...]:
+def _runs_to_assign(connection: sa.Connection, of_file: str | None, read: ReadFile) -> tuple[str, ...]:
     """Return the runs of the book that an import would assign: the file's, and those of its charges that lack one."""
     meant = {of_file} if of_file and find_uid(connection, "run", name=of_file) else set()
     for name in {row.stated_run for row in read.charges if row.stated_run}:

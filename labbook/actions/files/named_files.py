@@ -71,7 +71,7 @@ def files_of(paths: Sequence[Path], book_folder: Path) -> FoundFiles:
             continue
         for item in sorted(item for item in path.rglob("*") if not _hidden(item, path)):
             if item.is_file():
-                if not _the_books_own(item, book_folder):
+                if not _is_of_book(item, book_folder):
                     found[item] = None
             elif why := _why_skipped(item):
                 skipped[item] = why
@@ -94,7 +94,7 @@ def _hidden(path: Path, folder: Path) -> bool:
     return any(part.startswith(".") for part in path.relative_to(folder).parts)
 
 
-def _the_books_own(path: Path, book_folder: Path) -> bool:
+def _is_of_book(path: Path, book_folder: Path) -> bool:
     try:
         first = path.resolve().relative_to(book_folder.resolve()).parts[0]
     except ValueError:

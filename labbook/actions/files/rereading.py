@@ -42,8 +42,8 @@ from labbook.statements.importing import (
     ReadSettings,
     as_read,
     current_settings,
-    resolved,
     store_reading,
+    with_used_profile,
     without_storing,
 )
 from labbook.statements.sheet_charges import charge_numbers, entry_keys
@@ -114,13 +114,13 @@ def would_differ(book: Book, row: ReadingRow) -> bool:
     The file is read only where the configuration is another one than at its reading.
     """
     then, now = _settings(_configuration(row.config_text), row), _settings(book.configuration, row)
-    if _how(then) == _how(now):
+    if _without_checks(then) == _without_checks(now):
         return False
     read = read_file(book.store.raw(raw_path(row.sha256), row.sha256), now.declared)
-    return _how(settings_of(book, row)) != _how(resolved(now, read))
+    return _without_checks(settings_of(book, row)) != _without_checks(with_used_profile(now, read))
 
 
-def _how(settings: ReadSettings) -> ReadSettings:
+def _without_checks(settings: ReadSettings) -> ReadSettings:
     """Leave out what decides only whether a file is refused: the robots it is compared with, and limits."""
     return replace(settings, declared=replace(settings.declared, robots=(), limits=DEFAULT_LIMITS))
 
@@ -130,7 +130,7 @@ def settings_of(book: Book, row: ReadingRow) -> ReadSettings:
     if row.settings_json is not None:
         return ReadSettings.from_json(json.loads(row.settings_json))
     settings = _settings(_configuration(row.config_text), row)
-    return resolved(settings, read_file(book.store.raw(raw_path(row.sha256), row.sha256), settings.declared))
+    return with_used_profile(settings, read_file(book.store.raw(raw_path(row.sha256), row.sha256), settings.declared))
 
 
 def _settings(configuration: Configuration, row: ReadingRow) -> ReadSettings:

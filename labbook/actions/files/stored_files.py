@@ -263,19 +263,19 @@ def waiting_lines(waiting: Sequence[Waiting]) -> list[str]:
     if contradicting:
         first = contradicting[0]
         lines.append(
-            f"{_and_more(contradicting, 'wait')} in the inbox, since {first.why}: if that is wrong, correct it "
+            f"{_and_others(contradicting, 'wait')} in the inbox, since {first.why}: if that is wrong, correct it "
             "(`labbook correct RUN mah=VALUE --why ...`), which settles rows of that value; else dismiss the row "
             f"(`labbook runs dismiss {first.item.name} --why ...`); `labbook runs inbox` lists all."
         )
     if others:
         lines.append(
-            f"{_and_more(others, 'belong')} to no run, so that no number rests on what waits: state the runs with "
+            f"{_and_others(others, 'belong')} to no run, so that no number rests on what waits: state the runs with "
             "`labbook runs import`, and see `labbook runs inbox`."
         )
     return lines
 
 
-def _and_more(waiting: Sequence[Waiting], verb: str) -> str:
+def _and_others(waiting: Sequence[Waiting], verb: str) -> str:
     first, more = waiting[0].item.name, len(waiting) - 1
     return f"{first} and {more} more {verb}" if more else f"{first} {verb}s"
 

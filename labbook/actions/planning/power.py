@@ -27,7 +27,7 @@ from labbook.actions.planning.power_tests import (
     PlannedTest,
     crossing_of,
     drawn_layouts,
-    last_within,
+    largest_n_within_days,
     tests_of,
 )
 from labbook.actions.planning.runs import draw_study_plan
@@ -137,7 +137,7 @@ def study_power(book: Book, request: PowerRequest) -> StudyPower:
     ns = sorted({request.n, *([] if n_of_plan is None else [n_of_plan])})
     layouts = drawn_layouts(design.swept, settings.family, draw)
     tests = tests_of(design, difference, primary, apex, layouts)
-    within = last_within(layouts) if design.by_shared_days else 1
+    within = largest_n_within_days(layouts) if design.by_shared_days else 1
     unit = settings.unit_of_analysis
     needed = tuple(_needed(test, ns, request.target, draw, unit, within) for test in tests)
     crossing = None

@@ -248,7 +248,7 @@ class Crossing:
         )
 
 
-def last_within(layouts: LayoutsOf) -> int:
+def largest_n_within_days(layouts: LayoutsOf) -> int:
     """Return the largest n with all comparisons within days; the days that are shared grow with n."""
 
     def paired(n: int) -> bool:
@@ -266,7 +266,7 @@ def last_within(layouts: LayoutsOf) -> int:
 
 def crossing_of(plan: Callable[[int], Power], layouts: LayoutsOf, largest: int) -> Crossing | None:
     """Return where the rule changes up to an n, if the power falls there."""
-    within = last_within(layouts)
+    within = largest_n_within_days(layouts)
     if within < 2 or within >= largest:
         return None
     before, after = plan(within).power, plan(within + 1).power

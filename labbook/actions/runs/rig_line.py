@@ -138,7 +138,7 @@ def _line(
         parts.append(f"{_jumps(run, found, in_book)},")
     logs = [prepared.read for prepared in files if prepared.parts]
     if logs:
-        parts.append(f"{_gaps(logs)}{_where(files, evidence.logs.get(run.uid, []))},")
+        parts.append(f"{_gaps(logs)}{_source_of_gaps(files, evidence.logs.get(run.uid, []))},")
     joules, outside = _joules(joules_of(run, evidence, drains), limits)
     too_little = too_little_charged(run, evidence, drains)
     text = " ".join([*parts, joules]) + (f"; look again: {too_little}" if too_little else "")
@@ -172,7 +172,7 @@ def _gaps(logs: Sequence[ReadFile]) -> str:
     return f"{len(gaps)} gap{'' if len(gaps) == 1 else 's'} ({missing} samples{held_text})"
 
 
-def _where(files: Sequence[PreparedImport], in_book: Sequence[SignalRow]) -> str:
+def _source_of_gaps(files: Sequence[PreparedImport], in_book: Sequence[SignalRow]) -> str:
     """Say that gaps are those of the logs just read, where the book has others of the run, whose jumps count too."""
     if {log.file_sha256 for log in in_book} <= {prepared.sha256 for prepared in files}:
         return ""

@@ -135,12 +135,12 @@ def to_do_lines(found: ToDo) -> list[str]:
     ):
         if names:
             lines.append(f"{what} ({len(names)}): {_listed(names)}")
-    lines += _by_reason("logs that do not count", found.logs_do_not_count, ())
+    lines += _lines_by_reason("logs that do not count", found.logs_do_not_count, ())
     uncharged, unlogged = {*found.log_without_charge, *found.neither}, {*found.charge_without_log, *found.neither}
-    lines += _by_reason("no joules", found.no_joules, uncharged)
+    lines += _lines_by_reason("no joules", found.no_joules, uncharged)
     lines += [f"too little charged: {name}: {what}" for name, what in found.too_little_charged.items()]
     lines += [f"too much charged: {name} has {what}" for name, what in found.above_capacity.items()]
-    lines += _by_reason("no apexes", found.no_apexes, {*unlogged, *found.logs_do_not_count})
+    lines += _lines_by_reason("no apexes", found.no_apexes, {*unlogged, *found.logs_do_not_count})
     lines += [f"{reason}." for reason in found.files_waiting]
     lines += found.verdicts_waiting
     if found.inbox:
@@ -150,7 +150,7 @@ def to_do_lines(found: ToDo) -> list[str]:
     return lines if len(lines) > 1 else [*lines, "nothing is missing."]
 
 
-def _by_reason(what: str, reasons: Mapping[str, str], named: Collection[str]) -> list[str]:
+def _lines_by_reason(what: str, reasons: Mapping[str, str], named: Collection[str]) -> list[str]:
     """Say it in a line for each reason; runs that a line above has `named` are left out."""
     by_reason: dict[str, list[str]] = {}
     for name, why in reasons.items():

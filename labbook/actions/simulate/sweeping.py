@@ -59,7 +59,7 @@ def auto_of(effects: str | None, within: str | None, accuracy: float) -> Auto:
     return Auto(words, None if within is None else tolerance_of(within, coarser), coarser)
 
 
-def with_enough(scene: Scene, ablation: Ablation | None) -> Scene:
+def reduced_scene(scene: Scene, ablation: Ablation | None) -> Scene:
     """Return the scene with the smallest set of effects that was found, and as it is where none was searched."""
     if ablation is None:
         return scene
@@ -117,7 +117,7 @@ def planned_sweep(request: SweepRequest, step: Step) -> PlannedSweep:
     ablation = auto.ablation(scene, step, frozenset(name for axis in design.axes for name in readers(axis.parameter)))
     if ablation is None or not ablation.smallest.left_out.effects:
         return PlannedSweep(sweep, ablation)
-    chosen = with_enough(scene, ablation)
+    chosen = reduced_scene(scene, ablation)
     corners = compared_at_corners(scene, chosen, design.axes, ablation.accuracy, step)
     return PlannedSweep(replace(sweep, scene=chosen), ablation, corners)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar, cast
 
-from data_schema.rounding import alpha_beside
+from data_schema.rounding import alpha_of_level
 from data_schema.vocabulary import Undefined
 from labbook.actions.stats.answering import SHARED_NOTE, Answer, Question
 from labbook.actions.stats.comparing import compared, holm_of
@@ -140,7 +140,7 @@ def _counted(
     items: Sequence[Compared], names: Sequence[str], text: Callable[[Compared], str], level: float, what: str
 ) -> str:
     """Say how many of the items have a small p, the smallest of these, and which have none and why."""
-    alpha = alpha_beside(level)
+    alpha = alpha_of_level(level)
     untested = [(name, item.p.reason) for name, item in zip(names, items, strict=True) if isinstance(item.p, Undefined)]
     tested = len(items) - len(untested)
     if not tested:

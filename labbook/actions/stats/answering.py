@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from data_schema.errors import UsageError
-from data_schema.rounding import alpha_beside
+from data_schema.rounding import alpha_of_level
 from labbook.actions.stats.data import DataSource, observe
 from labbook.analysis.observations import Observations
 from labbook.presenting.stats.fields import field_lines, field_lines_of_each, reasons_of, table_of
@@ -148,7 +148,7 @@ def _alpha_of(alpha: float | None, level: float | None, observed: Observations) 
     Raises `UsageError` where both are given and differ.
     """
     if level is not None:
-        of_level = alpha_beside(as_level("--level", level))
+        of_level = alpha_of_level(as_level("--level", level))
         if alpha is not None and alpha != of_level:
             raise UsageError(
                 f"--alpha {alpha:g} and --level {level:g} differ: an interval has level 1 - alpha, give one."

@@ -127,7 +127,7 @@ def _bytes(store: Store, reading: ReadingRow) -> bytes:
     return bytes(store.raw(raw_path(reading.sha256), reading.sha256))
 
 
-def _asked(store: Store, reading: ReadingRow) -> tuple[str, str, str | None]:
+def _sheet_of_book(store: Store, reading: ReadingRow) -> tuple[str, str, str | None]:
     """Return what reads the sheet of a book: its text, its name, its decimal sign."""
     page, decimal = _declared(reading)
     return decoded(Path(reading.name), _bytes(store, reading), marked_utf_16=True, page=page), reading.name, decimal
@@ -139,7 +139,7 @@ def logs_of_sheets(connection: sa.Connection, store: Store) -> dict[str, str]:
     for row in readings_in_force(connection, list(_LOGS)):
         for sign in (",", "."):  # words are the same with either
             with contextlib.suppress(LabbookError):
-                text, name, decimal = _asked(store, row)
+                text, name, decimal = _sheet_of_book(store, row)
                 found |= {Path(log).name: name for log in _LOGS[row.reader](text, name, decimal or sign)}
     return found
 
@@ -169,7 +169,7 @@ def _sheet(connection: sa.Connection, store: Store, study: str, protocol: StudyP
             f"`labbook study {study} sheet.csv`."
         )
     if len(rows) > 1:
-        readable = [row for row in rows if is_readable(row.reader, *_asked(store, row))]
+        readable = [row for row in rows if is_readable(row.reader, *_sheet_of_book(store, row))]
         listed = ", ".join(
             f"{row.name} ({row.file_uid}{'' if row in readable else ', which cannot be read'})" for row in rows
         )

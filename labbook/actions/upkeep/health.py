@@ -31,7 +31,7 @@ from data_schema.row_hashes import Altered, altered_rows, has_hashes
 from data_schema.tables import FACTS
 from data_schema.vocabulary import Action
 from ingest.store import Store, raw_path
-from labbook.book.altered import MOST_NAMED, compared, differing
+from labbook.book.altered import MOST_NAMED, describe_altered, differing
 from labbook.book.copies.copying import Counted
 from labbook.book.differing import differences
 from labbook.book.opening import check_revision, engine_of, journal_path, read_configuration, store_of
@@ -120,7 +120,7 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False) -> Health:
             yield fresh, replay
 
     problems: list[str] = []
-    database = _attempt(problems, lambda: _ask(engine_of(folder, configuration), replayed_journal, deep))
+    database = _attempt(problems, lambda: _read_database(engine_of(folder, configuration), replayed_journal, deep))
     database = database or _Database([], [], [], None)
     problems += database.problems
     written = _attempt(problems, lambda: [entry.hash for entry in mirror.entries()])  # the table is never ahead of it
@@ -149,7 +149,7 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False) -> Health:
         raw_copies=len(database.raw),
         signal_files=len(database.samples),
         problems=tuple(problems),
-        orphans=() if database.entries is None else tuple(sorted(set(_lying_in(store)) - spoken_of)),
+        orphans=() if database.entries is None else tuple(sorted(set(_files_in(store)) - spoken_of)),
         verdicts_waiting=database.verdicts_waiting,
         files_waiting=database.files_waiting,
     )
@@ -164,7 +164,7 @@ def _attempt(problems: list[str], work: Callable[[], _T]) -> _T | None:
         return None
 
 
-def _ask(engine: sa.Engine, replayed_journal: _PlayedBack, deep: bool) -> _Database:
+def _read_database(engine: sa.Engine, replayed_journal: _PlayedBack, deep: bool) -> _Database:
     try:
         check_revision(engine)
         problems: list[str] = []
@@ -174,7 +174,7 @@ def _ask(engine: sa.Engine, replayed_journal: _PlayedBack, deep: bool) -> _Datab
             problems += _with_remedy([*damage, *triggers], _MADE_ANEW)
             deep = deep or bool(triggers)  # what guards the journal was taken away: it may have been cut
             raw, samples = raw_copies(connection), signal_files(connection)
-            entries = _attempt(problems, lambda: [entry.hash for entry in _chained(connection)])
+            entries = _attempt(problems, lambda: [entry.hash for entry in _entries_of_table(connection)])
             if entries:
                 problems += _altered(connection, len(entries), replayed_journal, deep)
             waiting = len(verdicts_waiting(connection)), len(waiting_files(connection))
@@ -190,7 +190,7 @@ def _altered(connection: sa.Connection, entries: int, replayed_journal: _PlayedB
     problems = [] if hashed else [NO_HASHES]
     if not suspected and not deep:
         return problems
-    needless = frozenset() if deep else needless_entries(list(_chained(connection)), suspected[:MOST_NAMED])
+    needless = frozenset() if deep else needless_entries(list(_entries_of_table(connection)), suspected[:MOST_NAMED])
     remedy = "Run `labbook rebuild` to make the database anew from the raw copies and the journal."
     try:
         with replayed_journal(entries, needless) as (fresh, replay):
@@ -202,10 +202,10 @@ def _altered(connection: sa.Connection, entries: int, replayed_journal: _PlayedB
                 )
             else:
                 suspected += others
-            found = compared(connection, fresh, suspected[:MOST_NAMED])
+            found = describe_altered(connection, fresh, suspected[:MOST_NAMED])
     except BookError as error:
         problems.append(f"what should stand in the tables cannot be told: {error}")
-        found = compared(connection, None, suspected[:MOST_NAMED])
+        found = describe_altered(connection, None, suspected[:MOST_NAMED])
         remedy = ""
     problems += _with_remedy([rows.sentence for rows in found], remedy)
     if len(suspected) > MOST_NAMED:
@@ -243,7 +243,7 @@ def _foreign_triggers(connection: sa.Connection) -> list[str]:
     return problems
 
 
-def _chained(connection: sa.Connection) -> Iterator[Entry]:
+def _entries_of_table(connection: sa.Connection) -> Iterator[Entry]:
     return journal.verified_chain(journal.stored(connection), remedy=MEND_TABLE)
 
 
@@ -264,7 +264,7 @@ def _compared(path: Path, written: Sequence[str], entries: Sequence[str]) -> lis
     return []
 
 
-def _lying_in(store: Store) -> Iterator[str]:
+def _files_in(store: Store) -> Iterator[str]:
     for folder in ("raw", "signals"):
         for path in (store.root / folder).rglob("*"):
             if path.is_file():

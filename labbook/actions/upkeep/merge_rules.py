@@ -79,7 +79,7 @@ class TargetBook:
             if entry.action is Action.DECLARE:
                 self.declared[entry.entity_uid] = entry
 
-    def about(self, uid: str) -> list[Entry]:
+    def changes_here(self, uid: str) -> list[Entry]:
         """Return the changes that this book made to a thing of both, and the other book does not know."""
         return [entries for entries in self.changes.get(uid, ()) if entries.action in CHANGES]
 
@@ -198,7 +198,7 @@ def _ingest(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
     links = links_of_file(here.connection, derived_uid("file", new["sha256"]))
     same = [reading for reading in readings if run in ((reading.new or {}).get("run"), _named_run(here, reading))]
     if run and not same and all(link.run_uid != run for link in links):
-        return _elsewhere(here, name, links, run, uid)
+        return _other_run_conflict(here, name, links, run, uid)
     return AlreadyHere(uid)
 
 
@@ -251,10 +251,12 @@ def _assign(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
     if runs <= (set() if new["run"] is not None else set(old.get("runs", ()))):
         return None
     name = next((row.name for row in find_files(here.connection, entry.entity_uid)), entry.entity_uid)
-    return _elsewhere(here, name, links, new["run"])
+    return _other_run_conflict(here, name, links, new["run"])
 
 
-def _elsewhere(here: TargetBook, name: str, links: Sequence[Link], run: str | None, uid: str | None = None) -> Conflict:
+def _other_run_conflict(
+    here: TargetBook, name: str, links: Sequence[Link], run: str | None, uid: str | None = None
+) -> Conflict:
     """Return the conflict of a file, linked so here, that belongs to another run there, or to none."""
     stands = ", ".join(sorted({f"run {link.run_name}" for link in links})) or "no run"
     there = "no run" if run is None else display_name(here.connection, "run", run)
@@ -274,7 +276,7 @@ def _change(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
     except UnknownName:  # it may be of a file that waits for a declaration
         return None
     ends = {**new, **here.ends.get(uid, {})}
-    changed = {name for statement in here.about(uid) for name in statement.new or {}} & new.keys()
+    changed = {name for statement in here.changes_here(uid) for name in statement.new or {}} & new.keys()
     contrary = sorted(name for name in changed if stands[name] != ends[name])
     if not contrary and all(name in changed or stands[name] == new[name] for name in new):
         return AlreadyHere()
@@ -310,7 +312,7 @@ def _use(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
             return None
         name, used, run = f"charge:{uid}", charge["state"] != ChargeState.DISMISSED, charge["run"]
     ends = here.ends[uid][IN_USE]
-    decided_here = any(statement.action in USING for statement in here.about(uid))
+    decided_here = any(statement.action in USING for statement in here.changes_here(uid))
     if used == (ends if decided_here else entry.action is Action.RESTORE):
         return AlreadyHere()
     if not decided_here and run is None:

@@ -197,7 +197,7 @@ class _Merging:
         connection = self.session.connection
         charges, logs = charges_by_run(connection), logs_by_run(connection)
         number = journal.head(connection)[0] + len(self.session.entries)
-        verdicts, ends = [], _ends(fresh)
+        verdicts, ends = [], _final_states(fresh)
         here.ends.update({uid: end for uid, end in ends.items() if isinstance(end, str)})
         with self._scratch(fresh) as store:
             trial = connection.begin_nested()
@@ -334,7 +334,7 @@ def _read_from(entries: Sequence[Entry]) -> list[str]:
     return list(dict.fromkeys((entry.new or {})["sha256"] for entry in entries if entry.action in reading))
 
 
-def _ends(entries: Sequence[Entry]) -> dict[str, Any]:
+def _final_states(entries: Sequence[Entry]) -> dict[str, Any]:
     """Return what columns of things, by uid, and readings of files, by SHA-256, come to."""
     found: dict[str, Any] = {}
     for entry in entries:

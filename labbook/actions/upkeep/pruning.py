@@ -54,7 +54,7 @@ def leftovers(book: Book, connection: sa.Connection) -> list[Leftover]:
     found = [_file(book, path, what) for path, what in _files(book, connection)]
     if connection.dialect.name == "postgresql":
         found += [Leftover(name, _OLD, n_bytes) for name, n_bytes in old_schemas(connection)]
-    found += [_file(book, path, _SET_ASIDE, True) for path in _set_aside(book)]
+    found += [_file(book, path, _SET_ASIDE, True) for path in _leftover_journals(book)]
     count = len(unshown_results(connection))
     if count:
         found.append(Leftover(RESULTS, f"{count} that no report shows, computed again when they are wanted", None))
@@ -102,7 +102,10 @@ def _files(book: Book, connection: sa.Connection) -> Iterator[tuple[Path, str]]:
     begun = [*book.folder.glob(f".{DATABASE}.*"), *(book.folder / "reports").rglob(".*.part")]
     begun += [*book.store.root.glob(f".{JOURNAL}.*"), *book.store.root.glob(".last-backup.json.*")]
     yield from ((path, _CUT_OFF) for path in sorted(begun) if _is_quiet(path))
-    spoken_of, aside = _spoken_of(book, connection), b"".join(path.read_bytes() for path in _set_aside(book))
+    spoken_of, aside = (
+        _referenced_paths(book, connection),
+        b"".join(path.read_bytes() for path in _leftover_journals(book)),
+    )
     for folder in ("raw", "signals"):
         for path in sorted((book.store.root / folder).rglob("*")):
             wanted = str(path.relative_to(book.store.root)) in spoken_of or path.stem.encode() in aside
@@ -110,7 +113,7 @@ def _files(book: Book, connection: sa.Connection) -> Iterator[tuple[Path, str]]:
                 yield path, _CUT_OFF if path.name.startswith(".") else _ORPHAN
 
 
-def _set_aside(book: Book) -> list[Path]:
+def _leftover_journals(book: Book) -> list[Path]:
     """List pieces cut off the journal, and damaged journals; a raw copy that one of them names may be wanted again."""
     patterns = (f"{JOURNAL}.cut-off.*", f"{JOURNAL}.before-rebuild.*")
     return [path for pattern in patterns for path in sorted(book.store.root.glob(pattern))]
@@ -120,7 +123,7 @@ def _is_quiet(path: Path) -> bool:
     return time.time() - path.stat().st_mtime > QUIET_S
 
 
-def _spoken_of(book: Book, connection: sa.Connection) -> set[str]:
+def _referenced_paths(book: Book, connection: sa.Connection) -> set[str]:
     """Return the paths in the store that rows or the journal refer to; of its samples, those that have no rows yet."""
     referenced = {file.store_path for file in (*raw_copies(connection), *signal_files(connection))}
     entries = list(book.mirror.entries())

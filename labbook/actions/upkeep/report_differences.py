@@ -105,7 +105,7 @@ def report_numbers(connection: sa.Connection, report: ReportRow) -> list[ReportN
 
 def compare_reports(connection: sa.Connection, before: ReportRow, after: ReportRow) -> ReportsCompared:
     """Find which numbers moved from one report to another, and the statements between the two that moved them."""
-    old, new = ({_what(row): row for row in shown_by_report(connection, report.uid)} for report in (before, after))
+    old, new = ({_identity(row): row for row in shown_by_report(connection, report.uid)} for report in (before, after))
     pairs = [(old[what], row) for what, row in new.items() if what in old]
     moved = [(was, now) for was, now in pairs if not equals_printed(was.value, now.value, now.se)]
     causes = causes_between(connection, (before, after))
@@ -147,7 +147,7 @@ def _rank(moved: MovedNumber) -> int:
     return 1 + kinds.index(number.kind) if pooled else 3
 
 
-def _what(row: ShownRow) -> tuple[str | None, ...]:
+def _identity(row: ShownRow) -> tuple[str | None, ...]:
     """Return what two reports know a number by; one that is gone goes by its id, which never means another."""
     return (row.number_uid,) if row.result_uid is None else (row.kind, row.scope_json, row.name)
 

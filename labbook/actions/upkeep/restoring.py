@@ -85,7 +85,7 @@ def restore(source: Path, folder: Path, place: Place | None, step: Callable[[str
     url = None if place is None else place.url
     moved = original.store_path is not None or original.database_url != url
     text = without_places(text, url) if moved else text
-    marker = _claimed(source, folder, url, entries)
+    marker = _claim_folder(source, folder, url, entries)
     with exclusive_lock(marker, f"another program is restoring to {folder}: wait until it has finished."):
         raw = copy_raw(Store(source), Store(folder), raw_of(entries), counted)
         if raw.problems:
@@ -148,7 +148,7 @@ def _remember_backup(source: Path, store: Store, n_entries: int) -> None:
         write_json(store.root / LAST_BACKUP, asdict(LastBackup(str(at_utc), str(source.resolve()), n_entries)))
 
 
-def _claimed(source: Path, folder: Path, url: str | None, entries: list[Entry]) -> Path:
+def _claim_folder(source: Path, folder: Path, url: str | None, entries: list[Entry]) -> Path:
     """Make the folder that of this restore; a database on a server must be empty when the restore begins."""
     if folder.resolve().is_relative_to(source.resolve()):
         raise UsageError(f"{folder} lies in the backup itself: name a folder elsewhere.")
@@ -180,11 +180,11 @@ def _refuse_filled(url: str) -> None:
 
 def _make_database(folder: Path, last: Entry, step: Callable[[str], None]) -> Differences:
     """Make the database, unless one that was cut off while it was checked is there already."""
-    known = _made_before(folder, last)
+    known = _existing_differences(folder, last)
     return rebuild_database(folder, step).differences if known is None else known
 
 
-def _made_before(folder: Path, last: Entry) -> Differences | None:
+def _existing_differences(folder: Path, last: Entry) -> Differences | None:
     """Return what differs in a database that goes as far as it has to; None where there is none that can be asked."""
     try:
         engine = engine_of(folder, read_configuration(folder))

@@ -18,7 +18,7 @@ def stale_lines(stale: list[tuple[str, str]]) -> list[str]:
         return ["No further results became stale."]
     by_kind: dict[str, list[str]] = {}
     for kind, scope in stale:
-        by_kind.setdefault(kind, []).append(_about(json.loads(scope)))
+        by_kind.setdefault(kind, []).append(_scope_label(json.loads(scope)))
     lines = [
         f"{len(stale)} result{'s are' if len(stale) > 1 else ' is'} stale and will be computed anew by the next report:"
     ]
@@ -30,6 +30,6 @@ def stale_lines(stale: list[tuple[str, str]]) -> list[str]:
     return lines
 
 
-def _about(scope: dict[str, Any]) -> str:
+def _scope_label(scope: dict[str, Any]) -> str:
     """Say what a result is about; a result of many words is about its label."""
     return str(next((scope[name] for name in _ABOUT if name in scope), ""))

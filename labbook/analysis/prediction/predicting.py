@@ -24,7 +24,7 @@ from data_schema.queries.facts import read_fact
 from data_schema.queries.results import PredictionRow, add_predictions, ids_by_key
 from data_schema.queries.runs import RunRow
 from data_schema.reasons import Reason
-from data_schema.second_process import SecondProcess, beside, has_core
+from data_schema.second_process import SecondProcess, has_core, run_in_fork
 from data_schema.vocabulary import Undefined
 from labbook.analysis.prediction.condition_scenes import (
     ROBOT_PARAMETERS,
@@ -156,7 +156,7 @@ def predictions_in_background(cache: ResultCache, evidence: StudyData) -> Backgr
         return BackgroundPredictions({}, None)
     new = _new(cache, wanted) if has_core() else {}
     return BackgroundPredictions(
-        wanted, beside(lambda: {key: one.compute() for key, one in new.items()}) if new else None
+        wanted, run_in_fork(lambda: {key: one.compute() for key, one in new.items()}) if new else None
     )
 
 

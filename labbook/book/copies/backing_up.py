@@ -105,7 +105,7 @@ def back_up(folder: Path, destination: Path, counted: Counted) -> Backup:
         f"{destination} holds other things than a backup: name an empty folder, or one that `labbook backup` made.",
     )
     with exclusive_lock(marker, f"another program is writing the backup {destination}: wait until it has finished."):
-        entries, remarks = _taken(folder, configuration)
+        entries, remarks = _journal_of_book(folder, configuration)
         _refuse_longer(destination / JOURNAL, entries)
         if (destination / JOURNAL).exists() and readable_entries(destination / JOURNAL) is None:
             remarks.append("the journal in the backup was damaged and is written anew: is that disk failing?")
@@ -147,7 +147,7 @@ def _first(path: Path) -> Entry:
     return entry
 
 
-def _taken(folder: Path, configuration: Configuration) -> tuple[list[Entry], list[str]]:
+def _journal_of_book(folder: Path, configuration: Configuration) -> tuple[list[Entry], list[str]]:
     """Return the journal as its file has it, after asking the database, which the file is never behind, how far it is.
 
     Where the database cannot be asked, the file alone counts, and a remark notes that.

@@ -18,7 +18,7 @@ import sqlalchemy as sa
 
 from data_schema import migrations
 from data_schema.disk import move_to_new_name, sync
-from data_schema.engine import postgres_engine, reading, sqlite_engine, translated
+from data_schema.engine import postgres_engine, reading, sqlite_engine, translated_errors
 from data_schema.errors import BookDamaged, UsageError
 from data_schema.tables import METADATA
 from labbook.book.making import fill_sqlite
@@ -67,7 +67,7 @@ def _source(given: str) -> sa.Engine:
 def _into_postgres(old: sa.Engine, url: str, step: Callable[[str], None]) -> CopiedDatabase:
     engine = postgres_engine(url)
     try:
-        with translated(), engine.begin() as connection:
+        with translated_errors(), engine.begin() as connection:
             tables = sorted(sa.inspect(connection).get_table_names())
             if tables:
                 raise UsageError(
@@ -105,7 +105,7 @@ def _into_sqlite(old: sa.Engine, folder: Path, step: Callable[[str], None]) -> C
         fill_sqlite(fresh)
         engine = sqlite_engine(fresh)
         try:
-            with translated(), engine.connect().execution_options(labbook_writes=True) as to, to.begin():
+            with translated_errors(), engine.connect().execution_options(labbook_writes=True) as to, to.begin():
                 rows = _copy_rows(old, to, step)
         finally:
             engine.dispose()  # which brings its write-ahead log into the one file

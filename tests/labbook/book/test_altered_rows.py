@@ -18,7 +18,7 @@ from data_schema.errors import BookDamaged
 from data_schema.journal import Entry
 from data_schema.queries.facts import update_fact
 from data_schema.queries.results import results_by_key, rewrite_payloads
-from data_schema.row_hashes import written
+from data_schema.row_hashes import note_written
 from data_schema.vocabulary import Action
 from ingest.store import Store
 from labbook.actions.report_command import state_report
@@ -236,7 +236,7 @@ def test_rows_that_other_versions_made_are_no_alterations(judged: SmallBook) -> 
     engine = engine_of(judged)
     with writing(engine) as connection:
         of_journal = sa.text("UPDATE ingest SET reader_version = 1 WHERE status <> 'refused' RETURNING uid")
-        written(connection, "ingest", list(connection.execute(of_journal).scalars()))
+        note_written(connection, "ingest", list(connection.execute(of_journal).scalars()))
     engine.dispose()
     assert check(judged).whole
     (problem,) = check(judged, deep=True).problems

@@ -15,7 +15,7 @@ from data_schema.queries.signals import signals_of_runs
 from data_schema.vocabulary import FileRole
 from labbook.actions.upkeep.health import check_book
 from labbook.actions.upkeep.tracing import NumberTrace, PrintedNumber, trace
-from labbook.analysis.results.result_cache import agree
+from labbook.analysis.results.result_cache import equals_printed
 from labbook.book.opening import Book, engine_of, opened, read_configuration
 from labbook.book.rebuilding import rebuild_database
 from labbook.book.upgrading import upgrade_database
@@ -63,11 +63,11 @@ def answers(book: Book, printed: dict[str, float | None], every: int) -> int:
         for uid, value in list(printed.items())[::every]:
             told = trace(connection, uid)
             if isinstance(told, NumberTrace):
-                assert agree(value, told.number.value), uid
+                assert equals_printed(value, told.number.value), uid
                 found += 1
             else:
                 assert isinstance(told, PrintedNumber)
-                assert agree(value, told.value), uid
+                assert equals_printed(value, told.value), uid
     return found
 
 
