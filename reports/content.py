@@ -227,7 +227,7 @@ class ReportContent:
     `run_before` is the day of the first run where that lies before the decision, `departures` says what departs from
     it, of which there are `departed`, `void` which runs are void and why, `not_planned` what was not decided at all;
     `no_equivalence` why heights were not tested for equality, "" where they were or there are none. `counted` is the
-    unit of analysis that comparisons count: "run", or "day" where they rest on the means of days. `tests_beside` says
+    unit of analysis that comparisons count: "run", or "day" where they use the means of days. `tests_beside` says
     what the tests in full are where others decide. `known_errors` has what is on record against the methods, an
     introduction first. `overall` is the effect over all groups, where there are several. `sources` are those of the
     methods used; `outside_limits` names the runs whose joules are out of control limits; `software` names the libraries

@@ -150,9 +150,10 @@ class Comparison:
     common (foot, k_gain); `level` is the AD level as text or "pooled" (`POOLED`). `test` is what the F-test
     chose (Student or Welch), `welch` stands beside it always.
     `sides` are those of the control and of the treatment. `adjusted` is Welch's p by Holm's method over the `n` tests
-    of the family; `exploratory` says why the comparison is not a planned one, "" where it is; `one_day_each` what p and
-    intervals cannot tell where each side had one day, and not the same, "" elsewhere. `decision` leads where the plan
-    leaves the unit of analysis to the days. `between` is what is compared where that is not treatment with control.
+    of the family; `exploratory` says why the comparison is not a planned one, "" where it is; `one_day_each` that p and
+    intervals are confounded with days, where each side had one day, and not the same, "" elsewhere. `decision` leads
+    where the plan leaves the unit of analysis to the days. `between` is what is compared where that is not treatment
+    with control.
 
     Verdicts: `rejected` says whether Welch's p is at most alpha, `adjusted_rejected` whether `adjusted` is,
     `savings_shown` whether the savings differ from zero; None where there is no such p or interval.
@@ -204,7 +205,7 @@ class Comparison:
 
     @property
     def unsure(self) -> str:
-        """What p and intervals of the lead cannot tell; "" where days that hold both sides decide."""
+        """That p and intervals of the lead are confounded with days; "" where days that hold both sides decide."""
         return self.one_day_each if self.decision is None else ""
 
     @property
@@ -217,7 +218,7 @@ class Comparison:
 class Anova:
     """One-way analysis of variance over the swept factor's levels, control left out, within one group.
 
-    `exploratory` says why it was not planned, "" where it was; `one_day_each` what p cannot tell, as in a comparison.
+    `exploratory` says why it was not planned, "" where it was; `one_day_each` is as in a comparison.
     """
 
     label: str

@@ -198,7 +198,7 @@ class AssumedInput:
 
 @dataclass(frozen=True, slots=True)
 class Predictions:
-    """All predictions of a report, and what they rest on; `scene` is "" where nothing was predicted.
+    """All predictions of a report, and what they depend on; `scene` is "" where nothing was predicted.
 
     `accuracy` is the relative error asked of the simulator, `unmapped` names factors whose levels change nothing in the
     scene, `unconverted` those whose numbers are a parameter of it as they stand, with its name and unit; `units` has

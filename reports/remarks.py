@@ -1,4 +1,4 @@
-"""What stands beside the claims: what days cannot tell, what gains stand for, what predictions rest on."""
+"""Sentences beside the claims: confounding with days, what gains stand for, what predictions depend on."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def all_on_one_day_each(comparisons: Sequence[Comparison]) -> bool:
 
 
 def days_claim(content: ReportContent) -> Claim | None:
-    """Say what a p over runs cannot tell, of how many tests that is so, and what would help; None where of none."""
+    """Say how many tests over runs are confounded with days, and what would help; None where none is."""
     tested = (
         ("comparison", "", content.comparisons),
         ("test over single jumps", "tests over single jumps", content.jump_comparisons),
@@ -118,7 +118,7 @@ def unconverted_text(factors: Sequence[tuple[str, str, str]]) -> str:
 
 
 def prediction_sentences(content: ReportContent) -> tuple[str, ...]:
-    """Say what predictions rest on and what their errors are; nothing where nothing was predicted."""
+    """Say what predictions depend on and what their errors are; nothing where nothing was predicted."""
     if not content.predictions.items:
         return ()
     return _simulated(content), _errors(content)

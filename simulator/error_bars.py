@@ -2,7 +2,7 @@
 
 The difference is the bound, and the finer values are the result: a coarser second run, or a margin of the controller's
 decisions, does not see a jump that ends in another way. What the margins, the growth of errors and the number of steps
-say are the reasons for a large one. Where the finer simulation itself hangs on a decision, still finer ones tell.
+say are the reasons for a large one. Where the finer simulation hangs on a close decision, still finer ones are made.
 """
 
 from __future__ import annotations

@@ -273,7 +273,7 @@ def complete_rows(columns: Sequence[Any], missing: Missing) -> tuple[list[Any], 
         raise InputRefused("the values are lists of unequal lengths: give one number for each value.") from error
     if missing == "refuse" or len(shapes) != 1 or len(next(iter(shapes))) != 1:
         return list(columns), 0
-    lacking = np.any([absent(column) for column in columns], axis=0)
+    lacking = np.any([missing_mask(column) for column in columns], axis=0)
     if not lacking.any():
         return list(columns), 0
     return [np.asarray(column)[~lacking] for column in columns], int(lacking.sum())
@@ -290,7 +290,7 @@ def as_labels(name: str, labels: Labels, missing: Missing) -> NDArray[np.object_
         raise InputRefused(
             f"{name} has {array.ndim} dimensions where one is allowed: give a plain list of labels, one for each value."
         )
-    lacking = absent(labels if isinstance(labels, np.ndarray) else array)  # which a mask and NaT do not outlive
+    lacking = missing_mask(labels if isinstance(labels, np.ndarray) else array)  # which a mask and NaT do not outlive
     texts = np.array([None if gone else label_text(each) for each, gone in zip(array, lacking, strict=True)], object)
     lacking = np.array([text is None or not text.strip() for text in texts], dtype=np.bool_)
     if missing == "refuse" and lacking.any():
@@ -317,11 +317,11 @@ def label_text(label: Any) -> str:
     return f"{label:f}".rstrip("0") if isinstance(label, Decimal) else str(label)
 
 
-def absent(values: Any) -> NDArray[np.bool_]:
+def missing_mask(values: Any) -> NDArray[np.bool_]:
     """Return where values or labels of shape (n,) are missing."""
     array = np.asarray(values)
     if isinstance(values, np.ma.MaskedArray):
-        return np.asarray(np.ma.getmaskarray(values) | absent(array))
+        return np.asarray(np.ma.getmaskarray(values) | missing_mask(array))
     if array.dtype.kind == "f":
         return np.asarray(np.isnan(array))
     if array.dtype.kind in "mM":

@@ -19,7 +19,7 @@ from stats.lines.regression import LinearFit, fit_linear
 _Floats = NDArray[np.float64]
 
 LEAST_TOUCHDOWNS = 5
-"""Fewer touchdowns that both have seen tell neither which belong together nor how well."""
+"""With fewer common touchdowns neither their pairs nor the quality of the fit can be determined."""
 _STANDING_SHARE = 0.3
 """Of the range of lengths: a leg that is shorter than its flight length by this much has touched down."""
 _ONSET_SHARE = 0.05

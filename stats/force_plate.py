@@ -27,9 +27,9 @@ SHORTEST_S = 0.02
 LONGEST_FLIGHT_S = 1.2
 """After a longer one the robot was off the plate: such a flight would be 1.8 m high."""
 FEWEST_CYCLES = 3
-"""Fewer do not tell the weight: over one cycle the speed at its ends counts for as much."""
+"""Fewer do not determine the weight: over one cycle the speed at its ends counts for as much."""
 _FIRST_THRESHOLD = 0.15
-"""Of the largest force: what tells loaded from empty before the noise is known."""
+"""Share of the largest force that separates loaded from empty before the noise is known."""
 _NOISE_SDS = 6.0
 """Standard deviations of noise that no sample of the empty plate passes in an hour at 1 kHz."""
 _LEAST_SHARE = 0.01

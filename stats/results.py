@@ -199,7 +199,7 @@ _SHARE_DECIMALS = 3
 
 
 def share_text(share: float | Undefined) -> str:
-    """Return a share of 1, such as R squared: three decimals, and as many more as tell it from 1 where it is not."""
+    """Return a share of 1, such as R squared: three decimals, and as many more as distinguish it from 1."""
     if isinstance(share, Undefined):
         return "undefined"
     return fixed_text(share, max(_SHARE_DECIMALS, decimals_for(1.0 - share)))
@@ -208,11 +208,11 @@ def share_text(share: float | Undefined) -> str:
 def bounded_texts(
     value: float, interval: tuple[float, float] | Undefined, se: float, level: float, unit: str = ""
 ) -> tuple[str, str]:
-    """Return an estimate and "95 % CI 1.23 to 4.56 J" with the decimals that their standard error is worth."""
+    """Return an estimate and "95 % CI 1.23 to 4.56 J" with as many decimals as the standard error justifies."""
     return number_text(value, error=se), interval_text(interval, level, unit, se)
 
 
-def counted(number: int, what: str) -> str:
+def plural(number: int, what: str) -> str:
     """Return "1 day" or "3 days"."""
     return f"{number} {what}{'' if number == 1 else 's'}"
 

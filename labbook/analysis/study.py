@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from data_schema.outcomes import Outcome
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.comparing import AnovaResult, JumpComparison, analyse_variance, compare_jumps
-from labbook.analysis.comparison.comparisons import Compared, compare_all, unselected_conditions_of
+from labbook.analysis.comparison.comparisons import Compared, compare_all, unselected_conditions
 from labbook.analysis.comparison.deciding import Overall, overall_effects
 from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.comparison.robustness import Variations, vary
@@ -171,7 +171,7 @@ def analyse(
     if swept is None:
         return analysis
     settings = planned.settings
-    beside = unselected_conditions_of(cache, detections, evidence, conditions, scope) if planned.stated else {}
+    beside = unselected_conditions(cache, detections, evidence, conditions, scope) if planned.stated else {}
     compared = compare_all(cache, conditions, swept, settings, scope, beside)
     of_unit = unit_scope(scope, settings.unit_of_analysis)
     anovas = [

@@ -77,10 +77,10 @@ def reread_command(
     from labbook.book.opening import opened
     from labbook.book.write_session import new_uid
     from labbook.cli.file_options import declared_options
-    from labbook.cli.files_lines import reread_json, which_files
+    from labbook.cli.files_lines import check_reread_options, reread_json
 
     options = declared_options(declared)
-    which_files(name, every, bool(options), nothing)
+    check_reread_options(name, every, bool(options), nothing)
     done = []
     with opened(book) as opened_book:
         if not dry_run:

@@ -14,7 +14,7 @@ from labbook.book.write_session import WriteSession
 from labbook.terminal import emit
 
 
-def which_files(name: str | None, every: bool, declared: bool, nothing: bool) -> None:
+def check_reread_options(name: str | None, every: bool, declared: bool, nothing: bool) -> None:
     """Raise `UsageError` where it is not clear what is to be read again, and how."""
     if (name is None) == (not every):
         raise UsageError("name the file to be read again, or give --all for those that labbook.toml reads otherwise.")

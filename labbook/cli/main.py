@@ -105,7 +105,7 @@ def run(words: Sequence[str] | None = None) -> NoReturn:
     except (LabbookError, OSError, typer.TyperException, typer.Abort) as error:
         if debug:
             raise
-        sentence, code = explained(error)
+        sentence, code = explain_error(error)
         with contextlib.suppress(OSError):  # the disk that takes the message may be full, too
             if sentence and "--json" in arguments:
                 typer.echo(printable_json(json.dumps({"error": sentence, "exit_code": code}, ensure_ascii=False)))
@@ -158,7 +158,7 @@ def _formatted(error: typer.TyperException) -> str:
     return error.format_message()
 
 
-def explained(error: Exception) -> tuple[str, int]:
+def explain_error(error: Exception) -> tuple[str, int]:
     """Return the sentence that tells a user what went wrong and what to do, and the exit code."""
     match error:
         case LabbookError():

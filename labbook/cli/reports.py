@@ -192,6 +192,6 @@ def _value(number: "ReportNumber") -> str:
 
 
 def _pair(moved: "MovedNumber") -> tuple[str, str]:
-    """Return both values with as many digits as it takes to tell them apart."""
+    """Return both values with as many digits as distinguish them."""
     shown = _value(moved.was), _value(moved.now)
     return shown if shown[0] != shown[1] else (repr(moved.was.value), repr(moved.now.value))

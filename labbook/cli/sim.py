@@ -152,7 +152,7 @@ def sweep(
     from labbook.presenting.simulation.swept import corners_data, corners_lines, sweep_data, sweep_lines
     from simulator.kernel.build import is_compiled
     from simulator.sweep.chunks import why_scalar
-    from simulator.sweep.compute import Threads, connected
+    from simulator.sweep.compute import Threads, connect_cluster
     from simulator.sweep.run import run_sweep
 
     bars = error_bars_of(error_bars, error_bars_on)
@@ -163,7 +163,7 @@ def sweep(
     refused = [f"note: {planned.sweep.refused}"] if planned.sweep.refused else []
     if not as_json:
         before_work([*refused, *corners])
-    computing = nullcontext(Threads()) if scheduler is None else connected(scheduler)
+    computing = nullcontext(Threads()) if scheduler is None else connect_cluster(scheduler)
     sweep, lanes = planned.sweep, why_scalar(planned.sweep.scene, planned.sweep.design) is None
     here = scheduler is None and not is_compiled(sweep.scene.effects, lanes=lanes)
     first, wanted = f" after {COMPILING}" if here else "", sweep.jumps_wanted
@@ -371,7 +371,7 @@ def published(
     from data_schema.errors import UsageError
     from labbook.presenting.simulation.published_experiments import as_data, document, notes, terminal_tables
     from simulator.steady.published_numbers import comparisons
-    from simulator.steady.published_results import chapter_3_findings, judged_results, published_claims
+    from simulator.steady.published_results import chapter_3_findings, judge_results, published_claims
     from simulator.steady.tables import STEPS, steady_tables
     from simulator.thesis.figures import ThesisFigures
 
@@ -381,7 +381,7 @@ def published(
     with progress("experiments", STEPS + len(published_claims()), shown=not as_json) as step:
         tables = steady_tables(accuracy, step)
         compared = comparisons(tables)
-        results = judged_results(chapter_3_findings(ThesisFigures(accuracy), step), compared, tables.bed)
+        results = judge_results(chapter_3_findings(ThesisFigures(accuracy), step), compared, tables.bed)
     if out is not None:
         out.parent.mkdir(parents=True, exist_ok=True)
         out.write_text(document(tables, compared, results), encoding="utf-8")

@@ -47,7 +47,7 @@ def compaction_shown(
     """Show how densely the grains lie, from a sheet of flasks."""
     from labbook.actions.studies.sheet_source import sheet_source
     from labbook.actions.studies.sheets import compaction_of
-    from labbook.presenting.studies.compaction import HEAD, as_data, drawn, rows, sentences
+    from labbook.presenting.studies.compaction import HEAD, as_data, figure_data, rows, sentences
     from reports.figures.compaction import draw_compaction
 
     with sheet_source("compaction", file, book, decimal, complete=complete) as sheets:
@@ -57,7 +57,7 @@ def compaction_shown(
         "How densely the grains lie",
         as_data(study),
         sentences(study),
-        lambda: draw_compaction(drawn(study)),
+        lambda: draw_compaction(figure_data(study)),
         "Volume fractions over grain size / flask radius: flasks, lines, and the intervals without walls (at 0).",
         sheets.of_book,
         HEAD,
@@ -72,7 +72,7 @@ def field_shown(
     """Show what two robots need on the same walks, from a sheet of walks."""
     from labbook.actions.studies.sheet_source import sheet_source
     from labbook.actions.studies.sheets import field_study_of
-    from labbook.presenting.studies.field import as_data, drawn, sentences
+    from labbook.presenting.studies.field import as_data, figure_data, sentences
     from reports.figures.field import draw_field
 
     with sheet_source("field", file, book, decimal, complete=complete) as sheets:
@@ -82,7 +82,7 @@ def field_shown(
         "What two robots need on the same walks",
         as_data(study),
         sentences(study),
-        lambda: draw_field(*drawn(study)),
+        lambda: draw_field(*figure_data(study)),
         "Specific resistance of both robots, each walk a line, and their ratio on each walk; geometric means with "
         "intervals, and the thesis's values.",
         sheets.of_book,
@@ -96,7 +96,7 @@ def characterisation_shown(
     """Show what a leg's gains are, from a sheet of trials and their logs."""
     from labbook.actions.studies.sheet_source import sheet_source
     from labbook.actions.studies.sheets import characterisation_of
-    from labbook.presenting.studies.characterisation import HEAD, as_data, drawn, rows, sentences
+    from labbook.presenting.studies.characterisation import HEAD, as_data, figure_data, rows, sentences
     from reports.figures.characterisation import draw_characterisation
 
     with sheet_source("characterisation", file, book, decimal, complete=complete) as sheets:
@@ -105,7 +105,7 @@ def characterisation_shown(
         "What the leg's gains are in N/m and kg/s",
         as_data(study),
         sentences(study),
-        lambda: draw_characterisation(*drawn(study)),
+        lambda: draw_characterisation(*figure_data(study)),
         "Force over compression where the leg is damped least, measured and fitted, one trajectory a mass; stiffness "
         "over position gain and damping over velocity gain, points of one mass each, filled where it has 250 points "
         "alone, lines through fits of all masses.",
@@ -122,7 +122,7 @@ def force_plate_shown(
     """Show the book's joules by plate and leg beside the battery's."""
     from labbook.actions.studies.force_plate import force_plate_of
     from labbook.analysis.studies.force_plate import FIRST_HOPS, SHOWN_HOPS
-    from labbook.presenting.studies.force_plate import HEAD, as_data, beside, drawn, rows, sentences
+    from labbook.presenting.studies.force_plate import HEAD, as_data, comparison_rows, figure_data, rows, sentences
     from reports.figures.force_plate import draw_force_plate
 
     with progress("study force-plate", None, shown=visible) as step:
@@ -132,7 +132,7 @@ def force_plate_shown(
         "Joules of plate and leg against the battery's",
         as_data(study),
         sentences(study),
-        lambda: draw_force_plate(*drawn(study)),
+        lambda: draw_force_plate(*figure_data(study)),
         f"Force and leg length of up to {SHOWN_HOPS} hops of one run a condition, on one clock, since touchdown (bold "
         f"line); the first {FIRST_HOPS} (dashed, hollow) start from the hand, and lower. Joules of each hop and means "
         "of runs, over the measured ones; the line goes through the origin. What the next wider moving average changes "
@@ -140,7 +140,7 @@ def force_plate_shown(
         found.sources,
         HEAD,
         rows(study),
-        beside(study),
+        comparison_rows(study),
     )
 
 
@@ -155,7 +155,7 @@ def emulator_shown(
 ) -> ShownStudy:
     """Show what active damping saves at each gain of the book."""
     from labbook.actions.studies.emulator import emulator_study_of
-    from labbook.presenting.studies.emulator import HEAD, as_data, beside, drawn, rows, sentences
+    from labbook.presenting.studies.emulator import HEAD, as_data, comparison_rows, figure_data, rows, sentences
     from reports.figures.emulator import draw_emulator
 
     with progress("study emulator", None, shown=visible) as step:
@@ -165,20 +165,20 @@ def emulator_shown(
         "What active damping saves at each gain",
         as_data(study),
         sentences(study),
-        lambda: draw_emulator(*drawn(study)),
+        lambda: draw_emulator(*figure_data(study)),
         "Joules and apexes by extension gain, means and standard errors over runs; savings over the apex under CE, and "
         "their line; apex lost. A mark without a bar has none, or one smaller than itself; controllers stand apart.",
         found.sources,
         HEAD,
         rows(study),
-        beside(study),
+        comparison_rows(study),
     )
 
 
 def bed_shown(where: str | None, level: float | None, book: Path | None, visible: bool) -> ShownStudy:
     """Show what active damping saves on the bed, and how densely its grains lie."""
     from labbook.actions.studies.bed import bed_study_of
-    from labbook.presenting.studies.bed import HEAD, OUTCOMES, as_data, beside, figure_caption, rows, sentences
+    from labbook.presenting.studies.bed import HEAD, OUTCOMES, as_data, comparison_rows, figure_caption, rows, sentences
     from reports.figures.by_damping import draw_side_by_side
 
     with progress("study bed", None, shown=visible) as step:
@@ -193,7 +193,7 @@ def bed_shown(where: str | None, level: float | None, book: Path | None, visible
         found.sources,
         HEAD,
         rows(study),
-        beside(study),
+        comparison_rows(study),
         study.files,
     )
 

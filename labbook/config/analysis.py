@@ -174,7 +174,7 @@ def _hypothesis(name: str, table: TableReader, factors: Mapping[str, FactorSetti
 
 
 def _check_possible(table: TableReader, found: HypothesisSettings, factors: Mapping[str, FactorSettings]) -> None:
-    """Add a fault for what no runs of these factors could tell."""
+    """Add a fault for a hypothesis that no runs of these factors could test."""
     swept = next((name for name, factor in factors.items() if factor.control is not None), None)
     if swept is None:
         return

@@ -45,7 +45,7 @@ _LONGEST_DROP = 12
 class RunLog:
     """One run's log as recorded, and what is true of it.
 
-    `time_ms` and the arrays in `channels` (name with unit -> values) have one element a kept sample; `apex_ms`
+    `time_ms` and the arrays in `channels` (name with unit -> values) have one element a recorded sample; `apex_ms`
     and `apex_height_m` one a jump that left the ground, on the log's clock; `dropped` one row (first missing,
     number missing; sample numbers before dropping) a dropped packet; `touched` says for each jump made whether
     a packet was dropped between its drop and its catch.

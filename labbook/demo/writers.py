@@ -24,7 +24,7 @@ Column = tuple[NDArray[np.float64] | NDArray[np.int64], int]
 """Values of one column, shape (n,), and its decimals; integers are written without a point."""
 
 
-def delimited(header: str, columns: Sequence[Column], *, line_end: str = "\n") -> bytes:
+def delimited_text(header: str, columns: Sequence[Column], *, line_end: str = "\n") -> bytes:
     """Return `header` and the rows as ASCII; values must be finite and below 1e12."""
     import pyarrow as pa
     import pyarrow.csv
@@ -65,7 +65,7 @@ def string_pot_log(
     """
     header = ",".join(["time [ms]", *channels])
     columns = [(values, decimals.get(name, DEFAULT_DECIMALS)) for name, values in channels.items()]
-    return delimited(header, [(time_ms, 0), *columns])
+    return delimited_text(header, [(time_ms, 0), *columns])
 
 
 FloatArray = NDArray[np.float64]
@@ -77,7 +77,7 @@ def bertec_text(time_ms: FloatArray, force_n: FloatArray, moment_nm: FloatArray,
     """Return the export: `time_ms` of shape (n,), force and moment (n, 3), centre of pressure (n, 2)."""
     n = time_ms.size
     zeros = np.zeros(n, dtype=np.int64)
-    return delimited(
+    return delimited_text(
         ",".join(COLUMNS),
         [
             (np.arange(n, dtype=np.int64), 0),

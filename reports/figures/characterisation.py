@@ -50,7 +50,7 @@ class Trajectory:
 class OverGain:
     """One neutral length: gains, masses in kg, coefficients with intervals, and the line's ends, if there is one.
 
-    `filled` are the marks of coefficients that rest on as many points as a condition needs.
+    `filled` are the marks of coefficients from as many points as a condition needs.
     """
 
     label: str

@@ -84,7 +84,7 @@ def swarm(values: Sequence[float], axes: Axes, diameter_pt: float, widest: float
 
 
 MARKS = ("o", "s", "^", "D", "v", "P")
-"""Marks of what the values belong to: with more than these nobody tells them apart."""
+"""Marks of what the values belong to: more than these are not distinguishable."""
 
 MOST_DRAWN = 2000
 """Of larger groups so many values are drawn: more only lie on each other."""
@@ -226,7 +226,7 @@ def _draw_mean(axes: Axes, x: float, group: DrawnGroup) -> None:
 
 
 def _marks(groups: Sequence[DrawnGroup]) -> dict[str, str]:
-    """Return a mark for each label, none where there are no labels, one only, or too many to tell apart."""
+    """Return a mark for each label, none where there are no labels, one only, or too many to distinguish."""
     labels = sorted({label for group in groups for label in group.labels})
     complete = all(len(group.labels) == len(group.values) for group in groups)
     return dict(zip(labels, MARKS, strict=False)) if complete and 1 < len(labels) <= len(MARKS) else {}

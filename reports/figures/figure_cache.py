@@ -58,7 +58,7 @@ class Wanted:
     formats: Sequence[str]
 
 
-def drawn(
+def cached_figures(
     content: ReportContent, wanted: Sequence[Wanted], meanwhile: Callable[[], T]
 ) -> tuple[list[dict[str, bytes]], T]:
     """Return figures of the report by format, in order: each as it was drawn before of the same, else drawn now, once.

@@ -115,7 +115,7 @@ _ONE_DAY = "without one day, each"
 
 
 def _draw_row(axes: Axes, row: _Row, place: int) -> None:
-    """Draw a row's numbers at one height, or close together, and at the right how many runs they rest on."""
+    """Draw a row's numbers at one height, or close together, and at the right how many runs they are computed from."""
     reported = row.label == _AS_REPORTED
     for index, number in enumerate(row.numbers):
         shift = 0.0 if len(row.numbers) == 1 else 0.6 * (index / (len(row.numbers) - 1) - 0.5)

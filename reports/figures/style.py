@@ -1,4 +1,4 @@
-"""The look of every figure: widths of a paper's columns, type, and colours that the colour-blind can tell apart.
+"""The look of every figure: widths of a paper's columns, type, and colours that the colour-blind can distinguish.
 
 The font is the simple letters of DejaVu Sans, so that a PDF's share of it is cut out quickly: every PDF embeds the
 glyphs it uses. Cutting them out of DejaVu Sans takes more than half of a PDF's time, most of it

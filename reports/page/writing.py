@@ -17,7 +17,7 @@ from data_schema.disk import replace_together
 from data_schema.errors import UsageError
 from reports.content import ReportContent
 from reports.display import count_text, list_text
-from reports.figures.figure_cache import Wanted, drawn, forget_unused
+from reports.figures.figure_cache import Wanted, cached_figures, forget_unused
 from reports.figures.registry import FIGURES, figures_of
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN, is_narrow
 from reports.page.references import references_bib
@@ -178,7 +178,7 @@ def _figure_files(
         for ending, width_in in _WIDTHS.items()
         if of_page is None or f"{kind.name}{ending}" in of_page
     }
-    found, other = drawn(content, list(wanted.values()), meanwhile)
+    found, other = cached_figures(content, list(wanted.values()), meanwhile)
     named = zip(wanted, found, strict=True)
     files = {f"{name}.{suffix}": data for name, formed in named for suffix, data in formed.items()}
     forget_unused()

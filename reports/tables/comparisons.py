@@ -43,7 +43,7 @@ COMPARISON = Column("comparison", ("family", "group", "level"), numeric=False)
 EXPLORATORY = Column("exploratory", ("exploratory",), numeric=False, shown=False)
 """Why a comparison is exploratory; the page says so in the heading of its block and in the caption."""
 ONE_DAY_EACH = Column("one day each", ("one_day_each",), numeric=False, shown=False)
-"""What the row's p and intervals cannot tell; the page marks them in a footnote."""
+"""Why the row's p and intervals are confounded with days; the page marks them in a footnote."""
 
 
 T = TypeVar("T")
@@ -66,8 +66,8 @@ def table_of_comparisons(
 ) -> Table:
     """Make a table with a row a comparison, in the block of its family, under its label.
 
-    A family with several levels a group has a block a group; one with a single row a group is one block. `why` tells
-    which are exploratory.
+    A family with several levels a group has a block a group; one with a single row a group is one block. `why` says
+    why a comparison is exploratory.
     """
     names = [levels_name(content, each.comparison.group) or "all runs" for each in found]
     counts = Counter((each.comparison.family, name) for each, name in zip(found, names, strict=True))
@@ -88,10 +88,10 @@ def table_of_comparisons(
     return replace(table, columns=(COMPARISON, *table.columns), rows=tuple(rows))
 
 
-def noted(cell: Cell, why: str, *, dash: bool = False) -> Cell:
-    """Mark a p or an interval that cannot tell groups of one day each (`why`) from days; a dash tells nothing.
+def mark_confounded(cell: Cell, why: str, *, dash: bool = False) -> Cell:
+    """Mark a p or an interval whose groups are confounded with days, as `why` says; a dash is not marked.
 
-    With `dash` it is the dash that is marked so; the file has its own reason.
+    With `dash` only a dash is marked; the file has its own reason.
     """
     return replace(cell, note=FOOTNOTE) if why and (cell.text == DASH) is dash else cell
 
@@ -99,7 +99,7 @@ def noted(cell: Cell, why: str, *, dash: bool = False) -> Cell:
 def over_runs(test: SignificanceTest, one_day_each: str, degrees: int = 1) -> tuple[Cell, Cell]:
     """Make the cells of a test that knows no days: its p is marked where each group had one day."""
     statistic, p = statistic_cells(test, degrees)
-    return statistic, noted(p, one_day_each)
+    return statistic, mark_confounded(p, one_day_each)
 
 
 def difference_columns(numbers: Sequence[Number], unit: str) -> tuple[Column, Column]:
@@ -151,13 +151,13 @@ def _of_outcome(content: ReportContent, quantity: Outcome, name: str) -> Table:
             difference_columns(differences, quantity.unit),
             lambda row: (
                 number_cell(row.shown.difference, places),
-                noted(interval_cell(row.shown.difference, places), row.comparison.unsure),
+                mark_confounded(interval_cell(row.shown.difference, places), row.comparison.unsure),
             ),
         ),
         (statistic_columns("t", "t"), lambda row: over_runs(_of_difference(row.shown), row.comparison.unsure)),
         (
             Column("Holm", ("holm_p", "holm_tests", "holm_provenance"), shown=adjusted is not None),
-            lambda row: noted(_adjusted_cell(row.shown.adjusted), row.comparison.unsure),
+            lambda row: mark_confounded(_adjusted_cell(row.shown.adjusted), row.comparison.unsure),
         ),
         (
             Column("savings", ("savings_percent",), "%", shown=with_savings),
@@ -165,7 +165,7 @@ def _of_outcome(content: ReportContent, quantity: Outcome, name: str) -> Table:
         ),
         (
             interval_column(savings, "%", "percent", of="savings_", shown=with_savings),
-            lambda row: noted(interval_cell(row.shown.savings, savings_places), row.comparison.unsure),
+            lambda row: mark_confounded(interval_cell(row.shown.savings, savings_places), row.comparison.unsure),
         ),
         (Column("unit", ("unit",), numeric=False, shown=False), lambda row: words(row.shown.unit)),
         (PROVENANCE, lambda row: provenance_cell((row.shown.savings or row.shown.difference).provenance)),
@@ -206,7 +206,7 @@ def _by_day(content: ReportContent, quantity: Outcome, name: str) -> Table:
     places = common_places(differences)
 
     def of_days(cell: Cell, row: ComparisonRow[ByDay]) -> Cell:
-        return noted(cell, row.comparison.one_day_each, dash=True)
+        return mark_confounded(cell, row.comparison.one_day_each, dash=True)
 
     columns: Columns[ComparisonRow[ByDay]] = (
         (Column("days", ("days",)), lambda row: count(row.shown.days)),

@@ -10,7 +10,7 @@ from reports.display import DASH, common_places, shown_unit
 from reports.evidence import OverallSavings
 from reports.naming import control_name, levels_name, swept_factor, swept_words, treated_levels, treatment_name
 from reports.numbers import Number
-from reports.tables.comparisons import ONE_DAY_EACH, noted
+from reports.tables.comparisons import ONE_DAY_EACH, mark_confounded
 from reports.tables.table import (
     PROVENANCE,
     Cell,
@@ -115,7 +115,11 @@ def _effect(comparison: Comparison | None, number: Number | None, places: int) -
     if comparison is None:
         return Cell(DASH, (None,)), Cell(DASH, (None, None, None)), Cell(DASH, (None,))
     interval, p = interval_cell(number, places), p_cell(comparison.lead.test.p)
-    return number_cell(number, places), noted(interval, comparison.unsure), noted(p, comparison.unsure)
+    return (
+        number_cell(number, places),
+        mark_confounded(interval, comparison.unsure),
+        mark_confounded(p, comparison.unsure),
+    )
 
 
 def _all_groups(content: ReportContent, places: int) -> list[Row]:

@@ -115,7 +115,7 @@ class Table:
 
     @property
     def explained(self) -> dict[str, str]:
-        """Return what stands below the table by mark: why dashes are undefined, what other cells cannot tell."""
+        """Return the footnotes by mark: why dashes are undefined, and the reservations about other cells."""
         shown = {cell.note for row in self.rows for cell in self.cells(row) if cell.text != DASH}
         return {mark: note if note in shown else f"undefined: {note}" for note, mark in self.footnotes.items()}
 

@@ -18,7 +18,7 @@ from reports.tables.comparisons import (
     ONE_DAY_EACH,
     ComparisonRow,
     difference_columns,
-    noted,
+    mark_confounded,
     over_runs,
     reasons_note,
     table_of_comparisons,
@@ -150,12 +150,12 @@ def _equivalence(content: ReportContent) -> Table:
             difference_columns(estimates, unit),
             lambda row: (
                 number_cell(row.shown.estimate, places),
-                noted(interval_cell(row.shown.estimate, places), row.comparison.unsure),
+                mark_confounded(interval_cell(row.shown.estimate, places), row.comparison.unsure),
             ),
         ),
         (one_sided("lower"), lambda row: statistic_cells(row.shown.at_low)),
         (one_sided("upper"), lambda row: statistic_cells(row.shown.at_high)),
-        (Column("p", ("tost_p",)), lambda row: noted(p_cell(row.shown.p), row.comparison.unsure)),
+        (Column("p", ("tost_p",)), lambda row: mark_confounded(p_cell(row.shown.p), row.comparison.unsure)),
         (Column("equivalence", ("equivalent",), numeric=False), lambda row: _verdict(row.shown, row.comparison.unsure)),
         (
             Column("bounds", (f"bound_low_{slug}", f"bound_high_{slug}"), shown=False),

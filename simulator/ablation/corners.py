@@ -38,7 +38,7 @@ class Corners:
         return max(self.compared, key=lambda corner: corner.difference.largest, default=None)
 
 
-def compared_at_corners(
+def compare_at_corners(
     full: Scene,
     chosen: Scene,
     axes: Sequence[Axis],

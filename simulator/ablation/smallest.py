@@ -23,7 +23,7 @@ ACCURACIES_A_TOLERANCE = 10.0
 def tolerance_of(words: str, accuracy: float) -> float:
     """Return the share that the words name: above 0, at most 1.
 
-    Raises `UsageError` for what is no share, could mean two, or is finer than results of this accuracy can tell, and
+    Raises `UsageError` for what is no share, could mean two, or is finer than results of this accuracy resolve, and
     for an accuracy that cannot be had.
     """
     limits_for(accuracy)

@@ -33,8 +33,8 @@ STEPS_MORE = 30
 the controller's clock takes thousands of times as many; shipped scenes without one or two effects at most twice as
 many."""
 OUTPUTS = ("cost", "apex", "depth")
-TELLING = 0.1
-"""Part of the tolerance from which on a surprise is worth telling."""
+REPORTED_SURPRISE = 0.1
+"""Part of the tolerance from which on a deviation from the expected change is reported."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,9 +172,9 @@ class Together:
 
 
 def least_additive_pair(ablation: Ablation, effect: str) -> Together | None:
-    """Return the pair with this effect, and the output, that are farthest from what is expected.
+    """Return the pair with this effect, and the output, whose change is farthest from the product of single changes.
 
-    None where all is as expected, to a tenth of the tolerance, and where the effect cannot be left out alone.
+    None where all pairs are as expected, to a tenth of the tolerance, and where the effect cannot be left out alone.
     """
     found = [
         Together(partner, output, both, (1.0 + mine) * (1.0 + others) - 1.0)
@@ -190,4 +190,4 @@ def least_additive_pair(ablation: Ablation, effect: str) -> Together | None:
         if not isinstance(mine, Undefined) and not isinstance(others, Undefined)
     ]
     worst = max(found, key=lambda item: item.surprise, default=None)
-    return worst if worst is not None and worst.surprise > TELLING * ablation.tolerance else None
+    return worst if worst is not None and worst.surprise > REPORTED_SURPRISE * ablation.tolerance else None

@@ -1,4 +1,4 @@
-"""The methods that are compared: each a file's worth of work elsewhere, here a name, its settings and how to run it."""
+"""The methods that are compared, each with its name, its settings and how to run it; other modules implement them."""
 
 from __future__ import annotations
 

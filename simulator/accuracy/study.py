@@ -186,7 +186,7 @@ def misses(study: AccuracyStudy) -> Misses:
 class Need:
     """What a method needs for `goal`: the coarsest point from which on every finer one keeps it; None: it never does.
 
-    `within_reach` is False where the goal lies under the reference's floor, so that nobody can tell.
+    `within_reach` is False where the goal lies below the reference's floor, so that this cannot be decided.
     """
 
     series: Series

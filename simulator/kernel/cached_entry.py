@@ -17,8 +17,8 @@ from simulator.kernel.cache import compiling_alone, give_unique_symbols, keep_on
 def cached_entry(function: Function, types: tuple[Any, ...], what: str, effects: Iterable[str]) -> Function:
     """Compile a function that Python calls with arguments of these numba types, or load it from disk.
 
-    It is composed for `effects`; `what` tells it from the others that are. The fingerprint of the kernels does not
-    hold the module that defines it, so that the name does.
+    It is composed for `effects`; `what` distinguishes it from other entries for them. The fingerprint of the kernels
+    does not include the module that defines it, so the name includes that module's hash.
     """
     name = (what, _source_hash(function.__module__), *effects)
     entry = compiled(function)

@@ -17,7 +17,7 @@ from simulator.basics import BASICS, GRAVITY_M_S2
 from simulator.compiled import inner
 from simulator.effects.effect import BodyForce, Effect, Energy, Function, Mode
 from simulator.effects.registry import COSTS, EFFECTS, ENERGIES
-from simulator.kernel.effect_functions import EffectGuard, EffectState, Given, given_by
+from simulator.kernel.effect_functions import EffectGuard, EffectState, Given, sorted_functions
 from simulator.kernel.layout import (
     GUARDS,
     MECHANICAL,
@@ -183,7 +183,7 @@ def compose(effects: Iterable[str]) -> Composition:
     next_state = MECHANICAL + 1 + len(wanted)
     slots: dict[str, Function] = {}
     for effect in chosen:
-        one = given_by(effect, position.__getitem__, next_state)
+        one = sorted_functions(effect, position.__getitem__, next_state)
         next_state += len(one.states)
         if one.prepare is not None:
             prepare = _after(prepare, one.prepare)

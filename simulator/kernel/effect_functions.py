@@ -63,7 +63,7 @@ class Given:
     states: tuple[EffectState, ...]
 
 
-def given_by(effect: Effect, at: ParameterIndex, first_state: int) -> Given:
+def sorted_functions(effect: Effect, at: ParameterIndex, first_state: int) -> Given:
     """Sort what an effect gives; its states stand from `first_state` on.
 
     Raises `ValueError` where a function is missing that the effect's declaration asks for, or one is there for which

@@ -26,7 +26,7 @@ import numpy as np
 from simulator.kernel.build import Kernel, composed, is_compiled, kernel_for
 
 PATIENCE_S = 10.0
-"""Time in plain Python after which a kernel is worth compiling."""
+"""Time in plain Python after which a kernel is compiled."""
 _ENTRY = "simulator.kernel.interpreter"
 
 

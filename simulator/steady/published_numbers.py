@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator.steady.tables import BED_GAINS, FEET_M, EmulatorRow, SteadyJump, SteadyTables
-from simulator.thesis.claims import Claim, Finding, judged
+from simulator.thesis.claims import Claim, Finding, judge_claim
 
 FloatArray = NDArray[np.float64]
 LOWEST_GAIN, HIGHEST_GAIN, EXCLUDED_GAIN = 100.0, 400.0, 500.0
@@ -155,7 +155,9 @@ def published_numbers() -> tuple[PublishedNumber, ...]:
 def comparisons(tables: SteadyTables) -> tuple[Comparison, ...]:
     """Hold everything published against the tables."""
     return tuple(
-        Comparison(number, judged(number.claim, MEASURES[number.claim.id](tables)) if number.claim.measure else None)
+        Comparison(
+            number, judge_claim(number.claim, MEASURES[number.claim.id](tables)) if number.claim.measure else None
+        )
         for number in published_numbers()
     )
 

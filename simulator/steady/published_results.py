@@ -133,7 +133,7 @@ def chapter_3_findings(figures: ThesisFigures, done: Callable[[str], None]) -> t
     return tuple(found)
 
 
-def judged_results(
+def judge_results(
     chapter_3: Iterable[Finding], compared: Sequence[Comparison], bed: BedTable
 ) -> tuple[JudgedResult, ...]:
     """Give each published result its verdict."""

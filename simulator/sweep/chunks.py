@@ -227,7 +227,7 @@ def _outputs(recipe: Recipe, found: Block, counts: NDArray[np.int64], passive_w:
     return block
 
 
-def with_refused(block: Block, refused: Flags) -> Block:
+def insert_refused_rows(block: Block, refused: Flags) -> Block:
     """Put the rows that were not simulated among those that were: `refused` says which, shape (all rows,)."""
     if not refused.any():
         return block

@@ -1,7 +1,7 @@
 """Who computes the chunks of a sweep: threads on this machine, or the workers of a Dask cluster.
 
 Kernels let the interpreter go while they run, so that threads use all cores. On a cluster the same chunks are sent to
-the workers, and the results come back and are kept here: a chunk is a pure function of what is sent, so those of a
+the workers, and the results come back and are stored here: a chunk is a pure function of what is sent, so those of a
 worker that is lost are computed again by another. Libraries that only sweeps need may be absent.
 """
 
@@ -137,7 +137,7 @@ class Cluster:
 
 
 @contextlib.contextmanager
-def connected(address: str) -> Iterator[Cluster]:
+def connect_cluster(address: str) -> Iterator[Cluster]:
     """Connect to the scheduler at an address such as tcp://127.0.0.1:8786; raises `UsageError` where there is none."""
     distributed = optional("distributed", "--scheduler")
     try:

@@ -75,7 +75,7 @@ class Parts:
 
 
 @contextlib.contextmanager
-def opened_parts(out: Path, identity: Identity, chunks: Chunks, row_shape: tuple[int, int]) -> Iterator[Parts]:
+def open_parts(out: Path, identity: Identity, chunks: Chunks, row_shape: tuple[int, int]) -> Iterator[Parts]:
     """Open the unfinished sweep beside `out`, or begin one, and let nobody else work on it meanwhile.
 
     Raises `UsageError` where another sweep was left there, or another program is at work.

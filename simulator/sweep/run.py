@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from data_schema.errors import UsageError
-from simulator.sweep.chunks import Block, Flags, recipe_for, with_refused
+from simulator.sweep.chunks import Block, Flags, insert_refused_rows, recipe_for
 from simulator.sweep.compute import Compute
 from simulator.sweep.identity import Identity, differences, identity_of
 from simulator.sweep.outputs import FLAGS, NOT_MADE, NOT_MADE_FLAG, OUTCOME_FLAGS, PLACE, REFUSED
-from simulator.sweep.parts import Parts, opened_parts, part_folder, remove_parts, sync
+from simulator.sweep.parts import Parts, open_parts, part_folder, remove_parts, sync
 from simulator.sweep.result_file import IDENTITY, Format, content_of, format_of
 from simulator.sweep.sweep import Sweep
 
@@ -53,10 +53,10 @@ class Finished:
 
 
 def run_sweep(sweep: Sweep, out: Path, compute: Compute, advance: Callable[[int], None] = lambda _: None) -> Finished:
-    """Run a sweep to the file `out`, .nc or .zarr, and tell `advance` how many more jumps are done.
+    """Run a sweep to the file `out`, .nc or .zarr, and call `advance` with how many more jumps are done.
 
-    Chunks are kept in the folder `out`.part until the file is there. The file of an interrupted and continued sweep is
-    that of an undisturbed one, bit for bit. Raises `UsageError` where `out` or that folder holds something else.
+    Chunks are stored in the folder `out`.part until the file is there. An interrupted and continued sweep gives the
+    same file as an undisturbed one, bit for bit. Raises `UsageError` where `out` or that folder holds something else.
     """
     format_ = format_of(out)
     recipe = recipe_for(sweep.scene, sweep.design, sweep.accuracy, error_bars=sweep.error_bars > 0.0)
@@ -67,7 +67,7 @@ def run_sweep(sweep: Sweep, out: Path, compute: Compute, advance: Callable[[int]
     if there is not None and not part_folder(out).exists():
         advance(sweep.jumps_wanted)
         return Finished(out, sweep, there, chunks.count)
-    with opened_parts(out, identity, chunks, (sweep.scene.jumps, len(sweep.outputs))) as parts:
+    with open_parts(out, identity, chunks, (sweep.scene.jumps, len(sweep.outputs))) as parts:
         there = _finished(out, format_, identity)  # another program may have made it a moment ago
         if there is not None:
             remove_parts(parts.folder)
@@ -83,7 +83,7 @@ def run_sweep(sweep: Sweep, out: Path, compute: Compute, advance: Callable[[int]
 
         def keep(number: int, block: Block) -> None:
             made.append(int((block[:, :, PLACE["outcome"]] != NOT_MADE_FLAG).sum()))
-            parts.keep(number, with_refused(block, sweep.refusals.rows(*chunks.bounds(number))))
+            parts.keep(number, insert_refused_rows(block, sweep.refusals.rows(*chunks.bounds(number))))
 
         for number in compute.run(recipe, lambda number: _legal_rows(sweep, number), missing, keep):
             advance(waiting[number] * sweep.scene.jumps)

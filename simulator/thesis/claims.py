@@ -212,10 +212,10 @@ def claims() -> tuple[Claim, ...]:
 
 def finding(claim: Claim, figures: ThesisFigures) -> Finding:
     """Compute a claim's values and judge them."""
-    return judged(claim, VALUES[claim.id](figures))
+    return judge_claim(claim, VALUES[claim.id](figures))
 
 
-def judged(claim: Claim, values: FloatArray) -> Finding:
+def judge_claim(claim: Claim, values: FloatArray) -> Finding:
     """Hold values of any shape against a claim's limits. A jump without an apex is NaN, and within no limits."""
     low = -np.inf if claim.at_least is None else claim.at_least
     high = np.inf if claim.at_most is None else claim.at_most

@@ -201,7 +201,7 @@ class FlightWindowParameters:
     half_window_s: float = 0.08
     """Longest reach to either side, inside the flight: 0.16 s of the 0.35 s of a 0.15 m hop."""
     look_ahead_s: float = 0.03
-    """A catch is looked for this much beyond the window: it takes that long to be told from noise."""
+    """A catch is looked for this much beyond the window: it takes that long to differ from noise."""
     step_s: float = 0.004
     """Spacing of the moments at which a catch may begin."""
     reach_s: float = 0.04

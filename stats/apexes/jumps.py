@@ -107,7 +107,7 @@ def defined(values: Iterable[float | Undefined]) -> NDArray[np.float64]:
 
 @dataclass(frozen=True, slots=True)
 class StanceParameters:
-    """How stances and the first maximum after them are told from everything else."""
+    """How stances and the first maximum after them are recognised."""
 
     cleaning: CleaningParameters = field(default_factory=CleaningParameters)
     stance_depth_m: float = 0.03
@@ -280,7 +280,7 @@ def gap_in_flight(
     end_s: float,
     parameters: StanceParameters,
 ) -> bool:
-    """Say whether samples are missing from shortly before lift-off to `end_s`: what height and flight time rest on.
+    """Say whether samples are missing that height and flight time need: from shortly before lift-off to `end_s`.
 
     Where the lift-off is not known, the body's rise through the rest length stands for it. A gap while the leg stood on
     the ground moves neither.

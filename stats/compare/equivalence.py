@@ -5,7 +5,7 @@ Percent bounds are shares of the mean of b, the control. That mean is itself est
 as the contrast mean(a) - (1 + delta) mean(b) (Sasabuchi), with variance Var(a) + (1 + delta)^2 Var(b): taking the
 control's mean as known would claim too much. The interval beside it holds all delta that such a test does not reject
 (Fieller). Either way it has level 1 - 2 alpha and lies within the bounds just where the tests reject. Where the
-control's mean cannot be told from 0 there is no such interval, and no percentage is shown whatever the tests say.
+control's mean does not differ from 0 there is no such interval, and no percentage is shown whatever the tests say.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from data_schema.rounding import error_of, given_text, interval_text, level_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_pair
 from stats.compare.summary import AS_A_AND_B, Groups, Names, pair_of_names, read_groups
-from stats.exact.numbers import QUANTILE_BEYOND_DOUBLES, exact_root, finite, finite_pair, root_between, shortened
+from stats.exact.numbers import QUANTILE_BEYOND_DOUBLES, exact_root, finite, finite_pair, root_between, to_120_bits
 from stats.exact.tails import complement_level, exact_df, t_quantile, t_upper
 from stats.results import Result, missing_text, with_unit
 
@@ -69,7 +69,7 @@ class Contrast:
 
     def error(self, bound: Fraction) -> tuple[Fraction, float] | None:
         """Return the standard error of the contrast at the bound and its degrees of freedom; None without scatter."""
-        slope = shortened(1 + bound) if self.relative else Fraction(1)
+        slope = to_120_bits(1 + bound) if self.relative else Fraction(1)
         parts = (self.variances[0], slope * slope * self.variances[1])
         variance = sum(parts, Fraction(0))
         if variance == 0:
@@ -84,14 +84,14 @@ class Contrast:
             return Undefined(Reason.NO_SCATTER_AT_BOUND)
         se, df = error
         at_bound = bound * self.control_mean if self.relative else bound
-        t = shortened((self.mean - self.control_mean - at_bound) / se)
+        t = to_120_bits((self.mean - self.control_mean - at_bound) / se)
         tail = t_upper(t if above else -t, df)
         return OneSided(finite(t, "t"), df, tail.p, tail.log10_p)
 
     def interval(self, level: float | Fraction) -> Ends | Undefined:
         """Return all bounds that the two-sided test of level 1 - `level` does not reject."""
         if self.relative:
-            if self.error(shortened(self.estimate)) is None:
+            if self.error(to_120_bits(self.estimate)) is None:
                 return Undefined(Reason.ALL_COMPARED_ZERO)
             ends = [self._end(side, level) for side in (-1, 1)]
         else:
@@ -108,14 +108,14 @@ class Contrast:
 
     def _end(self, side: int, level: float | Fraction) -> Fraction | None:
         """Return where |t| reaches its quantile, on one side of the estimate."""
-        estimate = shortened(self.estimate)
+        estimate = to_120_bits(self.estimate)
         error = self.error(estimate)
         if error is None:
             return None
-        quantile, control_mean = t_quantile(level, error[1]), shortened(self.control_mean)
+        quantile, control_mean = t_quantile(level, error[1]), to_120_bits(self.control_mean)
         if math.isinf(quantile):
             return None
-        step = side * shortened(Fraction(quantile) * error[0] / control_mean)
+        step = side * to_120_bits(Fraction(quantile) * error[0] / control_mean)
 
         def surplus(steps: float) -> float:
             # Away from the estimate the contrast is that distance times mean(b): nothing cancels.
@@ -147,7 +147,7 @@ def contrasts(read: Groups, *, percent: bool) -> tuple[Fraction | Undefined, lis
     means = a.exact_mean * unit, b.exact_mean * unit
 
     def of(variances: Ends, dfs: tuple[int, int], pooled: bool) -> Contrast:
-        in_unit = shortened(variances[0] * unit**2), shortened(variances[1] * unit**2)
+        in_unit = to_120_bits(variances[0] * unit**2), to_120_bits(variances[1] * unit**2)
         return Contrast(*means, in_unit, dfs, pooled, percent)
 
     welch: Contrast | Undefined

@@ -26,7 +26,7 @@ from data_schema.vocabulary import Undefined
 from stats.checks import Labels, Missing, as_count, as_level
 from stats.days.two_by_day import Cell, two_by_day
 from stats.exact.numbers import finite_pair, on_tied_scale, times_power
-from stats.results import Result, counted, missing_text, with_unit
+from stats.results import Result, missing_text, plural, with_unit
 
 Floats = NDArray[np.float64]
 Interval = tuple[float, float]
@@ -116,7 +116,7 @@ def _log10(p: float | Undefined) -> float | Undefined:
 
 
 def _within(n_days: int | Undefined) -> str:
-    return "" if isinstance(n_days, Undefined) else f" within {counted(n_days, 'day')}"
+    return "" if isinstance(n_days, Undefined) else f" within {plural(n_days, 'day')}"
 
 
 def _sizes(found: Permutation | Bootstrap) -> str:
@@ -179,9 +179,7 @@ class Permutation(Result):
         if isinstance(self.p, Undefined):
             return f"No permutation test of {a} and {b} ({where}): {self.p.reason}."
         within = _within(self.n_days)
-        how = (
-            f"all {self.arrangements} arrangements" if self.exact else counted(self.arrangements, "random arrangement")
-        )
+        how = f"all {self.arrangements} arrangements" if self.exact else plural(self.arrangements, "random arrangement")
         return (
             f"{a} minus {b}{within} is {number_text(self.difference)}{with_unit(unit)}, permutation test over {how}, "
             f"{p_text(self.p)} ({where}{missing_text(self.missing)})."

@@ -49,7 +49,7 @@ from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_pair
 from stats.compare.shared_error import CANCELLED, Joint, SharedError, as_shared, degrees_of_fits, joints
 from stats.compare.summary import Group, Groups, Names, pair_of_names, read_groups
-from stats.exact.numbers import QUANTILE_BEYOND_DOUBLES, Interval, exact_root, finite, finite_pair, shortened
+from stats.exact.numbers import QUANTILE_BEYOND_DOUBLES, Interval, exact_root, finite, finite_pair, to_120_bits
 from stats.exact.tails import exact_df
 from stats.results import Result, missing_text
 
@@ -82,7 +82,7 @@ class RatioOfMeans:
     @property
     def rho(self) -> Fraction:
         """T / C."""
-        return shortened(self.treated.exact_mean / self.mean)
+        return to_120_bits(self.treated.exact_mean / self.mean)
 
     @property
     def shared(self) -> Terms:

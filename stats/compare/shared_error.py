@@ -135,7 +135,7 @@ def shared_of_mean(errors: Sequence[SharedError]) -> SharedError:
     return SharedError({term: math.fsum(values) / len(errors) for term, values in terms.items()}, df)
 
 
-def weighed(errors: Sequence[SharedError], weights: Sequence[float]) -> SharedError:
+def weighted_sum(errors: Sequence[SharedError], weights: Sequence[float]) -> SharedError:
     """Return the error of a weighted sum; the weights sum to 1."""
     n = len(errors)
     terms: dict[tuple[str, str], list[float]] = {}
@@ -192,7 +192,7 @@ def joints(scatter: Sequence[tuple[float, float]], shared: SharedError, level: f
     return Joint(alone, alone_df, 0.0), Joint(t_quantile(level, together_df), together_df, 1.0)
 
 
-def joined(se: float, df: float, shared: SharedError, level: float) -> tuple[Joint, float, int]:
+def join_errors(se: float, df: float, shared: SharedError, level: float) -> tuple[Joint, float, int]:
     """Join a standard error and a shared one of any sizes; the half width is in units of a power of two, and that."""
     exponent = math.frexp(max(se, shared.se))[1]
     of_scatter = math.ldexp(se, -exponent)
@@ -258,7 +258,7 @@ def describe_shared(
     mean, se = scatter.mean, scatter.se
     if isinstance(mean, Undefined) or isinstance(se, Undefined) or not (se or shared.se):
         return SharedSummary(scatter, shared.se, scatter.ci_low, scatter.ci_high, level)
-    _both, half, exponent = joined(se, scatter.n - 1, shared, level)
+    _both, half, exponent = join_errors(se, scatter.n - 1, shared, level)
     half = times_power(half, exponent)
     low, high = (finite(end, "an end of the interval") for end in (mean - half, mean + half))
     return SharedSummary(scatter, shared.se, low, high, level)
@@ -330,7 +330,7 @@ def difference_with_shared(
     se = finite(scatter_half / t_quantile(level, df), "the standard error")
     if isinstance(se, Undefined):
         return SharedTest(se, df, se, se, se, level)
-    both, half, exponent = joined(se, df, shared, level)
+    both, half, exponent = join_errors(se, df, shared, level)
     shown_df = both.df if math.isfinite(both.df) else NORMAL
     if half == 0.0 or math.isinf(half):
         none = Undefined(Reason.NO_WIDTH) if half == 0.0 else QUANTILE_BEYOND_DOUBLES

@@ -31,7 +31,7 @@ from stats.exact.numbers import (
     finite_pair,
     interval_about,
     moments,
-    shortened,
+    to_120_bits,
     to_double,
 )
 from stats.exact.tails import exact_df, t_quantile, t_two_sided
@@ -202,7 +202,7 @@ def welch(a: Moments, b: Moments, level: Number = 0.95, names: Names = AS_A_AND_
     total = part_a + part_b
     if total == 0:
         return _no_test(Undefined(Reason.GROUPS_WITHOUT_SCATTER))
-    df = shortened(exact_df([(part_a, a.n - 1), (part_b, b.n - 1)]))
+    df = to_120_bits(exact_df([(part_a, a.n - 1), (part_b, b.n - 1)]))
     return t_test(a.exact_mean - b.exact_mean, total, df, level)
 
 
@@ -219,7 +219,7 @@ def t_test(difference: Fraction, se_squared: Fraction, df: Fraction, level: Numb
     if se_squared == 0:
         return _no_test(Undefined(Reason.GROUPS_WITHOUT_SCATTER))
     se = exact_root(se_squared)
-    t = shortened(difference / se)
+    t = to_120_bits(difference / se)
     tail = t_two_sided(t, df)
     interval = interval_about(difference, t_quantile(level, float(df)), se)
     return TTest(finite(t, "t"), float(df), tail.p, tail.log10_p, interval, finite(se, "the standard error"))

@@ -24,7 +24,7 @@ from stats.days.blocked_fit import Fit, Fitted, fit_by_day
 from stats.days.blocked_result import BlockedByDay, ExactTest, MixedModel
 from stats.days.cells import Codes, by_values, cells_of
 from stats.days.exact_by_day import Strata, exact_test, paired_tests, strata_of
-from stats.results import counted
+from stats.results import plural
 
 
 def blocked_by_day(
@@ -146,7 +146,7 @@ def _coded(name: str, labels: NDArray[np.object_], n: int) -> tuple[tuple[str, .
     words: list[str] = labels.tolist()
     if len(words) != n:
         raise InputRefused(
-            f"there {'is' if n == 1 else 'are'} {counted(n, 'value')} and {counted(len(words), 'label')} of {name}: "
+            f"there {'is' if n == 1 else 'are'} {plural(n, 'value')} and {plural(len(words), 'label')} of {name}: "
             "give one label for each value."
         )
     names = sorted(set(words))

@@ -89,7 +89,7 @@ FAR = 1e12
 
 @dataclass(frozen=True, slots=True)
 class Fitted:
-    """A design to be fitted: its cells, what it can tell, the names of its conditions, the level of intervals."""
+    """A design to be fitted: its cells, what it can estimate, the names of its conditions, the level of intervals."""
 
     cells: Cells
     strata: Strata

@@ -37,7 +37,7 @@ from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.checks import Labels, as_level, as_number
-from stats.compare.shared_error import SharedError, joined_variance, weighed
+from stats.compare.shared_error import SharedError, joined_variance, weighted_sum
 from stats.days.two_by_day import Counts, Runs, RunsByDay, SharedDay, blocks_of_runs, mean_of_runs, one_day, weights_of
 from stats.exact.tails import t_quantile, t_two_sided, t_upper
 
@@ -80,7 +80,7 @@ class Bounded:
     """Whether p is at most alpha; the interval lies within the bounds just then."""
 
 
-def bounded(
+def bounds_tests(
     value: float | Undefined,
     bounds: tuple[float, float],
     ci: tuple[float, float] | Undefined,
@@ -202,7 +202,7 @@ class Contrast:
             for ratio, shift, error in zip(ratios, shifts, errors, strict=True)
         )
         ci = _negative(self._fieller(level)) if percent else self.difference(level).ci
-        return bounded(value, (low, high), ci, alpha, (below, above), float(self.df))
+        return bounds_tests(value, (low, high), ci, alpha, (below, above), float(self.df))
 
     def variance(self, ratio: float) -> float:
         """Return the variance of T - ratio C without errors in common."""
@@ -375,8 +375,8 @@ def _paired(days: tuple[SharedDay, ...], counts: Counts, runs: RunsByDay) -> Con
     about = means - (control, treated)
     (v_cc, v_ct), (_, v_tt) = (about.T @ about / (k - 1) / k).tolist()
     weights = [1.0 / k] * k
-    of_control = weighed([day.control.shared for day in days], weights)
-    of_treated = weighed([day.treated.shared for day in days], weights)
+    of_control = weighted_sum([day.control.shared for day in days], weights)
+    of_treated = weighted_sum([day.treated.shared for day in days], weights)
     return Contrast(
         Rule.PAIRED, None, days, control, treated, v_cc, v_ct, v_tt, k - 1, of_control, of_treated, counts, runs
     )
@@ -390,7 +390,7 @@ def _within(days: tuple[SharedDay, ...], dfs: tuple[int, int], counts: Counts, r
         mean = math.fsum(weight * one.mean for weight, one in zip(weights, found, strict=True))
         of_a_run = math.fsum(one.squares for one in found) / df
         variance = of_a_run * math.fsum(w * w / one.n for w, one in zip(weights, found, strict=True))
-        return mean, variance, weighed([one.shared for one in found], weights)
+        return mean, variance, weighted_sum([one.shared for one in found], weights)
 
     control, v_cc, of_control = side([day.control for day in days], dfs[0])
     treated, v_tt, of_treated = side([day.treated for day in days], dfs[1])

@@ -3,7 +3,7 @@
 The exact tests take units of equal variance, and hold days or runs fixed:
 
 - Conditions joined by shared days, no runs: values, day fixed. In a complete balanced design this is the F of the mixed
-  model; elsewhere it leaves out what days tell between them, and stays exact.
+  model; elsewhere it leaves out the information between days, and stays exact.
 - Conditions joined by shared runs: values, run fixed.
 - One condition a run and runs of one size: run means, day fixed.
 - One condition a day and days of one size: day means.
@@ -49,15 +49,15 @@ class Strata:
     n_days: int
     n_runs: int
     day_is_run: bool
-    """Every day holds one run, so that the two cannot be told apart."""
+    """Every day holds one run, so that days and runs are confounded."""
     run_is_value: bool
-    """Every run holds one value, so that scatter between runs and within them cannot be told apart."""
+    """Every run holds one value, so that scatter between runs and within them is confounded."""
     day_is_value: bool
     """Every day holds one value."""
 
 
 def strata_of(cells: Cells) -> Strata:
-    """Return what the cells' design can tell; without runs, give each day as its own run."""
+    """Return which effects the cells' design can estimate; without runs, give each day as its own run."""
     by_day, by_run = parts_of(cells.condition, cells.day), parts_of(cells.condition, cells.run)
     days, runs, k = int(cells.day.max()) + 1, int(cells.run.max()) + 1, cells.n_conditions
     day = days - (int(by_day.max()) + 1)

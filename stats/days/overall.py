@@ -21,7 +21,7 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.checks import as_level
 from stats.compare.shared_error import SharedError, joined_variance, shared_of_mean
-from stats.days.decision import Bounded, Contrast, Estimate, Rule, bounded, undefined_bounds, undefined_estimate
+from stats.days.decision import Bounded, Contrast, Estimate, Rule, bounds_tests, undefined_bounds, undefined_estimate
 from stats.exact.tails import t_quantile, t_two_sided
 
 
@@ -116,7 +116,7 @@ def overall_equivalence(
     half = t_quantile(level, found.df) * error
     tests = ((change - low) / error, (change - high) / error)
     return OverallEquivalence(
-        bounded(change, (low, high), (change - half, change + half), alpha, tests, found.df), scope
+        bounds_tests(change, (low, high), (change - half, change + half), alpha, tests, found.df), scope
     )
 
 
@@ -143,7 +143,7 @@ def _claimed(groups: Mapping[str, Contrast]) -> dict[str, Contrast]:
 def same_on_every_day(groups: Mapping[str, Contrast]) -> list[str]:
     """Return the groups left out because treatment and control differ by as much on every day: their error is unknown.
 
-    The saving in percent of such a group scatters with its control alone, which tells nothing of the difference.
+    The saving in percent of such a group scatters with its control alone: that is not the error of the difference.
     """
     return [name for name, one in groups.items() if _scatters(one) and one.variance(1.0) == 0.0]
 

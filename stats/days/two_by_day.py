@@ -19,9 +19,9 @@ from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.checks import Labels, Missing, Sample, as_labels, as_sample, complete_rows
-from stats.compare.shared_error import SharedError, shared_of_mean, weighed
+from stats.compare.shared_error import SharedError, shared_of_mean, weighted_sum
 from stats.exact.numbers import common_shift, exact_sum, finite, greatest, out_of_range, times_power
-from stats.results import counted
+from stats.results import plural
 
 Floats = NDArray[np.float64]
 
@@ -124,7 +124,7 @@ def two_by_day(
         words = [str(day) for day in present_days[0]] if present_days else [""] * sample.values.size
         if len(words) != sample.values.size:
             raise InputRefused(
-                f"group {name} has {counted(sample.values.size, 'value')} and {counted(len(words), 'label')} of day: "
+                f"group {name} has {plural(sample.values.size, 'value')} and {plural(len(words), 'label')} of day: "
                 "give one label for each value."
             )
         samples.append(sample)
@@ -144,8 +144,8 @@ def two_by_day(
 def _exact_means(sample: Sample, words: list[str]) -> dict[str, tuple[int, Fraction]]:
     """Return the number of values of each day and their mean without error: sums that cancel keep all digits."""
     values = _by_day(sample.values, words)
-    rests_by_day = {} if sample.rest is None else _by_day(sample.rest, words)
-    return {day: (each.size, exact_sum(each, rests_by_day.get(day)) / each.size) for day, each in values.items()}
+    remainders_by_day = {} if sample.rest is None else _by_day(sample.rest, words)
+    return {day: (each.size, exact_sum(each, remainders_by_day.get(day)) / each.size) for day, each in values.items()}
 
 
 def _difference(a: Mapping[str, tuple[int, Fraction]], b: Mapping[str, tuple[int, Fraction]]) -> Fraction:
@@ -168,7 +168,7 @@ def _by_day(values: Floats, words: list[str]) -> dict[str, Floats]:
 
 
 def _as_doubles(a: Sample, b: Sample) -> tuple[Floats, Floats]:
-    """Return both samples as doubles; what doubles leave of decimals is kept by taking off what all have in common."""
+    """Return both samples as doubles, less a common shift where they have digits beyond those of doubles."""
     if a.rest is None and b.rest is None:
         return a.values, b.values
     origin = Fraction(common_shift(a.values, b.values))
@@ -255,7 +255,7 @@ def one_day(strata: Sequence[SharedDay]) -> SharedDay:
 
     def side(runs: Sequence[Runs]) -> Runs:
         mean = math.fsum(weight * one.mean for weight, one in zip(weights, runs, strict=True))
-        squares, shared = math.fsum(one.squares for one in runs), weighed([one.shared for one in runs], weights)
+        squares, shared = math.fsum(one.squares for one in runs), weighted_sum([one.shared for one in runs], weights)
         return Runs(sum(one.n for one in runs), mean, squares, shared)
 
     return SharedDay(strata[0].day, side([each.control for each in strata]), side([each.treated for each in strata]))
@@ -293,7 +293,7 @@ def blocks_of_runs(
     for what, given in (("label of day", days), ("label of stratum", levels), ("shared error", own)):
         if len(given) != n:
             raise InputRefused(
-                f"{name} has {counted(n, 'value')} and {counted(len(given), what)}: give one for each value."
+                f"{name} has {plural(n, 'value')} and {plural(len(given), what)}: give one for each value."
             )
     blocks: dict[Block, list[int]] = {}
     for at, block in enumerate(zip(days, levels, strict=True)):

@@ -1,7 +1,7 @@
 """Exact sums and moments, numbers beyond the range of doubles, sums that tie exactly, and roots of functions.
 
 A mean is an exact fraction, squares are those of deviations from it: an offset costs no digit. The squares of a
-constant sample are exactly 0, so that "no scatter" can be told from "little scatter" (the cases W1 to W5 that give
+constant sample are exactly 0, so that "no scatter" differs from "little scatter" (the cases W1 to W5 that give
 other programs a p-value from 0/0). Tests of several samples take the exact fields and round once, at the end.
 
 Doubles reach from 5e-324 to 1.8e308. Sums, squares and quotients of values from both ends of that range leave it: a
@@ -105,7 +105,7 @@ def exact_root(value: Fraction) -> Fraction:
     return Fraction(math.isqrt(scaled // divisor)) / Fraction(2) ** (shift // 2)
 
 
-def shortened(value: Fraction) -> Fraction:
+def to_120_bits(value: Fraction) -> Fraction:
     """Return a number of any size to 120 bits, so that what follows need not carry thousands."""
     shift = _ROOT_BITS - (value.numerator.bit_length() - value.denominator.bit_length())
     if shift >= 0:
@@ -221,7 +221,7 @@ Numbers = NDArray[np.number]
 
 _MOST_DECIMALS = 15
 _LARGEST_WHOLE = 2.0**53
-"""Up to here doubles tell whole numbers apart."""
+"""Up to here doubles hold every whole number."""
 MOST_BITS = 62
 """Differences of whole numbers below 2^62 are whole numbers below 2^63."""
 _MOST_OF_ANY_LENGTH = 200
@@ -337,7 +337,7 @@ def root_between(function: Callable[[float], float], one: Point, other: Point, m
 
 
 def _next_share(a: float, f_a: float, b: float, f_b: float, c: float, f_c: float) -> float:
-    """Return how far from a to b to look next: a half where the three values do not tell."""
+    """Return how far from a to b to look next: a half where the three values do not determine it."""
     try:
         xi, phi = (a - b) / (c - b), (f_a - f_b) / (f_c - f_b)
         alpha = (c - a) / (b - a)

@@ -178,7 +178,7 @@ def critical_values(log_upper: LogUpper, tail: float, df: Floats, comparisons: i
     rows = np.arange(df.size)
     near = {"fatol": _ROUNDING, "xrtol": _ROUNDING}
     found = find_root(lambda t, row: log_upper(t, row) - math.log(tail), bracket, args=(rows,), tolerances=near)
-    return np.clip(np.where(np.isnan(found.x), low, found.x), low, high)  # NaN: a tail that cannot be told from 1
+    return np.clip(np.where(np.isnan(found.x), low, found.x), low, high)  # NaN: a tail that rounds to 1
 
 
 def steepness_of_largest(count: int) -> float:

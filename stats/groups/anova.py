@@ -34,9 +34,9 @@ from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level
 from stats.compare.effect_size import eta_squared_ci
 from stats.compare.summary import Group, Groups, read_groups
-from stats.exact.numbers import Interval, exact_root, finite, shortened
+from stats.exact.numbers import Interval, exact_root, finite, to_120_bits
 from stats.exact.tails import f_upper
-from stats.results import Result, counted, missing_text, share_text
+from stats.results import Result, missing_text, plural, share_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,12 +90,12 @@ class Anova(Result):
         """Return the result in words: F, both degrees of freedom, p, both shares of variance with interval, n."""
         n = sum(self.group_ns)
         if isinstance(self.f, Undefined):
-            return f"No one-way ANOVA over {what} ({counted(len(self.groups), 'group')}, n = {n}): {self.f.reason}."
+            return f"No one-way ANOVA over {what} ({plural(len(self.groups), 'group')}, n = {n}): {self.f.reason}."
         return (
             f"One-way ANOVA over {what}: {statistic_text('F', self.f, (self.df_between, self.df_within))}, "
             f"{p_text(self.p, alpha_of_level(self.level))}, eta squared {share_text(self.eta_squared)}, "
             f"omega squared {share_text(self.omega_squared)} ({interval_text(self.eta_squared_ci, self.level)}) "
-            f"({counted(len(self.groups), 'group')}, n = {n}{missing_text(self.missing)})."
+            f"({plural(len(self.groups), 'group')}, n = {n}{missing_text(self.missing)})."
         )
 
 
@@ -238,13 +238,13 @@ class WelchAnova(Result):
         """Return the result in words: F, both degrees of freedom, p, both shares of variance with interval, n."""
         n = sum(self.group_ns)
         if isinstance(self.f, Undefined):
-            return f"No Welch ANOVA over {what} ({counted(len(self.groups), 'group')}, n = {n}): {self.f.reason}."
+            return f"No Welch ANOVA over {what} ({plural(len(self.groups), 'group')}, n = {n}): {self.f.reason}."
         limit = f"; limit for {self.constant_group!r}, which has no scatter" if self.constant_group else ""
         return (
             f"Welch ANOVA over {what}: {statistic_text('F', self.f, (self.df_between, self.df_within))}, "
             f"{p_text(self.p, alpha_of_level(self.level))}, eta squared {share_text(self.eta_squared)}, "
             f"omega squared {share_text(self.omega_squared)} ({interval_text(self.eta_squared_ci, self.level)}) "
-            f"({counted(len(self.groups), 'group')}, n = {n}{missing_text(self.missing)}{limit})."
+            f"({plural(len(self.groups), 'group')}, n = {n}{missing_text(self.missing)}{limit})."
         )
 
 
@@ -282,7 +282,7 @@ def welch_anova(
     distances = _distances(read.filled, weights)
     doubt = sum(((1 - shares[group.name]) ** 2 / (group.n - 1) for group in read.filled), Fraction(0))
     f = distances / (k - 1) / (1 + 2 * (k - 2) * doubt / (k * k - 1))
-    f, df_within = (shortened(number) for number in (f, (k * k - 1) / (3 * doubt)))
+    f, df_within = (to_120_bits(number) for number in (f, (k * k - 1) / (3 * doubt)))
     tail = f_upper(f, k - 1, df_within)
     n, above_chance = sum(read.sizes), (k - 1) * (f - 1)
     return replace(
@@ -298,7 +298,7 @@ def welch_anova(
 
 def _weights(groups: Sequence[Group]) -> dict[str, Fraction]:
     """Return w_i by name, those of groups that scatter."""
-    return {group.name: shortened(1 / group.exact_mean_variance) for group in groups if not group.constant}
+    return {group.name: to_120_bits(1 / group.exact_mean_variance) for group in groups if not group.constant}
 
 
 def _shares(groups: Sequence[Group], weights: Mapping[str, Fraction]) -> dict[str, Fraction]:

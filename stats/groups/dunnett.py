@@ -30,7 +30,7 @@ from data_schema.rounding import alpha_of_level, level_text, number_text, p_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_groups, as_level
 from stats.compare.summary import Groups, read_groups
-from stats.exact.numbers import Floats, exact_root, finite, shortened
+from stats.exact.numbers import Floats, exact_root, finite, to_120_bits
 from stats.exact.quadrature import (
     Rows,
     critical_values,
@@ -284,7 +284,7 @@ class _Family:
             none = self.critical
             return AgainstControl(name, group.n, shown, none, none, none, none, none)
         se = exact_root(self.squares / self.df * (Fraction(1, group.n) + Fraction(1, self.n_control)))
-        half, t = Fraction(self.critical) * se, shortened(difference / se)
+        half, t = Fraction(self.critical) * se, to_120_bits(difference / se)
         low, high = (self.read.in_unit(end, _END) for end in (difference - half, difference + half))
         log_p = log_upper_of_any(self._log_upper, _SIGNED[self.alternative](t), self.df)
         return AgainstControl(

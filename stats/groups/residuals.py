@@ -32,7 +32,7 @@ from stats.exact.numbers import (
     times_power,
     to_double,
 )
-from stats.results import Result, counted, missing_text, with_unit
+from stats.results import Result, missing_text, plural, with_unit
 
 _SD = "the residual standard deviation"
 
@@ -225,7 +225,7 @@ class NormalQuantiles(Result):
         """Return in words how many residuals lie outside the band, and how many of normal values would."""
         n, outside, left_out = len(self.observed), self.outside, missing_text(self.missing)
         if isinstance(outside, Undefined):
-            return f"There is no band for n = {counted(n, 'residual')}{left_out}, because {outside.reason}."
+            return f"There is no band for n = {plural(n, 'residual')}{left_out}, because {outside.reason}."
         usual, comma = number_text((1.0 - self.level) * n, 2), "," if left_out else ""
         return (
             f"{outside} of n = {n} residuals{left_out}{comma} lie outside the {level_text(self.level)} band of each "

@@ -31,7 +31,7 @@ from data_schema.rounding import alpha_of_level, error_of, interval_text, number
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level
 from stats.compare.summary import Group, Groups, read_groups
-from stats.exact.numbers import Floats, Number, exact_root, finite, shortened
+from stats.exact.numbers import Floats, Number, exact_root, finite, to_120_bits
 from stats.exact.quadrature import (
     FAR,
     Rows,
@@ -290,7 +290,7 @@ def _standardised(a: Group, b: Group, error: _Error | Undefined) -> _Standardise
     if isinstance(error, Undefined):
         return error
     difference, se = a.exact_mean - b.exact_mean, exact_root(error.squared / 2)
-    return _Standardised(difference, se, shortened(abs(difference) / se), error.df)
+    return _Standardised(difference, se, to_120_bits(abs(difference) / se), error.df)
 
 
 def _tests(given: list[_Standardised], k: int, alpha: float) -> list[tuple[float, Tail]]:

@@ -33,10 +33,10 @@ from stats.exact.numbers import (
     finite_pair,
     moments,
     out_of_range,
-    shortened,
+    to_120_bits,
 )
 from stats.exact.tails import Tail, chi2_upper, f_two_sided, f_upper
-from stats.results import Result, counted, missing_text
+from stats.results import Result, missing_text, plural
 
 _FEW = 50
 """Values up to which fractions take no time that anybody notices."""
@@ -113,7 +113,7 @@ class VarianceTest(Result):
 
     def sentence(self) -> str:
         """Return the test in words: statistic, degrees of freedom, p, n."""
-        sizes = f"({counted(len(self.groups), 'group')}, n = {sum(self.group_ns)}{missing_text(self.missing)})"
+        sizes = f"({plural(len(self.groups), 'group')}, n = {sum(self.group_ns)}{missing_text(self.missing)})"
         if isinstance(self.p, Undefined):
             return f"{self.test} test of equal variances {sizes}: none, because {self.p.reason}."
         sign = "chi-squared" if self.test == "Bartlett" else "F"
@@ -209,7 +209,7 @@ def variance_ratio(a: Moments, b: Moments, names: Names = AS_A_AND_B) -> tuple[F
         return Undefined(Reason.RATIO_BY_ZERO, group=group), Undefined(Reason.GROUP_CONSTANT, group=group)
     if a.constant:
         return Fraction(0), Undefined(Reason.GROUP_CONSTANT, group=f"group {names[0]}")
-    ratio = shortened(a.exact_variance / b.exact_variance)
+    ratio = to_120_bits(a.exact_variance / b.exact_variance)
     return ratio, f_two_sided(ratio, a.n - 1, b.n - 1)
 
 
@@ -275,6 +275,6 @@ def _of_spreads(test: str, samples: Mapping[str, Sample], spread: Callable[[Samp
         return VarianceTest(test, names, sizes, reason, df, reason, reason, missing=_missing(samples))
     grand = sum((part.n * part.exact_mean for part in parts), Fraction(0)) / sum(sizes)
     between = sum((part.n * (part.exact_mean - grand) ** 2 for part in parts), Fraction(0))
-    f = shortened((between / df[0]) / (within / df[1])) if between else Fraction(0)
+    f = to_120_bits((between / df[0]) / (within / df[1])) if between else Fraction(0)
     tail = f_upper(f, *df)
     return VarianceTest(test, names, sizes, finite(f, "F"), df, tail.p, tail.log10_p, missing=_missing(samples))

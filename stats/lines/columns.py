@@ -172,7 +172,7 @@ _UNITS = {"M": "s since 1970 UTC", "m": "s"}
 
 def time_unit(values: Any) -> str | None:
     """Return "s since 1970 UTC" for moments, "s" for durations, and None for numbers."""
-    first = values[:1] if isinstance(values, Sequence) else values  # of a list, no more than what tells the type
+    first = values[:1] if isinstance(values, Sequence) else values  # of a list only what its type is found from
     return _UNITS.get(np.asarray(first).dtype.kind)
 
 
@@ -227,8 +227,9 @@ def identifiable(
 ) -> ExactFit:
     """Return a fit whose coefficients the columns determine; raises `InputRefused`, naming those that are collinear."""
     if exact is None or _follows(exact, list(columns.values()), spreads, skip):
+        listed = quoted_list(_collinear(list(columns), directions))
         raise InputRefused(
-            f"the columns {listed(_collinear(list(columns), directions))} are collinear to the last digit, so that "
+            f"the columns {listed} are collinear to the last digit, so that "
             "their coefficients are not identifiable: leave one of them out."
         )
     return exact
@@ -254,7 +255,7 @@ def _collinear(names: Sequence[str], columns: Sequence[Floats]) -> list[str]:
     return [name for name, size in zip(names, share, strict=True) if size > 1e-8 * share.max()]
 
 
-def listed(names: list[str]) -> str:
+def quoted_list(names: list[str]) -> str:
     """Return names in quotes, as "'a', 'b' and 'c'"."""
     quoted = [repr(name) for name in names]
     return quoted[0] if len(quoted) == 1 else f"{', '.join(quoted[:-1])} and {quoted[-1]}"

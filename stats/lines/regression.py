@@ -26,14 +26,14 @@ from data_schema.errors import InputRefused, unknown_name
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_values, complete_rows
-from stats.compare.shared_error import SharedError, joined
-from stats.exact.numbers import exact_root, refuse_beyond, shortened, to_double
+from stats.compare.shared_error import SharedError, join_errors
+from stats.exact.numbers import exact_root, refuse_beyond, to_120_bits, to_double
 from stats.lines.columns import (
     as_column,
     as_ticks,
     identifiable,
-    listed,
     named_columns,
+    quoted_list,
     refuse_unfit,
     refuse_unidentifiable,
     time_unit,
@@ -88,7 +88,7 @@ class LinearFit(Fit):
                 raise unknown_name("column", name, columns)
         missing = [name for name in columns if name not in values]
         if missing:
-            raise InputRefused(f"no value was given for {listed(missing)}: give one for each column.")
+            raise InputRefused(f"no value was given for {quoted_list(missing)}: give one for each column.")
         level = as_level("level", level)
         place = [as_number(f"the value of {name!r}", values[name]) for name in columns]
         ranges = zip(place, self.lowest, self.highest, strict=True)
@@ -204,7 +204,7 @@ class PolynomialFit(Fit):
         u = (Fraction(place) - Fraction(self.centre)) / Fraction(self.half_range)
         waves = [Fraction(1), u]
         for _ in range(2, self.degree + 1):
-            waves.append(shortened(2 * u * waves[-1] - waves[-2]))
+            waves.append(to_120_bits(2 * u * waves[-1] - waves[-2]))
         products = (Fraction(c) * wave for c, wave in zip(self.chebyshev_coefficients, waves, strict=True))
         value, covariance = sum(products, Fraction(0)), self.chebyshev_covariance
         se = covariance if isinstance(covariance, Undefined) else root_of_form(waves, covariance)
@@ -394,6 +394,6 @@ def slope_through_origin(
     se = float(np.sqrt(len(names) / df * (of_groups @ of_groups)) / squares)
     ci: tuple[float, float] = (slope, slope)
     if se or error.se:
-        _both, half, exponent = joined(se, df, error, level)
+        _both, half, exponent = join_errors(se, df, error, level)
         ci = slope - float(np.ldexp(half, exponent)), slope + float(np.ldexp(half, exponent))
     return SlopeThroughOrigin(slope, se, error.se, ci, level, len(names), across.size)

@@ -95,7 +95,7 @@ class Recorded:
 
 
 @lru_cache(maxsize=1)
-def recorded() -> tuple[Recorded, ...]:
+def records() -> tuple[Recorded, ...]:
     """Return what is on record for reports, design by design."""
     return tuple(read(FILE.read_text(encoding="utf-8")))
 
@@ -174,7 +174,7 @@ def weak_point(
 def _looked_up() -> dict[tuple[str, str, int], list[Recorded]]:
     """Return the rows of each method and layout, of one group, two and several."""
     found: dict[tuple[str, str, int], list[Recorded]] = {}
-    for row in recorded():
+    for row in records():
         found.setdefault((row.method, row.layout, min(len(row.groups), SEVERAL)), []).append(row)
     return found
 

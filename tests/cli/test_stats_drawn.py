@@ -25,7 +25,7 @@ from labbook.presenting.stats.figures import (
     quantiles_of,
     residual_plot_of,
     residuals_of,
-    shortened,
+    shorten_name,
 )
 from reports.figures.estimation import Estimation, EstimationGroup, draw_estimation
 from reports.figures.estimation_parts import MOST_DRAWN
@@ -179,7 +179,7 @@ def test_of_many_residuals_a_part_is_drawn_and_said() -> None:
 def test_long_names_leave_room_for_the_values() -> None:
     figures = residual_figures(table({"a" * 70: [1.0, 2.0], "b": [2.0, 4.0]}))
     number = Number(0.5, "J", ci_low=0.0, ci_high=1.0)
-    groups = tuple(EstimationGroup(shortened(name), (1.0, 2.0)) for name in ("a" * 70, "b"))
+    groups = tuple(EstimationGroup(shorten_name(name), (1.0, 2.0)) for name in ("a" * 70, "b"))
     figures.append(draw_estimation(Estimation("Energy", "J", groups, 0, (None, number)), ONE_COLUMN_IN))
     for figure in figures:
         figure.draw_without_rendering()

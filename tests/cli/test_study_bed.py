@@ -20,7 +20,7 @@ from labbook.book.opening import opened
 from labbook.demo.studies.registry import STUDIES
 from labbook.demo.studies.sheets import flasks
 from labbook.presenting.report.content import make_report
-from labbook.presenting.studies.bed import beside
+from labbook.presenting.studies.bed import comparison_rows
 from simulator.steady.published_results import published_numbers
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.books import SmallBook, small_book
@@ -132,8 +132,8 @@ def test_its_demonstration_leads_to_its_page(tmp_path: Path) -> None:
 def test_each_factor_of_words_has_its_rows(book: Path) -> None:
     """Not only the feet, where the robot also jumped on two surfaces, say."""
     found = bed_study_of(book, None, None, lambda _text: None).study
-    names = [row[0] for row in beside(replace(found, named=("foot", "k_gain")))]
-    assert [row[0] for row in beside(found)] == [
+    names = [row[0] for row in comparison_rows(replace(found, named=("foot", "k_gain")))]
+    assert [row[0] for row in comparison_rows(found)] == [
         name for name in names if "less k" not in name and "k_gain" not in name
     ]
     assert {"joules, foot: pairs at one damping gain", "joules, k_gain: pairs at one damping gain"} < {*names}

@@ -18,7 +18,7 @@ from benchmarks.validation_emulator import from_charges
 from labbook.actions.studies.emulator import emulator_study_of
 from labbook.analysis.studies.emulator import Controller
 from labbook.demo.studies.emulator import emulator_campaign, make_emulator_book
-from labbook.presenting.studies.emulator import drawn, sentences
+from labbook.presenting.studies.emulator import figure_data, sentences
 from reports.figures.emulator import draw_emulator
 from simulator.steady.published_results import published_numbers
 from tests.cli.shell import good, labbook, refused
@@ -128,7 +128,7 @@ def test_its_page_is_one_sheet(book: Path, tmp_path: Path) -> None:
 def test_its_figure_names_axes_units_and_what_bars_are(book: Path) -> None:
     study = emulator_study_of(book, None, None, None, None, None, lambda _what: None).study
     found = replace(study, left_out=(500.0,))
-    figure = draw_emulator(*drawn(found))
+    figure = draw_emulator(*figure_data(found))
     labels = " ".join(axes.get_xlabel() + axes.get_ylabel() for axes in figure.axes)
     for said in (
         "Energy of a jump (J)",

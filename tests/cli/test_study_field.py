@@ -10,7 +10,7 @@ import pytest
 from benchmarks.validation_document import STUDIES, covered, outside
 from labbook.actions.studies.sheets import field_study_of
 from labbook.analysis.studies.field import Walk, field_study
-from labbook.presenting.studies.field import drawn
+from labbook.presenting.studies.field import figure_data
 from simulator.steady.published_results import published_numbers
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.study_pages import study_page
@@ -153,7 +153,7 @@ def test_the_thesis_s_values_stand_beside_in_words_data_and_figure(tmp_path: Pat
         for walk in "ab"
         for robot in ("RHex_THIN2", "everything")
     ]
-    (thin, other), ratio, label = drawn(field_study([*rows[:3], replace(rows[3], energy_j=2e4)]))
+    (thin, other), ratio, label = figure_data(field_study([*rows[:3], replace(rows[3], energy_j=2e4)]))
     assert (thin.published, other.published, ratio.published, label) == (
         published_numbers()["field.sr_thin"],
         None,

@@ -19,7 +19,7 @@ from labbook.analysis.studies.force_plate import PlateRun, compare_joules
 from labbook.demo.studies import force_plate
 from labbook.demo.studies.force_plate import PlateScatter, plate_campaign
 from labbook.demo.studies.force_plate_files import make_plate_book
-from labbook.presenting.studies.force_plate import as_data, drawn
+from labbook.presenting.studies.force_plate import as_data, figure_data
 from reports.figures.force_plate import draw_force_plate
 from simulator.steady.published_results import published_numbers
 from tests.cli.shell import good, labbook, refused
@@ -144,7 +144,7 @@ def test_without_impacts_and_smoothing_the_whole_chain_gives_the_motors_joules(m
 def test_its_figure_fits_a_column_too() -> None:
     runs = [in_memory(run, 40.0) for run in plate_campaign(6, days=1, hops=16) if run.gain]
     study = compare_joules([replace(run, title=f"extension {run.condition[-3:]}") for run in runs])
-    figure = draw_force_plate(*drawn(study), width_in=3.4)
+    figure = draw_force_plate(*figure_data(study), width_in=3.4)
     labels = " ".join(axes.get_xlabel() + axes.get_ylabel() for axes in figure.axes)
     for said in ("Force on the plate (N)", "Leg length (cm)", "Measured joules", "Estimated joules", "Window", "Slope"):
         assert said in labels

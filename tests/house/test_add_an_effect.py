@@ -13,7 +13,7 @@ import pytest
 from simulator.effects.effect import Effect, Energy, State, no_functions
 from simulator.effects.registry import EFFECTS
 from simulator.kernel.composition import compose
-from simulator.kernel.effect_functions import SLOTS, given_by
+from simulator.kernel.effect_functions import SLOTS, sorted_functions
 from tests.helpers.kernels import ROOT, python
 
 DOCUMENT = (ROOT / "docs" / "add-an-effect.md").read_text(encoding="utf-8")
@@ -267,7 +267,7 @@ PLACES = compose(["hydrostatic_stiffness"]).position
 )
 def test_what_it_declares_and_what_it_gives_must_agree(effect: Effect, names: str) -> None:
     with pytest.raises(ValueError, match=f"hydrostatic_stiffness .*{names}"):
-        given_by(effect, PLACES.__getitem__, 6)
+        sorted_functions(effect, PLACES.__getitem__, 6)
 
 
 def test_what_it_declares_must_make_sense() -> None:

@@ -167,7 +167,15 @@ def classes() -> Iterator[type]:
 
 
 RESULTS = [kind for kind in classes() if issubclass(kind, Result)]
-OF_CHECKED_INPUT = {"brown_forsythe_of", "exact_test", "fit_of", "one_by_one", "paired_tests", "response_at", "tost"}
+OF_CHECKED_INPUT = {
+    "brown_forsythe_of",
+    "exact_test",
+    "fit_of",
+    "coefficients_of",
+    "paired_tests",
+    "response_at",
+    "tost",
+}
 """Functions that serve others and take what those have read."""
 
 

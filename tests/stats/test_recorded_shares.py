@@ -14,7 +14,7 @@ from benchmarks.stats_evidence.sizes.method import standard_error
 from benchmarks.stats_evidence.sizes.record import LOOKED_UP, design_of, looked_up
 from labbook.presenting.report.error_rates import NAMES
 from stats.planning import recorded as module
-from stats.planning.recorded import Recorded, recorded, weak_point
+from stats.planning.recorded import Recorded, records, weak_point
 from tests.helpers.recorded_rates import EVERY
 
 YARDSTICKS = [
@@ -108,7 +108,7 @@ def other_record(monkeypatch):
         module.weak_point.cache_clear()
 
     def look_up_in(rows):
-        monkeypatch.setattr(module, "recorded", lambda: rows)
+        monkeypatch.setattr(module, "records", lambda: rows)
         forget()
 
     yield look_up_in
@@ -136,8 +136,8 @@ def test_reports_find_the_worst_of_all_that_is_simulated(other_record):
 
 
 def test_the_wheel_holds_what_reports_look_up_and_no_more():
-    assert Counter(recorded()) == Counter(looked_up(EVERY))
-    assert {row.method.removesuffix("_shared") for row in recorded()} == set(NAMES)
+    assert Counter(records()) == Counter(looked_up(EVERY))
+    assert {row.method.removesuffix("_shared") for row in records()} == set(NAMES)
     assert len(LOOKED_UP.read_text(encoding="utf-8").splitlines()) < 600
 
 

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from data_schema.errors import UsageError
-from simulator.ablation.corners import Corners, compared_at_corners
+from simulator.ablation.corners import Corners, compare_at_corners
 from simulator.ablation.smallest import tolerance_of
 from simulator.ablation.study import Ablation, ablation_of_effects
 from simulator.changes import changed_by_words, without_auto
@@ -118,7 +118,7 @@ def planned_sweep(request: SweepRequest, step: Step) -> PlannedSweep:
     if ablation is None or not ablation.smallest.left_out.effects:
         return PlannedSweep(sweep, ablation)
     chosen = reduced_scene(scene, ablation)
-    corners = compared_at_corners(scene, chosen, design.axes, ablation.accuracy, step)
+    corners = compare_at_corners(scene, chosen, design.axes, ablation.accuracy, step)
     return PlannedSweep(replace(sweep, scene=chosen), ablation, corners)
 
 

@@ -15,7 +15,7 @@ from labbook.analysis.comparison.by_day import add_shared_error
 from labbook.analysis.observations import Observations
 from labbook.presenting.report.day_layout import FROM_DAYS
 from labbook.presenting.stats.days import HERE, LEFT_OUT, day_left_out, day_notes, one_day_groups, with_confounding
-from labbook.presenting.stats.decided import IGNORING, DecidedEquivalence, DecidedGroups, decided_groups
+from labbook.presenting.stats.decided import IGNORING, DecidedEquivalence, DecidedGroups, decide_groups
 from labbook.presenting.stats.figures import estimation_of, number_of
 from labbook.presenting.stats.plan import plan_notes
 from stats.checks import Missing
@@ -36,7 +36,7 @@ def compare(question: Question, route: str) -> Answer:
     Where days are known, and the plan leaves the unit of analysis to them, the test by shared days leads.
     """
     observed, control = question.observed, question.control
-    found, by_days = compared(question, route), decided_groups(observed, question.alpha)
+    found, by_days = compared(question, route), decide_groups(observed, question.alpha)
     names = {label: observed.name(label) for label in found}
     sentences = []
     for label, result in found.items():
@@ -129,7 +129,7 @@ def save(question: Question) -> Answer:
     As in `compare` the test by shared days leads, with the savings that the report states.
     """
     observed, control = question.observed, question.control
-    by_days = decided_groups(observed, question.alpha, savings=True)
+    by_days = decide_groups(observed, question.alpha, savings=True)
     found = {
         label: percent_savings(
             observed.values(observed.control),

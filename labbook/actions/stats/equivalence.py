@@ -14,7 +14,7 @@ from labbook.actions.stats.comparing import sentences_with_days
 from labbook.config.model import Bounds
 from labbook.presenting.report.day_layout import FROM_DAYS
 from labbook.presenting.stats.days import HERE, LEFT_OUT, day_notes, one_day_groups, with_confounding
-from labbook.presenting.stats.decided import IGNORING, decided_equivalence, shared_days_decide
+from labbook.presenting.stats.decided import IGNORING, decide_group_equivalence, shared_days_decide
 from labbook.presenting.stats.figures import estimation_of, number_of
 from labbook.presenting.stats.plan import Bounded, plan_notes
 from stats.checks import Missing
@@ -48,7 +48,7 @@ def equal(question: Question, given: Bounded, route: str = "welch") -> Answer:
     by_days = (
         None
         if low is None or high is None
-        else decided_equivalence(observed, Bounds(low, high, percent), question.alpha)
+        else decide_group_equivalence(observed, Bounds(low, high, percent), question.alpha)
     )
     alone, sentences = by_days is None and shared_days_decide(observed), []
     for label, result in tested.items():

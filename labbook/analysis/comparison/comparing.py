@@ -84,7 +84,7 @@ def compare(
                 {"quantity": str(quantity), "family": pair.family, "label": pair.label, **scope},
                 fingerprints_of_sides(pair),
                 {"with_savings": pair.against_control and quantity.has_savings, "alpha": alpha},
-                lambda pair=pair: compared(pair, quantity, alpha),  # type: ignore[misc]
+                lambda pair=pair: compare_pair(pair, quantity, alpha),  # type: ignore[misc]
             )
             for pair in pairs
         ]
@@ -148,7 +148,7 @@ def pairs_in_units(
     return [replace(pair, a=(a,), b=(b,)) for pair, (a, b) in zip(pairs, both, strict=True)]
 
 
-def compared(pair: Pair, quantity: Outcome, alpha: float) -> ComparisonResult:
+def compare_pair(pair: Pair, quantity: Outcome, alpha: float) -> ComparisonResult:
     """Compare the values of a pair, whose intervals have level 1 - alpha."""
     a, b, level = values_of(pair.a), values_of(pair.b), 1.0 - alpha
     test, spreads = compare_two(b, a, "f_then_t", alpha), brown_forsythe({"a": b, "b": a})

@@ -132,7 +132,7 @@ def _log10_p(t: Number) -> float | Undefined:
     return t_two_sided(t.value, t.df).log10_p
 
 
-def unselected_conditions_of(
+def unselected_conditions(
     cache: ResultCache,
     detections: Detections,
     evidence: StudyData,
@@ -173,7 +173,7 @@ class Compared:
     """A pair with its runs, the quantity compared, the stored comparison, and the results beside it.
 
     `by_day` and `equivalent` are there for comparisons with the control, the second for heights where bounds were
-    stated; `adjusted` holds the p-values of the whole family that the pair belongs to, shown here or not. `decided` is
+    given; `adjusted` holds the p-values of the whole family that the pair belongs to, shown here or not. `decided` is
     there where the unit of analysis is decided by shared days.
     """
 
@@ -273,7 +273,7 @@ def _with_decided_family(
 def _tested(
     cache: ResultCache, pairs: Sequence[Pair], quantity: Outcome, settings: AnalysisSettings, scope: Mapping[str, Any]
 ) -> list[Compared]:
-    """Test pairs on units of analysis; heights for equality too, where bounds were stated."""
+    """Test pairs on units of analysis; heights for equality too, where bounds were given."""
     unit, alpha, bounds = settings.unit_of_analysis, settings.alpha, settings.apex_bounds
     units, of_unit = pairs_in_units(cache, pairs, quantity, unit, scope), unit_scope(scope, unit)
     results = compare(cache, units, quantity, of_unit, alpha)

@@ -126,7 +126,7 @@ def decide(
                 # Results of before have the key without what is pooled: they took its levels for days.
                 {"with_savings": _has_savings(pair, quantity), "alpha": alpha}
                 | ({"within": list(pair.pooled_over)} if pair.pooled_over else {}),
-                lambda pair=pair: decided(pair, quantity, alpha),  # type: ignore[misc]
+                lambda pair=pair: decide_pair(pair, quantity, alpha),  # type: ignore[misc]
             )
             for pair in pairs
         ]
@@ -239,7 +239,7 @@ def _fingerprints(pairs: Mapping[str, Pair]) -> tuple[InputRow, ...]:
     return tuple(one for pair in pairs.values() for one in fingerprints_of_contrast(pair))
 
 
-def decided(pair: Pair, quantity: Outcome, alpha: float, contrast: Contrast | None = None) -> DecisionResult:
+def decide_pair(pair: Pair, quantity: Outcome, alpha: float, contrast: Contrast | None = None) -> DecisionResult:
     """Decide about a pair by the rule that fits its days, or by another contrast; intervals have level 1 - alpha."""
     found = contrast_of(pair) if contrast is None else contrast
     return decide_by_contrast(found, quantity.unit, alpha, _has_savings(pair, quantity), quantity.shares_error)

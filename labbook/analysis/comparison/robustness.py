@@ -17,8 +17,8 @@ from data_schema.outcomes import Outcome
 from data_schema.queries.results import InputRow
 from data_schema.vocabulary import RunKind, Undefined
 from labbook.analysis.comparison import pairing
-from labbook.analysis.comparison.comparing import COMPARISON, ComparisonResult, compare, compared, pairs_in_units
-from labbook.analysis.comparison.deciding import DECISION, DecisionResult, contrast_of, decide, decided
+from labbook.analysis.comparison.comparing import COMPARISON, ComparisonResult, compare, compare_pair, pairs_in_units
+from labbook.analysis.comparison.deciding import DECISION, DecisionResult, contrast_of, decide, decide_pair
 from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.conditions import (
     ConditionValues,
@@ -36,7 +36,7 @@ from labbook.analysis.outcomes.run_energy import (
     Drain,
     RunEnergy,
     drain_lines,
-    energies_by,
+    energies_with_drains,
     idle_charges,
     passive_drains,
     run_energies,
@@ -75,7 +75,7 @@ class LeftOut:
     def joules(self) -> Mapping[str, RunEnergy]:
         """The joules of the other runs by the drain lines of the other days."""
         rest = without_day(self.evidence, self.day)
-        return energies_by(rest, drain_lines(rest))
+        return energies_with_drains(rest, drain_lines(rest))
 
     def remains(self, side: Sequence[ConditionValues], quantity: Outcome) -> bool:
         """Whether a side of a comparison has a value left."""
@@ -187,11 +187,11 @@ def _request(
 
     def estimate() -> ComparisonResult | DecisionResult:
         if decides and not day.changes(quantity):
-            return decided(pair, quantity, alpha, contrast().without(day.day))
+            return decide_pair(pair, quantity, alpha, contrast().without(day.day))
         rest = replace(pair, a=day.rest_of(pair.a, quantity), b=day.rest_of(pair.b, quantity))
         if unit is UnitOfAnalysis.DAY:
             rest = replace(rest, a=(_day_means(rest.a),), b=(_day_means(rest.b),))
-        return decided(rest, quantity, alpha) if decides else compared(rest, quantity, alpha)
+        return decide_pair(rest, quantity, alpha) if decides else compare_pair(rest, quantity, alpha)
 
     of_unit = scope if decides else unit_scope(scope, unit)
     about = {"quantity": str(quantity), "family": pair.family, "label": pair.label, **of_unit}

@@ -216,7 +216,7 @@ def budget(
 
 
 def _resolution_mah(evidence: StudyData, condition: ConditionValues) -> float:
-    """Return the coarsest resolution among the charges that the condition's joules rest on."""
+    """Return the coarsest resolution among the charges that the condition's joules are computed from."""
     charges = [usable_charge(item.run, evidence.charges.get(item.run.uid, [])) for item in condition.runs]
     return max(charge.resolution_mah for charge in charges if not isinstance(charge, Undefined))
 

@@ -207,7 +207,7 @@ def without_exclusions(evidence: StudyData) -> ApexVariant:
 
 
 def usable_logs(run: RunRow, logs: Sequence[SignalRow]) -> tuple[SignalRow, ...] | Undefined:
-    """Return the logs that a run's apexes rest on in their order, or why there are none.
+    """Return the logs that a run's apexes come from, in their order, or why there are none.
 
     A run that was started again leaves several: segments of one file, or as many files as the run had starts. More
     files than starts are copies or mistakes, and which one counts is for a person to say; the same samples saved twice

@@ -244,7 +244,7 @@ def run_energies(
     return RunResults(dict(zip(requests, cache.ensure(list(requests.values())), strict=True)), missing)
 
 
-def energies_by(evidence: StudyData, lines: Mapping[str, PassiveDrain | Undefined]) -> dict[str, RunEnergy]:
+def energies_with_drains(evidence: StudyData, lines: Mapping[str, PassiveDrain | Undefined]) -> dict[str, RunEnergy]:
     """Return the energy of every run that has what it takes, with other lines by the robot's uid; nothing is stored."""
     found = {}
     for run in evidence.runs:
@@ -317,7 +317,7 @@ def joules_per_jump(
 
 
 def joules_per_mah(reference_voltage_v: float, jumps_made: float) -> float:
-    """Return what one mAh is worth in joules a jump: 2.2 J at 15.4 V and 25 jumps."""
+    """Return the joules a jump of one mAh: 2.2 J at 15.4 V and 25 jumps."""
     voltage = as_number("the reference voltage", reference_voltage_v, above=0.0)
     per_mah = MAH_TO_COULOMB * voltage / as_number("jumps made", jumps_made, above=0.0)
     refuse_beyond("what a mAh is worth in joules a jump", [per_mah])

@@ -26,7 +26,7 @@ from stats.force_plate import Contact, find_contacts, jump_heights
 
 @dataclass(frozen=True, slots=True)
 class RunForce(StoredResult):
-    """Means over the contacts of a run, and the weight that the jump heights rest on, None where there are none.
+    """Means over the contacts of a run, and the weight used for the jump heights, None where there are none.
 
     `of_each` holds the values of the single contacts and jumps, by the name of the number.
     """

@@ -75,7 +75,7 @@ class PredictionCheck(StoredResult):
 
     @property
     def agrees(self) -> bool | None:
-        """Whether the check found agreement, None where it could not tell."""
+        """Whether the check found agreement, None where it could not decide."""
         ratio = self.error_ratio.value
         return None if isinstance(ratio, Undefined) else abs(ratio) <= 1.0
 

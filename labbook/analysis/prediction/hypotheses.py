@@ -128,7 +128,7 @@ def _comparisons_of(
         for group, items in pairing.groups(conditions, swept)
         for treated, control in [pairing.treated_and_control(items)]
     ]
-    if not all(side for _group, sides in groups for side in sides):  # a group without either tells nothing of all
+    if not all(side for _group, sides in groups for side in sides):  # a claim about all groups needs both in each
         return []
     if settings.claim is ClaimKind.NOT_LOWER:
         return [Comparison(group, {}, sides, low=-settings.within_percent) for group, sides in groups]

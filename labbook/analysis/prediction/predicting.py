@@ -1,4 +1,4 @@
-"""What a simulation gives for each condition and robot: joules a jump, apex height and what a plate tells, with errors.
+"""What a simulation gives for each condition and robot: joules a jump, apex height and plate numbers, with errors.
 
 The error has three kinds of parts, added in quadrature: the accuracy asked of the simulator, or what rounding grows to
 where that is more; each assumed parameter raised and lowered by the part that the study states (the larger of the two
@@ -32,7 +32,7 @@ from labbook.analysis.prediction.condition_scenes import (
     decays_within_steps,
     study_scene,
 )
-from labbook.analysis.prediction.simulating import ALWAYS, SIMULATING, mean_values, simulated, varied
+from labbook.analysis.prediction.simulating import ALWAYS, SIMULATING, mean_values, simulate_means, simulate_varied
 from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult, decode
 from labbook.analysis.results.result_cache import Request, ResultCache, condition_input, fingerprint
 from labbook.analysis.study_data import StudyData
@@ -278,10 +278,10 @@ def _predicted(scene: Scene, settings: SimulationSettings, outcomes: Sequence[Ou
     from simulator.scene_file import write_scene
 
     kernel_for(scene.effects)
-    found, parts = simulated(scene, settings.accuracy, outcomes), _parts(settings, scene)
+    found, parts = simulate_means(scene, settings.accuracy, outcomes), _parts(settings, scene)
     error = max(settings.accuracy, found.rounding)
     otherwise = {
-        name: [varied(scene, name, 1.0 + sign * part, settings.accuracy, outcomes) for sign in (-1.0, 1.0)]
+        name: [simulate_varied(scene, name, 1.0 + sign * part, settings.accuracy, outcomes) for sign in (-1.0, 1.0)]
         for name, part in parts.items()
     }
     if found.branch is not None:

@@ -52,18 +52,18 @@ class Simulated:
     branch: Mapping[str, float | None] | None = None
 
 
-def varied(
+def simulate_varied(
     scene: Scene, name: str, factor: float, accuracy: float, outcomes: Sequence[Outcome]
 ) -> Mapping[str, float | None]:
-    """Simulate with one parameter times a factor; nothing comes of what no scene can have."""
+    """Simulate with one parameter times a factor; the values are None where no scene can have that."""
     try:
         changed = scene.changed({name: scene[name] * factor})
     except LabbookError:
         return dict.fromkeys(map(str, outcomes))
-    return simulated(changed, accuracy, outcomes).values
+    return simulate_means(changed, accuracy, outcomes).values
 
 
-def simulated(scene: Scene, accuracy: float, outcomes: Sequence[Outcome]) -> Simulated:
+def simulate_means(scene: Scene, accuracy: float, outcomes: Sequence[Outcome]) -> Simulated:
     """Simulate a scene and take the mean over its jumps."""
     from simulator.jump import close_decision, grown_rounding, simulate
 
@@ -96,7 +96,7 @@ def mean_values(scene: Scene, jumps: Sequence[JumpResult], outcomes: Sequence[Ou
 
 
 def _impulse_height_m(scene: Scene, jump: JumpResult) -> float | None:
-    """Return how high the centre of mass rises above lift-off by its speed there, as a plate's impulses tell it."""
+    """Return how high the centre of mass rises above lift-off by its speed there, as a plate's impulse gives it."""
     body_m_s, foot_m_s = jump.liftoff_body_velocity_m_s, jump.liftoff_foot_velocity_m_s
     if body_m_s is None or foot_m_s is None:
         return None
@@ -192,7 +192,7 @@ def plain_predictions(
         robot = (run.robot, facts)
         try:
             scene = condition_scene(start, evidence.configuration, evidence.factors, run.levels, robot)
-            found[run.condition_key] = simulated(scene, settings.accuracy, ALWAYS).values
+            found[run.condition_key] = simulate_means(scene, settings.accuracy, ALWAYS).values
         except LabbookError as error:
             failed.setdefault(str(error), run.condition_key)
     return PlainPredictions(found, " ".join(f"{condition}: {reason}" for reason, condition in failed.items()))

@@ -1,8 +1,9 @@
 """What departs from what was decided, and which comparisons are exploratory for it.
 
-Only what differs in the end is listed: who takes a correction back has changed nothing. It differs from what was first
-stated after the first measurement, which is told and makes exploratory what it takes from a comparison, or from what a
-report saw: a number that somebody had seen could have been replaced to please, so that its conditions are exploratory.
+Only what differs in the end is listed: a correction that was taken back has changed nothing. Facts are compared with
+what was first recorded after the first measurement; a difference makes those comparisons exploratory that lost a number
+by it. They are also compared with what each report saw: a number that somebody had seen could have been replaced to
+please, so that its conditions are exploratory.
 """
 
 from __future__ import annotations
@@ -217,7 +218,7 @@ class _States:
         return f"{shown:g}" if isinstance(shown, float) else str(shown)
 
     def about(self, run_uid: str) -> tuple[str, ...] | None:
-        """Return which conditions rest on a run: its own, all on an idle run."""
+        """Return the conditions that depend on a run: its own, or all (None) on an idle run."""
         run = self.now.runs[run_uid]
         return None if run.kind is RunKind.IDLE else (run.condition_key,)
 
@@ -246,7 +247,7 @@ def _corrected(states: _States) -> Iterator[Departure]:
     for change in changes:
         left, seen = (change.item, change.was), (change.item, change.column, change.was)
         if change.column == "run_uid":
-            # A part of a file may have left a run that has another, and what replaced a charge or a log tells of it.
+            # A part of a file may have left a run that has another, and what replaced a charge or a log is listed.
             hidden = not change.was or now.has(change.was, change.item) or bool(not change.now and exchanged.get(left))
             if change.kind is ChangeKind.CHARGE and not change.now:  # its sheet may have come anew
                 charges = now.contents(change.was, FileRole.CHARGE).values()
@@ -261,7 +262,7 @@ def _corrected(states: _States) -> Iterator[Departure]:
 
 
 def _correction(states: _States, change: Change, *, fewer: bool = False) -> Departure:
-    """Tell a change; comparisons rest on it where a run lost numbers by it, or has `fewer` logs than a report saw."""
+    """Make the departure of a change; it affects comparisons where a run lost numbers, or has `fewer` logs now."""
     column, ends = change.column.removesuffix("_key"), [change.was, change.now]
     entry, owners, sources = states.last[change.item, column], [change.item], _LOST_BY.get(column, ())
     if change.kind is ChangeKind.LOG:

@@ -338,7 +338,7 @@ def _comparisons_lost(
 ) -> list[Departure]:
     """List group by group the comparisons of the primary outcome that void runs took away, after an entry.
 
-    Where a report had seen these runs, which the departures `since` that entry tell, all other comparisons are
+    Where a report had seen these runs, which the departures `since` that entry show, all other comparisons are
     exploratory: one that was seen and taken away makes Holm's p of the others smaller.
     """
     swept, outcome = pairing.swept_factor(configuration), settings.primary_outcome

@@ -119,12 +119,12 @@ def result_fingerprint(role: str, result: StoredResult) -> InputRow:
 def interval_ends(
     interval: tuple[float, float] | Undefined, times: float = 1.0
 ) -> tuple[float | Undefined, float | Undefined]:
-    """Return both ends of an interval in another unit as a number's; each is the reason where there is none."""
+    """Return both ends of an interval times a factor; each is the reason where there is no interval."""
     return (interval, interval) if isinstance(interval, Undefined) else (interval[0] * times, interval[1] * times)
 
 
 def run_input(run: RunRow) -> InputRow:
-    """Name a run and the facts about it that numbers rest on; whether it is void decides who uses its numbers."""
+    """Name a run and the facts about it that numbers depend on; whether it is void decides who uses its numbers."""
     return fingerprint(
         "run",
         "run",

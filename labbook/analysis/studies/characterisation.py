@@ -110,7 +110,7 @@ class FittedMotion:
 class MeasuredGains:
     """One condition: its gains, and the leg's stiffness in N/m and damping in kg/s, of all masses and of each.
 
-    `masses_left_out` says why masses in kg tell nothing alone. `residual_lag1` is the correlation of neighbouring
+    `masses_left_out` says why masses in kg have no fit of their own. `residual_lag1` is the correlation of neighbouring
     velocities' residuals: above 0 the leg is no linear spring and the intervals are too short.
     """
 
@@ -259,7 +259,7 @@ def _force_points(one: Oscillation) -> tuple[Floats, Floats, Floats]:
 def _of_masses(
     several: Sequence[Oscillation], pooled: _Fit, level: float
 ) -> tuple[tuple[OfMass, ...], dict[float, str]]:
-    """Fit the trajectories of each mass alone, with the weights of all; also why masses do not tell."""
+    """Fit the trajectories of each mass alone, with the weights of all; also why masses have none."""
     found, left_out = [], dict[float, str]()
     for mass_kg in sorted({one.mass_kg for one in several}):
         same = [one for one in several if one.mass_kg == mass_kg]

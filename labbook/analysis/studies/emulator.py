@@ -110,7 +110,7 @@ class EmulatorStudy:
     """What came of it: `rows` of all gains, those `left_out` among them; `rises` from each gain to the next.
 
     At `coarse` gains the charger's last digit is so much of the joules that the same digits repeat. `jumps` are those
-    that apexes rest on; `not_simulated` is why there is nothing of the simulator, empty where there is.
+    that apexes are taken from; `not_simulated` is why there is nothing of the simulator, empty where there is.
     """
 
     rows: tuple[AtGain, ...]
@@ -153,7 +153,7 @@ def emulator_study(
     constant : active-damping gain that is the same at all gains
     ratio : extension gain over the active-damping gain that is scaled with it; whole gains may be rounded
     same_percent : a rise of the apex below it is not appreciable
-    resolution_j : joules a jump that the charger's last digit is worth
+    resolution_j : joules a jump that correspond to the charger's last digit
     simulated : what `plain_predictions` gives
 
     Raises

@@ -62,7 +62,7 @@ class Truth:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EmulatorRun(StudyRun):
-    """A run as it was, with its log: one element a kept sample."""
+    """A run as it was, with its log: one element a recorded sample."""
 
     log_ms: NDArray[np.int64] | None = None
     channels: Mapping[str, FloatArray] | None = None

@@ -74,7 +74,7 @@ class Piece:
 class PlateStudyRun(StudyRun):
     """A run as it was, and what both instruments recorded of it.
 
-    The log's channels have one element a kept sample of `log_ms`; `clocks` are the true offset in s (what the log's
+    The log's channels have one element a recorded sample of `log_ms`; `clocks` are the true offset in s (what the log's
     clock shows at the plate's first sample, from the log's first on) and drift of the log's clock against the plate's;
     `cost_j` and `stance_j` are the means over its jumps.
     """

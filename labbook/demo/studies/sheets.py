@@ -1,4 +1,4 @@
-"""The studies that are kept as sheets, as campaigns with a known truth: flasks, walks in the field, oscillations.
+"""The studies that are recorded in sheets, as campaigns with a known truth: flasks, walks in the field, oscillations.
 
 A mass on a spring and a damper moves as the closed form says, which is exact; no scene has flasks or walks, so what is
 true of them is drawn with normal errors. All is written as instruments and people write it: water to the graduation,
@@ -33,7 +33,7 @@ ROBOTS_V = 37.0
 """Of the robots' batteries (assumed)."""
 
 
-def as_read(water_ml: float) -> str:
+def round_as_read(water_ml: float) -> str:
     """Write a volume as it is read from a measuring cylinder: of 100 ml to 0.1 ml, of larger ones to 1 ml."""
     return f"{water_ml:.1f}" if water_ml < 100.0 else f"{water_ml:.0f}"
 
@@ -42,7 +42,7 @@ def flasks(
     chance: np.random.Generator,
     of_flask: float = 0.002,
     of_filling: float = 0.0015,
-    read: Callable[[float], str] = as_read,
+    read: Callable[[float], str] = round_as_read,
 ) -> str:
     """Draw a sheet of flasks with normal errors of their fractions: one of each flask, and one of each filling."""
     lines = ["radius_mm,state,water_ml"]
@@ -115,7 +115,7 @@ def oscillations(
 
 @dataclass(frozen=True, slots=True)
 class SheetCampaign:
-    """A campaign that is kept as a sheet: what its book is called and of which kind, its files by name, what is true.
+    """A campaign recorded in a sheet: what its book is called and of which kind, its files by name, what is true.
 
     `tables` are those of labbook.toml that the study needs.
     """

@@ -16,7 +16,7 @@ from functools import cache
 from itertools import combinations
 
 from reports.display import list_text
-from stats.planning.recorded import SEVERAL, Recorded, recorded
+from stats.planning.recorded import SEVERAL, Recorded, records
 
 OWN, PARTLY, MOSTLY, SHARED = "own", "partly", "mostly", "shared"
 WHOSE: Mapping[str, str] = {
@@ -90,7 +90,7 @@ def without_days(method: str, groups: Runs) -> Found:
 @cache
 def _excess_by_design(method: str, sizes: tuple[int, ...]) -> dict[Recorded, float]:
     """Return the designs on record of a method whose groups do not share all days and are about as unequal in size."""
-    of_method = [row for row in recorded() if row.method == method and row.layout in _APART]
+    of_method = [row for row in records() if row.method == method and row.layout in _APART]
     rows = [row for row in of_method if min(len(row.n), SEVERAL) == min(len(sizes), SEVERAL)]
     most = min((_unlike(row.n, sizes) for row in rows), default=0.0) + _AS_UNEQUAL
     return {row: _excess_on_record(row) for row in rows if _unlike(row.n, sizes) <= most}
@@ -165,7 +165,7 @@ FROM_DAYS = "a difference between days"
 
 
 def one_day_each(days: Mapping[str, Collection[str]]) -> str:
-    """Say what a p over runs cannot tell, for groups by name with the days that each was measured on.
+    """Say that a p over runs is confounded with days; `days` has those of each group by name.
 
     "" where groups share their one day, so that runs differ as runs do, and where one of them has several days, which
     show by how much days differ.

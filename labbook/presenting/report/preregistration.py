@@ -38,10 +38,10 @@ _UNITS: Mapping[UnitOfAnalysis, str] = {
 
 def planned_sentences(planned: Planned) -> tuple[str, ...]:
     """Say what rules the analysis and since when, then each departure."""
-    return (*decided(planned), *_departures(planned))
+    return (*decision_sentences(planned), *_departures(planned))
 
 
-def decided(planned: Planned) -> tuple[str, ...]:
+def decision_sentences(planned: Planned) -> tuple[str, ...]:
     """Say what was decided and when; then, where it is so, that nothing shows that this was before the data were seen.
 
     So it is where runs are dated before the decision, which the book cannot place before their numbers.
@@ -118,7 +118,7 @@ def departures(analysis: StudyAnalysis, compared: Sequence[Comparison]) -> tuple
     return (*(f"{text}{for_it.get(text, '')}" for text in _departures(planned)), *as_a_whole)
 
 
-def void(analysis: StudyAnalysis, reasons: Mapping[str, str]) -> str:
+def void_sentence(analysis: StudyAnalysis, reasons: Mapping[str, str]) -> str:
     """Name the selected runs that are void by the `reasons` (by uid); "" without one."""
     names: dict[str, list[str]] = {}
     for run in analysis.evidence.selected:

@@ -194,7 +194,7 @@ def terminal_tables(
 
 
 def notes(tables: SteadyTables, compared: Sequence[Comparison], results: Sequence[JudgedResult]) -> list[str]:
-    """Say for a terminal what cannot be matched and why, and what the numbers rest on."""
+    """Say for a terminal what cannot be matched and why, and list the assumed parameters."""
     lines = [verdict_counts(results), "", f"numbers of the experiments: {score(compared)}", "", "not matched, and why:"]
     lines += [f"  {name}: {reason}" for name, reason in reasons(compared).items()]
     lines += ["", _GAINS]

@@ -221,7 +221,7 @@ def _finite(value: Any) -> Any:
 
 
 def as_lines(result: SceneResult) -> list[str]:
-    """Return the table that people read, with what the numbers rest on."""
+    """Return the table for people, with the assumed parameters."""
     jump, scene = result.jump, result.scene
     many = len(result.jumps) > 1 or scene.jumps > 1
     which = f", jump {len(result.jumps)} of {scene.jumps}" if many else ""
@@ -271,7 +271,7 @@ def _compiled_text(result: SceneResult) -> str:
 
 
 def _digits(accuracy: float) -> int:
-    """Return how many digits an accuracy is worth, and one."""
+    """Return how many digits an accuracy justifies, and one more."""
     return min(13, max(3, 1 + math.ceil(-math.log10(accuracy))))
 
 

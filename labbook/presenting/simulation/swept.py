@@ -49,7 +49,7 @@ def sweep_data(done: Finished) -> dict[str, Any]:
 
 
 def sweep_lines(done: Finished) -> list[str]:
-    """Return the lines that people read, with what the numbers rest on."""
+    """Return the lines for people, with the assumed parameters."""
     data = sweep_data(done)
     dims = " x ".join(f"{name} ({length})" for name, length in done.sweep.dims.items())
     outcomes = ", ".join(f"{name} {count}" for name, count in done.summary.outcomes.items())

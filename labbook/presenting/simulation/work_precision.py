@@ -38,7 +38,7 @@ TITLES = {
     "cost_J": "Cost in joules",
 }
 SENSITIVE = 1e-9
-"""A floor above this is worth a sentence: the scene is sensitive to the last bits of its parameters."""
+"""A floor above this gets a sentence: the scene is sensitive to the last bits of its parameters."""
 
 
 def as_data(study: AccuracyStudy) -> dict[str, Any]:

@@ -30,7 +30,7 @@ _Runs = Mapping[str, Counter[str]]
 
 
 def one_day_groups(observed: Observations, labels: Sequence[str] | None = None) -> str:
-    """Say what a p on these groups, or on pairs of all, cannot tell for days; "" where there is nothing to say."""
+    """Say that a p on these groups, or on pairs of all, is confounded with days; "" where none is."""
     runs = _runs(observed)
     alone = {label: runs[label] for label in labels or runs if label in runs and len(runs[label]) == 1}
     return one_day_each({observed.name(label): days for label, days in alone.items()})

@@ -154,7 +154,7 @@ def shared_days_decide(observed: Observations) -> bool:
     return has_days(observed) and (not settings or settings.unit_of_analysis is UnitOfAnalysis.SHARED_DAYS)
 
 
-def decided_groups(observed: Observations, alpha: float, *, savings: bool = False) -> DecidedGroups | None:
+def decide_groups(observed: Observations, alpha: float, *, savings: bool = False) -> DecidedGroups | None:
     """Decide about every group by the days that it shares with the control, with savings of any quantity if asked.
 
     None where shared days do not decide.
@@ -173,7 +173,7 @@ def decided_groups(observed: Observations, alpha: float, *, savings: bool = Fals
     return DecidedGroups(observed, results, holm(names, "by shared days", log10_p=logs, alpha=alpha))
 
 
-def decided_equivalence(observed: Observations, bounds: Bounds, alpha: float) -> DecidedEquivalence | None:
+def decide_group_equivalence(observed: Observations, bounds: Bounds, alpha: float) -> DecidedEquivalence | None:
     """Test every group against the bounds, in percent or in the values' unit, by the days shared with the control.
 
     None where shared days do not decide.

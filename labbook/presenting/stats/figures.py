@@ -245,7 +245,7 @@ def drawn_name(observed: Observations, label: str, *, gain: bool = False) -> str
     """
     configuration, factor = observed.configuration, _factor(observed)
     if configuration is None or factor is None:
-        return shortened(observed.name(label))
+        return shorten_name(observed.name(label))
     of_gain = configuration.gains.get(observed.by)
     if observed.by == pairing.swept_factor(configuration):
         called = swept_words(factor)
@@ -262,7 +262,7 @@ def drawn_name(observed: Observations, label: str, *, gain: bool = False) -> str
     return level_name(factor, Level(observed.by, label, of_gain.physical(value), of_gain.unit, value), gain=gain)
 
 
-def shortened(name: str) -> str:
+def shorten_name(name: str) -> str:
     """Return a name as a figure has room for it."""
     return name if len(name) <= LONGEST else f"{name[: LONGEST - 1]}\u2026"
 

@@ -66,7 +66,7 @@ _PAIRS_OF_FEET = "7 of 10 (5.2.1)"
 class BedStudy:
     """What the report has of a selection, and how densely the grains lie where the book has a sheet of flasks.
 
-    `on_bed` tells whether the robot jumped on a bed: else nothing published of it stands beside. `named` are the
+    `on_bed` says whether the robot jumped on a bed: only then are published numbers shown beside. `named` are the
     factors whose levels are words, as the foot; `remarks` say what is not there, and why; `files` are
     the sheet of flasks by name, with its SHA-256.
     """
@@ -163,7 +163,7 @@ def _column(cells: Sequence[str | Number | None], *, errors: bool) -> list[str]:
     return [cell if isinstance(cell, str) else _text(cell, places, errors=errors, unit=False) for cell in cells]
 
 
-def beside(study: BedStudy) -> list[tuple[str, ...]]:
+def comparison_rows(study: BedStudy) -> list[tuple[str, ...]]:
     """Return the pooled comparisons of 5.2.1 and the apex of 5.2.2: measured, simulated, published."""
     content, found = study.content, list[tuple[str, ...]]()
     published = {result.id: published_text(result) if study.on_bed else "" for result in published_results()}
@@ -278,7 +278,7 @@ def as_data(study: BedStudy) -> dict[str, Any]:
             {"quantity": str(one.quantity), "group": dict(one.group), "p": value_data(one.test.p)}
             for one in content.anovas
         ],
-        "beside": [dict(zip(BESIDE, one, strict=True)) for one in beside(study)],
+        "beside": [dict(zip(BESIDE, one, strict=True)) for one in comparison_rows(study)],
         "compaction": None if study.compaction is None else compaction.as_data(study.compaction),
         "remarks": list(study.remarks),
     }

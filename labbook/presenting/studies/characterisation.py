@@ -166,7 +166,7 @@ def _lines_data(one: GainLines) -> dict[str, Any]:
     }
 
 
-def drawn(study: Characterisation) -> tuple[list[Trajectory], list[OverGain], list[OverGain]]:
+def figure_data(study: Characterisation) -> tuple[list[Trajectory], list[OverGain], list[OverGain]]:
     """Return what the figure shows: a trajectory of each mass where the leg is damped least, stiffness, and damping."""
     least = min(study.conditions, key=lambda one: one.damping.value / one.stiffness.value**0.5)
     of_masses = {one.mass_kg: one for one in reversed(least.motions)}  # the first of each

@@ -101,7 +101,7 @@ def as_data(study: Compaction) -> dict[str, Any]:
     }
 
 
-def drawn(study: Compaction) -> list[FractionLine]:
+def figure_data(study: Compaction) -> list[FractionLine]:
     """Return what the figure shows."""
     return [_line(state) for state in study.states]
 

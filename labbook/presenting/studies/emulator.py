@@ -52,7 +52,7 @@ def sentences(study: EmulatorStudy) -> list[str]:
     return lines
 
 
-def beside(study: EmulatorStudy) -> list[tuple[str, ...]]:
+def comparison_rows(study: EmulatorStudy) -> list[tuple[str, ...]]:
     """Return what was measured beside what the simulator gives and what the thesis says (4.3, 4.4)."""
     found, published = [], published_numbers()
     for gain, apex in ((100.0, "emu.apex_low"), (400.0, "emu.apex_high")):
@@ -239,7 +239,7 @@ def as_data(study: EmulatorStudy) -> dict[str, Any]:
         "level": study.level,
         "left_out": list(study.left_out),
         "coarse": list(study.coarse),
-        "beside": [dict(zip(BESIDE, one, strict=True)) for one in beside(study)],
+        "beside": [dict(zip(BESIDE, one, strict=True)) for one in comparison_rows(study)],
         "jumps": {"counted": study.jumps.counted, "made": study.jumps.made, "excluded": dict(study.jumps.excluded)},
         "gains": [
             {
@@ -280,7 +280,7 @@ def _data(found: Estimate | Bounded | None) -> dict[str, Any] | None:
     return {"value": found.value, "ci_low": found.ci[0], "ci_high": found.ci[1]}
 
 
-def drawn(study: EmulatorStudy) -> tuple[list[ControllerPoints], tuple[float, ...], str]:
+def figure_data(study: EmulatorStudy) -> tuple[list[ControllerPoints], tuple[float, ...], str]:
     """Return what the figure shows."""
     heights = {row.gain: 100.0 * row.apex_m.value for row in study.rows if row.controller is Controller.CE}
     trends = {trend.controller: trend for trend in study.trends}

@@ -12,7 +12,7 @@ from labbook.presenting.numbers import value_data
 from reports.figures.field import OnWalks
 from simulator.steady.published_results import published_numbers
 from stats.compare.summary import Summary
-from stats.results import counted
+from stats.results import plural
 
 PUBLISHED = {"thin": "field.sr_thin", "wide": "field.sr_wide"}
 """What docs/published.md calls the specific resistance of the thesis's RHex, by its legs (2.2.3)."""
@@ -21,7 +21,7 @@ PUBLISHED = {"thin": "field.sr_thin", "wide": "field.sr_wide"}
 def sentences(study: FieldStudy) -> list[str]:
     """Say how much less or more the second robot needs than the first, and what either needs; last what is doubtful."""
     first, second = study.robots
-    walks = counted(len(study.walks), "walk")
+    walks = plural(len(study.walks), "walk")
     needs = " and ".join(f"{_with_interval(study.log_means[robot], ' ({})')} {robot}" for robot in study.robots)
     thesis = " and ".join(f"{published_numbers()[name]:g} {legs}" for legs, name in PUBLISHED.items())
     known = f"The thesis: {thesis}, on one walk of 430 m (2.2.3; {' and '.join(PUBLISHED.values())})."
@@ -69,7 +69,7 @@ def _geometric_data(logs: Summary) -> dict[str, Any]:
     return {"geometric_mean": mean, "ci": value_data(interval), "n": logs.n}
 
 
-def drawn(study: FieldStudy) -> tuple[list[OnWalks], OnWalks, str]:
+def figure_data(study: FieldStudy) -> tuple[list[OnWalks], OnWalks, str]:
     """Return what the figure shows: the robots, their ratio, and what their means are."""
     first, second = study.robots
     published = [_published(robot) for robot in study.robots]

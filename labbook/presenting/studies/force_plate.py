@@ -14,7 +14,7 @@ from labbook.presenting.numbers import value_data
 from reports.display import BESIDE, true_minus
 from reports.figures.force_plate import HopsOfCondition, WindowChoice
 from simulator.steady.published_results import published_numbers
-from stats.results import counted
+from stats.results import plural
 
 HEAD = ("run", "day", "condition", "measured J", "estimated J", "hops", "offset s", "drift ppm", "ms")
 
@@ -40,7 +40,7 @@ def sentences(study: ForcePlateStudy) -> list[str]:
     lines += [_window_text(study), _clocks_text(study)]
     left = sum(one.stances - len(one.hops_j) for one in study.runs)
     if left:
-        lines.append(f"{counted(left, 'hop')} with samples missing in the log {'is' if left == 1 else 'are'} left out.")
+        lines.append(f"{plural(left, 'hop')} with samples missing in the log {'is' if left == 1 else 'are'} left out.")
     other = [f"{one.name} ({one.stances} of {one.hops_made})" for one in study.runs if one.stances != one.hops_made]
     if other:
         lines.append(
@@ -62,7 +62,7 @@ def sentences(study: ForcePlateStudy) -> list[str]:
     return lines
 
 
-def beside(study: ForcePlateStudy) -> list[tuple[str, ...]]:
+def comparison_rows(study: ForcePlateStudy) -> list[tuple[str, ...]]:
     """Return what was measured beside what the simulator gives and what the thesis says (3.2.2)."""
     ratio = "–" if isinstance(study.rmse.ratio, Undefined) else number_text(study.rmse.ratio, 2)
     slope, rmse, window = (f"{published_numbers()[f'plate.{of}']:g}" for of in ("slope", "rmse_iqr", "window"))
@@ -88,9 +88,9 @@ def _slope_text(study: ForcePlateStudy) -> str:
 
 
 def _unit_text(study: ForcePlateStudy) -> str:
-    runs = f"{counted(study.slope.n, 'run')} of {counted(len(study.ratios), 'condition')}"
+    runs = f"{plural(study.slope.n, 'run')} of {plural(len(study.ratios), 'condition')}"
     days = len({one.day for one in study.runs})
-    return f"over {counted(days, 'day')}, {runs}" if days > 1 else f"over {runs}"
+    return f"over {plural(days, 'day')}, {runs}" if days > 1 else f"over {runs}"
 
 
 def _window_text(study: ForcePlateStudy) -> str:
@@ -104,7 +104,7 @@ def _window_text(study: ForcePlateStudy) -> str:
     ]
     at_1 = f", and to 1 at {equal[0]}" if equal else ""
     return (
-        f"The force is smoothed over {counted(study.window, 'sample')} "
+        f"The force is smoothed over {plural(study.window, 'sample')} "
         f"({1e3 * study.sample_s * study.window:.3g} ms; {how}). One sample more changes the slope by "
         f"{true_minus(number_text(steep, 2))} there: from {number_text(slopes[0], 3)} without smoothing to "
         f"{number_text(slopes[-1], 3)} over {windows[-1]} samples{at_1}."
@@ -153,7 +153,7 @@ def as_data(study: ForcePlateStudy) -> dict[str, Any]:
         "n": slope.n,
         "rmse": study.rmse.to_dict(),
         "ratios": dict(study.ratios),
-        "beside": [dict(zip(BESIDE, one, strict=True)) for one in beside(study)],
+        "beside": [dict(zip(BESIDE, one, strict=True)) for one in comparison_rows(study)],
         "window": study.window,
         "window_by_corner": study.by_corner,
         "sample_s": study.sample_s,
@@ -191,7 +191,7 @@ def _run(one: RunEstimate) -> dict[str, Any]:
     }
 
 
-def drawn(study: ForcePlateStudy) -> tuple[list[HopsOfCondition], float, str, WindowChoice]:
+def figure_data(study: ForcePlateStudy) -> tuple[list[HopsOfCondition], float, str, WindowChoice]:
     """Return what the figure shows."""
     hops = [
         HopsOfCondition(

@@ -102,7 +102,7 @@ def make_stops(composition: Composition, settle: Function) -> Function:
 
 
 def make_unsettles(composition: Composition, settle: Function, lift_off: Function) -> Function:
-    """What the foot rests on yields, or the foot is lifted: `(work)`."""
+    """Compose `(work)`: the ground under the foot yields, or the foot is lifted."""
     slides, platform = composition.platform >= 0, composition.platform
 
     @inner

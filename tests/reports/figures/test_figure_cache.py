@@ -10,7 +10,7 @@ import pytest
 from data_schema.cache_folder import CACHE_VARIABLE, cache_folder
 from data_schema.outcomes import Outcome
 from reports.figures import figure_cache
-from reports.figures.figure_cache import KIND, Wanted, drawing_version, drawn, forget_unused
+from reports.figures.figure_cache import KIND, Wanted, cached_figures, drawing_version, forget_unused
 from reports.figures.kind import draw_figure
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
@@ -49,7 +49,7 @@ def figures_not_drawn(cache, monkeypatch):
 
 
 def one_drawn(content, wanted):
-    return drawn(content, [wanted], lambda: None)[0][0]
+    return cached_figures(content, [wanted], lambda: None)[0][0]
 
 
 def all_drawn(content):
@@ -142,7 +142,7 @@ def two_processes(monkeypatch):
 
 
 def several(content, meanwhile=lambda: None, names=FIGURE_NAMES):
-    return drawn(content, [Wanted(FIGURES[name], ONE_COLUMN_IN, ("svg",)) for name in names], meanwhile)[0]
+    return cached_figures(content, [Wanted(FIGURES[name], ONE_COLUMN_IN, ("svg",)) for name in names], meanwhile)[0]
 
 
 def until_one_is_drawn():

@@ -26,13 +26,13 @@ from simulator.steady.published_results import (
     REPRODUCED,
     JudgedResult,
     contradictions,
-    judged_results,
+    judge_results,
     published_claims,
     published_results,
     result_of,
 )
 from simulator.steady.tables import BED_DAMPING_GAINS, BED_GAINS, FEET_M
-from simulator.thesis.claims import VALUES, Claim, claims, judged
+from simulator.thesis.claims import VALUES, Claim, claims, judge_claim
 from tests.helpers.steady import results, steady_tables
 from tests.helpers.thesis import thesis_figures
 
@@ -85,15 +85,15 @@ def test_every_result_is_judged_by_a_claim_or_says_why_it_cannot_be() -> None:
 def test_a_verdict_follows_from_the_number_by_the_limits_of_its_claim(saving: float) -> None:
     item = the_one("bed.saving_best")
     assert item.finding is not None
-    changed = replace(item, finding=judged(item.finding.claim, np.array([saving])))
+    changed = replace(item, finding=judge_claim(item.finding.claim, np.array([saving])))
     assert changed.verdict == (REPRODUCED if 0.1125 <= saving <= 0.1875 else CONTRADICTED)
 
 
 def test_one_point_beyond_the_limits_contradicts() -> None:
     claim = Claim("own", "5.2.1", (), "a claim", "a number", "J", at_most=5.0)
     like = the_one("bed.anova").result
-    assert JudgedResult(like, judged(claim, np.array([1.0, 5.0]))).verdict == REPRODUCED
-    assert JudgedResult(like, judged(claim, np.array([1.0, 5.1]))).verdict == CONTRADICTED
+    assert JudgedResult(like, judge_claim(claim, np.array([1.0, 5.0]))).verdict == REPRODUCED
+    assert JudgedResult(like, judge_claim(claim, np.array([1.0, 5.1]))).verdict == CONTRADICTED
     assert JudgedResult(like, None).verdict == NOT_TESTABLE
 
 
@@ -102,7 +102,7 @@ def test_other_jumps_give_other_verdicts() -> None:
     cheaper = [replace(row, cost_j=0.85 * row.ce_cost_j if row.damping_gain else row.cost_j) for row in tables.bed.rows]
     bed = replace(tables.bed, rows=tuple(cheaper))
     chapter_3 = [item.finding for item in results() if item.result.id.startswith("sim") and item.finding]
-    changed = {item.result.id: item for item in judged_results(chapter_3, comparisons(replace(tables, bed=bed)), bed)}
+    changed = {item.result.id: item for item in judge_results(chapter_3, comparisons(replace(tables, bed=bed)), bed)}
     assert the_one("bed.saving_best").verdict == CONTRADICTED
     assert changed["bed.saving_best"].verdict == REPRODUCED
     assert changed["bed.p.l.stiff.3"].saving == pytest.approx(0.15)

@@ -9,7 +9,7 @@ from typing import Any
 
 import distributed
 
-from simulator.sweep.compute import Threads, connected
+from simulator.sweep.compute import Threads, connect_cluster
 from simulator.sweep.run import run_sweep
 from tests.helpers.sweeps import every_byte, sobol_sweep
 
@@ -28,7 +28,7 @@ def test_a_lost_worker_costs_nothing_but_time(tmp_path: Path) -> None:
             if done_jumps == 5 * 128:
                 os.kill(victim, signal.SIGKILL)
 
-        with connected(local.scheduler_address) as cluster:
+        with connect_cluster(local.scheduler_address) as cluster:
             there = run_sweep(sweep, tmp_path / "cluster.nc", cluster, advance)
     assert done_jumps == 2048
     assert sweep.chunks.count == 16

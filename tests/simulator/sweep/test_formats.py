@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from data_schema.errors import UsageError
-from simulator.sweep.compute import Threads, connected, cores
+from simulator.sweep.compute import Threads, connect_cluster, cores
 from simulator.sweep.result_file import BLOCK, FORMATS, block_shape, format_of
 from simulator.sweep.run import run_sweep
 from tests.helpers.scenes import is_sentence
@@ -33,7 +33,7 @@ def test_without_dask(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     with (
         refuses(UsageError, "--scheduler"),
-        connected("tcp://a:1"),
+        connect_cluster("tcp://a:1"),
     ):
         pass
 
@@ -41,7 +41,7 @@ def test_without_dask(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("address", ["nowhere", "tcp://127.0.0.1:9", "http//:"])
 def test_a_scheduler_that_does_not_answer(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("simulator.sweep.compute.CONNECT_WITHIN_S", 0.5)
-    with pytest.raises(UsageError) as refused, connected(address):
+    with pytest.raises(UsageError) as refused, connect_cluster(address):
         pass
     says(str(refused.value), "no Dask scheduler", address, "start one")
     assert is_sentence(str(refused.value))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
 from simulator.sweep.chunks import Chunks
-from simulator.sweep.parts import COLUMNS, DONE, LOCK, PLAN, Parts, opened_parts, part_folder, remove_parts
+from simulator.sweep.parts import COLUMNS, DONE, LOCK, PLAN, Parts, open_parts, part_folder, remove_parts
 from tests.helpers.scenes import is_sentence
 from tests.helpers.wording import says
 
@@ -29,7 +29,7 @@ def block(number: int) -> NDArray[np.float64]:
 
 @pytest.fixture
 def parts(tmp_path: Path) -> Iterator[Parts]:
-    with opened_parts(tmp_path / "out.nc", IDENTITY, CHUNKS, SHAPE) as opened:
+    with open_parts(tmp_path / "out.nc", IDENTITY, CHUNKS, SHAPE) as opened:
         yield opened
 
 
@@ -45,10 +45,10 @@ def test_what_is_kept_is_read_back(parts: Parts) -> None:
 @pytest.mark.parametrize("lost", [COLUMNS, DONE])
 def test_without_one_of_its_files_nothing_is_done(lost: str, tmp_path: Path) -> None:
     out = tmp_path / "out.nc"
-    with opened_parts(out, IDENTITY, CHUNKS, SHAPE) as parts:
+    with open_parts(out, IDENTITY, CHUNKS, SHAPE) as parts:
         parts.keep(1, block(1))
     (part_folder(out) / lost).unlink()
-    with opened_parts(out, IDENTITY, CHUNKS, SHAPE) as parts:
+    with open_parts(out, IDENTITY, CHUNKS, SHAPE) as parts:
         assert parts.missing() == [0, 1, 2]
         for number in range(3):
             parts.keep(number, block(number))
@@ -67,11 +67,11 @@ def test_a_chunk_is_marked_when_its_rows_are_on_disk(parts: Parts, monkeypatch: 
 
 def test_what_was_being_written_is_removed_and_what_was_done_is_kept(tmp_path: Path) -> None:
     out = tmp_path / "out.nc"
-    with opened_parts(out, IDENTITY, CHUNKS, SHAPE) as parts:
+    with open_parts(out, IDENTITY, CHUNKS, SHAPE) as parts:
         parts.keep(1, block(1))
     (part_folder(out) / ".result.nc").write_bytes(b"half")
     (part_folder(out) / ".result.zarr").mkdir()
-    with opened_parts(out, IDENTITY, CHUNKS, SHAPE) as parts:
+    with open_parts(out, IDENTITY, CHUNKS, SHAPE) as parts:
         assert parts.missing() == [0, 2]
     assert {entry.name for entry in part_folder(out).iterdir()} == {PLAN, LOCK, COLUMNS, DONE}
     remove_parts(part_folder(out))
@@ -81,7 +81,7 @@ def test_what_was_being_written_is_removed_and_what_was_done_is_kept(tmp_path: P
 def refusal(out: Path, identity: dict[str, str | float]) -> str:
     with (
         pytest.raises(UsageError) as refused,
-        opened_parts(out, identity, CHUNKS, SHAPE),
+        open_parts(out, identity, CHUNKS, SHAPE),
     ):
         pass
     assert is_sentence(str(refused.value))
@@ -103,7 +103,7 @@ def test_programs_that_open_what_others_remove_wait_or_begin_anew(times: int, tm
     def many_times(_program: int) -> None:
         for _ in range(times):
             try:
-                with opened_parts(out, IDENTITY, CHUNKS, SHAPE) as parts:
+                with open_parts(out, IDENTITY, CHUNKS, SHAPE) as parts:
                     assert parts.missing() == [0, 1, 2]
                     parts.keep(0, block(0))
                     remove_parts(parts.folder)
@@ -114,18 +114,18 @@ def test_programs_that_open_what_others_remove_wait_or_begin_anew(times: int, tm
         list(programs.map(many_times, range(4)))
     assert len(said) < 4 * times
     assert all("another program" in sentence for sentence in said)
-    with opened_parts(out, IDENTITY, CHUNKS, SHAPE) as parts:
+    with open_parts(out, IDENTITY, CHUNKS, SHAPE) as parts:
         remove_parts(parts.folder)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_what_differs_is_said(tmp_path: Path) -> None:
     out = tmp_path / "out.nc"
-    with opened_parts(out, IDENTITY, CHUNKS, SHAPE):
+    with open_parts(out, IDENTITY, CHUNKS, SHAPE):
         pass
     said = refusal(out, {"scene": "sim2", "accuracy": 1e-6, "b_ad": 2.0})
     says(said, "differs in accuracy", "0.0001", "1e-06", "b_ad", "2 now")
-    with opened_parts(out, IDENTITY, CHUNKS, SHAPE) as parts:
+    with open_parts(out, IDENTITY, CHUNKS, SHAPE) as parts:
         assert parts.missing() == [0, 1, 2]
 
 

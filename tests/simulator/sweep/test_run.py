@@ -18,7 +18,7 @@ from simulator.scene_file import load_scene, parse_scene
 from simulator.sweep.chunks import Recipe, recipe_for, simulate_rows, simulator_here
 from simulator.sweep.compute import Keep, Threads, ValuesOf
 from simulator.sweep.outputs import ERRORS, FLAGS, OUTPUTS
-from simulator.sweep.parts import COLUMNS, DONE, PLAN, opened_parts, part_folder
+from simulator.sweep.parts import COLUMNS, DONE, PLAN, open_parts, part_folder
 from simulator.sweep.run import run_sweep
 from simulator.sweep.sweep import Sweep
 from tests.helpers.scenes import is_sentence
@@ -202,7 +202,7 @@ def test_a_finished_file_is_left_as_it_is(kind: str, tmp_path: Path) -> None:
     sweep, out = sobol_sweep(200), tmp_path / f"out.{kind}"
     done = run_sweep(sweep, out, Threads())
     before = every_byte(out)
-    with opened_parts(out, {}, sweep.chunks, (1, len(OUTPUTS))):
+    with open_parts(out, {}, sweep.chunks, (1, len(OUTPUTS))):
         pass  # as if killed after the file had its name: the folder is still there
     for name in (COLUMNS, DONE, PLAN):
         (part_folder(out) / name).unlink()

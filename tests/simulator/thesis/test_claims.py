@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simulator.thesis.claims import VALUES, Claim, claims, finding, findings, judged
+from simulator.thesis.claims import VALUES, Claim, claims, finding, findings, judge_claim
 from simulator.thesis.figures import ThesisFigures
 from tests.helpers.thesis import thesis_figures
 
@@ -38,7 +38,7 @@ def test_every_claim_says_where_it_is_from_and_when_it_holds() -> None:
 @given(st.lists(st.floats(-10.0, 10.0), min_size=1), st.floats(-10.0, 10.0), st.floats(-10.0, 10.0))
 def test_a_claim_holds_where_every_value_lies_within(values: list[float], one: float, other: float) -> None:
     low, high = min(one, other), max(one, other)
-    found = judged(replace(CLAIM, at_least=low, at_most=high), np.array(values))
+    found = judge_claim(replace(CLAIM, at_least=low, at_most=high), np.array(values))
     inside = [low <= value <= high for value in values]
     assert (found.n, found.n_within, found.agrees) == (len(values), sum(inside), all(inside))
     assert (found.lowest, found.highest) == (min(values), max(values))
@@ -46,15 +46,15 @@ def test_a_claim_holds_where_every_value_lies_within(values: list[float], one: f
 
 
 def test_a_jump_without_an_apex_is_within_no_limits() -> None:
-    found = judged(CLAIM, np.array([[0.2, np.nan], [0.16, 0.24]]))
+    found = judge_claim(CLAIM, np.array([[0.2, np.nan], [0.16, 0.24]]))
     assert (found.n, found.n_within, found.agrees) == (4, 3, False)
     assert (found.lowest, found.highest) == (0.16, 0.24)
 
 
 def test_a_limit_that_is_absent_does_not_bind() -> None:
-    assert judged(replace(CLAIM, at_least=None), np.array([-1e9, 0.25])).agrees
-    assert judged(replace(CLAIM, at_most=None), np.array([0.15, 1e9])).agrees
-    assert not judged(replace(CLAIM, at_most=None), np.array([0.1])).agrees
+    assert judge_claim(replace(CLAIM, at_least=None), np.array([-1e9, 0.25])).agrees
+    assert judge_claim(replace(CLAIM, at_most=None), np.array([0.15, 1e9])).agrees
+    assert not judge_claim(replace(CLAIM, at_most=None), np.array([0.1])).agrees
 
 
 def test_the_saving_is_that_of_single_jumps() -> None:

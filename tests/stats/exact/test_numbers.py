@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stats.exact.numbers import common_shift, exact_root, exact_sum, moments, root_between, shortened
+from stats.exact.numbers import common_shift, exact_root, exact_sum, moments, root_between, to_120_bits
 
 NUMBERS = st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=100)
 
@@ -71,9 +71,9 @@ def test_sums_of_many_values_that_cancel():
 def test_roots_and_short_forms_of_any_size(value):
     root = exact_root(value)
     assert abs(root * root / value - 1) < Fraction(1, 2**115)
-    assert abs(shortened(value) / value - 1) < Fraction(1, 2**115)
-    assert abs(shortened(-value) / value + 1) < Fraction(1, 2**115)
-    assert exact_root(Fraction(0)) == shortened(Fraction(0)) == 0
+    assert abs(to_120_bits(value) / value - 1) < Fraction(1, 2**115)
+    assert abs(to_120_bits(-value) / value + 1) < Fraction(1, 2**115)
+    assert exact_root(Fraction(0)) == to_120_bits(Fraction(0)) == 0
 
 
 BENDS: dict[str, Callable[[float], float]] = {

@@ -13,12 +13,15 @@ from labbook.actions.simulate.thesis_figures import THESIS_FIGURES
 from labbook.presenting.simulation.published_results import claims_data, claims_table, short_rows
 from reports.tables.formats.as_csv import csv_bytes
 from reports.tables.formats.as_markdown import markdown_text
-from simulator.thesis.claims import Claim, Finding, judged
+from simulator.thesis.claims import Claim, Finding, judge_claim
 from tests.helpers.thesis import thesis_figures
 
 SAVING = Claim("own.saving", "3.2.3", ("3.8",), "it saves", "a | b", "1", published=0.2, at_least=0.15, at_most=0.25)
 JOULES = Claim("own.joules", "3.3.1", ("3.13",), "it is small", "spread", "J", at_most=5.0)
-FINDINGS: tuple[Finding, ...] = (judged(SAVING, np.array([0.16, 0.2])), judged(JOULES, np.array([1 / 3, 4.0, 9.5])))
+FINDINGS: tuple[Finding, ...] = (
+    judge_claim(SAVING, np.array([0.16, 0.2])),
+    judge_claim(JOULES, np.array([1 / 3, 4.0, 9.5])),
+)
 
 
 @pytest.mark.parametrize("number", THESIS_FIGURES)

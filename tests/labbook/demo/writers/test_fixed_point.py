@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from labbook.demo.writers import delimited
+from labbook.demo.writers import delimited_text
 
 
 @given(
@@ -11,7 +11,7 @@ from labbook.demo.writers import delimited
     st.integers(1, 6),
 )
 def test_values_have_all_their_decimals_and_round_to_nearest(values: np.ndarray, decimals: int) -> None:
-    lines = delimited("x", [(values, decimals)]).decode().splitlines()
+    lines = delimited_text("x", [(values, decimals)]).decode().splitlines()
     assert lines[0] == "x"
     assert all(len(line.split(".")[1]) == decimals for line in lines[1:])
     written = np.array([float(line) for line in lines[1:]])
@@ -19,10 +19,10 @@ def test_values_have_all_their_decimals_and_round_to_nearest(values: np.ndarray,
 
 
 def test_small_and_negative_values_are_never_scientific() -> None:
-    text = delimited("x", [(np.array([1e-6, -1e-6, 0.0, -0.5]), 6)])
+    text = delimited_text("x", [(np.array([1e-6, -1e-6, 0.0, -0.5]), 6)])
     assert text == b"x\n0.000001\n-0.000001\n0.000000\n-0.500000\n"
 
 
 def test_integers_have_no_point_and_line_ends_are_as_asked() -> None:
     columns = [(np.array([1, 20]), 0), (np.array([0.5, 0.5]), 2)]
-    assert delimited("a,b", columns, line_end="\r\n") == b"a,b\r\n1,0.50\r\n20,0.50\r\n"
+    assert delimited_text("a,b", columns, line_end="\r\n") == b"a,b\r\n1,0.50\r\n20,0.50\r\n"
