@@ -92,7 +92,7 @@ def import_command(
 
         done = with_answers(attempt, {"dates": dates, "fold": fold}, ask=not as_json)
     line = (
-        f"{len(done.added)} runs stated, {len(done.filled_in)} filled in, {len(done.unchanged)} there already, "
+        f"{len(done.stated)} runs stated, {len(done.filled_in)} filled in, {len(done.unchanged)} there already, "
         f"{len(done.not_made)} still to be made{' (dry run: nothing stored)' if dry_run else ''}."
     )
     if done.withdrawn:

@@ -34,7 +34,7 @@ class RunsImported:
     `taken_in` are the files and charges that waited for a run, by its name.
     """
 
-    added: list[str] = field(default_factory=list)
+    stated: list[str] = field(default_factory=list)
     filled_in: list[str] = field(default_factory=list)
     unchanged: list[str] = field(default_factory=list)
     not_made: list[str] = field(default_factory=list)
@@ -80,15 +80,15 @@ def import_runs(
         new = session.declare("run", **values, name=row.name, planned_run=planned.get(row.name))
         if row.note:
             session.state(_note(new, row.note))
-        done.added.append(row.name)
+        done.stated.append(row.name)
     if contradictions:
         raise InputRefused("\n".join(contradictions))
     still = {(item.what, item.name) for item in inbox(session.connection)} if waiting else set()
     for item in waiting:
         if item.stated_run is not None and (item.what, item.name) not in still:
             done.taken_in.setdefault(item.stated_run, []).append(item.name)
-    done.remarks = remarks_on(session.connection, configuration, [*done.added, *done.filled_in])
-    done.remarks += remarks_on_names(done.added, named_before)
+    done.remarks = remarks_on(session.connection, configuration, [*done.stated, *done.filled_in])
+    done.remarks += remarks_on_names(done.stated, named_before)
     places = {row.name: (row.date.isoformat(), row.position) for row in rows if row.done and row.name not in standing}
     taken = {(run.day, run.position_in_day): run.name for run in standing.values() if run.state is not RunState.VOID}
     done.remarks += remarks_on_places(places, taken)

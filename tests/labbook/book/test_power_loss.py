@@ -201,7 +201,7 @@ def check(trial: Trial, moment: Moment, folder: Path, commands: Commands, again:
     """Look at what is left; with `again`, give the last command again, and look once more."""
     power.lay(moment.left, folder)
     case, book = trial.case, folder / trial.case.book
-    journal = [entry.hash for entry in trial.entries]
+    journal = [entry.hash for entry in trial.said]
     if case.made or moment.done:
         code, said = commands.run("db", "check", "--book", book)
         assert code == 0, said
@@ -223,7 +223,7 @@ def check(trial: Trial, moment: Moment, folder: Path, commands: Commands, again:
         after = said_alike(standing)
     if case.made or moment.done:
         assert [entry.hash for entry in after[: len(in_file)]] == in_file
-    assert _kinds(after) == _kinds(trial.entries)
+    assert _kinds(after) == _kinds(trial.said)
 
 
 def check_backup(stick: Path, journal: Sequence[str] | None) -> None:

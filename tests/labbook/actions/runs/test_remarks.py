@@ -25,7 +25,7 @@ NEXT_YEAR = (datetime.datetime.now(datetime.UTC) + datetime.timedelta(days=366))
 
 
 @pytest.fixture
-def added(tmp_path: Path) -> SmallBook:
+def stated(tmp_path: Path) -> SmallBook:
     return small_book(tmp_path, ingested=False)
 
 
@@ -67,11 +67,11 @@ IDLE = {"kind": "idle", "foot": "", "k_gain": "", "b_ad_gain": "", "jumps_made":
     ],
 )
 def test_what_is_odd_on_a_sheet_is_remarked_and_stated_all_the_same(
-    row: dict[str, str], rule: str, said: str, added: SmallBook
+    row: dict[str, str], rule: str, said: str, stated: SmallBook
 ) -> None:
-    with added.open() as book:
+    with stated.open() as book:
         done = imported(book, sheet(row))
-        assert done.added == ["q1"]
+        assert done.stated == ["q1"]
         (remark,) = done.remarks
         assert (remark.rule, remark.count, remark.first, remark.more) == (rule, 1, "q1", ())
         assert said in remark.message
@@ -79,7 +79,7 @@ def test_what_is_odd_on_a_sheet_is_remarked_and_stated_all_the_same(
         assert imported(book, sheet(row)).remarks == []
 
 
-def test_what_is_usual_is_not_remarked(added: SmallBook) -> None:
+def test_what_is_usual_is_not_remarked(stated: SmallBook) -> None:
     usual = [
         {"duration_s": "360"},
         {"duration_s": "1440", "jumps_made": "50"},
@@ -89,12 +89,12 @@ def test_what_is_usual_is_not_remarked(added: SmallBook) -> None:
         {"duration_s": "", "jumps_made": "0"},
         {"date": "2020-06-15"},
     ]
-    with added.open() as book:
+    with stated.open() as book:
         assert imported(book, sheet(*usual)).remarks == []
 
 
-def test_one_remark_a_rule_names_its_runs_and_counts_the_rest(added: SmallBook) -> None:
-    with added.open() as book:
+def test_one_remark_a_rule_names_its_runs_and_counts_the_rest(stated: SmallBook) -> None:
+    with stated.open() as book:
         (remark,) = imported(book, sheet(*[{"duration_s": "72"}] * 30)).remarks
     assert (remark.count, remark.first, len(remark.more)) == (30, "q1", MOST_NAMED)
     says(remark.message, "q1", "lasted", "72 s")
@@ -109,8 +109,8 @@ def after_correction(book: Book, target: str, *fields: str) -> list[Remark]:
         )
 
 
-def test_a_place_that_a_run_of_another_sheet_has_is_remarked(added: SmallBook) -> None:
-    with added.open() as book:
+def test_a_place_that_a_run_of_another_sheet_has_is_remarked(stated: SmallBook) -> None:
+    with stated.open() as book:
         (remark,) = imported(book, sheet({"date": "2021-06-14"}, {"date": "2021-06-14", "position": "40"})).remarks
         assert (remark.rule, remark.first, remark.count) == ("position_taken", "q1", 1)
         says(remark.message, "q1", "has position", "2021-06-14", "r001")
@@ -125,8 +125,8 @@ def rules(remarks: list[Remark]) -> list[str]:
     return [remark.rule for remark in remarks]
 
 
-def test_a_correction_is_looked_at_where_it_changes_something(added: SmallBook) -> None:
-    with added.open() as book:
+def test_a_correction_is_looked_at_where_it_changes_something(stated: SmallBook) -> None:
+    with stated.open() as book:
         assert rules(after_correction(book, "r001", "duration_s=72", "name=r101")) == ["duration_unusual"]
         assert rules(after_correction(book, "r101", "position_in_day=12")) == []
         assert rules(after_correction(book, "r002", f"day={NEXT_YEAR}", "jumps_made=0")) == [
@@ -137,8 +137,8 @@ def test_a_correction_is_looked_at_where_it_changes_something(added: SmallBook) 
         assert rules(after_correction(book, "battery:A", "capacity_mah=100")) == []
 
 
-def test_a_charge_is_compared_with_the_pack_of_its_run(added: SmallBook) -> None:
-    with added.open() as book:
+def test_a_charge_is_compared_with_the_pack_of_its_run(stated: SmallBook) -> None:
+    with stated.open() as book:
         with book.session(ADA) as session:
             state_charge(session, book.configuration, "r001", 6700.0, None, None)
             state_charge(session, book.configuration, "r002", 0.0, None, None)
@@ -165,11 +165,11 @@ def test_a_charge_is_compared_with_the_pack_of_its_run(added: SmallBook) -> None
     ],
 )
 def test_a_charge_that_cannot_be_is_questioned_at_ingest(
-    mah: str, ended: str, rule: str | None, added: SmallBook
+    mah: str, ended: str, rule: str | None, stated: SmallBook
 ) -> None:
-    path = added.folder.parent / "odd.csv"
+    path = stated.folder.parent / "odd.csv"
     path.write_text(f"run,mAh,minutes,end_voltage,pack,ended\nr001,{mah},12,16.8,A,{ended}\n")
-    with added.open() as book:
+    with stated.open() as book:
         outcome = ingest_file(book, path, IngestRequest(person=ADA))
         (lines,) = rig_lines_of(book, [outcome])
         assert [line.charge_odd for line in lines] == ([False] if rule is None else [False, True])
@@ -179,8 +179,8 @@ def test_a_charge_that_cannot_be_is_questioned_at_ingest(
         assert said == ([] if rule is None else [rule])
 
 
-def test_a_check_without_the_unit_of_earlier_ones_is_remarked(added: SmallBook) -> None:
-    with added.open() as book, book.reading() as connection:
+def test_a_check_without_the_unit_of_earlier_ones_is_remarked(stated: SmallBook) -> None:
+    with stated.open() as book, book.reading() as connection:
         earlier = [check for checks in checks_by_day(connection).values() for check in checks]
     (remark,) = remarks_on_check(earlier, "rail_angle", 0.4, None)
     assert remark.rule == "check_without_unit"
