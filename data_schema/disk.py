@@ -1,6 +1,6 @@
 """Write files so that they survive a power cut; a file that is replaced is kept under another name.
 
-And where a file lies: SQLite's locks cannot be trusted on network drives, so a book is never opened on one.
+Also refuse network drives, on which SQLite's locks cannot be trusted.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from typing import Any
 from data_schema.errors import BookBusy, UsageError
 
 PART = ".part"
-"""How the name of a file ends that is being written; it begins with a dot."""
+"""The ending of the name of a file that is being written; the name begins with a dot."""
 
 
 def sync(path: Path) -> None:
-    """Make the content of a file survive a power cut; of a folder, the names in it."""
+    """Sync a file's content to the disk, or the names in a folder."""
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)
@@ -43,7 +43,7 @@ def make_folder(folder: Path) -> None:
 def sync_names(folder: Path, root: Path) -> None:
     """Make the names in a folder survive a power cut, and those on the way to it from `root`.
 
-    Also of folders that are there already: who made them may have been killed before they were synced.
+    Also of existing folders: the program that made them may have been killed before they were synced.
     """
     while folder != root:
         sync(folder)
@@ -68,13 +68,13 @@ def today_utc() -> str:
 
 
 def partial_path(path: Path) -> Path:
-    """Return where a file is written until it is whole: one place, so that nothing piles up."""
+    """Return the path at which a file is written until it is complete: always the same, so that none pile up."""
     return path.with_name(f".{path.name}{PART}")
 
 
 @contextlib.contextmanager
 def path_in_errors(path: Path) -> Iterator[None]:
-    """Name the file in what the system refuses, where it names the part that was to become it."""
+    """Put the path of a file into errors of the system, which name its temporary part instead."""
     try:
         yield
     except OSError as error:
@@ -82,7 +82,7 @@ def path_in_errors(path: Path) -> Iterator[None]:
 
 
 def put_in_place(path: Path) -> None:
-    """Give the part of a file, now whole, its name; it survives a power cut, and what had the name is replaced."""
+    """Sync the completed part of a file and rename it to the file's name, replacing an existing file."""
     part = partial_path(path)
     sync(part)
     part.replace(path)
@@ -90,7 +90,7 @@ def put_in_place(path: Path) -> None:
 
 
 def move_to_new_name(fresh: Path, path: Path) -> None:
-    """Give a whole file a name that nothing has; raises `FileExistsError` where something has got it meanwhile."""
+    """Rename a complete file to an unused name; raises `FileExistsError` where the name is in use meanwhile."""
     try:
         os.link(fresh, path)
     except FileExistsError:
@@ -105,7 +105,7 @@ def move_to_new_name(fresh: Path, path: Path) -> None:
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file so that it holds what it held before or all of this, whenever the writing is cut off."""
+    """Write a file atomically: if the writing is cut off, the old content stays."""
     make_folder(path.parent)
     with path_in_errors(path):
         partial_path(path).write_bytes(content)
@@ -114,7 +114,7 @@ def write_whole(path: Path, content: bytes) -> None:
 
 @contextlib.contextmanager
 def replace_together(files: Mapping[Path, bytes]) -> Iterator[None]:
-    """Write files under temporary names, let something be done, and only then give them their names.
+    """Write files under temporary names, run the body of the `with` statement, and only then rename them.
 
     A reader sees the old bytes of a file or the new, never a half; where one cannot be written none gets its name.
     """
@@ -149,7 +149,7 @@ def write_json(path: Path, content: dict[str, Any]) -> None:
 
 @contextlib.contextmanager
 def exclusive_lock(path: Path, otherwise: str) -> Iterator[None]:
-    """Hold a file, which must exist, against other programs that hold it; raises `BookBusy` where one does."""
+    """Lock an existing file against other programs that lock it; raises `BookBusy` where one has it locked."""
     with path.open("r+b") as handle:
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -1,8 +1,8 @@
 """The journal's file: append-only lines, of which only complete commands count.
 
-What a power cut left of a command at the end of the file does not count, and nothing that stands in the file is ever
-thrown away: before the next command is written, those bytes are kept beside the journal under another name. A last line
-that lacks only its newline is whole, as its hash tells.
+An incomplete command at the end of the file, left by a power cut, does not count. Its bytes are not thrown away: before
+the next command is written, they are moved to a file beside the journal. A last line that lacks only its newline is
+complete, as its hash shows.
 """
 
 from __future__ import annotations
@@ -45,9 +45,9 @@ NOTHING = LeftOut(0, 0)
 
 
 class JournalFile:
-    """The mirror of the journal on disk, append-only; what a cut-off command left at its end does not count.
+    """The mirror of the journal on disk, append-only; an incomplete command at its end does not count.
 
-    `remedy` says what mends a damaged file.
+    `remedy` is the advice for mending a damaged file.
     """
 
     def __init__(self, path: Path, remedy: str = MEND_FILE) -> None:
@@ -80,7 +80,7 @@ class JournalFile:
         It is read through once a day, and where it was changed since it was found whole: its size and time of change
         then stand in a file beside it.
         """
-        state = self._remembered_state()
+        state = self._file_state()
         if self._found_whole():
             return None
         try:
@@ -93,7 +93,7 @@ class JournalFile:
 
     def _found_whole(self) -> bool:
         try:
-            return self._remembered().read_text(encoding="utf-8") == self._remembered_state()
+            return self._remembered().read_text(encoding="utf-8") == self._file_state()
         except (OSError, UnicodeDecodeError):
             return False
 
@@ -104,8 +104,8 @@ class JournalFile:
     def _remembered(self) -> Path:
         return self.path.with_name(f".whole.{self.path.name}")
 
-    def _remembered_state(self) -> str:
-        """Return what is remembered of a whole file; nothing that fits where it is not there."""
+    def _file_state(self) -> str:
+        """Return size and time of change of the file, to be compared with those of the last check; none if missing."""
         try:
             found = self.path.stat()
         except OSError:
@@ -154,7 +154,7 @@ class JournalFile:
                 handle.truncate(part.end)
                 raise
         if whole:
-            self._remember_whole(self._remembered_state())
+            self._remember_whole(self._file_state())
 
     def _last_part(self) -> _Part:
         """Read as much of the end of the file as holds a complete command."""

@@ -133,7 +133,7 @@ def positions_of(column: str, names: Sequence[str]) -> tuple[int, ...]:
 
 
 def argument(text: str) -> str:
-    """Return what stands behind a flag, in quotes where a shell would part it."""
+    """Return the value of a flag, in quotes where a shell would split it."""
     return text if re.fullmatch(r"[\w@%+=:,./#-]+", text, re.ASCII) else f'"{text}"'
 
 
@@ -184,7 +184,7 @@ def note_absent(declared: Declarations, names: Sequence[str], findings: FindingC
 
 
 def _nearest(column: str, names: Sequence[str]) -> str | None:
-    """Return the cell that is called so but for capitals, signs or its unit, else the one that looks most like it."""
+    """Return the cell of this name, ignoring capitals, signs and its unit, else the most similar one."""
     wanted = squash(parse_header(column).base)
     alike = [name for name in names if wanted and squash(parse_header(name).base) == wanted]
     return alike[0] if alike else nearest(column, names)

@@ -1,6 +1,6 @@
 """How the database changes from one labbook to the next: Alembic, from the first table on.
 
-`current()` says where a database stands, `upgrade()` brings it to the newest; neither is ever called by opening.
+`current()` returns a database's revision, `upgrade()` brings it to the newest; neither is ever called by opening.
 `versions` names another folder of migrations than labbook's own. A migration is a file `m0001_what_it_does.py`, named
 after its revision, one after the other: every command asks for the newest, and only an upgrade needs to load Alembic.
 """
@@ -26,12 +26,12 @@ def newest(versions: Path = VERSIONS) -> str:
 
 
 def known(revision: str, versions: Path = VERSIONS) -> bool:
-    """Tell whether this labbook has the migration that a database says it has."""
+    """Tell whether this labbook has the migration of a database's recorded revision."""
     return revision in _revisions(versions)
 
 
 def current(connection: sa.Connection) -> str | None:
-    """Return the revision that a database says it has; None when it says nothing."""
+    """Return the revision recorded in a database; None when there is none."""
     if not sa.inspect(connection).has_table("alembic_version"):
         return None
     revision: str | None = connection.scalar(sa.text("SELECT version_num FROM alembic_version"))

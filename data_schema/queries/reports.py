@@ -1,4 +1,4 @@
-"""The reports of a book: when each was made and by whom, what it shows, and what the results behind it rest on."""
+"""The reports of a book: when each was made and by whom, the numbers it shows, and the inputs of its results."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class ReportRow:
 
 @dataclass(frozen=True, slots=True)
 class ShownRow:
-    """A number that a report shows, as it printed it; what follows is None where the book has it no longer."""
+    """A number that a report shows, as printed; the fields after that are None where the book has it no longer."""
 
     number_uid: str
     value: float | None

@@ -1,4 +1,4 @@
-"""Results with their numbers, inputs and simulations: what is stored, what stands, and what no report shows."""
+"""Results with their numbers, inputs and simulations: those stored, those current, and those that no report shows."""
 
 from __future__ import annotations
 
@@ -130,14 +130,14 @@ def add_results(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
 
 
 def rewrite_payloads(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
-    """Give stored results the payloads of these: what they are stays, in the form that labbook reads now."""
+    """Replace the payloads of stored results by the same content in the form that labbook reads now."""
     for row in rows:
         connection.execute(result.update().where(result.c.key == row.key).values(payload_json=row.payload_json))
     note_written(connection, "result", [row.uid for row in rows])
 
 
 def mark_current(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
-    """Declare stored results current again (their inputs are what they were), and their rivals stale."""
+    """Mark stored results current again (their inputs are as before), and others of the same kind and scope stale."""
     _outdate(connection, rows)
     for some in in_chunks(rows):
         connection.execute(result.update().where(result.c.key.in_([row.key for row in some])).values(stale=0))
@@ -160,7 +160,7 @@ def ids_by_key(connection: sa.Connection, keys: Sequence[str]) -> dict[str, int]
 
 
 def mark_stale(connection: sa.Connection, changed: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
-    """Mark everything downstream of changed (kind, uid) pairs as stale; returns (kind, scope) of what became so.
+    """Mark all results downstream of changed (kind, uid) pairs as stale; returns (kind, scope) of these.
 
     Where nothing has been computed yet, it is not asked what changed.
     """
@@ -181,7 +181,7 @@ _ANY_RESULT = sa.select(result.c.id).limit(1)
 
 
 def results_depending_on(connection: sa.Connection, inputs: Sequence[tuple[str, str]]) -> list[str]:
-    """Return the uids of all results that have one of these (kind, uid) as an input, or rest on such results in turn.
+    """Return the uids of all results that have one of these (kind, uid) as an input, directly or through other results.
 
     Step by step and kind by kind: SQLite walks through all inputs of results at each step of a recursive query, and
     where it is asked for pairs.
@@ -249,7 +249,7 @@ def current_number(connection: sa.Connection, kind: str, scope_json: str, name: 
 
 
 def numbers_beginning(connection: sa.Connection, beginning: str) -> list[str]:
-    """Return the ids of the numbers, stored or shown in a report, that begin so: two at most."""
+    """Return the ids with this beginning of numbers that are stored or shown in a report: two at most."""
     columns = (result_number.c.uid, report_item.c.number_uid)
     queries = [sa.select(column).where(column.startswith(beginning, autoescape=True)) for column in columns]
     return list(connection.execute(sa.union(*queries).limit(2)).scalars())

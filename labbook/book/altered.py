@@ -1,7 +1,7 @@
-"""Rows of the database beside those that the raw copies and the journal give: what was altered outside labbook.
+"""Rows altered outside labbook: rows of the database compared with those that the raw copies and the journal give.
 
-A row is suspected where it does not fit the hash that was made when it was written; what it should be is known by
-playing the journal back into another database.
+A row is suspected where it does not fit the hash that was made when it was written; what it should be follows from
+replaying the journal into another database.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _NAMES = ("name", "original_name", "label", "key", "date_local", "part", "line",
 
 @dataclass(frozen=True, slots=True)
 class WrongValue:
-    """A value that is not what raw copies and journal give; no `column` where the whole row is too much or lost."""
+    """A value that differs from raw copies and journal; no `column` where the whole row is extra or missing."""
 
     table: str
     name: str
@@ -40,7 +40,7 @@ class WrongValue:
 
     @property
     def sentence(self) -> str:
-        """Return which value it is, what it is and what it should be."""
+        """Describe the value: where it is, what it is and what it should be."""
         if self.column is None:
             return f"{self.name} {'is missing' if self.stands is None else 'should not be there'}"
         stands, should_be = _shortened_pair(self.stands, self.should_be)
@@ -79,7 +79,7 @@ class AlteredRows:
 def describe_altered(
     book: sa.Connection, fresh: sa.Connection | None, suspected: Sequence[Altered]
 ) -> list[AlteredRows]:
-    """Say of suspected rows which values are wrong; `fresh` holds what should stand, None where that is not known."""
+    """Return which values of suspected rows are wrong; `fresh` holds the right ones, None where these are not known."""
     found = []
     for item in suspected:
         values = () if fresh is None else tuple(_wrong_values(book, fresh, item))

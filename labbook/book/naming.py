@@ -1,6 +1,6 @@
 """From the names that people use to the rows they mean, and back to words that describe a change.
 
-What is missing and may be made is stated on the way.
+Missing days and conditions are stated where they are needed.
 """
 
 from __future__ import annotations

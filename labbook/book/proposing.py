@@ -2,7 +2,7 @@
 
 The tables, through the journal, are the one truth. Additions (a person, a level, a pack) become statements of whoever
 gives the next command; so do changes while the book is still being described, before its first day, plan or file. A
-later change to a fact that stands is refused with the `labbook correct` that would make it.
+later change to an existing fact is refused with the `labbook correct` that would make it.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from labbook.config.tables import as_number
 
 
 def propose(session: WriteSession, configuration: Configuration, *, correcting: bool = False) -> None:
-    """Take over what the configuration adds; raises `InputRefused` when it contradicts what stands.
+    """Take over what the configuration adds; raises `InputRefused` when it contradicts existing facts.
 
     With `correcting`, contradictions are left to the correction that is being stated, and to the next command; factors
     that no longer fit the book's conditions are refused all the same, for no correction can settle them. The journal
@@ -141,7 +141,7 @@ def _proposed(
 
 
 def _standing(connection: sa.Connection, kind: str, identity: Mapping[str, Any]) -> str | None:
-    """Return the uid of what is proposed where it stands already; a book has one study, whatever it is called."""
+    """Return the uid of a proposed row where it exists already; a book has one study, whatever its name."""
     if kind == "study":
         study = the_study(connection)
         return None if study is None else study.uid
@@ -160,7 +160,7 @@ def _differences(
 
 
 def _unfitting_factors(connection: sa.Connection, configuration: Configuration, text_in_force: str) -> list[str]:
-    """Say where the file's factors no longer fit the conditions that the book has; what has none may be dropped."""
+    """Return where the file's factors no longer fit the book's conditions; unused factors may be dropped."""
     if not conditions_by_key(connection):
         return []
     used: dict[str, set[str]] = {}
@@ -206,7 +206,7 @@ def _control(table: Mapping[str, Any]) -> str | None:
 
 
 def _without_password(configuration: Configuration) -> str:
-    """Return the file's text as the journal keeps it: who may read the book need not be let into its database."""
+    """Return the file's text without its password, for the journal: its readers need no access to the database."""
     url = configuration.database_url
     if url is None:
         return configuration.text

@@ -79,7 +79,7 @@ class ReadingAhead:
         yield from waiting
 
     def take(self, entry: Entry) -> PreparedImport | None:
-        """Return what was read of an entry's file, waiting for it; None where it is to be read here."""
+        """Return what was read of an entry's file, waiting for it; None where it must be read in this process."""
         reader = self._reader_of.pop(entry.seq, None)
         return None if reader is None else reader.take(entry.seq)
 

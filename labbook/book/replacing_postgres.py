@@ -1,13 +1,11 @@
 """Rebuilding on the book's own PostgreSQL database: the new tables grow in a schema of their own, then change places.
 
-Until the one transaction in which they do, the old tables are in use as ever; afterwards they lie in a schema
-`before_rebuild_<time>`, which can be dropped when nobody misses anything. Who might use the old tables may use the new,
-and a lab's own views show the new.
+The change is one transaction; until then the old tables are in use. Afterwards they lie in a schema
+`before_rebuild_<time>`, which can be dropped when nothing is missing. The new tables have the owners and rights of the
+old ones, and a lab's own views show the new.
 
-What a lab made for itself on a book's PostgreSQL tables, and what becomes of it when a rebuild changes them.
-
-A view stands on tables, not on their names: left alone, it would show the old ones for ever. So every view is defined
-again, in place, by its own text, which then means the new tables; owner, rights, comments and what stands on the view
+A view depends on tables, not on their names: left alone, it would show the old ones for ever. So every view is defined
+again, in place, by its own text, which then means the new tables; owner, rights, comments and what depends on the view
 stay. What cannot be defined again in place (materialized views, foreign keys of other tables, functions, rules,
 policies, publications) stops the rebuild before it has begun, by name.
 """
@@ -35,7 +33,7 @@ INSUFFICIENT_PRIVILEGE = "42501"
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """A view that stands on the book's tables: its quoted name, its options, and its text as it reads now."""
+    """A view that depends on the book's tables: its quoted name, its options, and its text as it reads now."""
 
     name: str
     options: tuple[str, ...]
@@ -65,7 +63,7 @@ ORDER BY description
 
 
 def refuse_what_cannot_follow(connection: sa.Connection, schema: str, tables: Sequence[str]) -> None:
-    """Raise `UsageError` where something other than a view stands on these tables."""
+    """Raise `UsageError` where something other than a view depends on these tables."""
     others = [row.description for row in _dependent_views(connection, schema, tables) if row.view is None]
     if others:
         raise UsageError(
@@ -75,7 +73,7 @@ def refuse_what_cannot_follow(connection: sa.Connection, schema: str, tables: Se
 
 
 def views_on(connection: sa.Connection, schema: str, tables: Sequence[str]) -> list[View]:
-    """Return the views that stand on these tables, with texts that name them as the search path finds them."""
+    """Return the views that depend on these tables, with texts that name them as the search path finds them."""
     oids = [row.view for row in _dependent_views(connection, schema, tables) if row.view is not None]
     rows = connection.execute(
         sa.text(
@@ -89,7 +87,7 @@ def views_on(connection: sa.Connection, schema: str, tables: Sequence[str]) -> l
 
 
 def define_again(connection: sa.Connection, views: Sequence[View]) -> None:
-    """Let views stand on the tables that now have the names in their texts; raises `UsageError` where one cannot."""
+    """Define views again on the tables that now have the names in their texts; raises `UsageError` where one cannot."""
     for view in views:
         options = f" WITH ({', '.join(view.options)})" if view.options else ""
         statement = f"CREATE OR REPLACE VIEW {view.name}{options} AS {view.text}"
@@ -271,7 +269,7 @@ def old_schemas(connection: sa.Connection) -> list[tuple[str, int]]:
 
 
 def drop_old(connection: sa.Connection, schema: str) -> None:
-    """Remove a schema of old tables; raises `UsageError` where something that a lab made stands on them."""
+    """Remove a schema of old tables; raises `UsageError` where something that a lab made depends on them."""
     tables = _tables(connection, schema)
     standing = [view.name for view in views_on(connection, schema, tables)]
     if standing:

@@ -1,7 +1,7 @@
-"""Facts that people state: a thing exists (a person, a study, a level, a run, a note), was wrong, or is judged.
+"""Facts that people state: a thing exists (a person, a study, a level, a run, a note), is corrected, or is judged.
 
-What was wrong, or is void, changes its row; the journal keeps what it was. A verdict on a jump, run, charge or
-condition adds a row. Results that rest on either are stale.
+A correction, or a void run, changes the row; the journal keeps the old values. A verdict on a jump, run, charge or
+condition adds a row. Results that depend on either become stale.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from labbook.statements.assigning import assign_charge, assign_file, assign_only
 
 
 def apply_declare(context: ApplyContext, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
-    """Add the row, and what follows from a thing of its kind being there."""
+    """Add the row, and link what waited for it."""
     values = dict(entry.new or {})
     beside = {name: values.pop(name) for name in _BESIDE.get(entry.entity_kind, ())}
     if entry.entity_kind in _SIGNED:

@@ -1,7 +1,7 @@
-"""From a file's bytes to everything that is stored of it, before any lock is taken.
+"""From a file's bytes to everything that is stored of it, before any database lock is taken.
 
 Reading, hashing and compressing release the interpreter, so the raw copy, the samples and the jump detection of one
-file are made side by side. Files are on disk and synced before a row speaks of them.
+file are made side by side. Files are on disk and synced before a row refers to them.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class ReadSettings:
 
 @dataclass(frozen=True, slots=True)
 class StoredPart:
-    """Where the samples of one part lie, and the jumps found in them if it holds a body height.
+    """The stored samples of one part, and the jumps found in them if it holds a body height.
 
     `time_sha256` is the hash of its elapsed times: verdicts on jumps hold for all readings that have the same.
     """
@@ -88,7 +88,7 @@ class PreparedImport:
 
 
 def as_read(done: PreparedImport) -> dict[str, Any]:
-    """Return what the journal keeps of how a file was read: all that it depended on, and what came of it.
+    """Return the journal's record of a reading: all that it depended on, and its outcome.
 
     Another reading can be made from the first and compared with the second.
     """
@@ -231,7 +231,7 @@ def current_settings(
 def declarations(
     configuration: Configuration, options: Mapping[str, Any], file_name: str | None = None
 ) -> Declarations:
-    """Say what is known beforehand about a file: the command line's `options` over the book's profiles.
+    """Return the declarations about a file: the command line's `options` over the book's profiles.
 
     Raises `UsageError` for a profile asked for by a name that labbook.toml does not have.
     """

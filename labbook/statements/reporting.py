@@ -1,7 +1,7 @@
-"""A report was made: which numbers it showed, and the results that were computed for it.
+"""The statement that a report was made: the numbers it showed, and the results that were computed for it.
 
 The journal keeps every number that was shown, with its id and its value, and the versions of the algorithms. A newer
-version gives its numbers other ids; an id on a printed page is known all the same.
+version gives its numbers other ids, while an id on a printed page can still be looked up.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def shown_by(made: MadeReport) -> dict[str, Any]:
 
 
 def apply_report(context: ApplyContext, entry: Entry, prepared: object) -> list[tuple[str, str]]:
-    """Add the report and what it computed; on rebuilding, compute it again unless that can give nothing new."""
+    """Add the report and its results; on rebuilding, compute it again unless that can give nothing new."""
     new = entry.new or {}
     row = config_in_force(context.connection)
     assert row is not None, "a configuration is declared before any report is made"  # noqa: S101

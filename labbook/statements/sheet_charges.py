@@ -1,8 +1,8 @@
-"""The charges of a file: which are new, which changed, which are back, and which are there no longer.
+"""The charges of a file after a new reading: which are new, changed, back, or gone.
 
-A charge is known by its file and where it stands there, so that a new reading changes it and keeps its uid, its run and
-what people corrected. The number that it has in its file it keeps: its uid follows from it, and people name it by it.
-Which of the charges of a run counts is worked out by `counted_charges`.
+A charge is identified by its file and its place there, so that a new reading changes it and keeps its uid, its run and
+people's corrections. It keeps its number in the file: its uid is derived from it, and people name it by it. Which of
+the charges of a run counts is decided by `counted_charges`.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ def update_charges(
     numbers: Mapping[Key, int],
     of_file: str | None = None,
 ) -> list[str]:
-    """Bring the charges of a file up to what was read from it; returns the runs that it concerns.
+    """Update the charges of a file to what was read from it; returns the runs that it concerns.
 
-    `numbers` are the row numbers by where charges stand, `of_file` the run that the only charge of a file belongs to.
+    `numbers` are the row numbers by place of the charges, `of_file` the run that the only charge of a file belongs to.
     """
     placed = Placement()
     standing = {row.uid: row for row in rows_of_file(context.connection, file_uid)}
@@ -90,7 +90,7 @@ def update_charges(
 
 
 def mark_charges_gone(context: ApplyContext, file_uid: str) -> list[str]:
-    """Let no charge of a file count any more; equal rows of other sheets step in. Returns the runs."""
+    """Set all charges of a file to the state gone; equal rows of other sheets replace them. Returns the runs."""
     placed = Placement()
     rows = [row for row in rows_of_file(context.connection, file_uid) if row.state is not ChargeState.GONE]
     mark_gone(context, rows, placed)
@@ -101,9 +101,9 @@ def mark_charges_gone(context: ApplyContext, file_uid: str) -> list[str]:
 def restore_charges(
     context: ApplyContext, file_uid: str, ingest_key: int, reading: Mapping[str, Any], *, first: bool
 ) -> list[str]:
-    """Let the charges of a file in use again count as they did; returns the runs that it concerns.
+    """Let the charges of a restored file count as before; returns the runs that it concerns.
 
-    `reading` is the entry of the reading in force, the `first` of the file or not; what it does not hold stays gone.
+    `reading` is the entry of the reading in force, the `first` of the file or not; charges that it lacks stay gone.
     """
     placed = Placement()
     rows = [row for row in rows_of_file(context.connection, file_uid) if row.state is ChargeState.GONE]
@@ -119,7 +119,7 @@ def restore_charges(
 
 
 def _stays(old: SheetRow, read_row: ChargeRow, row: ChargeRow, manual: ManualChanges, placed: Placement) -> bool:
-    """Tell whether a charge stays where it is: dismissed, with the run it has, or known; `row` is what counts of it."""
+    """Tell whether a charge keeps its state: dismissed, with its run, or known; `row` has people's corrections."""
     same, same_run = _same_charge(old, row), row.stated_run == old.stated_run
     if old.state is ChargeState.KNOWN and same:
         placed.known.append(old)
@@ -184,7 +184,7 @@ def _columns(row: ChargeRow, battery: str | None) -> dict[str, Any]:
 
 
 Key = tuple[str, int, int]
-"""Where a charge stands: its member, its line (minus its place where it has none), and its place among those there."""
+"""The place of a charge: its member, its line (minus its place where it has none), and its place within that line."""
 
 
 def keys_of(charges: Sequence[ChargeRow]) -> list[Key]:

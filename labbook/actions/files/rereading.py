@@ -1,6 +1,6 @@
 """Reading a stored file again with the declarations of now: what that changes, and what becomes stale.
 
-`labbook ingest` on bytes that the book has ends here: in nothing, another reading, or the run that they belong to.
+`labbook ingest` on bytes that the book has comes here, too: to no change, another reading, or an assignment to a run.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class Reread:
 
 @dataclass(frozen=True, slots=True)
 class RereadRequest:
-    """Who has a file read again and why, what is declared about it, and whether only to see what would change."""
+    """A request to read a file again: person and reason, declarations, and whether it is a dry run."""
 
     options: Mapping[str, Any]
     person: str | None = None
@@ -109,7 +109,7 @@ def reread(book: Book, row: ReadingRow, request: RereadRequest) -> Reread:
 
 
 def would_differ(book: Book, row: ReadingRow) -> bool:
-    """Tell whether today's labbook.toml would have a file read otherwise, the same being declared about it.
+    """Tell whether a file would be read differently under today's labbook.toml, with the same declarations.
 
     The file is read only where the configuration is another one than at its reading.
     """
@@ -121,12 +121,12 @@ def would_differ(book: Book, row: ReadingRow) -> bool:
 
 
 def _without_checks(settings: ReadSettings) -> ReadSettings:
-    """Leave out what decides only whether a file is refused: the robots it is compared with, and limits."""
+    """Leave out the settings that decide only whether a file is refused: the robots it is compared with, and limits."""
     return replace(settings, declared=replace(settings.declared, robots=(), limits=DEFAULT_LIMITS))
 
 
 def settings_of(book: Book, row: ReadingRow) -> ReadSettings:
-    """Return all that a reading depended on; an earlier labbook did not write it down, so that it is found again."""
+    """Return the settings of a reading; those that an earlier labbook did not record are worked out again."""
     if row.settings_json is not None:
         return ReadSettings.from_json(json.loads(row.settings_json))
     settings = _settings(_configuration(row.config_text), row)
@@ -185,7 +185,7 @@ def _state(session: WriteSession, row: ReadingRow, request: RereadRequest, prepa
 
 @dataclass(frozen=True, slots=True)
 class ReadingContents:
-    """What a reading gave: its row, its parts by name, the jumps found in each, and the file's charges by uid."""
+    """The contents of a reading: its row, its parts by name, the jumps found in each, and the file's charges by uid."""
 
     row: ReadingRow
     parts: Mapping[str, PartRow]
@@ -194,7 +194,7 @@ class ReadingContents:
 
     @classmethod
     def of(cls, connection: sa.Connection, row: ReadingRow) -> Self:
-        """Look up what a reading gave, which must be the last of its file."""
+        """Look up the contents of a reading, which must be the last of its file."""
         parts = {part.part: part for part in parts_of_reading(connection, row.uid)}
         contents = charge_contents(connection, row.file_uid or "")
         rows = {item.uid: (item, contents[item.uid]) for item in rows_of_file(connection, row.file_uid or "")}
@@ -321,7 +321,7 @@ def take_known(
 
 
 def reread_lines(done: Reread, *, dry_run: bool) -> list[str]:
-    """Say what came of another reading: what is otherwise, what became stale, which verdicts wait."""
+    """Return lines on another reading: what changed, what became stale, which verdicts wait."""
     if done.read.refused:
         found = [finding for finding in done.read.findings if finding.severity != "note"]
         return ["refused so, and nothing was changed: the reading before stands:", *map(_refusal_line, found)]
@@ -339,7 +339,7 @@ def _refusal_line(finding: Finding) -> str:
 
 
 def _to_run(book: Book, row: ReadingRow, run: str, person: str | None, dry_run: bool) -> list[str]:
-    """Let a file that belongs to no run belong to this one; a file that has a run is moved by another command."""
+    """Assign a file without a run to this one; a file that has a run is moved by another command."""
     with book.reading() as connection:
         meant = run_named(connection, run)
         runs = runs_of_file(connection, row.sha256)

@@ -1,4 +1,4 @@
-"""`labbook correct`: which row is meant, which columns change, and to what."""
+"""`labbook correct`: resolving the row, the columns that change, and their new values."""
 
 from __future__ import annotations
 

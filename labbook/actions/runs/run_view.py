@@ -1,4 +1,4 @@
-"""Everything the book knows of one run."""
+"""Everything the book has on one run."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ def view_lines(view: RunView) -> list[str]:
 
 
 def _lacking(view: RunView) -> list[str]:
-    """Say what a run that counts has not, and how it gets it."""
+    """Return what is missing of a run that counts, and how to add it."""
     run, name = view.run, shlex.quote(view.run.name)
     if run.state is RunState.VOID or run.kind not in (RunKind.JUMPS, RunKind.IDLE):
         return []

@@ -67,13 +67,13 @@ _PROBLEMS_OF_SQLITE = 20
 """The most problems listed of SQLite's integrity check, which can find very many in a damaged file."""
 
 _T = TypeVar("_T")
-_PlayedBack: TypeAlias = Callable[[int, Collection[int]], AbstractContextManager[tuple[sa.Connection, Replay]]]
-"""Plays back so many entries but for the needless ones; gives the database that they make, and how that went."""
+_ReplayedJournal: TypeAlias = Callable[[int, Collection[int]], AbstractContextManager[tuple[sa.Connection, Replay]]]
+"""Replays that many entries without the needless ones; gives the resulting database and the replay's record."""
 
 
 @dataclass(frozen=True, slots=True)
 class Health:
-    """What was checked, each problem with what to do about it, and the store's files that no row speaks of.
+    """What was checked, each problem with its remedy, and the store's files that no row refers to.
 
     `waiting` entries of the journal file were cut off before the database had them; the next command applies them.
     What is `left_out` at the end of that file is no complete command; the next one that writes sets it aside.
@@ -156,7 +156,7 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False) -> Health:
 
 
 def _attempt(problems: list[str], work: Callable[[], _T]) -> _T | None:
-    """Do a part of the check; what stops it is a problem, and the other parts go on."""
+    """Do a part of the check; an error that stops it is a problem, and the other parts go on."""
     try:
         return work()
     except BookError as error:
@@ -164,7 +164,7 @@ def _attempt(problems: list[str], work: Callable[[], _T]) -> _T | None:
         return None
 
 
-def _read_database(engine: sa.Engine, replayed_journal: _PlayedBack, deep: bool) -> _Database:
+def _read_database(engine: sa.Engine, replayed_journal: _ReplayedJournal, deep: bool) -> _Database:
     try:
         check_revision(engine)
         problems: list[str] = []
@@ -183,8 +183,8 @@ def _read_database(engine: sa.Engine, replayed_journal: _PlayedBack, deep: bool)
         engine.dispose()
 
 
-def _altered(connection: sa.Connection, entries: int, replayed_journal: _PlayedBack, deep: bool) -> list[str]:
-    """Say which rows are not what labbook wrote, what they should be, and which reports rest on them."""
+def _altered(connection: sa.Connection, entries: int, replayed_journal: _ReplayedJournal, deep: bool) -> list[str]:
+    """Return which rows are not as labbook wrote them, what they should be, and which reports depend on them."""
     hashed = has_hashes(connection)
     suspected = altered_rows(connection) if hashed else []
     problems = [] if hashed else [NO_HASHES]
@@ -230,7 +230,7 @@ def _damage_of_sqlite(connection: sa.Connection) -> list[str]:
 
 
 def _foreign_triggers(connection: sa.Connection) -> list[str]:
-    """Say which triggers labbook did not make, and which of its own were changed or are gone."""
+    """Return which triggers labbook did not make, and which of its own were changed or are gone."""
     guards = GUARDS[connection.dialect.name]
     found = connection.exec_driver_sql(_TRIGGERS[connection.dialect.name])
     triggers = {name: " ".join(text.split()) for name, text in found}

@@ -1,8 +1,8 @@
-"""`labbook db prune`: what lies about in a book and nothing needs, listed, and removed where that is asked for.
+"""`labbook db prune`: list leftovers in a book that nothing refers to, and remove them on request.
 
-Never what a row or an entry of the journal speaks of. A file of the store is looked up, and removed, while nobody can
-write; an ingest that has put its files there and not yet its rows looks for them once more when it can (`statements`).
-Nothing is removed from a book that is not whole, for an old copy may be the only one that is.
+Nothing that a row or an entry of the journal refers to is ever removed. A file of the store is looked up, and removed,
+while nobody can write; an ingest that has put its files there and not yet its rows looks for them once more when it can
+(`statements`). Nothing is removed from a book that is not whole, for an old copy may be the only one that is.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ _SET_ASIDE = "set aside from the journal, removed only by its name"
 
 @dataclass(frozen=True, slots=True)
 class Leftover:
-    """What nothing needs: by which name it is removed, what it is, and its size where it has one.
+    """A leftover: the name by which it is removed, its kind, and its size where it has one.
 
-    `by_name_only`: a person may want it, so it is removed only where it is named.
+    `by_name_only`: a person may want it, so that it is removed only when named.
     """
 
     name: str
@@ -62,7 +62,7 @@ def leftovers(book: Book, connection: sa.Connection) -> list[Leftover]:
 
 
 def prune(book: Book, names: Sequence[str], counted: Counted) -> list[Leftover]:
-    """Remove what nothing needs, or only what is named of it; returns what was removed."""
+    """Remove all leftovers, or only the named ones; returns what was removed."""
     health = check_book(book.folder, counted)
     if not health.whole:
         raise BookDamaged(
@@ -83,7 +83,7 @@ def prune(book: Book, names: Sequence[str], counted: Counted) -> list[Leftover]:
 
 
 def named(found: Sequence[Leftover], names: Sequence[str]) -> list[Leftover]:
-    """Return those of these names, all of them where none is given."""
+    """Return the leftovers of these names, all where none is given."""
     by_name = {one.name: one for one in found}
     for name in names:
         if name not in by_name:

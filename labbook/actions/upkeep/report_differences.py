@@ -1,7 +1,7 @@
-"""The reports of a book by the names that people use, what one shows, and which numbers moved between two, and by what.
+"""The reports of a book by the names that people use, the numbers of one, and which numbers moved between two, and why.
 
-Numbers of two reports are the same by kind, scope and name of their results; their ids change with their inputs. What
-moved one is what the two results, down to the facts and the bytes, do not both rest on; where that is nothing, it is a
+Numbers of two reports are matched by kind, scope and name of their results, for their ids change with their inputs. A
+number was moved by the inputs, down to facts and bytes, that only one of the two results has; where there is none, by a
 setting of labbook.toml.
 """
 
@@ -36,7 +36,7 @@ LAST = "last"
 
 @dataclass(frozen=True, slots=True)
 class ReportNumber:
-    """A number of a report: its provenance id, what it is and is about, and its value, None where it is undefined.
+    """A number of a report: its provenance id, its name and scope, and its value, None where it is undefined.
 
     Of a number whose result the book has no longer, only id and value are known.
     """
@@ -51,7 +51,7 @@ class ReportNumber:
 
 @dataclass(frozen=True, slots=True)
 class MovedNumber:
-    """A number that two reports have and that is otherwise in the later named one; `causes` are places among all."""
+    """A number of two reports that differs in the second one; `causes` are positions in the list of all causes."""
 
     was: ReportNumber
     now: ReportNumber
@@ -79,7 +79,7 @@ class ReportsCompared:
 def report_named(connection: sa.Connection, name: str) -> ReportRow:
     """Return a report by its number from 1, as `last` or `last-1`, or by the beginning of its uid.
 
-    Raises `UnknownName` for what names none of them, or several.
+    Raises `UnknownName` for a name of no report, or of several.
     """
     reports = list_reports(connection)
     back = re.fullmatch(rf"{LAST}(?:-([0-9]+))?", name)
@@ -148,7 +148,7 @@ def _rank(moved: MovedNumber) -> int:
 
 
 def _identity(row: ShownRow) -> tuple[str | None, ...]:
-    """Return what two reports know a number by; one that is gone goes by its id, which never means another."""
+    """Return the key by which a number is found in another report: for one that is gone its id, which is unique."""
     return (row.number_uid,) if row.result_uid is None else (row.kind, row.scope_json, row.name)
 
 
@@ -199,7 +199,7 @@ class _Results:
 
 
 def _differing(old: frozenset[_Leaf], new: frozenset[_Leaf]) -> set[Thing]:
-    """Return in the words of causes which of these only one has; where both have the same, what may group them."""
+    """Return, as causes name them, the inputs that only one result has; where all are the same, what groups them."""
     was = {leaf[:2] for leaf in old}
     both = was & {leaf[:2] for leaf in new}
     found: set[Thing] = set()

@@ -31,5 +31,5 @@ def stale_lines(stale: list[tuple[str, str]]) -> list[str]:
 
 
 def _scope_label(scope: dict[str, Any]) -> str:
-    """Say what a result is about; a result of many words is about its label."""
+    """Return the scope of a result in words: its label where it has many parts."""
     return str(next((scope[name] for name in _ABOUT if name in scope), ""))

@@ -71,7 +71,7 @@ def trace(connection: sa.Connection, beginning: str) -> NumberTrace | PrintedNum
 
 
 def trace_of(connection: sa.Connection, uid: str) -> Trace | None:
-    """Follow a number down, None where it is not there."""
+    """Trace a number to its sources; None where there is no such number."""
     found = result_of_number(connection, uid)
     reports = [shown.report for shown in reports_showing(connection, uid)]
     return None if found is None else _trace(connection, found[0], reports, set())

@@ -1,4 +1,4 @@
-"""Copying what a book is made of, its journal and the raw copies that this speaks of, into a backup or out of one.
+"""Copying the essential files of a book, its journal and the raw copies that this names, into a backup or out of one.
 
 A raw copy that is there already is read and compared with its hash, never trusted by its name. Each file appears whole
 or not at all, so a copying that was cut off is completed by the next.
@@ -30,9 +30,9 @@ Counted = Callable[[int], AbstractContextManager[Callable[[str], None]]]
 
 @dataclass(frozen=True, slots=True)
 class CopiedRaw:
-    """How many raw copies are there now, how many of them and how many bytes had to be written, and what stopped one.
+    """How many raw copies are there now, how many of them and how many bytes were written, and the problems.
 
-    `replaced` of the copies that were written stand where a damaged one was.
+    `replaced` of the copies that were written replaced a damaged one.
     """
 
     raw_copies: int
@@ -43,13 +43,13 @@ class CopiedRaw:
 
 
 def raw_of(entries: Iterable[Entry]) -> list[str]:
-    """Return the SHA-256 of every raw copy that entries of a journal speak of, in the order of their first import."""
+    """Return the SHA-256 of every raw copy that entries of a journal name, in the order of their first import."""
     read = (entry.new or {} for entry in entries if entry.action in (Action.INGEST, Action.READ))
     return list(dict.fromkeys(str(new["sha256"]) for new in read))
 
 
 def copy_raw(source: Store, target: Store, wanted: Sequence[str], counted: Counted) -> CopiedRaw:
-    """Bring raw copies to another store; one that cannot be brought is a problem, and the others are all the same."""
+    """Copy raw copies to another store; one that cannot be copied is a problem, and does not stop the others."""
     written = replaced = n_bytes = 0
     problems = []
     with counted(len(wanted)) as step:
@@ -109,7 +109,7 @@ def _naming(target: Path) -> Iterator[None]:
 
 
 def put_journal(path: Path, entries: list[Entry]) -> None:
-    """Write a whole journal file; raises `UsageError` where the one that is there holds entries that this one lacks."""
+    """Write a whole journal file; raises `UsageError` where an existing one holds entries that this one lacks."""
     known = readable_entries(path)
     if known is not None and known != entries[: len(known)]:
         raise UsageError(
@@ -120,7 +120,7 @@ def put_journal(path: Path, entries: list[Entry]) -> None:
 
 
 def refuse_cut_journal(entries: Sequence[Entry], known: tuple[int, str], sentence: str) -> None:
-    """Raise `BookDamaged` with a sentence unless the entries go as far as is known: a number of entries, the last hash.
+    """Raise `BookDamaged` with a sentence unless the entries reach a known number of entries and last hash.
 
     A hash of "" is not known.
     """
@@ -130,7 +130,7 @@ def refuse_cut_journal(entries: Sequence[Entry], known: tuple[int, str], sentenc
 
 
 def put_scene(folder: Path, configuration: Configuration) -> str | None:
-    """Write the file of a scene of one's own as labbook.toml names it; returns the name of one that lies outside."""
+    """Write the book's own scene file under its name in labbook.toml; returns the name of one outside the book."""
     simulation = configuration.simulation
     if simulation is None or simulation.scene_toml is None:
         return None
@@ -150,9 +150,9 @@ def readable_entries(path: Path) -> list[Entry] | None:
 
 
 def claim(folder: Path, marker: str, mine: dict[str, Any], whose: str, refused: str) -> Path:
-    """Make a folder one's own by a small file in it, before anything else is written there; returns the file.
+    """Mark a folder as in use by a small file in it, before anything else is written there; returns the file.
 
-    A folder that holds other things is `refused`; so is one that is claimed for something else, with `whose` it is.
+    A folder that holds other things is `refused`; so is one that is marked for another use, with the message `whose`.
     """
     path = folder / marker
     recorded = read_json(path)
