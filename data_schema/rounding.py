@@ -1,7 +1,8 @@
 """How numbers of results are written in sentences, tables and figures: the one rule, for display only.
 
 - A number whose error is known has the decimals that show two significant digits of that error: of a standard error, or
-  of a quarter of its interval; so have the ends of the interval. Any other number has three significant digits.
+  of a quarter of its interval; so have the ends of the interval, or more where one would be rounded onto 0. Any other
+  number has three significant digits.
 - p has three decimals and no zero before the point, "p = .023", and "p < .001" below; it has more where fewer would put
   it on, or past, a level that it is compared with.
 - t and F have two decimals, their degrees of freedom one at most.
@@ -90,8 +91,16 @@ def interval_text(
     name = f"{level_text(level)} CI"
     if isinstance(interval, Undefined):
         return f"{name} undefined"
-    low, high = (number_text(end, error=error_of(interval) if error is None else error) for end in interval)
+    error = error_of(interval) if error is None else error
+    decimals = decimals_beside_zero(interval, decimals_for(error))
+    low, high = (fixed_text(end, decimals) if known_error(error) else number_text(end) for end in interval)
     return f"{name} {low} to {high}{f' {unit}' if unit else ''}"
+
+
+def decimals_beside_zero(ends: Sequence[float], decimals: int) -> int:
+    """Return so many decimals, or up to three more, that no end of an interval is rounded onto 0, or past it."""
+    more = range(decimals, decimals + 4)
+    return next((each for each in more if all(round(end, each) or not end for end in ends)), decimals)
 
 
 def df_text(df: Value) -> str:

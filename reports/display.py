@@ -10,7 +10,16 @@ import re
 from collections.abc import Iterable, Sequence
 from statistics import median_low
 
-from data_schema.rounding import SIGNIFICANT, decimals_for, df_text, error_of, fixed_text, known_error, statistic_text
+from data_schema.rounding import (
+    SIGNIFICANT,
+    decimals_beside_zero,
+    decimals_for,
+    df_text,
+    error_of,
+    fixed_text,
+    known_error,
+    statistic_text,
+)
 from data_schema.rounding import given_text as plain_given_text
 from data_schema.rounding import level_text as level_in_percent
 from data_schema.rounding import number_text as plain_number_text
@@ -126,13 +135,16 @@ def with_unit(text: str, unit: str) -> str:
 def interval_text(number: Number, places: int | None = None, *, unit: bool = True) -> str:
     """Write the confidence interval as "8.1 to 21.9 %"; empty where the number has none."""
     shown = as_shown(number)
-    if shown.ci_low is None or shown.ci_high is None:
+    low, high = shown.ci_low, shown.ci_high
+    if low is None or high is None:
         return ""
-    for end in (shown.ci_low, shown.ci_high):
-        if isinstance(end, Undefined):
-            return f"undefined: {end.reason}"
-    places = places_of(number) if places is None else places
-    text = f"{value_text(shown.ci_low, places)} to {value_text(shown.ci_high, places)}"
+    if isinstance(low, Undefined):
+        return f"undefined: {low.reason}"
+    if isinstance(high, Undefined):
+        return f"undefined: {high.reason}"
+    if places is None and (places := places_of(number)) is not None:
+        places = decimals_beside_zero((low, high), places)
+    text = f"{value_text(low, places)} to {value_text(high, places)}"
     return with_unit(text, shown.unit) if unit else text
 
 

@@ -150,9 +150,14 @@ def _words_to_complete() -> list[str]:
 def _formatted(error: typer.TyperException) -> str:
     """Return what the library says, but for a number that it cannot read: how it is written."""
     for fault in getattr(error.__cause__, "errors", tuple)():
-        given = str(fault["input"])
-        if fault["type"] == "float_parsing" and re.fullmatch(r"[+-]?\d*,\d+", given):
+        given, option = str(fault["input"]), getattr(error, "param", None)
+        if option is not None and option.multiple and "," in given:
+            one_by_one = " ".join(f"{option.opts[0]} {part.strip()}" for part in given.split(","))
+            error.message = f"{given!r} is no number: give several one by one, {one_by_one}, and decimals with a point"
+        elif fault["type"] == "float_parsing" and re.fullmatch(r"[+-]?\d*,\d+", given):
             error.message = f"{given!r} has a decimal comma, write {given.replace(',', '.')}"
+        elif fault["type"] == "float_parsing":
+            error.message = f"{given!r} is no number"
         elif fault["type"] == "int_parsing":
             error.message = f"{given!r} is no whole number"
     return error.format_message()

@@ -23,20 +23,26 @@ def power(
         typer.Option(
             "--sd",
             metavar="VALUE",
-            help="Standard deviation within groups; default that of the book's runs so far. For welch also two.",
+            help="Standard deviation within groups; default that of the book's runs so far. For welch also two: "
+            "--sd 4 --sd 6.",
         ),
     ] = None,
     mean: Annotated[
         list[float] | None,
         typer.Option(
-            "--mean", metavar="VALUE", help="The control's mean; default as for --sd. For anova one for each group."
+            "--mean",
+            metavar="VALUE",
+            help="The control's mean; default as for --sd. For anova one for each group: --mean 10 --mean 12.",
         ),
     ] = None,
     apex_sd: Annotated[float | None, typer.Option("--apex-sd", metavar="M", help="--sd of apex heights.")] = None,
     apex_mean: Annotated[float | None, typer.Option("--apex-mean", metavar="M", help="--mean of apex heights.")] = None,
     n: Annotated[
         list[int] | None,
-        typer.Option("--n", help="Runs of each condition, or values a group (two: of each): show the power."),
+        typer.Option(
+            "--n",
+            help="Show the power of so many runs of each condition, or values a group; not for anova also two.",
+        ),
     ] = None,
     wanted: Annotated[
         float | None, typer.Option("--power", help="The power wanted: show the n it needs; default 0.8.")

@@ -359,7 +359,7 @@ def _contrast(runs: RunsByDay) -> Contrast:
     if not runs.control or not runs.treated:
         why = Undefined(Reason.GROUP_EMPTY, group=TREATED if runs.control else CONTROL)
     elif not shared_days:
-        why = Undefined(Reason.NO_DAY_HOLDS_BOTH, a=CONTROL, b=TREATED)
+        why = runs.why_no_day_is_shared(CONTROL, TREATED)
     else:
         of = CONTROL if df_control < 1 else TREATED
         why = Undefined(Reason.NO_DAY_WITH_TWO, n=len(by_day), of=of)

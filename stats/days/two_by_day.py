@@ -225,6 +225,12 @@ class RunsByDay:
         both = sorted(self.control.keys() & self.treated.keys())
         return tuple(SharedDay(block[0], self.control[block], self.treated[block]) for block in both)
 
+    def why_no_day_is_shared(self, control: str, treated: str) -> Undefined:
+        """Return that no day holds both, or that none does within one stratum."""
+        days = [{day for day, _stratum in side} for side in (self.control, self.treated)]
+        code = Reason.NO_DAY_HOLDS_BOTH_ALIKE if days[0] & days[1] else Reason.NO_DAY_HOLDS_BOTH
+        return Undefined(code, a=control, b=treated)
+
     def counts(self) -> Counts:
         """Count the runs."""
         control, treated = (sum(runs.n for runs in side.values()) for side in (self.control, self.treated))

@@ -242,11 +242,8 @@ class SampleSize(Result):
     """The chance of rejecting that was asked for, 0 to 1."""
     plan: Power | Undefined
     """The plan, with its power; undefined where no n reaches the target."""
-
-    @property
-    def n(self) -> int | Undefined:
-        """Number of values of the plan's first group."""
-        return self.plan if isinstance(self.plan, Undefined) else self.plan.group_ns[0]
+    n: int | Undefined
+    """The n that the plan was made with."""
 
     def sentence(self) -> str:
         """Return the plan in words, or why there is none."""
@@ -283,15 +280,19 @@ def sample_size(plan: Callable[[int], Power], power: float = 0.8, largest: int =
     while not enough(n):
         tried = plan_of(n)
         if tried.never is not None and target > tried.alpha:
-            return SampleSize(target, Undefined(tried.never.code, **dict(tried.never.parameters)))
+            return _none(target, Undefined(tried.never.code, **dict(tried.never.parameters)))
         if n >= largest:
-            return SampleSize(target, Undefined(Reason.SEARCH_ENDED, largest=largest))
+            return _none(target, Undefined(Reason.SEARCH_ENDED, largest=largest))
         n = min(2 * n, largest)
     below = 1 if n == 2 else n // 2
     while n - below > 1:
         middle = (n + below) // 2
         below, n = (below, middle) if enough(middle) else (middle, n)
-    return SampleSize(target, plan_of(n))
+    return SampleSize(target, plan_of(n), n)
+
+
+def _none(target: float, why: Undefined) -> SampleSize:
+    return SampleSize(target, why, why)
 
 
 def power_by_day(difference: float, sd: float, days: Sequence[tuple[int, int]], alpha: float = 0.05) -> Power:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -33,6 +34,14 @@ def test_it_says_what_is_needed_and_writes_nothing(fresh: SmallBook) -> None:
     chance = stats.nct.sf(critical, 18, ncp) + stats.nct.cdf(-critical, 18, ncp)
     assert data["needed"][0]["powers"]["10"] == pytest.approx(chance, rel=1e-9)
     assert data["difference"] == pytest.approx(4.2)
+
+
+def test_the_runs_of_the_days_of_a_drawn_plan_are_counted(fresh: SmallBook) -> None:
+    """It said "n = 11 and 55, the test by 12 shared days": eleven controls are not on twelve days."""
+    out = good(labbook(*POWER, at=fresh.folder)).out
+    counts = re.findall(r"With n = (\d+) and \d+, the .*? by (\d+) shared days", out)
+    assert counts
+    assert all(int(controls) >= int(days) for controls, days in counts)
 
 
 def test_where_more_runs_find_less_both_powers_are_said_and_the_plan_says_the_same(fresh: SmallBook) -> None:

@@ -24,9 +24,11 @@ WRONG_WORDS = {
     "argument missing": ("show", "missing argument 'run'", "`labbook show --help`"),
     "option missing": ("void r001", "missing option '--reason'", "`labbook void --help`"),
     "option without value": ("note r001 x --as", "'--as' requires an argument", "--help"),
+    "several numbers": ("power --test welch --difference 2 --sd 4,1 --n 8", "--sd 4 --sd 1", "one by one"),
+    "no number": ("power --test welch --difference 2 --sd x --n 8", "'--sd'", "'x' is no number"),
     "decimal comma": ("study compaction --grain 3,4", "'--grain'", "write 3.4."),
     "no whole number": ("study force-plate --window 3,5", "'--window'", "'3,5' is no whole number."),
-    "number expected": ("check rail_angle --value steep", "invalid value for '--value'", "valid number"),
+    "number expected": ("check rail_angle --value steep", "invalid value for '--value'", "'steep' is no number"),
     "jump number expected": ("jumps reject r001 first --reason misfire", "'first' names no jump", "3-5"),
     "group without command": ("db status extra", "unexpected extra argument", "`labbook db status --help`"),
 }

@@ -342,7 +342,8 @@ def power_foot(found: StudyPower) -> list[str]:
     notes = [f"{item.test}: {item.note}." for item in found.needed if item.note and not isinstance(item.n, Undefined)]
     pooled = found.design.sizes(1)[1]
     by_days = found.unit_of_analysis is UnitOfAnalysis.SHARED_DAYS
-    treated = f"; a comparison has n controls and {pooled} n treated" if pooled > 1 else ""
+    controls = "n controls or more" if by_days else "n controls"
+    treated = f"; a comparison has {controls} and {pooled} n treated" if pooled > 1 else ""
     return [
         f"n counts {found.unit_of_analysis.noun}s of each condition{treated}.{of_plan}",
         *unknown,

@@ -172,10 +172,10 @@ def _equivalence(design: Design, apex: Assumed | Undefined, layouts: LayoutsOf) 
 def _by_layout(design: Design, alpha: float, layouts: LayoutsOf, power: Callable[[float, Layout], Power]) -> OfSize:
     def plan(sd: float, n: int) -> Power:
         """Return the power in the group whose days find least."""
-        found, sizes = layouts(n), design.sizes(n)
+        found = layouts(n)
         if isinstance(found, Undefined):
-            return Power("the test by shared days", sizes, alpha, found)
-        return replace(least_of([power(sd, layout) for layout in found]), group_ns=sizes)
+            return Power("the test by shared days", design.sizes(n), alpha, found)
+        return least_of([power(sd, layout) for layout in found])
 
     return plan
 

@@ -64,6 +64,8 @@ def equal(question: Question, given: Bounded, route: str = "welch") -> Answer:
         *plan_notes(observed, question.pooled, question.alpha, bounds=bounds),
         *day_notes(observed, where=LEFT_OUT if by_days else HERE),
     ]
+    if alone:
+        notes.append("One bound is tested without days: give both, --low and --high, for the test by shared days.")
     if question.has_shared_errors:
         notes.append(SHARED_NOTE)
     answer = Answer(

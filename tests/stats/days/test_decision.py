@@ -99,6 +99,16 @@ def test_without_a_claim_there_is_an_estimate_and_no_test() -> None:
     for undefined in (savings.p, savings.ci, found.difference().p, bounded.p, bounded.equivalent):
         assert isinstance(undefined, Undefined)
         assert undefined.code is Reason.NO_DAY_HOLDS_BOTH
+    apart = contrast_by_day(
+        [44.0, 43.0],
+        [50.0, 51.0],
+        days_treated=[1, 1],
+        days_control=[1, 1],
+        strata_treated=["s"] * 2,
+        strata_control=["l"] * 2,
+    ).savings()
+    assert isinstance(apart.p, Undefined)
+    assert apart.p.code is Reason.NO_DAY_HOLDS_BOTH_ALIKE  # the day holds both, at other levels of another factor
     single = contrast([([50.0], [44.0, 43.0])] * 2).savings().p
     assert isinstance(single, Undefined)
     assert single.code is Reason.NO_DAY_WITH_TWO
