@@ -8,12 +8,14 @@ another unit than the values, or where its interval is so wide that the values w
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from matplotlib.figure import Figure
 
+from data_schema.vocabulary import Undefined
 from reports.display import NO_BREAK, as_shown, level_text, shown_unit
 from reports.figures.estimation_parts import (
     SD_AT,
@@ -196,7 +198,7 @@ def _gardner_altman(drawn: _Drawn, width_in: float) -> Figure:
     _heighten(figure, set_names(axes, order, [third], width_in))
     axes.set_ylabel(_broken(drawn.quantity, _LETTERS_BESIDE))
     for place, group in enumerate(order):
-        if group.mean is not None:
+        if group.mean is not None and (group is drawn.reference or _is_of_means(number, group.mean - zero)):
             axes.plot([place + SD_AT, 2.5], [group.mean, group.mean], color=GREY, linewidth=0.6, zorder=1)
     right = axes.twinx()
     right.set_ylim(*(end - zero for end in axes.get_ylim()))
@@ -209,6 +211,13 @@ def _gardner_altman(drawn: _Drawn, width_in: float) -> Figure:
         draw_difference(axes, number, 2.0, zero)
     draw_groups(figure, axes, order)
     return figure
+
+
+def _is_of_means(number: Number | None, difference: float) -> bool:
+    """Tell whether a difference is that of both means, to which a line leads; within days it is another one."""
+    if number is None or isinstance(number.value, Undefined):
+        return True
+    return math.isclose(number.value, difference, rel_tol=1e-6, abs_tol=1e-9)
 
 
 def _cumming(drawn: _Drawn, width_in: float) -> Figure:
