@@ -98,7 +98,7 @@ def test_numbers_of_an_earlier_algorithm_are_kept_and_told(reported: SmallBook) 
             assert all("run_energy 0" in line for line in lines[1:-1])
             assert "computes it anew" in lines[-1]
             assert f"run_energy {versions_now()['run_energy']}" in lines[-1]
-        with pytest.raises(UnknownName, match="of several"):
+        with pytest.raises(UnknownName, match="several numbers"):
             trace(connection, "0ld")
 
 
