@@ -344,8 +344,9 @@ def power_foot(found: StudyPower) -> list[str]:
     by_days = found.unit_of_analysis is UnitOfAnalysis.SHARED_DAYS
     controls = "n controls or more" if by_days else "n controls"
     treated = f"; a comparison has {controls} and {pooled} n treated" if pooled > 1 else ""
+    of_study = "; runs and days are the study's" if by_days else ""
     return [
-        f"n counts {found.unit_of_analysis.noun}s of each condition{treated}.{of_plan}",
+        f"n counts {found.unit_of_analysis.noun}s of each condition{treated}{of_study}.{of_plan}",
         *unknown,
         *notes,
         *([] if found.crossing is None else [found.crossing.sentence]),
