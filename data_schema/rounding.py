@@ -1,8 +1,8 @@
 """How numbers of results are written in sentences, tables and figures: the one rule, for display only.
 
 - A number whose error is known has the decimals that show two significant digits of that error: of a standard error, or
-  of a quarter of its interval; so have the ends of the interval, or more where one would be rounded onto 0. Any other
-  number has three significant digits.
+  of a quarter of its interval; so have the ends of the interval, but for up to three more where one would be
+  written as 0. Any other number has three significant digits.
 - p has three decimals and no zero before the point, "p = .023", and "p < .001" below; it has more where fewer would put
   it on, or past, a level that it is compared with.
 - t and F have two decimals, their degrees of freedom one at most.
@@ -92,15 +92,20 @@ def interval_text(
     if isinstance(interval, Undefined):
         return f"{name} undefined"
     error = error_of(interval) if error is None else error
-    decimals = decimals_beside_zero(interval, decimals_for(error))
-    low, high = (fixed_text(end, decimals) if known_error(error) else number_text(end) for end in interval)
+    low, high = (end_text(end, error) for end in interval)
     return f"{name} {low} to {high}{f' {unit}' if unit else ''}"
 
 
-def decimals_beside_zero(ends: Sequence[float], decimals: int) -> int:
-    """Return so many decimals, or up to three more, that no end of an interval is rounded onto 0, or past it."""
-    more = range(decimals, decimals + 4)
-    return next((each for each in more if all(round(end, each) or not end for end in ends)), decimals)
+def end_text(end: Value, error: float) -> str:
+    """Write an end of an interval with the decimals that the error justifies, more where it would be written as 0."""
+    if isinstance(end, Undefined) or not known_error(error):
+        return number_text(end)
+    return fixed_text(end, decimals_of_end(end, decimals_for(error)))
+
+
+def decimals_of_end(end: float, decimals: int) -> int:
+    """Return the decimals of an end of an interval: as given, or up to three more where it would be written as 0."""
+    return next((each for each in range(decimals, decimals + 4) if round(end, each) or not end), decimals)
 
 
 def df_text(df: Value) -> str:

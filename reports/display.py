@@ -12,8 +12,8 @@ from statistics import median_low
 
 from data_schema.rounding import (
     SIGNIFICANT,
-    decimals_beside_zero,
     decimals_for,
+    decimals_of_end,
     df_text,
     error_of,
     fixed_text,
@@ -142,9 +142,9 @@ def interval_text(number: Number, places: int | None = None, *, unit: bool = Tru
         return f"undefined: {low.reason}"
     if isinstance(high, Undefined):
         return f"undefined: {high.reason}"
-    if places is None and (places := places_of(number)) is not None:
-        places = decimals_beside_zero((low, high), places)
-    text = f"{value_text(low, places)} to {value_text(high, places)}"
+    places = places_of(number) if places is None else places
+    ends = (value_text(end, None if places is None else decimals_of_end(end, places)) for end in (low, high))
+    text = " to ".join(ends)
     return with_unit(text, shown.unit) if unit else text
 
 

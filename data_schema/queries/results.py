@@ -249,10 +249,10 @@ def current_number(connection: sa.Connection, kind: str, scope_json: str, name: 
 
 
 def numbers_beginning(connection: sa.Connection, beginning: str) -> list[str]:
-    """Return the ids with this beginning of numbers that are stored or shown in a report: two at most."""
+    """Return the ids with this beginning of numbers that are stored or shown in a report: three at most."""
     columns = (result_number.c.uid, report_item.c.number_uid)
     queries = [sa.select(column).where(column.startswith(beginning, autoescape=True)) for column in columns]
-    return list(connection.execute(sa.union(*queries).limit(2)).scalars())
+    return list(connection.execute(sa.union(*queries).limit(3)).scalars())
 
 
 def add_report_items(connection: sa.Connection, report_uid: str, shown: Mapping[str, float | None]) -> None:

@@ -151,8 +151,10 @@ def _formatted(error: typer.TyperException) -> str:
     """Return what the library says, but for a number that it cannot read: how it is written."""
     for fault in getattr(error.__cause__, "errors", tuple)():
         given, option = str(fault["input"]), getattr(error, "param", None)
+        if fault["type"] not in ("float_parsing", "int_parsing"):
+            continue
         if option is not None and option.multiple and "," in given:
-            one_by_one = " ".join(f"{option.opts[0]} {part.strip()}" for part in given.split(","))
+            one_by_one = " ".join(f"{option.opts[0]} {part.strip()}" for part in given.split(",") if part.strip())
             error.message = f"{given!r} is no number: give several one by one, {one_by_one}, and decimals with a point"
         elif fault["type"] == "float_parsing" and re.fullmatch(r"[+-]?\d*,\d+", given):
             error.message = f"{given!r} has a decimal comma, write {given.replace(',', '.')}"

@@ -31,14 +31,21 @@ FAR = 2.0**300
 """From here on a tail falls as statistic**-df: what else it does is its square's inverse, 1e-180."""
 _NEGLIGIBLE = 42.0
 """What lies e**42 below the largest value adds nothing to 16 digits."""
-_LOOKS, _PLACES, _ENOUGH = 12, 25, 6
+_MOST_SCANS, _SCANNED, _ENOUGH = 12, 25, 6
+"""Scans for where an integrand counts, places of each, and how many of them must count: each shortens a range of
+hundreds twelvefold, so that three or four do.
+"""
 _WIDEST, _LONGEST = 5.0, 1.5
 """Length of a panel at most, in standard deviations of u and in u."""
 _ROUNDING = 1e-15
-"""Of a logarithm that the rule gives."""
+"""By how much a logarithm that the rule gives is rounded; roots are searched as closely."""
+_TOLD_FROM_1 = 1e-12
+"""Tails nearer to 1 have no critical value in doubles: any between the bounds is as good."""
 _ROWS_AT_ONCE = 64
+"""Rows whose nodes are in memory together."""
 _MANY_DF, _NEAR, _TERMS = 1000.0, 0.03, 9
-_MANY = 16.0
+"""Degrees of freedom from which on exp(x) - 1 - x is taken by a series, for which x, and of how many terms."""
+_STIRLING_FROM = 16.0
 
 
 def gauss_nodes(edges: Floats) -> tuple[Floats, Floats]:
@@ -109,12 +116,12 @@ def _log_means(
 def _where_it_counts(log_integrand: Callable[[Floats], Floats], low: Floats, high: Floats) -> tuple[Floats, Floats]:
     """Return between which u functions with one hump each count."""
     rows = np.arange(low.size)
-    for _ in range(_LOOKS):
-        u = np.linspace(low, high, _PLACES, axis=1)
+    for _ in range(_MOST_SCANS):
+        u = np.linspace(low, high, _SCANNED, axis=1)
         values = log_integrand(u)
         counts = values >= np.max(values, axis=1, keepdims=True) - _NEGLIGIBLE
-        first, last = counts.argmax(axis=1), _PLACES - 1 - counts[:, ::-1].argmax(axis=1)
-        low, high = u[rows, np.maximum(first - 1, 0)], u[rows, np.minimum(last + 1, _PLACES - 1)]
+        first, last = counts.argmax(axis=1), _SCANNED - 1 - counts[:, ::-1].argmax(axis=1)
+        low, high = u[rows, np.maximum(first - 1, 0)], u[rows, np.minimum(last + 1, _SCANNED - 1)]
         if (last - first >= _ENOUGH).all():
             break
     return low, high
@@ -145,7 +152,7 @@ def log_scale_density(u: Floats, df: Floats) -> Floats:
 def stirling_rest(x: float) -> float:
     """Return ln Gamma(x) - (x - 1/2) ln x + x - ln(2 pi) / 2 of a positive x."""
     below = 0.0
-    while x < _MANY:
+    while x < _STIRLING_FROM:
         below += (x + 0.5) * math.log1p(1.0 / x) - 1.0
         x += 1.0
     square = x * x
@@ -178,7 +185,9 @@ def critical_values(log_upper: LogUpper, tail: float, df: Floats, comparisons: i
     rows = np.arange(df.size)
     near = {"fatol": _ROUNDING, "xrtol": _ROUNDING}
     found = find_root(lambda t, row: log_upper(t, row) - math.log(tail), bracket, args=(rows,), tolerances=near)
-    return np.clip(np.where(np.isnan(found.x), low, found.x), low, high)  # NaN: a tail that rounds to 1
+    if tail < 1.0 - _TOLD_FROM_1 and np.isfinite(high[~found.success]).any():
+        raise ArithmeticError(f"no critical value of {comparisons} comparisons has the tail {tail!r}")
+    return np.clip(np.where(found.success, found.x, low), low, high)
 
 
 def steepness_of_largest(count: int) -> float:

@@ -26,7 +26,7 @@ from scipy import special
 
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.reasons import Reason
-from data_schema.rounding import alpha_of_level, level_text, number_text, p_text, statistic_text
+from data_schema.rounding import alpha_of_level, end_text, level_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_groups, as_level
 from stats.compare.summary import Groups, read_groups
@@ -216,8 +216,8 @@ class Dunnett(Result):
         text = f"{item.treatment} (n = {item.n}) {number_text(about, error=error)}{with_unit(unit)}"
         if isinstance(item.t, Undefined):
             return f"{text}, no test, because {item.t.reason}"
-        low = "" if item.ci_low == _UNBOUNDED else f"from {number_text(item.ci_low, error=error)}{with_unit(unit)} "
-        high = "" if item.ci_high == _UNBOUNDED else f"to {number_text(item.ci_high, error=error)}{with_unit(unit)}"
+        low = "" if item.ci_low == _UNBOUNDED else f"from {end_text(item.ci_low, error)}{with_unit(unit)} "
+        high = "" if item.ci_high == _UNBOUNDED else f"to {end_text(item.ci_high, error)}{with_unit(unit)}"
         p = p_text(item.p, alpha_of_level(self.level))
         return f"{text} (CI {(low + high).strip()}), {statistic_text('t', item.t, (self.df,))}, {p}"
 

@@ -280,9 +280,9 @@ def sample_size(plan: Callable[[int], Power], power: float = 0.8, largest: int =
     while not enough(n):
         tried = plan_of(n)
         if tried.never is not None and target > tried.alpha:
-            return _none(target, Undefined(tried.never.code, **dict(tried.never.parameters)))
+            return _no_plan(target, Undefined(tried.never.code, **dict(tried.never.parameters)))
         if n >= largest:
-            return _none(target, Undefined(Reason.SEARCH_ENDED, largest=largest))
+            return _no_plan(target, Undefined(Reason.SEARCH_ENDED, largest=largest))
         n = min(2 * n, largest)
     below = 1 if n == 2 else n // 2
     while n - below > 1:
@@ -291,7 +291,7 @@ def sample_size(plan: Callable[[int], Power], power: float = 0.8, largest: int =
     return SampleSize(target, plan_of(n), n)
 
 
-def _none(target: float, why: Undefined) -> SampleSize:
+def _no_plan(target: float, why: Undefined) -> SampleSize:
     return SampleSize(target, why, why)
 
 

@@ -89,7 +89,6 @@ Layout: TypeAlias = list[tuple[int, int]]
 DrawPlan: TypeAlias = Callable[[int], Plan | Undefined]
 """Draws a plan with so many runs of each condition; undefined where it is too large."""
 
-
 LayoutsOf: TypeAlias = Callable[[int], "list[Layout] | Undefined"]
 """The layouts of a plan with so many runs of each condition."""
 

@@ -59,7 +59,7 @@ def trace(connection: sa.Connection, beginning: str) -> NumberTrace | PrintedNum
     if not uids:
         raise UnknownName(f"no number's id begins with {beginning!r}: copy the whole id from the report.")
     if len(uids) > 1:
-        ids = f"{', '.join(uids)}, ..."
+        ids = ", ".join([*uids[:2], *["..."] * (len(uids) > 2)])
         raise UnknownName(f"several numbers' ids begin with {beginning!r} ({ids}): copy the whole id from the report.")
     (uid,) = uids
     shown_in = tuple(reports_showing(connection, uid))
