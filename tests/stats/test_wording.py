@@ -127,9 +127,8 @@ def test_intervals_name_their_level_and_unit():
     says(interval_text((1.0, 2.5), 0.9, "J"), "90 %", "1.00", "2.50 J")
     says(interval_text((1000000.3456, 1000001.1), 0.95), "95 %", "1000000.35", "1000001.10")
     says(interval_text(Undefined(Reason.AS_SAID, said="no scatter"), 0.95), "95 %", "CI undefined")
-    assert interval_text((-4.67, -0.04), 0.95).endswith(
-        "-4.67 to -0.04"
-    )  # beside p = .046, "-4.7 to 0.0" is no verdict
+    # Beside p = .046, "-4.7 to 0.0" hides the verdict
+    assert interval_text((-4.67, -0.04), 0.95).endswith("-4.7 to -0.04")
     assert interval_text((-4.67, 0.0), 0.95).endswith("-4.7 to 0.0")
 
 
