@@ -125,7 +125,8 @@ def power(
         data, lines, fields = plan_test(named)
         emit(data, [*lines, *(fields if full else ())], as_json)
         return
-    from labbook.actions.planning.power import PowerRequest, power_foot, power_head, power_table, study_power
+    from labbook.actions.planning.power import PowerRequest, study_power
+    from labbook.actions.planning.power_lines import power_foot, power_head, power_table
     from labbook.book.opening import opened
 
     for option, values in (("--sd", sd), ("--mean", mean), ("--n", n)):

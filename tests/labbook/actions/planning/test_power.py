@@ -17,11 +17,9 @@ from labbook.actions.planning.power import (
     Needed,
     PowerRequest,
     StudyPower,
-    power_foot,
-    power_head,
-    power_table,
     study_power,
 )
+from labbook.actions.planning.power_lines import power_foot, power_head, power_table
 from labbook.actions.planning.power_tests import Assumed
 from labbook.actions.planning.runs import PlanRequest, make_plan
 from labbook.demo.truth import Condition
