@@ -75,9 +75,15 @@ def test_output_to_a_full_disk_is_told(whole: SmallBook) -> None:
     assert b"Traceback" not in done.stderr
 
 
-def test_ctrl_c_keeps_whole_files_and_the_same_command_goes_on(stated: SmallBook) -> None:
+def test_ctrl_c_keeps_whole_files_and_the_same_command_goes_on(stated: SmallBook, tmp_path: Path) -> None:
+    logs, spare = sorted((stated.instruments / "logs").iterdir()), tmp_path / "spare"
+    spare.mkdir()
+    for number, log in enumerate(logs * 3):  # twelve logs alone can be read before the signal arrives
+        lines = log.read_text().splitlines(keepends=True)
+        (spare / f"spare_{chr(97 + number // 26)}{chr(97 + number % 26)}.csv").write_text("".join(lines[: -1 - number]))
+    total = len(logs) + 3 * len(logs)
     running = subprocess.Popen(
-        [LABBOOK, "ingest", str(stated.instruments / "logs"), "--json"],
+        [LABBOOK, "ingest", str(stated.instruments / "logs"), str(spare), "--json"],
         cwd=stated.folder,
         env=environment(),
         stdout=subprocess.PIPE,
@@ -94,14 +100,14 @@ def test_ctrl_c_keeps_whole_files_and_the_same_command_goes_on(stated: SmallBook
     assert running.returncode == 130
     assert out == ""
     assert err.startswith("labbook: interrupted")
-    assert 1 <= kept < 12
+    assert 1 <= kept < total
     assert rows(stated.folder, "SELECT count(*) FROM ingest") == [(kept,)]
     assert rows(stated.folder, "SELECT count(DISTINCT file) FROM signal") == [(kept,)]
     assert rows(stated.folder, "PRAGMA integrity_check") == [("ok",)]
     assert {path.name for path in stated.folder.rglob(".*")} <= {".whole.journal.jsonl"}
-    again = good(labbook("ingest", stated.instruments / "logs", "--json", at=stated.folder)).json
-    assert [item["status"] for item in again] == ["duplicate"] * kept + ["imported"] * (12 - kept)
-    assert rows(stated.folder, "SELECT count(*) FROM file") == [(12,)]
+    again = good(labbook("ingest", stated.instruments / "logs", spare, "--json", at=stated.folder)).json
+    assert [item["status"] for item in again] == ["duplicate"] * kept + ["imported"] * (total - kept)
+    assert rows(stated.folder, "SELECT count(*) FROM file") == [(total,)]
 
 
 LOCK = """
