@@ -22,7 +22,6 @@ from sqlalchemy.dialects.sqlite.pysqlite import SQLiteDialect_pysqlite
 from data_schema.engine import postgres_engine, sqlite_engine, translated_errors
 from labbook.book.making import make_tables
 from labbook.cli.main import GARBAGE_AFTER, GROUPS, application
-from tests.helpers import wording
 from tests.helpers.books import SmallBook, small_book
 from tests.helpers.commands import Commands, running_commands
 from tests.helpers.databases import ENGINES, make_empty_sqlite, migrate, statements_of
@@ -74,11 +73,9 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 @pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Find sentences on record that no test says any more, where whole files are run."""
-    items.sort(key=lambda item: item.path.relative_to(TESTS).parts[0])  # as all processes have them
-    if not any("::" in name for name in config.args):
-        wording.forget(item.nodeid for item in items)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Give all processes the tests in one order."""
+    items.sort(key=lambda item: item.path.relative_to(TESTS).parts[0])
 
 
 def pytest_collection_finish() -> None:
@@ -86,15 +83,6 @@ def pytest_collection_finish() -> None:
     gc.collect()
     gc.freeze()
     gc.set_threshold(GARBAGE_AFTER)
-
-
-@pytest.hookimpl(wrapper=True)
-def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Iterator[None]:
-    """Compare what a test says with the record."""
-    wording.begin(pyfuncitem.nodeid)
-    result = yield
-    wording.finish(pyfuncitem.nodeid)
-    return result
 
 
 @pytest.fixture(scope="session")
