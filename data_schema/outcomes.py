@@ -25,7 +25,7 @@ class Declared:
     undefined_because : why a run that has the source may have no value
     of_every_run : every run is expected to have it; else it is left out where no run has it
     of_jumps : it is of the jumps that count: which do, and the detector that finds them, change it
-    shares_error : its values have an error in common, that of the passive-drain line
+    shares_error : its values always have an error in common, that of the passive-drain line
     has_savings : less is better, and it is compared as a share of the control's mean, and across groups too
     has_equivalence : no change is a claim, tested within bounds that were decided on
     """
@@ -120,6 +120,11 @@ class Outcome(StrEnum):
         source=FileRole.FORCE,
         undefined_because="fewer than 3 jumps follow each other in its force",
     )
+
+    @property
+    def common_error(self) -> str:
+        """What values of several runs may have an error of in common: the passive-drain line, or a calibration."""
+        return "drain" if self.shares_error else "calibration"
 
     def __new__(cls, declared: Declared) -> Self:
         """Make a member that is its name, with what is declared of it."""

@@ -161,7 +161,8 @@ def _merged(own: ColumnDeclaration, profile: ColumnDeclaration | None) -> Column
     if profile is None:
         return own
     sign = own.sign if own.sign != 1 else profile.sign
-    return ColumnDeclaration(own.channel or profile.channel, own.unit or profile.unit, sign)
+    measured = own if own.unit or own.calibrations else profile  # a calibration is one in its unit
+    return ColumnDeclaration(own.channel or profile.channel, measured.unit, sign, measured.calibrations)
 
 
 def without(declared: Declarations, names: Collection[str]) -> Declarations:
@@ -196,6 +197,11 @@ _T = TypeVar("_T")
 def declared_to_json(declared: Declarations) -> dict[str, Any]:
     """Return what `json.dumps` takes: objects, lists, texts, numbers and None."""
     return {field.name: _plain(getattr(declared, field.name)) for field in dataclasses.fields(declared)}
+
+
+def column_from_json(record: Mapping[str, Any]) -> ColumnDeclaration:
+    """Return the declaration of a column that `declared_to_json` wrote."""
+    return _dataclass(ColumnDeclaration, record)
 
 
 def declared_from_json(record: Mapping[str, Any]) -> Declarations:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from data_schema.calibration import Calibration
 from data_schema.vocabulary import ChargeMode, FileRole, GapKind, Severity
 
 
@@ -118,7 +119,8 @@ class ChannelData:
 
     `name` is a key of `vocabulary.CHANNELS` (a second plate's with suffix `_2`) or the column's own cleaned name;
     `unit` is None when neither the file nor a declaration has it. `assumed` lists, as sentences, what was taken from a
-    convention of the instrument's maker and not from the file. A missing value is NaN.
+    convention of the instrument's maker and not from the file. `calibration` is the one in `scale` and `offset`, whose
+    own value is in `calibrated_unit`. A missing value is NaN.
     """
 
     name: str
@@ -130,6 +132,8 @@ class ChannelData:
     sign: int
     assumed: tuple[str, ...]
     values: FloatArray
+    calibration: Calibration | None = None
+    calibrated_unit: str | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -206,12 +210,14 @@ class ReadFile:
 class ColumnDeclaration:
     """A person's declaration of a source column; None leaves that to the file's header.
 
-    `channel` is a key of `vocabulary.CHANNELS`, any other name to store it under, or `time` for the time column.
+    `channel` is a key of `vocabulary.CHANNELS`, any other name to store it under, or `time` for the time column. With
+    `calibrations`, of which one is in force on a day, `unit` is that of the calibrated value.
     """
 
     channel: str | None = None
     unit: str | None = None
     sign: int = 1
+    calibrations: tuple[Calibration, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -299,7 +305,8 @@ class Declarations(ReadingSettings):
     """What was declared about a file: directly, and by the profiles, of which the most specific completes it.
 
     `profile` is the one chosen: a reading's declarations name it and hold its settings, those of columns as
-    `profile_columns`. `file_name` is the file's own name, without folder. `time_zone` is the zone of clock times
+    `profile_columns`. `file_name` is the file's own name, without folder. `day` is the local date of a log that does
+    not say when it was recorded: calibrations are chosen by it. `time_zone` is the zone of clock times
     without one (None: such times stay without an instant). `robots` are those that may have been measured, with which
     forces and heights are compared unless `no_robot_check`; `limits` bound what a file may ask for.
     """
@@ -308,6 +315,7 @@ class Declarations(ReadingSettings):
     profile: str | None = None
     profile_columns: Mapping[str, ColumnDeclaration] = field(default_factory=dict)
     file_name: str | None = None
+    day: str | None = None
     time_zone: str | None = None
     robots: tuple[RobotFacts, ...] = ()
     limits: Limits = DEFAULT_LIMITS

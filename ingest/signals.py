@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from data_schema.vocabulary import FileRole
+from ingest.channels.calibration import with_calibration
 from ingest.channels.checks import held_rows, note_missing, note_still_channels, out_of_range
 from ingest.channels.columns import ColumnPlan, Plan, TimePlan, plan_columns
 from ingest.channels.forces import check_plates, note_assumed_signs, orient, turn_axes
@@ -24,7 +25,7 @@ from ingest.instruments import Instrument, instrument_named
 from ingest.model import ChannelData, ColumnUse, Declarations, FloatArray, Gap, Reading, SignalPart, TableUse
 from ingest.spool import by_blocks, take
 from ingest.tables.table import Block, CellKind, Table, Wanted
-from ingest.timebase.axis import Recording, TimeSources, recordings
+from ingest.timebase.axis import Recording, TimeSources, first_day, recordings
 from ingest.timebase.clock import split_clocks
 from ingest.timebase.order import trial_position, trials
 
@@ -40,6 +41,7 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
     no_time = plan.time is None and declared.rate_hz is None and table.preamble.rate_hz is None
     clocks = [position for position, kind in enumerate(table.kinds) if kind is CellKind.CLOCK] if no_time else []
     block = table.read_rows(_wanted(plan, trial_column, clocks))
+    plan = _calibrated(plan, block, table, declared, findings)
     if not block.n_rows or not plan.columns:
         findings.tables.append(table_use(table, plan, plan.columns, declared, instrument, trial_column))
         role = _role(plan.columns)
@@ -71,6 +73,14 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
         ]
         n_usable += int(np.count_nonzero(found.keep))
     return Reading(tuple(parts), (), block.rows_read, block.rows_read - n_usable, _role(columns), declared)
+
+
+def _calibrated(plan: Plan, block: Block, table: Table, declared: Declarations, findings: FindingCollector) -> Plan:
+    """Choose the calibration of each column by the day that is declared, or else of the first row."""
+    if not any(column.calibrations for column in plan.columns):
+        return plan
+    day = declared.day or first_day(TimeSources(block, plan, {}, declared, table.preamble, None))
+    return dataclasses.replace(plan, columns=tuple(with_calibration(column, day, findings) for column in plan.columns))
 
 
 def _declared_instrument(name: str, own: Instrument) -> Instrument:
@@ -130,6 +140,8 @@ def _part(
             plan.sign,
             plan.assumed,
             take(stored[plan.position], recording.rows),
+            plan.calibrations[0] if plan.calibrations else None,
+            plan.calibrated_unit if plan.calibrations else None,
         )
         for plan in plans
     )

@@ -16,8 +16,9 @@ class Number:
     """A number as it is reported: value, uncertainty and where it came from.
 
     `value`, `se`, `shared_se` and the interval are in `unit` ("J", "m", "mAh", "mAh/min", "%"; with "%", 15.2
-    stands for 15.2 %). `se` is the independent part, `shared_se` the part common to all runs corrected by one
-    passive-drain fit. An interval that does not exist (Fieller, unbounded) is `Undefined` on both sides.
+    stands for 15.2 %). `se` is the independent part, `shared_se` the part common to several runs, of one
+    passive-drain fit or one calibration. An interval that does not exist (Fieller, unbounded) is `Undefined` on both
+    sides.
     """
 
     value: Value

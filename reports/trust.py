@@ -110,8 +110,9 @@ def _uncertainty(content: ReportContent) -> str:
     )
     mostly, helps = ("runs' scatter", "runs") if 2.0 * of_runs**2 >= number.se**2 else ("days acting unlike", "days")
     if of_drain > number.se:
-        mostly, helps = "the passive drain", "idle runs"
-    common = f"; the passive drain's part is {drain}" if of_drain else ""
+        of_joules = several[0].quantity.shares_error
+        mostly, helps = ("the passive drain", "idle runs") if of_joules else ("the calibration", "known heights")
+    common = f"; the {several[0].quantity.common_error}'s part is {drain}" if of_drain else ""
     return f"The answer's standard error, {total}, is mostly {mostly}: more {helps} narrow it{common}."
 
 

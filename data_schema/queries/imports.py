@@ -20,6 +20,9 @@ from data_schema.tables.journal import config, person
 from data_schema.tables.signals import channel, gap, signal
 from data_schema.vocabulary import FileState, IngestStatus
 
+LEG = ("height_zero_doubtful", "no_stance_found")
+"""Rules of a log whose heights do not fit the leg of its run's robot."""
+
 ABOUT_RUNS = (
     "charge_known",
     "charge_contradicts",
@@ -27,6 +30,7 @@ ABOUT_RUNS = (
     "assignment_stands",
     "jumps_found_not_made",
     "log_day_differs",
+    *LEG,
 )
 """Rules of findings that only a book can make, because they compare a file with a run."""
 

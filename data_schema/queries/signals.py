@@ -2,17 +2,47 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import sqlalchemy as sa
 
+from data_schema.calibration import Calibration
 from data_schema.tables.base import columns_of, in_chunks
 from data_schema.tables.files import LAST_READING, file, ingest, run_file
+from data_schema.tables.journal import person
 from data_schema.tables.runs import run
 from data_schema.tables.signals import channel, gap, signal
 from data_schema.vocabulary import FileRole, GapKind, IngestStatus
+
+
+@dataclass(frozen=True, slots=True)
+class CalibratedChannel:
+    """A channel that was calibrated: `stored = sign * (scale * raw + zero_offset)`, `calibration` in `calibrated_unit`.
+
+    `person` is who had the file read with it.
+    """
+
+    name: str
+    source_name: str
+    scale: float
+    zero_offset: float
+    sign: int
+    calibration: Calibration
+    calibrated_unit: str
+    person: str
+
+    def sentence(self) -> str:
+        """Return the line of the calibration in words."""
+        return self.calibration.sentence(self.source_name, self.name, self.calibrated_unit)
+
+    def error_terms(self, stored: float) -> tuple[float, ...]:
+        """Return the signed standard errors of a stored value, one for each independent error of the calibration."""
+        raw = (self.sign * stored - self.zero_offset) / self.scale
+        per_value = self.sign * self.scale / self.calibration.scale
+        return tuple(per_value * (slope * raw + intercept) for slope, intercept in self.calibration.errors)
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,6 +171,36 @@ def _channel_names(connection: sa.Connection, signals: Sequence[int] | None) -> 
     for key, name in connection.execute(query):
         found.setdefault(key, []).append(name)
     return {key: tuple(names) for key, names in found.items()}
+
+
+def calibrated_channels(
+    connection: sa.Connection, run_uid: str | None = None
+) -> dict[str, tuple[CalibratedChannel, ...]]:
+    """Return the calibrated channels of the signals that belong to one run or to any, by the signal's uid."""
+    query = (
+        sa.select(
+            signal.c.uid,
+            *columns_of(CalibratedChannel, channel, calibration=channel.c.calibration_json, person=person.c.name),
+        )
+        .select_from(
+            channel.join(signal, channel.c.signal == signal.c.id)
+            .join(ingest, signal.c.ingest == ingest.c.id)
+            .join(person, ingest.c.person == person.c.id)
+            .join(run_file, sa.and_(run_file.c.file == signal.c.file, run_file.c.part == signal.c.part))
+            .join(run, run_file.c.run == run.c.id)
+        )
+        .where(channel.c.calibration_json.is_not(None), ingest.c.status == str(IngestStatus.IMPORTED))
+        .order_by(channel.c.signal, channel.c.position)
+    )
+    if run_uid is not None:
+        query = query.where(run.c.uid == run_uid)
+    found: dict[str, list[CalibratedChannel]] = {}
+    for uid, *row in connection.execute(query):
+        values = dict(zip(CalibratedChannel.__annotations__, row, strict=True))
+        record = json.loads(values.pop("calibration"))
+        record["errors"] = tuple(map(tuple, record["errors"]))
+        found.setdefault(uid, []).append(CalibratedChannel(**values, calibration=Calibration(**record)))
+    return {uid: tuple(channels) for uid, channels in found.items()}
 
 
 def gaps_of(connection: sa.Connection, signal_uid: str) -> tuple[GapRow, ...]:

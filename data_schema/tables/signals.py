@@ -51,6 +51,8 @@ channel = table(
     real_column("zero_offset"),
     whole_column("sign"),
     text_column("assumed_json"),
+    text_column("calibration_json", optional=True),
+    text_column("calibrated_unit", optional=True),
     reference("instrument", optional=True),
     sa.PrimaryKeyConstraint("signal", "position"),
     sa.CheckConstraint("sign IN (-1, 1)", name="sign_known"),

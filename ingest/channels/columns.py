@@ -7,8 +7,10 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from data_schema.calibration import Calibration
 from data_schema.vocabulary import CHANNELS
 from ingest.channels.names import (
+    COUNTS,
     TIME_NAMES,
     UNIT_OF_NAME,
     channel_kind,
@@ -46,7 +48,10 @@ NO_CONVENTION = Convention("", {})
 
 @dataclass(frozen=True, slots=True)
 class ColumnPlan:
-    """How one source column becomes a channel: `stored = sign * (scale * source + offset)`."""
+    """How one source column becomes a channel: `stored = sign * (scale * source + offset)`.
+
+    Until one of the `calibrations` is chosen, `scale` and `offset` convert their `calibrated_unit` to the stored one.
+    """
 
     position: int
     source_name: str
@@ -57,6 +62,8 @@ class ColumnPlan:
     offset: float
     sign: int
     assumed: tuple[str, ...]
+    calibrations: tuple[Calibration, ...] = ()
+    calibrated_unit: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,9 +95,11 @@ class _Column:
     base: str
     channel: str | None
     unit: str | None
+    raw_unit: str | None
     sign: int
     kind: CellKind
     declared_time: bool
+    calibrations: tuple[Calibration, ...]
 
 
 def plan_columns(
@@ -157,20 +166,32 @@ def _column(
     unit = unit or row_unit or UNIT_OF_NAME.get(squash(base))
     own = table.channels[position] if table.channels else None
     channel = own or (TIME if squash(base) in TIME_NAMES else channel_of(base, unit))
-    sign = 1
+    sign, calibrations = 1, tuple[Calibration, ...]()
     own, declared_unit = unit, None
     if declaration is not None:
         declared_unit = normal_unit(declaration.unit) if declaration.unit else None
         channel, unit, sign = declaration.channel or channel, declared_unit or unit, declaration.sign
+        calibrations = declaration.calibrations
     if declared.time_column is not None:
         is_time = position in positions_of(declared.time_column, table.names)
         channel = TIME if is_time else None if channel == TIME else channel
     if channel == TIME and declared.time_unit is not None:
         unit = declared_unit = normal_unit(declared.time_unit)
-    refuse_other_unit(name, own, declared_unit, declared, findings)
+    if all(each.scale == 1.0 for each in calibrations):  # else the header's unit is that of the raw numbers
+        refuse_other_unit(name, own, declared_unit, declared, findings)
+        own = unit
     time_is_declared = declared.time_column is not None or (declaration is not None and declaration.channel == TIME)
     return _Column(
-        position, name, base, channel, unit, sign, table.kinds[position], channel == TIME and time_is_declared
+        position,
+        name,
+        base,
+        channel,
+        unit,
+        own,
+        sign,
+        table.kinds[position],
+        channel == TIME and time_is_declared,
+        calibrations,
     )
 
 
@@ -283,8 +304,31 @@ def _channel_plan(column: _Column, convention: Convention, findings: FindingColl
             "or in a [profiles.NAME] table of labbook.toml.",
             column=column.name,
         )
+    if unit in COUNTS and stored != "1":
+        findings.add(
+            FILE,
+            "calibration_missing",
+            f"Column {column.name!r} is {column.channel} in counts: say what a count is, "
+            f'`--column "{column.base}={column.channel}:{stored},scale=SCALE,offset=OFFSET"`, or what it shows at '
+            f'known values, `--column "{column.base}={column.channel}:{stored},raw=812 3071,value=0.2 0.85"`.',
+            column=column.name,
+        )
+        name = clean_name(column.base) or f"column_{column.position + 1}"
+        return ColumnPlan(column.position, column.name, name, "counts", unit, 1.0, 0.0, column.sign, ())
     scale, offset = factor(column.name, unit or stored, stored, findings)
-    return ColumnPlan(column.position, column.name, column.channel, stored, unit, scale, offset, column.sign, assumed)
+    return ColumnPlan(
+        column.position,
+        column.name,
+        column.channel,
+        stored,
+        column.raw_unit if column.calibrations else unit,
+        scale,
+        offset,
+        column.sign,
+        assumed,
+        column.calibrations,
+        unit,
+    )
 
 
 def _unknown(column: _Column, findings: FindingCollector) -> ColumnPlan:
@@ -297,7 +341,19 @@ def _unknown(column: _Column, findings: FindingCollector) -> ColumnPlan:
         f'Not a channel known here: kept as {name!r}, {unit}; to name it, `--column "{column.base}=CHANNEL:UNIT"`.',
         column=column.name,
     )
-    return ColumnPlan(column.position, column.name, name, column.unit, column.unit, 1.0, 0.0, column.sign, ())
+    return ColumnPlan(
+        column.position,
+        column.name,
+        name,
+        column.unit,
+        column.raw_unit,
+        1.0,
+        0.0,
+        column.sign,
+        (),
+        column.calibrations,
+        column.unit,
+    )
 
 
 def _distinct(planned: list[ColumnPlan], findings: FindingCollector) -> tuple[ColumnPlan, ...]:

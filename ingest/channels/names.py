@@ -38,12 +38,16 @@ _SPELLINGS = {
     "mah": "mAh", "mA*h": "mAh", "mA.h": "mAh", "ah": "Ah", "A*h": "Ah",
     "C": "degC", "°C": "degC", "degree": "deg", "degrees": "deg", "°": "deg",
     "-": "1", "none": "1", "FILETIME": "filetime",
+    "count": "counts", "Counts": "counts", "ADC": "counts", "LSB": "counts",
 }  # fmt: skip
 _UNITS = {
     "s", "ms", "us", "ns", "min", "h", "filetime", "m", "cm", "mm", "um", "in", "ft", "m/s", "cm/s", "mm/s",
     "m/s^2", "m/s2", "m/s²", "N", "kN", "lbf", "N*m", "N*mm", "N*cm", "V", "mV", "A", "mA", "mAh", "Ah", "W", "J",
-    "degC", "K", "deg", "rad", "rad/s", "deg/s", "rpm", "Hz", "kHz", "kg", "g", "Pa", "kPa", "%", "1",
+    "degC", "K", "deg", "rad", "rad/s", "deg/s", "rpm", "Hz", "kHz", "kg", "g", "Pa", "kPa", "%", "1", "counts",
 }  # fmt: skip
+COUNTS = frozenset({"counts", "1"})
+"""Raw numbers of a sensor: what they measure needs a calibration."""
+
 # After an underscore only units that no word ends in by chance; single letters need a name that is known.
 _SAFE_SUFFIXES = {
     "ms", "us", "ns", "mm", "cm", "um", "mV", "mA", "mAh", "Ah", "Nm", "Nmm", "kN", "degC", "deg", "rad", "rad_s",
@@ -293,6 +297,8 @@ _USUAL = {"m": 0.4}
 
 def fitting_unit(plan: ColumnPlan, value: float, low: float, high: float, *, usual: float | None = None) -> str | None:
     """Return the unit in which a stored `value` would lie in `low` to `high`, the nearest to what is usual."""
+    if plan.calibrations:
+        return None
     source = value / plan.scale
     units = _LENGTHS if plan.unit == "m" else FACTORS.get(plan.unit or "", {})
     fitting = {unit: abs(source * scale) for unit, scale in units.items() if low <= source * scale <= high}

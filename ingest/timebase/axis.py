@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from datetime import datetime
+from zoneinfo import ZoneInfo
 
 import numpy as np
 
@@ -164,6 +166,18 @@ def _start(
     if utc is None and first and sources.preamble.start is not None:
         return clock.to_utc(sources.preamble.start, zone, findings), sources.preamble.start
     return utc, original
+
+
+def first_day(sources: TimeSources) -> str | None:
+    """Return the local date on which a table begins, None where neither its stamps nor its preamble have one."""
+    findings = FindingCollector()
+    time, start = sources.plan.time, sources.preamble.start
+    utc = None if start is None else clock.to_utc(start, sources.declared.time_zone, findings)
+    if time is not None and sources.block.n_rows and (time.kind is CellKind.CLOCK or time.unit in TICKS_PER_SECOND):
+        utc, _ = _start(sources, time, _clocks(time, sources, findings), slice(None), True, findings)
+    if utc is None:
+        return None
+    return str(datetime.fromisoformat(utc).astimezone(ZoneInfo(sources.declared.time_zone or "UTC")).date())
 
 
 def _report_gaps(timebase: Timebase, rows: IntArray | slice, block: Block, findings: FindingCollector) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import sqlalchemy as sa
 
@@ -12,7 +12,7 @@ from data_schema.queries.charges import ChargeOfRun, charges_by_run, charges_of_
 from data_schema.queries.detections import DecisionRow, jump_decisions
 from data_schema.queries.readings import WaitingFile, waiting_files
 from data_schema.queries.runs import RunRow, idle_runs, list_runs, where_columns
-from data_schema.queries.signals import SignalRow, signals_of_runs
+from data_schema.queries.signals import CalibratedChannel, SignalRow, calibrated_channels, signals_of_runs
 from data_schema.queries.study import FactorRow, StudyRow, factors, the_study
 from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
 from data_schema.where.compiling import compile_where
@@ -29,8 +29,8 @@ class StudyData:
     `beside` are jump runs that count, of conditions of which none is selected.
     `void` holds what was left out: the selected jump runs and all idle runs that are void.
     By a run's uid, `logs` holds the signals with a body height, `forces` those with a vertical force on a plate, and
-    `charges` what was put back after it. `waiting` are the files that give nothing until something is declared about
-    them.
+    `charges` what was put back after it; `calibrated` has the calibrated channels by the signal's uid. `waiting` are
+    the files that give nothing until something is declared about them.
     """
 
     study: StudyRow
@@ -47,6 +47,7 @@ class StudyData:
     forces: Mapping[str, list[SignalRow]]
     decisions: Mapping[str, list[DecisionRow]]
     waiting: tuple[WaitingFile, ...] = ()
+    calibrated: Mapping[str, tuple[CalibratedChannel, ...]] = field(default_factory=dict)
 
     def reasons(self, missing: Mapping[str, Undefined], role: FileRole) -> dict[str, Undefined]:
         """Return why runs lack a number; a waiting file of theirs comes before other reasons."""
@@ -99,6 +100,7 @@ def gather(connection: sa.Connection, configuration: Configuration, where: str |
         forces=_signals(signals_of_runs(connection, FileRole.FORCE), VERTICAL_FORCE, waiting),
         decisions=jump_decisions(connection),
         waiting=waiting,
+        calibrated=calibrated_channels(connection),
     )
 
 
@@ -142,4 +144,5 @@ def gather_about(
         forces=_signals((signal for signal in signals if signal.role == FileRole.FORCE), VERTICAL_FORCE, waiting),
         decisions=jump_decisions(connection, [signal.sha256 for several in logs.values() for signal in several]),
         waiting=waiting,
+        calibrated={uid: found for run in about for uid, found in calibrated_channels(connection, run.uid).items()},
     )

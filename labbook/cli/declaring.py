@@ -9,7 +9,8 @@ _UNIT = typer.Option("--unit", metavar="COLUMN=UNIT", help="A column's unit, for
 _COLUMN = typer.Option(
     "--column",
     metavar="COLUMN=CHANNEL[:UNIT]",
-    help='What a column holds: "h=body_height:mm" (`labbook channels`), or "i=own.coil_current:A".',
+    help='What a column holds: "h=body_height:mm" (`labbook channels`), "i=own.coil_current:A"; with a calibration '
+    '"h=body_height:mm,scale=0.29,offset=-4.7,source=ruler" or "h=body_height:m,raw=812 3071,value=0.2 0.85".',
 )
 _ENCODING = typer.Option("--encoding", help="The page of text that is not UTF-8.")
 _DECIMAL = typer.Option("--decimal", help="The decimal sign, . or ,")
@@ -19,6 +20,7 @@ _FORMAT = typer.Option("--format", help="Read it as this format (`labbook format
 _PROFILE = typer.Option("--profile", help="Read it with this [profiles.NAME] of labbook.toml.")
 _DATES = typer.Option("--dates", help="The order in dates: y-m-d, d.m.y, d/m/y or m/d/y.")
 _CLOCK = typer.Option("--clock", help="Whether 12:30 is hours first, h:m, or minutes first, m:s.")
+_DAY = typer.Option("--day", help="The local date of a log that has none: chooses between dated calibrations.")
 _AXES = typer.Option("--axes", help="The frame of forces: 'z up', 'z down' or 'y up'.")
 _OVERRIDE = typer.Option("--override-units", help="Declared units stand against those of the header.")
 _COMPLETE = typer.Option("--complete", help="The last line is whole, though it has no line end.")
@@ -36,6 +38,7 @@ DECLARED: dict[str, tuple[Any, Any]] = {
     "profile": (Annotated[str | None, _PROFILE], None),
     "dates": (Annotated[str | None, _DATES], None),
     "clock": (Annotated[str | None, _CLOCK], None),
+    "day": (Annotated[str | None, _DAY], None),
     "axes": (Annotated[str | None, _AXES], None),
     "override_units": (Annotated[bool, _OVERRIDE], False),
     "complete": (Annotated[bool, _COMPLETE], False),

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
+from dataclasses import asdict
+from datetime import date
 from typing import Any
 
 import typer
@@ -12,6 +15,7 @@ from data_schema.vocabulary import Severity
 from ingest.channels.forces import AXES
 from ingest.timebase.clock_formats import CLOCK_FORMATS, DATE_FORMATS
 from labbook.actions.files.ingesting import FileOutcome
+from labbook.config.calibrations import calibration_in
 from labbook.config.profiles import check_unit, declared_channel, is_delimiter
 from labbook.terminal import say
 
@@ -50,21 +54,26 @@ def declared_options(given: Mapping[str, Any]) -> dict[str, Any]:
         options["encoding"] = encoding
     declared: dict[str, dict[str, Any]] = {}
     for text in given["column"] or ():
-        name, channel = _pair("--column", text, "h=body_height:mm")
-        channel, _colon, unit = channel.partition(":")
-        channel = declared_channel(channel)
-        if unit:
-            check_unit(unit, channel)
-        declared[name] = {"channel": channel, "unit": unit or None}
+        name, column = _column(text)
+        declared[name] = column
     for text in given["unit"] or ():
         name, unit = _pair("--unit", text, "time=ms")
         check_unit(unit, None)
         declared.setdefault(name, {"channel": None})["unit"] = unit
     if declared:
         options["columns"] = declared
+    if given["day"] is not None:
+        options["day"] = _day(given["day"])
     options |= declared_words(given["dates"], given["clock"], given["axes"])
     options |= {name: given[name] for name in _AS_GIVEN if given[name]}
     return options
+
+
+def _day(text: str) -> str:
+    try:
+        return str(date.fromisoformat(text))
+    except ValueError:
+        raise UsageError(f"--day {text!r} is no date: write one such as 2024-03-04.") from None
 
 
 def declared_words(dates: str | None, clock: str | None, axes: str | None) -> dict[str, Any]:
@@ -105,6 +114,29 @@ def ask_for(outcome: FileOutcome, options: Mapping[str, Any]) -> dict[str, Any] 
             answer = typer.prompt(" or ".join(allowed), err=True)
             declared |= declared_words(**{"dates": None, "clock": None, "axes": None, option: answer})
     return declared if declared != dict(options) else None
+
+
+_COLUMN = re.compile(r"(.+?)=\s*([\w.]+)\s*(?::([^,]*))?((?:,\s*\w+\s*=[^,]*)*)")
+
+
+def _column(text: str) -> tuple[str, dict[str, Any]]:
+    """Return the column that `NAME=CHANNEL[:UNIT][,KEY=VALUE...]` names, and what it declares of it."""
+    found = _COLUMN.fullmatch(text.strip())
+    if found is None:
+        name, channel = _pair("--column", text, "h=body_height:mm")
+        channel, unit, rest = *channel.partition(":")[::2], ""
+    else:
+        name, channel, unit, rest = found[1].strip(), found[2], (found[3] or "").strip(), found[4]
+    channel = declared_channel(channel)
+    if unit:
+        check_unit(unit, channel)
+    calibration = calibration_in(rest, f"--column {text!r}")
+    if calibration is None:
+        return name, {"channel": channel, "unit": unit or None}
+    if not unit:
+        example = f'--column "{name}={channel}:UNIT{rest}"'
+        raise UsageError(f"--column {text!r} has a calibration without a unit: give that of its value, `{example}`.")
+    return name, {"channel": channel, "unit": unit, "calibrations": [asdict(calibration)]}
 
 
 def _pair(option: str, text: str, example: str) -> tuple[str, str]:

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from data_schema.queries.imports import LEG
 from data_schema.vocabulary import FileRole, IngestStatus, Severity
 from ingest.model import ColumnUse, Finding, ReadFile, TableUse
 from labbook.actions.files.ingesting import FileOutcome
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
 
 _MOST_COLUMNS = 8
-_CONTRADICTIONS = ("charge_contradicts", "log_day_differs", "date_in_future", "height_doubtful")
+_CONTRADICTIONS = ("charge_contradicts", "log_day_differs", "date_in_future", "height_doubtful", *LEG)
 """Rules of notes that wait for a person's word."""
 
 

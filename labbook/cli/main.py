@@ -21,6 +21,7 @@ import typer
 from data_schema.errors import LabbookError, UsageError
 from labbook.cli.book import backup, demo, init, merge, rebuild, restore
 from labbook.cli.calibrate import calibrate
+from labbook.cli.calibrate_sensor import calibrate_sensor
 from labbook.cli.ingest import ingest
 from labbook.cli.plan import plan
 from labbook.cli.power import power
@@ -37,7 +38,7 @@ looking again and again at all that was imported."""
 RIG, JUDGE, REPORT, SIMULATE, BOOK = "Day at the rig", "Look and judge", "Report", "Simulate", "The book"
 
 COMMANDS = {
-    RIG: (ingest, today, note, charge, check, correct, void, assign, channels, formats),
+    RIG: (ingest, today, note, charge, check, correct, void, assign, channels, formats, calibrate_sensor),
     JUDGE: (show, plot),
     REPORT: (report, compare, calibrate, plan, power, analysis, why),
     BOOK: (init, demo, backup, restore, merge, rebuild),

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
+from data_schema.calibration import Calibration
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import FactorKind, ReasonCode, StudyKind
 
@@ -141,11 +142,15 @@ class FileSettings:
 
 @dataclass(frozen=True, slots=True)
 class ProfileColumn:
-    """What a column of a profile holds; None where the file says it. `sign` -1 turns it round."""
+    """What a column of a profile holds; None where the file says it. `sign` -1 turns it round.
+
+    `unit` is that of the calibrated value where there are `calibrations`.
+    """
 
     channel: str | None
     unit: str | None
     sign: int
+    calibrations: tuple[Calibration, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

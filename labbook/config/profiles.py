@@ -9,6 +9,7 @@ from typing import Any
 
 from data_schema.errors import UsageError, unknown_name
 from data_schema.vocabulary import CHANNELS
+from labbook.config.calibrations import read_calibrations
 from labbook.config.model import ProfileColumn, ProfileSettings
 from labbook.config.tables import TableReader, is_plain
 
@@ -112,8 +113,11 @@ def _column(table: TableReader, in_force: bool) -> ProfileColumn:
     except UsageError as error:
         if not in_force:
             table.fault(key, str(error))
+    calibrations = read_calibrations(table)
+    if calibrations and unit is None:
+        table.fault("unit", "is missing: give the unit of the calibrated value.")
     table.finish()
-    return ProfileColumn(channel, unit, -1 if sign < 0 else 1)
+    return ProfileColumn(channel, unit, -1 if sign < 0 else 1, calibrations)
 
 
 def _text(table: TableReader, key: str) -> str | None:
@@ -207,11 +211,18 @@ def declared_channel(text: str) -> str:
 def check_unit(unit: str, channel: str | None) -> None:
     """Raise `UsageError` for a unit that is none, or that `channel` cannot have; without one any unit will do."""
     from data_schema import units
-    from ingest.channels.names import channel_kind, factor, is_unit, normal_unit
+    from ingest.channels.names import COUNTS, channel_kind, factor, is_unit, normal_unit
     from ingest.findings import FindingCollector
 
     kind = None if channel is None else channel_kind(channel)
     written = normal_unit(unit) or unit
+    if kind is not None and written in COUNTS and CHANNELS[kind].unit != "1":
+        stored = CHANNELS[kind].unit
+        raise UsageError(
+            f"{unit!r} of {channel} needs a calibration: say the unit of the measured value and what a count is, "
+            f"`{channel}:{stored},scale=SCALE,offset=OFFSET`, or what it shows at known values, "
+            f"`{channel}:{stored},raw=812 3071,value=0.2 0.85`."
+        )
     if kind is not None:
         findings = FindingCollector()
         factor(kind, written, CHANNELS[kind].unit, findings)

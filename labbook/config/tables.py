@@ -128,6 +128,15 @@ class TableReader:
             return []
         return given or []
 
+    def list_of_tables(self, key: str) -> list[TableReader]:
+        """Open each table of a list, empty where absent."""
+        given = self.items(key, "tables in braces")
+        if not all(isinstance(item, dict) for item in given):
+            self.fault(key, f"{given!r} is no list of tables: write them in braces, with commas between.")
+            return []
+        path = f"{self._path}.{key}" if self._path else key
+        return [TableReader(item, path, self._faults) for item in given]
+
     def table(self, key: str, *, required: bool = False, text_key: str | None = None) -> TableReader:
         """Open a table below this one, empty where absent; `text_key` is its key for a text in its place."""
         given = self.value(key)

@@ -17,7 +17,7 @@ import numpy as np
 from data_schema.errors import unknown_name
 from data_schema.journal import canonical
 from data_schema.vocabulary import FileRole
-from ingest.declared import declared_from_json, declared_to_json
+from ingest.declared import column_from_json, declared_from_json, declared_to_json
 from ingest.model import (
     ColumnDeclaration,
     Declarations,
@@ -236,7 +236,7 @@ def declarations(
     Raises `UsageError` for a profile asked for by a name that labbook.toml does not have.
     """
     given = dict(options)
-    columns = {name: ColumnDeclaration(**column) for name, column in given.pop("columns", {}).items()}
+    columns = {name: column_from_json(column) for name, column in given.pop("columns", {}).items()}
     profiles = tuple(_profile(name, profile) for name, profile in configuration.profiles.items())
     named = given.get("profile")
     if named is not None and named not in configuration.profiles:
@@ -259,7 +259,7 @@ def declarations(
 
 def _profile(name: str, settings: ProfileSettings) -> Profile:
     columns = {
-        source: ColumnDeclaration(column.channel, column.unit, column.sign)
+        source: ColumnDeclaration(column.channel, column.unit, column.sign, column.calibrations)
         for source, column in settings.columns.items()
     }
     return Profile(name, settings.recognise, settings.files, columns=columns, **settings.settings)

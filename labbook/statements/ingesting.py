@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Collection, Mapping
+from dataclasses import asdict
 from typing import Any
 
 from data_schema.errors import BookBusy, BookDamaged, BookError, InputRefused, UsageError
@@ -17,10 +19,10 @@ from data_schema.queries.results import mark_stale
 from data_schema.queries.study import config_in_force
 from data_schema.vocabulary import FileRole, IngestStatus, RunKind, Severity
 from ingest.formats.format import UNKNOWN
-from ingest.model import Finding, ReadFile, SignalPart
+from ingest.model import ChannelData, Finding, ReadFile, SignalPart
 from ingest.read import read_file
 from ingest.store import raw_path
-from labbook.analysis.outcomes.detection import detection_rows, jumps_found
+from labbook.analysis.outcomes.detection import BODY_HEIGHT, detection_rows, jumps_found
 from labbook.analysis.outcomes.log_dates import day_notes
 from labbook.config.parsing import Configuration, parse_configuration
 from labbook.statements.apply_context import ApplyContext, derived_uid, inputs_around_run, run_named
@@ -203,7 +205,7 @@ def _against_run(context: ApplyContext, run_uid: str, done: PreparedImport) -> l
     run = read_fact(context.connection, "run", run_uid, ["name", "kind", "jumps_made", "starts", "day"])
     links = links_of_file(context.connection, derived_uid("file", done.sha256))
     of_run = {link.part for link in links if link.run_uid == run_uid}
-    found = _jumps_mismatch(run, of_run, done)
+    found = _jumps_mismatch(run, of_run, done) + _height_zeros(run, of_run, done)
     if done.read.role is not FileRole.CHARGE and not done.read.refused:
         day = read_fact(context.connection, "day", run["day"], ["date_local"])["date_local"]
         parts = [part for part in done.read.parts if part.part in of_run]
@@ -226,6 +228,46 @@ def _jumps_mismatch(run: Mapping[str, Any], of_run: Collection[str], done: Prepa
         return []
     message = f"{sum(found)} jumps were found and run {run['name']} says {run['jumps_made']} were made."
     return [Finding(Severity.NOTE, "jumps_found_not_made", message, None, None, str(sum(found)), 1, ())]
+
+
+def _height_zeros(run: Mapping[str, Any], of_run: Collection[str], done: PreparedImport) -> list[Finding]:
+    """Return what the standing body says of a height's zero, and where no stance is found though jumps were made."""
+    found = []
+    zero_rule, no_stance_rule = imports.LEG
+    for part, stored in zip(done.read.parts, done.parts, strict=True):
+        if stored.detection is None or part.part not in of_run or run["kind"] != RunKind.JUMPS:
+            continue
+        height = next(channel for channel in part.channels if channel.name == BODY_HEIGHT)
+        rest_m = float(stored.detection.parameters["rest_length_m"])
+        zero_m = stored.detection.found.zero_m
+        if zero_m:
+            remedy = _zero_remedy(height, zero_m, done.settings.declared.file_name)
+            message = (
+                f"The body stands higher than its leg is long (rest length {rest_m:.3f} m), and leaves the ground at "
+                f"{rest_m + zero_m:.3f} m: a zero of {1e3 * zero_m:.0f} mm? {remedy}, or correct rest_length_m in "
+                "[robots]."
+            )
+            found.append(Finding(Severity.NOTE, zero_rule, message, None, height.source_name, f"{zero_m:g}", 1, ()))
+        elif run["jumps_made"] and not stored.detection.found.jumps:
+            message = (
+                f"No jump can be found: the body never comes below the leg's rest length, {rest_m:.3f} m, as in a "
+                f"stance: are the height's unit and zero right (`--column "
+                f'"{height.source_name}={BODY_HEIGHT}:{height.source_unit or "m"},offset=OFFSET"`), and rest_length_m '
+                "in [robots]?"
+            )
+            found.append(Finding(Severity.NOTE, no_stance_rule, message, None, height.source_name, None, 1, ()))
+    return found
+
+
+def _zero_remedy(height: ChannelData, zero_m: float, file_name: str | None) -> str:
+    """Return how the zero of a height is stated, in the unit of its column."""
+    if height.calibration is not None:
+        return f"Correct the calibration of column {height.source_name!r}"
+    unit = height.source_unit or "m"
+    offset = -height.sign * zero_m / height.scale
+    named = shlex.quote(file_name or "NAME")
+    column = f"{height.source_name}={BODY_HEIGHT}:{unit},offset={offset:.4g}"
+    return f'Say `labbook files reread {named} --column "{column}"`'
 
 
 def add_reading(context: ApplyContext, entry: Entry, done: PreparedImport, file_key: int, role: FileRole) -> int:
@@ -359,6 +401,8 @@ def _channels(part: SignalPart) -> list[dict[str, Any]]:
             "zero_offset": channel.offset,
             "sign": channel.sign,
             "assumed_json": canonical(list(channel.assumed)),
+            "calibration_json": None if channel.calibration is None else canonical(asdict(channel.calibration)),
+            "calibrated_unit": channel.calibrated_unit,
         }
         for position, channel in enumerate(part.channels)
     ]

@@ -58,7 +58,8 @@ def points_text(content: ReportContent, quantity: Outcome) -> str:
             sentences.append("Circles: the only run of a condition, which gives no interval.")
         else:
             bars = level_text(found[0][1].mean)
-            drain = ", drain error included" if any(_shares_error(summary.mean) for _, summary in found) else ""
+            shared = any(_shares_error(summary.mean) for _, summary in found)
+            drain = f", {quantity.common_error} error included" if shared else ""
             sentences.append(f"Circles: means ({runs}); bars: {bars}{drain}; dots: runs.")
     if series_lie_apart(content, quantity):
         sentences.append("Each group has its panel; the vertical axes have one span.")

@@ -95,8 +95,8 @@ def _gains_note(content: ReportContent) -> str:
 
 
 _SHARED_NOTE = (
-    "SD and SE hold the scatter between runs alone; the interval also holds the error of the drain fit, so it is wider "
-    "than the SE says."
+    "SD and SE hold the scatter between runs alone; the interval also holds the error of the {}, so it is wider than "
+    "the SE says."
 )
 
 
@@ -132,7 +132,9 @@ def _make(content: ReportContent, quantity: Outcome, name: str) -> Table:
     )
     shared = any((mean.shared_se or 0.0) != 0.0 for mean in means)
     about = f"{quantity.heading} by condition; n counts runs."
-    caption = " ".join(filter(None, (about, _SHARED_NOTE if shared else "", _gains_note(content))))
+    caption = " ".join(
+        filter(None, (about, _SHARED_NOTE.format(quantity.common_error) if shared else "", _gains_note(content)))
+    )
     return table_of(name, caption, found, columns, block=lambda row: row[0], strong=lambda row: row[1].control)
 
 

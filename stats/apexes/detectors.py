@@ -13,7 +13,7 @@ The robust one takes after each stance a flight that curves like gravity, measur
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -35,6 +35,7 @@ from stats.apexes.jumps import (
     landing,
     liftoff_from_leg,
 )
+from stats.apexes.standing import height_zero_m
 from stats.checks import as_number
 
 
@@ -286,8 +287,8 @@ class Detector:
 DETECTORS: dict[str, Detector] = {
     detector.name: detector
     for detector in (
-        Detector("published", 3, published_jumps, PublishedParameters()),
-        Detector("robust", 4, robust_jumps, RobustParameters()),
+        Detector("published", 4, published_jumps, PublishedParameters()),
+        Detector("robust", 5, robust_jumps, RobustParameters()),
     )
 }
 """All detectors by name."""
@@ -328,8 +329,17 @@ def find_jumps(
     if gaps is None:
         missing = gaps_in_time(time)
     found: tuple[Jump, ...] = ()
+    zero_m = 0.0
     if time.size:
         found = chosen.function(time, height, leg, missing, rest_length_m, settings)
+        zero_m = height_zero_m(time, height, leg, rest_length_m, settings.stance.stance_depth_m)
+    if zero_m:
+        for _pass in range(2):  # the first finds flights from where the body stands, which is below its rest length
+            lowered = robust_jumps(time, height - zero_m, leg, missing, rest_length_m, RobustParameters())
+            zero_m = _zero_of_liftoffs(time, height, lowered, rest_length_m) or zero_m
+        lowered = chosen.function(time, height - zero_m, leg, missing, rest_length_m, settings)
+        if _flights(lowered) > _flights(found):
+            found = tuple(_raised(jump, zero_m) for jump in lowered)
     return Jumps(
         detector=chosen.name,
         version=chosen.version,
@@ -337,5 +347,26 @@ def find_jumps(
         smoothing_bias_m=smoothing_bias_m(
             settings.smoothed_samples, sampling_interval(time), settings.stance.gravity_m_s2
         ),
+        zero_m=zero_m,
         jumps=found,
     )
+
+
+def _flights(jumps: tuple[Jump, ...]) -> int:
+    return sum(not isinstance(jump.apex_height_m, Undefined) for jump in jumps)
+
+
+def _zero_of_liftoffs(time_s: Floats, body_height_m: Floats, jumps: tuple[Jump, ...], rest_length_m: float) -> float:
+    """Return the height at which the body usually leaves the ground, over the leg's rest length; 0 where unknown."""
+    liftoffs_s = [jump.liftoff_s for jump in jumps if isinstance(jump.liftoff_s, float)]
+    known = np.isfinite(body_height_m)
+    if not liftoffs_s:
+        return 0.0
+    return float(np.median(np.interp(liftoffs_s, time_s[known], body_height_m[known]))) - rest_length_m
+
+
+def _raised(jump: Jump, by_m: float) -> Jump:
+    """Return a jump found in heights that were lowered, with its height as it was measured."""
+    if isinstance(jump.apex_height_m, Undefined):
+        return jump
+    return replace(jump, apex_height_m=jump.apex_height_m + by_m, flags=(*jump.flags, "zero_doubtful"))

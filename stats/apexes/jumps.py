@@ -65,6 +65,7 @@ FLAGS: dict[str, str] = {
     "few_samples_after": "few valid samples between apex and landing or catch",
     "caught_early": "the body left the parabola soon after the apex; the samples from there on are not used",
     "curvature_off": "the fitted acceleration is more than a tenth away from gravity",
+    "zero_doubtful": "the body stands higher than the leg is long: found from that level, its height as measured",
 }
 """Flags a jump can carry, and what they mean."""
 
@@ -81,6 +82,8 @@ class Jumps:
     """The parameters used: the detector's own frozen dataclass of plain numbers."""
     smoothing_bias_m: float
     """By how much the heights lie too low on average because of smoothing; 0 where nothing is smoothed."""
+    zero_m: float
+    """By how much the heights seem to lie too high, judged by where the body stands; 0 where they do not."""
     jumps: tuple[Jump, ...]
     """In order of time."""
 

@@ -41,6 +41,10 @@ IN_ORDER = {
     "restore": ("restore ../backup ../restored", {"folder", "entries", "raw", "differences", "moved"}),
     "db status": ("db status", {"database", "revision", "newest", "rows", "last_backup"}),
     "db copy": ("db copy . ../empty", {"database", "rows", "to_do"}),
+    "calibrate-sensor": (
+        "calibrate-sensor ../instruments/logs/r001.csv --column body_height --points 0.2,0.4",
+        {"column", "calibration", "rests", "left"},
+    ),
     "db prune": ("db prune", {"removed", "leftovers"}),
     "db upgrade": ("db upgrade", {"before", "after", "backup"}),
     "db check": ("db check", {"whole", "problems", "orphans"}),

@@ -49,6 +49,8 @@ def own_files(folder: Path) -> None:
                 row = [run, mah, minutes, volts.replace(".", ","), pack, f"{int(day)}.{int(month)}.{year} {ended[11:]}"]
                 sheet.append(";".join(row))
     (folder / "charges.csv").write_text("\n".join(sheet) + "\n")
+    heights = [f"{2 * row},{812 + 700 * (row // 600) + row % 3}" for row in range(1800)]
+    (folder / "heights.csv").write_text("\n".join(["t,adc_h", *heights]) + "\n")
     (folder / "runs.csv").write_bytes(instrument_files()["runs.csv"])
 
 

@@ -125,14 +125,14 @@ def refused_by_book(
     noted: list[Finding] = []
     for run_uid in dict.fromkeys(meant.values()):
         of_run = [part for part in read.parts if meant.get(part.part) == run_uid]
-        name, day = _name_and_day(connection, run_uid)
+        name, day = name_and_day(connection, run_uid)
         refusals += swapped_day(of_run, name, day, zone)
         noted += day_notes(of_run, name, day, zone) if notes else []
     judged = replace(read, findings=(*refusals, *read.findings, *(() if refusals else noted)))
     return _with_days_ahead(judged) if notes else judged
 
 
-def _name_and_day(connection: sa.Connection, run_uid: str) -> tuple[str, str]:
+def name_and_day(connection: sa.Connection, run_uid: str) -> tuple[str, str]:
     """Return the name of a run and its local date."""
     run = read_fact(connection, "run", run_uid, ["name", "day"])
     return run["name"], read_fact(connection, "day", run["day"], ["date_local"])["date_local"]

@@ -22,10 +22,12 @@ from data_schema.queries.imported_files import runs_of_file
 from data_schema.queries.imports import ABOUT_RUNS, FirstImport, first_import
 from data_schema.queries.runs import list_runs
 from data_schema.vocabulary import Action, FileRole, IngestStatus, Severity
+from ingest.channels.calibration import UNDATED
 from ingest.formats.format import UNKNOWN
 from ingest.model import Finding, Limits, ReadFile
 from ingest.read import read_file
 from labbook.actions.files.against_book import (
+    name_and_day,
     refused_by_book,
     refused_without_columns,
     state_refusal,
@@ -110,6 +112,14 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
     settings = current_settings(book.configuration, options, readable(Path(path.name)))
     of_run = request.run or stated_run(book, path)
     read = read_file(data, settings.declared)
+    if of_run is not None and any(finding.rule == UNDATED for finding in read.findings):
+        with book.reading() as connection:
+            uid = find_uid(connection, "run", name=of_run)
+            day = None if uid is None else name_and_day(connection, uid)[1]
+        if day is not None:
+            options["day"] = day
+            settings = current_settings(book.configuration, options, readable(Path(path.name)))
+            read = read_file(data, settings.declared)
     if read.role is FileRole.SHEET:
         _refuse_run(path, request.run)
         of_run = None

@@ -13,7 +13,14 @@ from data_schema.queries.charges import ChargeOfRun, charges_of_run
 from data_schema.queries.history import EntryRow, NoteRow, RunFileRow, files_of_run, history_of_run, notes_of
 from data_schema.queries.results import current_number
 from data_schema.queries.runs import RunRow
-from data_schema.queries.signals import GapRow, SignalRow, gaps_of, signals_of_runs
+from data_schema.queries.signals import (
+    CalibratedChannel,
+    GapRow,
+    SignalRow,
+    calibrated_channels,
+    gaps_of,
+    signals_of_runs,
+)
 from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections
 from labbook.analysis.outcomes.run_apexes import jumps_found_in_run
@@ -42,6 +49,7 @@ class RunView:
     run: RunRow
     files: tuple[RunFileRow, ...]
     signals: tuple[tuple[SignalRow, tuple[GapRow, ...]], ...]
+    calibrated: tuple[CalibratedChannel, ...]
     charges: tuple[ChargeOfRun, ...]
     notes: tuple[NoteRow, ...]
     jumps_found: int | None
@@ -75,6 +83,7 @@ def run_view(detections: Detections, configuration: Configuration, name: str) ->
         run=run,
         files=tuple(files_of_run(connection, run.uid)),
         signals=tuple((signal, gaps_of(connection, signal.uid)) for signal in signals),
+        calibrated=tuple(one for several in calibrated_channels(connection, run.uid).values() for one in several),
         charges=charges,
         notes=tuple(notes_of(connection, run.uid)),
         jumps_found=found if isinstance(found, int) else None,
@@ -112,6 +121,7 @@ def view_lines(view: RunView) -> list[str]:
             f"{gap.samples_expected} samples missing"
             for gap in gaps
         ]
+    lines += [f"  calibrated: {each.sentence()}, declared by {each.person}" for each in view.calibrated]
     lines += [
         f"  charge {charge.uid}: {charge.charge_mah:g} mAh (steps of {charge.resolution_mah:g})"
         f"{'' if charge.stated_pack is None else f', pack {charge.stated_pack}'}"

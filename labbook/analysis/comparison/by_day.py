@@ -163,7 +163,7 @@ def _compared(pair: Pair, quantity: Outcome, alpha: float) -> DayComparison:
     leading = found.leading()
     ratio = day_ratio(found, leading)
     shared = shared_by_day(contrast, ratio, names, days, [item.shared for item, _name in rows])
-    shared_se = shared.se if quantity.shares_error else None
+    shared_se = shared.se if quantity.shares_error or shared.se else None
     test = difference_with_shared(contrast.t, contrast.df, contrast.p, contrast.interval, shared, found.level)
     return DayComparison(
         t=Number(test.t, "1", df=test.df, n=n),

@@ -173,7 +173,7 @@ def compare_pair(pair: Pair, quantity: Outcome, alpha: float) -> ComparisonResul
         return Number(
             test.difference,
             quantity.unit,
-            shared_se=shared.se if quantity.shares_error else None,
+            shared_se=shared.se if quantity.shares_error or shared.se else None,
             ci_low=by.ci_low,
             ci_high=by.ci_high,
             ci_level=level,

@@ -269,7 +269,8 @@ def decide_by_contrast(
 
 def _number(found: Estimate, unit: str, n: int, *, shares_error: bool) -> Number:
     low, high = interval_ends(found.ci)
-    shared = found.shared_se if shares_error else None
+    errs = shares_error or (isinstance(found.shared_se, float) and found.shared_se > 0.0)
+    shared = found.shared_se if errs else None
     return Number(found.value, unit, found.se, shared, low, high, found.level, df=found.df, n=n)
 
 

@@ -17,7 +17,7 @@ from data_schema.queries.runs import RunRow
 from data_schema.reasons import Reason
 from data_schema.vocabulary import FileRole, Undefined
 from labbook.analysis.outcomes.detection import Detections
-from labbook.analysis.outcomes.run_apexes import ApexVariant, as_protocol, run_apexes
+from labbook.analysis.outcomes.run_apexes import ApexVariant, RunApexes, as_protocol, run_apexes
 from labbook.analysis.outcomes.run_energy import RunEnergy, passive_drains, run_energies
 from labbook.analysis.outcomes.run_force import run_forces
 from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult
@@ -121,7 +121,7 @@ def run_numbers(runs: Sequence[RunRow], results: Mapping[str, StoredResult], qua
         result = results.get(run.uid)
         value = None if result is None else number_of(result, quantity).value
         if result is not None and isinstance(value, float):
-            shared = result.shared_error if isinstance(result, RunEnergy) else SharedError()
+            shared = result.shared_error if isinstance(result, RunEnergy | RunApexes) else SharedError()
             found.append(RunNumber(run, value, shared, result))
     return found
 
@@ -181,7 +181,7 @@ def _summary(items: Sequence[RunNumber], quantity: Outcome) -> ConditionSummary:
             about.mean,
             quantity.unit,
             about.se,
-            mean.shared_se if quantity.shares_error else None,
+            mean.shared_se if quantity.shares_error or mean.shared_se else None,
             mean.ci_low,
             mean.ci_high,
             mean.level,

@@ -8,18 +8,20 @@ a person again, until a later verdict about the same moment settles it.
 
 from __future__ import annotations
 
+import hashlib
+import math
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from data_schema.queries.detections import DecisionRow, DetectionRow, JumpRow
 from data_schema.queries.results import InputRow
 from data_schema.queries.runs import RunRow
-from data_schema.queries.signals import SignalRow
+from data_schema.queries.signals import CalibratedChannel, SignalRow
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined, Verdict
-from labbook.analysis.outcomes.detection import Detections, jumps_found, rest_length_m
+from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, jumps_found, rest_length_m
 from labbook.analysis.results.codec import Algorithm, StoredResult
 from labbook.analysis.results.result_cache import (
     Request,
@@ -32,6 +34,7 @@ from labbook.analysis.results.result_cache import (
 )
 from labbook.analysis.study_data import StudyData
 from reports.numbers import Number
+from stats.compare.shared_error import SharedError
 from stats.compare.summary import describe
 
 UNKNOWN_FLIGHT_S = 0.25
@@ -166,7 +169,9 @@ def _excluded(jump: JumpRow, decision: DecisionRow | None, rules: Rules) -> str 
 class RunApexes(StoredResult):
     """Mean apex height of a run, and its jumps: how many were found, and the heights in m of those that count.
 
-    `excluded` counts the others by reason, `waiting` the verdicts that fit no jump any more.
+    `excluded` counts the others by reason, `waiting` the verdicts that fit no jump any more. `calibration_terms_m` has
+    what each error of the height's calibration makes of the mean, a signed standard error in m by "calibration term",
+    `calibration_df` the degrees of freedom of calibrations that were fitted.
     """
 
     apex_height: Number
@@ -174,6 +179,15 @@ class RunApexes(StoredResult):
     heights_m: tuple[float, ...]
     excluded: Mapping[str, int]
     waiting: int
+    calibration_terms_m: Mapping[str, float] = field(default_factory=dict)
+    calibration_df: Mapping[str, int] = field(default_factory=dict)
+
+    @property
+    def shared_error(self) -> SharedError:
+        """What the mean has in common with that of other runs: the errors of the height's calibration."""
+        terms = {tuple(name.split(" ", 1)): size for name, size in self.calibration_terms_m.items()}
+        df = {fit: float(self.calibration_df.get(fit, math.inf)) for fit, _term in terms}
+        return SharedError({(fit, term): size for (fit, term), size in terms.items()}, df)
 
 
 ALGORITHM = Algorithm("run_apexes", 15, RunApexes)
@@ -260,6 +274,12 @@ def run_apexes(cache: ResultCache, detections: Detections, evidence: StudyData, 
         by_robot[runs[uid].robot_uid][uid] = several
     requests: dict[str, Request[RunApexes]] = {}
     judgements: dict[str, Judgement] = {}
+    calibrated = {
+        uid: channel
+        for uid, channels in evidence.calibrated.items()
+        for channel in channels
+        if channel.name == BODY_HEIGHT
+    }
     for robot, of_robot in by_robot.items():
         found = detections.of(of_robot, variant.detector, lengths_m[robot])
         for uid, detected in found.items():
@@ -269,13 +289,23 @@ def run_apexes(cache: ResultCache, detections: Detections, evidence: StudyData, 
             inputs.append(fingerprint("robot", "robot", robot, repr(lengths_m[robot])))
             inputs += [InputRow("detection", "detection", item.uid, item.key) for item in detected]
             inputs += [decision_input(decision) for decision in judgements[uid].in_force]
-            requests[uid] = _request(runs[uid], judgements[uid], variant, tuple(inputs))
+            heights = {log.sha256: calibrated[log.uid] for log in logs[uid] if log.uid in calibrated}
+            inputs += [
+                fingerprint("calibration", "signal", log.uid, repr(heights[log.sha256].calibration))
+                for log in logs[uid]
+                if log.sha256 in heights
+            ]
+            requests[uid] = _request(runs[uid], judgements[uid], variant, tuple(inputs), heights)
     requests = {uid: requests[uid] for uid in logs}  # in the order of the runs, whatever the robots
     return ApexResults(dict(zip(requests, cache.ensure(list(requests.values())), strict=True)), missing, judgements)
 
 
 def _request(
-    run: RunRow, judgement: Judgement, variant: ApexVariant, inputs: tuple[InputRow, ...]
+    run: RunRow,
+    judgement: Judgement,
+    variant: ApexVariant,
+    inputs: tuple[InputRow, ...],
+    calibrated: Mapping[str, CalibratedChannel],
 ) -> Request[RunApexes]:
     settings = {
         "detector": variant.detector,
@@ -283,19 +313,48 @@ def _request(
         "exclude_gap_jumps": variant.rules.exclude_gap_jumps,
         "heed_decisions": variant.heed_decisions,
     }
-    return Request(ALGORITHM, {"run": run.name, **settings}, inputs, settings, lambda: _apexes(judgement))
+    return Request(ALGORITHM, {"run": run.name, **settings}, inputs, settings, lambda: _apexes(judgement, calibrated))
 
 
-def _apexes(judgement: Judgement) -> RunApexes:
+def _apexes(judgement: Judgement, calibrated: Mapping[str, CalibratedChannel]) -> RunApexes:
     counted = judgement.counted
+    terms, df = _calibration_errors(judgement, calibrated)
     heights = [jump.apex_height_m for jump in counted if jump.apex_height_m is not None]
     about = describe(heights)
     found = jumps_found(item.jump for item in judgement.jumps)
     excluded = Counter(item.excluded for item in judgement.jumps if item.excluded is not None)
     return RunApexes(
-        apex_height=Number(about.mean, "m", about.se, n=about.n),
+        apex_height=Number(about.mean, "m", about.se, math.hypot(*terms.values()) if terms else None, n=about.n),
         jumps_found=Number(float(found), "1", n=found),
         heights_m=tuple(heights),
         excluded=dict(sorted(excluded.items())),
         waiting=len(judgement.waiting),
+        calibration_terms_m=terms,
+        calibration_df=df,
     )
+
+
+def _calibration_errors(
+    judgement: Judgement, calibrated: Mapping[str, CalibratedChannel]
+) -> tuple[dict[str, float], dict[str, int]]:
+    """Return what each error of the calibrations of a run's logs makes of its mean height, in m, and their df.
+
+    A log's height channel is in `calibrated` by the hash of its samples.
+    """
+    heights = [
+        (calibrated.get(item.signal_sha256), item.jump.apex_height_m)
+        for item in judgement.jumps
+        if item.excluded is None and item.jump.apex_height_m is not None
+    ]
+    terms: dict[str, float] = {}
+    df: dict[str, int] = {}
+    for channel, height_m in heights:
+        if channel is None or not channel.calibration.errors:
+            continue
+        name = hashlib.sha256(repr(channel.calibration).encode()).hexdigest()[:12]
+        if channel.calibration.df is not None:
+            df[name] = channel.calibration.df
+        for number, error_m in enumerate(channel.error_terms(height_m), start=1):
+            key = f"{name} {number}"
+            terms[key] = terms.get(key, 0.0) + error_m / len(heights)
+    return terms, df

@@ -38,9 +38,27 @@ def methods(analysis: StudyAnalysis) -> tuple[str, ...]:
         f"{_shared_error(analysis)}",
         f"Apexes come from the {protocol.detector} detector, version {DETECTORS[protocol.detector].version}, applied "
         f"to the body height; {_rules(analysis)} A person's verdict comes first.",
+        *_calibrations(analysis),
         _unit(analysis),
         tests_used(analysis, called) if not by_shared_days(analysis) else deciding_test_sentences(analysis, called),
     )
+
+
+def _calibrations(analysis: StudyAnalysis) -> list[str]:
+    """Name the calibrations of the analysed runs' sensors, each with its source, its person and its runs."""
+    evidence = analysis.evidence
+    runs: dict[str, list[RunRow]] = {}
+    for run in evidence.runs:
+        signals = (*evidence.logs.get(run.uid, []), *evidence.forces.get(run.uid, []))
+        channels = [channel for signal in signals for channel in evidence.calibrated.get(signal.uid, ())]
+        for line in dict.fromkeys(f"{each.sentence()}, declared by {each.person}" for each in channels):
+            runs.setdefault(line, []).append(run)
+    if not runs:
+        return []
+    lines = [f"{line}{'' if len(runs) == 1 else f' ({_names(of)})'}" for line, of in runs.items()]
+    return [
+        f"Sensors were calibrated: {'; '.join(lines)}. Its error is common to its runs and counts in intervals and p."
+    ]
 
 
 def sources(analysis: StudyAnalysis) -> tuple[Source, ...]:

@@ -18,6 +18,8 @@ column calibration.valid_from_utc text NOT NULL
 column calibration.valid_to_utc text
 column calibration.zero_offset double precision NOT NULL
 column channel.assumed_json text NOT NULL
+column channel.calibrated_unit text
+column channel.calibration_json text
 column channel.instrument bigint
 column channel.name text NOT NULL
 column channel.position bigint NOT NULL

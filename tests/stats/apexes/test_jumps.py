@@ -12,7 +12,7 @@ def jump(number, height):
 
 def test_only_jumps_with_an_apex_have_a_height():
     reason = Undefined(Reason.AS_SAID, said="no flight")
-    jumps = Jumps("robust", 1, None, 0.0, (jump(1, 0.3), jump(2, reason), jump(3, 0.31)))
+    jumps = Jumps("robust", 1, None, 0.0, 0.0, (jump(1, 0.3), jump(2, reason), jump(3, 0.31)))
     assert [one.undefined_reason for one in jumps.jumps] == [None, "no flight", None]
     assert [one.number for one in jumps.with_apex] == [1, 3]
     assert np.array_equal(jumps.apex_heights_m, [0.3, 0.31])

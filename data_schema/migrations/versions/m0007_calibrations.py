@@ -1,0 +1,16 @@
+"""A channel may be calibrated."""
+
+from __future__ import annotations
+
+import sqlalchemy as sa
+from alembic import op
+
+revision = "0007"
+down_revision = "0006"
+branch_labels = None
+depends_on = None
+
+
+def upgrade() -> None:
+    for name in ("calibration_json", "calibrated_unit"):
+        op.add_column("channel", sa.Column(name, sa.Text()))

@@ -1,0 +1,125 @@
+"""A sensor that is calibrated, moved, or whose zero is off: from the command line to the report."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.cli.shell import good, labbook, rows
+from tests.helpers.standing_log import REST_LENGTH_M, as_csv, standing_log
+from tests.helpers.wording import says
+
+DAYS = ("2024-03-04", "2024-03-05")
+AT_0_2_M = {DAYS[0]: 812, DAYS[1]: 800}
+"""What the sensor shows at 0.2 m: it was moved between the days."""
+PER_M = (3071 - 812) / 0.65
+SE_M = 0.001
+FACTOR = '[factors.b_ad_gain]\nkind = "number"\nlevels = [0, 100]\ncontrol = 0\n'
+PROFILE = """
+[profiles.adc]
+recognise = ["t", "adc_h"]
+time = { column = "t", unit = "ms" }
+[profiles.adc.columns.adc_h]
+channel = "body_height"
+unit = "m"
+calibrations = [
+  { raw = [812, 3071], height = [0.20, 0.85], se = 0.001, source = "ruler, page 12", until = 2024-03-04 },
+  { raw = [800, 3059], height = [0.20, 0.85], se = 0.001, source = "ruler, page 14", from = 2024-03-05 },
+]
+"""
+
+
+def book(folder: Path, more: str = "") -> Path:
+    good(labbook("init", "book", "--as", "Ada Nwosu", at=folder))
+    toml = folder / "book" / "labbook.toml"
+    text = re.sub(r"rest_length_m = [\d.]+", f"rest_length_m = {REST_LENGTH_M}", toml.read_text(encoding="utf-8"))
+    toml.write_text(f"{text}\n{FACTOR}{more}", encoding="utf-8")
+    lines = ["run,position,date,kind,b_ad_gain,battery,robot,duration_s,jumps_made"]
+    lines += [f"r{n:03},{n},{DAYS[n > 4]},jumps,{0 if n % 2 else 100},A,hopper,720,10" for n in range(1, 9)]
+    (folder / "runs.csv").write_text("\n".join(lines) + "\n")
+    good(labbook("runs", "import", "../runs.csv", at=folder / "book"))
+    return folder / "book"
+
+
+def test_a_moved_sensor_is_read_by_the_calibration_of_the_day_of_its_run(tmp_path: Path) -> None:
+    at = book(tmp_path, PROFILE)
+    true_m = {}
+    for n in range(1, 9):
+        time_s, height_m, apexes_m = standing_log(n, 10)
+        counts = np.round(AT_0_2_M[DAYS[n > 4]] + (height_m - 0.2) * PER_M)
+        (tmp_path / f"r{n:03}.txt").write_text(as_csv("t,adc_h", time_s, counts, 0))
+        true_m[f"r{n:03}"] = float(apexes_m.mean())
+    good(labbook("ingest", *sorted(tmp_path.glob("r*.txt")), at=at))
+    good(labbook("report", "--out", "out", at=at))
+    for name in true_m:
+        shown = good(labbook("show", name, "--json", at=at)).json
+        assert shown["mean_apex_height_m"] == pytest.approx(true_m[name], abs=0.0005)
+        (channel,) = shown["calibrated"]
+        assert channel["person"] == "Ada Nwosu"
+    says(good(labbook("show", "r001", at=at)).out, "ruler, page 12", "Ada Nwosu")
+    page = (at / "out" / "report.html").read_text(encoding="utf-8")
+    says(page, "ruler, page 12", "ruler, page 14", "Ada Nwosu")
+
+    # Both calibrations err on their own; half of each condition's runs have the one, half the other.
+    table = (at / "out" / "tables" / "apex_by_condition.csv").read_text().splitlines()
+    cells = dict(zip(table[0].split(","), table[1].split(","), strict=True))
+    raw = AT_0_2_M[DAYS[0]] + (float(cells["mean_m"]) - 0.2) * PER_M
+    of_one = SE_M * math.hypot(3071 - raw, raw - 812) / 2259
+    assert float(cells["shared_se_m"]) == pytest.approx(of_one / math.sqrt(2), rel=1e-3)
+    difference = good(labbook("stats", "compare", "--quantity", "apex", "--json", at=at)).json["decisions"][0]
+    assert difference["p"] > 0.05
+    good(labbook("rebuild", at=at))
+    assert good(labbook("show", "r001", "--json", at=at)).json["calibrated"][0]["calibrated_unit"] == "m"
+
+
+def test_a_zero_that_is_off_is_named_with_the_command_that_mends_it(tmp_path: Path) -> None:
+    at = book(tmp_path)
+    time_s, height_m, apexes_m = standing_log(1, 10, zero_m=0.059)
+    (tmp_path / "r001.txt").write_text(as_csv("t [ms],h [cm]", time_s, 100 * height_m, 3))
+    answer = good(labbook("ingest", "../r001.txt", "--column", "h=body_height:cm", at=at))
+    sentence = says(answer.out, "height_zero_doubtful", "labbook files reread")
+    says(answer.out, "10 of 10 jumps found")
+    (command,) = re.findall(r"`labbook (files reread .*?)`", sentence)
+    good(labbook(*shlex.split(command), at=at))
+    good(labbook("report", "--out", "out", at=at))
+    shown = good(labbook("show", "r001", "--json", at=at)).json
+    assert shown["mean_apex_height_m"] == pytest.approx(float(apexes_m.mean()), abs=0.003)
+    assert not any("height_zero" in rule for (rule,) in rows(at, _CURRENT_FINDINGS))
+
+
+_CURRENT_FINDINGS = "SELECT rule FROM finding JOIN ingest ON ingest.id = finding.ingest WHERE status = 'imported'"
+
+
+def test_a_log_in_which_no_stance_can_be_found_says_so(tmp_path: Path) -> None:
+    at = book(tmp_path)
+    time_s, height_m, _apexes_m = standing_log(1, 10)
+    moving = (time_s > 1.0) & (time_s < time_s[-1] - 1.0)
+    (tmp_path / "r001.txt").write_text(as_csv("t [ms],h [m]", time_s[moving], height_m[moving] + 0.4, 5))
+    answer = labbook("ingest", "../r001.txt", "--column", "h=body_height:m", at=at)
+    says(answer.out, "no_stance_found", "0.260 m")
+
+
+def test_a_sensor_is_calibrated_from_a_log_of_known_heights(tmp_path: Path) -> None:
+    levels = [812.0, 1507.0, 2202.0, 3071.0]
+    pieces = [np.full(900, levels[0])]
+    for before, after in itertools.pairwise(levels):
+        pieces += [np.linspace(before, after, 250), np.full(900, after)]
+    values = np.concatenate(pieces) + np.random.default_rng(1).normal(0, 1.5, 900 * 4 + 750)
+    (tmp_path / "heights.csv").write_text(as_csv("t,adc_h", np.arange(values.size) / 500, values, 0))
+    words = ("calibrate-sensor", "heights.csv", "--column", "adc_h", "--points", "0.2,0.4,0.6,0.85", "--time", "t:ms")
+    found = good(labbook(*words, "--source", "ruler", "--json", at=tmp_path)).json
+    slope, level = np.polyfit(levels, [0.2, 0.4, 0.6, 0.85], 1)
+    assert found["calibration"]["scale"] == pytest.approx(slope, rel=1e-3)
+    assert found["calibration"]["offset"] == pytest.approx(level, abs=2e-4)
+    assert found["calibration"]["source"] == "ruler"
+    line = good(labbook(*words, at=tmp_path)).out.splitlines()[-1]
+    at = book(tmp_path, f'\n[profiles.adc]\nrecognise = ["t", "adc_h"]\n[profiles.adc.columns]\n{line}\n')
+    good(labbook("ingest", "../heights.csv", "--unit", "t=ms", "--dry-run", at=at))
+    assert labbook(*words[:-1], "t:ms", "--points", "1,2,3,4,5", at=tmp_path).code == 2
+    assert labbook(*words[:3], "nothing", *words[4:], at=tmp_path).code == 2
