@@ -127,6 +127,13 @@ class Reason(Code):
     PLATE_NEVER_EMPTY = "the plate is never empty for {shortest_ms:g} ms, so that its zero is not known"
     PLATE_UNTOUCHED = "nothing presses on the plate by more than its noise of {noise_n:.2g} N"
     TOO_FEW_JUMPS_IN_A_ROW = "fewer than {needed} jumps follow each other on the plate"
+    NO_QUIET_STANDING = "{found} of {n} flight{s} came from {quiet_s:g} s of quiet standing, which a single jump needs"
+    NO_TAKE_OFF = "nothing leaves the plate moving upward"
+    NO_ONSET = "the force does not change before take-off as the rule of onset {rule} says"
+    THRESHOLD_ABOVE_WEIGHT = (
+        "the rule of take-off asks for {threshold_n:.3g} N, which is not below the weight of {weight_n:.3g} N"
+    )
+    NO_LANDING = "the flight does not end on the plate within the record"
     NOT_COMPUTED = "it has not been computed"
     ALL_EQUAL = "all {unit}s are equal"
     NO_BOUND_ON_SIDE = "a one-sided comparison has no bound on this side"
