@@ -25,6 +25,7 @@ class Declared:
     undefined_because : why a run that has the source may have no value
     of_every_run : every run is expected to have it; else it is left out where no run has it
     of_jumps : it is of the jumps that count: which do, and the detector that finds them, change it
+    of_push_off : of a single jump on a plate, the rules by which it begins and leaves the plate change it
     shares_error : its values always have an error in common, that of the passive-drain line
     has_savings : less is better, and it is compared as a share of the control's mean, and across groups too
     has_equivalence : no change is a claim, tested within bounds that were decided on
@@ -41,6 +42,7 @@ class Declared:
     undefined_because: str
     of_every_run: bool = False
     of_jumps: bool = False
+    of_push_off: bool = False
     shares_error: bool = False
     has_savings: bool = False
     has_equivalence: bool = False
@@ -59,6 +61,7 @@ class Outcome(StrEnum):
     undefined_because: str
     of_every_run: bool
     of_jumps: bool
+    of_push_off: bool
     shares_error: bool
     has_savings: bool
     has_equivalence: bool
@@ -109,6 +112,7 @@ class Outcome(StrEnum):
         source=FileRole.FORCE,
         comparative=("longer", "shorter"),
         undefined_because="no contact is found in its force",
+        of_push_off=True,
     )
     IMPULSE_HEIGHT = Declared(
         name="jump height from impulse",
@@ -118,7 +122,19 @@ class Outcome(StrEnum):
         number_name="impulse_height",
         unit="m",
         source=FileRole.FORCE,
-        undefined_because="fewer than 3 jumps follow each other in its force",
+        undefined_because="no jump comes from quiet standing, and fewer than 3 follow each other, in its force",
+        of_push_off=True,
+    )
+    FLIGHT_HEIGHT = Declared(
+        name="jump height from flight time",
+        key="flight_height",
+        heading="Jump height from flight time",
+        plural="jump heights from flight time",
+        number_name="flight_height",
+        unit="m",
+        source=FileRole.FORCE,
+        undefined_because="no jump from quiet standing lands again in its force",
+        of_push_off=True,
     )
 
     @property

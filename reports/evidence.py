@@ -313,11 +313,15 @@ class Order:
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """A headline computed another way ("without exclusions", "other detector"), or without a `day`, "" elsewhere."""
+    """A headline computed another way ("without exclusions", "other detector"), or without a `day`, "" elsewhere.
+
+    `by_rules`: by one of all rules of onset and take-off, the protocol's among them.
+    """
 
     label: str
     number: Number
     day: str = ""
+    by_rules: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -176,7 +176,8 @@ def robustness_sentences(content: ReportContent) -> tuple[str, ...]:
             without = [(each, one.label) for each in of_unit for one in _days(content, each)]
             days = [abs(shift) for each, label in without if (shift := _shift(each, label))]
             moves.append(f"{_moved(max(days, default=0.0), of_unit[0], places)} without one day at a time")
-        labels = dict.fromkeys(variant.label for each in of_unit for variant in each.variants if not variant.day)
+        others = [one for each in of_unit for one in each.variants if not one.day and not one.by_rules]
+        labels = dict.fromkeys(one.label for one in others)
         for label in labels:
             moved = [abs(shift) for each in of_unit if (shift := _shift(each, label)) is not None]
             if moved:
@@ -189,7 +190,32 @@ def robustness_sentences(content: ReportContent) -> tuple[str, ...]:
             found.append(f"{sentence_start(_what(of_unit[0]))} do not move {list_text(unmoved)}.")
         if moves:
             found.append(f"{sentence_start(_what(of_unit[0]))} move by at most {', '.join(moves)}.")
+        found += [text for each in of_unit if (text := _by_rules(each, places))]
     return tuple(found)
+
+
+def _by_rules(item: Sensitivity, places: int) -> str:
+    """Say under how many rules of onset and take-off a headline's verdict holds; "" where it has none of either."""
+    verdict = _verdict(item.as_reported)
+    tried = [one for one in item.variants if one.by_rules and isinstance(one.number.value, float)]
+    if verdict is None or not tried:
+        return ""
+    others = [one.label for one in tried if _verdict(one.number) != verdict]
+    values, unit = _known(one.number for one in tried), as_shown(item.as_reported).unit
+    span = with_unit(f"{decimal_text(min(values), places)} to {decimal_text(max(values), places)}", unit)
+    rules = f"{count_text(len(tried), 'rule')} of onset and take-off ({span})"
+    holds = (
+        f"under all {rules}" if not others else f"under {len(tried) - len(others)} of {rules}, not {list_text(others)}"
+    )
+    return f"{sentence_start(item.headline)}: the verdict holds {holds}."
+
+
+def _verdict(number: Number) -> int | None:
+    """Return the sign of a number whose interval excludes 0, else 0; None where it has no interval."""
+    low, high = number.ci_low, number.ci_high
+    if not isinstance(low, float) or not isinstance(high, float):
+        return None
+    return (low > 0.0) - (high < 0.0)
 
 
 def _known_headlines(content: ReportContent) -> list[Sensitivity]:

@@ -19,6 +19,7 @@ from labbook.analysis.outcomes.conditions import (
     condition_values,
     in_units,
     measure,
+    number_of,
     unit_scope,
 )
 from labbook.analysis.outcomes.detection import Detections
@@ -100,7 +101,8 @@ def _results(
     return {
         outcome: replace(found, missing=evidence.reasons(found.missing, outcome.source))
         for outcome, found in every.items()
-        if outcome.of_every_run or found.results
+        if outcome.of_every_run
+        or any(isinstance(number_of(one, outcome).value, float) for one in found.results.values())
     }
 
 

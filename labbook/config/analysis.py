@@ -29,7 +29,9 @@ from labbook.config.model import (
     FactorSettings,
     Family,
     HypothesisSettings,
+    Onset,
     Side,
+    TakeOff,
     UnitOfAnalysis,
     number_label,
 )
@@ -67,15 +69,17 @@ def stored_analysis(text: str) -> AnalysisSettings | None:
     return settings
 
 
-def stored_jump_rules(text: str) -> tuple[Detector, int, bool]:
-    """Read from `[protocol]` of a stored configuration which jumps count: detector and exclusions."""
+def stored_jump_rules(text: str) -> dict[str, object]:
+    """Read from `[protocol]` of a stored configuration which jumps count and how they are measured, by key."""
     faults: list[str] = []
     table = TableReader(tomllib.loads(text), "", faults).table("protocol")
-    rules = (
-        table.word("detector", Detector, Detector.ROBUST),
-        table.whole("exclude_first_jumps", 0, least=0),
-        table.flag("exclude_gap_jumps", True),
-    )
+    rules: dict[str, object] = {
+        "detector": table.word("detector", Detector, Detector.ROBUST),
+        "exclude_first_jumps": table.whole("exclude_first_jumps", 0, least=0),
+        "exclude_gap_jumps": table.flag("exclude_gap_jumps", True),
+        "onset": table.word("onset", Onset, Onset.SDS_BACK_30MS),
+        "take_off": table.word("take_off", TakeOff, TakeOff.FLIGHT_SDS),
+    }
     if faults:
         raise InputRefused(f"a configuration that the book keeps cannot be read ({faults[0]}): use a newer labbook.")
     return rules

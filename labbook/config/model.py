@@ -19,6 +19,23 @@ class Detector(StrEnum):
     PUBLISHED = "published"
 
 
+class Onset(StrEnum):
+    """The rule by which a single jump on a force plate begins (`stats.single_jump.ONSETS`)."""
+
+    SDS_BACK_30MS = "5sd_back_30ms"
+    SDS_BACK_TO_WEIGHT = "5sd_back_to_weight"
+    PERCENT = "10_percent"
+
+
+class TakeOff(StrEnum):
+    """The rule by which a single jump leaves a force plate (`stats.single_jump.TAKE_OFFS`)."""
+
+    FLIGHT_SDS = "flight_5sd"
+    NEWTONS_10 = "10n"
+    NEWTONS_50 = "50n"
+    PERCENT = "20_percent"
+
+
 @dataclass(frozen=True, slots=True)
 class StudySettings:
     """`[study]`. Joules are charge times `reference_voltage_v` (thesis: 15.4 V in 5.1.3, 16.8 V in 4.3.1)."""
@@ -65,6 +82,8 @@ class ProtocolSettings:
     detector: Detector
     exclude_first_jumps: int
     exclude_gap_jumps: bool
+    onset: Onset
+    take_off: TakeOff
     charger_resolution_mah: float
     idle_minutes: tuple[float, ...]
     rules_given: frozenset[str] = frozenset()

@@ -24,9 +24,11 @@ from labbook.config.model import (
     Detector,
     FileSettings,
     InstrumentSettings,
+    Onset,
     ProtocolSettings,
     RobotSettings,
     StudySettings,
+    TakeOff,
 )
 from labbook.config.patterns import pattern_fault
 from labbook.config.profiles import read_profiles
@@ -128,6 +130,8 @@ def _protocol(table: TableReader) -> ProtocolSettings:
         detector=table.word("detector", Detector, Detector.ROBUST),
         exclude_first_jumps=table.whole("exclude_first_jumps", 0, least=0),
         exclude_gap_jumps=table.flag("exclude_gap_jumps", True),
+        onset=table.word("onset", Onset, Onset.SDS_BACK_30MS),
+        take_off=table.word("take_off", TakeOff, TakeOff.FLIGHT_SDS),
         charger_resolution_mah=table.number("charger_resolution_mah", 1.0, above=0.0),
         idle_minutes=tuple(minutes),
         rules_given=frozenset(key for key in JUMP_RULES if table.value(key) is not None),

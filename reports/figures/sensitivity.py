@@ -1,4 +1,4 @@
-"""Each headline as reported and recomputed: without exclusions, with the other detector, without each day."""
+"""Each headline as reported and recomputed: without exclusions, with the other detector, by other rules, a day less."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _AS_REPORTED = "as reported"
 
 @dataclass(frozen=True, slots=True)
 class _Row:
-    """A row of a panel: several numbers where days stand together."""
+    """A row of a panel: several numbers where days stand together, or rules."""
 
     label: str
     numbers: tuple[Number, ...]
@@ -104,14 +104,16 @@ def _title(one: Sensitivity) -> str:
 def _rows(one: Sensitivity, *, folded: bool) -> list[_Row]:
     changed = _changed(one)
     days = [variant for variant in changed if variant.day]
-    alone = [variant for variant in changed if not folded or variant not in days]
+    rules = [variant for variant in changed if variant.by_rules]
+    alone = [variant for variant in changed if variant not in rules and not (folded and variant in days)]
     rows = [_Row(variant.label, (variant.number,)) for variant in alone]
-    if folded and days:
-        rows.append(_Row(_ONE_DAY, tuple(variant.number for variant in days)))
+    together = ((_ONE_DAY, days if folded else []), (_RULES, rules))
+    rows += [_Row(label, tuple(variant.number for variant in several)) for label, several in together if several]
     return [_Row(_AS_REPORTED, (one.as_reported,)), *rows]
 
 
 _ONE_DAY = "without one day, each"
+_RULES = "by other rules, each"
 
 
 def _draw_row(axes: Axes, row: _Row, place: int) -> None:
@@ -153,7 +155,7 @@ def caption(content: ReportContent) -> str:
 
 
 def _kind(variant: Variant) -> str:
-    return "without one day" if variant.day else variant.label
+    return "without one day" if variant.day else _RULES if variant.by_rules else variant.label
 
 
 def alternative(content: ReportContent) -> str:

@@ -11,6 +11,7 @@ import sys
 from dataclasses import fields
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from data_schema.vocabulary import CHANNELS
@@ -18,6 +19,7 @@ from ingest.model import Limits
 from labbook.config.profiles import SHEET_COLUMNS
 from tests.cli.shell import LABBOOK, environment, good, labbook, rows
 from tests.helpers.books import instrument_files, small_book, small_toml
+from tests.helpers.single_jumps import SimulatedJump
 from tests.helpers.wording import says
 from tests.labbook.config.test_parsing import SAMPLE
 
@@ -31,8 +33,9 @@ def blocks(kind: str) -> list[str]:
 
 
 def own_files(folder: Path) -> None:
-    """The logs, the sheet of recharges and the run sheet that the page is about, from those of the small book."""
+    """The logs, records of a plate, sheet of recharges and run sheet that the page is about, from the small book's."""
     (folder / "logs").mkdir()
+    (folder / "plate").mkdir()
     sheet = ["Versuch;geladen;Dauer;Spannung;Akku;beendet"]
     for name, data in instrument_files().items():
         lines = data.decode().splitlines()
@@ -42,6 +45,8 @@ def own_files(folder: Path) -> None:
                 time_ms, height_m, _leg, _velocity, volts, *_ = line.split(",")
                 log.append(f"{time_ms};{1000 * float(height_m):.2f};{float(volts):.2f};ok".replace(".", ","))
             (folder / "logs" / f"{Path(name).stem}.txt").write_text("\n".join(log) + "\n")
+            force_n = SimulatedJump(len(log), mass_kg=2.0, slower=0.5, noise_n=0.2, sway_n=0.02).force_n
+            np.savetxt(folder / "plate" / f"{Path(name).stem}_plate.csv", force_n, "%.3f")
         elif name.startswith("charger/"):
             for line in lines[1:]:
                 run, mah, minutes, volts, pack, ended = line.split(",")
@@ -74,7 +79,9 @@ def test_every_command_works_from_the_first_log_to_the_report(tmp_path: Path, mo
         assert answer.code == (2 if words[2:] == ["../logs/r001.txt", "--explain"] else 0), answer  # as the page says
         assert answer.err == ""
         drafted = "--draft-profile" in words
-    assert rows(folder, "SELECT count(*) FROM signal") == [(12,)]
+    assert rows(folder, "SELECT count(*) FROM signal") == [(24,)]
+    heights = good(labbook("show", "r001", "--json", at=folder)).json["from_plate"]
+    assert 0.04 < heights["impulse_height"]["value"] < 0.15
     assert rows(folder, "SELECT count(*) FROM charge WHERE run IS NOT NULL AND ended_utc IS NOT NULL") == [(16,)]
     assert list((folder / "reports").rglob("report.html"))
 

@@ -5,8 +5,10 @@ import math
 
 import pytest
 
+from reports.content import Variant
 from reports.numbers import Number
 from reports.trust import flow_sentence, robustness_sentences, trust_sentences
+from tests.helpers.wording import says
 
 
 def plain(sentences):
@@ -151,6 +153,28 @@ def test_savings_lead_where_the_first_group_has_none(content):
     changed = dataclasses.replace(content, sensitivity=(heights, *others))
     assert plain(trust_sentences(changed))[1].startswith("Leaving out any one day moves the savings of a group by")
     assert plain(robustness_sentences(changed))[0].startswith("Savings without one day at a time: ")
+
+
+def by_rules(each, *shifts):
+    """A headline with recomputations by rules, which move it and its interval by these."""
+    number = each.as_reported
+    moved = [
+        dataclasses.replace(number, value=number.value + by, ci_low=number.ci_low + by, ci_high=number.ci_high + by)
+        for by in shifts
+    ]
+    variants = [Variant(f"rule {at}", one, by_rules=True) for at, one in enumerate(moved)]
+    return dataclasses.replace(each, variants=(*each.variants, *variants))
+
+
+def test_the_verdict_is_counted_over_all_rules_of_onset_and_take_off(content):
+    first, *others = content.sensitivity
+    away = -first.as_reported.value
+    held, lost = by_rules(first, 0.0, 0.1, -0.1), by_rules(first, 0.0, 0.1, away)
+    before = plain(robustness_sentences(content))
+    for changed, said in ((held, "holds under all 3 rules"), (lost, "holds under 2 of 3 rules")):
+        found = plain(robustness_sentences(dataclasses.replace(content, sensitivity=(changed, *others))))
+        assert [sentence for sentence in found if sentence not in before] == found[-1:]
+        says(found[-1], said, *(["rule 2"] if changed is lost else []))
 
 
 def test_runs_unlike_those_of_their_condition_are_named_first(content):

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import shlex
 import textwrap
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import sqlalchemy as sa
 
 from data_schema.journal import canonical
+from data_schema.outcomes import Outcome
 from data_schema.queries.charges import ChargeOfRun, charges_of_run
 from data_schema.queries.history import EntryRow, NoteRow, RunFileRow, files_of_run, history_of_run, notes_of
 from data_schema.queries.results import current_number
@@ -21,11 +23,17 @@ from data_schema.queries.signals import (
     gaps_of,
     signals_of_runs,
 )
+from data_schema.rounding import decimals_for, fixed_text, known_error, number_text
 from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
+from labbook.analysis.outcomes.conditions import number_of
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections
 from labbook.analysis.outcomes.run_apexes import jumps_found_in_run
+from labbook.analysis.outcomes.run_force import PushOffRules, force_of_run
+from labbook.analysis.study_data import VERTICAL_FORCE
 from labbook.book.naming import changes_in_words, run_named
 from labbook.config.parsing import Configuration
+from reports.display import as_shown
+from reports.numbers import Number
 
 WIDTH = 100
 """Columns of a line of history."""
@@ -43,6 +51,7 @@ _DONE = {
 class RunView:
     """A run with all that belongs to it.
 
+    `from_plate` has what its record of a force plate gives, by the keys of outcomes; empty without one.
     `jumps_found` are the flights with an apex in its logs; None where it has no log, or they do not count, with why.
     """
 
@@ -58,6 +67,7 @@ class RunView:
     history_in_words: tuple[str, ...]
     joules_per_jump: float | None
     mean_apex_height_m: float | None
+    from_plate: Mapping[str, Number]
 
 
 def run_view(detections: Detections, configuration: Configuration, name: str) -> RunView:
@@ -78,6 +88,7 @@ def run_view(detections: Detections, configuration: Configuration, name: str) ->
     apex = current_number(connection, "run_apexes", canonical(as_protocol), "apex_height")
     signals = signals_of_runs(connection, run_uid=run.uid)
     logs = [signal for signal in signals if signal.role == FileRole.LOG and BODY_HEIGHT in signal.channels]
+    forces = [signal for signal in signals if signal.role == FileRole.FORCE and VERTICAL_FORCE in signal.channels]
     found = jumps_found_in_run(detections, run, logs, protocol.detector) if logs else None
     return RunView(
         run=run,
@@ -92,7 +103,17 @@ def run_view(detections: Detections, configuration: Configuration, name: str) ->
         history_in_words=tuple(_in_words(connection, item) for item in history),
         joules_per_jump=None if joules is None else joules[0],
         mean_apex_height_m=None if apex is None else apex[0],
+        from_plate=_from_plate(detections, forces, PushOffRules(protocol.onset, protocol.take_off)) if forces else {},
     )
+
+
+def _from_plate(detections: Detections, forces: Sequence[SignalRow], rules: PushOffRules) -> dict[str, Number]:
+    force = force_of_run(detections, forces, rules)
+    return {
+        outcome.key: Number(force, outcome.unit) if isinstance(force, Undefined) else number_of(force, outcome)
+        for outcome in Outcome
+        if outcome.source is FileRole.FORCE
+    }
 
 
 def view_lines(view: RunView) -> list[str]:
@@ -110,6 +131,7 @@ def view_lines(view: RunView) -> list[str]:
         lines.append(f"  energy {view.joules_per_jump:.1f} J a jump")
     if view.mean_apex_height_m is not None:
         lines.append(f"  mean apex {view.mean_apex_height_m * 1e3:.1f} mm")
+    lines += _plate_lines(view.from_plate)
     lines += [
         f"  file {item.name} ({item.role}, {item.n_bytes} bytes, sha256 {item.sha256[:12]})" for item in view.files
     ]
@@ -132,6 +154,21 @@ def view_lines(view: RunView) -> list[str]:
     for words in view.history_in_words:
         lines += textwrap.wrap(words, WIDTH, initial_indent="  ", subsequent_indent="    ")
     return lines
+
+
+def _plate_lines(from_plate: Mapping[str, Number]) -> list[str]:
+    """Write what the plate says of a run, each number with its standard error; for one reason one line."""
+    found: list[str] = []
+    reasons: dict[str, list[str]] = {}
+    for outcome in (outcome for outcome in Outcome if outcome.key in from_plate):
+        number = as_shown(from_plate[outcome.key])
+        if isinstance(number.value, Undefined):
+            reasons.setdefault(number.value.reason, []).append(outcome)
+            continue
+        se = number.se if isinstance(number.se, float) else 0.0
+        error = f" ± {fixed_text(se, decimals_for(se))}" if known_error(se) else ""
+        found.append(f"  {outcome} {number_text(number.value, error=se)}{error} {number.unit}")
+    return [*found, *(f"  no {' or '.join(names)}: {reason}" for reason, names in reasons.items())]
 
 
 def _lacking(view: RunView) -> list[str]:

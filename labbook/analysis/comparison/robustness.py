@@ -1,4 +1,4 @@
-"""Headlines computed another way: without the exclusions, with the other detector, without each day.
+"""Headlines computed another way: without exclusions, with the other detector, by other rules, without each day.
 
 One result is stored for each estimate and each day left out. It depends on the estimate of all days and the runs that
 were left out. Intermediate results, such as each run's joules by another drain line, are not stored: they would be
@@ -41,6 +41,7 @@ from labbook.analysis.outcomes.run_energy import (
     passive_drains,
     run_energies,
 )
+from labbook.analysis.outcomes.run_force import RunForce, run_forces_by_rules
 from labbook.analysis.results.codec import StoredResult
 from labbook.analysis.results.result_cache import Request, ResultCache, RunResults, fingerprint, result_fingerprint
 from labbook.analysis.study_data import StudyData
@@ -219,13 +220,17 @@ WITHOUT_EXCLUSIONS = "without exclusions"
 
 @dataclass(frozen=True, slots=True)
 class Varied:
-    """One headline recomputed another way; `day` is the one that is left out, "" where the way is another."""
+    """One headline recomputed another way; `day` is the one that is left out, "" where the way is another.
+
+    `by_rules`: the way is one of all rules by which single jumps begin and leave the plate, the protocol's among them.
+    """
 
     headline: str
     variant: str
     quantity: Outcome
     result: ComparisonResult | DecisionResult
     day: str = ""
+    by_rules: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -268,6 +273,7 @@ def vary(
     for outcome in further:
         with_all = known.get(outcome) or measure(outcome, cache, detections, everything).results
         found += _compared(cache, WITHOUT_EXCLUSIONS, everything, outcome, with_all, swept, settings)
+    found += _by_rules(cache, detections, evidence, results, swept, settings)
     days = _days_to_leave_out(evidence, drains)
     with_runs = [day for day in days if day.has_runs]
     without = {
@@ -290,6 +296,32 @@ def vary(
     ]
     lost = {day.day: tuple(sorted(drains[uid].robot for uid in day.lost)) for day in days if day.lost}
     return Variations(tuple(found), lost)
+
+
+def _by_rules(
+    cache: ResultCache,
+    detections: Detections,
+    evidence: StudyData,
+    results: Mapping[Outcome, RunResults[StoredResult]],
+    swept: str,
+    settings: AnalysisSettings,
+) -> list[Varied]:
+    """Compare what single jumps give by every rule of onset with every rule of take-off.
+
+    A time of flight knows no onset.
+    """
+    of_push_off = [outcome for outcome in results if outcome.of_push_off]
+    forces = dict(results[of_push_off[0]].results) if of_push_off else {}
+    single = [uid for uid, force in forces.items() if isinstance(force, RunForce) and force.single_jumps]
+    if not single:
+        return []
+    return [
+        replace(varied, by_rules=True)
+        for rules, by_rules in run_forces_by_rules(cache, detections, evidence, single).items()
+        for outcome in of_push_off
+        if outcome is not Outcome.FLIGHT_HEIGHT or rules.onset == evidence.configuration.protocol.onset
+        for varied in _compared(cache, str(rules), evidence, outcome, {**forces, **by_rules}, swept, settings)
+    ]
 
 
 def _with_void(evidence: StudyData) -> StudyData:

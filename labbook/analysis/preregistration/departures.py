@@ -38,7 +38,7 @@ class DepartureKind(Enum):
     )
     JUMP_RULE = (
         "{name} of [protocol] was {was} before the first run was ingested and is {now} in labbook.toml: it is used, "
-        "and apex heights are exploratory"
+        "and {exploratory} are exploratory"
     )
     RUN_CORRECTED = "corrected after the first measurement: {column} of run {run} was {was} and is {now} ({by}){lost}"
     CHARGE_CORRECTED = (

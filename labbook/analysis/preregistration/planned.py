@@ -36,6 +36,7 @@ from labbook.analysis.preregistration.departures import (
 )
 from labbook.config.analysis import stored_analysis, stored_jump_rules
 from labbook.config.model import AnalysisSettings, Bounds, Configuration, Family
+from reports.display import list_text
 
 
 def _unselected(now: BookState, configuration: Configuration, selected: Collection[str]) -> list[Departure]:
@@ -281,15 +282,15 @@ def _changed_settings(stood: AnalysisSettings, now: AnalysisSettings | None, his
 
 def _changed_jump_rules(text: str, configuration: Configuration) -> list[Departure]:
     """List the rules of the protocol on jumps that are others than before the first measurement; today's are used."""
-    rules = configuration.protocol
-    names = ("detector", "exclude_first_jumps", "exclude_gap_jumps")
     of_jumps = tuple(outcome for outcome in Outcome if outcome.of_jumps)
-    return [
-        Departure(DepartureKind.JUMP_RULE, {"name": name, "was": _shown(was), "now": _shown(now)}, of_jumps)
-        for name, was in zip(names, stored_jump_rules(text), strict=True)
-        for now in [getattr(rules, name)]
-        if was != now
-    ]
+    of_push_off = tuple(outcome for outcome in Outcome if outcome.of_push_off)
+    found = []
+    for name, was in stored_jump_rules(text).items():
+        now, changed = getattr(configuration.protocol, name), of_push_off if name in ("onset", "take_off") else of_jumps
+        what = list_text([outcome.plural for outcome in changed])
+        words = {"name": name, "was": _shown(was), "now": _shown(now), "exploratory": what}
+        found += [Departure(DepartureKind.JUMP_RULE, words, changed)] if was != now else []
+    return found
 
 
 def _shown(value: object) -> str:

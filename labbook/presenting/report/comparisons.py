@@ -142,7 +142,12 @@ def sensitivity(analysis: StudyAnalysis, shown: ShownNumbers, content: ReportCon
                 f"{'savings' if item.quantity.has_savings else f'difference of {item.quantity}'}, {group}",
                 _headline_number(item.pair, item.decided.result if item.decided else item.result, analysis, shown),
                 tuple(
-                    Variant(varied.variant, _headline_number(item.pair, varied.result, analysis, shown), varied.day)
+                    Variant(
+                        varied.variant,
+                        _headline_number(item.pair, varied.result, analysis, shown),
+                        varied.day,
+                        varied.by_rules,
+                    )
                     for varied in recomputed
                 ),
                 _rule_of_all_runs(item, recomputed),

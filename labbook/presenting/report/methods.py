@@ -10,6 +10,7 @@ from data_schema.vocabulary import ChargeMode, FileRole, Undefined
 from labbook.analysis.outcomes.conditions import run_numbers
 from labbook.analysis.outcomes.control_limits import runs_outside
 from labbook.analysis.outcomes.run_energy import above_capacity, below_drain, unused_idle
+from labbook.analysis.outcomes.run_force import RunForce, push_off_rules
 from labbook.analysis.study import StudyAnalysis
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import UnitOfAnalysis
@@ -19,6 +20,7 @@ from reports.content import Assumed, Source
 from reports.naming import swept_words
 from stats.apexes.detectors import DETECTORS
 from stats.compare.shared_error import ENOUGH_DEGREES
+from stats.single_jump import QUIET_S
 
 _LISTED = 8
 """Runs that a sentence names before it goes on with an ellipsis."""
@@ -39,6 +41,7 @@ def methods(analysis: StudyAnalysis) -> tuple[str, ...]:
         f"Apexes come from the {protocol.detector} detector, version {DETECTORS[protocol.detector].version}, applied "
         f"to the body height; {_rules(analysis)} A person's verdict comes first.",
         *_calibrations(analysis),
+        *_single_jumps(analysis),
         _unit(analysis),
         tests_used(analysis, called) if not by_shared_days(analysis) else deciding_test_sentences(analysis, called),
     )
@@ -103,6 +106,18 @@ def _joined(analysis: StudyAnalysis) -> str:
         return f" ({enough})"
     behind = f"where the lines behind it have fewer than {ENOUGH_DEGREES:g} degrees of freedom"
     return f" ({behind}, {few}; elsewhere, {enough})"
+
+
+def _single_jumps(analysis: StudyAnalysis) -> list[str]:
+    """Say how single jumps on a plate were measured, where a run has one."""
+    found = analysis.results.get(Outcome.IMPULSE_HEIGHT)
+    if found is None or not any(isinstance(one, RunForce) and one.single_jumps for one in found.results.values()):
+        return []
+    return [
+        "Single jumps out of quiet standing on a plate are measured from "
+        f"{push_off_rules(analysis.evidence)}: weight from the {QUIET_S:g} s before, height from the impulse since, "
+        "and from the time of flight. Contact time is that from onset to take-off."
+    ]
 
 
 def _unit(analysis: StudyAnalysis) -> str:

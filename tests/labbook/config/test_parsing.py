@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from data_schema.errors import InputRefused, UsageError
 from data_schema.vocabulary import FactorKind, StudyKind
 from ingest.model import DEFAULT_LIMITS, Limits
-from labbook.config.model import Detector, GainSettings, ProfileColumn
+from labbook.config.model import Detector, GainSettings, Onset, ProfileColumn, TakeOff
 from labbook.config.parsing import parse_configuration, template
+from stats.single_jump import ONSET, ONSETS, TAKE_OFF, TAKE_OFFS
 
 SAMPLE = r"""
 [study]
@@ -47,6 +48,8 @@ run_duration_s = 720
 detector = "published"
 exclude_first_jumps = 2
 exclude_gap_jumps = false
+onset = "10_percent"
+take_off = "50n"
 charger_resolution_mah = 1
 idle_minutes = [20, 24.5]
 
@@ -131,6 +134,7 @@ path = "/mnt/lab/book"
 OPTIONAL = {
     "grain_mm",
     *('unit = "1"', "control", "run_duration_s", "detector", "exclude_first_jumps", "exclude_gap_jumps"),
+    *("onset", "take_off"),
     *("charger_resolution_mah", "idle_minutes", "zero", "make", "model", "serial", "run_pattern", "time", "columns"),
     *("encoding", "delimiter", "decimal", "header_row", "units_row", "first_row", "comment", "footer", "date", "clock"),
     *("axes", "trials", "format", "instrument", "files", 'recognise = ["encoder"]'),
@@ -162,6 +166,7 @@ def test_everything_is_read() -> None:
     protocol = configuration.protocol
     assert (protocol.run_duration_s, protocol.detector) == (720.0, Detector.PUBLISHED)
     assert (protocol.exclude_first_jumps, protocol.exclude_gap_jumps) == (2, False)
+    assert (protocol.onset, protocol.take_off) == ("10_percent", "50n")
     assert (protocol.charger_resolution_mah, protocol.idle_minutes) == (1.0, (20.0, 24.5))
     assert configuration.gains["b_ad_gain"] == GainSettings("d", 3.32, 19.67, "kg/s", 0.0)
     assert configuration.robots["hopper"].rest_length_m == 0.27
@@ -205,6 +210,12 @@ def test_a_misspelt_table_is_refused_with_the_nearest(table: str) -> None:
     message = refusal(re.sub(rf"(?m)^\[{table}\b", f"[{table}x", SAMPLE))
     assert f"{table + 'x'!r} is not" in message
     assert f"mean {table!r}?" in message
+
+
+def test_rules_of_single_jumps_are_those_that_are_known() -> None:
+    protocol = parse_configuration(re.sub(r"(onset|take_off) = .*", "", SAMPLE), "labbook.toml").protocol
+    assert (set(Onset), set(TakeOff)) == (set(ONSETS), set(TAKE_OFFS))
+    assert (protocol.onset, protocol.take_off) == (ONSET, TAKE_OFF)
 
 
 @pytest.mark.parametrize("line", KEY_LINES)

@@ -203,6 +203,16 @@ def test_a_recomputation_shows_how_many_runs_it_rests_on(content):
     assert panel.get_title().replace("\n", " ").endswith("(%)")
 
 
+def test_recomputations_by_other_rules_are_one_row(content):
+    one = content.sensitivity[0]
+    moved = [dataclasses.replace(one.as_reported, value=one.as_reported.value + by) for by in (0.0, 0.1, 0.2)]
+    variants = tuple(Variant(f"rule {at}", number, by_rules=True) for at, number in enumerate(moved))
+    changed = dataclasses.replace(content, sensitivity=(dataclasses.replace(one, variants=variants),))
+    (panel,) = draw_figure(FIGURES["sensitivity"], changed, TWO_COLUMNS_IN).axes
+    assert [label.get_text() for label in panel.get_yticklabels()] == ["as reported", "by other rules, each"]
+    says(FIGURES["sensitivity"].caption(changed), "other rules", "1 of 3")
+
+
 @pytest.mark.parametrize("width_in", [pytest.param(ONE_COLUMN_IN, marks=pytest.mark.soak), TWO_COLUMNS_IN])
 def test_recomputations_fit_on_a_page_however_many_days_there_are(content, width_in):
     days = tuple(

@@ -28,7 +28,7 @@ from tests.helpers.wording import says
 from tests.labbook.conftest import Reports
 
 HOPS = 6
-OF_PLATE = [outcome for outcome in Outcome if outcome.source == "force"]
+OF_PLATE = [Outcome.PEAK_FORCE, Outcome.CONTACT_TIME, Outcome.IMPULSE_HEIGHT]
 NAMES = [run.name for run in small_runs() if run.kind is RunKind.JUMPS]
 
 

@@ -292,6 +292,16 @@ def test_other_rules_which_jumps_count_make_heights_exploratory(honest: SmallBoo
     assert planned(honest).departures == ()
 
 
+def test_other_rules_of_single_jumps_make_their_heights_exploratory(honest: SmallBook) -> None:
+    honest.toml.write_text(honest.toml.read_text().replace("[protocol]\n", '[protocol]\ntake_off = "20_percent"\n'))
+    found = planned(honest)
+    (departure,) = found.further
+    says(departure.sentence, "take_off", "flight_5sd", "20_percent", Outcome.FLIGHT_HEIGHT.plural)
+    assert departure.touches(Outcome.IMPULSE_HEIGHT, None)
+    assert found.exploratory(Outcome.JOULES, POOLED) is None
+    assert found.exploratory_equivalence(POOLED) is None
+
+
 def test_what_was_corrected_before_the_first_measurement_is_no_departure(tmp_path: Path) -> None:
     made = small_book(tmp_path, ingested=False)
     made.toml.write_text(made.toml.read_text() + DECIDED)

@@ -374,6 +374,6 @@ def test_a_second_record_of_a_plate_takes_a_number_that_a_report_showed(honest: 
             state_report(book, None, ADA, lambda _step: None)
     (departure,) = planned(honest).further
     assert departure.kind is DepartureKind.SURPLUS
-    assert departure.quantities == (Outcome.PEAK_FORCE, Outcome.CONTACT_TIME, Outcome.IMPULSE_HEIGHT)
+    assert {Outcome.PEAK_FORCE, Outcome.CONTACT_TIME, Outcome.IMPULSE_HEIGHT} <= set(departure.quantities)
     assert departure.conditions == (key_of(honest, "r003"),)
     assert departure.parameters["name"] == "r003_plate2.txt"

@@ -1,0 +1,116 @@
+"""Single jumps on a force plate, from files of one value a line to `show`, `stats compare` and the report."""
+
+from __future__ import annotations
+
+import csv
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from data_schema.outcomes import Outcome
+from labbook.analysis.outcomes.run_force import ALL_RULES
+from tests.cli.shell import good, labbook
+from tests.helpers.books import ADA, small_book, small_runs
+from tests.helpers.once import made_once
+from tests.helpers.single_jumps import SimulatedJump
+from tests.helpers.tomls import without
+from tests.helpers.wording import says
+from tests.stats.test_single_jump import SAMPLES, needs_samples
+
+RUNS = {run.name: run.condition for run in small_runs() if run.condition is not None}
+DECLARED = ("--column", "1=force_z:N", "--rate", "1200", "--as", ADA)
+HEIGHTS = (Outcome.IMPULSE_HEIGHT, Outcome.FLIGHT_HEIGHT)
+
+
+def jump_of(name: str) -> SimulatedJump:
+    """The jump of a run; with active damping it takes longer and goes higher."""
+    slower = 0.56 if RUNS[name].b_ad_gain else 0.5
+    return SimulatedJump(int(name[1:]), mass_kg=2.0, slower=slower, noise_n=0.2, sway_n=0.02, offset_n=3.0)
+
+
+def _make(folder: Path) -> Path:
+    made = small_book(folder, ingested=True)
+    for name in RUNS:
+        np.savetxt(made.instruments / f"{name}_plate.txt", jump_of(name).force_n, "%.4f")
+    good(labbook("ingest", *sorted(made.instruments.glob("*_plate.txt")), *DECLARED, at=made.folder))
+    return made.folder
+
+
+@pytest.fixture(scope="module")
+def book() -> Path:
+    """A book whose runs were one jump on a plate each; it is only read."""
+    return made_once("single-jumps", _make)
+
+
+@pytest.fixture(scope="module")
+def report(book: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of its report."""
+    folder = tmp_path_factory.mktemp("jumps") / "book"
+    shutil.copytree(book, folder)
+    good(labbook("report", "--out", "page", "--as", ADA, at=folder))
+    return folder / "page"
+
+
+def test_show_has_heights_peak_and_contact_with_their_errors(book: Path) -> None:
+    for name in ("r001", "r002"):
+        true, found = jump_of(name), good(labbook("show", name, "--json", at=book)).json["from_plate"]
+        for key, value in (
+            ("impulse_height", true.height_m),
+            ("flight_height", true.height_m),
+            ("peak_force", true.peak_n),
+            ("contact_time", true.push_off_s),
+        ):
+            assert abs(found[key]["value"] - value) <= 2.0 * found[key]["se"]
+            assert found[key]["n"] == 1
+    said = good(labbook("show", "r001", at=book)).out
+    assert re.search(r"jump height from impulse 8\d\.\d ± \d\.\d mm", said), said
+
+
+@pytest.mark.parametrize("outcome", HEIGHTS)
+def test_heights_are_compared(outcome: Outcome, book: Path) -> None:
+    said = good(labbook("stats", "compare", "--quantity", outcome.key, "--where", "foot=small", at=book)).out
+    assert re.search(r"mean [\d.]+ mm, n = ", said), said
+
+
+def test_the_report_compares_by_every_rule_and_says_whether_the_verdict_holds(report: Path) -> None:
+    rows = list(csv.DictReader((report / "tables" / "sensitivity.csv").read_text().splitlines()))
+    headline = "difference of jump height from impulse, small foot"
+    of_one = {row["variant"]: row for row in rows if row["block"].startswith(headline)}
+    tried = {str(rules) for rules in ALL_RULES if rules.take_off != "50n"}  # 50 N are more than the robot weighs
+    assert tried == {name for name in of_one if name.startswith("onset ")}
+    reported = float(of_one["as reported"]["value"])
+    assert float(of_one["onset 5sd_back_30ms, take-off flight_5sd"]["value"]) == reported
+    assert float(of_one["onset 10_percent, take-off 10n"]["value"]) > reported
+    page = re.sub(r"<[^>]+>", "", (report / "report.html").read_text())
+    says(page, "verdict holds under all 9 rules of onset and take-off", "onset 5sd_back_30ms, take-off flight_5sd")
+    for outcome in HEIGHTS:
+        assert outcome.heading in page
+
+
+def test_the_protocol_s_rules_are_used(book: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "book"
+    shutil.copytree(book, folder)
+    own = good(labbook("show", "r002", "--json", at=folder)).json["from_plate"]["impulse_height"]
+    without(folder, r"\n\[protocol\]\n", '\n[protocol]\nonset = "10_percent"\ntake_off = "20_percent"\n')
+    other = good(labbook("show", "r002", "--json", at=folder)).json["from_plate"]["impulse_height"]
+    assert other["value"] > own["value"] + 0.002
+    assert other["se"] > own["se"]
+    without(folder, "20_percent", "50n")
+    says(good(labbook("show", "r002", at=folder)).out, "50 N", "weight")
+
+
+@needs_samples
+def test_a_real_jump_has_a_height(tmp_path: Path) -> None:
+    """Two records, the second of which ends in the flight; a person weighs more than the robot of the book."""
+    folder = small_book(tmp_path, ingested=False).folder
+    for run, trial in (("r001", 1), ("r002", 3)):
+        path = SAMPLES / f"subject01_trial{trial}.force.txt"
+        good(labbook("ingest", path, "--run", run, "--no-robot-check", *DECLARED, at=folder))
+    first, second = (good(labbook("show", run, "--json", at=folder)).json["from_plate"] for run in ("r001", "r002"))
+    assert first["impulse_height"]["value"] == pytest.approx(0.409, abs=0.001)
+    assert first["flight_height"]["value"] == pytest.approx(0.436, abs=0.001)
+    assert second["impulse_height"]["value"] == pytest.approx(0.426, abs=0.001)
+    assert "record" in second["flight_height"]["value"]["reason"]
