@@ -213,12 +213,13 @@ def find_jumps(time_s: ArrayLike, force_n: ArrayLike) -> tuple[FoundJump, ...] |
         start = max(landed, int(broken[before - 1])) if before else landed
         stop = int(broken[before]) if before < broken.size else force.size
         second = _standing(force[:left], start, step_s, low)
-        if second is not None:
+        if second is not None and min(end, stop) - left >= least:
             part = slice(second[0], min(end + least, stop))
             above_n = force[part] - float(force[_middle(left, min(end, stop))].mean())
             standing = weigh(above_n, 0, second[1] - second[0])
             gone = left - part.start
             if speed_m_s(above_n, standing, standing.stop, gone, 1.0 / step_s) <= 0.0:
+                landed = end if end - left >= standing.stop else landed
                 continue  # an unweighting, or a step off the plate
             peak = standing.stop + int(np.argmax(above_n[standing.stop : gone]))
             back = end < stop and time[end] - time[left] <= LONGEST_FLIGHT_S
@@ -252,8 +253,9 @@ def _standing(force_n: _Floats, start: int, step_s: float, zero_n: float) -> tup
     moved = begin + int(outside[long[-1] + 1])
     stop = max(moved - round(BACK_S / step_s), start + n)
     second = force_n[stop - n : stop]
-    speeds = _speeds_m_s(second, float(second.mean()) - zero_n, step_s)
-    return (stop - n, stop) if speeds.std() <= QUIET_SPEED_M_S else None
+    weight_n = float(second.mean()) - zero_n
+    quiet = weight_n > 0.0 and _speeds_m_s(second, weight_n, step_s).std() <= QUIET_SPEED_M_S
+    return (stop - n, stop) if quiet else None
 
 
 def _speeds_m_s(force_n: _Floats, weight_n: float, step_s: float) -> _Floats:

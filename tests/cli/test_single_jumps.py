@@ -21,14 +21,13 @@ from tests.helpers.wording import says
 from tests.stats.test_single_jump import SAMPLES, needs_samples
 
 RUNS = {run.name: run.condition for run in small_runs() if run.condition is not None}
-DECLARED = ("--column", "1=force_z:N", "--rate", "1200", "--as", ADA)
+DECLARED = ("--column", "1=force_z:N", "--rate", "1200", "--no-robot-check", "--as", ADA)
 HEIGHTS = (Outcome.IMPULSE_HEIGHT, Outcome.FLIGHT_HEIGHT)
 
 
 def jump_of(name: str) -> SimulatedJump:
-    """The jump of a run; with active damping it takes longer and goes higher."""
-    slower = 0.56 if RUNS[name].b_ad_gain else 0.5
-    return SimulatedJump(int(name[1:]), mass_kg=2.0, slower=slower, noise_n=0.2, sway_n=0.02, offset_n=3.0)
+    """The jump of a run, by a person; that of the treatment takes longer and so goes higher."""
+    return SimulatedJump(int(name[1:]), slower=1.12 if RUNS[name].b_ad_gain else 1.0, offset_n=3.0)
 
 
 def _make(folder: Path) -> Path:
@@ -66,7 +65,7 @@ def test_show_has_heights_peak_and_contact_with_their_errors(book: Path) -> None
             assert abs(found[key]["value"] - value) <= 2.0 * found[key]["se"]
             assert found[key]["n"] == 1
     said = good(labbook("show", "r001", at=book)).out
-    assert re.search(r"jump height from impulse 8\d\.\d ± \d\.\d mm", said), said
+    assert re.search(r"jump height from impulse 3\d\d\.?\d? ± \d+(\.\d)? mm", said), said
 
 
 @pytest.mark.parametrize("outcome", HEIGHTS)
@@ -79,13 +78,13 @@ def test_the_report_compares_by_every_rule_and_says_whether_the_verdict_holds(re
     rows = list(csv.DictReader((report / "tables" / "sensitivity.csv").read_text().splitlines()))
     headline = "difference of jump height from impulse, small foot"
     of_one = {row["variant"]: row for row in rows if row["block"].startswith(headline)}
-    tried = {str(rules) for rules in ALL_RULES if rules.take_off != "50n"}  # 50 N are more than the robot weighs
-    assert tried == {name for name in of_one if name.startswith("onset ")}
+    assert {str(rules) for rules in ALL_RULES} == {name for name in of_one if name.startswith("onset ")}
+    assert len(ALL_RULES) == 12
     reported = float(of_one["as reported"]["value"])
     assert float(of_one["onset 5sd_back_30ms, take-off flight_5sd"]["value"]) == reported
     assert float(of_one["onset 10_percent, take-off 10n"]["value"]) > reported
     page = re.sub(r"<[^>]+>", "", (report / "report.html").read_text())
-    says(page, "verdict holds under all 9 rules of onset and take-off", "onset 5sd_back_30ms, take-off flight_5sd")
+    says(page, "verdict holds under all 12 rules of onset and take-off", "onset 5sd_back_30ms, take-off flight_5sd")
     for outcome in HEIGHTS:
         assert outcome.heading in page
 
@@ -98,17 +97,15 @@ def test_the_protocol_s_rules_are_used(book: Path, tmp_path: Path) -> None:
     other = good(labbook("show", "r002", "--json", at=folder)).json["from_plate"]["impulse_height"]
     assert other["value"] > own["value"] + 0.002
     assert other["se"] > own["se"]
-    without(folder, "20_percent", "50n")
-    says(good(labbook("show", "r002", at=folder)).out, "50 N", "weight")
 
 
 @needs_samples
 def test_a_real_jump_has_a_height(tmp_path: Path) -> None:
-    """Two records, the second of which ends in the flight; a person weighs more than the robot of the book."""
+    """Two records, the second of which ends in the flight."""
     folder = small_book(tmp_path, ingested=False).folder
     for run, trial in (("r001", 1), ("r002", 3)):
         path = SAMPLES / f"subject01_trial{trial}.force.txt"
-        good(labbook("ingest", path, "--run", run, "--no-robot-check", *DECLARED, at=folder))
+        good(labbook("ingest", path, "--run", run, *DECLARED, at=folder))
     first, second = (good(labbook("show", run, "--json", at=folder)).json["from_plate"] for run in ("r001", "r002"))
     assert first["impulse_height"]["value"] == pytest.approx(0.409, abs=0.001)
     assert first["flight_height"]["value"] == pytest.approx(0.436, abs=0.001)
