@@ -160,9 +160,10 @@ def _by_position(columns: Mapping[str, ColumnDeclaration], names: Sequence[str])
 def _merged(own: ColumnDeclaration, profile: ColumnDeclaration | None) -> ColumnDeclaration:
     if profile is None:
         return own
-    sign = own.sign if own.sign != 1 else profile.sign
     measured = own if own.unit or own.calibrations else profile  # a calibration is one in its unit
-    return ColumnDeclaration(own.channel or profile.channel, measured.unit, sign, measured.calibrations)
+    return ColumnDeclaration(
+        own.channel or profile.channel, measured.unit, own.sign or profile.sign, measured.calibrations
+    )
 
 
 def without(declared: Declarations, names: Collection[str]) -> Declarations:

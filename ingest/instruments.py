@@ -7,12 +7,12 @@ evidence. The registry: a new instrument is an entry of `INSTRUMENTS`.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from data_schema.errors import unknown_name
 from ingest.channels.columns import NO_CONVENTION, Convention
-from ingest.channels.forces import Z_DOWN_ACTION
 
 _BERTEC_AMPLIFIER_RATE_HZ = 1000.0
 
@@ -21,18 +21,20 @@ _BERTEC_AMPLIFIER_RATE_HZ = 1000.0
 class Instrument:
     """What a maker's export adds to the plain reading: name of the part, units, axes, a rate fixed by hardware.
 
-    `frame` is which axis points up in the file (a key of `channels.forces.AXES`), `axes` the signs of the components
-    after that. `evidence` is why the file is taken for this instrument's; without one the signs of forces are only
-    assumed. `steady` marks values that are constant by nature, as a charger's are, so that no note is due.
+    `frame` is which axis points up in the file (a key of `channels.forces.AXES`), `action` whether forces and moments
+    are those on the plate, not the reaction on the robot. `evidence` is why the file is taken for this instrument's;
+    without one the signs of forces are only assumed. `declared`: a person named the instrument or its axes. `steady`
+    marks values that are constant by nature, as a charger's are, so that no note is due.
     """
 
     part: str = "log"
     convention: Convention = NO_CONVENTION
-    axes: Mapping[str, int] = field(default_factory=dict)
+    frame: str = "z up"
+    action: bool = False
     fixed_rate_hz: float | None = None
     evidence: str = ""
+    declared: bool = False
     steady: bool = False
-    frame: str = "z up"
 
 
 PLATE_UNITS: Mapping[str, str] = {
@@ -43,25 +45,25 @@ PLATE_UNITS: Mapping[str, str] = {
 """Forces, moments and points of application in SI, for makers that write them so."""
 
 
+def _action_z_down(convention: Convention, evidence: str, fixed_rate_hz: float | None = None) -> Instrument:
+    return Instrument("force", convention, "z down", action=True, fixed_rate_hz=fixed_rate_hz, evidence=evidence)
+
+
 def bertec_sdk(time_unit: str | None, evidence: str) -> Instrument:
     """Return the instrument of programs on Bertec's SDK, whose stamps are in `time_unit`."""
     convention = Convention("Bertec SDK", PLATE_UNITS, time_unit)
-    return Instrument("force", convention, Z_DOWN_ACTION, _BERTEC_AMPLIFIER_RATE_HZ, evidence)
+    return _action_z_down(convention, evidence, _BERTEC_AMPLIFIER_RATE_HZ)
 
 
-_DECLARED = "it is declared"
+_NAMED = "its name"
 
 INSTRUMENTS: Mapping[str, Instrument] = {
-    "bertec_acquire": Instrument(
-        "force", Convention("Bertec Acquire", PLATE_UNITS, "ms"), Z_DOWN_ACTION, None, _DECLARED
-    ),
-    "bertec_sdk": bertec_sdk(None, _DECLARED),
-    "bertec_balance": Instrument(
-        "force", Convention("Bertec balance plate", PLATE_UNITS), Z_DOWN_ACTION, None, _DECLARED
-    ),
-    "amti": Instrument("force", Convention("AMTI NetForce", PLATE_UNITS), Z_DOWN_ACTION, evidence=_DECLARED),
-    "reaction_z_up": Instrument(part="force", evidence=_DECLARED),
-    "action_z_down": Instrument("force", Convention("axes z down", {}), Z_DOWN_ACTION, None, _DECLARED),
+    "bertec_acquire": _action_z_down(Convention("Bertec Acquire", PLATE_UNITS, "ms"), _NAMED),
+    "bertec_sdk": bertec_sdk(None, _NAMED),
+    "bertec_balance": _action_z_down(Convention("Bertec balance plate", PLATE_UNITS), _NAMED),
+    "amti": _action_z_down(Convention("AMTI NetForce", PLATE_UNITS), _NAMED),
+    "reaction_z_up": Instrument("force", evidence=_NAMED),
+    "action_z_down": _action_z_down(NO_CONVENTION, _NAMED),
 }
 """By the names of `--instrument`: makers' programs, and the two conventions of the signs of forces."""
 
@@ -70,4 +72,4 @@ def instrument_named(name: str) -> Instrument:
     """Return a declared instrument. Raises `UsageError` with the nearest name for one that is not known."""
     if name not in INSTRUMENTS:
         raise unknown_name("instrument", name, INSTRUMENTS)
-    return INSTRUMENTS[name]
+    return dataclasses.replace(INSTRUMENTS[name], declared=True)

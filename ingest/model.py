@@ -210,13 +210,13 @@ class ReadFile:
 class ColumnDeclaration:
     """A person's declaration of a source column; None leaves that to the file's header.
 
-    `channel` is a key of `vocabulary.CHANNELS`, any other name to store it under, or `time` for the time column. With
-    `calibrations`, of which one is in force on a day, `unit` is that of the calibrated value.
+    `channel` is a key of `vocabulary.CHANNELS`, any other name to store it under, or `time` for the time column; `sign`
+    is 1 or -1. With `calibrations`, of which one is in force on a day, `unit` is that of the calibrated value.
     """
 
     channel: str | None = None
     unit: str | None = None
-    sign: int = 1
+    sign: int | None = None
     calibrations: tuple[Calibration, ...] = ()
 
 

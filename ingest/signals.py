@@ -16,7 +16,7 @@ from data_schema.vocabulary import FileRole
 from ingest.channels.calibration import with_calibration
 from ingest.channels.checks import held_rows, note_missing, note_still_channels, out_of_range
 from ingest.channels.columns import ColumnPlan, Plan, TimePlan, plan_columns
-from ingest.channels.forces import check_plates, note_assumed_signs, orient, turn_axes
+from ingest.channels.forces import check_plates, orient
 from ingest.channels.names import UNIT_OF_NAME, is_cop, normal_unit, parse_header, squash
 from ingest.channels.robot_facts import check_robot
 from ingest.declared import declared_columns, note_absent, with_profile_for_names, without
@@ -48,14 +48,13 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
         return Reading(rows_read=block.rows_read, rows_rejected=block.rows_read, role=role, declared=declared)
     stored = {column.position: _stored(block, column) for column in plan.columns}
     if declared.axes is not None:
-        instrument = dataclasses.replace(instrument, frame=declared.axes, axes={}, evidence="axes declared")
-    source_of_axes = instrument.convention.maker if declared.axes is None else "declared"
-    columns = turn_axes(plan.columns, stored, instrument.frame, f"{instrument.frame}: {source_of_axes}")
+        action = instrument.action and declared.axes == instrument.frame
+        instrument = dataclasses.replace(
+            instrument, frame=declared.axes, action=action, evidence="axes declared", declared=True
+        )
+    columns = orient(plan.columns, stored, instrument, findings)
     usable = ~out_of_range(stored, columns, block, findings)
     note_missing(stored, columns, block, findings)
-    columns = orient(columns, stored, instrument.axes, instrument.convention.maker, findings)
-    if not instrument.evidence:
-        note_assumed_signs(columns, findings)
     columns = check_plates(columns, stored, findings)
     check_robot(columns, stored, usable, declared, findings)
     findings.tables.append(table_use(table, plan, columns, declared, instrument, trial_column))
@@ -84,12 +83,11 @@ def _calibrated(plan: Plan, block: Block, table: Table, declared: Declarations, 
 
 
 def _declared_instrument(name: str, own: Instrument) -> Instrument:
-    """Return a declared instrument; of a file whose layout identifies its own, the part and units stay."""
+    """Return a declared instrument; a part that has a name keeps it, a file whose layout shows its maker the units."""
     declared = instrument_named(name)
-    if not own.evidence:
-        return declared
-    convention = declared.convention if declared.convention.units else own.convention
-    return dataclasses.replace(declared, part=own.part, convention=convention)
+    convention = declared.convention if declared.convention.units or not own.evidence else own.convention
+    part = declared.part if own.part == Instrument().part else own.part
+    return dataclasses.replace(declared, part=part, convention=convention)
 
 
 def _role(columns: Sequence[ColumnPlan]) -> FileRole:
@@ -178,11 +176,8 @@ def read_several(tables: Sequence[NamedTable], declared: Declarations, findings:
     anywhere = set().union(*present)
     readings = []
     for named, names in zip(tables, present, strict=True):
-        instrument = named.instrument
-        if declared.instrument is not None:
-            instrument = dataclasses.replace(instrument_named(declared.instrument), part=instrument.part)
-        own = dataclasses.replace(without(declared, anywhere - names), instrument=None)
-        readings.append(read_signals(named.table, own, findings, instrument))
+        own = without(declared, anywhere - names)
+        readings.append(read_signals(named.table, own, findings, named.instrument))
     return combine(readings)
 
 

@@ -15,13 +15,11 @@ import numpy as np
 from data_schema.vocabulary import CHANNELS, GapKind
 from ingest.channels.columns import ColumnPlan
 from ingest.channels.names import channel_kind, fitting_unit, is_cop, plate_of, unit_flags
+from ingest.channels.plate_load import LOADED_N, MOST_N, find_load
 from ingest.findings import NOTE, ROW, FindingCollector
 from ingest.model import BoolArray, ChannelData, FloatArray, Gap, IntArray
 from ingest.spool import release, row_blocks
 from ingest.tables.table import Block
-
-LOADED_N = 20.0
-"""A plate with less on it is unloaded: its centre of pressure, a quotient, means nothing and may be of any size."""
 
 LIMITS_BY_CHANNEL: Mapping[str, tuple[float, float]] = {
     "body_height": (-2.0, 20.0),
@@ -39,7 +37,7 @@ LIMITS_BY_CHANNEL: Mapping[str, tuple[float, float]] = {
 LIMITS_BY_UNIT: Mapping[str | None, tuple[float, float]] = {
     "m": (-1e3, 1e3),
     "m/s": (-1e3, 1e3),
-    "N": (-1e5, 1e5),
+    "N": (-MOST_N, MOST_N),
     "N*m": (-1e5, 1e5),
     "V": (-1e3, 1e3),
     "A": (-1e4, 1e4),
@@ -75,8 +73,9 @@ def out_of_range(
         for piece in row_blocks(stored):
             bad[piece] = _impossible(stored[piece], low, high)
         if is_cop(plan.channel):
-            force = forces.get(plate_of(plan.channel))
-            bad &= False if force is None else np.abs(values[force]) > LOADED_N
+            force = values.get(forces.get(plate_of(plan.channel), -1))
+            load = find_load(force) if force is not None and bad.any() else None
+            bad &= False if force is None or load is None else load.of(force) > LOADED_N
         if bad.any():
             rows = np.flatnonzero(bad)
             unit = f" {plan.unit}" if plan.unit else ""

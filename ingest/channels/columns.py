@@ -62,6 +62,7 @@ class ColumnPlan:
     offset: float
     sign: int
     assumed: tuple[str, ...]
+    declared_sign: int | None = None
     calibrations: tuple[Calibration, ...] = ()
     calibrated_unit: str | None = None
 
@@ -96,7 +97,7 @@ class _Column:
     channel: str | None
     unit: str | None
     raw_unit: str | None
-    sign: int
+    declared_sign: int | None
     kind: CellKind
     declared_time: bool
     calibrations: tuple[Calibration, ...]
@@ -166,7 +167,7 @@ def _column(
     unit = unit or row_unit or UNIT_OF_NAME.get(squash(base))
     own = table.channels[position] if table.channels else None
     channel = own or (TIME if squash(base) in TIME_NAMES else channel_of(base, unit))
-    sign, calibrations = 1, tuple[Calibration, ...]()
+    sign, calibrations = None, tuple[Calibration, ...]()
     own, declared_unit = unit, None
     if declaration is not None:
         declared_unit = normal_unit(declaration.unit) if declaration.unit else None
@@ -314,7 +315,7 @@ def _channel_plan(column: _Column, convention: Convention, findings: FindingColl
             column=column.name,
         )
         name = clean_name(column.base) or f"column_{column.position + 1}"
-        return ColumnPlan(column.position, column.name, name, "counts", unit, 1.0, 0.0, column.sign, ())
+        return ColumnPlan(column.position, column.name, name, "counts", unit, 1.0, 0.0, 1, ())
     scale, offset = factor(column.name, unit or stored, stored, findings)
     return ColumnPlan(
         column.position,
@@ -324,8 +325,9 @@ def _channel_plan(column: _Column, convention: Convention, findings: FindingColl
         column.raw_unit if column.calibrations else unit,
         scale,
         offset,
-        column.sign,
+        column.declared_sign or 1,
         assumed,
+        column.declared_sign,
         column.calibrations,
         unit,
     )
@@ -349,8 +351,9 @@ def _unknown(column: _Column, findings: FindingCollector) -> ColumnPlan:
         column.raw_unit,
         1.0,
         0.0,
-        column.sign,
+        column.declared_sign or 1,
         (),
+        column.declared_sign,
         column.calibrations,
         column.unit,
     )

@@ -9,16 +9,18 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import itertools
 import re
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from data_schema.errors import unknown_name
-from ingest.channels.checks import LOADED_N
 from ingest.channels.columns import ColumnPlan
 from ingest.channels.names import channel_kind, plate_of
+from ingest.channels.plate_load import LOADED_N, MOST_N, Load, find_load
 from ingest.findings import FILE, NOTE, FindingCollector
+from ingest.instruments import Instrument
 from ingest.model import BoolArray, FloatArray
 from ingest.spool import by_blocks
 
@@ -33,93 +35,99 @@ AXES: Mapping[str, Axes] = {
 """The frames of force data by the direction of their vertical axis; x stays where it is."""
 
 _VECTOR = re.compile(r"(force|moment|free_moment|cop)_([xyz])((?:_\d+)?)")
-
-
-def turn_axes(
-    plans: Sequence[ColumnPlan], stored: dict[int, FloatArray], frame: str, reason: str
-) -> tuple[ColumnPlan, ...]:
-    """Return the plans with forces, moments and centres of pressure named by the stored axes.
-
-    `frame` is a key of `AXES`. Components whose sign changes are turned round in `stored` (by position); `reason` is
-    noted with every component that is renamed or turned round. Raises `UsageError` for a frame that is not known.
-    """
-    if frame not in AXES:
-        raise unknown_name("frame of forces", frame, AXES)
-    axes = AXES[frame]
-    turned = []
-    for plan in plans:
-        vector = _VECTOR.fullmatch(plan.channel)
-        axis, sign = axes[vector[2]] if vector else ("", 1)
-        if vector is None or (axis == vector[2] and sign == 1):
-            turned.append(plan)
-            continue
-        if sign == -1:
-            stored[plan.position] = 0.0 - stored[plan.position]
-        channel = f"{vector[1]}_{axis}{vector[3]}"
-        turned.append(
-            dataclasses.replace(plan, channel=channel, sign=plan.sign * sign, assumed=(*plan.assumed, reason))
-        )
-    return tuple(turned)
-
-
 FARTHEST_COP_M = 2.0
 COP_AGREES = 0.15
 MOST_DRIFT_N = 5.0
 
-_KINDS = tuple(f"{quantity}_{axis}" for quantity in ("force", "moment", "free_moment", "cop") for axis in "xyz")
-
-Z_UP_REACTION: Mapping[str, int] = dict.fromkeys(_KINDS, 1)
-"""What is stored already: the reaction on the robot with z up."""
-
-ACTION: Mapping[str, int] = {kind: 1 if kind.startswith("cop") else -1 for kind in _KINDS}
-"""From the force on a plate to the reaction on the robot, the axes as they are."""
-
-Z_DOWN_ACTION: Mapping[str, int] = {kind: sign * AXES["z down"][kind[-1]][1] for kind, sign in ACTION.items()}
-"""From the force on a plate with z down to the reaction on the robot with z up."""
-
 
 def orient(
-    plans: Sequence[ColumnPlan],
-    stored: dict[int, FloatArray],
-    axes: Mapping[str, int],
-    maker: str,
-    findings: FindingCollector,
+    plans: Sequence[ColumnPlan], stored: dict[int, FloatArray], instrument: Instrument, findings: FindingCollector
 ) -> tuple[ColumnPlan, ...]:
-    """Return the plans with their final signs, and apply these to `stored` (by position, signs declared applied).
+    """Return the plans with the stored axes and their final signs, and apply these to `stored` (by position).
 
-    `axes` are the maker's signs. A plate whose load comes out negative records its forces with the opposite sign in the
-    same frame, reaction for action or the other way round: all are turned round, which is noted.
+    A sign that is declared of a column stands; it is applied already. All others follow the one sign of the instrument:
+    that declared of a vertical force, of the same plate first; else that of an instrument which is declared, or whose
+    axes are; else that by which the largest load on any plate is upward; else the maker's. Raises `UsageError` for a
+    frame that is not known.
     """
-    oriented = list(plans)
-    for plate in sorted({plate_of(plan.channel) for plan in plans if _is_plate(plan)}):
-        members = [index for index, plan in enumerate(oriented) if _is_plate(plan) and plate_of(plan.channel) == plate]
-        force = next((oriented[index] for index in members if channel_kind(oriented[index].channel) == "force_z"), None)
-        signs = axes
-        reason = f"axes: {maker}" if axes else ""
-        if force is not None and _loaded_median(stored[force.position]) * axes.get("force_z", 1) < -LOADED_N:
-            signs = {kind: sign * axes.get(kind, 1) for kind, sign in ACTION.items()}
-            reason = f"sign: the load was negative, so the sign is the opposite of {maker or 'a reaction'}"
-            message = "The load on the plate is negative: all its forces and moments are stored with the opposite sign."
-            findings.add(NOTE, "force_sign_flipped", message, column=force.source_name)
-        for index in members:
-            plan = oriented[index]
-            sign = signs.get(channel_kind(plan.channel) or "", 1)
-            if sign == -1:
-                stored[plan.position] = by_blocks(stored[plan.position], np.negative)
-            assumed = (*plan.assumed, reason) if reason else plan.assumed
-            oriented[index] = dataclasses.replace(plan, sign=plan.sign * sign, assumed=assumed)
+    if instrument.frame not in AXES:
+        raise unknown_name("frame of forces", instrument.frame, AXES)
+    axes, maker = AXES[instrument.frame], instrument.convention.maker
+    upright, upward = next((axis, turn) for axis, (stored_as, turn) in axes.items() if stored_as == "z")
+    vertical = [plan for plan in plans if channel_kind(plan.channel) == f"force_{upright}"]
+    of_plate = {plate_of(plan.channel): upward * plan.declared_sign for plan in vertical if plan.declared_sign}
+    loads = [(load, plan) for plan in vertical if (load := find_load(stored[plan.position])) is not None]
+    seen = max(loads, key=lambda found: found[0].largest_n, default=None)
+    usual = -1 if instrument.action else 1
+    sign = next(iter(of_plate.values()), usual)
+    source = "declared" if instrument.declared else maker
+    reason = f"{instrument.frame}{', force on the plate' if instrument.action else ''}: {source}" if source else ""
+    is_declared = bool(of_plate) or instrument.declared
+    if seen is not None and not is_declared and upward * seen[0].sign != usual:
+        sign, reason = -usual, f"sign: the opposite of {maker or 'a reaction'}, by the load"
+    oriented = [_turned(plan, axes, of_plate.get(plate_of(plan.channel), sign), reason) for plan in plans]
+    turns = {after.position: before.sign * after.sign for before, after in zip(plans, oriented, strict=True)}
+    for position, turn in turns.items():
+        if turn == -1:
+            stored[position] = by_blocks(stored[position], lambda block: 0.0 - block)
+    if not is_declared:
+        _note_inferred(oriented, seen, sign != usual, instrument, findings)
+    for load, plan in loads:
+        if load.sign * turns[plan.position] == -1:
+            message = (
+                f"The load goes down from the unloaded level of {load.unloaded_n:.3g} N: stored so, by the sign that "
+                f"{'is declared' if is_declared else 'the plate with the largest load has'}; is it the opposite?"
+            )
+            findings.add(NOTE, "force_sign_contradicts", message, column=plan.source_name)
     return tuple(oriented)
 
 
-def note_assumed_signs(plans: Sequence[ColumnPlan], findings: FindingCollector) -> None:
-    """Note the signs assumed of forces whose instrument neither the layout of the file nor a declaration fixes."""
-    named = [plan.source_name for plan in plans if _is_plate(plan) and plan.sign == 1]
-    if named:
+def _turned(plan: ColumnPlan, axes: Axes, sign: int, reason: str) -> ColumnPlan:
+    """Return the plan of a component with the stored axis, and the sign of its instrument unless one is declared."""
+    vector = _VECTOR.fullmatch(plan.channel)
+    if vector is None:
+        return plan
+    axis, turn = axes[vector[2]]
+    channel = f"{vector[1]}_{axis}{vector[3]}"
+    if plan.declared_sign is not None:
+        return dataclasses.replace(plan, channel=channel)
+    turn *= 1 if vector[1] == "cop" else sign
+    assumed = (*plan.assumed, reason) if reason else plan.assumed
+    return dataclasses.replace(plan, channel=channel, sign=plan.sign * turn, assumed=assumed)
+
+
+def _note_inferred(
+    plans: Sequence[ColumnPlan],
+    seen: tuple[Load, ColumnPlan] | None,
+    is_opposite: bool,
+    instrument: Instrument,
+    findings: FindingCollector,
+) -> None:
+    """Note by what the sign of an instrument was chosen that nobody declared, unless the file and its load prove it."""
+    if is_opposite and seen is not None:
         message = (
-            "Nothing tells whose axes these are: stored as written, as the reaction on the robot with z up; if they "
-            "are the force on the plate with z down, say `--instrument action_z_down`, or the maker's name."
+            f"From the unloaded level of {seen[0].unloaded_n:.3g} N the load goes down: all forces and moments are "
+            "stored with the opposite sign; `--instrument reaction_z_up` leaves them as written."
         )
-        findings.add(NOTE, "force_sign_assumed", message, count=len(named), value=", ".join(named))
+        findings.add(NOTE, "force_sign_flipped", message, column=seen[1].source_name)
+        return
+    of_plates = {plan.source_name: channel_kind(plan.channel) for plan in plans if _is_plate(plan)}
+    open_ = [name for name, kind in of_plates.items() if seen is None or kind != "force_z"]
+    unseen = "No load comes and goes that shows the sign of the forces"
+    if open_ and not instrument.evidence:
+        message = (
+            f"{'Nothing' if seen is not None else f'{unseen}, and nothing'} tells whose axes these are: stored as "
+            "written, as the reaction on the robot with z up; if they are the force on the plate with z down, say "
+            "`--instrument action_z_down`, or the maker's name."
+        )
+    elif seen is None and "force_z" in of_plates.values():
+        message = (
+            f"{unseen}: it is that of {instrument.convention.maker}; if it is the opposite, say `sign = -1` of the "
+            "vertical force in a [profiles.NAME] table of labbook.toml."
+        )
+    else:
+        return
+    findings.add(NOTE, "force_sign_assumed", message, count=len(open_), value=", ".join(open_))
 
 
 def check_plates(
@@ -140,14 +148,20 @@ def check_plates(
         if _is_y_up(values, force_column, findings):
             continue
         _check_axes(values, force_column, findings)
-        _check_drift(values["force_z"], force_column, findings)
-        loaded = np.abs(values["force_z"]) > LOADED_N
+        force = values["force_z"]
+        load = find_load(force)
+        _check_drift(force, load, force_column, findings)
+        # Where no load is seen a quotient of what is there still shows its unit, unless it is of small numbers.
+        loaded = np.abs(force) > LOADED_N if load is None else load.of(force) > LOADED_N
         if np.count_nonzero(loaded) < 10:
             continue
         for cop, moment, sign in (("cop_x", "moment_y", -1.0), ("cop_y", "moment_x", 1.0)):
             if moment not in values:
                 continue
-            expected = sign * values[moment][loaded] / values["force_z"][loaded]
+            unloaded = values[moment][~loaded & np.isfinite(values[moment])]
+            moment_zero = 0.0 if load is None or not unloaded.size else float(np.median(unloaded))
+            force_zero = 0.0 if load is None else load.unloaded_n
+            expected = sign * (values[moment][loaded] - moment_zero) / (force[loaded] - force_zero)
             if np.nanmedian(np.abs(expected)) > FARTHEST_COP_M:
                 message = (
                     f"Moment over force puts the centre of pressure {np.nanmedian(np.abs(expected)):.3g} m away: N*mm?"
@@ -170,7 +184,8 @@ def _fit_cop(
         return plan
     ratio = float(np.nanmedian(stored[plan.position][loaded][far] / expected[far]))
     own_unit = any(sentence.startswith("unit ") for sentence in plan.assumed)
-    for scale, sign in ((1.0, 1), (1.0, -1), (1e-3, 1), (1e-3, -1)):
+    signs = (1, -1) if plan.declared_sign is None else (1,)
+    for scale, sign in itertools.product((1.0, 1e-3), signs):
         agrees = abs(ratio * scale * sign - 1) < COP_AGREES
         if agrees and (scale, sign) == (1.0, 1):
             return plan
@@ -193,23 +208,19 @@ def _fit_cop(
 
 
 def _is_plate(plan: ColumnPlan) -> bool:
-    return channel_kind(plan.channel) in Z_DOWN_ACTION
+    return _VECTOR.fullmatch(plan.channel) is not None
 
 
-def _loaded_median(force: FloatArray) -> float:
-    """Return the median of the hundredth of samples with the largest force, at least ten: stance, if there was any."""
-    force = force[np.isfinite(force)]
-    count = min(len(force), max(10, len(force) // 100))
-    if count == 0:
-        return 0.0
-    largest = np.argpartition(np.abs(force), len(force) - count)[len(force) - count :]
-    return float(np.median(force[largest]))
+def _range_n(force: FloatArray) -> float:
+    """Return how much a force changes, its largest and smallest half per cent of samples left out."""
+    force = force[np.abs(force) < MOST_N]
+    return float(np.ptp(np.percentile(force, (0.5, 99.5)))) if force.size else 0.0
 
 
 def _check_axes(values: Mapping[str | None, FloatArray], column: str, findings: FindingCollector) -> None:
-    vertical = abs(_loaded_median(values["force_z"]))
+    vertical = _range_n(values["force_z"])
     for axis in ("force_x", "force_y"):
-        sideways = abs(_loaded_median(values[axis])) if axis in values else 0.0
+        sideways = _range_n(values[axis]) if axis in values else 0.0
         if sideways > LOADED_N and sideways > 1.5 * vertical:
             message = f"{axis} carries more load than force_z: are the columns swapped?"
             findings.add(NOTE, "force_axes_suspect", message, column=column)
@@ -220,8 +231,7 @@ def _is_y_up(values: Mapping[str | None, FloatArray], column: str, findings: Fin
     if not {"force_y", "cop_y", "cop_z"} <= values.keys():
         return False
     in_plane = np.ptp(values["cop_y"]) == 0 and np.ptp(values["cop_z"]) > 0
-    load, beside = abs(_loaded_median(values["force_y"])), abs(_loaded_median(values["force_z"]))
-    if not in_plane or load < LOADED_N or load < beside:
+    if not in_plane or _range_n(values["force_y"]) < max(LOADED_N, _range_n(values["force_z"])):
         return False
     message = (
         "The load is along y and the points of application lie in one plane across it, so y points up, not z: "
@@ -231,13 +241,14 @@ def _is_y_up(values: Mapping[str | None, FloatArray], column: str, findings: Fin
     return True
 
 
-def _check_drift(force: FloatArray, column: str, findings: FindingCollector) -> None:
+def _check_drift(force: FloatArray, load: Load | None, column: str, findings: FindingCollector) -> None:
     count = min(200, len(force) // 4)
     if count < 20:
         return
     first, last = force[:count], force[-count:]
-    unloaded = max(np.abs(first).max(), np.abs(last).max()) < 2 * LOADED_N
+    ends = np.concatenate([first, last])
+    is_quiet = np.ptp(ends) < 2 * LOADED_N and (load is None or bool((load.of(ends) < LOADED_N).all()))
     shift = np.mean(last) - np.mean(first)
-    if unloaded and abs(shift) > MOST_DRIFT_N:
-        message = f"The force of the unloaded plate moves by {shift:.3g} N from start to end: drift."
+    if is_quiet and abs(shift) > MOST_DRIFT_N:
+        message = f"The force of the plate at rest moves by {shift:.3g} N from start to end: drift."
         findings.add(NOTE, "force_zero_drift", message, column=column)

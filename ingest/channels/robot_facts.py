@@ -13,6 +13,7 @@ import numpy as np
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from ingest.channels.columns import ColumnPlan
 from ingest.channels.names import channel_kind, fitting_unit, in_unit, unit_flags
+from ingest.channels.plate_load import find_load
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import BoolArray, Declarations, FloatArray, RobotFacts
 
@@ -30,7 +31,7 @@ HEIGHT_DOUBTFUL = "height_doubtful"
 _FEWEST_HOPS = 3
 _MOST_ROWS = 1 << 20
 """Hops are looked for in the beginning of a long recording."""
-_LOW, _HIGH, _AIRBORNE = 0.3, 0.6, 0.1
+_LOW, _HIGH = 0.3, 0.6
 _ABOVE_NOISE = 8.0
 
 
@@ -152,27 +153,19 @@ def _unit_advice(plan: ColumnPlan, low: float, high: float, reach: float) -> str
 
 
 def _carried_n(force: FloatArray) -> float | None:
-    """Return the mean force over whole hops, above that of the flights; None where no hops are seen."""
-    finite = force[np.isfinite(force)]
-    if not finite.size:
+    """Return the mean load over whole hops, as if the force were vertical; None where no hops are seen."""
+    load = find_load(force, least_n=0.0)
+    if load is None:
         return None
-    if abs(finite.min()) > abs(finite.max()):
-        finite = -finite
-    hops = _hops(finite)
-    if hops is None:
-        return None
-    first, last, low, high = hops
-    cycles = finite[first:last]
-    airborne = cycles < low + _AIRBORNE * (high - low)
-    if np.count_nonzero(airborne) < _AIRBORNE * len(cycles):
-        return None
-    return float(cycles.mean() - np.median(cycles[airborne]))
+    load_n = load.of(force[np.isfinite(force)])
+    hops = _hops(load_n)
+    return None if hops is None else float(load_n[hops].mean())
 
 
-def _hops(values: FloatArray) -> tuple[int, int, float, float] | None:
-    """Return the first and last rise of values that go up and down, and their levels; None where they do not.
+def _hops(values: FloatArray) -> slice | None:
+    """Return the samples from the first to the last rise of values that go up and down; None where they do not.
 
-    The levels are far apart for the noise, which is the usual step from sample to sample.
+    The levels between which they go are far apart for the noise, which is the usual step from sample to sample.
     """
     if len(values) < 100:
         return None
@@ -183,4 +176,4 @@ def _hops(values: FloatArray) -> tuple[int, int, float, float] | None:
     above, below = values > low + _HIGH * (high - low), values < low + _LOW * (high - low)
     clear = np.flatnonzero(above | below)
     rises = clear[1:][above[clear][1:] & below[clear][:-1]]
-    return (int(rises[0]), int(rises[-1]), low, high) if len(rises) > _FEWEST_HOPS else None
+    return slice(rises[0], rises[-1]) if len(rises) > _FEWEST_HOPS else None

@@ -168,7 +168,7 @@ class ProfileColumn:
 
     channel: str | None
     unit: str | None
-    sign: int
+    sign: int | None
     calibrations: tuple[Calibration, ...] = ()
 
 

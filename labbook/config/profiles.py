@@ -100,8 +100,8 @@ def _words(table: TableReader) -> dict[str, str | None]:
 
 
 def _column(table: TableReader, in_force: bool) -> ProfileColumn:
-    sign = table.number("sign", 1.0)
-    if abs(sign) != 1.0:
+    sign = table.optional_number("sign")
+    if sign is not None and abs(sign) != 1.0:
         table.fault("sign", f"{sign:g} is no sign: write 1, or -1 to turn the column round.")
     channel, unit = table.optional_text("channel"), table.optional_text("unit")
     key = "channel"
@@ -117,7 +117,7 @@ def _column(table: TableReader, in_force: bool) -> ProfileColumn:
     if calibrations and unit is None:
         table.fault("unit", "is missing: give the unit of the calibrated value.")
     table.finish()
-    return ProfileColumn(channel, unit, -1 if sign < 0 else 1, calibrations)
+    return ProfileColumn(channel, unit, None if sign is None else -1 if sign < 0 else 1, calibrations)
 
 
 def _text(table: TableReader, key: str) -> str | None:

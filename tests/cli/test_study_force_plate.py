@@ -90,6 +90,32 @@ def test_contact_and_jumps_of_the_plate_are_compared_with_what_the_simulator_pre
     }
 
 
+def _outcomes(folder: Path, offset_n: float) -> dict[str, list[float]]:
+    """Make a book of runs whose vertical forces all have an offset; each outcome's means and their difference."""
+    runs = []
+    for run in plate_campaign(1, days=2, hops=8):
+        if run.plate is not None and run.gain in (300, 500):
+            force_n = run.plate.force_n + np.array([0.0, 0.0, offset_n])
+            runs.append(replace(run, plate=replace(run.plate, force_n=force_n)))
+    book = make_plate_book(folder / f"{offset_n:g}", runs, lambda _what: None, lambda _line: None)
+    found = {}
+    for quantity in ("contact_time", "impulse_height", "peak_force"):
+        words = ("--quantity", quantity, "--by", "k_gain", "--control", "300", "--json")
+        (compared,) = good(labbook("stats", "compare", *words, at=book)).json["comparisons"]
+        found[quantity] = [compared["mean_a"], compared["mean_b"], compared["difference"]]
+    return found
+
+
+def test_outcomes_of_the_plate_do_not_depend_on_its_zero(tmp_path: Path) -> None:
+    """45 N less turned the sign: contact time's difference of -27.7 ms became +68.9 ms, 61 mm of height .45 mm."""
+    right = _outcomes(tmp_path, 0.0)
+    assert right["contact_time"][2] < -0.02
+    assert right["impulse_height"][2] > 0.04
+    for offset_n in (-150.0, -45.0, -30.0, 150.0):
+        for quantity, numbers in _outcomes(tmp_path, offset_n).items():
+            assert numbers == pytest.approx(right[quantity], rel=1e-3), (offset_n, quantity)
+
+
 @pytest.mark.soak
 def test_intervals_of_slopes_cover_where_recharges_scatter() -> None:
     """The count lies in the 99.9 % binomial band."""

@@ -36,10 +36,11 @@ def robot_log(n: int = 600, rate_hz: float = 300.0, seed: int = 1) -> bytes:
 def bertec_acquire(
     n: int = 2000, plates: int = 1, load_n: float = 60.0, step_ms: float = 1.00002, seed: int = 2
 ) -> bytes:
-    """A Bertec Acquire export: a hop of `load_n` newtons on each plate, then unloaded noise."""
+    """A Bertec Acquire export: hops of `load_n` newtons, half more at touchdown, and unloaded noise on each plate."""
     noise = np.random.default_rng(seed)
     names = ["Seq", "Timestamp", "Sync", "Aux"] + ["Fx", "Fy", "Fz", "Mx", "My", "Mz", "COPx", "COPy"] * plates
-    stance = np.where(np.arange(n) % 1000 < 400, load_n, 0.0)
+    phase = np.arange(n) % 1000
+    stance = np.where(phase < 400, load_n * (1 + np.maximum(0.5 - phase / 100, 0.0)), 0.0)
     columns: list[np.ndarray] = [np.arange(n), np.arange(n) * step_ms, np.zeros(n), np.zeros(n)]
     for _ in range(plates):
         fz = stance + noise.normal(0, 1.0, n)

@@ -1,6 +1,6 @@
 """Synthetic exports of force plates for tests, written in code: none of these bytes were recorded by a plate.
 
-Every file holds the same hops on one plate or two: 0.4 s of stance under 60 N, with the centre of pressure at
+Every file holds the same hops on one plate or two: 0.4 s of stance under up to 60 N, with the centre of pressure at
 x = 0.1 m, y = 0.05 m of the stored frame (z up), then 0.6 s of flight. Layouts follow what the programs are known to
 write.
 """
@@ -19,9 +19,9 @@ SIDEWAYS_N = (6.0, -3.0)
 
 
 def hops(n: int, rate_hz: float, load_n: float = LOAD_N) -> np.ndarray:
-    """Vertical force of the hops, shape (n,), newtons: a ripple on the load, so that no plate seems dead."""
-    stance = np.arange(n) % round(rate_hz) < 0.4 * rate_hz
-    return np.where(stance, load_n + 0.25 * np.sin(np.arange(n)), 0.0)
+    """Vertical force of the hops, shape (n,), newtons: half a sine up to `load_n`, with a ripple."""
+    phase = np.arange(n) % round(rate_hz) / (0.4 * rate_hz)
+    return np.where(phase < 1, load_n * np.sin(np.pi * (0.9 * phase + 0.05)) + 0.25 * np.sin(np.arange(n)), 0.0)
 
 
 def plate(fz: np.ndarray) -> dict[str, np.ndarray]:

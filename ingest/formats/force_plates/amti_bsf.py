@@ -11,7 +11,6 @@ import struct
 import numpy as np
 
 from ingest.channels.columns import Convention
-from ingest.channels.forces import Z_DOWN_ACTION
 from ingest.findings import FILE, FindingCollector
 from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
 from ingest.instruments import Instrument
@@ -26,7 +25,7 @@ _TRIAL_LENGTH_S, _RATE_HZ, _CHANNELS = 164, 212, 32
 
 _SIZES = range(900, 4097)
 _COMPONENTS = tuple(f"{quantity}_{axis}" for quantity in ("force", "moment") for axis in "xyz")
-_INSTRUMENT = Instrument("force", Convention("AMTI", {}), Z_DOWN_ACTION, evidence="AMTI")
+_INSTRUMENT = Instrument("force", Convention("AMTI", {}), "z down", action=True, evidence="AMTI")
 
 
 def _recognise(head: Head) -> Recognition | None:
@@ -91,4 +90,4 @@ def _size_differs(there: int, row: int, length_s: float, rate_hz: int) -> str:
     return f"its header says {samples} samples ({length_s:g} s at {rate_hz} Hz) and it holds {there / row:.6g}"
 
 
-FORMAT = Format("amti_bsf", 2, _recognise, _read, clue=Clue(binary=True))
+FORMAT = Format("amti_bsf", 3, _recognise, _read, clue=Clue(binary=True))

@@ -12,9 +12,8 @@ import re
 
 import numpy as np
 
-from ingest.channels.checks import LOADED_N
 from ingest.channels.columns import Convention
-from ingest.channels.forces import Z_UP_REACTION
+from ingest.channels.plate_load import LOADED_N
 from ingest.findings import FILE, FindingCollector
 from ingest.formats.fixed_table import (
     MILLIMETRE_UNITS,
@@ -32,7 +31,7 @@ from ingest.model import Reading
 from ingest.signals import read_signals
 from ingest.tables.table import Block, CellKind, Preamble, Wanted
 
-_CORTEX = Instrument("force", Convention("Motion Analysis Cortex", MILLIMETRE_UNITS), Z_UP_REACTION, evidence="Cortex")
+_CORTEX = Instrument("force", Convention("Motion Analysis Cortex", MILLIMETRE_UNITS), evidence="Cortex")
 _ENTRY = re.compile(r"\s*(\w+)\s*=\s*(\S.*?)\s*")
 _COLUMN = re.compile(r"(F?[XYZ]|MZ)(\d+)")
 _PER_PLATE = 7
@@ -88,11 +87,12 @@ def _frame(block: Block, plates: int, findings: FindingCollector) -> str:
         return "z up"
     columns = [block.numbers[position] for position in range(1, 1 + _PER_PLATE * plates)]
     values = np.stack(columns, axis=1).reshape(-1, plates, _PER_PLATE)
-    load = np.abs(values[:, :, :3]).max(axis=(0, 1))
+    load = np.ptp(values[:, :, :3], axis=0).max(axis=0)
     flat = [axis for axis in range(3) if not values[:, :, 3 + axis].any()]
     loaded = int(load.argmax())
-    if load[loaded] > LOADED_N and loaded in flat and loaded != 0:
-        return "y up" if loaded == 1 else "z up"
+    upright = [axis for axis in flat if axis != 0 and (axis == loaded or load[loaded] < LOADED_N)]
+    if len(upright) == 1:
+        return "y up" if upright == [1] else "z up"
     seen = "".join("xyz"[axis] for axis in flat) or "none"
     message = (
         f"Points of application are zero on axis {seen} and the largest force is on {'xyz'[loaded]}: "
@@ -102,4 +102,4 @@ def _frame(block: Block, plates: int, findings: FindingCollector) -> str:
     return "z up"
 
 
-FORMAT = Format("cortex_forces", 2, _recognise, _read, clue=Clue(says=(b"[force data]",)))
+FORMAT = Format("cortex_forces", 3, _recognise, _read, clue=Clue(says=(b"[force data]",)))

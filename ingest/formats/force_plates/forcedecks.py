@@ -8,7 +8,6 @@ from __future__ import annotations
 import re
 
 from ingest.channels.columns import Convention
-from ingest.channels.forces import Z_UP_REACTION
 from ingest.channels.names import squash
 from ingest.findings import NOTE, FindingCollector
 from ingest.formats.fixed_table import FixedHeader, positive, read_fixed, refuse_layout
@@ -18,9 +17,7 @@ from ingest.model import Reading
 from ingest.tables.table import Preamble
 from ingest.text.cells import split_cells
 
-_FORCEDECKS = Instrument(
-    "force", Convention("VALD ForceDecks", {"force_z": "N"}, "s"), Z_UP_REACTION, evidence="ForceDecks"
-)
+_FORCEDECKS = Instrument("force", Convention("VALD ForceDecks", {"force_z": "N"}, "s"), evidence="ForceDecks")
 _TITLE = re.compile(r"ForceDecks Raw Data Export\s*,\s*(\d+)")
 _VERSIONS = ("1", "2")
 _CHANNELS = {"time": "time", "left": "force_z", "zleft": "force_z", "right": "force_z_2", "zright": "force_z_2"}
@@ -57,4 +54,4 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     return read_fixed(source, header, head.declared, findings, _FORCEDECKS)
 
 
-FORMAT = Format("forcedecks", 2, _recognise, _read, clue=Clue(says=(b"forcedecks raw data export",)))
+FORMAT = Format("forcedecks", 3, _recognise, _read, clue=Clue(says=(b"forcedecks raw data export",)))

@@ -11,7 +11,6 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 
 from ingest.channels.columns import Convention
-from ingest.channels.forces import Z_UP_REACTION
 from ingest.channels.names import parse_header, squash
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.fixed_table import FixedHeader, number, plate_channel, positive, read_fixed, refuse_layout
@@ -22,7 +21,7 @@ from ingest.signals import read_signals
 from ingest.tables.table import Preamble
 from ingest.tables.text_table import text_table
 
-_BIOWARE = Instrument("force", Convention("Kistler BioWare", {}, "s"), Z_UP_REACTION, evidence="BioWare")
+_BIOWARE = Instrument("force", Convention("Kistler BioWare", {}, "s"), evidence="BioWare")
 _VERSION = re.compile(r"BioWare\b(?:.*?Version\s+(\d+)\.)?")
 _VERSIONS = ("5",)
 _MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
@@ -133,5 +132,5 @@ def _read_channels(head: Head, findings: FindingCollector) -> Reading:
     return read_signals(table, head.declared, findings, Instrument())
 
 
-FORMAT = Format("bioware", 2, _recognise, _read, clue=Clue(says=(b"bioware",)))
+FORMAT = Format("bioware", 3, _recognise, _read, clue=Clue(says=(b"bioware",)))
 CHANNELS_FORMAT = Format("kistler_channels", 2, _recognise_channels, _read_channels, clue=Clue(says=(b"channel",)))

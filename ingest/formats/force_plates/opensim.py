@@ -10,7 +10,6 @@ from __future__ import annotations
 import re
 
 from ingest.channels.columns import Convention
-from ingest.channels.forces import Z_UP_REACTION
 from ingest.findings import FindingCollector
 from ingest.formats.fixed_table import (
     FixedHeader,
@@ -24,9 +23,7 @@ from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
 from ingest.instruments import PLATE_UNITS, Instrument
 from ingest.model import Reading
 
-_GROUND_FORCES = Instrument(
-    "force", Convention("OpenSim", PLATE_UNITS, "s"), Z_UP_REACTION, evidence="OpenSim", frame="y up"
-)
+_GROUND_FORCES = Instrument("force", Convention("OpenSim", PLATE_UNITS, "s"), evidence="OpenSim", frame="y up")
 _MOTION = Instrument("log", Convention("OpenSim", {}, "s"))
 _ROWS = re.compile(r"\s*(?:nRows|datarows)\s*[= \t]\s*(\d+)\s*")
 _VERSION = re.compile(r"\s*version\s*=\s*(\S+)\s*")
@@ -78,4 +75,4 @@ def _channels(names: list[str]) -> list[str | None]:
     return channels
 
 
-FORMAT = Format("opensim", 2, _recognise, _read, clue=Clue(says=(b"endheader",)))
+FORMAT = Format("opensim", 3, _recognise, _read, clue=Clue(says=(b"endheader",)))

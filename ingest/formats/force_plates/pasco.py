@@ -13,7 +13,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from ingest.channels.columns import Convention
-from ingest.channels.forces import Z_UP_REACTION
 from ingest.channels.names import clean_name, parse_header, squash
 from ingest.findings import FindingCollector
 from ingest.formats.fixed_table import FixedHeader, fixed_table
@@ -69,9 +68,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
         columns = [position for position, name in enumerate(runs) if name == run]
         part = _run_table(table, block, columns, first)
         readings.append(
-            read_signals(
-                part, head.declared, findings, Instrument(clean_name(run), _PASCO, Z_UP_REACTION, evidence="PASCO")
-            )
+            read_signals(part, head.declared, findings, Instrument(clean_name(run), _PASCO, evidence="PASCO"))
         )
         block = dataclasses.replace(block, rows_rejected=0)  # a rejected line is counted once
     return combine(readings)
@@ -106,4 +103,4 @@ def _run_table(table: Table, block: Block, columns: Sequence[int], first: Sequen
     )
 
 
-FORMAT = Format("pasco", 2, _recognise, _read, clue=Clue(says=(b"run #",)))
+FORMAT = Format("pasco", 3, _recognise, _read, clue=Clue(says=(b"run #",)))

@@ -13,7 +13,6 @@ from collections.abc import Mapping
 import numpy as np
 
 from ingest.channels.columns import Convention
-from ingest.channels.forces import Z_DOWN_ACTION, Z_UP_REACTION
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.fixed_table import FixedHeader, number, positive, read_fixed, refuse_layout
 from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
@@ -22,7 +21,7 @@ from ingest.model import Reading
 from ingest.tables.table import Preamble
 
 _UNITS = {kind: "mm" if unit == "m" else unit for kind, unit in PLATE_UNITS.items()}
-_QUALISYS = Instrument("force", Convention("Qualisys QTM", _UNITS, "s"), Z_UP_REACTION, evidence="QTM")
+_QUALISYS = Instrument("force", Convention("Qualisys QTM", _UNITS, "s"), evidence="QTM")
 _ENTRY = re.compile(r"([A-Z][A-Z_]+)\t(.*)")
 _COMPONENTS = tuple(f"{quantity}_{axis}" for quantity in ("force", "moment", "cop") for axis in "xyz")
 _COUNTERS = ("sequence", "time")
@@ -67,8 +66,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
         preamble=Preamble(rate, _start(entries.get("TIME_STAMP"))),
     )
     frame = head.declared.axes or _frame(entries, findings)
-    own = {"axes": Z_DOWN_ACTION} if frame == "z down" else {"frame": frame}
-    instrument = dataclasses.replace(_QUALISYS, **own)
+    instrument = dataclasses.replace(_QUALISYS, frame=frame, action=frame == "z down")
     return read_fixed(source, header, head.declared, findings, instrument, samples)
 
 
@@ -100,4 +98,4 @@ def _frame(entries: Mapping[str, str], findings: FindingCollector) -> str:
     return "z up"
 
 
-FORMAT = Format("qualisys_tsv", 2, _recognise, _read, clue=Clue(says=(b"no_of_samples",)))
+FORMAT = Format("qualisys_tsv", 3, _recognise, _read, clue=Clue(says=(b"no_of_samples",)))

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ingest.channels.columns import Convention
-from ingest.channels.forces import Z_UP_REACTION
 from ingest.channels.names import clean_name
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.fixed_table import FixedHeader, fixed_table, plate_channel, positive, refuse_layout
@@ -78,9 +77,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
             return refuse_layout("Vicon Nexus", f"five header lines and rows in section {title!r}", findings)
         titles.append(clean_name(title))
         part = titles[-1] if titles.count(titles[-1]) == 1 else f"{titles[-1]}_{titles.count(titles[-1])}"
-        readings.append(
-            read_signals(table, head.declared, findings, Instrument(part, _NEXUS, Z_UP_REACTION, evidence="Nexus"))
-        )
+        readings.append(read_signals(table, head.declared, findings, Instrument(part, _NEXUS, evidence="Nexus")))
     _compare(spans, findings)
     return combine(readings)
 
@@ -195,4 +192,4 @@ def _compare(spans: Sequence[_Span], findings: FindingCollector) -> None:
 
 
 _SECTIONS = (b"devices", b"joints", b"trajectories", b"model outputs", b"segments", b"events")
-FORMAT = Format("vicon_csv", 2, _recognise, _read, clue=Clue(says=_SECTIONS))
+FORMAT = Format("vicon_csv", 3, _recognise, _read, clue=Clue(says=_SECTIONS))

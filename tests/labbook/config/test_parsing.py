@@ -177,7 +177,7 @@ def test_everything_is_read() -> None:
     assert (logger.recognise, logger.files) == (("time", "leftEncoder"), None)
     assert logger.settings == {"time_column": "time", "time_unit": "ms"}
     assert logger.columns["h"] == ProfileColumn("body_height", "mm", -1)
-    assert logger.columns["leftEncoder"] == ProfileColumn("left_encoder", None, 1)
+    assert logger.columns["leftEncoder"] == ProfileColumn("left_encoder", None, None)
     assert (untimed.recognise, untimed.files, untimed.columns) == (("encoder",), "gait_*.txt", {})
     assert untimed.settings == {
         "rate_hz": 300.0, "encoding": "cp1250", "delimiter": "\t", "decimal_sign": ",", "header_row": 0,
