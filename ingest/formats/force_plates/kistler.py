@@ -1,7 +1,7 @@
 """Kistler BioWare text exports: metadata by column, names that repeat for every plate, a row of units.
 
-Plates are distinguished by the line `Device:`, positive vertical force is the foot pressing. Normalised exports are
-body weights in columns headed newtons, and are refused.
+Plates are distinguished by the line `Device:`, positive vertical force is the foot pressing. `Normalized force (N)` and
+`Normalized length (m)` are settings that stand in exports of newtons, too.
 """
 
 from __future__ import annotations
@@ -10,13 +10,17 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from ingest.channels.columns import Convention
-from ingest.channels.names import parse_header, squash
+from ingest.channels.names import channel_kind, parse_header, squash
+from ingest.channels.plate_load import find_load
+from ingest.declared import declared_columns
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.fixed_table import FixedHeader, number, plate_channel, positive, read_fixed, refuse_layout
 from ingest.formats.format import NAMES, SIGNATURE, Clue, Format, Head, Recognition
 from ingest.instruments import Instrument
-from ingest.model import Reading
+from ingest.model import Declarations, Reading, SignalPart
 from ingest.signals import read_signals
 from ingest.tables.table import Preamble
 from ingest.tables.text_table import text_table
@@ -29,6 +33,9 @@ _DATE = re.compile(r"([A-Z][a-z]{2})[a-z]* (\d{1,2}), (\d{4})\s+(\d\d:\d\d:\d\d)
 _FIRST_YEAR = 2000
 _COMPONENT = re.compile(r"(?:fp(\d))?([fmat][xyz])")
 _QUANTITIES = {"f": "force", "m": "moment", "a": "cop", "t": "free_moment"}
+_LEAST_BODY_WEIGHTS, _MOST_BODY_WEIGHTS = 0.5, 10.0
+_STANDING = 0.05
+"""Body weights by which the force of who stands differs from 1: a plate's noise in newtons is more."""
 
 _EIGHT_CHANNELS = {"time", *(f"channel{channel}" for channel in range(8))}
 
@@ -56,7 +63,6 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     samples = {number(cell) for cell in entries.get("Samples (#)", [""])[1:] if cell}
     if len(rates) != 1 or None in rates or len(samples) != 1:
         return refuse_layout("BioWare", "one rate and one number of samples for all columns", findings)
-    _refuse_normalised(entries, findings)
     header = FixedHeader(
         names,
         b"\t",
@@ -65,7 +71,9 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
         channels=_channels(names, entries.get("Device", [])),
         preamble=Preamble(rates.pop(), _start(entries, findings)),
     )
-    return read_fixed(source, header, head.declared, findings, _BIOWARE, samples.pop())
+    reading = read_fixed(source, header, head.declared, findings, _BIOWARE, samples.pop())
+    _check_normalised(entries, reading, head.declared, findings)
+    return reading
 
 
 def _channels(names: Sequence[str], devices: Sequence[str]) -> tuple[str | None, ...]:
@@ -89,14 +97,38 @@ def _channels(names: Sequence[str], devices: Sequence[str]) -> tuple[str | None,
     return tuple(channels)
 
 
-def _refuse_normalised(entries: Mapping[str, Sequence[str]], findings: FindingCollector) -> None:
+def _check_normalised(
+    entries: Mapping[str, Sequence[str]], reading: Reading, declared: Declarations, findings: FindingCollector
+) -> None:
+    """Refuse values that may be divided by the body's weight or size: a setting that stands in every export says so
+    only where no unit stands above the values, or these cannot be newtons.
+    """
     for key in ("Normalized force (N)", "Normalized length (m)"):
         divisor = next((cell for cell in entries.get(key, [""])[1:] if number(cell)), None)
-        if divisor is not None:
-            message = (
-                f"`{key}` is {divisor}: values were divided by it, and are not in the units that stand above them; "
-            )
-            findings.add(FILE, "values_normalised", message + "export them again without normalisation.", value=divisor)
+        if divisor is None:
+            continue
+        if "unit_missing" in findings:
+            why = "no unit stands above some columns: these may be divided by it: say their units"
+        elif key.startswith("Normalized force") and any(_in_body_weights(part, declared) for part in reading.parts):
+            why = 'the forces are multiples of a weight, no newtons (say `--column "Fz=force_z:N"` if they are)'
+        else:
+            continue
+        message = f"`{key}` is {divisor}, and {why}, or export them without normalisation."
+        findings.add(FILE, "values_normalised", message, value=divisor)
+
+
+def _in_body_weights(part: SignalPart, declared: Declarations) -> bool:
+    """Whether the forces of all plates together hop or stand as multiples of a body's weight do."""
+    forces = [channel for channel in part.channels if channel_kind(channel.name) == "force_z"]
+    columns = declared_columns(declared, [channel.source_name for channel in forces])
+    if not forces or any(column.unit for column in columns.values()):
+        return False
+    total = np.sum([channel.values for channel in forces], axis=0)
+    load = find_load(total, least_n=_LEAST_BODY_WEIGHTS)
+    if load is not None:
+        return load.largest_n < _MOST_BODY_WEIGHTS
+    low, middle, high = np.nanpercentile(total, (25, 50, 75))
+    return bool(abs(middle - 1) < _STANDING and high - low < _STANDING)
 
 
 def _start(entries: Mapping[str, Sequence[str]], findings: FindingCollector) -> str | None:
@@ -132,5 +164,5 @@ def _read_channels(head: Head, findings: FindingCollector) -> Reading:
     return read_signals(table, head.declared, findings, Instrument())
 
 
-FORMAT = Format("bioware", 3, _recognise, _read, clue=Clue(says=(b"bioware",)))
+FORMAT = Format("bioware", 4, _recognise, _read, clue=Clue(says=(b"bioware",)))
 CHANNELS_FORMAT = Format("kistler_channels", 2, _recognise_channels, _read_channels, clue=Clue(says=(b"channel",)))

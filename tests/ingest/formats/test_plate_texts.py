@@ -144,10 +144,31 @@ def test_bioware_with_decimal_commas_and_without_the_unit_of_time() -> None:
     assert values(result.parts[0])["force_z"].max() == pytest.approx(made.LOAD_N, abs=0.5)
 
 
-def test_body_weights_are_no_newtons() -> None:
-    result = read(made.bioware().replace(b"Normalized force (N):\t0", b"Normalized force (N):\t834.2"))
+def normalised(load_n: float = made.LOAD_N, units: bytes = b"N") -> bytes:
+    """A BioWare export with settings of normalisation, as they stand in exports that are not normalised, too."""
+    data = made.bioware(load_n=load_n).replace(b"Normalized force (N):\t0", b"Normalized force (N):\t800.000000")
+    data = data.replace(b"Normalized length (m):\t0", b"Normalized length (m):\t1.000000")
+    return data.replace(b"\tN\tN\tN\tN", b"".join(b"\t" + units for _ in range(4)))
+
+
+def test_normalisation_is_a_setting_of_bioware_that_a_unit_stands_against() -> None:
+    result = read(normalised())
+    assert not result.refused, result.findings
+    for channel, column in values(read(made.bioware()).parts[0]).items():
+        assert values(result.parts[0])[channel] == pytest.approx(column), channel
+
+
+@pytest.mark.parametrize(
+    ("data", "unit"),
+    [(normalised(units=b""), "N"), (normalised(load_n=3.0), "N"), (normalised(load_n=3.0, units=b""), "kN")],
+    ids=["no unit", "three weights called newtons", "three weights"],
+)
+def test_body_weights_are_no_newtons_unless_they_are_declared(data: bytes, unit: str) -> None:
+    result = read(data)
     assert result.refused
     assert "values_normalised" in rules(result)
+    said = {f"F{axis}": ColumnDeclaration(unit=unit) for axis in "xyz"}
+    assert not read(data, Declarations(columns=said)).refused
 
 
 def test_a_rate_that_contradicts_the_time_is_refused() -> None:
