@@ -29,6 +29,9 @@ _SHEET_PACKED = "It holds the sheet of a study, which is read as a file of its o
 _FREE_BYTES = 1 << 20
 _OF_THE_SYSTEM = ("__MACOSX/", ".DS_Store", "Thumbs.db", "desktop.ini")
 _GZIP = 31  # zlib's word for: with a gzip header and checksum
+_SHORTEST_BLOCK = 1 << 10
+"""Bytes given to zlib at first: it copies what is left of a block behind the end of a member, of which there may be
+very many. Each further block of a member is twice as long."""
 
 
 class ArchiveRefusedError(ValueError):
@@ -52,6 +55,12 @@ def check_zip(archive: zipfile.ZipFile, packed: int, limits: Limits) -> None:
     if expanded > max(_FREE_BYTES, packed * limits.largest_expansion):
         bound = f"limit largest_expansion: {limits.largest_expansion}"
         raise ArchiveRefusedError(f"its {packed} bytes would expand to {expanded} ({bound})")
+
+
+def member_bytes(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> bytes:
+    """Unpack a member, its checksum compared, and no more of it than the directory says that there is."""
+    with archive.open(member) as unpacking:
+        return unpacking.read(member.file_size)
 
 
 def _recognise_zip(head: Head) -> Recognition | None:
@@ -116,7 +125,7 @@ def _members(data: bytes, limits: Limits) -> list[tuple[str, bytes]]:
             raise ArchiveRefusedError("two of its members have one name")
         for member in wanted:
             _check_member(member)
-        found = [(member.filename, archive.read(member)) for member in wanted]
+        found = [(member.filename, member_bytes(archive, member)) for member in wanted]
     if not found:
         raise ArchiveRefusedError("it holds no file")
     return found
@@ -144,17 +153,22 @@ def _expanded(data: bytes, limits: Limits) -> bytes:
     """Return what a gzip archive holds, its checksums compared; several written one after another are one."""
     most = min(limits.largest_expanded_bytes, max(_FREE_BYTES, len(data) * limits.largest_expansion))
     pieces: list[bytes] = []
-    left = data
-    while left.strip(b"\0"):
-        one = zlib.decompressobj(_GZIP)
-        pieces.append(one.decompress(left, most + 1 - sum(map(len, pieces))))
-        if sum(map(len, pieces)) > most:
-            raise ArchiveRefusedError(
-                f"its {len(data)} bytes expand to more than {most} (limits largest_expansion, largest_expanded_bytes)"
-            )
-        if not one.eof:
-            raise ArchiveRefusedError("it ends in the middle: copy it again")
-        left = one.unused_data
+    packed, at, room = memoryview(data), 0, most
+    while at < len(packed) and packed[at]:
+        one, block = zlib.decompressobj(_GZIP), _SHORTEST_BLOCK
+        while not one.eof:
+            if at == len(packed):
+                raise ArchiveRefusedError("it ends in the middle: copy it again")
+            given = packed[at : at + block]
+            pieces.append(one.decompress(given, room + 1))
+            room -= len(pieces[-1])
+            if room < 0:
+                bounds = "limits largest_expansion, largest_expanded_bytes"
+                raise ArchiveRefusedError(f"its {len(data)} bytes expand to more than {most} ({bounds})")
+            at += len(given) - len(one.unused_data)
+            block *= 2
+    if bytes(packed[at:]).strip(b"\0"):
+        raise ArchiveRefusedError("it is damaged (something else follows its end)")
     return b"".join(pieces)
 
 

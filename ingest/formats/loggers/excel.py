@@ -17,7 +17,7 @@ from itertools import pairwise
 
 from ingest.channels.names import TIME_NAMES, parse_header, squash
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats.archive import ArchiveRefusedError, check_zip, is_workbook, read_members
+from ingest.formats.archive import ArchiveRefusedError, check_zip, is_workbook, member_bytes, read_members
 from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
 from ingest.model import Declarations, Limits, Reading
 from ingest.text.cells import COMMA_NUMBER, is_number
@@ -89,7 +89,7 @@ def _check_size(data: bytes, limits: Limits) -> None:
             name = member.filename.lower()
             if name.endswith(".bin") and "worksheets" in name:
                 raise ArchiveRefusedError("it is a binary workbook (.xlsb)")
-            content = archive.read(member)  # compares its checksum
+            content = member_bytes(archive, member)
             if name.endswith(".xml") and "sharedstrings" not in name and "styles" not in name:
                 _check_cells(content, limits)
 

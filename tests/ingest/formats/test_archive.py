@@ -5,6 +5,8 @@ from __future__ import annotations
 import gzip
 import io
 import stat
+import time
+import tracemalloc
 import zipfile
 
 import numpy as np
@@ -123,17 +125,31 @@ def test_a_limit_is_named_and_can_be_raised(data: bytes, limits: dict[str, int])
     assert not read(data, **dict.fromkeys(limits, 10**9)).refused
 
 
-def test_a_directory_that_lies_about_a_size_is_refused() -> None:
-    data = zipped({"a.csv": LOG})
-    lying = data.replace(len(LOG).to_bytes(4, "little"), (len(LOG) // 2).to_bytes(4, "little"))
+@pytest.mark.parametrize("name", ["a.csv", "xl/workbook.xml"])
+def test_a_directory_that_lies_about_a_size_is_refused_before_it_fills_the_memory(name: str) -> None:
+    n_bytes = 64 << 20
+    data = zipped({name: bytes(n_bytes)})
+    lying = data.replace(n_bytes.to_bytes(4, "little"), (1000).to_bytes(4, "little"))
     assert lying != data
+    tracemalloc.start()
     assert read(lying).refused
+    _now, most_bytes = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most_bytes < 8 << 20
+
+
+def test_a_hundred_thousand_members_one_after_another_are_read_in_linear_time() -> None:
+    began_s = time.process_time()
+    assert same(read(LOG), read(gzip.compress(b"") * 100_000 + gzip.compress(LOG)))
+    assert read(gzip.compress(gzip.compress(b"") * 40_000)).refused
+    assert time.process_time() - began_s < 20  # 140 s where what follows a member is copied for each
 
 
 def test_no_cut_and_no_flipped_byte_gives_other_values() -> None:
     noise = np.random.default_rng(7)
     plain = read(LOG)
-    for data in (zipped({"a.csv": LOG}), gzip.compress(LOG)):
+    in_three = b"".join(gzip.compress(LOG[start : start + 1000]) for start in (0, 1000)) + gzip.compress(LOG[2000:])
+    for data in (zipped({"a.csv": LOG}), gzip.compress(LOG), in_three, gzip.compress(in_three)):
         for share in range(20):
             assert read(data[: len(data) * share // 20]).refused
         for _ in range(60):
