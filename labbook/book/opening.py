@@ -92,18 +92,37 @@ def opened(start: Path | None = None) -> Iterator[Book]:
 
 
 def find_folder(start: Path) -> Path:
-    """Return the nearest folder, from `start` upward, that holds a labbook.toml."""
+    """Return the nearest folder, from `start` upward, that holds a labbook.toml.
+
+    Raises `BookMissing` where there is none, and where a book that lost its own lies nearer: the one above is another.
+    """
+    lost = None
     for folder in (start.resolve(), *start.resolve().parents):
         if (folder / CONFIGURATION).is_file():
-            return folder
-    if (start / JOURNAL).is_file():
-        raise BookMissing(
-            f"{start} has a journal and no {CONFIGURATION}: put that back from a backup, or have "
-            f"`labbook init {start}` write the last one that the journal holds."
-        )
+            if lost is None or store_of(folder, read_configuration(folder)).root.resolve() == lost:
+                return folder
+            break
+        if lost is None and _has_pieces(folder):
+            lost = folder
+    if lost is not None:
+        raise _without_configuration(start if lost == start.resolve() else lost)
     raise BookMissing(
         f"there is no book in {start} or above it: go to a book's folder, name one with --book DIR, or make one with "
         "`labbook init DIR`."
+    )
+
+
+def _has_pieces(folder: Path) -> bool:
+    return any((folder / name).is_file() for name in (JOURNAL, DATABASE))
+
+
+def _without_configuration(folder: Path) -> BookMissing:
+    if not _has_pieces(folder):
+        return BookMissing(f"there is no book in {folder}: name the folder that holds its {CONFIGURATION}.")
+    left = JOURNAL if (folder / JOURNAL).is_file() else DATABASE
+    return BookMissing(
+        f"{folder} has a book's {left} and no {CONFIGURATION}: put that back from a backup, or have `labbook init "
+        f"{folder} --as NAME` write the last one that the book holds."
     )
 
 
@@ -126,10 +145,12 @@ def open_book(folder: Path) -> Book:
 
 
 def read_configuration(folder: Path) -> Configuration:
-    """Read labbook.toml."""
+    """Read labbook.toml; raises `BookMissing` where there is none."""
     path = folder / CONFIGURATION
     try:
         return parse_configuration(path.read_text(encoding="utf-8"), str(path), folder)
+    except FileNotFoundError as error:
+        raise _without_configuration(folder) from error
     except UnicodeDecodeError as error:
         raise UsageError(f"{path} is not UTF-8 text (byte {error.start}): save it as UTF-8.") from error
 

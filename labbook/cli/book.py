@@ -34,8 +34,10 @@ def init(
     """
     from labbook.book.making import make_book
 
+    was_there = (folder / "labbook.toml").exists()
     if not make_book(folder, person, database, store):
-        emit({"book": str(folder.resolve())}, [f"{folder.resolve()} is a book already: nothing was made."], as_json)
+        done = "nothing was made" if was_there else "labbook.toml was written as it last was"
+        emit({"book": str(folder.resolve())}, [f"{folder.resolve()} is a book already: {done}."], as_json)
         return
     emit(
         {"book": str(folder.resolve())},

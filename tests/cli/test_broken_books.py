@@ -9,8 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from data_schema.errors import BookMissing
+from labbook.book.opening import open_book
 from tests.cli.shell import good, labbook, refused, rows, unchanged
 from tests.helpers.books import SmallBook
+from tests.helpers.wording import refuses
 
 READING = ("runs list", "runs inbox", "today", "show r001", "jumps list r001", "why 0123", "plot r001", "db status")
 WRITING = ("note r001 x", "ingest labbook.toml", "void r001 --reason x", "report", "plan --seed 1", "check rail_angle")
@@ -93,6 +96,48 @@ def test_configuration_that_cannot_be_read(content: bytes, said: str, stated: Sm
     stated.toml.write_bytes(content)
     with unchanged(stated.folder):
         refused(labbook("runs", "list", at=stated.folder), 2, said)
+
+
+def test_a_lost_configuration_is_named_by_every_command_with_the_command_that_writes_it(stated: SmallBook) -> None:
+    text = stated.toml.read_bytes()
+    below = stated.folder / "logs"
+    below.mkdir()
+    stated.toml.unlink()
+    for root in (stated.folder, below):
+        with unchanged(stated.folder):
+            for words in (*READING, *WRITING, "db upgrade", "db check", "rebuild", "backup ../copy", "files list"):
+                refused(labbook(*words.split(), at=root), 2, "labbook.toml", f"labbook init {stated.folder}")
+    with refuses(BookMissing, "labbook.toml", "labbook init"):
+        open_book(stated.folder)
+    good(labbook("init", stated.folder, "--as", "Ada Nwosu", at=stated.folder))
+    assert stated.toml.read_bytes() == text
+
+
+@pytest.mark.parametrize("left", ["journal.jsonl", "labbook.db"])
+def test_a_book_without_configuration_does_not_write_to_one_above_it(left: str, stated: SmallBook) -> None:
+    inner = stated.folder / "field"
+    inner.mkdir()
+    shutil.copy(stated.folder / left, inner)
+    with unchanged(stated.folder):
+        refused(labbook("note", "r001", "x", at=inner), 2, "labbook.toml", f"labbook init {inner}")
+    (inner / left).unlink()
+    good(labbook("note", "r001", "x", at=inner))
+
+
+def test_a_configuration_lost_beside_a_store_elsewhere_comes_from_the_database(tmp_path: Path) -> None:
+    good(labbook("init", "mybook", "--as", "Ada Nwosu", "--store", tmp_path / "store", at=tmp_path))
+    toml = tmp_path / "mybook" / "labbook.toml"
+    text = toml.read_bytes()
+    toml.unlink()
+    refused(labbook("today", at=toml.parent), 2, "labbook.db", "labbook init")
+    good(labbook("init", "mybook", "--as", "Ada Nwosu", at=tmp_path))
+    assert toml.read_bytes() == text
+    good(labbook("today", at=toml.parent))
+
+
+def test_the_folder_of_the_store_below_a_book_is_of_that_book(tmp_path: Path) -> None:
+    good(labbook("init", "mybook", "--as", "Ada Nwosu", "--store", "kept", at=tmp_path))
+    good(labbook("today", at=tmp_path / "mybook" / "kept"))
 
 
 def test_configuration_that_is_a_folder_is_no_book(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 import sqlalchemy as sa
 
 from data_schema import journal
-from data_schema.errors import BookError, BookMissing, InputRefused, UnknownName, UsageError
+from data_schema.errors import BookError, InputRefused, UnknownName, UsageError
 from data_schema.journal import GENESIS, Entry
 from data_schema.queries.charges import charges_by_run
 from data_schema.queries.facts import read_fact
@@ -88,8 +88,6 @@ def _opened(book: Book, folder: Path) -> Iterator[Book]:
         raise UsageError(
             f"{folder} is a backup: make a book of it with `labbook restore {folder} DIR`, and merge that."
         )
-    if not (folder / CONFIGURATION).is_file():
-        raise BookMissing(f"there is no book in {folder}: name the folder that holds the other book's labbook.toml.")
     if folder.resolve() == book.folder.resolve():
         raise UsageError(f"{folder} is the book that the other one is to be merged into: name the other one.")
     with _errors_named_after(folder):
