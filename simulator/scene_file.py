@@ -84,7 +84,7 @@ def load_scene(name_or_path: str | Path) -> Scene:
     try:
         text = path.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
-        raise InputRefused(f"{path} is not text in UTF-8: save it as such.") from error
+        raise InputRefused(f"{path.name} is not text in UTF-8: save it as such.") from error
     except FileNotFoundError as error:
         shipped = ", ".join(shipped_scenes())
         raise InputRefused(f"there is no scene file {path}: check the path, or take one of {shipped}.") from error
@@ -95,7 +95,7 @@ def load_scene(name_or_path: str | Path) -> Scene:
         raise InputRefused(
             f"the scene file {path} cannot be read ({message}): check its path and permissions."
         ) from error
-    return parse_scene(text, path.stem, str(path))
+    return parse_scene(text, path.stem, path.name)
 
 
 def parse_scene(text: str, name: str, origin: str = "") -> Scene:

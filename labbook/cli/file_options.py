@@ -101,15 +101,15 @@ def ask_for(outcome: FileOutcome, options: Mapping[str, Any]) -> dict[str, Any] 
     declared = dict(options)
     for finding in outcome.read.findings:
         if finding.rule == "rate_missing":
-            say(f"{outcome.path}: {finding.message}", err=True)
+            say(f"{outcome.name}: {finding.message}", err=True)
             declared["rate_hz"] = typer.prompt("samples a second", type=float, err=True)
         elif finding.rule == "time_unit_missing":
-            say(f"{outcome.path}: {finding.message}", err=True)
+            say(f"{outcome.name}: {finding.message}", err=True)
             unit = typer.prompt(f"unit of {finding.column} (s, ms or us)", err=True)
             column = {"channel": None, "unit": unit}
             declared["columns"] = {**declared.get("columns", {}), finding.column or "time": column}
         elif finding.rule in _ASKED_WORDS and finding.severity is Severity.FILE:
-            say(f"{outcome.path}: {finding.message}", err=True)
+            say(f"{outcome.name}: {finding.message}", err=True)
             option, allowed = _ASKED_WORDS[finding.rule]
             answer = typer.prompt(" or ".join(allowed), err=True)
             declared |= declared_words(**{"dates": None, "clock": None, "axes": None, option: answer})

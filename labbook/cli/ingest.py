@@ -1,5 +1,6 @@
 """`labbook ingest`: take instruments' files into the book."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -76,7 +77,7 @@ def ingest(
             if draft_profile:
                 _draft(opened_book, files, options, out, as_json)
             else:
-                _explain(opened_book, files, options, run, as_json)
+                _explain(opened_book, meant.names, options, run, as_json)
         return
     outcomes: list[FileOutcome] = []
     rig: list[list[RigLine]] = []
@@ -97,7 +98,7 @@ def ingest(
                         answered = ask_for(outcome, options)
                         if answered is not None:
                             outcome = take(opened_book, path, IngestRequest(run, answered, dry_run, person))
-                    outcomes.append(without_samples(outcome))
+                    outcomes.append(replace(without_samples(outcome), name=meant.names[path]))
                     step(path.name)
             rig = rig_lines_of(opened_book, outcomes)
             heights = missing_heights(opened_book, outcomes)
@@ -114,12 +115,15 @@ def ingest(
         raise typer.Exit(2)
 
 
-def _explain(book: "Book", files: list[Path], options: dict[str, Any], run: str | None, as_json: bool) -> None:
+def _explain(book: "Book", names: dict[Path, str], options: dict[str, Any], run: str | None, as_json: bool) -> None:
     """Print how files would be read."""
     from labbook.actions.files.explaining import explain_file
     from labbook.cli.ingest_lines import explained_lines
 
-    explained = [explain_file(book, path, options, run, alone=len(files) == 1) for path in files]
+    explained = [
+        replace(explain_file(book, path, options, run, alone=len(names) == 1), file=name)
+        for path, name in names.items()
+    ]
     emit(explained, [line for each in explained for line in explained_lines(each)], as_json)
     if any(each.refused for each in explained):
         raise typer.Exit(2)

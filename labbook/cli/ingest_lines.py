@@ -35,7 +35,7 @@ def outcome_lines(outcome: FileOutcome, missing: MissingHeight | None = None, *,
     if outcome.first is not None:
         restored = ["  raw copy restored: the book's own was missing or damaged."] if outcome.raw_restored else []
         return [file_head(outcome), *restored, *(f"  {text}" for text in outcome.messages)]
-    loud = [] if missing is None else missing_height_lines(outcome.path, missing)
+    loud = [] if missing is None else missing_height_lines(outcome.name, missing)
     found = () if outcome.read is None else outcome.read.findings
     findings = [finding for finding in found if remarks or not _is_remark(finding)]
     return [*loud, file_head(outcome), *(f"  {line}" for line in finding_lines(findings))]
@@ -74,18 +74,18 @@ def file_head(outcome: FileOutcome) -> str:
     if outcome.first is not None:
         first = outcome.first
         runs = f" for run {', '.join(first.runs)}" if first.runs else ""
-        return f"{outcome.path}: imported before{runs}, as {first.original_name} by {first.person} on {first.at_utc}."
+        return f"{outcome.name}: imported before{runs}, as {first.original_name} by {first.person} on {first.at_utc}."
     read = outcome.read
     assert read is not None  # noqa: S101 - only duplicates are not read
     if outcome.status is IngestStatus.REFUSED:
-        return f"{outcome.path}: refused ({read.format}), nothing stored:"
+        return f"{outcome.name}: refused ({read.format}), nothing stored:"
     where = f"run {', '.join(outcome.runs)}" if outcome.runs else "no run yet (`labbook runs inbox`)"
     where = "no row is new" if _knows_all(read) else where
     where = "for `labbook study`" if read.role is FileRole.SHEET else where
     if outcome.runs and outcome.prepared is None:
         where = f"would belong to {where}"
     rejected = f", {read.rows_rejected} rejected" if read.rows_rejected else ""
-    return f"{outcome.path}: {read.format}, {read.rows_kept} rows kept{rejected}, {where}."
+    return f"{outcome.name}: {read.format}, {read.rows_kept} rows kept{rejected}, {where}."
 
 
 def _knows_all(read: ReadFile) -> bool:
@@ -98,7 +98,7 @@ def outcome_json(outcome: FileOutcome, rig: Sequence[RigLine], missing: MissingH
     """Return the record for programs; `rig` says how the file's runs do, `missing` what a log lacks for jumps."""
     read = outcome.read
     return {
-        "file": outcome.path,
+        "file": outcome.name,
         "status": str(outcome.status),
         "sha256": outcome.sha256,
         "runs": list(outcome.runs),
@@ -187,7 +187,7 @@ class _Concern:
 
     rank: tuple[int, int]
     lines: list[str]
-    path: str = ""
+    name: str = ""
     alike: tuple[str, ...] = ()
 
 
@@ -241,10 +241,10 @@ def _sorted(batch: Batch) -> _Sorted:
         concern = _concern(outcome, missing, batch.run)
         if concern is not None:
             lines = outcome_lines(outcome, missing, remarks=False)
-            alike = tuple(line.replace(outcome.path, "") for line in lines if line != file_head(outcome))
+            alike = tuple(line.replace(outcome.name, "") for line in lines if line != file_head(outcome))
             noted = "" if outcome.status is IngestStatus.REFUSED else remark_counts(outcome)
             lines += [f"  noted: {noted}."] if noted else []
-            found.attention.append(_Concern(concern, lines, outcome.path, alike))
+            found.attention.append(_Concern(concern, lines, outcome.name, alike))
         elif (outcome.read is not None and outcome.read.findings) or outcome.raw_restored or outcome.messages:
             found.noted.append(file_line(outcome))
         else:
@@ -268,7 +268,7 @@ def _worst_first(concerns: Sequence[_Concern]) -> list[str]:
         lines += first.lines
         if others:
             more = f" and {len(others) - MOST_LISTED} more" if len(others) > MOST_LISTED else ""
-            lines.append(f"  the same of: {', '.join(other.path for other in others[:MOST_LISTED])}{more}.")
+            lines.append(f"  the same of: {', '.join(other.name for other in others[:MOST_LISTED])}{more}.")
     return lines
 
 

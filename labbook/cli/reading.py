@@ -10,7 +10,7 @@ from typing import TypeVar
 import typer
 
 from data_schema.errors import InputRefused, UsageError
-from labbook.actions.files.named_files import decoded, read_bytes, read_file
+from labbook.actions.files.named_files import decoded, own_name, read_bytes, read_file
 from labbook.plan.sheet_cells import SheetQuestion
 from labbook.terminal import asking, say
 
@@ -42,7 +42,7 @@ def read_sheet(path: Path, page: str | None) -> tuple[str, str | None]:
         return read_bytes(path).decode(page or USUAL_PAGE), page or USUAL_PAGE
     except UnicodeDecodeError as error:
         raise InputRefused(
-            f"{path} is neither UTF-8 nor {page or USUAL_PAGE} text (byte {error.start}): name its page with "
+            f"{own_name(path)} is neither UTF-8 nor {page or USUAL_PAGE} text (byte {error.start}): name its page with "
             "--encoding, or save it as CSV in UTF-8."
         ) from error
 

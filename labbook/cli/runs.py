@@ -73,6 +73,7 @@ def import_command(
 
     Example: labbook runs import runs.csv
     """
+    from labbook.actions.files.named_files import own_name
     from labbook.actions.runs.remarks import remark_lines
     from labbook.actions.runs.runs_importing import RunsImported, import_runs
     from labbook.book.opening import opened
@@ -85,7 +86,7 @@ def import_command(
         def attempt(answers: dict[str, str | None]) -> RunsImported:
             done = RunsImported()
             with contextlib.suppress(DryRun), opened_book.session(person) as session:
-                done = import_runs(opened_book, session, text, str(sheet), **answers)
+                done = import_runs(opened_book, session, text, own_name(sheet), **answers)
                 if dry_run:
                     raise DryRun
             return done
@@ -97,7 +98,11 @@ def import_command(
     )
     if done.withdrawn:
         line += f" {len(done.withdrawn)} were planned and are withdrawn."
-    read_as = [] if page is None else [f"look again: {sheet} is no UTF-8 text and was read as {page} (`--encoding`)."]
+    read_as = (
+        []
+        if page is None
+        else [f"look again: {own_name(sheet)} is no UTF-8 text and was read as {page} (`--encoding`)."]
+    )
     taken = _taken_in(done.taken_in)
     emit({**plain(done), "encoding": page or "utf-8"}, [line, *taken, *read_as, *remark_lines(done.remarks)], as_json)
 

@@ -218,3 +218,41 @@ def test_run_is_named_before_import_and_not_silently_ignored_after(stated: Small
     says(again.out, "belongs to run", "r002")
     moved = good(labbook("ingest", folder / "log.csv", "--run", "r003", at=stated.folder))
     says(moved.out, "labbook assign log.csv")
+
+
+def test_no_message_about_a_file_says_where_it_lay(fresh: SmallBook, tmp_path: Path) -> None:
+    """What is sent to a colleague or the maker of a logger would tell names of people and projects."""
+    private = tmp_path / "private"
+    shutil.copytree(fresh.instruments, private / "rig")
+    for day in ("monday", "tuesday"):
+        (private / day).mkdir()
+        (private / day / "odd.csv").write_text(f"{day};1\n")
+    (private / "flasks.csv").write_text("radius;1\n")
+    (private / "scene.toml").write_text("x = [")
+    (private / "latin.csv").write_bytes(b"f\xfcr;1\n")
+    log = private / "rig" / "logs" / "r001.csv"
+    commands = [
+        ("ingest", private / "rig"),
+        ("ingest", log, "--explain"),
+        ("ingest", log, "--dry-run"),
+        ("ingest", log),
+        ("ingest", private / "monday" / "odd.csv"),
+        ("ingest", private / "rig" / "charger", "--run", "r001", "--json"),
+        ("ingest", log, "--explain", "--json"),
+        ("files", "show", log),
+        ("runs", "import", private / "flasks.csv"),
+        ("runs", "import", private / "latin.csv", "--encoding", "utf-8"),
+        ("stats", "compare", private / "rig" / "runs.csv", "--value", "duration_s", "--by", "foot"),
+        ("stats", "compare", private / "rig" / "runs.csv", "--value", "x", "--by", "foot", "--json"),
+        ("study", "compaction", private / "flasks.csv", "--grain", "3.4"),
+        ("study", "field", private / "latin.csv"),
+        ("study", "characterisation", private / "flasks.csv"),
+        ("sim", "run", "--scene", private / "scene.toml"),
+    ]
+    for words in commands:
+        answer = labbook(*words, at=fresh.folder)
+        assert "private" not in answer.out + answer.err, words
+    both = labbook("ingest", private / "monday", private / "tuesday", "--json", at=fresh.folder).json
+    assert [item["file"] for item in both] == ["monday/odd.csv", "tuesday/odd.csv"]
+    below = labbook("ingest", private, "--explain", "--json", at=fresh.folder).json
+    assert "rig/logs/r001.csv" in {item["file"] for item in below}

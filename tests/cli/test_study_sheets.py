@@ -234,12 +234,12 @@ def test_logs_that_a_sheet_names_are_known_for_what_they_are(book: Path) -> None
     good(labbook("ingest", "trials.csv", at=book))
     said = good(labbook("ingest", "logs", at=book)).out
     assert "body_height" not in said
-    says(said, "trials.csv names this log", "--format study_log --again")
+    says(said, "trials.csv names this log", "--format study_log")
     found = asked(book, "characterisation")
-    (command,) = re.findall(r"`labbook (ingest [^`]*)`", said)
-    path = shlex.split(command)[1]
+    (command,) = re.findall(r"`labbook (files reread [^`]*)`", said)
+    name = shlex.split(command)[2]
     good(labbook(*shlex.split(command), at=book))
-    assert Path(path).name not in good(labbook("runs", "inbox", at=book)).out
+    assert name not in good(labbook("runs", "inbox", at=book)).out
     assert asked(book, "characterisation") == found
 
 

@@ -22,7 +22,8 @@ from ingest.read import read_file
 from ingest.signals import LEFT_OUT
 from ingest.tables.table import CellKind
 from labbook.actions.files.against_book import refused_by_book, refused_without_columns
-from labbook.actions.files.ingesting import readable, stated_run
+from labbook.actions.files.ingesting import stated_run
+from labbook.actions.files.named_files import own_name
 from labbook.book.opening import Book
 from labbook.config.profiles import OWN, SHEET_COLUMNS
 from labbook.statements.importing import declarations
@@ -72,7 +73,7 @@ def explain_file(book: Book, path: Path, options: Mapping[str, Any], run: str | 
         read = refused_by_book(connection, book.configuration, read, run, notes=True)
         known = run is not None and find_uid(connection, "run", name=run) is not None
     return Explained(
-        readable(path),
+        own_name(path),
         read.refused,
         read.format,
         read.reader_version,
@@ -92,7 +93,7 @@ def explain_file(book: Book, path: Path, options: Mapping[str, Any], run: str | 
 
 def _read_as_ingest(book: Book, path: Path, options: Mapping[str, Any]) -> ReadFile:
     """Read a file with the declarations of the command line and of the book's profiles; nothing is stored."""
-    return read_file(_bytes_of(book, path), declarations(book.configuration, options, readable(Path(path.name))))
+    return read_file(_bytes_of(book, path), declarations(book.configuration, options, own_name(path)))
 
 
 def _bytes_of(book: Book, path: Path) -> bytes:
@@ -140,7 +141,7 @@ def draft_profile(book: Book, path: Path, options: Mapping[str, Any]) -> Draft:
     """Draft the profile of a file from all that could be found in it, whether or not it is refused."""
     data = _bytes_of(book, path)
     read = _read_as_ingest(book, path, options)
-    file_name = readable(Path(path.name))
+    file_name = own_name(path)
     taken = book.configuration.profiles
     stem = clean_name(re.sub(r"\d+", " ", Path(file_name).stem)) or "logger"
     name = next(n for n in (stem, *(f"{stem}_{number}" for number in range(2, len(taken) + 3))) if n not in taken)

@@ -5,7 +5,6 @@ The file is read once: the same bytes are hashed, parsed and stored, whatever ha
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -33,6 +32,7 @@ from labbook.actions.files.against_book import (
     state_refusal,
     with_findings_of_book,
 )
+from labbook.actions.files.named_files import own_name
 from labbook.actions.files.rereading import take_known
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, new_uid
@@ -67,11 +67,12 @@ class IngestRequest:
 class FileOutcome:
     """How the ingest of one file ended.
 
-    Where the book had its bytes, `first` is their first import, and `messages` tell what was done with the declarations
-    given; `changes` lists what another reading changed, None where there was none.
+    `name` is the file's own, or more of its path where a command takes several of one name. Where the book had its
+    bytes, `first` is their first import, and `messages` tell what was done with the declarations given; `changes` lists
+    what another reading changed, None where there was none.
     """
 
-    path: str
+    name: str
     sha256: str
     status: IngestStatus
     read: ReadFile | None = None
@@ -88,9 +89,9 @@ def ingest_file_or_refuse(book: Book, path: Path, request: IngestRequest) -> Fil
     try:
         return ingest_file(book, path, request)
     except InputRefused as error:
-        return FileOutcome(readable(path), "", IngestStatus.REFUSED, _not_read(str(error)))
+        return FileOutcome(own_name(path), "", IngestStatus.REFUSED, _not_read(str(error)))
     except OSError as error:
-        return FileOutcome(readable(path), "", IngestStatus.REFUSED, _unreadable(error))
+        return FileOutcome(own_name(path), "", IngestStatus.REFUSED, _unreadable(error))
 
 
 def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
@@ -99,9 +100,9 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
         limits = Limits(**book.configuration.files.limits)
         (data, sha256), modified_s = book.store.read_and_hash(path, limits.largest_file_bytes), path.stat().st_mtime
     except OSError as error:
-        return FileOutcome(readable(path), "", IngestStatus.REFUSED, _unreadable(error))
+        return FileOutcome(own_name(path), "", IngestStatus.REFUSED, _unreadable(error))
     except InputRefused as error:
-        return FileOutcome(readable(path), "", IngestStatus.REFUSED, _not_read(str(error)))
+        return FileOutcome(own_name(path), "", IngestStatus.REFUSED, _not_read(str(error)))
     with book.reading() as connection:
         run_uid = _run_uid(connection, request.run)
         first = first_import(connection, sha256)
@@ -109,7 +110,7 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
         restored = not request.dry_run and book.store.restore_raw(data, sha256)
         return _known(book, path, request, first, sha256, restored)
     options = dict(request.options or {})
-    settings = current_settings(book.configuration, options, readable(Path(path.name)))
+    settings = current_settings(book.configuration, options, own_name(path))
     of_run = request.run or stated_run(book, path)
     read = read_file(data, settings.declared)
     if of_run is not None and any(finding.rule == UNDATED for finding in read.findings):
@@ -131,7 +132,7 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
             runs = () if read.refused else _runs_to_assign(connection, of_run, read)
             if not read.refused and read.charges:
                 read = replace(read, findings=(*read.findings, *predicted_findings(connection, read.charges)))
-            return FileOutcome(readable(path), sha256, status, read, runs)
+            return FileOutcome(own_name(path), sha256, status, read, runs)
     prepared = store_reading(book.store, data, sha256, read, settings)
     modified_utc = datetime.fromtimestamp(modified_s, UTC).isoformat(timespec="seconds")
     return _stored(book, path, request, prepared, run_uid, options, modified_utc)
@@ -154,7 +155,7 @@ def _known(
     with book.reading() as connection:
         runs = runs_of_file(connection, sha256)
     outcome = FileOutcome(
-        readable(path), sha256, IngestStatus.DUPLICATE, None, runs, first, None, restored, known.messages
+        own_name(path), sha256, IngestStatus.DUPLICATE, None, runs, first, None, restored, known.messages
     )
     if known.again is None:
         return outcome
@@ -176,7 +177,7 @@ def _runs_to_assign(connection: sa.Connection, of_file: str | None, read: ReadFi
 
 def _refuse_run(path: Path, run: str | None) -> None:
     if run is not None:
-        raise UsageError(f"{readable(path)} is for a study and belongs to no run: leave --run out.")
+        raise UsageError(f"{own_name(path)} is for a study and belongs to no run: leave --run out.")
 
 
 def _unreadable(error: OSError) -> ReadFile:
@@ -189,15 +190,10 @@ def _not_read(message: str) -> ReadFile:
     return ReadFile(UNKNOWN, 0, (), (), (finding,), 0, 0, 0)
 
 
-def readable(path: Path) -> str:
-    """Return a path as text; bytes of its name that are not UTF-8 are written as `\\xf6`."""
-    return os.fsencode(path).decode("utf-8", "backslashreplace")
-
-
 def stated_run(book: Book, path: Path) -> str | None:
     """Return the run that a file's name states, by the pattern in labbook.toml."""
     pattern = book.configuration.files.run_pattern
-    found = re.search(pattern, readable(Path(path.name))) if pattern else None
+    found = re.search(pattern, own_name(path)) if pattern else None
     return found.group("run") if found else None
 
 
@@ -225,7 +221,7 @@ def _stored(
     new: dict[str, Any] = {
         "sha256": sha256,
         "n_bytes": prepared.n_bytes,
-        "original_name": readable(Path(path.name)),
+        "original_name": own_name(path),
         "modified_utc": modified_utc,
         "options": options,
         "stated_run": None if read.role is FileRole.SHEET else stated_run(book, path),
@@ -234,17 +230,17 @@ def _stored(
     with book.session(request.person) as session:
         first = first_import(session.connection, sha256)  # another program may have been faster
         if first is not None:
-            return FileOutcome(readable(path), sha256, IngestStatus.DUPLICATE, None, first.runs, first)
+            return FileOutcome(own_name(path), sha256, IngestStatus.DUPLICATE, None, first.runs, first)
         if read.refused:
             state_refusal(session, new, prepared)
-            return FileOutcome(readable(path), sha256, IngestStatus.REFUSED, read)
+            return FileOutcome(own_name(path), sha256, IngestStatus.REFUSED, read)
         uid = new_uid()
         session.state(
             Statement(Action.INGEST, "ingest", uid, new={**new, **as_read(prepared), "run": run_uid}, prepared=prepared)
         )
         runs = runs_of_file(session.connection, sha256)
         read = with_findings_of_book(session.connection, uid, read, ABOUT_RUNS)
-    return FileOutcome(readable(path), sha256, IngestStatus.IMPORTED, read, runs, prepared=prepared)
+    return FileOutcome(own_name(path), sha256, IngestStatus.IMPORTED, read, runs, prepared=prepared)
 
 
 def without_samples(outcome: FileOutcome) -> FileOutcome:

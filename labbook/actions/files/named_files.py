@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import codecs
 import hashlib
-from collections.abc import Sequence
+import os
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -45,42 +47,66 @@ _MOST_SKIPPED = 12
 
 @dataclass(frozen=True, slots=True)
 class FoundFiles:
-    """The files that paths mean, and why others in the folders named are none, by path."""
+    """The files that paths mean, each with what messages call it; others in the folders named, each with why not."""
 
-    files: list[Path]
-    skipped: dict[Path, str]
+    names: dict[Path, str]
+    skipped: dict[str, str]
+
+    @property
+    def files(self) -> list[Path]:
+        """The files in the order in which they were named or found."""
+        return list(self.names)
 
     @property
     def skipped_line(self) -> str:
         """Name what was skipped and why; "" where nothing was."""
-        listed = [f"{path} ({why})" for path, why in self.skipped.items()]
+        listed = [f"{name} ({why})" for name, why in self.skipped.items()]
         more = f" and {len(listed) - _MOST_SKIPPED} more" if len(listed) > _MOST_SKIPPED else ""
         return f"skipped ({len(listed)}): {', '.join(listed[:_MOST_SKIPPED])}{more}." if listed else ""
 
 
 def files_of(paths: Sequence[Path], book_folder: Path) -> FoundFiles:
     """Find the files meant: those named, and all in the folders named, but hidden ones and the book's own."""
-    found: dict[Path, None] = {}
-    skipped: dict[Path, str] = {}
+    found: dict[Path, int] = {}
+    skipped: dict[str, str] = {}
     for path in paths:
         if not path.exists():
             raise InputRefused(f"{path} does not exist: check the name.")
         if not path.is_dir():
             refuse_special(path)
-            found[path] = None
+            found[path] = 1
             continue
         for item in sorted(item for item in path.rglob("*") if not _hidden(item, path)):
+            below = item.relative_to(path)
             if item.is_file():
                 if not _is_of_book(item, book_folder):
-                    found[item] = None
+                    found[item] = len(below.parts)
             elif why := _why_skipped(item):
-                skipped[item] = why
-    meant = FoundFiles(list(found), skipped)
+                skipped[readable(below)] = why
+    meant = FoundFiles(_names(found), skipped)
     if not found:
         where = ", ".join(map(str, paths))
         also = f"; {meant.skipped_line}" if skipped else "."
         raise InputRefused(f"there is no file in {where}: name the folder the instruments wrote to{also}")
     return meant
+
+
+def _names(found: Mapping[Path, int]) -> dict[Path, str]:
+    """Return what files are called: of each path so many last parts, and more where others would have the same name."""
+    names = {path: readable(Path(*path.parts[-n_parts:])) for path, n_parts in found.items()}
+    counts = Counter(names.values())
+    longer = {path: n + 1 if counts[names[path]] > 1 and n < len(path.parts) else n for path, n in found.items()}
+    return names if longer == found else _names(longer)
+
+
+def readable(path: Path) -> str:
+    """Return a path as text; bytes of its name that are not UTF-8 are written as `\\xf6`."""
+    return os.fsencode(path).decode("utf-8", "backslashreplace")
+
+
+def own_name(path: Path) -> str:
+    """Return a file's own name as text: what the book and its messages say of where it lay."""
+    return readable(Path(path.name))
 
 
 def _why_skipped(path: Path) -> str | None:
@@ -136,6 +162,6 @@ def decoded(path: Path, data: bytes, *, marked_utf_16: bool = False, page: str |
             return data.decode(page, errors="replace")
         nor = ", nor UTF-16 with a byte order mark" if marked_utf_16 else ""
         raise InputRefused(
-            f"{path} is not UTF-8 text (byte {error.start}){nor}; other pages, such as Windows-1252, are not read: "
-            "save it as CSV in UTF-8 and try again."
+            f"{own_name(path)} is not UTF-8 text (byte {error.start}){nor}; other pages, such as Windows-1252, are not "
+            "read: save it as CSV in UTF-8 and try again."
         ) from error

@@ -14,6 +14,7 @@ from typing import TypeAlias
 
 import sqlalchemy as sa
 
+from data_schema.queries.imported_files import find_files
 from data_schema.queries.runs import RunRow, list_runs, runs_named, runs_of_conditions
 from data_schema.queries.signals import SignalRow
 from data_schema.reasons import Reason
@@ -241,7 +242,8 @@ _QUOTED = set('"$`\\!')
 class MissingHeight:
     """The columns of a log as (name in the file, stored name, nearest channel or None), and how to declare one of them.
 
-    `named_by` is the sheet of a study that names the log, which then needs no height; `command` declares the column.
+    `named_by` is the sheet of a study that names the log, which then needs no height; `command` declares the column;
+    of a file that was only tried it is the options alone.
     """
 
     columns: tuple[tuple[str, str, str | None], ...]
@@ -254,23 +256,27 @@ def missing_heights(book: Book, outcomes: Sequence[FileOutcome]) -> list[Missing
     lacking = [_is_log_without_height(outcome) for outcome in outcomes]
     jumped: set[str] = set()
     named: dict[str, str] = {}
+    again: dict[str, str] = {}
     if any(lacking):
         with book.reading() as connection:
             jumped = {run.name for run in list_runs(connection) if run.kind is RunKind.JUMPS}
             named = logs_of_sheets(connection, book.store)
+            again = {
+                one.sha256: _read_again(connection, one) for one, lacks in zip(outcomes, lacking, strict=True) if lacks
+            }
     return [
-        _missing(outcome, named.get(Path(outcome.path).name))
+        _missing(outcome, named.get(Path(outcome.name).name), again[outcome.sha256])
         if lacks and (not outcome.runs or jumped & set(outcome.runs))
         else None
         for outcome, lacks in zip(outcomes, lacking, strict=True)
     ]
 
 
-def missing_height_lines(path: str, missing: MissingHeight) -> list[str]:
+def missing_height_lines(name: str, missing: MissingHeight) -> list[str]:
     """Say it for people, before anything else of the file."""
     if missing.named_by is not None:
         return [
-            f"{path}: {missing.named_by} names this log, and its study reads it; so that it waits for no run: "
+            f"{name}: {missing.named_by} names this log, and its study reads it; so that it waits for no run: "
             f"`{missing.command}`."
         ]
     columns = [
@@ -280,7 +286,7 @@ def missing_height_lines(path: str, missing: MissingHeight) -> list[str]:
     ]
     more = len(missing.columns) - len(columns)
     return [
-        f"{path}: NO {BODY_HEIGHT}: no jump can be found in this log.",
+        f"{name}: NO {BODY_HEIGHT}: no jump can be found in this log.",
         f"  its columns: {', '.join(columns)}{f' and {more} more' if more else ''}.",
         f"  say which one it is{_its_unit(missing)}: `{missing.command}` (`labbook channels` lists all channels).",
     ]
@@ -301,7 +307,16 @@ def _is_log_without_height(outcome: FileOutcome) -> bool:
     )
 
 
-def _missing(outcome: FileOutcome, named_by: str | None) -> MissingHeight:
+def _read_again(connection: sa.Connection, outcome: FileOutcome) -> str:
+    """Return the command that reads a file again, with a blank behind it; "" for one that was only tried."""
+    if outcome.prepared is None:
+        return ""
+    name = Path(outcome.name).name
+    alone = len(find_files(connection, name)) == 1
+    return f"labbook files reread {shlex.quote(name) if alone else outcome.sha256[:12]} "
+
+
+def _missing(outcome: FileOutcome, named_by: str | None, again: str) -> MissingHeight:
     assert outcome.read is not None  # noqa: S101 - it was looked at
     channels = {channel.source_name: channel for part in outcome.read.parts for channel in part.channels}
     columns = tuple(
@@ -311,12 +326,11 @@ def _missing(outcome: FileOutcome, named_by: str | None) -> MissingHeight:
         for name, channel in channels.items()
     )
     if named_by is not None and not outcome.runs:
-        command = f"labbook ingest {shlex.quote(outcome.path)} --format study_log --again"
-        return MissingHeight(columns, command, named_by)
+        return MissingHeight(columns, f"{again}--format study_log", named_by)
     name, unit = _likeliest(list(channels.values()))
     column = f"{name}={BODY_HEIGHT}:{unit}"
     quoted = shlex.quote(column) if set(column) & _QUOTED else f'"{column}"'
-    return MissingHeight(columns, f"labbook ingest {shlex.quote(outcome.path)} --column {quoted}")
+    return MissingHeight(columns, f"{again}--column {quoted}")
 
 
 def _nearest_channel(name: str) -> str | None:

@@ -25,6 +25,7 @@ from ingest.tables.long_table import (
     numbers_of,
     read_table,
 )
+from labbook.actions.files.named_files import own_name
 from labbook.analysis.comparison.pairing import with_control
 from labbook.analysis.observations import Observation, ObservationRequest, Observations, observations_of_book
 from labbook.book.opening import opened
@@ -160,11 +161,13 @@ def _of_book(given: DataSource, step: Callable[[str], None]) -> Observations:
 def _of_table(given: DataSource, file: Path) -> Observations:
     for option, value in (("--quantity", given.quantity), ("--book", given.book)):
         if value is not None:
-            raise UsageError(f"{option} is about a book and {file} is a table: leave one of the two out.")
-    table = read_table(given.text, str(file))
+            raise UsageError(f"{option} is about a book and {own_name(file)} is a table: leave one of the two out.")
+    table = read_table(given.text, own_name(file))
     if given.value is None or given.by is None:
         columns = ", ".join(repr(name) for name in table.columns)
-        raise UsageError(f"a table needs --value and --by, the columns of values and of groups: {file} has {columns}.")
+        raise UsageError(
+            f"a table needs --value and --by, the columns of values and of groups: {own_name(file)} has {columns}."
+        )
     value, by = given.value, given.by
     labels, days, runs = (
         ("",) * len(table.lines) if name is None else table.cells(name, option)
@@ -178,7 +181,7 @@ def _of_table(given: DataSource, file: Path) -> Observations:
     lacking = [place for place in selected if numbers[place] is None or not all(cells[place] for cells in named)]
     if lacking and given.missing == "refuse":
         raise InputRefused(
-            f"{len(lacking)} of {len(selected)} rows of {file} lack a value or a label, the first in line "
+            f"{len(lacking)} of {len(selected)} rows of {own_name(file)} lack a value or a label, the first in line "
             f"{table.lines[lacking[0]]}: fill them in, or leave them out with --missing drop."
         )
     rows = tuple(
@@ -189,7 +192,7 @@ def _of_table(given: DataSource, file: Path) -> Observations:
     header = parse_header(value)
     control = with_control(given.control, by, list(dict.fromkeys(row.label for row in rows)))
     return Observations(
-        source=str(file),
+        source=own_name(file),
         quantity=header.suffix_base or header.base if header.unit or header.suffix_unit else value,
         unit=header.unit or header.suffix_unit or "",
         by=by,

@@ -6,6 +6,7 @@ import contextlib
 import functools
 import hashlib
 import json
+import os
 import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -19,7 +20,7 @@ from data_schema.queries.readings import ReadingRow, last_reading, readings_in_f
 from ingest.formats.study_sheets import is_readable, may_be_cut, read_trials, read_walks
 from ingest.store import Store, raw_path
 from ingest.text.source import DEFAULT_PAGE
-from labbook.actions.files.named_files import decoded, file_named, read_file
+from labbook.actions.files.named_files import decoded, file_named, own_name, read_file, readable
 from labbook.actions.studies.of_book import LEVEL, SHEETS, book_sources, first_given
 from labbook.book.opening import opened
 from labbook.config.model import StudyProtocol
@@ -52,12 +53,13 @@ class SheetSource:
         data = self.read(path)
         sha256 = hashlib.sha256(data).hexdigest()
         if (before := self.paths.setdefault(sha256, path)) != path:
+            same = " and ".join(_from(log, self.sheet) for log in (before, path))
             raise InputRefused(
-                f"{self.sheet} names {before} and {path}, which are the same bytes: what was recorded once would count "
+                f"{own_name(self.sheet)} names {same}, which are the same bytes: what was recorded once would count "
                 "twice; name, or ingest, the log that was recorded, or drop the row."
             )
         text = decoded(path, data, marked_utf_16=True, page=self.declared(path)[0])
-        if not self.complete and text and (unended := may_be_cut(text, str(path))) is not None:
+        if not self.complete and text and (unended := may_be_cut(text, own_name(path))) is not None:
             raise InputRefused(unended)
         return text
 
@@ -83,6 +85,11 @@ class SheetSource:
     def files(self) -> tuple[tuple[str, str], ...]:
         """The files that were read, by name, with their SHA-256."""
         return tuple((path.name, sha256) for sha256, path in self.paths.items())
+
+
+def _from(log: Path, sheet: Path) -> str:
+    """Return the path of a log as it counts from the folder of the sheet that names it."""
+    return readable(Path(os.path.relpath(log, sheet.parent)))
 
 
 @contextlib.contextmanager

@@ -10,6 +10,7 @@ import numpy as np
 
 from data_schema.errors import UsageError
 from ingest.formats.study_sheets import read_flasks, read_oscillation, read_power, read_trials, read_walks
+from labbook.actions.files.named_files import own_name
 from labbook.analysis.studies.characterisation import Characterisation, Oscillation, characterisation
 from labbook.analysis.studies.compaction import Compaction, compaction
 from labbook.analysis.studies.field import FieldStudy, Walk, field_study
@@ -24,7 +25,7 @@ def characterisation_of(
     `read` returns a file's text, `decimal` its decimal sign, None where it shows. Raises `InputRefused` as
     `read_trials`, `read_oscillation` and `characterisation` do.
     """
-    sheet = read_trials(read(sheet_path), str(sheet_path), decimal(sheet_path))
+    sheet = read_trials(read(sheet_path), own_name(sheet_path), decimal(sheet_path))
     unknown: Sequence[float | None] = [None] * len(sheet.lines)
     columns = (sheet.words["file"], *(sheet.values[name] for name in ("gain", "damping_gain")))
     neutral_m = sheet.values.get("neutral", unknown)
@@ -52,7 +53,7 @@ def compaction_of(text: str, file: Path, grain_mm: float, level: float, decimal:
             f"grains of {grain_mm:g} mm are finer than {_FINEST_MM:g} mm: give their diameter in mm, such as 3.4 "
             "(--grain, or grain_mm in labbook.toml)."
         )
-    sheet = read_flasks(text, str(file), decimal)
+    sheet = read_flasks(text, own_name(file), decimal)
     by_state: dict[str, list[tuple[float, float, int]]] = {}
     columns = (sheet.radii_m, sheet.flasks_m3, sheet.water_m3)
     for state, radius_m, flask_m3, water_m3, line in zip(sheet.states, *columns, sheet.lines, strict=True):
@@ -73,7 +74,7 @@ def field_study_of(
     power log that a row names, whose path counts from the sheet's folder. Raises `InputRefused` as `read_walks`,
     `read_power` and `field_study` do.
     """
-    sheet = read_walks(read(sheet_path), str(sheet_path), decimal)
+    sheet = read_walks(read(sheet_path), own_name(sheet_path), decimal)
     energies_j = sheet.energies_j
     if energies_j is None:
         paths = {name: sheet_path.parent / name for name in sheet.logs}

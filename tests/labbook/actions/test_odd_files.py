@@ -41,7 +41,7 @@ def test_odd_names_are_taken_as_they_are(book: SmallBook, tmp_path: Path) -> Non
             path = tmp_path / name
             path.write_bytes(LOG + f"# {number}\n".encode())
             outcome = ingest_file(opened, path, IngestRequest())
-            assert (outcome.status, Path(outcome.path).name) == (IngestStatus.IMPORTED, name)
+            assert (outcome.status, outcome.name) == (IngestStatus.IMPORTED, name)
 
 
 def test_a_file_beyond_the_bound_is_refused_and_nothing_of_it_kept(book: SmallBook, tmp_path: Path) -> None:
