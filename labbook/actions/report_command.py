@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import os
 import re
 import tempfile
@@ -24,6 +25,7 @@ from ingest.store import STORED
 from labbook.book.opening import JOURNAL, Book
 from labbook.book.write_session import Statement, new_uid, now_utc
 from labbook.config.parsing import Configuration
+from labbook.config.settings_of_numbers import settings_of_numbers
 from labbook.presenting.report.content import MadeReport, make_report
 from labbook.statements.reporting import shown_by
 from reports.page.printing import print_pdf
@@ -52,6 +54,18 @@ class WrittenReport:
     warning: str
     pdf: str = ""
     no_pdf: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnReport:
+    """A report's files, name to bytes, their folder as it counts from the book's, and what puts them there.
+
+    `folder` is None for a report without files.
+    """
+
+    folder: str | None
+    files: Mapping[str, bytes]
+    put: Callable[[], None]
 
 
 def selection(
@@ -112,23 +126,24 @@ def write(
         refuse_foreign(out)
         _check_writable(out)
 
-    def drawn(made: MadeReport) -> Callable[[], None]:
+    def drawn(made: MadeReport) -> DrawnReport:
         step("writing the page")
         files = report_files(made.content, summary=summary, every_figure=every_figure)
+        folder = folder_of(made)
 
         def put() -> None:
-            make_folder(folder_of(made))
-            write_report(files, folder_of(made))
-            sync_all(folder_of(made))
+            make_folder(folder)
+            write_report(files, folder)
+            sync_all(folder)
 
-        return put
+        return DrawnReport(os.path.relpath(folder.resolve(), book.folder.resolve()), files, put)
 
     def folder_of(made: MadeReport) -> Path:
         return out or book.folder / "reports" / made.content.made_at.replace(":", "").replace("-", "").split(".")[0]
 
     if unsaved:
         made = _unsaved_report(book, where, step)
-        drawn(made)()
+        drawn(made).put()
     else:
         made = _saved_report(book, where, out, person, step, drawn)
     folder = folder_of(made)
@@ -165,7 +180,7 @@ def _saved_report(
     out: Path | None,
     person: str | None,
     step: Callable[[str], None],
-    draw: Callable[[MadeReport], Callable[[], None]],
+    draw: Callable[[MadeReport], DrawnReport],
 ) -> MadeReport:
     try:
         with book.session(person):
@@ -245,21 +260,27 @@ def state_report(
     where: str | None,
     person: str | None,
     step: Callable[[str], None],
-    draw: Callable[[MadeReport], Callable[[], None]] = lambda _make_report: lambda: None,
+    draw: Callable[[MadeReport], DrawnReport] = lambda _made: DrawnReport(None, {}, lambda: None),
 ) -> MadeReport:
     """Compute without a lock, then state and store; begin again if somebody stated something meanwhile.
 
-    `draw` makes the report's files without a lock, too, and returns what puts them in place: a report is in the journal
-    only when its files are there, whole.
+    `draw` makes the report's files without a lock, too: a report is in the journal only when they are there, whole.
     """
     for _attempt in range(_ATTEMPTS):
         made, seen = _make_report(book, where, step)
-        put = draw(made)
+        drawn = draw(made)
         with book.session(person) as session:
             if session.entries or journal.head(session.connection) != seen:
                 continue
-            new = {"where": where, "made_at": made.content.made_at, **shown_by(made)}
+            new = {
+                "where": where,
+                "made_at": made.content.made_at,
+                **shown_by(made),
+                "settings": settings_of_numbers(book.configuration),
+                "folder": drawn.folder,
+                "files": {name: hashlib.sha256(data).hexdigest() for name, data in drawn.files.items()},
+            }
             session.state(Statement(Action.REPORT, "report", new_uid(), new=new, prepared=made))
-            put()
+            drawn.put()
             return made
     raise UsageError("others keep writing to the book: try the report again when they have finished.")

@@ -120,7 +120,8 @@ def check_command(
 ) -> None:
     """Read everything that the book rests on and say whether it is whole; exit code 3 where it is not.
 
-    Rows that do not fit their hashes are named, with what should stand there and the reports that rest on them.
+    Rows that do not fit their hashes are named, with what should stand there and the reports that rest on them; so are
+    reports whose files were altered. What labbook.toml says otherwise than when a report was made is said, too.
 
     Example: labbook db check --deep
     """
@@ -133,7 +134,8 @@ def check_command(
     problems = len(found.problems)
     verdict = "the book is whole" if found.whole else f"{problems} problem{'s' if problems > 1 else ''}"
     checked = f"{found.entries} entries, {found.raw_copies} raw copies, {found.signal_files} files of samples"
-    lines = [f"{verdict}: {checked} read.", *(f"  {problem}" for problem in found.problems)]
+    checked += f", the files of {found.reports} report{'' if found.reports == 1 else 's'}"
+    lines = [f"{verdict}: {checked} read.", *(f"  {problem}" for problem in found.problems), *found.other_settings]
     if found.waiting:
         what = (
             "1 entry of journal.jsonl waits" if found.waiting == 1 else f"{found.waiting} entries of journal.jsonl wait"

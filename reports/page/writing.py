@@ -82,6 +82,7 @@ def report_files(content: ReportContent, *, summary: bool = False, every_figure:
         **{f"tables/{name}": data for name, data in table_files.items()},
         "numbers.tex": macros_bytes(content),
         "references.bib": references_bib(content),
+        MARK: content.made_at.encode(),
         **{name: page.encode("utf-8") for name, page in pages.items()},
     }
 
@@ -108,7 +109,7 @@ def write_report(files: Mapping[str, bytes], out_dir: Path) -> Path:
     with _writing_to(out_dir):
         for folder in ("figures", "tables"):
             (out_dir / folder).mkdir(parents=True, exist_ok=True)
-        (out_dir / _MARK).touch()
+        (out_dir / MARK).touch()
         written = {out_dir / name: data for name, data in files.items()}
         with replace_together(written):
             pass
@@ -120,7 +121,7 @@ def write_report(files: Mapping[str, bytes], out_dir: Path) -> Path:
 def refuse_foreign(out_dir: Path) -> None:
     """Raise `UsageError` for a folder with files that a report would replace, but of no report: a paper's own."""
     found = [name for name in _NAMES if (out_dir / name).exists()]
-    if not found or (out_dir / _MARK).exists():
+    if not found or (out_dir / MARK).exists():
         return
     page = out_dir / "report.html"
     if page.is_file() and _GENERATOR in page.read_bytes()[:1000]:  # of a version that left no mark
@@ -155,8 +156,8 @@ def _writing_to(out_dir: Path) -> Iterator[None]:
 
 
 _FORMATS = ("svg", "pdf")
-_MARK = ".labbook-report"
-"""An empty file in the folder of a report: what has the names of a report's files there is labbook's."""
+MARK = ".labbook-report"
+"""A file in the folder of a report, which says when it was made: what has the names of its files there is labbook's."""
 _GENERATOR = b'<meta name="generator" content="labbook'
 _PAGES = ("report.html", "summary.html", "report.pdf", "summary.pdf")
 _NAMES = (*_PAGES, "numbers.tex", "references.bib", "figures", "tables")

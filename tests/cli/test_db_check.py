@@ -204,6 +204,72 @@ def test_a_journal_that_lacks_only_its_last_newline_is_whole(whole: SmallBook) -
     assert len(answer.out.splitlines()) == 1
 
 
+def test_files_of_a_report_that_were_altered_since_are_named(whole: SmallBook, tmp_path: Path) -> None:
+    """Each report in its own folder, where it still is: in the book, or elsewhere."""
+    assert good(labbook("db", "check", "--json", at=whole.folder)).json["reports"] == 0
+    page = Path(good(labbook("report", at=whole.folder)).out.splitlines()[-1])
+    elsewhere = tmp_path / "paper"
+    good(labbook("report", "--where", "foot=small", "--out", elsewhere, at=whole.folder))
+    assert good(labbook("db", "check", "--json", at=whole.folder)).json["reports"] == 2
+    page.write_text(page.read_text(encoding="utf-8").replace("8", "9", 1), encoding="utf-8")
+    table, figure = elsewhere / "tables" / "each_run.csv", next(elsewhere.glob("figures/*.svg"))
+    with table.open("a", encoding="utf-8") as rows:
+        rows.write("r099\n")
+    figure.unlink()
+    found(
+        whole,
+        ("report 1,", "report.html"),
+        ("report 2,", "foot=small", "tables/each_run.csv", f"figures/{figure.name}"),
+    )
+    shutil.rmtree(page.parent)
+    found(whole, ("report 2,", "tables/each_run.csv"))
+    good(labbook("report", "--unsaved", "--out", elsewhere, at=whole.folder))  # what was there is there no longer
+    assert good(labbook("db", "check", "--json", at=whole.folder)).json["reports"] == 0
+    good(labbook("report", "--out", elsewhere, at=whole.folder))
+    assert good(labbook("db", "check", "--json", at=whole.folder)).json["reports"] == 1
+
+
+def test_a_report_of_another_book_or_of_a_backup_has_its_files_elsewhere(whole: SmallBook, tmp_path: Path) -> None:
+    laptop = tmp_path / "laptop"
+    shutil.copytree(whole.folder, laptop)
+    good(labbook("report", at=laptop))
+    good(labbook("merge", laptop, at=whole.folder))
+    good(labbook("report", "--where", "foot=small", at=whole.folder))
+    good(labbook("rebuild", at=whole.folder))
+    assert good(labbook("db", "check", "--deep", "--json", at=whole.folder)).json["reports"] == 1
+    good(labbook("backup", tmp_path / "backup", at=whole.folder))
+    good(labbook("restore", tmp_path / "backup", tmp_path / "again", at=tmp_path))
+    assert good(labbook("db", "check", "--json", at=tmp_path / "again")).json["reports"] == 0
+
+
+def test_what_labbook_toml_says_otherwise_than_when_a_report_was_made_is_said_by_its_key(whole: SmallBook) -> None:
+    def settings() -> list[str]:
+        answer = good(labbook("db", "check", "--json", at=whole.folder)).json
+        assert answer["whole"] is True
+        lines: list[str] = answer["other_settings"]
+        assert all(line in good(labbook("db", "check", at=whole.folder)).out for line in lines)
+        return lines
+
+    text = whole.toml.read_text(encoding="utf-8")
+    planned = '\n[analysis]\nunit_of_analysis = "shared_days"\nalpha = '
+    for where in ("foot=small", "foot=large"):
+        good(labbook("report", "--where", where, at=whole.folder))
+    whole.toml.write_text(f"{text}{planned}0.05\n", encoding="utf-8")  # what holds without [analysis]
+    assert settings() == []
+    whole.toml.write_text(f"{text}{planned}0.1\n", encoding="utf-8")
+    (line,) = settings()
+    says(line, "reports 1 and 2 ", "analysis.alpha", "0.05", "0.1")
+    good(labbook("report", "--where", "foot=small", at=whole.folder))
+    assert settings() == [line]
+    more = text.replace('"Ada Nwosu" = "AN"', '"Ada Nwosu" = "AN"\n"Bo Lund" = "BL"')
+    whole.toml.write_text(f"{more}\n[batteries.D]\ncells = 4\ncapacity_mah = 6600\n{planned}0.1\n", encoding="utf-8")
+    good(labbook("note", "r001", "x", "--as", "AN", at=whole.folder))
+    assert settings() == [line]
+    whole.toml.write_text(f"{more}{planned}0.1\n".replace("15.4", "16.8"), encoding="utf-8")
+    says(settings(), "reports 1 and 2 ", "analysis.alpha", "study.reference_voltage_v", "15.4", "16.8")
+    says(settings(), "report 3 ", "study.reference_voltage_v", "15.4", "16.8")
+
+
 def test_many_problems_are_all_told(whole: SmallBook) -> None:
     shutil.rmtree(whole.folder / "signals")
     shutil.rmtree(whole.folder / "raw")

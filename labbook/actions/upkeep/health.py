@@ -1,8 +1,9 @@
 """`labbook db check`: is the book whole? Everything that the book consists of is read once and compared with its hash.
 
-These are the journal's chain in file and table, every row of the tables, every raw copy, every file of samples, and
-SQLite's own integrity check. Where rows do not fit their hashes, and for a deep check always, the journal is replayed
-into a temporary database and compared. Nothing is changed or mended; each problem comes with its remedy.
+These are the journal's chain in file and table, every row of the tables, every raw copy, every file of samples, the
+files of reports, and SQLite's own integrity check. Where rows do not fit their hashes, and for a deep check always, the
+journal is replayed into a temporary database and compared. Nothing is changed or mended; each problem comes with its
+remedy.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ from data_schema.row_hashes import Altered, altered_rows, has_hashes
 from data_schema.tables import FACTS
 from data_schema.vocabulary import Action
 from ingest.store import Store, raw_path
+from labbook.actions.upkeep.reports_made import altered_reports, made_with_other_settings
 from labbook.book.altered import MOST_NAMED, describe_altered, differing
 from labbook.book.copies.copying import Counted
 from labbook.book.differing import differences
@@ -77,6 +79,8 @@ class Health:
 
     `waiting` entries of the journal file were cut off before the database had them; the next command applies them.
     What is `left_out` at the end of that file is no complete command; the next one that writes sets it aside.
+    `reports` of those that were made still have their folder; `other_settings` say which were made with another
+    labbook.toml than that of now, which is no problem.
     `verdicts_waiting` were given on samples that no reading in force has, `files_waiting` are refused by this labbook:
     both wait for a person.
     """
@@ -87,20 +91,30 @@ class Health:
     left_out: LeftOut
     raw_copies: int
     signal_files: int
+    reports: int
     problems: tuple[str, ...]
+    other_settings: tuple[str, ...]
     orphans: tuple[str, ...]
     verdicts_waiting: int
     files_waiting: int
 
 
 @dataclass(frozen=True, slots=True)
+class _Journal:
+    """The hashes of all entries, in their order, and the entries of reports."""
+
+    hashes: list[str]
+    reports: list[Entry]
+
+
+@dataclass(frozen=True, slots=True)
 class _Database:
-    """What was read from the database: its own damage, the files it refers to, and the hashes of its journal."""
+    """What was read from the database: its own damage, the files it refers to, and its journal."""
 
     problems: list[str]
     raw: list[StoredFile]
     samples: list[StoredFile]
-    entries: list[str] | None
+    journal: _Journal | None
     verdicts_waiting: int = 0
     files_waiting: int = 0
 
@@ -123,13 +137,16 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False) -> Health:
     database = _attempt(problems, lambda: _read_database(engine_of(folder, configuration), replayed_journal, deep))
     database = database or _Database([], [], [], None)
     problems += database.problems
-    written = _attempt(problems, lambda: [entry.hash for entry in mirror.entries()])  # the table is never ahead of it
+    written = _attempt(problems, lambda: _read_through(mirror.entries()))  # the table is never ahead of it
     left_out = NOTHING if written is None else mirror.left_out()
     waiting = 0
-    if written is not None and database.entries is not None:
-        problems += _compared(mirror.path, written, database.entries)
-        waiting = max(0, len(written) - len(database.entries))
-    if database.entries is None and written is None:
+    if written is not None and database.journal is not None:
+        problems += _compared(mirror.path, written.hashes, database.journal.hashes)
+        waiting = max(0, len(written.hashes) - len(database.journal.hashes))
+    read = written or database.journal or _Journal([], [])
+    reports, altered = altered_reports(folder, read.reports)
+    problems += altered
+    if database.journal is None and written is None:
         problems.append("neither the database nor journal.jsonl holds the whole journal: `labbook restore` a backup.")
     with counted(len(database.raw) + len(database.samples)) as step:
         for stored in database.raw:
@@ -143,13 +160,15 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False) -> Health:
     spoken_of |= {raw_path(stored.sha256) for stored in database.raw}
     return Health(
         whole=not problems,
-        entries=len(written or database.entries or ()),
+        entries=len(read.hashes),
         waiting=waiting,
         left_out=left_out,
         raw_copies=len(database.raw),
         signal_files=len(database.samples),
+        reports=reports,
         problems=tuple(problems),
-        orphans=() if database.entries is None else tuple(sorted(set(_files_in(store)) - spoken_of)),
+        other_settings=tuple(made_with_other_settings(configuration, read.reports)),
+        orphans=() if database.journal is None else tuple(sorted(set(_files_in(store)) - spoken_of)),
         verdicts_waiting=database.verdicts_waiting,
         files_waiting=database.files_waiting,
     )
@@ -174,11 +193,11 @@ def _read_database(engine: sa.Engine, replayed_journal: _ReplayedJournal, deep: 
             problems += _with_remedy([*damage, *triggers], _MADE_ANEW)
             deep = deep or bool(triggers)  # what guards the journal was taken away: it may have been cut
             raw, samples = raw_copies(connection), signal_files(connection)
-            entries = _attempt(problems, lambda: [entry.hash for entry in _entries_of_table(connection)])
-            if entries:
-                problems += _altered(connection, len(entries), replayed_journal, deep)
+            read = _attempt(problems, lambda: _read_through(_entries_of_table(connection)))
+            if read is not None and read.hashes:
+                problems += _altered(connection, len(read.hashes), replayed_journal, deep)
             waiting = len(verdicts_waiting(connection)), len(waiting_files(connection))
-        return _Database(problems, raw, samples, entries, *waiting)
+        return _Database(problems, raw, samples, read, *waiting)
     finally:
         engine.dispose()
 
@@ -245,6 +264,15 @@ def _foreign_triggers(connection: sa.Connection) -> list[str]:
 
 def _entries_of_table(connection: sa.Connection) -> Iterator[Entry]:
     return journal.verified_chain(journal.stored(connection), remedy=MEND_TABLE)
+
+
+def _read_through(entries: Iterable[Entry]) -> _Journal:
+    found = _Journal([], [])
+    for entry in entries:
+        found.hashes.append(entry.hash)
+        if entry.action is Action.REPORT:
+            found.reports.append(entry)
+    return found
 
 
 def _compared(path: Path, written: Sequence[str], entries: Sequence[str]) -> list[str]:
