@@ -76,7 +76,7 @@ def _recognise_gzip(head: Head) -> Recognition | None:
 def _read_zip(head: Head, findings: FindingCollector) -> Reading:
     try:
         members = _members(head.data, head.declared.limits)
-        declared = _deeper(head.declared)
+        declared = _deeper(head.declared, len(head.data), sum(len(content) for _name, content in members))
     except Exception as error:  # zipfile raises many kinds for a damaged file
         return _refuse(error, findings)
     return read_members(members, declared, findings, UNPACK, packed_text=True)
@@ -87,7 +87,7 @@ def _read_gzip(head: Head, findings: FindingCollector) -> Reading:
 
     try:
         data = _expanded(head.data, head.declared.limits)
-        result = read_file(data, _deeper(head.declared))
+        result = read_file(data, _deeper(head.declared, len(head.data), len(data)))
     except (ArchiveRefusedError, zlib.error) as error:
         return _refuse(error, findings)
     findings.tables += result.explanation.tables
@@ -105,15 +105,15 @@ def _refuse(error: Exception, findings: FindingCollector) -> Reading:
     return Reading()
 
 
-def _deeper(declared: Declarations) -> Declarations:
-    """Return the declarations for what is inside, with one level of nesting less."""
-    deepest = declared.limits.deepest_nesting - 1
-    if deepest < 0:
+def _deeper(declared: Declarations, packed: int, expanded: int) -> Declarations:
+    """Return the declarations for what is inside, with one level of nesting less, and the expansion that is left."""
+    limits = declared.limits
+    if limits.deepest_nesting < 1:
         raise ArchiveRefusedError("archives are nested too deep (limit deepest_nesting)")
+    left = max(1, limits.largest_expansion * packed // max(packed, expanded))
     inside = None if declared.format in ("zip", "gzip") else declared.format
-    return dataclasses.replace(
-        declared, format=inside, limits=dataclasses.replace(declared.limits, deepest_nesting=deepest)
-    )
+    limits = dataclasses.replace(limits, deepest_nesting=limits.deepest_nesting - 1, largest_expansion=left)
+    return dataclasses.replace(declared, format=inside, limits=limits)
 
 
 def _members(data: bytes, limits: Limits) -> list[tuple[str, bytes]]:

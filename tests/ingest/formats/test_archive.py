@@ -138,6 +138,16 @@ def test_a_directory_that_lies_about_a_size_is_refused_before_it_fills_the_memor
     assert most_bytes < 8 << 20
 
 
+def test_archives_in_each_other_expand_together_within_the_bound() -> None:
+    one = gzip.compress(8 * b"".join(b"%d,%d\n" % (place, place * place % 997) for place in range(1000)))
+    packed = zipped({f"{number}.csv.gz": 50 * one for number in range(20)})
+    inside, text = 20 * 50 * len(one), 20 * 50 * len(gzip.decompress(one))
+    assert inside < 200 * len(packed) < text < 200 * inside
+    result = read(packed)
+    assert result.refused
+    assert any("largest_expansion" in finding.message for finding in result.findings)
+
+
 def test_a_hundred_thousand_members_one_after_another_are_read_in_linear_time() -> None:
     began_s = time.process_time()
     assert same(read(LOG), read(gzip.compress(b"") * 100_000 + gzip.compress(LOG)))
