@@ -15,8 +15,8 @@ from reports.display import list_text
 from reports.page.writing import MARK
 
 _MOST_NAMED = 5
-_TAKEN_OUT = {False: "nothing", True: "more"}
-"""What is now in place of a setting: nothing, or a table where there was none."""
+_TAKEN_OUT = {False: "nothing", True: "a table"}
+"""What now stands instead of a setting, by whether it was nothing: tables of settings come and go as a whole."""
 
 
 def altered_reports(book_folder: Path, reports: Sequence[Entry]) -> tuple[int, list[str]]:
