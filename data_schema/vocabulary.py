@@ -160,15 +160,6 @@ class GapKind(StrEnum):
     HELD = "held"
 
 
-class CheckKind(StrEnum):
-    """The checks made before a day's first run (thesis 5.1.3)."""
-
-    RAIL_ANGLE = "rail_angle"
-    LUBRICATION = "lubrication"
-    BATTERY_CONDITIONED = "battery_conditioned"
-    SENSOR_ZERO = "sensor_zero"
-
-
 class PlanMethod(StrEnum):
     """How the order of a day was drawn."""
 

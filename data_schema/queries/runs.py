@@ -14,7 +14,7 @@ import sqlalchemy as sa
 from data_schema.errors import UsageError, nearest
 from data_schema.queries.study import factors
 from data_schema.tables.base import in_chunks
-from data_schema.tables.design import condition, condition_level, day, factor, level
+from data_schema.tables.design import condition, condition_level, day, factor, level, planned_run
 from data_schema.tables.equipment import battery, robot
 from data_schema.tables.runs import run
 from data_schema.vocabulary import RunKind, RunState
@@ -194,6 +194,13 @@ def runs_named(connection: sa.Connection, names: Sequence[str]) -> list[RunRow]:
 def run_names(connection: sa.Connection) -> list[str]:
     """Return the names of all runs."""
     return list(connection.execute(sa.select(run.c.name).order_by(run.c.id)).scalars())
+
+
+def names_beginning(connection: sa.Connection, text: str) -> list[str]:
+    """Return the names of runs, made or planned, that a text begins with."""
+    names = (run.c.name, planned_run.c.name)
+    begun = (sa.select(name).where(sa.func.substr(text, 1, sa.func.length(name)) == name) for name in names)
+    return list(connection.execute(sa.union(*begun)).scalars())
 
 
 def _in_order(columns: Sequence[sa.ColumnElement[Any]], where: sa.ColumnElement[bool] | None) -> sa.Select[Any]:

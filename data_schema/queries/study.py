@@ -24,7 +24,7 @@ from data_schema.tables.design import (
 )
 from data_schema.tables.journal import config, journal, person
 from data_schema.tables.runs import run
-from data_schema.vocabulary import Action, CheckKind
+from data_schema.vocabulary import Action
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +122,7 @@ def conditions_by_key(connection: sa.Connection) -> Mapping[str, str]:
 class CheckRow:
     """A check made on a day; the newest of its kind counts."""
 
-    kind: CheckKind
+    kind: str
     value: float | None
     unit: str | None
     passed: bool
@@ -150,7 +150,7 @@ def checks_by_day(connection: sa.Connection) -> dict[str, list[CheckRow]]:
     )
     newest: dict[tuple[str, str], CheckRow] = {}
     for date, kind, value, unit, passed, name, at_utc in connection.execute(query):
-        newest[(date, kind)] = CheckRow(CheckKind(kind), value, unit, bool(passed), name, at_utc)
+        newest[(date, kind)] = CheckRow(kind, value, unit, bool(passed), name, at_utc)
     found: dict[str, list[CheckRow]] = {}
     for (date, _kind), row in newest.items():
         found.setdefault(date, []).append(row)

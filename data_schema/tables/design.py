@@ -15,7 +15,7 @@ from data_schema.tables.base import (
     uid_column,
     whole_column,
 )
-from data_schema.vocabulary import CheckKind, FactorKind, PlanMethod, StudyKind
+from data_schema.vocabulary import FactorKind, PlanMethod, StudyKind
 
 study = table(
     "study",
@@ -51,7 +51,6 @@ day_check = table(
     whole_column("passed"),
     reference("person"),
     text_column("at_utc"),
-    one_of("kind", CheckKind),
     flag("passed"),
 )
 

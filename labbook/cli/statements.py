@@ -72,7 +72,7 @@ def charge(
 
 
 def check(
-    kind: Annotated[str, typer.Argument(help="rail_angle, lubrication, battery_conditioned or sensor_zero.")],
+    kind: Annotated[str, typer.Argument(help="A check that [protocol] checks of labbook.toml lists.")],
     value: Annotated[float | None, typer.Option("--value", help="What was measured.")] = None,
     unit: Annotated[str | None, typer.Option("--unit", help="Its unit.")] = None,
     failed: Annotated[bool, typer.Option("--failed", help="The check was made and did not pass.")] = False,
@@ -81,7 +81,7 @@ def check(
     person: AsOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Record a check of the day (thesis 5.1.3): the rail's angle, lubrication, battery, sensor zero.
+    """Record a check made before the day's first run, one of those that `checks` of [protocol] lists.
 
     Example: labbook check rail_angle --value 0.4 --unit deg
     """

@@ -10,6 +10,7 @@ from typing import Any
 from data_schema.calibration import Calibration
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import FactorKind, ReasonCode, StudyKind
+from labbook.config.run_names import RunNames
 
 
 class Detector(StrEnum):
@@ -45,6 +46,7 @@ class StudySettings:
     reference_voltage_v: float
     jumps_nominal: int
     time_zone: str
+    run_names: RunNames
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +77,8 @@ JUMP_RULES = {"exclude_first_jumps": "2", "exclude_gap_jumps": "true"}
 class ProtocolSettings:
     """`[protocol]`: how a run is made and what of it is used.
 
-    `run_duration_s` is None where runs have no set duration; `rules_given` has the `JUMP_RULES` that labbook.toml sets.
+    `run_duration_s` is None where runs have no set duration; `checks` are the names of those made before a day's first
+    run; `rules_given` has the `JUMP_RULES` that labbook.toml sets.
     """
 
     run_duration_s: float | None
@@ -86,6 +89,7 @@ class ProtocolSettings:
     take_off: TakeOff
     charger_resolution_mah: float
     idle_minutes: tuple[float, ...]
+    checks: tuple[str, ...] = ()
     rules_given: frozenset[str] = frozenset()
 
 
@@ -150,12 +154,8 @@ LIMITS = (
 
 @dataclass(frozen=True, slots=True)
 class FileSettings:
-    """`[files]`: `run_pattern` finds the run's name in a file's name, as the group `run`.
+    """`[files]`: `limits` are those bounds of `ingest.model.Limits` that `[files.limits]` sets, by name."""
 
-    `limits` are those bounds of `ingest.model.Limits` that `[files.limits]` sets, by name.
-    """
-
-    run_pattern: str | None
     limits: Mapping[str, int]
 
 

@@ -30,11 +30,11 @@ from labbook.config.model import (
     StudySettings,
     TakeOff,
 )
-from labbook.config.patterns import pattern_fault
 from labbook.config.profiles import read_profiles
+from labbook.config.run_names import DEFAULT, RunNames, scheme_fault
 from labbook.config.simulation import read_simulation, with_own_scene
 from labbook.config.studies import read_studies
-from labbook.config.tables import TableReader, as_number
+from labbook.config.tables import TableReader, as_number, is_plain
 from labbook.config.template import template
 
 __all__ = ["Configuration", "parse_configuration", "template"]
@@ -62,7 +62,7 @@ def parse_configuration(text: str, source: str, folder: Path | None = None) -> C
         robots={name: _robot(table) for name, table in top.tables("robots")},
         batteries={name: _battery(table) for name, table in top.tables("batteries")},
         instruments={name: _instrument(table) for name, table in top.tables("instruments")},
-        files=_files(top.table("files"), in_force=folder is None),
+        files=_files(top.table("files")),
         profiles=read_profiles(top, in_force=folder is None),
         simulation=simulation,
         analysis=read_analysis(top),
@@ -98,6 +98,7 @@ def _study(table: TableReader) -> StudySettings:
         reference_voltage_v=table.number("reference_voltage_v", above=0.0, most=1000.0),
         jumps_nominal=table.whole("jumps_nominal", least=1),
         time_zone=table.text("time_zone"),
+        run_names=_run_names(table),
     )
     try:
         zoneinfo.ZoneInfo(settings.time_zone or "UTC")
@@ -106,6 +107,14 @@ def _study(table: TableReader) -> StudySettings:
         table.fault("time_zone", str(unknown_name("time zone", settings.time_zone, known)))
     table.finish()
     return settings
+
+
+def _run_names(table: TableReader) -> RunNames:
+    scheme = table.optional_text("run_names")
+    fault = scheme_fault(scheme) if scheme else None
+    if fault is not None:
+        table.fault("run_names", fault)
+    return RunNames(scheme if scheme and fault is None else DEFAULT)
 
 
 def _people(table: TableReader) -> dict[str, str]:
@@ -125,6 +134,12 @@ def _protocol(table: TableReader) -> ProtocolSettings:
             table.fault("idle_minutes", f"{given!r} is not a time in minutes: write numbers greater than 0.")
         else:
             minutes.append(number)
+    checks: list[str] = []
+    for given in table.items("checks", "names in quotes"):
+        if not isinstance(given, str) or not is_plain(given) or given in checks:
+            table.fault("checks", f"{given!r} is no name of a check, or there twice: write each once, in quotes.")
+        else:
+            checks.append(given)
     settings = ProtocolSettings(
         run_duration_s=table.optional_number("run_duration_s", above=0.0),
         detector=table.word("detector", Detector, Detector.ROBUST),
@@ -134,6 +149,7 @@ def _protocol(table: TableReader) -> ProtocolSettings:
         take_off=table.word("take_off", TakeOff, TakeOff.FLIGHT_SDS),
         charger_resolution_mah=table.number("charger_resolution_mah", 1.0, above=0.0),
         idle_minutes=tuple(minutes),
+        checks=tuple(checks),
         rules_given=frozenset(key for key in JUMP_RULES if table.value(key) is not None),
     )
     table.finish()
@@ -173,16 +189,12 @@ def _instrument(table: TableReader) -> InstrumentSettings:
     return settings
 
 
-def _files(table: TableReader, in_force: bool) -> FileSettings:
-    pattern = table.optional_text("run_pattern")
-    fault = None if pattern is None else pattern_fault(pattern, in_force)
-    if fault is not None:
-        table.fault("run_pattern", fault)
+def _files(table: TableReader) -> FileSettings:
     bounds = table.table("limits")
     limits = {name: bounds.whole(name, least=1) for name in LIMITS if bounds.value(name) is not None}
     bounds.finish()
     table.finish()
-    return FileSettings(pattern, limits)
+    return FileSettings(limits)
 
 
 def _database(table: TableReader) -> str | None:

@@ -21,6 +21,9 @@ reference_voltage_v = 15.4
 jumps_nominal = 25
 # Days and clock times are local to this zone, for example "America/New_York".
 time_zone = ZONE
+# How runs are called: the number in braces, of three digits. LOG{:04d} is LOG0001; a file belongs to the run that its
+# name states.
+run_names = "r{:03d}"
 
 [people]
 # Who may speak in this book: name = initials.
@@ -44,8 +47,8 @@ PERSON = INITIALS
 #control = 0
 
 [protocol]
-# Power on to power off.
-run_duration_s = 720
+# Power on to power off, where all runs of jumps last as long.
+#run_duration_s = 720
 # robust, or published: the one of the thesis.
 detector = "robust"
 exclude_first_jumps = 0
@@ -57,6 +60,8 @@ take_off = "flight_5sd"
 charger_resolution_mah = 1
 # Runs without jumps, from which the passive drain is fitted.
 idle_minutes = [20, 24, 30, 40, 50, 60]
+# What is looked at before a day's first run: `labbook today` asks for each.
+#checks = ["rail_angle", "lubrication", "battery_conditioned", "sensor_zero"]
 
 # What a gain means: physical value = slope * gain + offset; at the gain zero, nothing is applied.
 #[gains.k_gain]
@@ -72,29 +77,25 @@ idle_minutes = [20, 24, 30, 40, 50, 60]
 #unit = "kg/s"
 #zero = 0
 
-# Weigh and measure yours before the first run: these are those of a small hopper.
-[robots.hopper]
-body_mass_kg = 1.8
-foot_mass_kg = 0.2
-link_1_m = 0.1
-link_2_m = 0.2
-rest_length_m = 0.27
-leg_min_m = 0.1
-leg_max_m = 0.3
+# Robots and packs that runs are made with, weighed and measured before the first run: files are compared with them.
+#[robots.hopper]
+#body_mass_kg = 1.8
+#foot_mass_kg = 0.2
+#link_1_m = 0.1
+#link_2_m = 0.2
+#rest_length_m = 0.27
+#leg_min_m = 0.1
+#leg_max_m = 0.3
 
-[batteries.A]
-cells = 4
-capacity_mah = 6600
+#[batteries.A]
+#cells = 4
+#capacity_mah = 6600
 
 #[instruments.charger]
 #kind = "charger"
 #make = "Junsi"
 #model = "iCharger 406 Duo"
 #serial = "0001"
-
-[files]
-# The run's name in a file's name, without folder: a regular expression with the group (?P<run>...).
-run_pattern = '^(?P<run>r\\d+)'
 
 # What one file may ask for at most, so that a damaged or hostile one cannot fill memory or disk.
 #[files.limits]

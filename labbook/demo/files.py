@@ -75,6 +75,7 @@ exclude_first_jumps = 0
 exclude_gap_jumps = true
 charger_resolution_mah = 1
 idle_minutes = {idle}
+checks = ["rail_angle", "lubrication"]
 
 [gains.k_gain]
 symbol = "k"
@@ -99,8 +100,6 @@ leg_min_m = 0.1
 leg_max_m = 0.3
 
 {batteries}
-[files]
-run_pattern = '^(?P<run>r\\d+)'
 """
 )
 _ANALYSIS = """

@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from data_schema.errors import UsageError
-from data_schema.vocabulary import CheckKind, PlanMethod
+from data_schema.vocabulary import PlanMethod
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.files.named_files import files_of
 from labbook.actions.planning.runs import PlannedEntry, state_plan
@@ -108,7 +108,7 @@ def _state_runs(book: Book, campaign: Campaign, sheet: Path) -> None:
         state_plan(session, book.configuration, campaign.seed, PlanMethod.BLOCKED, entries)
         import_runs(book, session, sheet.read_text(encoding="utf-8"), str(sheet))
         for date in dates:
-            for kind in (CheckKind.RAIL_ANGLE, CheckKind.LUBRICATION):
+            for kind in book.configuration.protocol.checks:
                 state_check(session, book.configuration, kind, None, None, passed=True, day=date.isoformat())
 
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from itertools import groupby
 
 from data_schema.errors import UsageError
-from data_schema.vocabulary import CheckKind, RunKind
+from data_schema.vocabulary import RunKind
 from labbook.plan.drawing import Plan, PlannedRun
 from labbook.plan.sheet_cells import as_text
 
@@ -40,11 +40,6 @@ class SheetLine:
         if self.run.kind is not RunKind.IDLE or self.run.duration_s is None:
             return ""
         return f"planned {self.run.duration_s / 60.0:g} min"
-
-
-def run_names(plan: Plan, first: int = 1) -> tuple[str, ...]:
-    """Name the runs of a plan r001, r002 and so on, from the number `first`."""
-    return tuple(f"r{number:03d}" for number in range(first, first + len(plan.runs)))
 
 
 def _sheet_lines(plan: Plan, names: Sequence[str], dates: Sequence[datetime.date]) -> Iterator[SheetLine]:
@@ -118,13 +113,15 @@ def format_run_sheet_for_print(
     battery: str = "",
     robot: str = "",
     jumps_nominal: int | None = None,
+    checks: Sequence[str] = (),
 ) -> str:
     """Write the sheet as one HTML page without anything outside it; the same plan gives the same bytes.
 
-    `names` and `dates` as for `write_run_sheet`; an empty `battery` or `robot` is a blank.
+    `names` and `dates` as for `write_run_sheet`; an empty `battery` or `robot` is a blank. Each of a day's `checks` has
+    a box to tick.
     """
     pages = (
-        _page(list(lines), plan, study, battery, robot, jumps_nominal)
+        _page(list(lines), plan, study, battery, robot, jumps_nominal, checks)
         for _, lines in groupby(_sheet_lines(plan, names, dates), key=lambda line: line.run.day)
     )
     title = html.escape(f"Run sheet: {study}")
@@ -135,15 +132,20 @@ def format_run_sheet_for_print(
 
 
 def _page(
-    lines: Sequence[SheetLine], plan: Plan, study: str, battery: str, robot: str, jumps_nominal: int | None
+    lines: Sequence[SheetLine],
+    plan: Plan,
+    study: str,
+    battery: str,
+    robot: str,
+    jumps_nominal: int | None,
+    checks: Sequence[str],
 ) -> str:
     day = lines[0].run.day
     heading = f"{study}: day {day} of {len(plan.days)}, {lines[0].date.isoformat()}"
     jumps = "" if jumps_nominal is None else f"{jumps_nominal} jumps a run. "
-    about = f"{len(lines)} runs, {plan.method.value} order, seed {plan.seed}. {jumps}Before the first run:"
-    checks = "".join(
-        f'<span class="check">&#9633; {html.escape(kind.value.replace("_", " "))}</span>' for kind in CheckKind
-    )
+    before = "Before the first run:" if checks else ""
+    about = f"{len(lines)} runs, {plan.method.value} order, seed {plan.seed}. {jumps}{before}"
+    boxes = "".join(f'<span class="check">&#9633; {html.escape(check.replace("_", " "))}</span>' for check in checks)
     factors = [factor.name for factor in plan.factors]
     header = ["run", "", "kind", *factors, "min", "battery", "robot"]
     cells = "".join(f"<th>{html.escape(name)}</th>" for name in header)
@@ -159,7 +161,7 @@ def _page(
         rows.append(start + _cells(shown) + "</tr>\n")
         block = line.run.block
     return (
-        f"<section>\n<h1>{html.escape(heading)}</h1>\n<p>{html.escape(about)} {checks}</p>\n"
+        f"<section>\n<h1>{html.escape(heading)}</h1>\n<p>{html.escape(about)} {boxes}</p>\n"
         f'<p>At the rig: <span class="line"></span></p>\n'
         f"<table>\n<thead>\n<tr>{cells}</tr>\n</thead>\n<tbody>\n{''.join(rows)}</tbody>\n</table>\n</section>\n"
     )

@@ -52,13 +52,16 @@ def _days(content: ReportContent) -> Table:
         for name in {run.run for summary in condition.summaries.values() for run in summary.runs}:
             of_run.setdefault(name, []).append(place)
     noted = any(day.note for day in content.days)
+    checked = any(day.checks_made or day.checks_not_made for day in content.days)
+    made = text_column("checks made", "checks_made", prose=True, shown=checked)
+    not_made = text_column("checks not made", "checks_not_made", prose=True, shown=checked)
     columns: Columns[Day] = (
         (text_column("day"), lambda day: words(day.date)),
         (Column("runs", ("n_runs", "runs")), lambda day: Cell(str(len(day.runs)), (len(day.runs), " ".join(day.runs)))),
         (text_column("conditions", prose=True), lambda day: _conditions_cell(content, day, of_run)),
         (text_column("packs", prose=True), lambda day: _names_cell(day.packs)),
-        (text_column("checks made", "checks_made", prose=True), lambda day: _names_cell(day.checks_made)),
-        (text_column("checks not made", "checks_not_made", prose=True), lambda day: _names_cell(day.checks_not_made)),
+        (made, lambda day: _names_cell(day.checks_made)),
+        (not_made, lambda day: _names_cell(day.checks_not_made)),
         (text_column("note", prose=True, shown=noted), lambda day: words(day.note)),
     )
     return table_of("days", "What was measured and when.", content.days, columns)

@@ -50,6 +50,7 @@ def test_a_new_book_is_described_first_and_then_only_corrected(tmp_path: Path) -
     book = tmp_path / "mybook"
     toml = book / "labbook.toml"
     described = toml.read_text().replace('name = "mybook"', 'name = "granular bed"').replace("= 15.4", "= 16.8")
+    described = described.replace("#checks", "checks")
     toml.write_text(described)
     good(labbook("check", "rail_angle", at=book))
     assert rows(book, "SELECT name, reference_voltage_v FROM study") == [("granular bed", 16.8)]

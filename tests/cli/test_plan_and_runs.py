@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from pathlib import Path
 
 import pytest
 
 from tests.cli.shell import contents, good, labbook, refused, rows, unchanged
 from tests.helpers.books import SmallBook, small_book
+from tests.helpers.tomls import without
 from tests.helpers.wording import says
 
 PLAN = ("plan", "--seed", "7", "--n", "2", "--per-day", "8", "--start", "2021-06-01")
@@ -155,14 +157,13 @@ def test_today_lists_what_a_day_still_needs(stated: SmallBook) -> None:
     shown = good(labbook(*day, at=stated.folder)).out
     assert "2021-06-14: 8 runs." in shown
     says(shown, "neither log nor", "8", "r001", "r002")
-    says(shown, "checks not made", "3")
+    says(shown, "checks not made (1)", "lubrication")
     good(labbook("ingest", stated.log("r001"), stated.log("r002"), at=stated.folder))
     good(labbook("ingest", stated.instruments / "charger" / "2021-06-14.csv", at=stated.folder))
     found = good(labbook(*day, "--json", at=stated.folder)).json
     assert found["log_without_charge"] == []
     assert found["charge_without_log"] == ["r003", "r004", "r005", "r006"]
-    for kind in ("lubrication", "battery_conditioned", "sensor_zero"):
-        good(labbook("check", kind, "--day", "2021-06-14", at=stated.folder))
+    good(labbook("check", "lubrication", "--day", "2021-06-14", at=stated.folder))
     for run in ("r003", "r004", "r005", "r006"):
         good(labbook("ingest", stated.log(run), at=stated.folder))
     says(good(labbook(*day, at=stated.folder)).out, "no passive-drain fit", "r001", "r002")
@@ -340,3 +341,38 @@ def test_plan_says_what_it_leaves_open(fresh: SmallBook) -> None:
     assert [line.startswith("look again: ") for line in drawn] == [True, True]
     assert "control = ..." in drawn[0]
     says(drawn[1], "2 robots", "three or more", "6")
+
+
+def test_checks_are_those_of_the_lab_and_none_where_it_lists_none(fresh: SmallBook) -> None:
+    listed = 'checks = ["rail_angle", "lubrication"]'
+    without(fresh.folder, re.escape(listed), 'checks = ["plate zeroed"]')
+    says(good(labbook("today", at=fresh.folder)).out, "checks not made (1)", "plate zeroed")
+    refused(labbook("check", "rail_angle", at=fresh.folder), 2, "rail_angle", "'plate zeroed'", "[protocol]")
+    good(labbook("check", "plate zeroed", at=fresh.folder))
+    good(labbook("plan", "--seed", "1", "--n", "2", at=fresh.folder))
+    assert "plate zeroed" in (fresh.folder / "runs.html").read_text()
+    without(fresh.folder, re.escape('checks = ["plate zeroed"]'))
+    assert good(labbook("today", "--day", "2021-06-01", "--json", at=fresh.folder)).json["checks_not_made"] == []
+
+
+def test_a_lab_names_its_runs_as_it_does(fresh: SmallBook) -> None:
+    without(fresh.folder, r"(?<=\[study\]\n)", 'run_names = "LOG{:04d}"\n')
+    good(labbook("plan", "--seed", "1", "--n", "1", "--no-idle", "--out", "first.csv", at=fresh.folder))
+    names = [line["run"] for line in table(fresh.folder / "first.csv")]
+    assert names == ["LOG0001", "LOG0002", "LOG0003", "LOG0004"]
+    good(labbook("plan", "--seed", "2", "--n", "1", "--no-idle", "--out", "second.csv", at=fresh.folder))
+    lines = table(fresh.folder / "second.csv")
+    assert lines[0]["run"] == "LOG0005"
+    for minute, line in enumerate(lines):
+        line.update(started=f"09:3{minute}", battery="A", duration_s="720", jumps_made="3")
+    lines[1]["run"] = "hop-a"
+    done = good(labbook("runs", "import", write(fresh.folder / "done.csv", lines), at=fresh.folder))
+    says(done.out, "look again", "hop-a", "LOG{:04d}")
+    for source, file in (("r001", "2021-06-14_LOG0005.csv"), ("r002", "hop-a_2.csv"), ("r003", "LOG0005-LOG0007.csv")):
+        (fresh.folder / file).write_bytes(fresh.log(source).read_bytes())
+        good(labbook("ingest", file, at=fresh.folder))
+    assert rows(fresh.folder, "SELECT original_name, stated_run FROM ingest ORDER BY id") == [
+        ("2021-06-14_LOG0005.csv", "LOG0005"),
+        ("hop-a_2.csv", "hop-a"),
+        ("LOG0005-LOG0007.csv", None),
+    ]

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from data_schema.vocabulary import CheckKind, RunKind
+from data_schema.vocabulary import RunKind
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.files.named_files import files_of
 from labbook.actions.report_command import state_report
@@ -197,9 +197,7 @@ def import_sheet(book: Book, sheet: Path, person: str = ADA) -> None:
     with book.session(person) as session:
         import_runs(book, session, sheet.read_text(encoding="utf-8"), sheet.name)
         for date in DAYS:
-            state_check(
-                session, book.configuration, CheckKind.RAIL_ANGLE, 0.4, "deg", passed=True, day=date.isoformat()
-            )
+            state_check(session, book.configuration, "rail_angle", 0.4, "deg", passed=True, day=date.isoformat())
 
 
 def ingest_all(book: Book, instruments: Path, person: str = ADA) -> None:

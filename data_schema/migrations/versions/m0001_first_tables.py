@@ -489,10 +489,6 @@ def upgrade() -> None:
         sa.Column("passed", WHOLE, nullable=False),
         sa.Column("person", WHOLE, nullable=False),
         sa.Column("at_utc", TEXT, nullable=False),
-        sa.CheckConstraint(
-            "kind IN ('rail_angle', 'lubrication', 'battery_conditioned', 'sensor_zero')",
-            name=op.f("ck_day_check_kind_known"),
-        ),
         sa.CheckConstraint("passed IN (0, 1)", name=op.f("ck_day_check_passed_flag")),
         sa.ForeignKeyConstraint(
             ["day"], ["day.id"], name=op.f("fk_day_check_day"), onupdate="RESTRICT", ondelete="RESTRICT"

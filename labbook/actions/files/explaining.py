@@ -66,8 +66,8 @@ class Explained:
 
 def explain_file(book: Book, path: Path, options: Mapping[str, Any], run: str | None, *, alone: bool) -> Explained:
     """Read a file as `ingest` would and explain how; `run` is the one named for it, `alone`: no other file is read."""
-    run = run or stated_run(book, path)
     with book.reading() as connection:
+        run = run or stated_run(connection, book.configuration, path)
         read = _read_as_ingest(book, path, options)
         read = refused_without_columns(read, options) if alone else read
         read = refused_by_book(connection, book.configuration, read, run, notes=True)

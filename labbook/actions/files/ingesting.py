@@ -5,7 +5,6 @@ The file is read once: the same bytes are hashed, parsed and stored, whatever ha
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -19,7 +18,7 @@ from data_schema.queries.charges import charges_of_run
 from data_schema.queries.facts import find_uid
 from data_schema.queries.imported_files import runs_of_file
 from data_schema.queries.imports import ABOUT_RUNS, FirstImport, first_import
-from data_schema.queries.runs import list_runs
+from data_schema.queries.runs import list_runs, names_beginning
 from data_schema.vocabulary import Action, FileRole, IngestStatus, Severity
 from ingest.channels.calibration import UNDATED
 from ingest.formats.format import UNKNOWN
@@ -36,6 +35,7 @@ from labbook.actions.files.named_files import own_name
 from labbook.actions.files.rereading import take_known
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, new_uid
+from labbook.config.parsing import Configuration
 from labbook.statements.counted_charges import predicted_findings
 from labbook.statements.importing import (
     PreparedImport,
@@ -106,24 +106,25 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
     with book.reading() as connection:
         run_uid = _run_uid(connection, request.run)
         first = first_import(connection, sha256)
+        stated = stated_run(connection, book.configuration, path)
     if first is not None:
         restored = not request.dry_run and book.store.restore_raw(data, sha256)
         return _known(book, path, request, first, sha256, restored)
     options = dict(request.options or {})
     settings = current_settings(book.configuration, options, own_name(path))
-    of_run = request.run or stated_run(book, path)
     read = read_file(data, settings.declared)
-    if of_run is not None and any(finding.rule == UNDATED for finding in read.findings):
+    if (request.run or stated) and any(finding.rule == UNDATED for finding in read.findings):
         with book.reading() as connection:
-            uid = find_uid(connection, "run", name=of_run)
+            uid = find_uid(connection, "run", name=request.run or stated)
             day = None if uid is None else name_and_day(connection, uid)[1]
         if day is not None:
             options["day"] = day
-            settings = current_settings(book.configuration, options, readable(Path(path.name)))
+            settings = current_settings(book.configuration, options, own_name(path))
             read = read_file(data, settings.declared)
     if read.role is FileRole.SHEET:
         _refuse_run(path, request.run)
-        of_run = None
+        stated = None
+    of_run = request.run or stated
     read = refused_without_columns(read, options) if request.batch is None else read
     with book.reading() as connection:
         read = refused_by_book(connection, book.configuration, read, of_run, notes=request.dry_run)
@@ -135,7 +136,7 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
             return FileOutcome(own_name(path), sha256, status, read, runs)
     prepared = store_reading(book.store, data, sha256, read, settings)
     modified_utc = datetime.fromtimestamp(modified_s, UTC).isoformat(timespec="seconds")
-    return _stored(book, path, request, prepared, run_uid, options, modified_utc)
+    return _stored(book, path, request, prepared, run_uid, stated, options, modified_utc)
 
 
 def _known(
@@ -190,11 +191,10 @@ def _not_read(message: str) -> ReadFile:
     return ReadFile(UNKNOWN, 0, (), (), (finding,), 0, 0, 0)
 
 
-def stated_run(book: Book, path: Path) -> str | None:
-    """Return the run that a file's name states, by the pattern in labbook.toml."""
-    pattern = book.configuration.files.run_pattern
-    found = re.search(pattern, own_name(path)) if pattern else None
-    return found.group("run") if found else None
+def stated_run(connection: Any, configuration: Configuration, path: Path) -> str | None:
+    """Return the run that a file's name states: one of the book or of a plan, or by the scheme of labbook.toml."""
+    name = own_name(path)
+    return configuration.study.run_names.stated_in(name, names_beginning(connection, name))
 
 
 def _run_uid(connection: Any, name: str | None) -> str | None:
@@ -214,6 +214,7 @@ def _stored(
     request: IngestRequest,
     prepared: PreparedImport,
     run_uid: str | None,
+    stated: str | None,
     options: dict[str, Any],
     modified_utc: str,
 ) -> FileOutcome:
@@ -224,7 +225,7 @@ def _stored(
         "original_name": own_name(path),
         "modified_utc": modified_utc,
         "options": options,
-        "stated_run": None if read.role is FileRole.SHEET else stated_run(book, path),
+        "stated_run": stated,
         **({} if request.batch is None else {"batch": request.batch}),
     }
     with book.session(request.person) as session:

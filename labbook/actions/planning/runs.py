@@ -33,7 +33,6 @@ from labbook.config.model import AnalysisSettings, UnitOfAnalysis
 from labbook.config.parsing import Configuration
 from labbook.plan.drawing import Plan, PlannedRun, draw_plan
 from labbook.plan.sheet import format_run_sheet_for_print, write_run_sheet
-from labbook.plan.sheet import run_names as names_of
 from stats.planning.power import Power, power_by_day
 
 
@@ -94,13 +93,21 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
         taken = {*run_names(connection), *planned, *withdrawn_names(connection)}
         settings = planned_analysis(connection, configuration).settings
     days, power, crossing = _tested(configuration, draw, request.runs_per_condition, settings)
-    names = names_of(drawn, first=_first_free(taken))
+    scheme = configuration.study.run_names
+    free = 1 + max((number for name in taken if (number := scheme.number(name)) is not None), default=0)
+    names = [scheme.name(number) for number in range(free, free + len(drawn.runs))]
     first_day = _start(request.start, configuration.study.time_zone)
     dates = [first_day + datetime.timedelta(days=day) for day in range(len(drawn.days))]
     only = {"battery": _only(list(configuration.batteries)), "robot": _only(list(configuration.robots))}
     sheet = write_run_sheet(drawn, names, dates, **only)
     printed = format_run_sheet_for_print(
-        drawn, names, dates, study=configuration.study.name, jumps_nominal=configuration.study.jumps_nominal, **only
+        drawn,
+        names,
+        dates,
+        study=configuration.study.name,
+        jumps_nominal=configuration.study.jumps_nominal,
+        checks=configuration.protocol.checks,
+        **only,
     )
     of_dry_run = request.out.is_file() and request.out.read_bytes() == sheet.encode()
     if request.out.exists() and not of_dry_run:
@@ -247,11 +254,6 @@ def withdraw_plans(session: WriteSession, seed: int | None, why: str) -> PlansWi
 def _is_control(drawn: Plan, run: PlannedRun) -> bool:
     levels = dict(run.condition or ())
     return any(factor.control is not None and levels.get(factor.name) == factor.control for factor in drawn.factors)
-
-
-def _first_free(taken: set[str]) -> int:
-    numbers = [int(name[1:]) for name in taken if name[:1] == "r" and name[1:].isdigit()]
-    return max(numbers, default=0) + 1
 
 
 def _only(names: list[str]) -> str:

@@ -7,7 +7,6 @@ import math
 from zoneinfo import ZoneInfo
 
 from data_schema.errors import UsageError, unknown_name
-from data_schema.vocabulary import CheckKind
 from labbook.book.naming import ensure_day, study_of
 from labbook.book.write_session import WriteSession
 from labbook.config.parsing import Configuration
@@ -22,9 +21,14 @@ def state_check(
     passed: bool,
     day: str | None,
 ) -> str:
-    """State that a check was made on a day (default: today in the study's time zone); returns the date."""
-    if kind not in tuple(CheckKind):
-        raise unknown_name("check", kind, tuple(CheckKind))
+    """State that a check of `[protocol] checks` was made on a day (default: today in the study's time zone).
+
+    Returns the date. Raises `UsageError` for a check that is not listed, a value or a date that is none.
+    """
+    listed = configuration.protocol.checks
+    if kind not in listed:
+        remedy = 'A day\'s checks are those that labbook.toml lists under [protocol], as checks = ["rail_angle"].'
+        raise unknown_name("check", kind, listed, remedy)
     if value is not None and not math.isfinite(value):
         raise UsageError(f"--value {value} is not a measurement: give a finite number.")
     try:

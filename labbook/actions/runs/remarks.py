@@ -22,6 +22,7 @@ from labbook.analysis.outcomes.run_apexes import usable_logs
 from labbook.analysis.outcomes.run_energy import above_capacity
 from labbook.book.naming import study_of
 from labbook.config.parsing import Configuration
+from labbook.config.run_names import RunNames
 
 MOST_NAMED = 20
 """Runs that a remark names beside the first."""
@@ -111,8 +112,11 @@ def remarks_on_check(earlier: Sequence[CheckRow], kind: str, value: float | None
     return _remark("check_without_unit", {kind: message})
 
 
-def remarks_on_names(names: Sequence[str], known: Collection[str]) -> list[Remark]:
-    """Compare the names of new runs with those of planned runs and of runs that were there: `R 7` may be `r7`."""
+def remarks_on_names(names: Sequence[str], known: Collection[str], scheme: RunNames) -> list[Remark]:
+    """Compare the names of new runs with those of planned runs and of runs that were there, and with the scheme.
+
+    `R 7` may be `r7`; names of another form than `[study] run_names` says are remarked on where they were not planned.
+    """
     folded = {_folded(name): name for name in known}
     messages = {
         name: f"run {name} is another run than {folded[_folded(name)]}, and their names differ in case or blanks only: "
@@ -120,7 +124,13 @@ def remarks_on_names(names: Sequence[str], known: Collection[str]) -> list[Remar
         for name in names
         if name not in known and _folded(name) in folded
     }
-    return _remark("name_almost_taken", messages)
+    says = f'run_names = "{scheme.scheme}" in [study] of labbook.toml says, by which files are recognised'
+    others = {
+        name: f"run {name} is not called as {says}"
+        for name in names
+        if scheme.number(name) is None and name not in known and name not in messages
+    }
+    return _remark("name_almost_taken", messages) + _remark("name_of_other_form", others)
 
 
 def remarks_on_places(new: Mapping[str, tuple[str, int]], taken: Mapping[tuple[str, int], str]) -> list[Remark]:

@@ -88,7 +88,7 @@ def import_runs(
         if item.stated_run is not None and (item.what, item.name) not in still:
             done.taken_in.setdefault(item.stated_run, []).append(item.name)
     done.remarks = remarks_on(session.connection, configuration, [*done.stated, *done.filled_in])
-    done.remarks += remarks_on_names(done.stated, named_before)
+    done.remarks += remarks_on_names(done.stated, named_before, configuration.study.run_names)
     places = {row.name: (row.date.isoformat(), row.position) for row in rows if row.done and row.name not in standing}
     taken = {(run.day, run.position_in_day): run.name for run in standing.values() if run.state is not RunState.VOID}
     done.remarks += remarks_on_places(places, taken)

@@ -17,7 +17,7 @@ from data_schema.queries.readings import waiting_files
 from data_schema.queries.runs import RunRow, runs_of_conditions, runs_of_day
 from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.queries.study import checks_by_day, planned_runs
-from data_schema.vocabulary import CheckKind, FileRole, RunKind, RunState, Undefined
+from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
 from labbook.actions.runs.rig_line import Lines, joules_of, known_joules, too_little_charged
 from labbook.analysis.outcomes.control_limits import runs_outside
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, rest_length_m
@@ -110,7 +110,7 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
         },
         outside_limits=() if evidence is None else _outside_limits(evidence, jumped, drains),
         no_apexes={} if evidence is None else _without_apexes(detections, evidence, jumped, logs),
-        checks_not_made=tuple(str(kind) for kind in CheckKind if kind not in made),
+        checks_not_made=tuple(kind for kind in configuration.protocol.checks if kind not in made),
         inbox=len(inbox(connection)),
         files_waiting=tuple(file.why.reason for file in waiting_files(connection)),
         verdicts_waiting=tuple(verdict.sentence for verdict in verdicts_waiting(connection)),

@@ -54,9 +54,6 @@ leg_max_m = 0.3
 cells = 4
 capacity_mah = {capacity_mah}
 
-[files]
-run_pattern = '^(?P<run>r\\d+)'
-
 """
 )
 

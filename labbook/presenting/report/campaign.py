@@ -9,7 +9,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
 from data_schema.queries.study import CheckRow, FactorRow, PlannedRow
-from data_schema.vocabulary import CheckKind, FactorKind, RunKind, RunState
+from data_schema.vocabulary import FactorKind, RunKind, RunState
 from data_schema.where.parsing import names_in, parse
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.pairing import place
@@ -128,20 +128,21 @@ def _run_value(analysis: StudyAnalysis, item: RunNumber) -> RunValue:
 
 def days(analysis: StudyAnalysis, checks: Mapping[str, Sequence[CheckRow]]) -> tuple[Day, ...]:
     """Return what was measured on each day, and which checks were made before."""
+    listed = analysis.evidence.configuration.protocol.checks
     by_day: dict[str, list[RunRow]] = {}
     for run in analysis.evidence.selected:
         by_day.setdefault(run.day, []).append(run)
     found = []
     for date, runs in by_day.items():
-        made = {check.kind for check in checks.get(date, ()) if check.passed}
+        made = [check.kind for check in checks.get(date, ()) if check.passed]
         found.append(
             Day(
                 date=date,
                 runs=tuple(run.name for run in runs),
                 conditions=tuple(sorted({run.condition_key for run in runs if run.condition_key})),
                 packs=tuple(sorted({run.battery for run in runs})),
-                checks_made=tuple(str(kind) for kind in CheckKind if kind in made),
-                checks_not_made=tuple(str(kind) for kind in CheckKind if kind not in made),
+                checks_made=tuple(made),
+                checks_not_made=tuple(kind for kind in listed if kind not in made),
             )
         )
     return tuple(found)

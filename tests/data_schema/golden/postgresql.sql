@@ -516,7 +516,6 @@ rule day.fk_day_study FOREIGN KEY (study) REFERENCES study(id) ON UPDATE RESTRIC
 rule day.pk_day PRIMARY KEY (id)
 rule day.uq_day_study_date_local UNIQUE (study, date_local)
 rule day.uq_day_uid UNIQUE (uid)
-rule day_check.ck_day_check_kind_known CHECK ((kind = ANY (ARRAY['rail_angle'::text, 'lubrication'::text, 'battery_conditioned'::text, 'sensor_zero'::text])))
 rule day_check.ck_day_check_passed_flag CHECK ((passed = ANY (ARRAY[(0)::bigint, (1)::bigint])))
 rule day_check.fk_day_check_day FOREIGN KEY (day) REFERENCES day(id) ON UPDATE RESTRICT ON DELETE RESTRICT
 rule day_check.fk_day_check_person FOREIGN KEY (person) REFERENCES person(id) ON UPDATE RESTRICT ON DELETE RESTRICT

@@ -24,6 +24,7 @@ kind = "bed"
 reference_voltage_v = 15.4
 jumps_nominal = 25
 time_zone = "America/New_York"
+run_names = "LOG{:04d}"
 
 [people]
 "Ada Nwosu" = "AN"
@@ -52,6 +53,7 @@ onset = "10_percent"
 take_off = "50n"
 charger_resolution_mah = 1
 idle_minutes = [20, 24.5]
+checks = ["rail_angle", "plate zeroed"]
 
 [simulation]
 scene = "bed"
@@ -91,8 +93,8 @@ make = "Junsi"
 model = "406 Duo"
 serial = "0001"
 
-[files]
-run_pattern = '^(?P<run>r\d+)'
+[files.limits]
+most_columns = 12
 
 [profiles.serial_logger]
 recognise = ["time", "leftEncoder"]
@@ -135,7 +137,8 @@ OPTIONAL = {
     "grain_mm",
     *('unit = "1"', "control", "run_duration_s", "detector", "exclude_first_jumps", "exclude_gap_jumps"),
     *("onset", "take_off"),
-    *("charger_resolution_mah", "idle_minutes", "zero", "make", "model", "serial", "run_pattern", "time", "columns"),
+    *("charger_resolution_mah", "idle_minutes", "zero", "make", "model", "serial", "time", "columns"),
+    *("run_names", "checks", "most_columns"),
     *("encoding", "delimiter", "decimal", "header_row", "units_row", "first_row", "comment", "footer", "date", "clock"),
     *("axes", "trials", "format", "instrument", "files", 'recognise = ["encoder"]'),
     *("override_units", "complete", "no_robot_check"),
@@ -168,11 +171,13 @@ def test_everything_is_read() -> None:
     assert (protocol.exclude_first_jumps, protocol.exclude_gap_jumps) == (2, False)
     assert (protocol.onset, protocol.take_off) == ("10_percent", "50n")
     assert (protocol.charger_resolution_mah, protocol.idle_minutes) == (1.0, (20.0, 24.5))
+    assert protocol.checks == ("rail_angle", "plate zeroed")
     assert configuration.gains["b_ad_gain"] == GainSettings("d", 3.32, 19.67, "kg/s", 0.0)
     assert configuration.robots["hopper"].rest_length_m == 0.27
     assert configuration.batteries["A"].capacity_mah == 6600.0
     assert configuration.instruments["charger"].model == "406 Duo"
-    assert configuration.files.run_pattern == r"^(?P<run>r\d+)"
+    assert study.run_names.name(47) == "LOG0047"
+    assert configuration.files.limits == {"most_columns": 12}
     logger, untimed = configuration.profiles.values()
     assert (logger.recognise, logger.files) == (("time", "leftEncoder"), None)
     assert logger.settings == {"time_column": "time", "time_unit": "ms"}
@@ -248,7 +253,8 @@ FAULTS = [
     ("slope = 3.32", "slope = 0", "gains.b_ad_gain.slope: 0 makes every gain the same"),
     ("leg_min_m = 0.1", "leg_min_m = 0.4", "robots.hopper.leg_min_m: 0.4 is not less than leg_max_m"),
     ("cells = 4", "cells = true", "batteries.A.cells: True is not a whole number of 1 or more"),
-    ("(?P<run>r", "(?P<rum>r", "has no group (?P<run>...)"),
+    ("LOG{:04d}", "LOG", "study.run_names: 'LOG' does not say how runs are numbered"),
+    ('"plate zeroed"', '"rail_angle"', "protocol.checks: 'rail_angle' is no name of a check, or there twice"),
     ('recognise = ["time", "leftEncoder"]', "recognise = []", "profiles.serial_logger.recognise: names no column"),
     ('encoding = "cp1250"', 'encoding = "utf-16"', "profiles.untimed.encoding: 'utf-16' does not hold plain letters"),
     ('delimiter = "\\t"', 'delimiter = "ab"', "profiles.untimed.delimiter: 'ab' cannot part cells"),
@@ -303,10 +309,11 @@ def test_all_faults_are_reported_at_once_one_a_line() -> None:
         ("x = " + "9" * 5000, "not TOML"),
         ("", "study: is missing: write \\[study\\]"),
         ("study = 3", "study: 3 is not a table"),
-        (SAMPLE.replace("[files]", "[people]\n[files]"), "not TOML"),
+        (SAMPLE.replace("[files.limits]", "[people]\n[files.limits]"), "not TOML"),
         (SAMPLE.replace("America/New_York", "America"), "'America' is not a known time zone"),
         (SAMPLE.replace("America/New_York", "/etc/passwd"), "'/etc/passwd' is not a known time zone"),
-        (SAMPLE.replace("^(?P<run>r", "^((?P<run>r"), "not a regular expression"),
+        (SAMPLE.replace("LOG{:04d}", "{:02d}-{:02d}"), "does not say how runs are numbered"),
+        (SAMPLE.replace("LOG{:04d}", "LOG{0.__class__}"), "does not say how runs are numbered"),
         (SAMPLE.replace("factors.k_gain", "factors.day"), "'day' is no name for a factor"),
         (SAMPLE.replace("factors.k_gain", 'factors."k gain"'), "'k gain' is no name for a factor"),
         (SAMPLE.replace("factors.k_gain", "factors.FOOT"), "'FOOT' is no name for a factor, or is taken"),
@@ -331,9 +338,9 @@ def test_the_template_is_ready_to_be_read() -> None:
     configuration = parse_configuration(template("granular bed", "Ada Nwosu"), "labbook.toml")
     assert configuration.study.name == "granular bed"
     assert dict(configuration.people) == {"Ada Nwosu": "AN"}
-    assert configuration.robots
-    assert configuration.batteries
-    assert configuration.factors == {}
+    # No other lab's robot, pack or duration, by which files of this one would be refused.
+    assert configuration.robots == configuration.batteries == configuration.factors == {}
+    assert (configuration.protocol.run_duration_s, configuration.protocol.checks) == (None, ())
     assert configuration.database_url is None
 
 

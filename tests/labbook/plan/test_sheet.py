@@ -13,17 +13,22 @@ import pytest
 from data_schema.errors import UsageError
 from data_schema.vocabulary import PlanMethod
 from labbook.config.factors import RESERVED_NAMES
-from labbook.plan.drawing import PlanFactor, draw_plan
+from labbook.config.run_names import RunNames
+from labbook.plan.drawing import Plan, PlanFactor, draw_plan
 from labbook.plan.sheet import (
     AFTER_FACTORS,
     BEFORE_FACTORS,
     BLANKS,
     format_run_sheet_for_print,
-    run_names,
     write_run_sheet,
 )
 from labbook.plan.sheet_reader import read_run_sheet
 from tests.helpers.wording import refuses, says
+
+
+def run_names(plan: Plan, first: int = 1) -> tuple[str, ...]:
+    return tuple(map(RunNames().name, range(first, first + len(plan.runs))))
+
 
 FACTORS = (
     PlanFactor("foot", ("small", "lar,ge")),

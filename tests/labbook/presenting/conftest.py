@@ -52,9 +52,6 @@ exclude_first_jumps = 0
 exclude_gap_jumps = true
 charger_resolution_mah = 1
 idle_minutes = [20, 30, 40, 60]
-
-[files]
-run_pattern = '^(?P<run>r\\d+)'
 """
 _ROBOT = """
 [robots.{name}]
