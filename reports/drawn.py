@@ -27,11 +27,15 @@ class LogJump:
 
 @dataclass(frozen=True, slots=True)
 class LogGap:
-    """A stretch without samples: dropped packets, a pause of the logger, or a restart between two logs."""
+    """A stretch without samples: dropped packets, a pause of the logger, or a restart between two logs.
+
+    Where `length_known` is false nobody knows how long it was: the axis is broken there, and its times begin again.
+    """
 
     start_s: float
     end_s: float
     kind: str
+    length_known: bool = True
 
 
 @dataclass(frozen=True, slots=True, eq=False)

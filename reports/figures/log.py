@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import textwrap
 from dataclasses import dataclass
 
@@ -10,11 +11,10 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, MultipleLocator
 from numpy.typing import NDArray
 
 from reports.display import MINUS
-from reports.drawn import LogJump, RunLog
+from reports.drawn import LogGap, LogJump, RunLog
 from reports.figures.style import (
     BLACK,
     BLUE,
@@ -33,6 +33,8 @@ _GAP_COLOURS = {"dropped": GREY}
 _EXCLUDED_MARKERS = "Xv^Ds"
 _LEGEND_LETTERS = 46
 _REASON_IN = 0.2
+_SLASH = [(-0.5, -1.0), (0.5, 1.0)]
+"""The marker of a broken axis."""
 _COLUMNS = 2000
 """Pairs of lowest and highest sample that a long log is drawn with: finer than any printed line."""
 
@@ -67,8 +69,9 @@ def draw_log(log: RunLog) -> Figure:
         for axes in panels:
             axes.set_ylabel("Leg length (m)" if axes in panels[2:] else "Body height (m)")
             light_grid(axes)
-            show_clock(axes)
-        panels[-1].set_xlabel("Time from the start of the log (min:s)")
+            _show_clock(axes, log)
+        several = any(not gap.length_known for gap in log.gaps)
+        panels[-1].set_xlabel(f"Time from the start of {'each' if several else 'the'} log (min:s)")
         handles: dict[str, Artist] = {}
         for axes in panels:
             handles.update({str(name): handle for handle, name in zip(*axes.get_legend_handles_labels(), strict=True)})
@@ -95,14 +98,38 @@ _STEPS_S = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 3
 _MOST_TICKS = 9
 
 
-def show_clock(axes: Axes) -> None:
-    """Write the times of the x axis, in s, as a clock shows them: 1:30 for 90 s."""
+def _show_clock(axes: Axes, log: RunLog) -> None:
+    """Write the times of the x axis, in s, as a clock shows them: 1:30 for 90 s; they begin again behind a break."""
     first, last = axes.get_xlim()
     step_s = next((step for step in _STEPS_S if (last - first) / step <= _MOST_TICKS), _STEPS_S[-1])
     places = 0 if step_s >= 1.0 else 1 if step_s >= 0.1 else 2
-    axes.xaxis.set_major_locator(MultipleLocator(step_s))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda time_s, _place: clock_text(time_s, places)))
+    breaks = [gap for gap in log.gaps if not gap.length_known]
+    ends = [*(gap.start_s for gap in breaks), last]
+    ticks: list[tuple[float, str]] = []
+    for begin_s, end_s in zip([0.0, *(gap.end_s for gap in breaks)], ends, strict=True):
+        nearest = math.ceil((max(first, begin_s if begin_s else first) - begin_s) / step_s)
+        furthest = math.floor((min(last, end_s) - begin_s) / step_s)
+        steps = [place * step_s for place in range(nearest, furthest + 1)]
+        ticks += [(begin_s + time_s, clock_text(time_s, places)) for time_s in steps]
+    axes.set_xticks([at_s for at_s, _ in ticks], [text for _, text in ticks])
+    for gap in breaks:
+        if first < gap.start_s and gap.end_s < last:
+            _draw_break(axes, gap)
     axes.set_xlim(first, last)
+
+
+def _draw_break(axes: Axes, gap: LogGap) -> None:
+    """Cut the axis open below a gap of unknown length, with a slash at each end."""
+    ends, across = [gap.start_s, gap.end_s], axes.get_xaxis_transform()
+    axes.plot(ends, [0.0, 0.0], color="white", linewidth=2.5, transform=across, clip_on=False, zorder=5)
+    (slashes,) = axes.plot(ends, [0.0, 0.0], color=BLACK, linestyle="none", transform=across, zorder=6)
+    slashes.set(marker=_SLASH, markersize=8, markeredgewidth=1.0, clip_on=False)
+
+
+def _since_start(log: RunLog, at_s: float) -> float:
+    """Return the time since the start of the log in which an instant of the axis lies."""
+    begins = [gap.end_s for gap in log.gaps if not gap.length_known and gap.end_s <= at_s]
+    return at_s - max(begins, default=0.0)
 
 
 def clock_text(time_s: float, places: int = 0) -> str:
@@ -121,7 +148,7 @@ def _draw_panel(axes: Axes, log: RunLog, jump: LogJump, looks: dict[str, _Look],
     _draw_jumps(axes, log, tuple(j for j in log.jumps if start <= j.at_s <= end), looks, events=True, size=5.0)
     axes.set_xlim(start, end)
     verdict = f", {_why(jump)}" if jump.excluded else ""
-    title = f"Jump {jump.number} at {clock_text(jump.at_s, 1)}{verdict}"
+    title = f"Jump {jump.number} at {clock_text(_since_start(log, jump.at_s), 1)}{verdict}"
     axes.set_title(textwrap.fill(title, letters), loc="left")
 
 

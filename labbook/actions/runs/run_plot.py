@@ -35,8 +35,8 @@ _NOT_IN_NAMES = re.compile(r'[\x00-\x1f\x7f/\\:*?"<>|]')
 _LONGEST_BYTES = 200
 """Of a file's name without its ending; most systems allow 255 bytes with it."""
 
-_UNKNOWN_PAUSE_S = 5.0
-"""Length of the pause drawn between two logs without a clock."""
+_BREAK_SHARE = 0.04
+"""Width of the break drawn between two logs without a clock, of what was logged before."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +56,23 @@ def picture_named(run: str) -> Path:
 def plot_run(book: Book, connection: sa.Connection, name: str, jump: int | None, out: Path) -> PlottedRun:
     """Draw a run's logs to a file in the form of its ending; `jump` is the one that is shown enlarged."""
     check_form("--out", out, (*FORMS, ".html"))
+    picture, remark = drawn_log(book, connection, name, jump)
+    figure = draw_log(picture)
+    if out.suffix.lower() == ".html":
+        title = f"Run {name}: {picture.title}"
+        page = figure_page(svg_bytes(figure), title, f"{title}. Body height over time, with {_found(picture)}.")
+        out.write_text(page, encoding="utf-8")
+    else:
+        figure.savefig(out)
+    return PlottedRun(out, remark)
+
+
+def drawn_log(book: Book, connection: sa.Connection, name: str, jump: int | None) -> tuple[RunLog, str]:
+    """Return what is drawn of a run's logs, and that the jump asked for has no apex, "" where it has one.
+
+    A log begins as long after the one before as their instants say; where one has none, the axis is broken.
+    Raises `UsageError` for a jump that the run does not have.
+    """
     found = review(book, connection, name)
     numbers = {item.jump.number for item in found.jumps}
     if jump is not None and jump not in numbers:
@@ -65,9 +82,11 @@ def plot_run(book: Book, connection: sa.Connection, name: str, jump: int | None,
     detections = Detections(connection, book.store)
     pieces: list[_Piece] = []
     logs: dict[str, Log] = {}
-    for before, signal in zip((None, *found.signals), found.signals, strict=False):
+    restarts: list[LogGap] = []
+    for signal in found.signals:
         log = logs[signal.sha256] = detections.log(signal)
-        offset_s = 0.0 if before is None else _start_s(before, signal, pieces[-1])
+        restarts += [_restart(pieces[-1], signal)] if pieces else []
+        offset_s = restarts[-1].end_s - float(log.time_s[0]) if restarts else 0.0
         pieces.append(_Piece(signal, log.time_s + offset_s, log.body_height_m, log.leg_length_m, offset_s))
     misfires = _misfires(book, connection, found, logs)
     offsets = {piece.signal.sha256: piece.offset_s for piece in pieces}
@@ -77,19 +96,12 @@ def plot_run(book: Book, connection: sa.Connection, name: str, jump: int | None,
         time_s=np.concatenate([piece.time_s for piece in pieces]),
         body_height_m=np.concatenate([piece.body_height_m for piece in pieces]),
         jumps=tuple(_jump(item, offsets[item.signal_sha256], misfires) for item in found.jumps),
-        gaps=tuple(gap for index, piece in enumerate(pieces) for gap in _gaps(connection, piece, pieces[:index])),
+        gaps=tuple(sorted([*restarts, *(gap for piece in pieces for gap in _gaps(connection, piece))], key=_start_s)),
         panel_jump=jump,
         leg_length_m=_leg_length(pieces),
     )
-    figure = draw_log(picture)
-    if out.suffix.lower() == ".html":
-        title = f"Run {name}: {picture.title}"
-        page = figure_page(svg_bytes(figure), title, f"{title}. Body height over time, with {_found(picture)}.")
-        out.write_text(page, encoding="utf-8")
-    else:
-        figure.savefig(out)
     asked = next((item.jump for item in found.jumps if item.jump.number == jump), None)
-    return PlottedRun(out, "" if asked is None else _no_apex(name, asked, misfires))
+    return picture, "" if asked is None else _no_apex(name, asked, misfires)
 
 
 def _found(log: RunLog) -> str:
@@ -141,22 +153,26 @@ def _leg_length(pieces: list[_Piece]) -> NDArray[np.float64] | None:
     return np.concatenate(list(lengths))
 
 
-def _start_s(before: SignalRow, signal: SignalRow, last: _Piece) -> float:
-    """Return where a log begins on the run's time: by the clock, or a moment after the last where no clock ran."""
+def _restart(last: _Piece, signal: SignalRow) -> LogGap:
+    """Return the gap from the end of a log to the next one's first sample: by the instants of both, or a break."""
     end_s = float(last.time_s[-1])
-    if before.start_utc is None or signal.start_utc is None:
-        return end_s + _UNKNOWN_PAUSE_S
-    passed = datetime.fromisoformat(signal.start_utc) - datetime.fromisoformat(before.start_utc)
-    return max(end_s, last.offset_s + passed.total_seconds())
+    if last.signal.start_utc is not None and signal.start_utc is not None:
+        passed = datetime.fromisoformat(signal.start_utc) - datetime.fromisoformat(last.signal.start_utc)
+        start_s = float(last.time_s[0]) + passed.total_seconds()
+        if start_s > end_s:
+            return LogGap(end_s, start_s, "restart")
+    return LogGap(end_s, end_s + max(_BREAK_SHARE * end_s, 1.0), "restart, of unknown length", length_known=False)
 
 
-def _gaps(connection: sa.Connection, piece: _Piece, earlier: list[_Piece]) -> list[LogGap]:
-    restart = [LogGap(float(earlier[-1].time_s[-1]), float(piece.time_s[0]), "restart")] if earlier else []
-    within = [
+def _start_s(gap: LogGap) -> float:
+    return gap.start_s
+
+
+def _gaps(connection: sa.Connection, piece: _Piece) -> list[LogGap]:
+    return [
         LogGap(gap.start_s + piece.offset_s, gap.start_s + gap.length_s + piece.offset_s, str(gap.kind))
         for gap in gaps_of(connection, piece.signal.uid)
     ]
-    return restart + within
 
 
 def _jump(item: JudgedJump, offset_s: float, misfires: set[str]) -> LogJump:

@@ -4,7 +4,7 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 import pytest
 
-from reports.drawn import LogJump
+from reports.drawn import LogGap, LogJump
 from reports.figures.kind import svg_bytes
 from reports.figures.log import clock_text, draw_log, envelope
 from tests.helpers.wording import says
@@ -15,7 +15,7 @@ def test_a_log_has_an_overview_and_a_jump(run_log):
     overview, panel = figure.axes
     says(overview.get_title("left"), "r0042", "small foot")
     says(panel.get_title("left"), "Jump", "1", "0:06.6")
-    assert [tick.get_text() for tick in overview.get_xticklabels()][1:4] == ["0:00", "0:15", "0:30"]
+    assert [tick.get_text() for tick in overview.get_xticklabels()][:3] == ["0:00", "0:15", "0:30"]
     names = {text.get_text() for text in figure.legends[0].get_texts()}
     assert names == {"apex", "excluded: touched by hand", "touchdown", "lift-off", "gap (dropped)", "gap (pause)"}
     ElementTree.fromstring(svg_bytes(figure))
@@ -72,3 +72,15 @@ def test_leg_length_is_drawn_below_the_jump_where_it_was_recorded(run_log):
 )
 def test_times_are_read_as_on_a_clock(time_s, places, text):
     assert clock_text(time_s, places) == text
+
+
+def test_a_restart_of_unknown_length_breaks_the_axis_and_its_times_begin_again(run_log):
+    pause = LogGap(60.0, 65.0, "restart, of unknown length", length_known=False)
+    figure = draw_log(dataclasses.replace(run_log, gaps=(run_log.gaps[0], pause, run_log.gaps[1]), panel_jump=6))
+    overview, panel = figure.axes
+    ticks = [(tick.get_position()[0], tick.get_text()) for tick in overview.get_xticklabels()]
+    assert [text for at_s, text in ticks if at_s <= 60.0] == ["0:00", "0:15", "0:30", "0:45", "1:00"]
+    assert ticks[5:7] == [(65.0, "0:00"), (80.0, "0:15")]
+    says(panel.get_title("left"), "6", "0:11.7")  # at 76.65 s of the axis
+    says(panel.get_xlabel(), "each log")
+    assert "restart, of unknown length" in " ".join(text.get_text() for text in figure.legends[0].get_texts())
