@@ -16,6 +16,7 @@ from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.runs import RunRow, find_run, run_names
 from data_schema.queries.study import StudyRow, conditions_by_key, day_uids, factors, open_plans, the_study
 from labbook.book.write_session import WriteSession
+from labbook.config.local_time import local_text
 from labbook.config.parsing import Configuration
 
 
@@ -104,16 +105,20 @@ def old_values(connection: sa.Connection, kind: str, uid: str, new: Mapping[str,
     return read_fact(connection, kind, uid, list(new))
 
 
+_UTC = "_utc"
 _NAME_OF = {"condition": "key", "day": "date_local", "robot": "name", "battery": "name", "run": "name", "study": "name"}
 
 
 def changes_in_words(connection: sa.Connection, old: Mapping[str, object], new: Mapping[str, object]) -> str:
-    """Say what columns are now, and were where that is known; what they refer to is called by its name."""
+    """Say what columns are now, and were where that is known.
+
+    What they refer to is called by its name; instants are local, and their columns called `started`, not `started_utc`.
+    """
     changes = []
     for name, value in new.items():
         before = f"{_named(connection, name, old[name])} to " if name in old else ""
         if value is not None or before:
-            changes.append(f"{name} {before}{_named(connection, name, value)}")
+            changes.append(f"{name.removesuffix(_UTC)} {before}{_named(connection, name, value)}")
     return ", ".join(changes)
 
 
@@ -121,6 +126,8 @@ def _named(connection: sa.Connection, name: str, value: object) -> str:
     """Return what people call a thing that the journal names by its uid."""
     if value is None:
         return "none" if name == "run" else "unknown"
+    if name.endswith(_UTC) and value:
+        return local_text(str(value), study_of(connection).time_zone)
     if name in _NAME_OF and re.fullmatch("[0-9a-f]{12}", str(value)):
         return str(read_fact(connection, name, str(value), [_NAME_OF[name]])[_NAME_OF[name]])
     return f"{value:g}" if isinstance(value, float) else str(value)

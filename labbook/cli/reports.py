@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from labbook.cli.common import BookOption, JsonOption
+from labbook.config.local_time import local_text
 from labbook.terminal import columns, emit
 
 if TYPE_CHECKING:
@@ -34,8 +35,11 @@ def list_command(book: BookOption = None, as_json: JsonOption = False) -> None:
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:
-        found = list_reports(connection)
-    rows = [(str(one.number), one.uid, one.made_utc, one.person, str(one.numbers), _runs(one)) for one in found]
+        found, zone = list_reports(connection), opened_book.configuration.study.time_zone
+    rows = [
+        (str(one.number), one.uid, local_text(one.made_utc, zone), one.person, str(one.numbers), _runs(one))
+        for one in found
+    ]
     lines = columns(("report", "id", "made", "by", "numbers", "of"), rows) if rows else ["no report was stored yet."]
     emit(found, lines, as_json)
 
@@ -50,13 +54,13 @@ def show_command(report: ReportArgument, book: BookOption = None, as_json: JsonO
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:
-        made = report_named(connection, report)
+        made, zone = report_named(connection, report), opened_book.configuration.study.time_zone
         numbers = report_numbers(connection, made)
     known = [one for one in numbers if one.name is not None]
     gone = len(numbers) - len(known)
     rows = [(one.uid, f"{one.name}", _value(one), _about(one)) for one in known]
     lines = [
-        f"report {_called(made)}",
+        f"report {_called(made, zone)}",
         f"made with {', '.join(f'{name} {version}' for name, version in made.versions.items())}",
         *(columns(("id", "number", "value", "of"), rows) if rows else ()),
         *([f"{gone} more are of results that the book has no longer: `labbook why ID` says why."] if gone else ()),
@@ -86,11 +90,12 @@ def diff_command(
 
     with opened(book) as opened_book, opened_book.reading() as connection:
         found = compare_reports(connection, report_named(connection, before), report_named(connection, after))
-    emit(found, [] if as_json else _lines(found, full), as_json)
+        zone = opened_book.configuration.study.time_zone
+    emit(found, [] if as_json else _lines(found, full, zone), as_json)
 
 
-def _lines(found: "ReportsCompared", full: bool) -> list[str]:
-    lines = [_answer(found), f"from report {_called(found.before)}", f"to report {_called(found.after)}"]
+def _lines(found: "ReportsCompared", full: bool, zone: str) -> list[str]:
+    lines = [_answer(found), f"from report {_called(found.before, zone)}", f"to report {_called(found.after, zone)}"]
     if found.before.selection != found.after.selection:
         lines.insert(
             0,
@@ -158,8 +163,9 @@ def _count(count: int, what: str) -> str:
     return f"{count} {what if count == 1 else _SEVERAL.get(what, f'{what}s')}"
 
 
-def _called(report: "ReportRow") -> str:
-    return f"{report.number} ({report.uid}), made {report.made_utc} by {report.person} of {_runs(report)}"
+def _called(report: "ReportRow", zone: str) -> str:
+    made = local_text(report.made_utc, zone)
+    return f"{report.number} ({report.uid}), made {made} by {report.person} of {_runs(report)}"
 
 
 def _runs(report: "ReportRow") -> str:

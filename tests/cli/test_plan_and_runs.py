@@ -376,3 +376,15 @@ def test_a_lab_names_its_runs_as_it_does(fresh: SmallBook) -> None:
         ("hop-a_2.csv", "hop-a"),
         ("LOG0005-LOG0007.csv", None),
     ]
+
+
+def test_a_run_is_shown_in_the_time_of_its_lab(stated: SmallBook) -> None:
+    """It was "started 2021-06-14T13:00:00Z" in New York, and what people stated of it was in UTC, too."""
+    good(labbook("correct", "r001", "started=21:05", "--why", "read off the wrong line", at=stated.folder))
+    good(labbook("note", "r001", "the string slipped", at=stated.folder))
+    shown = good(labbook("show", "r001", at=stated.folder)).out
+    says(shown, "started 2021-06-14 21:05:00 EDT")
+    says(" ".join(shown.split()), "corrected: started 2021-06-14 09:30:00 EDT to 2021-06-14 21:05:00 EDT")
+    assert not re.search(r"\d\dZ\b|_utc", shown)
+    found = good(labbook("show", "r001", "--json", at=stated.folder)).json
+    assert found["run"]["started_utc"] == "2021-06-15T01:05:00Z"

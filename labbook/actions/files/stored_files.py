@@ -35,9 +35,10 @@ from data_schema.queries.runs import run_uids_by_name
 from data_schema.vocabulary import Action, ChargeState, IngestStatus
 from labbook.actions.files.assigning import charge_of, resolve_item
 from labbook.actions.files.named_files import file_named
-from labbook.book.naming import refuse_empty
+from labbook.book.naming import refuse_empty, study_of
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, WriteSession
+from labbook.config.local_time import local_text
 
 if TYPE_CHECKING:  # it reads files, which a list need not wait for
     from labbook.actions.files.rereading import Reread, RereadRequest
@@ -72,6 +73,7 @@ class ShownFile:
     runs: tuple[str, ...]
     readings: tuple[ShownReading, ...]
     remark: str
+    time_zone: str
 
 
 def list_files(connection: sa.Connection) -> list[ListedFile]:
@@ -104,6 +106,7 @@ def show_file(connection: sa.Connection, name: str) -> ShownFile:
         runs_of_file(connection, file.sha256),
         shown,
         _remark(connection, last.status, file.uid, last.uid),
+        study_of(connection).time_zone,
     )
 
 
@@ -129,8 +132,9 @@ def show_lines(shown: ShownFile) -> list[str]:
         why = f" ({row.why})" if row.why else ""
         reader = f"{row.reader} version {row.reader_version}"
         reader += f" of plug-in {item.plugin}" if item.plugin else ""
+        at = local_text(row.at_utc, shown.time_zone)
         lines.append(
-            f"  {row.at_utc} {row.person}: {row.status}, {reader}, {row.rows_kept} of {row.rows_read} rows kept, "
+            f"  {at} {row.person}: {row.status}, {reader}, {row.rows_kept} of {row.rows_read} rows kept, "
             f"{len(item.findings)} findings{why}"
         )
         lines.append(f"    declared: {_declared(row)}")
@@ -306,11 +310,10 @@ def _runs_left(connection: sa.Connection, file_uid: str) -> dict[str, Any]:
 def _remark(connection: sa.Connection, status: str, file_uid: str, reading_uid: str) -> str:
     if status == IngestStatus.WITHDRAWN:
         withdrawal = last_statement(connection, file_uid, [Action.WITHDRAW])
-        return (
-            "withdrawn"
-            if withdrawal is None
-            else f"withdrawn by {withdrawal.person} on {withdrawal.at_utc}: {withdrawal.reason}"
-        )
+        if withdrawal is None:
+            return "withdrawn"
+        at = local_text(withdrawal.at_utc, study_of(connection).time_zone)
+        return f"withdrawn by {withdrawal.person} on {at}: {withdrawal.reason}"
     if status == IngestStatus.WAITING:
         refused = [item.message for item in findings_of(connection, reading_uid) if item.severity == "file"]
         return f"waits for a declaration: {refused[0] if refused else ''}"

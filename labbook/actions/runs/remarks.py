@@ -21,6 +21,7 @@ from labbook.analysis.outcomes.log_dates import differing_day
 from labbook.analysis.outcomes.run_apexes import usable_logs
 from labbook.analysis.outcomes.run_energy import above_capacity
 from labbook.book.naming import study_of
+from labbook.config.local_time import local_text
 from labbook.config.parsing import Configuration
 from labbook.config.run_names import RunNames
 
@@ -228,7 +229,7 @@ def _ended(run: RunRow, charges: Sequence[ChargeOfRun], background: Background) 
         if run.started_utc is not None and ":" in (charge.ended_original or ""):
             before = ended < datetime.datetime.fromisoformat(run.started_utc)
         if before:
-            began = f"{run.started_utc} (UTC)" if run.started_utc is not None else run.day
+            began = run.day if run.started_utc is None else local_text(run.started_utc, background.study.time_zone)
             return f"run {run.name} began {began} and its charge ended before, at {charge.ended_original}"
     return None
 

@@ -30,7 +30,8 @@ from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections
 from labbook.analysis.outcomes.run_apexes import jumps_found_in_run
 from labbook.analysis.outcomes.run_force import PushOffRules, force_of_run
 from labbook.analysis.study_data import VERTICAL_FORCE
-from labbook.book.naming import changes_in_words, run_named
+from labbook.book.naming import changes_in_words, run_named, study_of
+from labbook.config.local_time import local_text
 from labbook.config.parsing import Configuration
 from reports.display import as_shown
 from reports.numbers import Number
@@ -68,6 +69,7 @@ class RunView:
     joules_per_jump: float | None
     mean_apex_height_m: float | None
     from_plate: Mapping[str, Number]
+    time_zone: str
 
 
 def run_view(detections: Detections, configuration: Configuration, name: str) -> RunView:
@@ -76,6 +78,7 @@ def run_view(detections: Detections, configuration: Configuration, name: str) ->
     run = run_named(connection, name)
     charges = tuple(charges_of_run(connection, run.uid))
     history = tuple(history_of_run(connection, run.uid, [charge.uid for charge in charges]))
+    zone = study_of(connection).time_zone
     protocol = configuration.protocol
     as_protocol = {
         "run": name,
@@ -100,10 +103,11 @@ def run_view(detections: Detections, configuration: Configuration, name: str) ->
         jumps_found=found if isinstance(found, int) else None,
         jumps_do_not_count=found.reason if isinstance(found, Undefined) else None,
         history=history,
-        history_in_words=tuple(_in_words(connection, item) for item in history),
+        history_in_words=tuple(_in_words(connection, item, zone) for item in history),
         joules_per_jump=None if joules is None else joules[0],
         mean_apex_height_m=None if apex is None else apex[0],
         from_plate=_from_plate(detections, forces, PushOffRules(protocol.onset, protocol.take_off)) if forces else {},
+        time_zone=zone,
     )
 
 
@@ -117,15 +121,15 @@ def _from_plate(detections: Detections, forces: Sequence[SignalRow], rules: Push
 
 
 def view_lines(view: RunView) -> list[str]:
-    """Write it for people."""
+    """Write it for people, with local times."""
     run = view.run
+    started = "unknown" if run.started_utc is None else local_text(run.started_utc, view.time_zone)
     lines = [
         f"run {run.name} ({run.kind}, {run.state}) on {run.day}, position {run.position_in_day}",
         f"  condition: {run.condition_key or 'none'}{' (control)' if run.is_control else ''}",
         f"  robot {run.robot}, battery {run.battery}, {run.starts} start{'' if run.starts == 1 else 's'}, "
         f"{run.jumps_made} jumps made{_found(view)}",
-        f"  started {run.started_utc or 'unknown'}, duration "
-        f"{'unknown' if run.duration_s is None else f'{run.duration_s:g} s'}",
+        f"  started {started}, duration {'unknown' if run.duration_s is None else f'{run.duration_s:g} s'}",
     ]
     if view.joules_per_jump is not None:
         lines.append(f"  energy {view.joules_per_jump:.1f} J a jump")
@@ -150,7 +154,9 @@ def view_lines(view: RunView) -> list[str]:
         for charge in view.charges
     ]
     lines += [f"  {what}" for what in _lacking(view)]
-    lines += [f"  note by {note.person} on {note.at_utc}: {note.text}" for note in view.notes]
+    lines += [
+        f"  note by {note.person} on {local_text(note.at_utc, view.time_zone)}: {note.text}" for note in view.notes
+    ]
     for words in view.history_in_words:
         lines += textwrap.wrap(words, WIDTH, initial_indent="  ", subsequent_indent="    ")
     return lines
@@ -190,8 +196,10 @@ def _found(view: RunView) -> str:
     return "" if view.jumps_found is None else f", {view.jumps_found} found"
 
 
-def _in_words(connection: sa.Connection, item: EntryRow) -> str:
+def _in_words(connection: sa.Connection, item: EntryRow, zone: str) -> str:
     changes = changes_in_words(connection, item.old, item.new)
     reason = f" ({item.reason})" if item.reason else ""
     what = f" charge {item.uid}" if item.kind == "charge" else ""
-    return f"{item.at_utc} {item.person} {_DONE.get(item.action, item.action)}{what}: {changes}{reason}"
+    return (
+        f"{local_text(item.at_utc, zone)} {item.person} {_DONE.get(item.action, item.action)}{what}: {changes}{reason}"
+    )

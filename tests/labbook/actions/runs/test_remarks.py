@@ -30,13 +30,13 @@ def stated(tmp_path: Path) -> SmallBook:
 
 
 def sheet(*rows: Mapping[str, str]) -> str:
-    """A run sheet of jump runs q1, q2, ... as the protocol has them, but for what `rows` say."""
+    """A run sheet of jump runs r901, r902, ... as the protocol has them, but for what `rows` say."""
     usual = {"date": "2021-06-17", "kind": "jumps", "foot": "small", "k_gain": "400", "b_ad_gain": "0", "battery": "A"}
     usual |= {"robot": "hopper", "started": "09:30", "duration_s": "720", "jumps_made": "25", "starts": "1"}
     header = instrument_files()["runs.csv"].decode().splitlines()[0]
     lines = [header]
     for number, row in enumerate(rows, start=1):
-        cells = {**usual, "run": f"q{number}", "position": str(number), **row}
+        cells = {**usual, "run": f"r{900 + number}", "position": str(number), **row}
         lines.append(",".join(cells.get(column, "") for column in header.split(",")))
     return "\n".join(lines) + "\n"
 
@@ -52,17 +52,17 @@ IDLE = {"kind": "idle", "foot": "", "k_gain": "", "b_ad_gain": "", "jumps_made":
 @pytest.mark.parametrize(
     ("row", "rule", "said"),
     [
-        ({"duration_s": "72"}, "duration_unusual", "run q1 lasted 72 s where the protocol has 720 s."),
+        ({"duration_s": "72"}, "duration_unusual", "run r901 lasted 72 s where the protocol has 720 s."),
         ({"duration_s": "1441"}, "duration_unusual", "1441 s"),
         ({**IDLE, "duration_s": "599"}, "duration_unusual", "where the protocol has 1200 to 3600 s."),
         ({**IDLE, "duration_s": "7201"}, "duration_unusual", "7201 s"),
-        ({"date": NEXT_YEAR}, "date_in_future", f"run q1 is of {NEXT_YEAR}, which is yet to come."),
+        ({"date": NEXT_YEAR}, "date_in_future", f"run r901 is of {NEXT_YEAR}, which is yet to come."),
         (
             {"date": "2012-06-14"},
             "date_long_ago",
             "more than a year before the other days, the first of them 2021-06-14",
         ),
-        ({"jumps_made": "0"}, "jumps_unusual", "run q1 has 0 jumps made where the protocol has 25."),
+        ({"jumps_made": "0"}, "jumps_unusual", "run r901 has 0 jumps made where the protocol has 25."),
         ({"jumps_made": "51"}, "jumps_unusual", "51 jumps made"),
     ],
 )
@@ -71,9 +71,9 @@ def test_what_is_odd_on_a_sheet_is_remarked_and_stated_all_the_same(
 ) -> None:
     with stated.open() as book:
         done = imported(book, sheet(row))
-        assert done.stated == ["q1"]
+        assert done.stated == ["r901"]
         (remark,) = done.remarks
-        assert (remark.rule, remark.count, remark.first, remark.more) == (rule, 1, "q1", ())
+        assert (remark.rule, remark.count, remark.first, remark.more) == (rule, 1, "r901", ())
         assert said in remark.message
         assert remark_lines(done.remarks) == [f"look again: {remark.message}"]
         assert imported(book, sheet(row)).remarks == []
@@ -96,9 +96,9 @@ def test_what_is_usual_is_not_remarked(stated: SmallBook) -> None:
 def test_one_remark_a_rule_names_its_runs_and_counts_the_rest(stated: SmallBook) -> None:
     with stated.open() as book:
         (remark,) = imported(book, sheet(*[{"duration_s": "72"}] * 30)).remarks
-    assert (remark.count, remark.first, len(remark.more)) == (30, "q1", MOST_NAMED)
-    says(remark.message, "q1", "lasted", "72 s")
-    assert remark.message.endswith(f"q{MOST_NAMED + 1} and {29 - MOST_NAMED} more.")
+    assert (remark.count, remark.first, len(remark.more)) == (30, "r901", MOST_NAMED)
+    says(remark.message, "r901", "lasted", "72 s")
+    assert remark.message.endswith(f"r{901 + MOST_NAMED} and {29 - MOST_NAMED} more.")
 
 
 def after_correction(book: Book, target: str, *fields: str) -> list[Remark]:
@@ -112,12 +112,12 @@ def after_correction(book: Book, target: str, *fields: str) -> list[Remark]:
 def test_a_place_that_a_run_of_another_sheet_has_is_remarked(stated: SmallBook) -> None:
     with stated.open() as book:
         (remark,) = imported(book, sheet({"date": "2021-06-14"}, {"date": "2021-06-14", "position": "40"})).remarks
-        assert (remark.rule, remark.first, remark.count) == ("position_taken", "q1", 1)
-        says(remark.message, "q1", "has position", "2021-06-14", "r001")
+        assert (remark.rule, remark.first, remark.count) == ("position_taken", "r901", 1)
+        says(remark.message, "r901", "has position", "2021-06-14", "r001")
         with book.session(ADA) as session:
-            void(session, "q1", "typed twice")
+            void(session, "r901", "typed twice")
             void(session, "r001", "typed twice")
-        again = sheet({"run": "q3", "date": "2021-06-14", "position": "1"})
+        again = sheet({"run": "r903", "date": "2021-06-14", "position": "1"})
         assert imported(book, again).remarks == []
 
 
