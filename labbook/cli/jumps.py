@@ -26,6 +26,9 @@ NoteOption = Annotated[str | None, typer.Option("--note", help="In your own word
 def list_command(run: RunArgument, book: BookOption = None, as_json: JsonOption = False) -> None:
     """List the jumps found in a run, which of them count, and why others do not.
 
+    Touchdown and apex are times on the log's own clock; a misfire has no apex. docs/your-own-data.md has the keys of
+    --json.
+
     Example: labbook jumps list r017
     """
     from labbook.actions.runs.jump_review import jump_lines, review

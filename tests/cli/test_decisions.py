@@ -29,9 +29,11 @@ def test_verdicts_are_rows_that_are_only_added_and_can_be_taken_back(whole: Smal
     said = good(labbook("jumps", "reject", "r001", "2", "--reason", "touched_by_hand", at=whole.folder)).out
     assert said.startswith("r001: reject 2; ")
     assert counting(whole, "r001") == [number for number in before if number != 2]
-    listed = good(labbook("jumps", "list", "r001", at=whole.folder)).out.splitlines()[2]
+    shown = good(labbook("jumps", "list", "r001", at=whole.folder)).out
+    listed = shown.splitlines()[2]
     assert "no: " in listed
     assert "hand" in listed
+    says(shown, "landing_extrapolated: ", "not seen")  # what the flag in the table means
     good(labbook("jumps", "accept", "r001", "2", "--note", "looked again", at=whole.folder))
     assert counting(whole, "r001") == before
     good(labbook("jumps", "reject", "r001", "1", "2", "--reason", "misfire", at=whole.folder))

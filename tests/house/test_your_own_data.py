@@ -14,9 +14,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from data_schema.queries.detections import JumpRow
 from data_schema.vocabulary import CHANNELS
 from ingest.model import Limits
 from labbook.config.profiles import SHEET_COLUMNS
+from stats.apexes.jumps import FLAGS
 from tests.cli.shell import LABBOOK, environment, good, labbook, rows
 from tests.helpers.books import instrument_files, small_book, small_toml
 from tests.helpers.single_jumps import SimulatedJump
@@ -106,6 +108,7 @@ def test_every_key_channel_and_column_is_on_the_page() -> None:
     assert {each.name for each in fields(Limits)} - words == set()
     assert {name for name in CHANNELS if not name.startswith("cell_")} - words == set()
     assert set(SHEET_COLUMNS) - words == set()
+    assert {each.name for each in fields(JumpRow)} | set(FLAGS) <= words
     tables = set(re.findall(r"(?m)^\[(\w+)", SAMPLE))
     assert {table for table in tables if not re.search(rf"`\[{table}\b", PAGE)} == set()
 

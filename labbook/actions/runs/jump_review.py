@@ -21,6 +21,7 @@ from labbook.book.naming import run_named
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, WriteSession, new_uid
 from labbook.config.parsing import Configuration
+from stats.apexes.jumps import FLAGS
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,12 +207,13 @@ _NUMBERS = re.compile(r"([0-9]{1,9})(?:-([0-9]{1,9}))?")
 
 
 def jump_lines(found: RunReview) -> tuple[tuple[str, ...], list[tuple[str, ...]], list[str]]:
-    """Return head and rows of the list of jumps, and a line for each verdict that waits."""
-    head = ("jump", "apex at", "height", "+-", "flight", "counts", "flags")
+    """Return head and rows of the list of jumps, and lines: what the flags in it mean, and each verdict that waits."""
+    head = ("jump", "touchdown", "apex", "height", "+-", "flight time", "counts", "flags")
     rows: list[tuple[str, ...]] = [
         (
             str(item.jump.number),
-            f"{anchor_of(item.jump):.3f} s",
+            "" if item.jump.touchdown_s is None else f"{item.jump.touchdown_s:.3f} s",
+            "" if item.jump.apex_s is None else f"{item.jump.apex_s:.3f} s",
             "" if item.jump.apex_height_m is None else f"{item.jump.apex_height_m * 1e3:.2f} mm",
             "" if item.jump.apex_height_se_m is None else f"{item.jump.apex_height_se_m * 1e3:.2f} mm",
             "" if item.jump.flight_time_s is None else f"{item.jump.flight_time_s * 1e3:.0f} ms",
@@ -224,7 +226,9 @@ def jump_lines(found: RunReview) -> tuple[tuple[str, ...], list[tuple[str, ...]]
         f"waiting for review: {decision.verdict} at {decision.anchor_s:.3f} s by {decision.person} fits none now."
         for decision in found.waiting
     ]
-    return head, rows, [*waiting, *(verdict.sentence for verdict in found.lost)]
+    raised = {flag for item in found.jumps for flag in item.jump.flags}
+    meant = [f"{flag}: {meaning}." for flag, meaning in FLAGS.items() if flag in raised]
+    return head, rows, [*meant, *waiting, *(verdict.sentence for verdict in found.lost)]
 
 
 def reason_remarks(

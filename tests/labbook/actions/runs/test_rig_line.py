@@ -14,7 +14,7 @@ from data_schema.queries.results import current_number
 from labbook.actions.files.ingesting import FileOutcome, IngestRequest, ingest_file
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct
-from labbook.actions.runs.jump_review import review, without_apex
+from labbook.actions.runs.jump_review import jump_lines, review, without_apex
 from labbook.actions.runs.rig_line import rig_lines_of, rig_lines_of_runs
 from labbook.actions.runs.run_plot import plot_run
 from labbook.actions.runs.run_view import run_view, view_lines
@@ -92,6 +92,19 @@ def test_a_misfire_is_told_by_its_reason_not_by_how_the_reason_is_worded(book: B
     with book.reading() as connection:
         made = plot_run(book, connection, RUN, 11, tmp_path / "jump.svg")
     assert made.remark == "jump 11 of run r001 was a misfire: other words."
+
+
+def test_a_misfire_has_a_touchdown_and_no_apex_in_the_list(book: Book, tmp_path: Path) -> None:
+    """It had "apex at 0.000 s", or at the time of its touchdown."""
+    ingest(book, tmp_path, hopping_log(10))
+    with book.reading() as connection:
+        head, lines, meanings = jump_lines(review(book, connection, RUN))
+    first, last = (dict(zip(head, line, strict=True)) for line in (lines[0], lines[10]))
+    assert float(first["touchdown"].removesuffix(" s")) == pytest.approx(landing_s(1), abs=0.01)
+    assert float(first["apex"].removesuffix(" s")) == pytest.approx(apex_s(1), abs=0.005)
+    assert float(last["touchdown"].removesuffix(" s")) == pytest.approx(landing_s(11), abs=0.01)
+    assert (last["apex"], last["height"], last["flight time"]) == ("", "", "")
+    assert meanings == []  # no flag was raised
 
 
 def test_a_jump_whose_apex_is_lost_is_missing(book: Book, tmp_path: Path) -> None:
