@@ -63,7 +63,8 @@ class Factor:
     """A factor of the study; `swept` is the one on the x axis (say the active-damping gain).
 
     Where levels are gains, physical = `slope` * gain + `offset` in `unit`; the control's gain stands for 0. Levels that
-    are plain numbers are in `unit` themselves.
+    are plain numbers are in `unit` themselves. `treatment` is what the levels beside the control are called together,
+    `control_name` the control; "" where labbook.toml names neither.
     """
 
     name: str
@@ -74,6 +75,8 @@ class Factor:
     offset: float | None = None
     control: str | None = None
     swept: bool = False
+    treatment: str = ""
+    control_name: str = ""
 
 
 @dataclass(frozen=True, slots=True)

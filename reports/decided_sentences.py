@@ -25,7 +25,7 @@ from reports.display import (
     with_unit,
 )
 from reports.evidence import Decision, Equivalence, OverallEquivalence, OverallSavings, OverGroups
-from reports.naming import levels_name, swept_factor, swept_words, treatment_name
+from reports.naming import levels_name, treatment_name
 from reports.numbers import Number
 from reports.sentences import bounds_text, exploratory_text, holm_clause, sides_text, where_text
 
@@ -193,7 +193,7 @@ def within_text(item: Equivalence, lead: str, control: str = "the control") -> s
 
 def _savings_claim(content: ReportContent, overall: OverallSavings) -> Claim:
     savings, scope = overall.savings, overall.scope
-    treatment = treatment_name(content, {}) if swept_words(swept_factor(content)).of_active_damping else "the treatment"
+    treatment = treatment_name(content, {})
     if isinstance(savings.value, Undefined):
         text = f"Whether {treatment} saves energy cannot be told from these days: {savings.value.reason}."
         return Claim(text, _id(savings))

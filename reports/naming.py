@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -22,40 +21,26 @@ from reports.display import (
 _MEANINGS = {"kg/s": "Damping coefficient", "N/m": "Stiffness"}
 
 
-_ACTIVE_DAMPING = re.compile(r"\bactive|(^|_)ad(_|$)", re.IGNORECASE)
-
-
 @dataclass(frozen=True, slots=True)
 class SweptWords:
-    """What the treated runs, the control and the swept factor's levels are called in sentences and on axes.
+    """What the control and the swept factor's levels are called in sentences and on axes.
 
-    `control` stands in formulas, `control_level` beside the treated levels, `control_long` in legends.
+    `control` stands in formulas, `control_level` beside the treated levels, `the_control` in sentences.
     """
 
-    treatment: str
-    treatment_short: str
     control: str
     control_level: str
-    control_long: str
+    the_control: str
     coefficient: str
-    of_active_damping: bool = False
 
 
 def swept_words(factor: Factor | None) -> SweptWords:
-    """Return the words for a swept factor: those of the thesis where it is a gain of active damping, or its control is
-    called CE; else neutral ones.
-    """
-    if factor is not None and _is_of_thesis(factor):
-        long = "compression-extension (CE)"
-        return SweptWords("active damping", "AD", "CE", "CE", long, "active-damping coefficient", True)
+    """Return the words for a swept factor: those that labbook.toml gives, else by its title and the control's label."""
     coefficient = "condition" if factor is None else in_sentence(title_of(factor))
-    control = f"control ({_control_label(factor)})" if factor is not None and factor.control is not None else "control"
-    return SweptWords("the treatment", "treatment", "control", control, control, coefficient)
-
-
-def _is_of_thesis(factor: Factor) -> bool:
-    named = _ACTIVE_DAMPING.search(factor.title) or _ACTIVE_DAMPING.search(factor.name)
-    return bool(named) and (factor.slope is not None or factor.control in (None, "CE"))
+    if factor is not None and factor.control_name:
+        return SweptWords(factor.control_name, factor.control_name, factor.control_name, coefficient)
+    level = f"control ({_control_label(factor)})" if factor is not None and factor.control is not None else "control"
+    return SweptWords("control", level, f"the {level}", coefficient)
 
 
 def _control_label(factor: Factor) -> str:
@@ -77,9 +62,8 @@ def formula_text(factor: Factor) -> str:
     sign = "+" if factor.offset >= 0 else MINUS
     slope, offset = given_text(factor.slope), given_text(abs(factor.offset))
     text = f"{factor.symbol} = {slope} g {sign} {offset}".replace(" ", NO_BREAK)
-    called = swept_words(factor)
-    control = called.control if called.of_active_damping else f"the {called.control}"
-    zero = f"; gain {factor.control} is {control} and stands for 0" if factor.control is not None else ""
+    called = factor.control_name or "the control"
+    zero = f"; gain {factor.control} is {called} and stands for 0" if factor.control is not None else ""
     return with_unit(text, factor.unit) + zero
 
 
@@ -169,13 +153,25 @@ _FEW_LEVELS = 3
 
 
 def treatment_name(content: ReportContent, group: Mapping[str, str]) -> str:
-    """Name the treatment of a group with its levels: "the treatment (gravel surface)", "active damping"."""
+    """Name the treatment of a group in a sentence: as labbook.toml does ("active damping"), else by its levels.
+
+    "smooth", "gravel and mud", "drop height = 45 cm"; of many levels "the treatment (5 levels of the stiffness)".
+    """
     swept = swept_factor(content)
-    called = swept_words(swept)
     levels = treated_levels(content, group)
-    if swept is None or called.of_active_damping or not levels:
-        return called.treatment
-    return f"{called.treatment} ({_levels_in_brackets(swept, levels)})"
+    if swept is None or swept.treatment or not levels:
+        return swept.treatment if swept is not None and swept.treatment else "the treatment"
+    if len(levels) > _FEW_LEVELS:
+        return f"the treatment ({count_text(len(levels), 'level')} of the {in_sentence(title_of(swept))})"
+    return _levels_listed(swept, levels)
+
+
+def treatment_label(content: ReportContent) -> str:
+    """Name the treatment in a formula or a legend: its name or its only level, else "treatment"."""
+    swept = swept_factor(content)
+    if swept is not None and (swept.treatment or len(treated_levels(content, {})) == 1):
+        return treatment_name(content, {})
+    return "treatment"
 
 
 def treated_levels(content: ReportContent, group: Mapping[str, str]) -> list[Level]:
@@ -190,19 +186,14 @@ def treated_levels(content: ReportContent, group: Mapping[str, str]) -> list[Lev
     return list(levels.values())
 
 
-def _levels_in_brackets(factor: Factor, levels: list[Level]) -> str:
-    if len(levels) == 1:
-        return level_name(factor, levels[0])
-    if len(levels) > _FEW_LEVELS:
-        return f"{count_text(len(levels), 'level')} of the {in_sentence(title_of(factor))}"
+def _levels_listed(factor: Factor, levels: list[Level]) -> str:
     if levels[0].gain is None and not is_number(levels[0]):
-        return f"{list_text([level.label for level in levels])} {in_sentence(factor.title)}"
+        return list_text([level.label for level in levels])
     values = list_text([level_value(level) for level in levels])
     name = factor.symbol or in_sentence(factor.title)
     return f"{name}{EQUALS}{with_unit(values, levels[0].unit)}"
 
 
 def control_name(content: ReportContent) -> str:
-    """Name the control with its level: "the control (sand)"; "the control" under active damping."""
-    called = swept_words(swept_factor(content))
-    return "the control" if called.of_active_damping else f"the {called.control_level}"
+    """Name the control in a sentence: as labbook.toml does ("CE"), else with its level: "the control (sand)"."""
+    return swept_words(swept_factor(content)).the_control

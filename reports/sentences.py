@@ -31,8 +31,6 @@ from reports.naming import (
     level_names,
     level_of,
     levels_name,
-    swept_factor,
-    swept_words,
     treatment_name,
 )
 from reports.remarks import NOT_FROM_DAYS
@@ -139,9 +137,7 @@ def _equivalence(comparison: Comparison) -> str:
 
 
 def sides_text(content: ReportContent, comparison: Comparison) -> tuple[str, str]:
-    """Return " against the control (sand)" and " between" both sides; "" under active damping, whose control is CE."""
-    if swept_words(swept_factor(content)).of_active_damping:
-        return "", ""
+    """Return " against the control (sand)" and " between" both sides."""
     control = control_name(content)
     return f" against {control}", f" between {treatment_name(content, comparison.group)} and {control}"
 
@@ -167,7 +163,7 @@ def difference_claim(content: ReportContent, comparison: Comparison) -> Claim:
     verdict = {True: lost, False: ", which the interval does not tell from zero", None: ""}[comparison.rejected]
     if comparison.one_day_each:
         verdict = f", which {NOT_FROM_DAYS}"
-    than = "" if swept_words(swept_factor(content)).of_active_damping else f" than under {control_name(content)}"
+    than = f" than under {control_name(content)}"
     treatment = treatment_name(content, comparison.group)
     lead = f"{what} was {size} {comparative} under {treatment}{than}{where}{verdict}"
     sentence = f"{lead} ({evidence}){exploratory_text(comparison.exploratory)}.{_equivalence(comparison)}"

@@ -179,7 +179,7 @@ def bed_shown(where: str | None, level: float | None, book: Path | None, visible
     """Show what active damping saves on the bed, and how densely its grains lie."""
     from labbook.actions.studies.bed import bed_study_of
     from labbook.presenting.studies.bed import HEAD, OUTCOMES, as_data, comparison_rows, figure_caption, rows, sentences
-    from reports.figures.by_damping import draw_side_by_side
+    from reports.figures.by_level import draw_side_by_side
 
     with progress("study bed", None, shown=visible) as step:
         found = bed_study_of(book, where, level, step)

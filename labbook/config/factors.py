@@ -79,8 +79,9 @@ def _factor(table: TableReader) -> FactorSettings:
         number = as_number(control)
         given = str(control) if number is None else number_label(number)
         control = table.known("control", given, labels, "level") if labels else None
+    names = table.optional_text("control_name"), table.optional_text("treatment")
     table.finish()
-    return FactorSettings(kind, title, unit, levels, control)
+    return FactorSettings(kind, title, unit, levels, control, *names)
 
 
 def _number_levels(table: TableReader) -> Iterable[LevelSettings]:

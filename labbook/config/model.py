@@ -60,13 +60,18 @@ class LevelSettings:
 
 @dataclass(frozen=True, slots=True)
 class FactorSettings:
-    """`[factors.NAME]`; `title` is its name in text, `control` the label of the level that controls have."""
+    """`[factors.NAME]`; `title` is its name in text, `control` the label of the level that controls have.
+
+    `control_name` is what that level is called in text, `treatment` what the others are called together.
+    """
 
     kind: FactorKind
     title: str | None
     unit: str | None
     levels: tuple[LevelSettings, ...]
     control: str | None
+    control_name: str | None = None
+    treatment: str | None = None
 
 
 JUMP_RULES = {"exclude_first_jumps": "2", "exclude_gap_jumps": "true"}

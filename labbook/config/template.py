@@ -45,6 +45,9 @@ PERSON = INITIALS
 #title = "active-damping coefficient"
 #levels = [0, 50, 100, 150, 200, 250]
 #control = 0
+# What the control is called in text, and the other levels together; without these, by their labels.
+#control_name = "CE"
+#treatment = "active damping"
 
 [protocol]
 # Power on to power off, where all runs of jumps last as long.

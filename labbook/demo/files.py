@@ -67,6 +67,8 @@ kind = "number"
 title = "active-damping coefficient"
 levels = {ad_gains}
 control = {control}
+control_name = "CE"
+treatment = "active damping"
 
 [protocol]
 run_duration_s = {duration:g}

@@ -22,7 +22,7 @@ from reports.figures.estimation_parts import (
 )
 from reports.figures.kind import figures_of_outcomes, levels_alone
 from reports.figures.style import BLACK, BLUE, GREY, VERMILLION, is_narrow, lay_out, light_grid, new_figure
-from reports.naming import levels_name, swept_factor, swept_words, treated_levels
+from reports.naming import levels_name, swept_factor, swept_words, treated_levels, treatment_label, treatment_name
 from reports.numbers import Number
 from reports.sentences import absence_text
 
@@ -45,7 +45,7 @@ def _sides(content: ReportContent, comparison: Comparison) -> tuple[DrawnGroup, 
     """Return the runs of control and treatment with their mean and SD, in the unit that is shown."""
     called = swept_words(swept_factor(content))
     factor = shown_unit(comparison.quantity.unit)[1]
-    names = (called.control, called.treatment_short)
+    names = (called.control, treatment_label(content))
     values: tuple[list[float], list[float]] = ([], [])
     for condition in content.conditions:
         labels = {level.factor: level.label for level in condition.levels}
@@ -168,8 +168,9 @@ def _caption(content: ReportContent, quantity: Outcome) -> str:
     by = "by the days that hold both" if any(c.decision is not None for c in chosen) else "by Welch"
     of_days = " Means, standard deviations and differences are those of day means." if content.counted == "day" else ""
     together = f" (all levels of the {called.coefficient} together)" if len(treated_levels(content, {})) > 1 else ""
+    sides = f"{called.the_control} and of {treatment_name(content, {})}{together}"
     return (
-        f"{quantity.heading}, every run of {called.control_long} and of {called.treatment}{together}, group by group. "
+        f"{quantity.heading}, every run of {sides}, group by group. "
         "Beside the points: mean (gap) and standard deviation (line). "
         f"Below: treatment less control (stroke) with its {level} {by} (line); {axes}.{dashed}{of_days}"
     )

@@ -8,7 +8,7 @@ from reports.content import ReportContent, RunPoint
 from reports.display import count_text, list_text
 from reports.figures.kind import FigureKind
 from reports.figures.style import BLACK, BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure, spread
-from reports.naming import SweptWords, swept_factor, swept_words
+from reports.naming import swept_factor, swept_words, treatment_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 def _draw_days(content: ReportContent, width_in: float) -> Figure:
     """Draw every run at its position in the day: joules, and joules less the mean of its condition."""
     narrow = is_narrow(width_in)
-    points, called = content.order.points, swept_words(swept_factor(content))
+    points = content.order.points
+    called = treatment_label(content), swept_words(swept_factor(content)).control_level
     with_deviation = [point for point in points if point.deviation_j is not None]
     panels = 2 if with_deviation else 1
     figure = new_figure(width_in, (2.3 * panels if narrow else 2.7))
@@ -42,14 +43,14 @@ def _draw_days(content: ReportContent, width_in: float) -> Figure:
 
 
 def _scatter(
-    axes: Axes, called: SweptWords, points: tuple[RunPoint, ...] | list[RunPoint], values: list[float]
+    axes: Axes, called: tuple[str, str], points: tuple[RunPoint, ...] | list[RunPoint], values: list[float]
 ) -> None:
     from matplotlib.ticker import MaxNLocator
 
     days = {day: index for index, day in enumerate(sorted({point.day for point in points}))}
     for control, name, colour, marker, shift in (
-        (False, called.treatment, BLUE, "o", 0.1),
-        (True, called.control_long, VERMILLION, "s", -0.1),
+        (False, called[0], BLUE, "o", 0.1),
+        (True, called[1], VERMILLION, "s", -0.1),
     ):
         chosen = [
             (point.position + shift + 0.3 * (days[point.day] / max(1, len(days) - 1) - 0.5), value)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from reports.content import ReportContent
-from reports.figures.by_damping import BY_DAMPING
+from reports.figures.by_level import BY_LEVEL
 from reports.figures.estimation_of_report import ESTIMATIONS
 from reports.figures.flow import FLOW
 from reports.figures.kind import FigureKind
@@ -18,7 +18,7 @@ FIGURES: dict[str, FigureKind] = {
     kind.name: kind
     for kind in (
         SAVINGS,
-        *(kind for of_outcome in zip(BY_DAMPING, ESTIMATIONS, strict=True) for kind in of_outcome),
+        *(kind for of_outcome in zip(BY_LEVEL, ESTIMATIONS, strict=True) for kind in of_outcome),
         PREDICTIONS,
         LIMITS_OF_AGREEMENT,
         FLOW,

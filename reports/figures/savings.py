@@ -13,7 +13,7 @@ from reports.content import Comparison, ReportContent
 from reports.display import EQUALS, as_shown, common_places, interval_text, level_text, value_text
 from reports.figures.kind import FigureKind, levels_alone
 from reports.figures.style import BLACK, BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure, plain_ticks
-from reports.naming import level_of, levels_name, swept_factor, swept_words, treated_levels
+from reports.naming import level_of, levels_name, swept_factor, swept_words, treated_levels, treatment_label
 from reports.numbers import Number
 
 if TYPE_CHECKING:
@@ -133,7 +133,7 @@ def draw(content: ReportContent, width_in: float) -> Figure:
         label_text.set_fontsize(6 if narrow else 7)
     tidy_rows(axes, len(ticks))
     called = swept_words(swept_factor(content))
-    axes.set_xlabel(f"Savings ({called.control} − {called.treatment_short}) / {called.control} (%)")
+    axes.set_xlabel(f"Savings ({called.control} − {treatment_label(content)}) / {called.control} (%)")
     axes.xaxis.set_major_locator(plain_ticks(5))
     light_grid(axes, "x")
     return figure
@@ -165,7 +165,7 @@ def caption(content: ReportContent) -> str:
     several = len(treated_levels(content, {})) > 1
     marks = f"diamonds, all levels of the {called.coefficient} pooled; circles, each; " if several else ""
     return (
-        f"Savings, ({called.control} − {called.treatment_short}) / {called.control}, with {level} (Fieller): "
+        f"Savings, ({called.control} − {treatment_label(content)}) / {called.control}, with {level} (Fieller): "
         f"{marks}right, percent (interval) and {content.counted}s."
     )
 

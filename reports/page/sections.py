@@ -110,7 +110,7 @@ def _answer(content: ReportContent) -> Section:
     else:
         parts.append(Paragraph(f"Nothing is claimed from this selection: {_why_no_claim(content)}.", lead=True))
     parts.append(TableHere("headlines"))
-    parts.append(FiguresBeside(tuple(f"{outcome.key}_by_damping" for outcome in (Outcome.JOULES, Outcome.APEX))))
+    parts.append(FiguresBeside(tuple(f"{outcome.key}_by_level" for outcome in (Outcome.JOULES, Outcome.APEX))))
     parts += [Paragraph(text) for text in (flow_sentence(content),) if text]
     parts.append(Bullets(tuple(map(Paragraph, trust_sentences(content)))))
     return Section("answer", "Answer", tuple(parts))
@@ -138,7 +138,7 @@ def _results(content: ReportContent) -> Section:
         together = groups_in_one_sentence(content, outcome)
         found: list[Part] = [Paragraph(together)] if together else _each_group(content, outcome)
         if outcome not in (Outcome.JOULES, Outcome.APEX):
-            found.append(FigureHere(f"{outcome.key}_by_damping"))
+            found.append(FigureHere(f"{outcome.key}_by_level"))
         if outcome.has_savings:
             found.append(FigureHere("savings"))
         if outcome.has_equivalence:

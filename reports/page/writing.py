@@ -15,8 +15,9 @@ import jinja2
 
 from data_schema.disk import replace_together
 from data_schema.errors import UsageError
-from reports.content import ReportContent
+from reports.content import Outcome, ReportContent
 from reports.display import count_text, list_text
+from reports.figures.by_level import file_name
 from reports.figures.figure_cache import Wanted, cached_figures, forget_unused
 from reports.figures.registry import FIGURES, figures_of
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN, is_narrow
@@ -78,7 +79,7 @@ def report_files(content: ReportContent, *, summary: bool = False, every_figure:
     if summary:
         pages = {"summary.html": render_page(content, drawings, tables, first_only=True), **pages}
     return {
-        **{f"figures/{name}": data for name, data in figures.items()},
+        **{f"figures/{file_name(name, content)}": data for name, data in figures.items()},
         **{f"tables/{name}": data for name, data in table_files.items()},
         "numbers.tex": macros_bytes(content),
         "references.bib": references_bib(content),
@@ -135,6 +136,9 @@ def refuse_foreign(out_dir: Path) -> None:
 def _of_a_report(out_dir: Path) -> set[Path]:
     """Return every path that a report may write but for those that all write."""
     figures = {f"{name}{ending}.{suffix}" for name in FIGURES for ending in _WIDTHS for suffix in _FORMATS}
+    for suffix in _FORMATS:  # also those named after the factor of another study
+        by_factor = (path.name for one in Outcome for path in (out_dir / "figures").glob(f"{one.key}_by_*.{suffix}"))
+        figures.update(by_factor)
     tables = {f"{name}.{suffix}" for name in TABLES for suffix in ("csv", "tex")}
     return {
         *(out_dir / "figures" / name for name in figures),

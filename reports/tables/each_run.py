@@ -119,7 +119,7 @@ def run_days(content: ReportContent) -> dict[str, str]:
 
 
 def points_drawn(content: ReportContent, outcome: Outcome) -> list[list[RunValue]]:
-    """Return the runs whose points a figure by damping has, series by series, in the order in which it draws them."""
+    """Return the runs whose points a figure by level has, series by series, in the order in which it draws them."""
     found = (
         [run for condition in series.conditions if (summary := condition.summary(outcome)) for run in summary.runs]
         for series in series_of(content)
@@ -128,8 +128,8 @@ def points_drawn(content: ReportContent, outcome: Outcome) -> list[list[RunValue
 
 
 def name_points(svg: str, figure: str, content: ReportContent, anchors: Mapping[str, str]) -> str:
-    """Name the points of a figure by damping that stands inline on a page; any other figure is returned as it is."""
-    outcome = next((one for one in Outcome if figure == f"{one.key}_by_damping"), None)
+    """Name the points of a figure by level that stands inline on a page; any other figure is returned as it is."""
+    outcome = next((one for one in Outcome if figure == f"{one.key}_by_level"), None)
     if outcome is None:
         return svg
     days = run_days(content)

@@ -8,7 +8,7 @@ from data_schema.outcomes import Outcome
 from reports.content import Comparison, ReportContent
 from reports.display import DASH, common_places, shown_unit
 from reports.evidence import OverallSavings
-from reports.naming import control_name, levels_name, swept_factor, swept_words, treated_levels, treatment_name
+from reports.naming import control_name, levels_name, treated_levels, treatment_name
 from reports.numbers import Number
 from reports.tables.comparisons import ONE_DAY_EACH, mark_confounded
 from reports.tables.table import (
@@ -52,14 +52,11 @@ def headlines(content: ReportContent) -> Table:
     rows += _all_groups(content, places[0])
     test = f"by the days that hold both ({content.section('Methods')})" if by_days else "by Welch's t-test"
     what = "Apex height" if alone else "Energy"
-    called = swept_words(swept_factor(content))
-    control, sides = control_name(content), "the control and of the treatment"
-    if called.of_active_damping:
-        control, sides = f"{called.control_long}, the control", f"{called.control} and of {called.treatment}"
+    control, treatment = control_name(content), treatment_name(content, {})
     levels = ", all levels" if len(treated_levels(content, {})) > 1 else ""
     caption = (
-        f"{what} of a jump with {treatment_name(content, {})} against {control}; intervals and p {test}. "
-        f"n: {content.counted}s of {sides}{levels}{', on these days' if by_days else ''}."
+        f"{what} of a jump with {treatment} against {control}; intervals and p {test}. "
+        f"n: {content.counted}s of {control} and of {treatment}{levels}{', on these days' if by_days else ''}."
     )
     return Table("headlines", caption, columns, tuple(rows))
 

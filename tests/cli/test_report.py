@@ -111,7 +111,7 @@ def test_page_needs_nothing_beside_itself_and_every_figure_and_table_lies_there(
     assert figures == {f"{Path(name).stem}.svg" for name in figures}
     tables = {path.name for path in (reported.out / "tables").iterdir()}
     assert tables == {f"{Path(name).stem}{ending}" for name in tables for ending in (".csv", ".tex")}
-    for name in ("joules_by_damping_one_column", "apex_by_damping_one_column", "passive_drain", "flow"):
+    for name in ("joules_by_b_ad_gain_one_column", "apex_by_b_ad_gain_one_column", "passive_drain", "flow"):
         assert f"{name}.svg" in figures
 
 

@@ -66,6 +66,8 @@ FACTORS = (
         offset=19.67,
         control="0",
         swept=True,
+        treatment="active damping",
+        control_name="CE",
     ),
 )
 RADIUS_M = {"small": 0.038, "large": 0.051}

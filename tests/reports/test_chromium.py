@@ -87,8 +87,8 @@ tell(`${innerWidth} px: ${Math.max(0, box.scrollWidth - box.clientWidth)} hidden
 });"""
 IN_A_NARROW_WINDOW = """const width = document.documentElement.scrollWidth;
 addEventListener("load", () => {
-document.querySelector("#figure-joules_by_damping a").dispatchEvent(new MouseEvent("click", {bubbles: true}));
-document.querySelector("#figure-joules_by_damping button").click();
+document.querySelector("#figure-joules_by_level a").dispatchEvent(new MouseEvent("click", {bubbles: true}));
+document.querySelector("#figure-joules_by_level button").click();
 const copy = document.querySelector("dialog svg");
 const before = copy.viewBox.baseVal.width;
 document.querySelector("dialog button").click();

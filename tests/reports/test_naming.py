@@ -12,6 +12,7 @@ from reports.naming import (
     level_of,
     levels_name,
     title_of,
+    treatment_label,
     treatment_name,
 )
 from tests.helpers.wording import says
@@ -98,7 +99,7 @@ def test_a_plain_number_is_named_with_its_factor_and_unit():
 
 def test_the_treatment_is_named_by_its_levels(content):
     group = {"foot": "small", "k_gain": "300"}
-    says(plain(treatment_name(loaded(content, "0", "2"), group)), "the treatment", "2 kg")
+    assert plain(treatment_name(loaded(content, "0", "2"), group)) == "load = 2 kg"
     says(plain(treatment_name(loaded(content, "0", "2", "3"), group)), "load = 2", "3 kg")
     many = loaded(content, "0", "1", "2", "3", "4")
     says(plain(treatment_name(many, group)), "4 levels")
@@ -106,7 +107,22 @@ def test_the_treatment_is_named_by_its_levels(content):
     says(plain(control_name(many)), "the control", "0 kg")
     gain = dataclasses.replace(LOAD, slope=2.0, offset=0.0)
     says(plain(control_name(loaded(content, "0", "2", factor=gain))), "the control (gain", "0")
-    assert (treatment_name(content, group), control_name(content)) == ("active damping", "the control")
+    surface = Factor("surface", "Surface", control="sand", swept=True)
+    gravel, mud = (Level("surface", name) for name in ("gravel", "mud"))
+    one, two = (dataclasses.replace(c, control=False) for c in content.conditions[:2])
+    of = [dataclasses.replace(c, levels=(*c.levels[:2], level)) for c, level in ((one, gravel), (two, mud))]
+    both = dataclasses.replace(content, factors=(*content.factors[:2], surface), conditions=tuple(of))
+    only = dataclasses.replace(both, conditions=tuple(of[:1]))
+    assert (treatment_name(only, group), treatment_label(only)) == ("gravel", "gravel")
+    assert (treatment_name(both, group), treatment_label(both)) == ("gravel and mud", "treatment")
+
+
+def test_treatment_and_control_are_called_as_labbook_toml_does(content):
+    assert (treatment_name(content, {}), control_name(content)) == ("active damping", "CE")
+    unnamed = dataclasses.replace(content.factors[2], treatment="", control_name="")
+    other = dataclasses.replace(content, factors=(*content.factors[:2], unnamed))
+    says(plain(treatment_name(other, {})), "the treatment", "levels of the active-damping coefficient")
+    assert plain(control_name(other)) == "the control (gain 0)"
 
 
 def test_the_gain_of_a_control_that_is_no_compression_extension():

@@ -10,6 +10,7 @@ from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports.content import Claim, Provenance
+from reports.figures.by_level import file_name
 from reports.figures.registry import FIGURES, figures_of
 from reports.page.sections import FigureHere, FiguresBeside, sections_of
 from reports.page.writing import inline_svg, report_files, write_report
@@ -215,11 +216,11 @@ def test_a_selection_with_little_in_it_says_why(minimal):
     says(silent, "none of its")
 
 
-def test_all_files_are_there_and_no_part_is_left_over(written):
+def test_all_files_are_there_and_no_part_is_left_over(written, content):
     folder = written.parent
     found = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
     ends = [f"{width}.{kind}" for width in ("", "_one_column") for kind in ("svg", "pdf")]
-    figures = {f"figures/{name}{end}" for name in FIGURE_NAMES for end in ends}
+    figures = {f"figures/{file_name(name, content)}{end}" for name in FIGURE_NAMES for end in ends}
     tables = {f"tables/{name}.{kind}" for name in TABLE_NAMES for kind in ("csv", "tex")}
     assert found == figures | tables | {".labbook-report", "report.html", "numbers.tex", "references.bib"}
 
@@ -229,17 +230,17 @@ def test_without_all_figures_only_those_of_the_page_are_there_and_none_of_before
     for name in ("savings.pdf", "savings_one_column.svg", "mine.pdf"):
         (tmp_path / "figures" / name).write_text("of another day")
     written = write_report(report_files(content), tmp_path)
-    ends = {name: "_one_column" if name in ("joules_by_damping", "apex_by_damping") else "" for name in FIGURE_NAMES}
+    ends = {name: "_one_column" if name in ("joules_by_level", "apex_by_level") else "" for name in FIGURE_NAMES}
     found = {path.name for path in (tmp_path / "figures").iterdir()}
-    assert found == {f"{name}{end}.svg" for name, end in ends.items()} | {"mine.pdf"}
+    assert found == {f"{file_name(name, content)}{end}.svg" for name, end in ends.items()} | {"mine.pdf"}
     assert "--figures" in written.read_text(encoding="utf-8")
 
 
 def test_the_inlined_drawing_is_the_file_s(content, written, html):
     for name in FIGURE_NAMES:
         kind = FIGURES[name]
-        width = "_one_column" if name in ("joules_by_damping", "apex_by_damping") else ""
-        svg = (written.parent / "figures" / f"{name}{width}.svg").read_bytes()
+        width = "_one_column" if name in ("joules_by_level", "apex_by_level") else ""
+        svg = (written.parent / "figures" / f"{file_name(name, content)}{width}.svg").read_bytes()
         drawn = inline_svg(svg, name, kind.title, kind.alternative(content))
         assert name_points(drawn, name, content, run_anchors(content)) in html
 

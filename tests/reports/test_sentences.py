@@ -1,12 +1,13 @@
 import dataclasses
+import re
 
 import pytest
 
 from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from reports.content import Factor
-from reports.naming import level_of, levels_name, swept_words
+from reports.content import Factor, Level
+from reports.naming import level_of, levels_name
 from reports.remarks import NOT_FROM_DAYS
 from reports.sentences import difference_claim, family_claim, savings_claim
 from tests.helpers.wording import says
@@ -26,27 +27,20 @@ def with_savings(comparison, *, shown=True, **changes):
     return dataclasses.replace(comparison, savings=savings, savings_shown=shown)
 
 
-@pytest.mark.parametrize(
-    ("name", "title", "treatment"),
-    [
-        ("b_ad_gain", "b ad gain", "active damping"),
-        ("d", "Active-damping coefficient", "active damping"),
-        ("load_gain", "Load", "the treatment"),
-        ("b_td", "Touch-down damping", "the treatment"),
-    ],
-)
-def test_active_damping_is_named_only_where_it_was_varied(content, headline, name, title, treatment):
-    factor = Factor(name, title, swept=True)
-    assert swept_words(factor).treatment == treatment
-    changed = dataclasses.replace(content, factors=(*content.factors[:2], factor))
-    start = treatment[:1].upper() + treatment[1:]
-    assert savings_claim(changed, headline).text.startswith(f"{start} saved")
-
-
-@pytest.mark.parametrize(("slope", "control", "called"), [(3.3, "0", "CE"), (None, "CE", "CE"), (None, "off", None)])
-def test_a_control_is_called_ce_only_where_it_is_one(slope, control, called):
-    factor = Factor("controller", "active damping", slope=slope, control=control, swept=True)
-    assert swept_words(factor).control_level == (called or "control (off)")
+def test_the_treatment_has_the_name_that_the_study_gives_it(content, headline):
+    """It was "the treatment (smooth controller)", and of a factor such as `ad_gain` always "active damping"."""
+    factor = Factor("ad_controller", "Active controller", control="normal", swept=True)
+    smooth = tuple(
+        dataclasses.replace(one, levels=(*one.levels[:2], Level(factor.name, "normal" if one.control else "smooth")))
+        for one in content.conditions
+    )
+    changed = dataclasses.replace(content, factors=(*content.factors[:2], factor), conditions=smooth)
+    text = plain(savings_claim(changed, with_savings(headline, value=10.6, se=1.0, ci_low=8.6, ci_high=12.6)).text)
+    says(text, "Smooth saved 10.6 % of the energy of a jump against the control (normal)")
+    assert not re.search(r"active damping|\bCE\b", text)
+    named = dataclasses.replace(factor, treatment="smoothing", control_name="bang-bang")
+    changed = dataclasses.replace(changed, factors=(*content.factors[:2], named))
+    says(savings_claim(changed, headline).text, "Smoothing saved", "against bang-bang")
 
 
 def test_a_saving_that_is_shown(content, headline):
@@ -79,7 +73,7 @@ def test_too_few_runs_for_a_difference_are_counted(content):
                 "ci_high": Undefined(Reason.AS_SAID, said="unbounded"),
             },
             None,
-            "The savings with",
+            "The savings against CE with",
         ),
         (
             {
@@ -88,8 +82,8 @@ def test_too_few_runs_for_a_difference_are_counted(content):
                 "ci_high": Undefined(Reason.AS_SAID, said="unbounded"),
             },
             None,
-            "Active damping cost 1335.0 % more energy a jump with the small foot and k = 1091 N/m by the best "
-            "estimate, which cannot be bounded",
+            "Active damping cost 1335.0 % more energy a jump against CE with the small foot and k = 1091 N/m by "
+            "the best estimate, which cannot be bounded",
         ),
         ({"value": Undefined(Reason.AS_SAID, said="the control's mean is zero")}, None, "The savings with"),
     ],
@@ -130,7 +124,7 @@ def test_with_one_day_each_nothing_is_claimed_and_the_claim_says_so_in_few_words
     saved = with_savings(headline, value=15.2, se=3.4, ci_low=8.1, ci_high=21.9)
     text = plain(savings_claim(content, dataclasses.replace(saved, one_day_each=DAYS_TELL_NOTHING)).text)
     where = "with the small foot and k = 1091 N/m"
-    start = f"No saving {where} can be told from a difference between days: the estimate is "
+    start = f"No saving against CE {where} can be told from a difference between days: the estimate is "
     says(text, start, "15.2 %", "95 %", "8.1", "21.9 %", "n = 14")
     assert text.count("difference between days") == 1
     assert "by day" not in text

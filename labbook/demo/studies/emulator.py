@@ -157,6 +157,8 @@ kind = "number"
 title = "active-damping coefficient"
 levels = {dampings}
 control = 0
+control_name = "CE"
+treatment = "active damping"
 
 [gains.b_ad_gain]
 symbol = "d"

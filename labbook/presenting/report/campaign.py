@@ -53,6 +53,8 @@ def study_factor(configuration: Configuration, name: str) -> Factor:
         offset=gain.offset if gain else None,
         control=settings.control if settings else None,
         swept=name == pairing.swept_factor(configuration),
+        treatment=(settings.treatment if settings else None) or "",
+        control_name=(settings.control_name if settings else None) or "",
     )
 
 

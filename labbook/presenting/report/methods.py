@@ -32,7 +32,9 @@ def methods(analysis: StudyAnalysis) -> tuple[str, ...]:
     """Return the methods paragraphs."""
     evidence = analysis.evidence
     protocol = evidence.configuration.protocol
-    called = swept_words(next((factor for factor in campaign.factors(analysis) if factor.swept), None))
+    swept = next((factor for factor in campaign.factors(analysis) if factor.swept), None)
+    control, treatment = swept_words(swept).control, (swept.treatment if swept else "") or "treatment"
+    ratio = f"({control} - {treatment}) / {control}"
     return (
         f"Joules a jump are 3.6 C/mAh times {evidence.study.reference_voltage_v:g} V times (charge minus passive "
         "charge) divided by the jumps made. The passive charge is read at each run's duration, power on to power off, "
@@ -43,7 +45,7 @@ def methods(analysis: StudyAnalysis) -> tuple[str, ...]:
         *_calibrations(analysis),
         *_single_jumps(analysis),
         _unit(analysis),
-        tests_used(analysis, called) if not by_shared_days(analysis) else deciding_test_sentences(analysis, called),
+        tests_used(analysis, ratio) if not by_shared_days(analysis) else deciding_test_sentences(analysis, ratio),
     )
 
 

@@ -16,14 +16,13 @@ from labbook.presenting.report.comparisons import method_by_day
 from labbook.presenting.report.error_rates import is_defined
 from reports.content import Source
 from reports.display import count_text, given_text, list_text
-from reports.naming import SweptWords
 from stats.days.blocked_result import MIXED_MODEL
 from stats.days.decision import Rule
 
 _BY_DAY = {MIXED_MODEL: f"{MIXED_MODEL} (REML, degrees of freedom after Satterthwaite)"}
 
 
-def tests_used(analysis: StudyAnalysis, called: SweptWords) -> str:
+def tests_used(analysis: StudyAnalysis, ratio: str) -> str:
     """Return what conditions were compared by, or why nothing was compared."""
     if not analysis.compared:
         none = "no factor names a control level" if analysis.swept is None else "no group has a control and a treatment"
@@ -33,7 +32,7 @@ def tests_used(analysis: StudyAnalysis, called: SweptWords) -> str:
         _by_day(analysis.compared),
         _holm(analysis),
         _equivalence(analysis),
-        _savings(analysis, called, "the ratio of means ", ""),
+        _savings(analysis, ratio, "the ratio of means ", ""),
         *_further(analysis),
         _levels(analysis),
     ]
@@ -47,7 +46,7 @@ def _further(analysis: StudyAnalysis) -> list[str]:
     ]
 
 
-def deciding_test_sentences(analysis: StudyAnalysis, called: SweptWords) -> str:
+def deciding_test_sentences(analysis: StudyAnalysis, ratio: str) -> str:
     """Return the test that decides by shared days, and how many comparisons each of its rules fits."""
     rules = Counter(item.decided.result.rule for item in analysis.compared if item.decided is not None)
     texts = {
@@ -62,7 +61,7 @@ def deciding_test_sentences(analysis: StudyAnalysis, called: SweptWords) -> str:
     weighted = ", pooled levels weighted by their runs" if several else ""
     sentences = [
         f"Treatment and control are compared on the days that hold runs of both{weighted}: {counts}.",
-        _savings(analysis, called, "", " by the same contrast"),
+        _savings(analysis, ratio, "", " by the same contrast"),
         _holm(analysis),
         _equivalence(analysis),
         "The overall effect is the mean of the groups' savings by the delta method, days' errors added before squaring."
@@ -150,8 +149,7 @@ def _bounds(bounds: Bounds) -> str:
     return f"{given_text(factor * bounds.low)} to {given_text(factor * bounds.high)} {unit}"
 
 
-def _savings(analysis: StudyAnalysis, called: SweptWords, of: str, by: str) -> str:
-    ratio = f"({called.control} - {called.treatment_short}) / {called.control}"
+def _savings(analysis: StudyAnalysis, ratio: str, of: str, by: str) -> str:
     return f"Savings are {of}{ratio} with Fieller's interval{by}." if has_savings(analysis) else ""
 
 

@@ -248,11 +248,10 @@ def drawn_name(observed: Observations, label: str, *, gain: bool = False) -> str
         return shorten_name(observed.name(label))
     of_gain = configuration.gains.get(observed.by)
     if observed.by == pairing.swept_factor(configuration):
-        called = swept_words(factor)
         if label == observed.rest:
-            return called.treatment
+            return factor.treatment or "the treatment"
         if label == factor.control:
-            return called.control
+            return swept_words(factor).control_level
     try:
         value = float(label)
     except ValueError:

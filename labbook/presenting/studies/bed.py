@@ -30,7 +30,7 @@ from reports.display import (
     with_unit,
 )
 from reports.evidence import POOLED
-from reports.figures.by_damping import coefficient_of, has_quantity, points_text
+from reports.figures.by_level import coefficient_of, has_quantity, points_text
 from reports.naming import level_of, levels_name
 from reports.numbers import Number, Value
 from reports.predicted import PredictedQuantity, Prediction

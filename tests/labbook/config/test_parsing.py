@@ -43,6 +43,8 @@ levels = [300, 400.0]
 kind = "number"
 levels = [0, 50, 62.5]
 control = 0
+control_name = "CE"
+treatment = "active damping"
 
 [protocol]
 run_duration_s = 720
@@ -138,7 +140,7 @@ OPTIONAL = {
     *('unit = "1"', "control", "run_duration_s", "detector", "exclude_first_jumps", "exclude_gap_jumps"),
     *("onset", "take_off"),
     *("charger_resolution_mah", "idle_minutes", "zero", "make", "model", "serial", "time", "columns"),
-    *("run_names", "checks", "most_columns"),
+    *("run_names", "checks", "most_columns", "control_name", "treatment"),
     *("encoding", "delimiter", "decimal", "header_row", "units_row", "first_row", "comment", "footer", "date", "clock"),
     *("axes", "trials", "format", "instrument", "files", 'recognise = ["encoder"]'),
     *("override_units", "complete", "no_robot_check"),
@@ -166,6 +168,7 @@ def test_everything_is_read() -> None:
     assert [(level.label, level.value) for level in k_gain.levels] == [("300", 300.0), ("400", 400.0)]
     assert (k_gain.unit, k_gain.control) == ("1", None)
     assert ([level.label for level in b_ad_gain.levels], b_ad_gain.control) == (["0", "50", "62.5"], "0")
+    assert (b_ad_gain.control_name, b_ad_gain.treatment) == ("CE", "active damping")
     protocol = configuration.protocol
     assert (protocol.run_duration_s, protocol.detector) == (720.0, Detector.PUBLISHED)
     assert (protocol.exclude_first_jumps, protocol.exclude_gap_jumps) == (2, False)

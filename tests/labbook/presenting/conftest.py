@@ -52,6 +52,7 @@ exclude_first_jumps = 0
 exclude_gap_jumps = true
 charger_resolution_mah = 1
 idle_minutes = [20, 30, 40, 60]
+checks = ["rail_angle"]
 """
 _ROBOT = """
 [robots.{name}]

@@ -15,7 +15,6 @@ from labbook.presenting.report import tests_made as paragraph
 from labbook.presenting.report.day_layout import layout_of
 from labbook.presenting.report.error_rates import Use, known_error_rates, uses
 from reports.content import Comparison, Source
-from reports.naming import SweptWords
 from stats.lines.passive_drain import PassiveDrain
 from stats.planning.recorded import weak_point
 from tests.helpers.pages import quick_page
@@ -129,7 +128,7 @@ def test_the_methods_cite_how_often_the_interval_of_the_passive_drain_covers(rep
     )
     says(told, HEAD, "25 idle", "3 times", "87.7 %", "95 %", "2 uses")
     nothing = replace(analysis, drains={robot: long})
-    assert paragraph.tests_used(nothing, SweptWords(*[""] * 6)).startswith("Nothing is compared")
+    assert paragraph.tests_used(nothing, "").startswith("Nothing is compared")
     assert known_error_rates(uses(nothing))[0] == HEAD.rstrip()
 
 

@@ -36,7 +36,7 @@ def page_without_control(without_control: Told) -> str:
 def test_a_claim_names_the_treatment_the_control_and_the_group_with_its_unit(surfaces: Told) -> None:
     saving, *others = [claim.text.replace("\u00a0", " ") for claim in surfaces.made.content.claims]
     says(saving, "2 days", "against the control", "30 cm", "95 %")
-    untold = "Whether the treatment (gravel surface) saves energy with drop height = 45 cm cannot be told: "
+    untold = "Whether gravel saves energy with drop height = 45 cm cannot be told: "
     assert any(text.startswith(untold) for text in others)
     assert any("the apex height" in text for text in others)
 
@@ -45,8 +45,8 @@ def test_nothing_is_said_of_active_damping_where_none_was_used(page: str, page_w
     for text in (page, page_without_control):
         assert not re.search(r"\b(CE|AD|[Aa]ctive damping)\b", text)
         assert "stands at 0" not in text
-    says(page, "control - treatment")
-    says(page, "the treatment (gravel", "the control (sand)", "by the days")
+    says(page, "(control - treatment) / control")
+    says(page, "with gravel against the control (sand)", "by the days")
 
 
 def test_numbers_are_written_once_and_with_their_unit(page: str) -> None:
@@ -56,10 +56,10 @@ def test_numbers_are_written_once_and_with_their_unit(page: str) -> None:
 
 def test_the_control_stands_first_on_an_axis_of_labels(surfaces: Told) -> None:
     content = surfaces.made.content
-    axes = draw_figure(FIGURES["joules_by_damping"], content, TWO_COLUMNS_IN).axes[0]
+    axes = draw_figure(FIGURES["joules_by_level"], content, TWO_COLUMNS_IN).axes[0]
     assert [label.get_text() for label in axes.get_xticklabels()] == ["control (sand)", "gravel"]
-    says(FIGURES["joules_by_damping"].caption(content), "The control (sand")
-    assert "control (sand) " in FIGURES["joules_by_damping"].alternative(content)
+    says(FIGURES["joules_by_level"].caption(content), "The control (sand")
+    assert "control (sand) " in FIGURES["joules_by_level"].alternative(content)
 
 
 @pytest.mark.parametrize("name", ["joules_by_condition", "apex_by_condition", "run_values"])
@@ -111,7 +111,7 @@ def test_without_a_control_level_the_page_says_why_it_claims_nothing(page_withou
 
 
 def test_without_a_control_level_all_conditions_share_one_panel(without_control: Told) -> None:
-    for name in ("joules_by_damping", "apex_by_damping"):
+    for name in ("joules_by_level", "apex_by_level"):
         (axes,) = draw_figure(FIGURES[name], without_control.made.content, TWO_COLUMNS_IN).axes
         assert [label.get_text() for label in axes.get_xticklabels()] == ["30", "45"]
         assert axes.get_xlabel() == "Drop height (cm)"

@@ -10,6 +10,7 @@ import pytest
 from data_schema.cache_folder import CACHE_VARIABLE, cache_folder
 from data_schema.outcomes import Outcome
 from reports.figures import figure_cache
+from reports.figures.by_level import file_name
 from reports.figures.figure_cache import KIND, Wanted, cached_figures, drawing_version, forget_unused
 from reports.figures.kind import draw_figure
 from reports.figures.registry import FIGURES
@@ -17,7 +18,7 @@ from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from tests.helpers.pages import FIGURE_NAMES
 
 PROJECT = Path(__file__).parents[3]
-FEW = ["savings", "passive_drain", "joules_by_damping", "flow"]
+FEW = ["savings", "passive_drain", "joules_by_level", "flow"]
 OTHERS = [name for name in FIGURE_NAMES if name != FEW[0]]
 """What is kept of a figure does not depend on what it shows; each is drawn twice in a soak of `test_registry`."""
 
@@ -63,7 +64,8 @@ def test_a_kept_figure_is_byte_for_byte_what_is_drawn_anew(content, written, cac
     first, again = one_drawn(content, wanted), one_drawn(content, wanted)
     assert cache == [name]
     folder = written.parent / "figures"
-    assert first == again == {ending: (folder / f"{name}.{ending}").read_bytes() for ending in ("svg", "pdf")}
+    called = file_name(name, content)
+    assert first == again == {ending: (folder / f"{called}.{ending}").read_bytes() for ending in ("svg", "pdf")}
 
 
 def test_one_changed_number_draws_the_figures_anew_that_show_it(content, cache, figures_not_drawn):
@@ -79,7 +81,7 @@ def test_one_changed_number_draws_the_figures_anew_that_show_it(content, cache, 
     )
     changed = dataclasses.replace(content, conditions=(moved, *content.conditions[1:]))
     all_drawn(changed)
-    assert cache == ["apex_by_damping", "estimation_apex"]
+    assert cache == ["apex_by_level", "estimation_apex"]
     cache.clear()
     fit = dataclasses.replace(content.drains[0], robot="another")
     all_drawn(dataclasses.replace(content, drains=(fit, *content.drains[1:])))

@@ -8,6 +8,7 @@ from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports.content import Factor, Level, Number, Summary, Variant
+from reports.figures.by_level import file_name
 from reports.figures.kind import draw_figure, pdf_bytes, svg_bytes
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
@@ -23,19 +24,19 @@ def test_the_same_content_gives_the_same_bytes(content, written, name):
     """
     folder = written.parent / "figures"
     figure = draw_figure(FIGURES[name], content, TWO_COLUMNS_IN)
-    assert svg_bytes(figure) == (folder / f"{name}.svg").read_bytes()
-    assert pdf_bytes(figure) == (folder / f"{name}.pdf").read_bytes()
+    assert svg_bytes(figure) == (folder / f"{file_name(name, content)}.svg").read_bytes()
+    assert pdf_bytes(figure) == (folder / f"{file_name(name, content)}.pdf").read_bytes()
 
 
 @pytest.mark.parametrize("name", FIGURE_NAMES)
-def test_files_have_their_width_no_date_and_embedded_fonts(written, name):
+def test_files_have_their_width_no_date_and_embedded_fonts(content, written, name):
     folder = written.parent / "figures"
     for ending, width_in in (("", TWO_COLUMNS_IN), ("_one_column", ONE_COLUMN_IN)):
-        svg = (folder / f"{name}{ending}.svg").read_bytes()
+        svg = (folder / f"{file_name(name, content)}{ending}.svg").read_bytes()
         root = ElementTree.fromstring(svg)
         assert float(root.attrib["viewBox"].split()[2]) == pytest.approx(72 * width_in)
         assert b"<dc:date>" not in svg
-        pdf = (folder / f"{name}{ending}.pdf").read_bytes()
+        pdf = (folder / f"{file_name(name, content)}{ending}.pdf").read_bytes()
         assert b"/FontFile2" in pdf
         assert b"/Type3" not in pdf
         assert b"/CreationDate" not in pdf
@@ -102,7 +103,7 @@ def test_numbers_that_do_not_exist_are_left_out_or_named(content, name):
 
 @pytest.mark.parametrize(
     "name",
-    ["joules_by_damping", "flow", *(pytest.param(name, marks=pytest.mark.soak) for name in ("savings", "packs"))],
+    ["joules_by_level", "flow", *(pytest.param(name, marks=pytest.mark.soak) for name in ("savings", "packs"))],
 )
 def test_a_dollar_or_a_strange_letter_in_a_name_is_only_text(content, name):
     levels = [
@@ -124,7 +125,7 @@ def test_a_study_without_a_swept_factor_or_with_three_factors_is_drawn(content):
     plain = tuple(dataclasses.replace(factor, swept=False) for factor in content.factors)
     for factors in (plain, plain[:1], (*plain[:2], dataclasses.replace(plain[2], swept=True))):
         changed = dataclasses.replace(content, factors=factors)
-        ElementTree.fromstring(svg_bytes(draw_figure(FIGURES["joules_by_damping"], changed, TWO_COLUMNS_IN)))
+        ElementTree.fromstring(svg_bytes(draw_figure(FIGURES["joules_by_level"], changed, TWO_COLUMNS_IN)))
 
 
 def raised(condition, by_m):
@@ -135,7 +136,7 @@ def raised(condition, by_m):
 
 
 def test_series_far_apart_get_a_panel_each_at_one_scale(content):
-    kind = FIGURES["apex_by_damping"]
+    kind = FIGURES["apex_by_level"]
     assert len(draw_figure(kind, content, TWO_COLUMNS_IN).axes) == 1
     assert "side by side" in kind.caption(content)
     conditions = tuple(
@@ -188,7 +189,7 @@ def test_missing_joules_and_drain_are_not_explained_by_a_guess(content):
     conditions = tuple(with_summary(condition, Outcome.JOULES, None) for condition in content.conditions)
     changed = dataclasses.replace(content, conditions=conditions, drains=())
     reasons = "; the reasons are listed under Limitations."
-    says(FIGURES["joules_by_damping"].absent(changed), "no joules for", reasons)
+    says(FIGURES["joules_by_level"].absent(changed), "no joules for", reasons)
     says(FIGURES["passive_drain"].absent(changed), "no passive-drain fit", reasons)
 
 
@@ -260,10 +261,10 @@ def test_a_control_that_is_a_plain_number_stands_at_its_value(content):
         for c, at in zip(content.conditions[:3], (2, 1, 3), strict=True)
     )
     changed = dataclasses.replace(content, factors=(load,), conditions=conditions)
-    axes = draw_figure(FIGURES["joules_by_damping"], changed, TWO_COLUMNS_IN).axes[0]
+    axes = draw_figure(FIGURES["joules_by_level"], changed, TWO_COLUMNS_IN).axes[0]
     assert axes.get_xticks().tolist() == [1.0, 2.0, 3.0]
     assert [label.get_text().replace("\u00a0", " ") for label in axes.get_xticklabels()] == ["1", "control (2 kg)", "3"]
-    says(FIGURES["joules_by_damping"].caption(changed).replace("\u00a0", " "), "The control", "2 kg")
+    says(FIGURES["joules_by_level"].caption(changed).replace("\u00a0", " "), "The control", "2 kg")
 
 
 @pytest.mark.parametrize(("shared", "said"), [(0.4, True), (0.0, False), (None, False)])
@@ -274,5 +275,5 @@ def test_the_caption_says_where_bars_hold_the_error_of_the_drain(content, shared
         changed = dataclasses.replace(joules, mean=dataclasses.replace(joules.mean, shared_se=shared))
         conditions.append(with_summary(one, Outcome.JOULES, changed))
     whole = dataclasses.replace(content, conditions=tuple(conditions))
-    captions = [FIGURES[name].caption(whole) for name in ("joules_by_damping", "apex_by_damping")]
+    captions = [FIGURES[name].caption(whole) for name in ("joules_by_level", "apex_by_level")]
     assert ["drain error included" in caption for caption in captions] == [said, False]

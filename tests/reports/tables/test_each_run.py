@@ -24,7 +24,7 @@ NASTY = "<script>x</script>&\"'"
 
 
 def figure_of(content, outcome):
-    name = f"{outcome.key}_by_damping"
+    name = f"{outcome.key}_by_level"
     svg = svg_bytes(draw_figure(FIGURES[name], content, ONE_COLUMN_IN))
     return name_points(inline_svg(svg, name, "t", "d"), name, content, run_anchors(content))
 

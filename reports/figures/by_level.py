@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 from data_schema.outcomes import Outcome
 from reports.content import ReportContent
-from reports.display import as_shown, count_text, general_text, given_text, level_text, shown_unit
+from reports.display import as_shown, count_text, general_text, given_text, level_text, sentence_start, shown_unit
 from reports.figures.kind import figures_of_outcomes, levels_alone
 from reports.figures.series import Axis, Series, axis_of, drawn_factor, series_lie_apart, series_of
 from reports.figures.style import GREY, TWO_COLUMNS_IN, is_narrow, light_grid, new_figure, publication_style, spread
-from reports.naming import swept_factor, swept_words
+from reports.naming import control_name, swept_factor, swept_words, treatment_name
 from reports.numbers import Number
 from reports.sentences import absence_text
 
@@ -74,8 +74,7 @@ def _shares_error(mean: Number) -> bool:
 
 def _control_text(content: ReportContent) -> str:
     """Say where the control stands: at its value, or before the levels that have none."""
-    called, axis = swept_words(swept_factor(content)), axis_of(content)
-    name = called.control if called.of_active_damping else f"The {called.control_level}"
+    name, axis = sentence_start(control_name(content)), axis_of(content)
     return f"{name} stands {f'at {given_text(axis.control_position)}' if axis.continuous else 'first'}."
 
 
@@ -85,7 +84,7 @@ def range_text(content: ReportContent, quantity: Outcome) -> str:
     sentences = []
     swept = swept_factor(content)
     called = swept_words(swept)
-    sides = (("", False),) if swept is None else ((called.control_level, True), (called.treatment, False))
+    sides = (("", False),) if swept is None else ((called.control_level, True), (treatment_name(content, {}), False))
     for series in series_of(content):
         parts = []
         for name, control in sides:
@@ -121,7 +120,7 @@ class _Marks:
         return min(values), max(values)
 
 
-def _draw_by_damping(content: ReportContent, quantity: Outcome, width_in: float) -> Figure:
+def _draw_by_level(content: ReportContent, quantity: Outcome, width_in: float) -> Figure:
     """Draw one outcome: x is the damping coefficient with CE at 0, y the outcome in the unit it is shown in.
 
     All series share one panel, side by side, as in the thesis; where they lie so far apart that no difference
@@ -301,5 +300,14 @@ def shows(content: ReportContent, quantity: Outcome) -> dict[str, object]:
     return {"factors": content.factors, "conditions": levels_alone(content, quantity)}
 
 
-BY_DAMPING = figures_of_outcomes("{}_by_damping", "{}", _draw_by_damping, caption, alternative, _absent_quantity, shows)
+_BY_LEVEL = "_by_level"
+
+
+def file_name(name: str, content: ReportContent) -> str:
+    """Return what a figure's files are called: `joules_by_level` after the factor of its x axis, `joules_by_foot`."""
+    factor = drawn_factor(content)
+    return name if factor is None else name.replace(_BY_LEVEL, f"_by_{factor.name}")
+
+
+BY_LEVEL = figures_of_outcomes(f"{{}}{_BY_LEVEL}", "{}", _draw_by_level, caption, alternative, _absent_quantity, shows)
 """A figure an outcome."""
