@@ -9,8 +9,8 @@ _UNIT = typer.Option("--unit", metavar="COLUMN=UNIT", help="A column's unit, for
 _COLUMN = typer.Option(
     "--column",
     metavar="COLUMN=CHANNEL[:UNIT]",
-    help='What a column holds: "h=body_height:mm" (`labbook channels`), "i=own.coil_current:A"; with a calibration '
-    '"h=body_height:mm,scale=0.29,offset=-4.7,source=ruler" or "h=body_height:m,raw=812 3071,value=0.2 0.85".',
+    help='What a column holds: "h=body_height:mm" (`labbook channels`), or "i=own.coil_current:A"; with a calibration '
+    '"h=body_height:mm, scale=0.29, offset=-4.7" or "h=body_height:m, raw=812 3071, value=0.2 0.85".',
 )
 _ENCODING = typer.Option("--encoding", help="The page of text that is not UTF-8.")
 _DECIMAL = typer.Option("--decimal", help="The decimal sign, . or ,")

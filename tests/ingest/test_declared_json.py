@@ -29,6 +29,8 @@ def of(hint: Any) -> st.SearchStrategy[Any]:
         return drawn(hint)
     if type(None) in inner:
         return st.none() | of(inner[0])
+    if get_origin(hint) is tuple and inner[1:] != (...,):
+        return st.tuples(*map(of, inner))
     if get_origin(hint) is tuple:
         return st.lists(of(inner[0]), max_size=2).map(tuple)
     if get_origin(hint) is Mapping:
