@@ -12,6 +12,9 @@ treatment. Where a day holds whole replicates, treatments are orthogonal to days
 and no control is spent in excess. A replicate that does not fit is continued on the next day, with a control of its
 own there if the rest has none: at most one in excess for each new day.
 
+Idle runs stand on days drawn at random, as many a day as make the fewest days and continue the fewest replicates: one
+a day where whole replicates leave a place free, else in the places of a whole replicate.
+
 RANDOMISED takes the groups in rounds, one replicate of each in random order, so that no group is tied to one part of
 the campaign, and shuffles each day as a whole. BLOCKED finishes one group before the next, in nested random order
 (the factor declared first changes least often: declare the one that is hardest to change first), and shuffles the
@@ -29,7 +32,7 @@ from __future__ import annotations
 import hashlib
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -95,10 +98,34 @@ def _one_after_another(groups: list[list[Replicate]], chance: SeededChance) -> l
     return [replicate for replicates in groups for replicate in chance.shuffled(replicates)]
 
 
-def fill_days(queue: list[Replicate], runs_per_day: int) -> Iterator[list[Slot]]:
-    """Fill one day after another from the queue; a day starts a group with its control, or leaves it for the next."""
-    today: list[Slot] = []
+def fill_days(queue: list[Replicate], idle: list[Slot], runs_per_day: int, chance: SeededChance) -> list[list[Slot]]:
+    """Return the slots of each day: of all numbers of idle runs a day, that which takes the fewest days counts.
+
+    Of equal ones that which continues the fewest replicates on another day, then the smallest number.
+    """
+    if not idle:
+        return _filled_days(queue, {}, runs_per_day)[0]
+    full = (sum(len(replicate.slots) for replicate in queue) + len(idle)) // runs_per_day
+    order = chance.shuffled(range(max(full, math.ceil(len(idle) / runs_per_day))))
+    fewest = math.ceil(len(idle) / len(order))
+    found = []
+    for together in range(fewest, max(fewest, min(len(idle), runs_per_day)) + 1):
+        lots = [idle[start : start + together] for start in range(0, len(idle), together)]
+        found.append(_filled_days(queue, dict(zip(order, lots, strict=False)), runs_per_day))
+    return min(found, key=lambda days: (len(days[0]), days[1]))[0]
+
+
+def _filled_days(
+    queue: list[Replicate], idle: Mapping[int, list[Slot]], runs_per_day: int
+) -> tuple[list[list[Slot]], int]:
+    """Fill one day after another from the queue, `idle` being what days have already, counted from 0.
+
+    A day starts a group with its control, or leaves it for the next. Returns the days, and how often a replicate is
+    continued on another day.
+    """
+    days = [list(idle.get(0, ()))]
     controlled: set[Slot] = set()
+    continued = 0
     for replicate in queue:
         pending, control = list(replicate.slots), replicate.control
         while pending:
@@ -113,15 +140,16 @@ def fill_days(queue: list[Replicate], runs_per_day: int) -> Iterator[list[Slot]]
                 if own:
                     pending.remove(control)
                 pending.insert(0, control)
-            free = runs_per_day - len(today)
+            free = runs_per_day - len(days[-1])
             if free < needed:
-                yield today
-                today, controlled = [], set()
+                days.append(list(idle.get(len(days), ())))
+                controlled = set()
             else:
-                today += pending[:free]
+                days[-1] += pending[:free]
                 controlled.update(pending[:1])
                 pending = pending[free:]
-    yield today
+                continued += bool(pending)
+    return days + [idle[day] for day in sorted(idle) if day >= len(days)], continued
 
 
 def _whole_day(slots: list[Slot], chance: SeededChance) -> list[tuple[str, Slot]]:
@@ -224,11 +252,8 @@ def draw_plan(
     ]
     queue = QUEUES[method](groups, chance)
     idle = chance.shuffled(Slot(None, None, 60.0 * minutes) for minutes in idle_minutes)
-    size = len(groups[0][0].slots)  # idle runs in the places of a whole replicate leave the others whole
-    for start in range(0, len(idle), size):
-        queue.insert(chance.below(len(queue) + 1), Replicate(tuple(idle[start : start + size]), None))
     runs: list[PlannedRun] = []
-    for day, slots in enumerate(fill_days(queue, runs_per_day), start=1):
+    for day, slots in enumerate(fill_days(queue, idle, runs_per_day, chance), start=1):
         for place, (block, slot) in enumerate(ORDERS[method](slots, chance), start=1):
             kind = RunKind.IDLE if slot.condition is None else RunKind.JUMPS
             runs.append(PlannedRun(len(runs) + 1, day, place, block, slot.condition, kind, slot.duration_s))

