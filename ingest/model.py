@@ -280,6 +280,14 @@ class RobotFacts:
 
 
 @dataclass(frozen=True, slots=True)
+class PackFacts:
+    """What is known of a pack: its name, and the charge that it holds."""
+
+    name: str
+    capacity_mah: float
+
+
+@dataclass(frozen=True, slots=True)
 class Limits:
     """What one file may ask for, by the names of `[files.limits]`; one that asks for more is refused with that name.
 
@@ -308,7 +316,8 @@ class Declarations(ReadingSettings):
     `profile_columns`. `file_name` is the file's own name, without folder. `day` is the local date of a log that does
     not say when it was recorded: calibrations are chosen by it. `time_zone` is the zone of clock times
     without one (None: such times stay without an instant). `robots` are those that may have been measured, with which
-    forces and heights are compared unless `no_robot_check`; `limits` bound what a file may ask for.
+    forces and heights are compared unless `no_robot_check`, `packs` those that may have been charged; `limits` bound
+    what a file may ask for.
     """
 
     profiles: tuple[Profile, ...] = ()
@@ -318,6 +327,7 @@ class Declarations(ReadingSettings):
     day: str | None = None
     time_zone: str | None = None
     robots: tuple[RobotFacts, ...] = ()
+    packs: tuple[PackFacts, ...] = ()
     limits: Limits = DEFAULT_LIMITS
 
 

@@ -5,15 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from data_schema.errors import unknown_name
+from data_schema.vocabulary import FileRole
 from ingest.findings import FILE, FindingCollector
 from ingest.formats import registry
+from ingest.formats.chargers.packs import check_packs
 from ingest.formats.format import UNKNOWN, Format, Head, Recognition, sniff
 from ingest.model import Candidate, Declarations, Explanation, ReadFile, Reading
 from ingest.tables.header_lines import SecondHeader
 from ingest.text.cells import GROUPED
 
 MOST_REJECTED = 0.01
-"""A file of which a larger share of rows is rejected is refused."""
+"""A log of which a larger share of rows is rejected is refused."""
+MOST_REJECTED_RECHARGES = 0.5
+"""So is a sheet of recharges, whose rows stand each for itself: where most cannot be read, the columns are others."""
 
 
 def read_file(data: bytes, declared: Declarations) -> ReadFile:
@@ -37,6 +41,7 @@ def read_file(data: bytes, declared: Declarations) -> ReadFile:
             reading = Reading()
             message = "Another header stands inside the data: export one table a file."
             findings.add(FILE, "second_header", message, lines=[found.header_line])
+        reading = check_packs(reading, head.declared.packs, findings)
         _judge_rows(reading, findings)
     return ReadFile(
         UNKNOWN if chosen is None else chosen.name,
@@ -111,7 +116,7 @@ def _judge_rows(reading: Reading, findings: FindingCollector) -> None:
     if not reading.rows_read:
         if not findings.refuse:
             findings.add(FILE, "no_rows_kept", "The file holds no row of data.")
-    elif reading.rows_rejected <= MOST_REJECTED * reading.rows_read:
+    elif reading.rows_rejected <= _most_rejected(reading) * reading.rows_read:
         return
     elif 2 * findings.count(GROUPED.rule) > reading.rows_rejected:
         message = "Numbers hold thousands separators, and may be misread by 1000: export without them."
@@ -124,6 +129,10 @@ def _judge_rows(reading: Reading, findings: FindingCollector) -> None:
         findings.add(
             FILE,
             "too_many_rejected",
-            f"{reading.rows_rejected} of {reading.rows_read} rows ({share:.3g} %) are rejected, more than 1 %: "
-            "correct the lines that the findings name, or export the file again.",
+            f"{reading.rows_rejected} of {reading.rows_read} rows ({share:.3g} %) are rejected, more than "
+            f"{100 * _most_rejected(reading):g} %: correct the lines that the findings name, or export the file again.",
         )
+
+
+def _most_rejected(reading: Reading) -> float:
+    return MOST_REJECTED_RECHARGES if reading.role is FileRole.CHARGE and not reading.parts else MOST_REJECTED

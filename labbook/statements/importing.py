@@ -24,6 +24,7 @@ from ingest.model import (
     Finding,
     FloatArray,
     Limits,
+    PackFacts,
     Profile,
     ReadFile,
     RobotFacts,
@@ -200,9 +201,10 @@ def without_storing(data: bytes, sha256: str, read: ReadFile, settings: ReadSett
 
 
 def with_used_profile(settings: ReadSettings, read: ReadFile) -> ReadSettings:
-    """Return the settings with no profile but the one that was used."""
-    used = [profile for profile in settings.declared.profiles if _was_used(profile, read)]
-    return replace(settings, declared=replace(settings.declared, profiles=tuple(used)))
+    """Return the settings with no profile but the one that was used, and with no packs where none was charged."""
+    used = tuple(profile for profile in settings.declared.profiles if _was_used(profile, read))
+    packs = settings.declared.packs if read.role is FileRole.CHARGE else ()
+    return replace(settings, declared=replace(settings.declared, profiles=used, packs=packs))
 
 
 def _was_used(profile: Profile, read: ReadFile) -> bool:
@@ -244,6 +246,7 @@ def declarations(
     robots = tuple(
         RobotFacts(robot.body_mass_kg + robot.foot_mass_kg, robot.leg_max_m) for robot in configuration.robots.values()
     )
+    packs = tuple(PackFacts(name, pack.capacity_mah) for name, pack in configuration.batteries.items())
     zone = configuration.study.time_zone
     limits = Limits(**configuration.files.limits)
     return Declarations(
@@ -252,6 +255,7 @@ def declarations(
         time_zone=zone,
         file_name=file_name,
         robots=robots,
+        packs=packs,
         limits=limits,
         **given,
     )

@@ -40,6 +40,18 @@ def test_without_its_pack_a_charge_is_compared_with_that_of_its_run_or_the_large
     assert ingested(stated, f"run,mAh,pack\n{run},8580,{pack}\n")[0] == 0
 
 
+def test_one_charge_above_its_pack_is_left_out_alone_and_mended(stated: SmallBook) -> None:
+    rows = {f"r{number:03d}": 100 + number for number in range(1, 17)}
+    sheet = "run,mAh\n" + "".join(f"{run},{mah}\n" for run, mah in rows.items())
+    code, told = ingested(stated, sheet.replace("r007,107", "r007,10700"))
+    assert code == 0
+    assert told.index("charge_implausible") < told.index("  run r001:")
+    says(told, "row: charge_implausible", "line 8", "10700 mAh", "pack")
+    code, told = ingested(stated, sheet)
+    says(told, "charge_known", "15 rows")
+    assert "mAh" in good(labbook("show", "r007", at=stated.folder)).out
+
+
 def test_ah_under_a_heading_in_mah_is_refused_unless_declared(stated: SmallBook) -> None:
     sheet = "run,mAh\nr001,0.11\nr002,0.42\n"
     code, told = ingested(stated, sheet)
@@ -73,11 +85,11 @@ def test_a_sheet_with_day_and_month_exchanged_is_refused_by_the_dates_of_its_run
     assert ingested(stated, sheet, "--dates", "m/d/y")[0] == 0
 
 
-def test_a_single_date_exchanged_among_right_ones_is_to_be_corrected(stated: SmallBook) -> None:
+def test_a_single_date_exchanged_among_right_ones_is_asked_about(stated: SmallBook) -> None:
     moved(stated, "r001")
     code, told = ingested(stated, "run,mAh,ended\nr003,112,14/06/2021 10:00\nr001,105,03/11/2021 10:30\n")
-    assert code == 2
-    says(told, "day_month_swapped", "line 3", "correct it in the sheet")
+    assert code == 0
+    says(told, "look again", "r001", "2021-03-11", "2021-11-03", "labbook correct charge:")
 
 
 def test_a_date_to_come_that_is_past_with_day_and_month_exchanged_is_refused(fresh: SmallBook) -> None:

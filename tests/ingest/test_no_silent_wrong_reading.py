@@ -268,12 +268,12 @@ def test_a_charge_cut_in_the_last_line_was_taken() -> None:
     assert "--complete" in finding(sheet(*lines, end=""), "last_cell_cut").message
     assert not sheet(*lines).refused
     assert not sheet(*lines, end="", declared=Declarations(complete=True)).refused
-    assert sheet("run,mAh,volts", "r1,461,16.80", "r2,799,16.8", end="").refused
-    assert not sheet("run,mAh,volts", "r1,461,16.80", "r2,799,16.81", end="").refused
-    assert not sheet("run,mAh,pack", "r1,461,A", "r2,799,B", end="").refused
-    assert sheet("run,mAh,pack", "r1,461,old", "r2,799,ne", end="").refused
-    assert sheet("mAh,run", "461,r9", "799,r1", end="").refused
-    assert not sheet("run,mAh,remark", "r1,461,all well", "r2,799,wi", end="").refused
+    assert sheet("run,mAh,volts", "r1,461,16.80", "r2,799,16.8", end="").rows_kept == 1
+    assert sheet("run,mAh,volts", "r1,461,16.80", "r2,799,16.81", end="").rows_kept == 2
+    assert sheet("run,mAh,pack", "r1,461,A", "r2,799,B", end="").rows_kept == 2
+    assert sheet("run,mAh,pack", "r1,461,old", "r2,799,ne", end="").rows_kept == 1
+    assert sheet("mAh,run", "461,r9", "799,r1", end="").rows_kept == 1
+    assert sheet("run,mAh,remark", "r1,461,all well", "r2,799,wi", end="").rows_kept == 2
 
 
 def test_a_last_number_of_a_log_that_was_cut_was_taken() -> None:

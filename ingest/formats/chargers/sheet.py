@@ -35,10 +35,15 @@ from ingest.timebase.clock import to_utc
 from ingest.timebase.clock_formats import Unclear, date_order, day_of, iso_text, parse_stamp
 
 _SUMMARIES = frozenset({"total", "totals", "sum", "mean", "average", "summe", "mittel"})
-_UNCLEAR_COMMA = re.compile(rb"[1-9]\d{0,2},\d{3}")
+_UNCLEAR_COMMA = re.compile(r"[1-9]\d{0,2},\d{3}")
 _NEGATIVE = CellFault(
     "charge_sign",
     "A negative charge in a row that is no discharge: write 'discharge' as its mode; the row is left out.",
+)
+_UNCLEAR = CellFault(
+    "decimal_sign_unclear",
+    "A number may be a decimal or a thousand: say which with `--decimal ,` or `--decimal .`, or write it otherwise; "
+    "the row is left out.",
 )
 _TAIL = re.compile(r"\D(\d*)$")
 _LEFT_OUT = "the row is left out"
@@ -70,12 +75,12 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     _ask_units(header, cells, findings)
     _refuse_capacity(header, cells, findings)
     decimal = head.declared.decimal_sign or _decimal_sign(header, cells, findings)
-    findings.tables.append(_use(header, decimal, head.declared))
+    findings.tables.append(_use(header, decimal or ".", head.declared))
     dates = _date_order(header, cells, head, findings)
     charges: list[ChargeRow] = []
     for line, row in rows:
         if row is not None:
-            charge = _charge(len(charges) + 1, line, row, header, decimal.encode(), dates, head, findings)
+            charge = _charge(len(charges) + 1, line, row, header, decimal, dates, head, findings)
             charges += [] if charge is None else [charge]
     _note_repeated_runs(charges, findings)
     # A charger shows all its numbers in one step: the finest one met, since 0.47 may have been 0.470.
@@ -131,19 +136,20 @@ def _may_be_cut(role: str | None, cell: str, above: list[str]) -> bool:
     return role == "run" or not above or (cell not in above and len(cell) < max(map(len, above)))
 
 
-def _judge_last_cell(
+def _is_last_cell_cut(
     role: str | None, cell: str, above: list[str], line: int, declared: Declarations, findings: FindingCollector
-) -> None:
-    """Refuse a sheet without a last line end whose last cell may be cut: 79 for 799."""
+) -> bool:
+    """Report a last line without line end; whether its last cell may be cut: 79 for 799."""
     if _may_be_cut(role, cell, above) and not declared.complete:
         message = (
-            f"The last line has no line end and its last cell {cell!r} may be cut, as when a copy stops: "
+            f"The last line has no line end and its last cell {cell!r} may be cut, as when a copy stops: {_LEFT_OUT}; "
             "end the file with a line end if it is whole, or say `--complete`."
         )
-        findings.add(FILE, "last_cell_cut", message, lines=[line], value=cell)
-    else:
-        message = "The last line has no line end: check that its last cell is complete."
-        findings.add(NOTE, "no_final_newline", message, lines=[line])
+        findings.add(ROW, "last_cell_cut", message, lines=[line], value=cell)
+        return True
+    message = "The last line has no line end: check that its last cell is complete."
+    findings.add(NOTE, "no_final_newline", message, lines=[line])
+    return False
 
 
 def _rows(head: Head, header: SheetHeader, findings: FindingCollector) -> Iterator[tuple[int, list[str] | None]]:
@@ -166,7 +172,9 @@ def _rows(head: Head, header: SheetHeader, findings: FindingCollector) -> Iterat
                 continue
             last = source.decode(raw[-1])
             role = next((role for role, column in header.columns.items() if column.position == len(raw) - 1), None)
-            _judge_last_cell(role, last, above if len(raw) == fewest else [], line, head.declared, findings)
+            if _is_last_cell_cut(role, last, above if len(raw) == fewest else [], line, head.declared, findings):
+                yield line, None
+                continue
         above += [source.decode(raw[-1])] if raw and len(raw) == fewest else []
         fewest = min(fewest, len(raw) if raw else fewest)
         if raw is None:
@@ -214,13 +222,13 @@ def _is_no_row(raw: list[bytes], line: int, header: SheetHeader, findings: Findi
 
 
 def _ask_units(header: SheetHeader, rows: list[list[str]], findings: FindingCollector) -> None:
-    """Refuse a sheet whose columns have no unit, neither in the header nor in every cell."""
+    """Refuse a sheet with a column that has no unit, neither in the header nor in most cells."""
     for role in FACTORS:
         column = header.columns.get(role)
         if column is None or column.unit is not None:
             continue
         filled = [row[column.position] for row in rows if row[column.position]]
-        if any(parse_quantity(role, text, None, b".") == UNIT_MISSING for text in filled):
+        if 2 * sum(parse_quantity(role, text, None, b".") == UNIT_MISSING for text in filled) > len(filled):
             clocks = role == "duration" and any(text.count(":") == 1 for text in filled)
             stored = "min" if clocks else STORED_UNIT[role]
             findings.add(
@@ -232,7 +240,8 @@ def _ask_units(header: SheetHeader, rows: list[list[str]], findings: FindingColl
             )
 
 
-def _decimal_sign(header: SheetHeader, rows: list[list[str]], findings: FindingCollector) -> str:
+def _decimal_sign(header: SheetHeader, rows: list[list[str]], findings: FindingCollector) -> str | None:
+    """Return the sign that most numbers are written with; None where these may all be thousands."""
     positions = [header.columns[role].position for role in FACTORS if role in header.columns]
     texts = [row[position].split(" ")[0] for row in rows for position in positions if row[position]]
     cells = [text.encode("latin-1", errors="replace") for text in texts]
@@ -240,12 +249,9 @@ def _decimal_sign(header: SheetHeader, rows: list[list[str]], findings: FindingC
     points = sum(b"." in cell for cell in cells if NUMBER.fullmatch(cell))
     if len(commas) <= points:
         return "."
-    if all(_UNCLEAR_COMMA.fullmatch(cell) for cell in commas):
-        shown = commas[0].decode()
-        message = f"{shown!r} may be a decimal or a thousand: say which with `--decimal ,` or `--decimal .`."
-        findings.add(FILE, "decimal_sign_unclear", message, value=shown)
-    else:
-        findings.add(NOTE, "decimal_comma", "Numbers are written with a decimal comma; read as such.")
+    if all(_UNCLEAR_COMMA.fullmatch(cell.decode()) for cell in commas):
+        return None
+    findings.add(NOTE, "decimal_comma", "Numbers are written with a decimal comma; read as such.")
     return ","
 
 
@@ -293,18 +299,23 @@ def _charge(
     line: int,
     row: list[str],
     header: SheetHeader,
-    decimal: bytes,
+    decimal: str | None,
     dates: str | None,
     head: Head,
     findings: FindingCollector,
 ) -> ChargeRow | None:
-    """Return one recharge, or None when something in its row, all of it reported, cannot be read."""
+    """Return one recharge, or None when something in its row, all of it reported, cannot be read.
+
+    `decimal` is None where no number tells a decimal comma from one of thousands.
+    """
     text = {role: row[column.position] for role, column in header.columns.items()}
     faults: list[tuple[str, CellFault]] = []
     amounts: dict[str, Quantity] = {}
+    sign = (decimal or ".").encode()
     for role in FACTORS:
         if text.get(role):
-            parsed = parse_quantity(role, text[role], header.columns[role].unit, decimal)
+            unclear = decimal is None and _UNCLEAR_COMMA.fullmatch(text[role].split(" ")[0])
+            parsed = _UNCLEAR if unclear else parse_quantity(role, text[role], header.columns[role].unit, sign)
             if isinstance(parsed, CellFault):
                 faults.append((role, parsed))
             else:
@@ -318,7 +329,7 @@ def _charge(
     for role, fault in faults:
         name, unit, message = header.columns[role].name, header.columns[role].unit, fault.message
         for other in FACTORS[role] if fault in (OUT_OF_RANGE, BELOW_ONE) and unit is not None else ():
-            if isinstance(parse_quantity(role, text[role], other, decimal), Quantity):
+            if isinstance(parse_quantity(role, text[role], other, sign), Quantity):
                 message += f' If all are in {other}, say `--column "{name}={role}:{other}" --override-units`.'
         findings.add(ROW, fault.rule, message, column=name, lines=[line], value=text[role])
     if faults or charge is None or isinstance(mode, CellFault):
@@ -365,4 +376,4 @@ def _note_repeated_runs(charges: list[ChargeRow], findings: FindingCollector) ->
         seen.add(charge.stated_run or "")
 
 
-FORMAT = Format("charger_sheet", 3, _recognise, _read)
+FORMAT = Format("charger_sheet", 4, _recognise, _read)

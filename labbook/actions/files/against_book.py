@@ -1,7 +1,6 @@
 """What the book finds of a file that was read, and what is left of one that is refused.
 
-Columns that were named and are not there, another day than its run's; of recharges more than a pack can take, a wrong
-unit, day and month exchanged.
+Columns that were named and are not there, another day than its run's, day and month exchanged.
 """
 
 from __future__ import annotations
@@ -18,14 +17,13 @@ from data_schema.journal import canonical
 from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.imported_files import links_of_file
 from data_schema.queries.imports import findings_of, refused_with
-from data_schema.queries.runs import RunRow, runs_named
+from data_schema.queries.runs import runs_named
 from data_schema.queries.signals import every_start
 from data_schema.queries.study import days_with_runs
 from data_schema.vocabulary import Action, FileRole, Severity
 from ingest.declared import ABSENT
 from ingest.findings import MORE_LINES
-from ingest.model import ChargeRow, ColumnUse, Finding, ReadFile
-from labbook.actions.runs.charges import MOST_OF_CAPACITY
+from ingest.model import ChargeRow, Finding, ReadFile
 from labbook.analysis.outcomes.log_dates import (
     ABOUT_DAY,
     AHEAD,
@@ -40,7 +38,6 @@ from labbook.analysis.outcomes.log_dates import (
     swapped_day,
 )
 from labbook.book.write_session import Statement, WriteSession, new_uid
-from labbook.config.parsing import Configuration
 from labbook.statements.importing import PreparedImport, finding_values, without_name
 
 
@@ -96,14 +93,13 @@ def _with_days_ahead(read: ReadFile) -> ReadFile:
 
 def refused_by_book(
     connection: sa.Connection,
-    configuration: Configuration,
     read: ReadFile,
     run: str | None,
     *,
     file_uid: str | None = None,
     notes: bool = False,
 ) -> ReadFile:
-    """Add the refusal where day and month were read the wrong way round, or charges are none that packs can take.
+    """Add the refusal where day and month were read the wrong way round.
 
     `notes`: also that the days of a log and its run differ, or are yet to come.
 
@@ -113,8 +109,8 @@ def refused_by_book(
     if read.refused:
         return read
     if read.role is FileRole.CHARGE:
-        possible = _with_charges_possible(connection, configuration, read, run)
-        return _with_days_ahead(possible) if notes else possible
+        judged = replace(read, findings=(*_swapped(connection, read, run), *read.findings))
+        return _with_days_ahead(judged) if notes else judged
     links = [] if file_uid is None else links_of_file(connection, file_uid)
     meant = {link.part: link.run_uid for link in links}
     if not meant:
@@ -136,69 +132,6 @@ def name_and_day(connection: sa.Connection, run_uid: str) -> tuple[str, str]:
     """Return the name of a run and its local date."""
     run = read_fact(connection, "run", run_uid, ["name", "day"])
     return run["name"], read_fact(connection, "day", run["day"], ["date_local"])["date_local"]
-
-
-_IMPLAUSIBLE = "charge_implausible"
-_AH = 1e3
-"""mAh."""
-
-
-def _with_charges_possible(
-    connection: sa.Connection, configuration: Configuration, read: ReadFile, run: str | None
-) -> ReadFile:
-    """Add the refusals of charges that no pack can take and of dates read the wrong way round.
-
-    `run` is the one that a file of one recharge belongs to.
-    """
-    names = {charge.stated_run or run for charge in read.charges} - {None}
-    runs = {row.name: row for row in runs_named(connection, sorted(filter(None, names)))}
-    of_charge = [runs.get(charge.stated_run or run or "") for charge in read.charges]
-    found = _implausible(configuration, read, of_charge) or _swapped(connection, read, of_charge)
-    return replace(read, findings=(*found, *read.findings))
-
-
-def _implausible(configuration: Configuration, read: ReadFile, runs: Sequence[RunRow | None]) -> list[Finding]:
-    """Refuse a charge above what its pack can take, and a column whose numbers are all a thousandth of one."""
-    packs = configuration.batteries
-    if not packs:
-        return []
-    largest = max(packs, key=lambda name: packs[name].capacity_mah)
-    names = [
-        next((name for name in (charge.stated_pack or "", run.battery if run else "") if name in packs), largest)
-        for charge, run in zip(read.charges, runs, strict=True)
-    ]
-    most = [MOST_OF_CAPACITY * packs[name].capacity_mah for name in names]
-    column = next((use for table in read.explanation.tables for use in table.columns if use.holds == "charge"), None)
-    above = [place for place, charge in enumerate(read.charges) if charge.charge_mah > most[place]]
-    if above:
-        first, pack = read.charges[above[0]], names[above[0]]
-        message = (
-            f"{first.charge_mah:g} mAh is more than pack {pack} can take ({most[above[0]]:g} mAh): correct the number, "
-            f"{_unit_remedy(column)}or, if it is right, the pack's capacity, with `labbook correct "
-            f"battery:{pack} capacity_mah=... --why ...` and in labbook.toml."
-        )
-        return [_finding(_IMPLAUSIBLE, message, [read.charges[place] for place in above], f"{first.charge_mah:g} mAh")]
-    if column is None or column.unit != "mAh" or column.unit_from != "header":
-        return []
-    charges = [charge.charge_mah for charge in read.charges]
-    if any(charges) and all(mah * _AH <= top for mah, top in zip(charges, most, strict=True)):
-        message = (
-            f"All charges are {max(charges):g} mAh or less, as if in Ah: correct {_unit_remedy(column)}or, if "
-            f'they are mAh, say so: `--column "{column.name}=charge:mAh"`.'
-        )
-        return [_finding(_IMPLAUSIBLE, message, read.charges, f"{max(charges):g} mAh")]
-    return []
-
-
-def _unit_remedy(column: ColumnUse | None) -> str:
-    """Say how the other unit is declared, of a column whose heading has one."""
-    if column is None or column.unit is None:
-        return ""
-    other = "mAh" if column.unit == "Ah" else "Ah"
-    return (
-        f'the heading {column.name!r} if these are {other} (`--column "{column.name}=charge:{other}" '
-        "--override-units`), "
-    )
 
 
 def _charges_ahead(read: ReadFile, zone: str) -> list[Finding]:
@@ -224,11 +157,15 @@ def _dates(read: ReadFile, zone: str) -> dict[int, date]:
     }
 
 
-def _swapped(connection: sa.Connection, read: ReadFile, runs: Sequence[RunRow | None]) -> list[Finding]:
-    """Refuse dates that are their run's, or past, only with day and month exchanged.
+def _swapped(connection: sa.Connection, read: ReadFile, run_of_file: str | None) -> list[Finding]:
+    """Refuse dates that are their runs', or past, only with day and month exchanged, unless others are right as read.
 
     Of runs that the book has not, the days of the book decide where they explain all of two dates or more, exchanged.
+    `run_of_file` is the one that a file of one recharge belongs to.
     """
+    names = {charge.stated_run or run_of_file for charge in read.charges} - {None}
+    by_name = {row.name: row for row in runs_named(connection, sorted(filter(None, names)))}
+    runs = [by_name.get(charge.stated_run or run_of_file or "") for charge in read.charges]
     zone = None if read.declared is None else read.declared.time_zone
     if zone is None:
         return []
@@ -252,16 +189,16 @@ def _swapped(connection: sa.Connection, read: ReadFile, runs: Sequence[RunRow | 
             wrong = dict.fromkeys(unknown, "runs and logs of the book have its date with day and month exchanged")
     orders = {place: other_order(read.charges[place].ended_original or "", dates[place]) for place in dates}
     wrong = {place: why for place, why in wrong.items() if orders[place] is not None}
-    if not wrong:
-        return []
-    first, why = next(iter(wrong.items()))
     right = [
         place
         for place, day in dates.items()
         if (run := runs[place]) and str(day) == run.day != str(day_month_swapped(day))
     ]
-    all_turned = not right and all(order is not None for order in orders.values())
-    remedy = f"say `--dates {orders[first]}`" if all_turned else "correct it in the sheet, whose other dates are right"
+    if not wrong or right:
+        return []
+    first, why = next(iter(wrong.items()))
+    all_turned = all(order is not None for order in orders.values())
+    remedy = f"say `--dates {orders[first]}`" if all_turned else "correct it in the sheet"
     run = runs[first]
     if run is not None:
         remedy += f", or, if the run's date is wrong, `labbook correct {run.name} date={dates[first]} --why ...` first"

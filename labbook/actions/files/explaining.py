@@ -70,7 +70,7 @@ def explain_file(book: Book, path: Path, options: Mapping[str, Any], run: str | 
         run = run or stated_run(connection, book.configuration, path)
         read = _read_as_ingest(book, path, options)
         read = refused_without_columns(read, options) if alone else read
-        read = refused_by_book(connection, book.configuration, read, run, notes=True)
+        read = refused_by_book(connection, read, run, notes=True)
         known = run is not None and find_uid(connection, "run", name=run) is not None
     return Explained(
         own_name(path),

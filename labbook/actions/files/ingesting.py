@@ -127,7 +127,7 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
     of_run = request.run or stated
     read = refused_without_columns(read, options) if request.batch is None else read
     with book.reading() as connection:
-        read = refused_by_book(connection, book.configuration, read, of_run, notes=request.dry_run)
+        read = refused_by_book(connection, read, of_run, notes=request.dry_run)
         if request.dry_run:
             status = IngestStatus.REFUSED if read.refused else IngestStatus.IMPORTED
             runs = () if read.refused else _runs_to_assign(connection, of_run, read)

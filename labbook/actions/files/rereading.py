@@ -88,7 +88,7 @@ def reread(book: Book, row: ReadingRow, request: RereadRequest) -> Reread:
     if request.batch is None and canonical(dict(request.options)) != row.options_json:
         read = refused_without_columns(read, request.options)
     with book.reading() as connection:
-        read = refused_by_book(connection, book.configuration, read, row.stated_run, file_uid=row.file_uid)
+        read = refused_by_book(connection, read, row.stated_run, file_uid=row.file_uid)
     if request.dry_run:
         prepared = without_storing(data, row.sha256, read, settings)
     else:

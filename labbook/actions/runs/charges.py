@@ -12,12 +12,10 @@ from data_schema.queries.facts import find_uid
 from data_schema.queries.imported_files import charges_of_file, place_of_charge
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import ChargeMode, ChargeState, FileRole
+from ingest.formats.chargers.packs import MOST_OF_CAPACITY
 from labbook.book.naming import run_named
 from labbook.book.write_session import WriteSession
 from labbook.config.parsing import Configuration
-
-MOST_OF_CAPACITY = 1.3
-"""More than this share of a pack's capacity is a typing error: no pack takes it."""
 
 
 def state_charge(

@@ -240,7 +240,8 @@ def _swapped(run: RunRow, charges: Sequence[ChargeOfRun], background: Background
         if other is not None and other.swapped:
             return (
                 f"run {run.name} is of {run.day} and its charge ended on {other.of_log}, with day and month the other "
-                "way round: `labbook files reread FILE --dates ...` says their order"
+                "way round: `labbook files reread FILE --dates ...` says their order, and one date alone is corrected "
+                f"with `labbook correct charge:{charge.uid} ended_utc=... --why ...`"
             )
     return None
 

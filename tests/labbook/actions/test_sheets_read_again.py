@@ -157,6 +157,23 @@ def test_a_restored_sheet_adds_no_second_charge_and_no_row_that_is_gone(small: S
     rebuilt_alike(small)
 
 
+@pytest.mark.parametrize("by_hand", [False, True])
+def test_the_one_row_left_out_comes_with_the_corrected_sheet(small: SmallBook, tmp_path: Path, by_hand: bool) -> None:
+    with small.open() as book:
+        first = take(book, tmp_path, "s.csv", "run,mAh\nr001,150\nr002,16O\nr003,170\n")
+        assert first.read is not None
+        assert [(found.severity, found.line) for found in first.read.findings] == [("row", 3)]
+        assert charges(book) == {"r001": [150.0], "r002": [], "r003": [170.0], "r004": []}
+        if by_hand:
+            with book.session(ADA) as session:
+                state_charge(session, book.configuration, "r002", 160.0, None, None)
+        again = take(book, tmp_path, "s.csv", "run,mAh\nr001,150\nr002,160\nr003,170\n")
+        assert again.read is not None
+        assert [(found.rule, found.count) for found in again.read.findings] == [("charge_known", 2 + by_hand)]
+        assert charges(book) == {"r001": [150.0], "r002": [160.0], "r003": [170.0], "r004": []}
+    rebuilt_alike(small)
+
+
 def test_a_charge_taken_off_its_run_does_not_come_back_with_a_grown_sheet(small: SmallBook, tmp_path: Path) -> None:
     with small.open() as book:
         sheet = "run,charge,minutes\nr001,0.15,12\nr002,0.16,12\n"
