@@ -186,6 +186,7 @@ class Reason(Code):
     NO_JUMP_MADE = "no jump was made"
     NO_CHARGE = "no charge recorded"
     SEVERAL_CHARGES = "{n} charges recorded"
+    PART_OF_CHARGE = "of the parts of its charge the first is not recorded"
     NO_DURATION = "no duration recorded"
     NO_DRAIN_FIT = "no passive-drain fit for robot {robot}"
     NO_DRAIN_FIT_YET = "no passive-drain fit yet"

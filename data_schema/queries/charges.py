@@ -17,7 +17,10 @@ from data_schema.vocabulary import ChargeState
 
 @dataclass(frozen=True, slots=True)
 class ChargeOfRun:
-    """What the charger put back after one run; `run_uid` is empty where it belongs to none."""
+    """What the charger put back after one run; `run_uid` is empty where it belongs to none.
+
+    `added`: it is a further part of what was put back, beside another charge of the run.
+    """
 
     uid: str
     run_uid: str
@@ -29,6 +32,7 @@ class ChargeOfRun:
     stated_pack: str | None
     ended_utc: str | None
     ended_original: str | None
+    added: int
 
 
 def charges_by_run(connection: sa.Connection) -> dict[str, list[ChargeOfRun]]:
@@ -91,7 +95,7 @@ def _charges() -> sa.Select[Any]:
 class SheetRow:
     """A charge of a file, or a typed one; `repeats` is the uid of the equal charge that there was when this one came.
 
-    `order` rises from the charges that came first to the last.
+    `order` rises from the charges that came first to the last. `added`: see `ChargeOfRun`.
     """
 
     order: int
@@ -106,6 +110,7 @@ class SheetRow:
     charge_mah: float
     end_voltage_v: float | None
     mode: str
+    added: int = 0
 
 
 def rows_of_file(connection: sa.Connection, file_uid: str) -> list[SheetRow]:

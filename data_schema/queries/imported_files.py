@@ -73,12 +73,13 @@ class Link:
 
 @dataclass(frozen=True, slots=True)
 class ChargeRef:
-    """A charge of a file and the run it belongs to."""
+    """A charge of a file and the run it belongs to; `added` as in `ChargeOfRun`."""
 
     uid: str
     run_uid: str | None
     run_name: str | None
     row_number: int
+    added: int
     state: ChargeState
     mode: str
 
@@ -147,13 +148,15 @@ _IS_LOG = run_file.c.role == str(FileRole.LOG)
 def charges_of_file(connection: sa.Connection, file_uid: str) -> list[ChargeRef]:
     """Return the charges that a file holds, by row, but for those that are gone."""
     query = (
-        sa.select(charge.c.uid, run.c.uid, run.c.name, charge.c.row_number, charge.c.state, charge.c.mode)
+        sa.select(
+            charge.c.uid, run.c.uid, run.c.name, charge.c.row_number, charge.c.added, charge.c.state, charge.c.mode
+        )
         .join(file, charge.c.file == file.c.id)
         .outerjoin(run, charge.c.run == run.c.id)
         .where(file.c.uid == file_uid, charge.c.state != str(ChargeState.GONE))
         .order_by(charge.c.row_number)
     )
-    return [ChargeRef(*row[:4], ChargeState(row.state), row.mode) for row in connection.execute(query)]
+    return [ChargeRef(*row[:5], ChargeState(row.state), row.mode) for row in connection.execute(query)]
 
 
 def place_of_charge(connection: sa.Connection, uid: str) -> str | None:

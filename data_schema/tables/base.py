@@ -89,9 +89,11 @@ def real_column(name: str, *, optional: bool = False) -> sa.Column[float]:
     return sa.Column(name, Real(), nullable=optional)
 
 
-def whole_column(name: str, *, optional: bool = False, unique: bool = False) -> sa.Column[int]:
-    """Build a 64-bit whole-number column."""
-    return sa.Column(name, WHOLE, nullable=optional, unique=unique)
+def whole_column(
+    name: str, *, optional: bool = False, unique: bool = False, usually: int | None = None
+) -> sa.Column[int]:
+    """Build a 64-bit whole-number column; a row without a value gets the default `usually`."""
+    return sa.Column(name, WHOLE, nullable=optional, unique=unique, default=usually)
 
 
 def one_of(column: str, words: type[StrEnum], *, optional: bool = False) -> sa.CheckConstraint:

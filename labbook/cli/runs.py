@@ -160,7 +160,7 @@ def inbox_command(book: BookOption = None, as_json: JsonOption = False) -> None:
     """List files and charges that belong to no run, and why, where it is known; `labbook assign` gives them one.
 
     Of a run that has another charge, correct that one (`labbook correct RUN mah=VALUE`), which settles rows that say
-    so, or dismiss the row.
+    so; add the row where the pack was charged in two parts (`labbook assign ITEM RUN --add`); or dismiss it.
 
     Example: labbook runs inbox
     """

@@ -43,6 +43,7 @@ def charge(
     end_voltage: Annotated[
         float | None, typer.Option("--end-voltage", help="The pack's voltage at the end, V.")
     ] = None,
+    add: Annotated[bool, typer.Option("--add", help="One more part of the run's charge: the sum counts.")] = False,
     book: BookOption = None,
     person: AsOption = None,
     as_json: JsonOption = False,
@@ -53,17 +54,21 @@ def charge(
     """
     from labbook.actions.runs.charges import state_charge
     from labbook.actions.runs.remarks import remark_lines, remarks_on
+    from labbook.actions.runs.rig_line import rig_lines_of_runs
     from labbook.actions.upkeep.stale import stale_lines
     from labbook.book.opening import opened
 
-    with opened(book) as opened_book, opened_book.session(person) as session:
-        uid = state_charge(session, opened_book.configuration, run, charge_mah, minutes, end_voltage)
-        remarks = remarks_on(session.connection, opened_book.configuration, [run], ["charge_mah"])
-        stale = session.stale
+    with opened(book) as opened_book:
+        with opened_book.session(person) as session:
+            uid = state_charge(session, opened_book.configuration, run, charge_mah, minutes, end_voltage, add=add)
+            remarks = remarks_on(session.connection, opened_book.configuration, [run], ["charge_mah"])
+            stale = session.stale
+        rig = [line.text for line in rig_lines_of_runs(opened_book, [run])]
     emit(
-        {"run": run, "charge": uid, "charge_mah": charge_mah, "stale": stale, "remarks": remarks},
+        {"run": run, "charge": uid, "charge_mah": charge_mah, "rig": rig, "stale": stale, "remarks": remarks},
         [
-            f"run {run}: {charge_mah:g} mAh (charge:{uid}).",
+            f"run {run}: {charge_mah:g} mAh{' more' if add else ''} (charge:{uid}).",
+            *rig,
             *(stale_lines(stale) if stale else ()),
             *remark_lines(remarks),
         ],
@@ -201,16 +206,23 @@ def void(
 
 
 def assign(
-    file: Annotated[str, typer.Argument(help="A file by name or uid; NAME#ROW or NAME#PART for a part of it.")],
-    run: Annotated[str, typer.Argument(help="The run it belongs to; none takes it off its run.")],
+    files: Annotated[
+        list[str],
+        typer.Argument(metavar="FILE...", help="Files by name or uid; NAME#ROW or NAME#PART for a part of one."),
+    ],
+    run: Annotated[str, typer.Argument(help="The run they belong to; none takes them off their run.")],
     why: Annotated[
         str | None, typer.Option("--why", "--reason", help="Why, where it belonged to a run before.")
     ] = None,
+    add: Annotated[
+        bool,
+        typer.Option("--add", help="A row of a charger sheet is one more part of the run's charge: the sum counts."),
+    ] = False,
     book: BookOption = None,
     person: AsOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Say to which run a file, or a row of a charger sheet, belongs; no result uses it before.
+    """Say to which run files, or rows of a charger sheet, belong; no result uses them before.
 
     NAME#ROW is one row of a charger sheet, NAME#PART one of several runs in a file (`labbook files show NAME`).
 
@@ -219,13 +231,17 @@ def assign(
     from labbook.actions.files.assigning import NO_RUN
     from labbook.actions.files.assigning import assign as state_assignment
     from labbook.actions.runs.remarks import remark_lines, remarks_on
+    from labbook.actions.runs.rig_line import rig_lines_of_runs
     from labbook.actions.upkeep.stale import stale_lines
     from labbook.book.opening import opened
 
-    with opened(book) as opened_book, opened_book.session(person) as session:
-        message = state_assignment(session, file, run, why)
-        stale = session.stale
-        remarks = remarks_on(session.connection, opened_book.configuration, [] if run == NO_RUN else [run], ["log"])
-    lines = [message, *(stale_lines(stale) if stale else []), *remark_lines(remarks)]
-    data = {"file": file, "run": None if run == NO_RUN else run, "stale": stale, "remarks": remarks}
-    emit(data, lines, as_json)
+    runs = [] if run == NO_RUN else [run]
+    with opened(book) as opened_book:
+        with opened_book.session(person) as session:
+            said = [state_assignment(session, file, run, why, add=add) for file in files]
+            stale = session.stale
+            remarks = remarks_on(session.connection, opened_book.configuration, runs, ["log"])
+        rig = [line.text for line in rig_lines_of_runs(opened_book, runs, jumps=True)]
+    lines = [*said, *rig, *(stale_lines(stale) if stale else []), *remark_lines(remarks)]
+    data = {"files": files, "run": None if run == NO_RUN else run, "said": said, "rig": rig, "stale": stale}
+    emit({**data, "remarks": remarks}, lines, as_json)

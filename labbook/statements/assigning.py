@@ -37,7 +37,7 @@ def apply_assign(context: ApplyContext, entry: Entry, _prepared: object) -> list
         )
         return mark_stale(context.connection, changed)
     if kind == "charge":
-        assign_charge(context, uid, values["run"])
+        assign_charge(context, uid, values["run"], added=bool(values.get("added")))
     else:
         role, part = FileRole(values["role"]), values.get("part")
         if part is not None and part not in parts_of_file(context.connection, uid):
@@ -113,11 +113,11 @@ def link_parts_again(
     return runs
 
 
-def assign_charge(context: ApplyContext, charge_uid: str, run_uid: str) -> None:
-    """Say after which run a pack took this charge: it counts, unless its row is gone."""
+def assign_charge(context: ApplyContext, charge_uid: str, run_uid: str, *, added: bool = False) -> None:
+    """Say after which run a pack took this charge: it counts, unless its row is gone, beside another where `added`."""
     row = read_fact(context.connection, "charge", charge_uid, ["state", "repeats"])
     stays = {} if row["state"] in (ChargeState.COUNTED, ChargeState.GONE) else {"state": str(ChargeState.COUNTED)}
-    update_fact(context.connection, "charge", charge_uid, {"run": run_uid, **stays})
+    update_fact(context.connection, "charge", charge_uid, {"run": run_uid, "added": int(added), **stays})
 
 
 def _take_file_off(context: ApplyContext, file_uid: str, part: str | None) -> list[tuple[str, str]]:
@@ -153,7 +153,7 @@ def resolve_links(context: ApplyContext, link_uid: str, run_uid: str | None) -> 
 def _take_charge_off(context: ApplyContext, charge_uid: str) -> list[tuple[str, str]]:
     """Let a charge belong to no run; a run that keeps another charge may be usable again."""
     run_uid = read_fact(context.connection, "charge", charge_uid, ["run"])["run"]
-    update_fact(context.connection, "charge", charge_uid, {"run": None})
+    update_fact(context.connection, "charge", charge_uid, {"run": None, "added": 0})
     changed = [("charge", charge_uid)]
     if charges_of_run(context.connection, run_uid):
         changed += inputs_around_run(context, run_uid)

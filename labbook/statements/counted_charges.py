@@ -1,9 +1,9 @@
 """Which charge of a run counts: worked out anew for the rows of sheets that are new, changed, lost or back.
 
 A row goes to the run that a person assigned it to, or that it belonged to before it was lost, or that it names. A run
-has one charge: a row equal to what the run has, or to what waits for it, is known; one that differs waits in the inbox,
-until a person decides or its sheet is read again. Known rows are placed anew when the row that they repeat counts no
-more, and give way when it is back.
+has one charge, and what a person added to it where the pack was charged in parts: a row equal to what the run has, or
+to what waits for it, is known; one that differs waits in the inbox, until a person decides or its sheet is read again.
+Known rows are placed anew when the row that they repeat counts no more, and give way when it is back.
 """
 
 from __future__ import annotations
@@ -112,16 +112,21 @@ def _place(context: ApplyContext, around: RelatedRows, row: SheetRow, run_uid: s
         around.set(row, ChargeState.DISMISSED, None)
         return
     rows_of_run = [other for other in around.rows_of_run(run_uid, row.stated_run) if other.uid != row.uid]
-    same = next((other for other in rows_of_run if _repeats_uncorrected(row, other, around.manual[other.uid])), None)
+    first = [other for other in rows_of_run if not other.added]
+    # What was added to a charge is repeated only where that is there: else the row may be the one it was added to.
+    repeatable = rows_of_run if any(other.run_uid is not None for other in first) else first
+    same = next((other for other in repeatable if _repeats_uncorrected(row, other, around.manual[other.uid])), None)
     if same is not None and not manual.assigned:
         around.set(row, ChargeState.KNOWN, None, same.uid)
         placed.known.append(row)
         placed.copies |= {row.uid} if same.run_uid is None else set()
         return
     standing = [
-        other for other in rows_of_run if other.run_uid is not None and (not manual.assigned or _second(row, other))
+        other
+        for other in first
+        if other.run_uid is not None and not manual.added and (not manual.assigned or _second(row, other))
     ]
-    around.set(row, ChargeState.COUNTED, None if standing else run_uid, row.repeats)
+    around.set(row, ChargeState.COUNTED, None if standing else run_uid, row.repeats, added=manual.added)
     if standing:
         name = read_fact(context.connection, "run", standing[0].run_uid or "", ["name"])["name"]
         placed.findings.append(finding_values(_contradicts(row, name, standing[0])))
@@ -129,8 +134,13 @@ def _place(context: ApplyContext, around: RelatedRows, row: SheetRow, run_uid: s
         placed.runs.append(run_uid)
 
 
-def _contradicts(row: SheetRow, run: str, other: SheetRow, *, of_same_sheet: bool = False) -> Finding:
-    """Say that a run has another charge than a row differing; one of the same sheet is not in the book yet."""
+def _contradicts(
+    row: SheetRow, run: str, other: SheetRow, *, item: str | None = None, of_same_sheet: bool = False
+) -> Finding:
+    """Say that a run has another charge than a row differing; one of the same sheet is not in the book yet.
+
+    `item` is what the row is called where it is not in the book either.
+    """
     where = other.uid if of_same_sheet else f"charge:{other.uid}"
     names = ("charge_mah", "end_voltage_v", "mode")
     compared = [(name, getattr(row, name), getattr(other, name)) for name in names]
@@ -143,7 +153,8 @@ def _contradicts(row: SheetRow, run: str, other: SheetRow, *, of_same_sheet: boo
         cure = f"`labbook correct {where} {fields} --why ...`, which settles the row"
     message = (
         f"Run {run} has a charge of {other.charge_mah:g} mAh ({where}); this row waits in the inbox: if that charge is "
-        f"wrong, {cure}, else `labbook runs dismiss` it."
+        f"wrong, {cure}; if the pack was charged in two parts, add this one, `labbook assign "
+        f"{item or f'charge:{row.uid}'} {run} --add`; else `labbook runs dismiss` it."
     )
     return Finding(Severity.NOTE, "charge_contradicts", message, row.line, None, f"{row.charge_mah:g} mAh", 1, ())
 
@@ -166,12 +177,13 @@ def predicted_findings(connection: sa.Connection, charges: Sequence[ChargeRow]) 
         own.add(row.uid)
         others = rows_of_run.setdefault(read.stated_run, [])
         same = next((other for other in others if same_charge(row, other)), None)
-        standing = next((other for other in others if other.run_uid is not None), None)
+        standing = next((other for other in others if other.run_uid is not None and not other.added), None)
         if same is not None:
             known.append(row)
             copies |= {row.uid} if same.run_uid is None else set()
         elif standing is not None:
-            found.append(_contradicts(row, read.stated_run, standing, of_same_sheet=standing.uid in own))
+            item = f"FILE#{read.row_number}"
+            found.append(_contradicts(row, read.stated_run, standing, item=item, of_same_sheet=standing.uid in own))
             others.append(row)
         else:
             others.append(replace(row, run_uid=uids[read.stated_run]))
@@ -302,12 +314,22 @@ class RelatedRows:
         rows = [self._rows[other] for other in self._repeating.get(uid, ())]
         return [row for row in rows if row.state is ChargeState.COUNTED and row.repeats == uid]
 
-    def set(self, row: SheetRow, state: ChargeState, run_uid: str | None, repeats: str | None = None) -> None:
+    def set(
+        self,
+        row: SheetRow,
+        state: ChargeState,
+        run_uid: str | None,
+        repeats: str | None = None,
+        *,
+        added: bool = False,
+    ) -> None:
         """Say where a row stands from now on."""
-        values = {"state": str(state), "run": run_uid, "repeats": repeats}
+        values = {"state": str(state), "run": run_uid, "repeats": repeats, "added": int(added)}
         update_fact(self._context.connection, "charge", row.uid, values)
         self._of_run[self._rows[row.uid].run_uid or ""].pop(row.uid)
-        self._rows[row.uid] = replace(self._rows[row.uid], state=state, run_uid=run_uid, repeats=repeats)
+        self._rows[row.uid] = replace(
+            self._rows[row.uid], state=state, run_uid=run_uid, repeats=repeats, added=int(added)
+        )
         self._of_run.setdefault(run_uid or "", {})[row.uid] = None
 
 
@@ -316,12 +338,14 @@ class ManualChanges:
     """What people changed of one charge by hand, from the journal: it outlives any reading of its sheet.
 
     `corrected` holds, by column, the value before the first correction and the one of the last. `assigned` tells
-    whether a person assigned it to a run; `run_uid` is that run, None where it belongs to none.
+    whether a person assigned it to a run; `run_uid` is that run, None where it belongs to none; `added` whether it is
+    one more part of that run's charge.
     """
 
     corrected: Mapping[str, tuple[Any, Any]]
     assigned: bool
     run_uid: str | None
+    added: bool
     dismissed: bool
 
     @property
@@ -337,14 +361,14 @@ def manual_changes(context: ApplyContext, uids: Sequence[str]) -> dict[str, Manu
 
 def _changes_in(entries: Sequence[tuple[Action, Mapping[str, Any], Mapping[str, Any]]]) -> ManualChanges:
     corrected: dict[str, tuple[Any, Any]] = {}
-    assigned, run_uid, dismissed = False, None, False
+    assigned, run_uid, added, dismissed = False, None, False, False
     for action, old, new in entries:
         if action in (Action.DISMISS, Action.RESTORE):
             dismissed = action is Action.DISMISS
         elif action in (Action.ASSIGN, Action.CORRECT):
-            for name in new.keys() - {"run"} if action is Action.CORRECT else ():
+            for name in new.keys() - {"run", "added"} if action is Action.CORRECT else ():
                 corrected[name] = (corrected[name][0] if name in corrected else old.get(name), new[name])
             if "run" in new:
-                assigned, run_uid = True, new["run"]
+                assigned, run_uid, added = True, new["run"], bool(new.get("added"))
                 dismissed = dismissed and run_uid is None
-    return ManualChanges(corrected, assigned, run_uid, dismissed)
+    return ManualChanges(corrected, assigned, run_uid, added, dismissed)

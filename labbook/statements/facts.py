@@ -88,7 +88,7 @@ NUMBERS_REST_ON: Mapping[str, frozenset[str]] = {
         # pack under which results are stored
         {"kind", "state", "duration_s", "jumps_made", "condition", "robot", "starts", "name", "day", "battery"}
     ),
-    "charge": frozenset({"run", "charge_mah", "resolution_mah", "mode"}),
+    "charge": frozenset({"run", "added", "charge_mah", "resolution_mah", "mode"}),
     "study": frozenset({"reference_voltage_v"}),
     "robot": frozenset({"name", "rest_length_m"}),
 }
@@ -118,7 +118,7 @@ def apply_correct(context: ApplyContext, entry: Entry, _prepared: object) -> lis
     for each in uids:
         update_fact(context.connection, kind, each, new)
     if kind == "charge" and new.get("run"):
-        assign_charge(context, uid, new["run"])
+        assign_charge(context, uid, new["run"], added=bool(new.get("added")))
     changed = [("robot_body", uid)] if kind == "robot" and SCENES_REST_ON & new.keys() else []
     if NUMBERS_REST_ON.get(kind, new.keys()) & new.keys():
         changed += [(kind, uid), *_dependents_around(context, kind, uid, new)]

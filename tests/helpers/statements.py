@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from data_schema import journal
 from data_schema.journal import Entry
-from data_schema.queries.imported_files import charges_of_file
 from data_schema.vocabulary import Action
-from labbook.actions.files.named_files import file_named
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, WriteSession, new_uid
@@ -41,16 +39,3 @@ def said_alike(book: Book) -> list[Entry]:
     entries = in_table(book)
     assert in_file(book) == entries
     return entries
-
-
-def gives_charge(session: WriteSession, what: str, run: str, why: str | None) -> None:
-    """State that a row of a sheet, NAME#ROW, belongs to a run which has its charge, as earlier labbooks let one."""
-    name, _mark, row = what.rpartition("#")
-    file = file_named(session.connection, name)
-    (charge,) = [item for item in charges_of_file(session.connection, file.uid) if item.row_number == int(row)]
-    new = {"run": run_named(session.connection, run).uid}
-    if charge.run_uid is None:
-        session.state(Statement(Action.ASSIGN, "charge", charge.uid, new=new, reason=why))
-    else:
-        old = {"run": charge.run_uid}
-        session.state(Statement(Action.CORRECT, "charge", charge.uid, new=new, old=old, reason=why))

@@ -365,7 +365,10 @@ def _note_repeated_runs(charges: list[ChargeRow], findings: FindingCollector) ->
     seen: set[str] = set()
     for charge in charges:
         if charge.stated_run is not None and charge.stated_run in seen:
-            message = "A run stands in more than one row: all are read, and one charge of a run counts."
+            message = (
+                "A run stands in more than one row: all are read, and one charge of a run counts, and what is added to "
+                "it where its pack was charged in parts (`labbook assign FILE#ROW RUN --add`)."
+            )
             findings.add(
                 NOTE,
                 "run_repeated",

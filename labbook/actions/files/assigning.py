@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import sqlalchemy as sa
 
@@ -20,7 +21,11 @@ from data_schema.queries.imported_files import (
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import Action, FileRole
 from labbook.actions.files.named_files import file_named
-from labbook.actions.runs.charges import refuse_second_charge, refuse_second_of_file
+from labbook.actions.runs.charges import (
+    refuse_added_to_nothing,
+    refuse_second_charge,
+    refuse_second_of_file,
+)
 from labbook.book.naming import refuse_empty, run_named
 from labbook.book.write_session import Statement, WriteSession
 
@@ -28,13 +33,15 @@ NO_RUN = "none"
 """Stands where a run's name would: the file or charge belongs to no run."""
 
 
-def assign(session: WriteSession, what: str, run_name: str, why: str | None) -> str:
-    """State the assignment; returns a sentence about what was done."""
+def assign(session: WriteSession, what: str, run_name: str, why: str | None, *, add: bool = False) -> str:
+    """State the assignment, of a charge with `add` beside that of the run; returns a sentence about what was done."""
     if why is not None:
         refuse_empty("--why", why)
     run = None if run_name == NO_RUN else run_named(session.connection, run_name)
     what = resolve_item(session.connection, what)
     name, mark, place = what.rpartition("#")
+    if add and (run is None or not place.isdigit()):
+        raise UsageError(f"--add gives a run one more charge: name its row, as NAME#2, and its run, not {what}.")
     if not mark or not (place.isdigit() or find_files(session.connection, name)):
         file = file_named(session.connection, what)
         if file.role == FileRole.SHEET:
@@ -47,9 +54,9 @@ def assign(session: WriteSession, what: str, run_name: str, why: str | None) -> 
     if not place.isdigit():
         raise unknown_name(f"part of {file.name}", place, parts, f"`labbook files show {file.name}` lists them.")
     charge = charge_of(session.connection, file, int(place))
-    return (
-        _take_charge_off(session, file, charge, why) if run is None else _assign_charge(session, file, charge, run, why)
-    )
+    if run is None:
+        return _take_charge_off(session, file, charge, why)
+    return _add_charge(session, file, charge, run, why) if add else _assign_charge(session, file, charge, run, why)
 
 
 def _assign_file(session: WriteSession, file: FileRow, what: str, run: RunRow, why: str | None) -> str:
@@ -64,11 +71,12 @@ def _assign_file(session: WriteSession, file: FileRow, what: str, run: RunRow, w
         raise UsageError(f"{what} belongs to run {_names(links)}: add --why to move it to {run.name}.")
     charges = _charges_with(session, file, links)
     for charge in charges:
-        refuse_second_charge(session.connection, run.uid, run.name, charge_uid=charge.uid, mode=charge.mode)
-    moved = [("run_file", link.uid, link.run_uid) for link in links]
-    moved += [("charge", charge.uid, charge.run_uid or "") for charge in charges]
-    for kind, uid, old_run in moved:
-        session.state(Statement(Action.CORRECT, kind, uid, new={"run": run.uid}, old={"run": old_run}, reason=why))
+        if not charge.added:
+            refuse_second_charge(session.connection, run.uid, run.name, charge_uid=charge.uid, mode=charge.mode)
+    moved: list[tuple[str, str, dict[str, Any]]] = [("run_file", link.uid, {"run": link.run_uid}) for link in links]
+    moved += [("charge", item.uid, {"run": item.run_uid} | ({"added": 1} if item.added else {})) for item in charges]
+    for kind, uid, old in moved:
+        session.state(Statement(Action.CORRECT, kind, uid, new={**old, "run": run.uid}, old=old, reason=why))
     return f"{what} moved to run {run.name}."
 
 
@@ -117,9 +125,24 @@ def _assign_charge(session: WriteSession, file: FileRow, charge: ChargeRef, run:
         return f"{what} belongs to run {run.name} already."
     if why is None:
         raise UsageError(f"{what} belongs to another run, {charge.run_name}: add --why to move it to {run.name}.")
-    old, new = {"run": charge.run_uid}, {"run": run.uid}
+    old, new = _with_added(charge, {"run": charge.run_uid}, {"run": run.uid})
     session.state(Statement(Action.CORRECT, "charge", charge.uid, new=new, old=old, reason=why))
     return f"{what} moved to run {run.name}."
+
+
+def _add_charge(session: WriteSession, file: FileRow, charge: ChargeRef, run: RunRow, why: str | None) -> str:
+    what = f"charge {charge.row_number} of {file.name}"
+    if charge.run_uid == run.uid and charge.added:
+        return f"{what} is added to that of run {run.name} already."
+    if charge.run_uid is not None:
+        raise UsageError(
+            f"{what} belongs to run {charge.run_name}: take it off first, `labbook assign {file.name}#"
+            f"{charge.row_number} none --why ...`."
+        )
+    refuse_added_to_nothing(session.connection, run)
+    new, old = {"run": run.uid, "added": 1}, {"run": None, "added": 0}
+    session.state(Statement(Action.ASSIGN, "charge", charge.uid, new=new, old=old, reason=why))
+    return f"{what} is added to that of run {run.name}: the sum counts."
 
 
 def _take_charge_off(session: WriteSession, file: FileRow, charge: ChargeRef, why: str | None) -> str:
@@ -133,8 +156,13 @@ def _take_charge_off(session: WriteSession, file: FileRow, charge: ChargeRef, wh
 
 
 def _state_no_run(session: WriteSession, charge: ChargeRef, why: str) -> None:
-    old = {"run": charge.run_uid}
-    session.state(Statement(Action.ASSIGN, "charge", charge.uid, new={"run": None}, old=old, reason=why))
+    old, new = _with_added(charge, {"run": charge.run_uid}, {"run": None})
+    session.state(Statement(Action.ASSIGN, "charge", charge.uid, new=new, old=old, reason=why))
+
+
+def _with_added(charge: ChargeRef, old: dict[str, Any], new: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return old and new values of a charge that leaves a run; one that was added there is so no longer."""
+    return ({**old, "added": 1}, {**new, "added": 0}) if charge.added else (old, new)
 
 
 def _names(rows: Sequence[Link | ChargeRef]) -> str:

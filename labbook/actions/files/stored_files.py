@@ -268,8 +268,9 @@ def waiting_lines(waiting: Sequence[Waiting]) -> list[str]:
         first = contradicting[0]
         lines.append(
             f"{_and_others(contradicting, 'wait')} in the inbox, since {first.why}: if that is wrong, correct it "
-            "(`labbook correct RUN mah=VALUE --why ...`), which settles rows of that value; else dismiss the row "
-            f"(`labbook runs dismiss {first.item.name} --why ...`); `labbook runs inbox` lists all."
+            "(`labbook correct RUN mah=VALUE --why ...`), which settles rows of that value; if the pack was charged in "
+            f"two parts, add the row (`labbook assign {first.item.name} {first.item.stated_run} --add`); else dismiss "
+            f"it (`labbook runs dismiss {first.item.name} --why ...`); `labbook runs inbox` lists all."
         )
     if others:
         lines.append(

@@ -47,7 +47,7 @@ _FIXED = {"id", "uid", "study", "state", "planned_run", "condition", "file", "ro
 _FIXED_OF: Mapping[str, set[str]] = {
     "factor": {"name"},  # it stands in the names of conditions
     "level": {"value"},  # the label holds it
-    "charge": {"repeats"},  # it is found when its file is read
+    "charge": {"repeats", "added"},  # found when its file is read; stated with its run, by `labbook assign --add`
 }
 _NO_LEVELS = "levels"
 """`levels=none` takes a run's levels away."""
@@ -104,6 +104,9 @@ def _state_changes(
     """State those columns of `new` that differ from a row; returns (old, new) by column."""
     old = old_values(session.connection, kind, uid, new) if new else {}
     changed = {name: value for name, value in new.items() if old[name] != value}
+    if kind == "charge" and "run" in changed:  # one that was added to the charge of that run is so no longer
+        old |= old_values(session.connection, kind, uid, {"added": 0})
+        changed |= {"added": 0} if old["added"] else {}
     if kind == "charge" and changed.keys() & {"run", "mode"}:
         _refuse_second_charge(session.connection, uid, changed)
     before = {name: old[name] for name in changed}

@@ -150,7 +150,7 @@ def view_lines(view: RunView) -> list[str]:
     lines += [f"  calibrated: {each.sentence()}, declared by {each.person}" for each in view.calibrated]
     lines += [
         f"  charge {charge.uid}: {charge.charge_mah:g} mAh (steps of {charge.resolution_mah:g})"
-        f"{'' if charge.stated_pack is None else f', pack {charge.stated_pack}'}"
+        f"{'' if charge.stated_pack is None else f', pack {charge.stated_pack}'}{', added' if charge.added else ''}"
         for charge in view.charges
     ]
     lines += [f"  {what}" for what in _lacking(view)]

@@ -132,7 +132,9 @@ def _declare(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
         return _plan(here, entry)
     if kind == "charge":
         for row in charges_of_run(here.connection, new["run"]):
-            if all(same_value(getattr(row, name), new[name]) for name in ("charge_mah", "mode")):
+            if row.added == new.get("added", 0) and all(
+                same_value(getattr(row, name), new[name]) for name in ("charge_mah", "mode")
+            ):
                 return AlreadyHere(row.uid)
         return None
     if kind not in _NATURAL:

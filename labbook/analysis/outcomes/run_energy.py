@@ -6,6 +6,7 @@ robot in the study.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -68,18 +69,34 @@ class Drain:
     result: DrainFit
 
 
-def recharge_of(run: RunRow, charges: Sequence[ChargeOfRun]) -> ChargeOfRun | Undefined:
-    """Return the one charge that says what a run of known duration took, or why there is none."""
+@dataclass(frozen=True, slots=True)
+class Recharge:
+    """What was put back after a run: the sum of its charges, where the pack was charged in parts.
+
+    `resolution_mah` is the step of one reading with the same rounding error.
+    """
+
+    charge_mah: float
+    resolution_mah: float
+    charges: tuple[ChargeOfRun, ...]
+
+
+def recharge_of(run: RunRow, charges: Sequence[ChargeOfRun]) -> Recharge | Undefined:
+    """Return what a run of known duration took: its one charge, and what was added to that; or why there is none."""
     charged = [item for item in charges if item.mode == ChargeMode.CHARGE]
-    if not charged:
-        return Undefined(Reason.NO_CHARGE)
-    if len(charged) > 1:
-        return Undefined(Reason.SEVERAL_CHARGES, n=len(charged))
-    return Undefined(Reason.NO_DURATION) if run.duration_s is None else charged[0]
+    first = [item for item in charged if not item.added]
+    if not first:
+        return Undefined(Reason.PART_OF_CHARGE if charged else Reason.NO_CHARGE)
+    if len(first) > 1:
+        return Undefined(Reason.SEVERAL_CHARGES, n=len(first))
+    if run.duration_s is None:
+        return Undefined(Reason.NO_DURATION)
+    resolution_mah = math.hypot(*(item.resolution_mah for item in charged))
+    return Recharge(sum(item.charge_mah for item in charged), resolution_mah, tuple(charged))
 
 
-def idle_charges(evidence: StudyData) -> list[tuple[RunRow, ChargeOfRun]]:
-    """Return the idle runs that can be fitted: with a duration and exactly one charge."""
+def idle_charges(evidence: StudyData) -> list[tuple[RunRow, Recharge]]:
+    """Return the idle runs that can be fitted: with a duration and a charge."""
     found = [(run, recharge_of(run, evidence.charges.get(run.uid, []))) for run in evidence.idle]
     return [(run, charge) for run, charge in found if not isinstance(charge, Undefined)]
 
@@ -114,7 +131,7 @@ def passive_drains(cache: ResultCache, evidence: StudyData, variant: str | None 
                         item
                         for run, charge in idle
                         if run.robot_uid == robot
-                        for item in (run_input(run), charge_input(charge))
+                        for item in (run_input(run), *map(charge_input, charge.charges))
                     ),
                 ),
                 {"run_duration_s": duration_s},
@@ -126,7 +143,7 @@ def passive_drains(cache: ResultCache, evidence: StudyData, variant: str | None 
     return {robot: Drain(names[robot], line, row) for (robot, line), row in zip(lines.items(), rows, strict=True)}
 
 
-def _fit(idle: list[tuple[RunRow, ChargeOfRun]]) -> PassiveDrain | Undefined:
+def _fit(idle: list[tuple[RunRow, Recharge]]) -> PassiveDrain | Undefined:
     durations_s = [run.duration_s or 0.0 for run, _ in idle]
     none = why_no_line(durations_s)
     if none is not None:
@@ -199,8 +216,8 @@ class RunEnergy(StoredResult):
 RUN_ENERGY = Algorithm("run_energy", 13, RunEnergy)
 
 
-def usable_charge(run: RunRow, charges: list[ChargeOfRun]) -> ChargeOfRun | Undefined:
-    """Return the one charge that a jump run's energy is computed from, or why there is none."""
+def usable_charge(run: RunRow, charges: list[ChargeOfRun]) -> Recharge | Undefined:
+    """Return the charge that a jump run's energy is computed from, or why there is none."""
     charge = recharge_of(run, charges)
     return charge if isinstance(charge, Undefined) or run.jumps_made else Undefined(Reason.NO_JUMP_MADE)
 
@@ -258,7 +275,7 @@ def energies_with_drains(evidence: StudyData, lines: Mapping[str, PassiveDrain |
 def _request(
     evidence: StudyData,
     run: RunRow,
-    charge: ChargeOfRun,
+    charge: Recharge,
     drain: PassiveDrain,
     fit: DrainFit,
     variant: str | None,
@@ -269,7 +286,7 @@ def _request(
         {"run": run.name} | ({"variant": variant} if variant else {}),
         (
             run_input(run),
-            charge_input(charge),
+            *map(charge_input, charge.charges),
             result_fingerprint("drain", fit),
             fingerprint("voltage", "study", evidence.study.uid, repr(voltage_v)),
         ),
@@ -278,7 +295,7 @@ def _request(
     )
 
 
-def _energy(run: RunRow, charge: ChargeOfRun, drain: PassiveDrain, voltage_v: float) -> RunEnergy:
+def _energy(run: RunRow, charge: Recharge, drain: PassiveDrain, voltage_v: float) -> RunEnergy:
     assert run.duration_s is not None  # noqa: S101 - `usable_charge` has asked
     passive = drain.at(run.duration_s)
     j_per_mah = joules_per_mah(voltage_v, run.jumps_made)

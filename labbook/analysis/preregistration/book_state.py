@@ -8,6 +8,7 @@ The journal's entries about runs, charges and files as changes of columns, and t
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -112,7 +113,7 @@ def _changes(
             continue
         old, new, moved = entry.old, entry.new, dict[str | Part, tuple[str, str]]()
         if entry.kind in ("run", "charge"):
-            names = _OF_RUNS if entry.kind == "run" else ("charge_mah", "mode") if entry.uid in charges else ()
+            names = _OF_RUNS if entry.kind == "run" else ("charge_mah", "mode", "added") if entry.uid in charges else ()
             for name in (name for name in names if name in new):
                 yield entry, Change(ChangeKind(entry.kind), entry.uid, name, old.get(name), new[name])
             if entry.kind == "charge" and "run" in new:
@@ -218,7 +219,9 @@ class BookState:
         return found
 
     def most(self, run_uid: str, source: FileRole) -> int:
-        """Return how many charges, or files with logs, a run can have and still give a number."""
+        """Return how many charges, or files with logs, a run can have and still give a number; charges are added up."""
+        if source is FileRole.CHARGE:
+            return sys.maxsize
         return max(self.runs[run_uid].starts, 1) if source is FileRole.LOG else 1
 
     def given(self, run_uid: str, *, surplus: bool = True) -> frozenset[Outcome]:

@@ -53,6 +53,7 @@ class DepartureKind(Enum):
         "the condition of run {run} was corrected after a report had been made: it was {was} and is {now} ({by})"
     )
     REPLACED = "{now} replaced {was} as the {source} of run {run} after a report had been made ({by})"
+    ADDED = "{name} was added to the {source} of run {run} after a report had been made ({by})"
     SURPLUS = "{name} came to run {run} when it had its {source} ({by}){lost}"
     GIVEN_LATE = (
         "the {source} of run {run} was in the book when a report was made, and was given to it only afterwards ({by})"
@@ -199,6 +200,12 @@ class _States:
         seen = any(state.has(run_uid, item) for state in self.reports.values())
         return not seen and len(earlier) >= self.now.most(run_uid, source)
 
+    def was_added(self, item: str, run_uid: str, source: FileRole) -> bool:
+        """Tell whether a person added a charge to that of a run of which a report had shown the number."""
+        had = [state.contents(run_uid, source) for state in self.reports.values()]
+        added = source is FileRole.CHARGE and bool(self.now.charges[item].added)
+        return added and any(some and item not in some for some in had)
+
     def moved(self, item: str, run_uid: str) -> bool:
         """Tell whether a charge or a file had been another run's when it came to its run."""
         since, moves = self.arrival(item, run_uid).seq, self.moves.get(item, ())
@@ -320,9 +327,10 @@ def _replaced(states: _States) -> Iterator[Departure]:
 
 
 def _came_late(states: _States) -> Iterator[Departure]:
-    """Find what came to a run that had all it can have, and what was in the book at a report and came to its run later.
+    """Find what came to a run that had all it can have, or was added to what it had at a report, and what was in the
+    book at a report and came to its run later.
 
-    The first acts as an exclusion, unless one command brought all. Inboxes must be emptied: the second is only listed.
+    The first acts as an exclusion, unless one command brought all. Inboxes must be emptied: the last is only listed.
     """
     replacing = {(item, uid) for uid, _, _, came in states.exchanged for item in came}
     for uid, source in ((uid, source) for uid in states.given for source in SOURCES):
@@ -341,6 +349,10 @@ def _came_late(states: _States) -> Iterator[Departure]:
                     words |= {"name": name, "by": _by(entry), "lost": _leaves(states, [uid], lost)}
                     yield Departure(DepartureKind.SURPLUS, words, in_order(lost), states.about(uid))
         for item in items if states.outcomes(uid, source) else ():
+            if states.was_added(item, uid, source):
+                words |= {"name": states.named([item]), "by": _by(states.arrival(item, uid))}
+                yield Departure(DepartureKind.ADDED, words, states.outcomes(uid, source), states.about(uid))
+                continue
             read = states.history.entry_of(item)
             missed = [
                 seq for seq, state in states.reports.items() if read and read.seq < seq and not state.has(uid, item)

@@ -30,6 +30,7 @@ column channel.source_name text NOT NULL
 column channel.source_unit text
 column channel.unit text
 column channel.zero_offset double precision NOT NULL
+column charge.added bigint NOT NULL
 column charge.battery bigint
 column charge.charge_mah double precision NOT NULL
 column charge.duration_s double precision
@@ -490,6 +491,7 @@ rule channel.fk_channel_instrument FOREIGN KEY (instrument) REFERENCES instrumen
 rule channel.fk_channel_signal FOREIGN KEY (signal) REFERENCES signal(id) ON UPDATE RESTRICT ON DELETE RESTRICT
 rule channel.pk_channel PRIMARY KEY (signal, "position")
 rule channel.uq_channel_signal_name UNIQUE (signal, name)
+rule charge.ck_charge_added_flag CHECK ((added = ANY (ARRAY[(0)::bigint, (1)::bigint])))
 rule charge.ck_charge_charge_counted CHECK ((charge_mah >= (0)::double precision))
 rule charge.ck_charge_duration_positive CHECK (((duration_s IS NULL) OR (duration_s > (0)::double precision)))
 rule charge.ck_charge_mode_known CHECK ((mode = ANY (ARRAY['charge'::text, 'discharge'::text])))

@@ -10,12 +10,14 @@ from data_schema.errors import UsageError
 from data_schema.queries.charges import charges_by_run
 from data_schema.queries.imported_files import inbox
 from data_schema.queries.readings import last_reading
+from data_schema.vocabulary import Undefined
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import FileOutcome, IngestRequest, ingest_file
 from labbook.actions.files.rereading import RereadRequest, reread
 from labbook.actions.files.stored_files import dismiss, reread_named, restore, restore_item, withdraw
 from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.correcting import correct
+from labbook.analysis.outcomes.run_energy import recharge_of
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database
@@ -346,3 +348,72 @@ def test_a_dry_run_refuses_the_second_charge_of_a_run_too(small: SmallBook, tmp_
             ingest_file(book, tmp_path / "one.csv", IngestRequest(run="r001", person=ADA, dry_run=dry_run))
         said = ingest_file(book, tmp_path / "one.csv", IngestRequest(run="r004", person=ADA, dry_run=dry_run)).messages
         assert ("belong to run" in said[0]) == dry_run
+
+
+PARTS = "run,mAh,minutes\nr001,150,12\nr002,160,12\nr001,{second},12\n"
+
+
+def joules_unknown(book: Book, run: str) -> str | None:
+    """Why a run has no joules a jump, by its charges; None where these are enough."""
+    with book.reading() as connection:
+        found = run_named(connection, run)
+        charge = recharge_of(found, charges_by_run(connection).get(found.uid, []))
+    return charge.reason if isinstance(charge, Undefined) else None
+
+
+def add(book: Book, what: str, run: str) -> None:
+    with book.session(ADA) as session:
+        assign(session, what, run, None, add=True)
+
+
+@pytest.mark.parametrize("second", [90, 150])
+@pytest.mark.parametrize("again", [[("-s.csv",), ("+s.csv",)], [("-s.csv", "+s.csv")]])
+def test_the_parts_of_a_charge_are_added_up_whatever_becomes_of_their_sheet(
+    small: SmallBook, tmp_path: Path, second: int, again: list[tuple[str, ...]]
+) -> None:
+    sheet = PARTS.format(second=second)
+    both = {"r001": [150.0, float(second)], "r002": [160.0], "r003": [], "r004": []}
+    with small.open() as book:
+        take(book, tmp_path, "s.csv", sheet)
+        add(book, "s.csv#3", "r001")
+        assert charges(book) == both
+        take(book, tmp_path, "grown.csv", f"{sheet}r003,170,12\n")
+        assert charges(book) == {**both, "r003": [170.0]}
+        with book.reading() as connection:
+            assert inbox(connection) == []
+        use(book, "-grown.csv")
+        for steps in again:
+            use(book, *steps)
+        assert charges(book) == both
+        assert joules_unknown(book, "r001") is None
+    rebuilt_alike(small)
+
+
+def test_a_part_alone_is_no_charge_of_its_run(small: SmallBook, tmp_path: Path) -> None:
+    with small.open() as book:
+        take(book, tmp_path, "s.csv", PARTS.format(second=90))
+        with refuses(UsageError, "r003", "--add"):
+            add(book, "s.csv#3", "r003")
+        add(book, "s.csv#3", "r001")
+        with book.session(ADA) as session:
+            assign(session, "s.csv#1", "none", "another pack's")
+        assert charges(book)["r001"] == [90.0]
+        assert joules_unknown(book, "r001") is not None
+        with book.session(ADA) as session:
+            state_charge(session, book.configuration, "r001", 151.0, None, None)
+        assert joules_unknown(book, "r001") is None
+        with book.session(ADA) as session:
+            correct(book, session, f"charge:{uid_of(book, 'r001')}", ["run=none"], "it was not")
+        assert charges(book)["r001"] == [151.0]
+    rebuilt_alike(small)
+
+
+def test_a_part_is_typed_in_too(small: SmallBook, tmp_path: Path) -> None:
+    with small.open() as book:
+        take(book, tmp_path, "s.csv", "run,mAh\nr001,150\n")
+        with book.session(ADA) as session:
+            state_charge(session, book.configuration, "r001", 90.0, None, None, add=True)
+        use(book, "-s.csv", "+s.csv")
+        assert sorted(charges(book)["r001"]) == [90.0, 150.0]
+        assert joules_unknown(book, "r001") is None
+    rebuilt_alike(small)

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from data_schema.errors import BookDamaged, BookMissing, BookVersion, InputRefused, UsageError
+from data_schema.queries.charges import charges_by_run
 from data_schema.queries.detections import jump_decisions
 from data_schema.queries.readings import last_reading
 from data_schema.queries.runs import list_runs
@@ -70,9 +71,14 @@ def change(book: Book, run: str, *said: str, person: str = ADA) -> None:
         correct(book, session, run, list(said), "misread")
 
 
-def charge(book: Book, run: str, mah: float, person: str = ADA) -> str:
+def charge(book: Book, run: str, mah: float, person: str = ADA, *, add: bool = False) -> str:
     with book.session(person) as session:
-        return state_charge(session, book.configuration, run, mah, None, None)
+        return state_charge(session, book.configuration, run, mah, None, None, add=add)
+
+
+def charge_in_parts(book: Book, run: str, *parts_mah: float) -> None:
+    for place, mah in enumerate(parts_mah):
+        charge(book, run, mah, add=place > 0)
 
 
 def first_day(folder: Path) -> SmallBook:
@@ -322,6 +328,11 @@ AGAINST: dict[str, tuple[Work, Work, tuple[str, ...]]] = {
         lambda book, _files: charge(book, "r001", 790),
         ("r001", "812", "790"),
     ),
+    "two charges of a run, in parts": (
+        lambda book, _files: charge_in_parts(book, "r001", 812, 90),
+        lambda book, _files: charge_in_parts(book, "r001", 812, 80),
+        ("r001", "90 mAh", "80 mAh"),
+    ),
     "two logs of a run": (
         lambda book, files: take(book, files.log("r003"), run="r003"),
         lambda book, files: take(book, files.log("r004"), run="r003"),
@@ -410,6 +421,36 @@ def test_what_both_say_alike_is_said_once(lab: SmallBook, laptop: SmallBook) -> 
     assert merged(lab, laptop).entries == {"file": 1, "correction": 1, "charge": 1}
     with lab.open() as book, book.reading() as connection:
         assert show_file(connection, "r009.csv").runs == ("r012",)
+    is_whole(lab.folder)
+
+
+def test_a_charge_in_parts_comes_home_whole(lab: SmallBook, laptop: SmallBook) -> None:
+    def here(book: Book, _files: SmallBook) -> None:
+        charge_in_parts(book, "r001", 400, 400)
+        charge(book, "r002", 600)
+        charge(book, "r004", 300)
+
+    def there(book: Book, files: SmallBook) -> None:
+        charge_in_parts(book, "r001", 400, 400)
+        charge_in_parts(book, "r002", 600, 600)
+        sheet = files.folder / "parts.csv"
+        sheet.write_text("run,mAh\nr003,500\nr003,70\nr004,300\n")
+        take(book, sheet)
+        with book.session(ADA) as session:
+            assign(session, "parts.csv#2", "r003", None, add=True)
+
+    go_on(lab, laptop, here, there)
+    merged(lab, laptop)
+    with lab.open() as book, book.reading() as connection:
+        charged = charges_by_run(connection)
+        runs = {run.name: [row.charge_mah for row in charged.get(run.uid, ())] for run in list_runs(connection)}
+    assert {name: mah for name, mah in runs.items() if mah} == {
+        "r001": [400, 400],
+        "r002": [600, 600],
+        "r003": [500, 70],
+        "r004": [300],
+    }
+    assert merged(laptop, lab).conflicts == ()
     is_whole(lab.folder)
 
 
