@@ -76,7 +76,7 @@ def template() -> Path:
 _HOLD = tempfile.TemporaryDirectory(prefix="any-order-")
 
 COUNTED = """
-SELECT c.uid, c.state, c.line, c.mode, r.name AS run, c.repeats, c.file, i.status, i.uid AS reading
+SELECT c.uid, c.state, c.line, c.mode, c.added, r.name AS run, c.repeats, c.file, i.status, i.uid AS reading
 FROM charge c LEFT JOIN run r ON r.id = c.run
 LEFT JOIN ingest i ON i.file = c.file AND i.status IN ('imported', 'withdrawn', 'waiting')
 ORDER BY c.id
@@ -194,6 +194,10 @@ class Statements(RuleBasedStateMachine):
     def assign_row(self, name: str, row: int, run: str) -> None:
         self.say(lambda session: assign(session, f"{name}#{row}", run, "so it was"))
 
+    @rule(name=st.sampled_from(SHEETS), row=st.integers(1, 5), run=st.sampled_from(RUNS))
+    def add_row(self, name: str, row: int, run: str) -> None:
+        self.say(lambda session: assign(session, f"{name}#{row}", run, None, add=True))
+
     @rule(which=st.integers(0, 20), said=st.sampled_from(("charge_mah=150", "charge_mah=77", "run=r003", "run=none")))
     def correct_charge(self, which: int, said: str) -> None:
         uid = self.charge(which)
@@ -207,9 +211,9 @@ class Statements(RuleBasedStateMachine):
     def restore_row(self, name: str, row: int) -> None:
         self.say(lambda session: restore_item(session, f"{name}#{row}", None))
 
-    @rule(run=st.sampled_from(RUNS), amount=st.sampled_from((150.0, 99.0)))
-    def type_charge(self, run: str, amount: float) -> None:
-        self.say(lambda session: state_charge(session, self.book.configuration, run, amount, None, None))
+    @rule(run=st.sampled_from(RUNS), amount=st.sampled_from((150.0, 99.0)), add=st.booleans())
+    def type_charge(self, run: str, amount: float, add: bool) -> None:
+        self.say(lambda session: state_charge(session, self.book.configuration, run, amount, None, None, add=add))
 
     @rule(jump=st.integers(1, 3), verdict=st.sampled_from(("accept", "reject")))
     def decide_on_jump(self, jump: int, verdict: str) -> None:
@@ -222,12 +226,13 @@ class Statements(RuleBasedStateMachine):
         found = self.rows()
         state = {row["uid"]: row["state"] for row in found}
         held = self.lines_held()
-        of_runs = [row["run"] for row in found if row["state"] == "counted" and row["run"]]
+        of_runs = [row["run"] for row in found if row["state"] == "counted" and row["run"] and not row["added"]]
         assert len(of_runs) == len(set(of_runs)), found
         for row in found:
             if row["state"] == "counted" and row["file"] is not None:
                 assert row["status"] == "imported", found
                 assert row["line"] in held[row["reading"]], found
+            assert row["run"] or not row["added"] or row["state"] == "gone", found
             if row["state"] == "known":
                 assert state[row["repeats"]] in ("counted", "dismissed"), found
                 assert row["run"] is None, found
