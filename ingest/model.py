@@ -182,7 +182,7 @@ class ReadFile:
 
     `evidence` is by what the format was recognised, `profile` which one of the declared profiles was used, `plugin`
     whose format it is where it is not labbook's own, `declared` what was in force: flags, and the profile's settings;
-    `explanation` how the file was understood.
+    `explanation` how the file was understood; `named_runs` what the lines above its table call a run, word by word.
     """
 
     format: str
@@ -199,6 +199,7 @@ class ReadFile:
     plugin: str | None = None
     declared: Declarations | None = None
     explanation: Explanation = field(default_factory=Explanation)
+    named_runs: tuple[str, ...] = ()
 
     @property
     def refused(self) -> bool:

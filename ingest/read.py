@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 from data_schema.errors import unknown_name
@@ -62,7 +63,24 @@ def read_file(data: bytes, declared: Declarations) -> ReadFile:
             tuple(Candidate(format_.name, seen.score, seen.evidence) for format_, seen in candidates),
             tuple(findings.tables),
         ),
+        _named_runs(head, findings),
     )
+
+
+_RUN = re.compile(
+    r"(?i)\b(?:run|trial|experiment|exp|test)(?:[ _-]*(?:name|id|no|number))?\b[\s:=.#,;|\"']+(?P<name>\w[\w.+-]*)"
+)
+
+
+def _named_runs(head: Head, findings: FindingCollector) -> tuple[str, ...]:
+    """Return the words that stand for the name of a run in the lines above the first table: `# run r012`."""
+    shape = findings.tables[0].text if findings.tables else None
+    if head.source is None or shape is None:
+        return ()
+    end = shape.header_line or shape.first_line
+    above = [head.source.decode(line.content) for line in head.source.head_lines() if line.number < end]
+    found = [match["name"] for text in (*head.source.comments, *above) for match in _RUN.finditer(text)]
+    return tuple(dict.fromkeys(found))
 
 
 def _chosen(

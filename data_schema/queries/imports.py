@@ -29,6 +29,7 @@ ABOUT_RUNS = (
     "correction_stands",
     "assignment_stands",
     "jumps_found_not_made",
+    "run_contradicts",
     "log_day_differs",
     *LEG,
 )

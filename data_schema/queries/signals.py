@@ -157,6 +157,48 @@ def log_starts(connection: sa.Connection, run_uids: Sequence[str]) -> dict[str, 
     return found
 
 
+@dataclass(frozen=True, slots=True)
+class SameSamples:
+    """A file of a run that has the samples of a file of another run."""
+
+    file_name: str
+    other_file: str
+    other_run: str
+
+
+def same_samples(connection: sa.Connection, run_uids: Sequence[str]) -> dict[str, SameSamples]:
+    """Return, by the uid of the run, the first file of each of these runs whose samples another run has too."""
+    mine, theirs = (_linked_signals() for _ in range(2))
+    found: dict[str, SameSamples] = {}
+    for some in in_chunks(run_uids):
+        query = (
+            sa.select(mine.c.run_uid, mine.c.file_name, theirs.c.file_name, theirs.c.run_name)
+            .join(theirs, sa.and_(theirs.c.sha256 == mine.c.sha256, theirs.c.run_uid != mine.c.run_uid))
+            .where(mine.c.run_uid.in_(some))
+            .order_by(mine.c.key, theirs.c.key)
+        )
+        for uid, *names in connection.execute(query):
+            found.setdefault(uid, SameSamples(*names))
+    return found
+
+
+def _linked_signals() -> sa.Subquery:
+    """Select the signals in use that belong to a run."""
+    return (
+        sa.select(
+            signal.c.id.label("key"),
+            signal.c.sha256,
+            run.c.uid.label("run_uid"),
+            run.c.name.label("run_name"),
+            ingest.c.original_name.label("file_name"),
+        )
+        .join(run_file, sa.and_(run_file.c.file == signal.c.file, run_file.c.part == signal.c.part))
+        .join(run, run_file.c.run == run.c.id)
+        .join(ingest, sa.and_(ingest.c.id == signal.c.ingest, ingest.c.status == str(IngestStatus.IMPORTED)))
+        .subquery()
+    )
+
+
 def every_start(connection: sa.Connection) -> list[str]:
     """Return the instants at which logs start, each once, as far as they are known."""
     query = sa.select(signal.c.start_utc).where(signal.c.start_utc.is_not(None)).distinct()

@@ -48,8 +48,9 @@ def show_command(name: NameArgument, book: BookOption = None, as_json: JsonOptio
 @app.command("reread")
 @with_options("declared", DECLARED)
 def reread_command(
-    name: Annotated[
-        str | None, typer.Argument(metavar="NAME", help="A file by name, path, uid or the beginning of its SHA-256.")
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="NAME...", help="Files by name, path, uid or the beginning of their SHA-256."),
     ] = None,
     every: Annotated[
         bool, typer.Option("--all", help="All files that labbook.toml would have read otherwise now.")
@@ -57,7 +58,7 @@ def reread_command(
     *,
     declared: dict[str, Any],
     nothing: Annotated[
-        bool, typer.Option("--nothing-declared", help="Take back what was declared about the file.")
+        bool, typer.Option("--nothing-declared", help="Take back what was declared about the files.")
     ] = False,
     why: MaybeWhyOption = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would change; store nothing.")] = False,
@@ -65,13 +66,14 @@ def reread_command(
     person: AsOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Read the kept copy of a file again: with what is declared here, or, without that, with what was declared.
+    """Read the kept copies of files again: with what is declared here, or, without that, with what was declared.
 
     Either way under today's labbook.toml. What changes and what becomes stale is said; a reading that is refused
     changes nothing, and the exit code is 2.
 
     Example: labbook files reread r007.csv --column "z=body_height:mm" --why "the unit was missing"
     """
+    from labbook.actions.files.named_files import file_named
     from labbook.actions.files.rereading import RereadRequest, reread_lines
     from labbook.actions.files.stored_files import files_to_reread, reread_named
     from labbook.book.opening import opened
@@ -80,18 +82,20 @@ def reread_command(
     from labbook.cli.files_lines import check_reread_options, reread_json
 
     options = declared_options(declared)
-    check_reread_options(name, every, bool(options), nothing)
+    check_reread_options(names or [], every, bool(options), nothing)
     done = []
     with opened(book) as opened_book:
         if not dry_run:
             opened_book.speaker(person)
-        names, batch = [name or ""], None
         if every:
             with progress("comparing", None, shown=not as_json) as step:
-                names = [row.file_uid or "" for row in files_to_reread(opened_book, step)]
-            batch = new_uid()
-        with progress("reading again", len(names), shown=every) as step:
-            for each in names:
+                uids = [row.file_uid or "" for row in files_to_reread(opened_book, step)]
+        else:  # a name that means no file is refused before one is read
+            with opened_book.reading() as connection:
+                uids = list(dict.fromkeys(file_named(connection, name).uid for name in names or ()))
+        batch = new_uid() if every or len(uids) > 1 else None
+        with progress("reading again", len(uids), shown=len(uids) > 1) as step:
+            for each in uids:
                 request = RereadRequest(options, person, why, dry_run, batch)
                 done.append(reread_named(opened_book, each, request, keep_options=not options and not nothing))
                 step(done[-1].name)

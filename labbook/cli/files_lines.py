@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +14,12 @@ from labbook.book.write_session import WriteSession
 from labbook.terminal import emit
 
 
-def check_reread_options(name: str | None, every: bool, declared: bool, nothing: bool) -> None:
+def check_reread_options(names: Sequence[str], every: bool, declared: bool, nothing: bool) -> None:
     """Raise `UsageError` where it is not clear what is to be read again, and how."""
-    if (name is None) == (not every):
-        raise UsageError("name the file to be read again, or give --all for those that labbook.toml reads otherwise.")
+    if bool(names) == every:
+        raise UsageError("name the files to be read again, or give --all for those that labbook.toml reads otherwise.")
     if every and (declared or nothing):
-        raise UsageError("what is declared here is about one file: name it, or leave it out with --all.")
+        raise UsageError("what is declared here is about the files that are named: leave it out with --all.")
     if declared and nothing:
         raise UsageError("--nothing-declared takes back what is declared: give either that or the other options.")
 

@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 
 
 _MOST_COLUMNS = 8
-_CONTRADICTIONS = ("charge_contradicts", "log_day_differs", "date_in_future", "height_doubtful", *LEG)
+_OF_OTHER_RUN = ("run_contradicts", "log_day_differs")
+"""Rules of notes on a file that may be of another run than it belongs to."""
+_CONTRADICTIONS = (*_OF_OTHER_RUN, "charge_contradicts", "date_in_future", "height_doubtful", *LEG)
 """Rules of notes that wait for a person's word."""
 
 
@@ -162,8 +164,8 @@ def _finding_json(finding: Finding) -> dict[str, Any]:
 
 MOST_LISTED = 12
 """More files or runs than this with nothing to say about them are counted, not listed: a day at the rig has fewer."""
-_REFUSED, _NO_HEIGHT, _JUMPS, _LOGS, _CHARGE, _ROWS, _NO_RUN, _LIMITS = range(8)
-"""What needs attention, gravest first."""
+_REFUSED, _OTHER_RUN, _NO_HEIGHT, _LOGS, _DOUBTFUL, _NO_RUN, _JUMPS, _SAMPLES, _LIMITS = range(9)
+"""What needs attention, gravest first: what gives wrong numbers or none, before what a run has less of."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -277,23 +279,31 @@ def _concern(outcome: FileOutcome, missing: MissingHeight | None, run: str | Non
     read = outcome.read
     if outcome.status is IngestStatus.REFUSED:
         return _REFUSED, 0
+    rules = {finding.rule for finding in read.findings} if read is not None else set()
+    if outcome.of_other_run or rules.intersection(_OF_OTHER_RUN):
+        return _OTHER_RUN, 0
     if missing is not None:
         return _NO_HEIGHT, 0
-    if read is not None and (read.rows_rejected or any(map(needs_a_person, read.findings))):
-        return _ROWS, -read.rows_rejected
+    if read is not None and (rules.intersection(_CONTRADICTIONS) or (read.rows_rejected and read.charges)):
+        return _DOUBTFUL, -read.rows_rejected
     not_heeded = outcome.first is not None and run is not None and run not in outcome.runs
     no_run = read is not None and read.role is not FileRole.SHEET and not outcome.runs and not _knows_all(read)
-    return (_NO_RUN, 0) if not_heeded or no_run else None
+    if not_heeded or no_run:
+        return _NO_RUN, 0
+    left_out = read is not None and (read.rows_rejected or any(map(needs_a_person, read.findings)))
+    return (_SAMPLES, -read.rows_rejected) if read is not None and left_out else None
 
 
 def _of_run(line: RigLine) -> tuple[int, int]:
-    """Rank the concerns about a run: jumps not as made, logs too many, an odd charge, joules out of limits, nothing."""
-    if line.jumps_off:
-        return _JUMPS, -line.jumps_off
+    """Rank the concerns about a run: another's log, logs too many, an odd charge, jumps not as made, joules outside."""
+    if line.of_other_run:
+        return _OTHER_RUN, 0
     if line.logs_do_not_count:
         return _LOGS, 0
     if line.charge_odd:
-        return _CHARGE, 0
+        return _DOUBTFUL, 0
+    if line.jumps_off:
+        return _JUMPS, -line.jumps_off
     return (_LIMITS, 0) if line.outside else (_LIMITS + 1, 0)
 
 

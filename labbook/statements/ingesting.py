@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -38,6 +38,9 @@ from labbook.statements.importing import (
 )
 from labbook.statements.sheet_charges import charge_numbers, keys_of, mark_charges_gone, update_charges
 
+RUN_CONTRADICTS = "run_contradicts"
+"""The rule of a file whose name and content say that it is of other runs."""
+
 _ROLES = {"charger_sheet": FileRole.CHARGE, "icharger_log": FileRole.CHARGE, "bertec_text": FileRole.FORCE}
 """The roles of files that earlier labbooks read, whose entries lack them."""
 
@@ -70,6 +73,8 @@ def apply_ingest(context: ApplyContext, entry: Entry, prepared: object) -> list[
         of_file = run_uid if role is FileRole.CHARGE and "settings" in new else None
         if done.read.charges:
             touched += _update_charges(context, ingest_key, file_uid, done, new, of_file)
+    contradicting = runs_contradict(new.get("stated_runs", ()), new["original_name"])
+    imports.add_findings(context.connection, ingest_key, [finding_values(finding) for finding in contradicting])
     if run_uid:
         if "settings" not in new:  # an earlier labbook gave a run its file's charge whatever charge it had
             assign_only_charge(context, file_uid, run_uid, role)
@@ -77,6 +82,17 @@ def apply_ingest(context: ApplyContext, entry: Entry, prepared: object) -> list[
     return mark_stale(
         context.connection, (changed for uid in dict.fromkeys(touched) for changed in inputs_around_run(context, uid))
     )
+
+
+def runs_contradict(stated: Sequence[str], name: str) -> list[Finding]:
+    """Return the finding on a file of this name that says it is of several runs; empty where it says one, or none."""
+    if len(stated) < 2:
+        return []
+    message = (
+        f"The file's name says run {stated[0]} and the lines above its table run {stated[1]}, so that it belongs to "
+        f"none: `labbook assign {shlex.quote(name)} {stated[0]}`, or {stated[1]}, says which."
+    )
+    return [Finding(Severity.NOTE, RUN_CONTRADICTS, message, None, None, " ".join(stated), 1, ())]
 
 
 def apply_read(context: ApplyContext, entry: Entry, prepared: object) -> list[tuple[str, str]]:

@@ -251,3 +251,67 @@ def test_a_pack_charged_in_two_parts_gives_the_joules_of_their_sum(whole: SmallB
     good(labbook("db", "check", "--deep", at=whole.folder))
     good(labbook("rebuild", at=whole.folder))
     assert rows(whole.folder, "SELECT uid, charge_mah, added FROM charge ORDER BY uid") == before
+
+
+@pytest.mark.parametrize(
+    ("name", "above", "run"),
+    [
+        ("LOG0007.csv", "# run r003\n", "r003"),
+        ("LOG0007.csv", "Logger 3;Run: r003;25 jumps\n", "r003"),
+        ("LOG0007.csv", "# follows run r002, run r003\n", None),  # two names are no evidence
+        ("LOG0007.csv", "# run in the morning\n", None),
+        ("r003.csv", "# run r003\n", "r003"),
+        ("r003.csv", "# run r900\n", None),
+        ("r004.csv", "# run r003\n", None),
+    ],
+)
+def test_the_lines_above_a_table_say_whose_it_is_beside_the_files_name(
+    stated: SmallBook, tmp_path: Path, name: str, above: str, run: str | None
+) -> None:
+    path = tmp_path / name
+    path.write_text(above + stated.log("r003").read_text())
+    contradicts = name != "LOG0007.csv" and run is None
+    for words in (("--explain",), ("--dry-run",), ()):
+        told = good(labbook("ingest", path, *words, "--json", at=stated.folder)).json[0]
+        rules = {finding["rule"]: finding["message"] for finding in told["findings"]}
+        assert ("run_contradicts" in rules) is contradicts
+    assert told["runs"] == ([] if run is None else [run])
+    if contradicts:
+        words = re.search(r"`labbook (assign [^`]+)`", rules["run_contradicts"])
+        assert words is not None
+        assert rows(stated.folder, LINKS) == []
+        good(labbook("rebuild", at=stated.folder))
+        good(labbook(*words[1].split(), at=stated.folder))
+        assert rows(stated.folder, LINKS) == [(name.removesuffix(".csv"),)]
+
+
+def test_what_a_person_says_stands_over_contradicting_evidence(stated: SmallBook, tmp_path: Path) -> None:
+    path = tmp_path / "r004.csv"
+    path.write_text("# run r003\n" + stated.log("r003").read_text())
+    told = good(labbook("ingest", path, "--run", "r003", at=stated.folder)).out
+    assert "run_contradicts" not in told
+    assert rows(stated.folder, LINKS) == [("r003",)]
+
+
+def test_several_files_are_assigned_in_one_command_or_none(stated: SmallBook, tmp_path: Path) -> None:
+    names = []
+    for run in ("r001", "r002"):
+        names.append(f"LOG{run[1:]}.csv")
+        shutil.copy(stated.log(run), tmp_path / names[-1])
+        good(labbook("ingest", tmp_path / names[-1], at=stated.folder))
+    with unchanged(stated.folder):
+        refused(labbook("assign", *names, "LOG9.csv", "r005", at=stated.folder), 2, "LOG9.csv")
+    done = good(labbook("assign", *names, "r005", "--json", at=stated.folder)).json
+    assert (done["files"], len(done["said"])) == (names, 2)
+    assert rows(stated.folder, LINKS) == [("r005",), ("r005",)]
+    says(done["remarks"][0]["message"], "r005", "starts")
+
+
+def test_what_a_run_took_is_printed_when_it_is_typed_in_or_assigned(whole: SmallBook) -> None:
+    good(labbook("assign", "2021-06-14.csv#3", "none", "--why", "misread", at=whole.folder))
+    typed = good(labbook("charge", "r003", "112", at=whole.folder)).out
+    says(typed, "run r003:", "J a jump", "n = ")
+    uid = re.search(r"charge:(\w+)", typed)
+    assert uid is not None
+    good(labbook("correct", uid[0], "run=none", "--why", "twice", at=whole.folder))
+    says(good(labbook("assign", "2021-06-14.csv#3", "r003", at=whole.folder)).out, "run r003:", "3 of 3", "J a jump")

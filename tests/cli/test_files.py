@@ -39,6 +39,19 @@ def test_a_file_is_listed_read_again_withdrawn_and_restored(tmp_path: Path) -> N
     refused(labbook("files", "reread", at=at), 2, "--all")
 
 
+def test_several_files_are_read_again_in_one_command(tmp_path: Path) -> None:
+    at = small_book(tmp_path).folder
+    gain = ("--column", "k_gain=aux")
+    with unchanged(at):
+        refused(labbook("files", "reread", "r001.csv", "r999.csv", *gain, at=at), 2, "r999.csv")
+    done = good(labbook("files", "reread", "r001.csv", "r002.csv", "r001.csv", *gain, "--json", at=at)).json
+    assert [item["file"] for item in done] == ["r001.csv", "r002.csv"]
+    assert all("aux" in " ".join(item["changes"]) for item in done)
+    assert [
+        item["changes"] for item in good(labbook("files", "reread", "r001.csv", "r002.csv", "--json", at=at)).json
+    ] == [["nothing comes out otherwise"]] * 2
+
+
 def test_two_files_of_one_name_are_told_apart_by_uid(tmp_path: Path) -> None:
     small = small_book(tmp_path)
     other = tmp_path / "r001.csv"

@@ -75,6 +75,38 @@ def test_the_sum_comes_first_then_what_needs_attention_worst_first(
     assert lines.index("the others:") < places[-1]
 
 
+@pytest.mark.parametrize("same_bytes", [True, False])
+def test_a_copy_of_another_runs_log_comes_before_logs_that_lack_a_jump(
+    stated: SmallBook, tmp_path: Path, same_bytes: bool
+) -> None:
+    """It came last, or was not seen at all where a line had been added."""
+    folder = tmp_path / "batch"
+    folder.mkdir()
+    for number in (1, 2, 3, 4, 5):
+        (folder / f"r00{number}.csv").write_bytes(hopping_log(2, lost_s=[(0.1 * number, 0.1 * number + 0.004)]))
+    above = b"" if same_bytes else b"# exported again\n"
+    (folder / "r006.csv").write_bytes(above + (folder / "r005.csv").read_bytes())
+    lines = good(labbook("ingest", folder, at=stated.folder)).out.splitlines()
+    (place, *_) = [place for place, line in enumerate(lines) if " copy" in line]
+    says(lines[place], "r006", "labbook assign" if same_bytes else "labbook files withdraw")
+    assert place < min(place for place, line in enumerate(lines) if "2 of 3 jumps found" in line)
+    assert place < 4
+
+
+def test_a_row_of_a_sheet_that_is_left_out_comes_before_logs_that_lack_a_jump(
+    stated: SmallBook, tmp_path: Path
+) -> None:
+    folder = tmp_path / "batch"
+    folder.mkdir()
+    for number in (1, 2):
+        (folder / f"r00{number}.csv").write_bytes(hopping_log(2 + number % 2))
+    (folder / "sheet.csv").write_text("run,mAh\nr001,150\nr002,ERR\nr003,152\n")
+    lines = good(labbook("ingest", folder, at=stated.folder)).out.splitlines()
+    row, jump = (next(n for n, line in enumerate(lines) if mark in line) for mark in ("not_a_number", "(1 missing)"))
+    says(lines[row], "line 3", "'ERR'")
+    assert row < jump
+
+
 def test_files_that_ail_alike_are_told_once(stated: SmallBook, foreign: Path, tmp_path: Path) -> None:
     """It was the same findings again for each of a new user's logs."""
     folder = tmp_path / "logger"

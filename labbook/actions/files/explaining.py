@@ -9,7 +9,7 @@ import json
 import re
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,11 +22,12 @@ from ingest.read import read_file
 from ingest.signals import LEFT_OUT
 from ingest.tables.table import CellKind
 from labbook.actions.files.against_book import refused_by_book, refused_without_columns
-from labbook.actions.files.ingesting import stated_run
+from labbook.actions.files.ingesting import stated_runs
 from labbook.actions.files.named_files import own_name
 from labbook.book.opening import Book
 from labbook.config.profiles import OWN, SHEET_COLUMNS
 from labbook.statements.importing import declarations
+from labbook.statements.ingesting import runs_contradict
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,10 +68,13 @@ class Explained:
 def explain_file(book: Book, path: Path, options: Mapping[str, Any], run: str | None, *, alone: bool) -> Explained:
     """Read a file as `ingest` would and explain how; `run` is the one named for it, `alone`: no other file is read."""
     with book.reading() as connection:
-        run = run or stated_run(connection, book.configuration, path)
         read = _read_as_ingest(book, path, options)
         read = refused_without_columns(read, options) if alone else read
+        stated = stated_runs(connection, book.configuration, path, read)
+        run = run or (stated[0] if len(stated) == 1 else None)
         read = refused_by_book(connection, read, run, notes=True)
+        if run is None:
+            read = replace(read, findings=(*read.findings, *runs_contradict(stated, path.name)))
         known = run is not None and find_uid(connection, "run", name=run) is not None
     return Explained(
         own_name(path),

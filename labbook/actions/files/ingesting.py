@@ -5,6 +5,7 @@ The file is read once: the same bytes are hashed, parsed and stored, whatever ha
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -45,6 +46,7 @@ from labbook.statements.importing import (
     store_reading,
     with_counts,
 )
+from labbook.statements.ingesting import runs_contradict
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +71,8 @@ class FileOutcome:
 
     `name` is the file's own, or more of its path where a command takes several of one name. Where the book had its
     bytes, `first` is their first import, and `messages` tell what was done with the declarations given; `changes` lists
-    what another reading changed, None where there was none.
+    what another reading changed, None where there was none. `of_other_run`: these bytes came before under a name that
+    states another run.
     """
 
     name: str
@@ -82,6 +85,7 @@ class FileOutcome:
     raw_restored: bool = False
     messages: tuple[str, ...] = ()
     changes: tuple[str, ...] | None = None
+    of_other_run: bool = False
 
 
 def ingest_file_or_refuse(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
@@ -106,33 +110,32 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
     with book.reading() as connection:
         run_uid = _run_uid(connection, request.run)
         first = first_import(connection, sha256)
-        stated = stated_run(connection, book.configuration, path)
     if first is not None:
         restored = not request.dry_run and book.store.restore_raw(data, sha256)
         return _known(book, path, request, first, sha256, restored)
     options = dict(request.options or {})
     settings = current_settings(book.configuration, options, own_name(path))
     read = read_file(data, settings.declared)
-    if (request.run or stated) and any(finding.rule == UNDATED for finding in read.findings):
-        with book.reading() as connection:
-            uid = find_uid(connection, "run", name=request.run or stated)
-            day = None if uid is None else name_and_day(connection, uid)[1]
-        if day is not None:
-            options["day"] = day
-            settings = current_settings(book.configuration, options, own_name(path))
-            read = read_file(data, settings.declared)
     if read.role is FileRole.SHEET:
         _refuse_run(path, request.run)
-        stated = None
-    of_run = request.run or stated
-    read = refused_without_columns(read, options) if request.batch is None else read
     with book.reading() as connection:
+        stated = stated_runs(connection, book.configuration, path, read)
+        of_run = request.run or (stated[0] if len(stated) == 1 else None)
+        if of_run is not None and any(finding.rule == UNDATED for finding in read.findings):
+            uid = find_uid(connection, "run", name=of_run)
+            if uid is not None:
+                options["day"] = name_and_day(connection, uid)[1]
+                settings = current_settings(book.configuration, options, own_name(path))
+                read = read_file(data, settings.declared)
+        read = refused_without_columns(read, options) if request.batch is None else read
         read = refused_by_book(connection, read, of_run, notes=request.dry_run)
         if request.dry_run:
             status = IngestStatus.REFUSED if read.refused else IngestStatus.IMPORTED
             runs = () if read.refused else _runs_to_assign(connection, of_run, read)
             if not read.refused and read.charges:
                 read = replace(read, findings=(*read.findings, *predicted_findings(connection, read.charges)))
+            if not read.refused and of_run is None:
+                read = replace(read, findings=(*read.findings, *runs_contradict(stated, path.name)))
             return FileOutcome(own_name(path), sha256, status, read, runs)
     prepared = store_reading(book.store, data, sha256, read, settings)
     modified_utc = datetime.fromtimestamp(modified_s, UTC).isoformat(timespec="seconds")
@@ -155,8 +158,26 @@ def _known(
     )
     with book.reading() as connection:
         runs = runs_of_file(connection, sha256)
+        stated, before = (
+            named_run(connection, book.configuration, name) for name in (own_name(path), first.original_name)
+        )
+    copied = stated not in (None, *runs, before)
+    messages = known.messages
+    if copied:
+        messages = (
+            f"Its name says run {stated}: one of the two is a copy of the other; take in that run's own log, or, if "
+            f"this is it, `labbook assign {shlex.quote(first.original_name)} {stated} --why ...`.",
+            *messages,
+        )
     outcome = FileOutcome(
-        own_name(path), sha256, IngestStatus.DUPLICATE, None, runs, first, None, restored, known.messages
+        own_name(path),
+        sha256,
+        IngestStatus.DUPLICATE,
+        runs=runs,
+        first=first,
+        raw_restored=restored,
+        messages=messages,
+        of_other_run=copied,
     )
     if known.again is None:
         return outcome
@@ -191,10 +212,30 @@ def _not_read(message: str) -> ReadFile:
     return ReadFile(UNKNOWN, 0, (), (), (finding,), 0, 0, 0)
 
 
-def stated_run(connection: Any, configuration: Configuration, path: Path) -> str | None:
+def stated_runs(connection: sa.Connection, configuration: Configuration, path: Path, read: ReadFile) -> tuple[str, ...]:
+    """Return the runs that a file says it is of: by its name, and by the lines above its table.
+
+    One that both say is returned once; where the lines name several, they say nothing. A sheet of recharges names its
+    runs row by row, and the sheet of a study none.
+    """
+    if read.role is FileRole.SHEET:
+        return ()
+    by_name = named_run(connection, configuration, own_name(path))
+    named = {run for word in read.named_runs if (run := _run_of_word(connection, configuration, word)) is not None}
+    above = named.pop() if len(named) == 1 and read.parts else None
+    return tuple(dict.fromkeys(run for run in (by_name, above) if run is not None))
+
+
+def named_run(connection: sa.Connection, configuration: Configuration, name: str) -> str | None:
     """Return the run that a file's name states: one of the book or of a plan, or by the scheme of labbook.toml."""
-    name = own_name(path)
     return configuration.study.run_names.stated_in(name, names_beginning(connection, name))
+
+
+def _run_of_word(connection: sa.Connection, configuration: Configuration, word: str) -> str | None:
+    """Return the run that a word is the name of: one that the book has, or one that could name a file."""
+    if find_uid(connection, "run", name=word) is not None or named_run(connection, configuration, word) == word:
+        return word
+    return None
 
 
 def _run_uid(connection: Any, name: str | None) -> str | None:
@@ -214,7 +255,7 @@ def _stored(
     request: IngestRequest,
     prepared: PreparedImport,
     run_uid: str | None,
-    stated: str | None,
+    stated: tuple[str, ...],
     options: dict[str, Any],
     modified_utc: str,
 ) -> FileOutcome:
@@ -225,7 +266,8 @@ def _stored(
         "original_name": own_name(path),
         "modified_utc": modified_utc,
         "options": options,
-        "stated_run": stated,
+        "stated_run": stated[0] if len(stated) == 1 else None,
+        **({"stated_runs": list(stated)} if len(stated) > 1 and run_uid is None else {}),
         **({} if request.batch is None else {"batch": request.batch}),
     }
     with book.session(request.person) as session:

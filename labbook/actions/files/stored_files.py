@@ -248,7 +248,7 @@ def why_waiting(connection: sa.Connection, items: Sequence[InboxItem]) -> list[W
     for item in items:
         of_run = charges.get(uids.get(item.stated_run or "", ""), ())
         if item.stated_run is None:
-            found.append(Waiting(item, "it names no run: `labbook assign` gives it one"))
+            found.append(Waiting(item, "it names no run, or two: `labbook assign` gives it one"))
         elif item.stated_run not in uids:
             found.append(Waiting(item, f"the book has no run {item.stated_run}: `labbook runs import` states it"))
         elif item.what == "charge" and of_run:

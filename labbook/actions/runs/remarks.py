@@ -13,7 +13,7 @@ import sqlalchemy as sa
 
 from data_schema.queries.charges import ChargeOfRun, charges_of_runs
 from data_schema.queries.runs import RunRow, runs_named
-from data_schema.queries.signals import SignalRow, log_starts, signals_of_runs
+from data_schema.queries.signals import SameSamples, SignalRow, log_starts, same_samples, signals_of_runs
 from data_schema.queries.study import CheckRow, PlannedRow, StudyRow, days_with_runs, planned_runs
 from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
 from labbook.analysis.outcomes.detection import BODY_HEIGHT
@@ -44,7 +44,8 @@ class Remark:
 @dataclass(frozen=True, slots=True)
 class Background:
     """What a run is compared with: the study, protocol and packs, the dates of all runs, the instants at which its logs
-    start and, where they are more than its starts, those with a body height (by run uid), and its plan (by run name).
+    start and, where they are more than its starts, those with a body height, and which of its files has the samples of
+    another run's (all by run uid), and its plan (by run name).
     """
 
     study: StudyRow
@@ -53,6 +54,7 @@ class Background:
     days: Collection[str]
     starts: Mapping[str, Sequence[str | None]]
     many_logs: Mapping[str, Sequence[SignalRow]]
+    same_samples: Mapping[str, SameSamples]
     planned: Mapping[str, PlannedRow]
 
 
@@ -87,7 +89,8 @@ def remarks_on(
         for row in rows
         if len(starts.get(row.uid, ())) > max(row.starts, 1)
     }
-    background = Background(study, configuration, today, days_with_runs(connection), starts, many_logs, planned)
+    same = same_samples(connection, [row.uid for row in rows])
+    background = Background(study, configuration, today, days_with_runs(connection), starts, many_logs, same, planned)
     charges = charges_of_runs(connection, [row.uid for row in rows])
     found = []
     for name, rule in RULES.items():
@@ -205,6 +208,17 @@ def _logs(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background) 
     )
 
 
+def _samples(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background) -> str | None:
+    same = background.same_samples.get(run.uid)
+    if same is None:
+        return None
+    return (
+        f"{same.file_name} of run {run.name} has the samples of {same.other_file} of run {same.other_run}: one is a "
+        f"copy; take it out of use with `labbook files withdraw {shlex.quote(same.file_name)} --why ...`, and ingest "
+        "the log that the run has of its own"
+    )
+
+
 def _jumps(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background) -> str | None:
     nominal = background.study.jumps_nominal
     if run.kind is not RunKind.JUMPS or run.state is RunState.OPEN or 0 < run.jumps_made <= 2 * nominal:
@@ -275,6 +289,7 @@ RULES: Mapping[str, Rule] = {
     "date_in_future": Rule(frozenset({"day"}), _future),
     "date_long_ago": Rule(frozenset({"day"}), _long_ago),
     "log_day_differs": Rule(frozenset({"day", "log"}), _log_day, alike=False),
+    "samples_of_another_run": Rule(frozenset({"log", "samples"}), _samples, alike=False),
     "logs_too_many": Rule(frozenset({"log", "starts"}), _logs, alike=False),
     "jumps_unusual": Rule(frozenset({"jumps_made", "kind", "state"}), _jumps),
     "charge_unusual": Rule(frozenset({"charge_mah", "battery", "run"}), _charge),

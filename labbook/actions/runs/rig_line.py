@@ -45,12 +45,13 @@ Lines: TypeAlias = Mapping[str, PassiveDrain | Undefined]
 class RigLine:
     """The line about a run at the rig; `jumps_off` is by how many the jumps found differ from those made.
 
-    `charge_odd`: its charge is one that the pack cannot have taken after it, or less than the electronics alone draw;
-    `outside`: its joules are out of their control limits.
+    `of_other_run`: its log has the samples of another run's; `charge_odd`: its charge is one that the pack cannot have
+    taken after it, or less than the electronics alone draw; `outside`: its joules are out of their control limits.
     """
 
     text: str
     jumps_off: int = 0
+    of_other_run: bool = False
     logs_do_not_count: bool = False
     charge_odd: bool = False
     outside: bool = False
@@ -78,6 +79,9 @@ def rig_lines_of(book: Book, outcomes: Sequence[FileOutcome]) -> list[list[RigLi
         charged = [name for name, prepared in files.items() if any(each.read.charges for each in prepared)]
         remarks = remarks_on(connection, book.configuration, charged, ["charge_mah"])
         too_many = remarks_on(connection, book.configuration, list(files), ["starts"])
+        copied = remarks_on(connection, book.configuration, list(files), ["samples"])
+    for remark in copied:
+        found[last[remark.first]].append(RigLine(f"look again: {remark.message}", of_other_run=True))
     for remark in remarks:
         found[last[remark.first]].append(RigLine(f"look again: {remark.message}", charge_odd=True))
     for remark in too_many:
