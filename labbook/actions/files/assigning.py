@@ -19,7 +19,7 @@ from data_schema.queries.imported_files import (
     place_of_charge,
 )
 from data_schema.queries.runs import RunRow
-from data_schema.vocabulary import Action, FileRole
+from data_schema.vocabulary import Action, ChargeMode, FileRole
 from labbook.actions.files.named_files import file_named
 from labbook.actions.runs.charges import (
     refuse_added_to_nothing,
@@ -139,6 +139,8 @@ def _add_charge(session: WriteSession, file: FileRow, charge: ChargeRef, run: Ru
             f"{what} belongs to run {charge.run_name}: take it off first, `labbook assign {file.name}#"
             f"{charge.row_number} none --why ...`."
         )
+    if charge.mode != ChargeMode.CHARGE:
+        raise UsageError(f"{what} is a discharge, which adds nothing to the charge of a run: leave --add out.")
     refuse_added_to_nothing(session.connection, run)
     new, old = {"run": run.uid, "added": 1}, {"run": None, "added": 0}
     session.state(Statement(Action.ASSIGN, "charge", charge.uid, new=new, old=old, reason=why))

@@ -161,7 +161,7 @@ def _known(
         stated, before = (
             named_run(connection, book.configuration, name) for name in (own_name(path), first.original_name)
         )
-    copied = stated not in (None, *runs, before)
+    copied = bool(runs) and stated not in (None, *runs, before)
     messages = known.messages
     if copied:
         messages = (
