@@ -28,6 +28,8 @@ UNPACK = "unpack the archive and ingest its files one by one"
 _SHEET_PACKED = "It holds the sheet of a study, which is read as a file of its own: save each as CSV and ingest those."
 _FREE_BYTES = 1 << 20
 _OF_THE_SYSTEM = ("__MACOSX/", ".DS_Store", "Thumbs.db", "desktop.ini")
+_LONGEST_END = 22 + (1 << 16)  # the record behind a zip's directory, with a comment
+_MANY = 0xFFFF  # its count of members where another record has that
 _GZIP = 31  # zlib's word for: with a gzip header and checksum
 _SHORTEST_BLOCK = 1 << 10
 """Bytes given to zlib at first: it copies what is left of a block behind the end of a member, of which there may be
@@ -43,10 +45,14 @@ def is_workbook(data: bytes) -> bool:
     return data.startswith(b"PK") and b"xl/workbook." in data[-(1 << 16) :]
 
 
-def check_zip(archive: zipfile.ZipFile, packed: int, limits: Limits) -> None:
-    """Compare the directory of an archive of `packed` bytes with the limits. Raises `ArchiveRefusedError`."""
-    members = archive.infolist()
+def check_zip(archive: zipfile.ZipFile, data: bytes, limits: Limits) -> None:
+    """Compare the directory of an archive with the count at its end and the limits. Raises `ArchiveRefusedError`."""
+    members, packed = archive.infolist(), len(data)
     expanded = sum(member.file_size for member in members)
+    end = data[-_LONGEST_END:]
+    n_members = int.from_bytes(end[end.rfind(b"PK\5\6") :][10:12], "little")
+    if n_members not in (len(members), _MANY):  # zipfile goes on where a damaged entry swallows the next
+        raise ArchiveRefusedError(f"its directory names {len(members)} members of {n_members}: copy it again")
     if len(members) > limits.most_members:
         raise ArchiveRefusedError(f"it has {len(members)} members (limit most_members: {limits.most_members})")
     if expanded > limits.largest_expanded_bytes:
@@ -118,7 +124,7 @@ def _deeper(declared: Declarations, packed: int, expanded: int) -> Declarations:
 
 def _members(data: bytes, limits: Limits) -> list[tuple[str, bytes]]:
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        check_zip(archive, len(data), limits)
+        check_zip(archive, data, limits)
         wanted = [member for member in archive.infolist() if not member.is_dir() and not _is_of_the_system(member)]
         names = [member.filename for member in wanted]
         if len(set(names)) < len(names):
@@ -254,5 +260,5 @@ def _reading(name: str, result: ReadFile, *, several: bool) -> Reading:
     return Reading(parts, charges, result.rows_read, result.rows_rejected, result.role)
 
 
-ZIP = Format("zip", 2, _recognise_zip, _read_zip, container=True, clue=Clue(begins=(b"PK\3\4", b"PK\5\6")))
-GZIP = Format("gzip", 2, _recognise_gzip, _read_gzip, container=True, clue=Clue(begins=(b"\x1f\x8b",)))
+ZIP = Format("zip", 3, _recognise_zip, _read_zip, container=True, clue=Clue(begins=(b"PK\3\4", b"PK\5\6")))
+GZIP = Format("gzip", 3, _recognise_gzip, _read_gzip, container=True, clue=Clue(begins=(b"\x1f\x8b",)))

@@ -84,7 +84,7 @@ def _check_size(data: bytes, limits: Limits) -> None:
     Calamine allocates the whole rectangle of a sheet, which two cells can make larger than any memory.
     """
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        check_zip(archive, len(data), limits)
+        check_zip(archive, data, limits)
         for member in archive.infolist():
             name = member.filename.lower()
             if name.endswith(".bin") and "worksheets" in name:
@@ -177,5 +177,5 @@ def _text(cell: Cell) -> str:
     return str(cell)
 
 
-XLSX = Format("xlsx", 2, _recognise_xlsx, _read, container=True, clue=Clue(begins=(b"PK",)))
+XLSX = Format("xlsx", 3, _recognise_xlsx, _read, container=True, clue=Clue(begins=(b"PK",)))
 XLS = Format("xls", 2, _recognise_xls, _read, container=True, clue=Clue(begins=(_XLS,)))

@@ -169,6 +169,18 @@ def test_no_cut_and_no_flipped_byte_gives_other_values() -> None:
             assert result.refused or same(plain, result)
 
 
+def test_no_damaged_directory_leaves_a_member_out() -> None:
+    """A longer extra field of one entry swallows the next, and zipfile says nothing."""
+    data = zipped({"a.csv": LOG, "b.csv": OTHER})
+    plain = read(data)
+    for place in range(data.index(b"PK\1\2"), len(data)):
+        for bit in range(8):
+            mutant = bytearray(data)
+            mutant[place] ^= 1 << bit
+            result = read(bytes(mutant))
+            assert result.refused or same(plain, result)
+
+
 @pytest.mark.parametrize("packing", [zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED])
 def test_text_in_an_archive_has_the_page_that_it_has_outside(packing: int) -> None:
     target = io.BytesIO()
