@@ -62,7 +62,7 @@ def parse_configuration(text: str, source: str, folder: Path | None = None) -> C
         robots={name: _robot(table) for name, table in top.tables("robots")},
         batteries={name: _battery(table) for name, table in top.tables("batteries")},
         instruments={name: _instrument(table) for name, table in top.tables("instruments")},
-        files=_files(top.table("files")),
+        files=_files(top.table("files"), in_force=folder is None),
         profiles=read_profiles(top, in_force=folder is None),
         simulation=simulation,
         analysis=read_analysis(top),
@@ -189,7 +189,9 @@ def _instrument(table: TableReader) -> InstrumentSettings:
     return settings
 
 
-def _files(table: TableReader) -> FileSettings:
+def _files(table: TableReader, in_force: bool) -> FileSettings:
+    if in_force:
+        table.value("run_pattern")  # what a book's files stated by it is stored with them
     bounds = table.table("limits")
     limits = {name: bounds.whole(name, least=1) for name in LIMITS if bounds.value(name) is not None}
     bounds.finish()
