@@ -31,6 +31,7 @@ from reports.naming import (
     level_names,
     level_of,
     levels_name,
+    swept_factor,
     treatment_name,
 )
 from reports.remarks import NOT_FROM_DAYS
@@ -137,9 +138,17 @@ def _equivalence(comparison: Comparison) -> str:
 
 
 def sides_text(content: ReportContent, comparison: Comparison) -> tuple[str, str]:
-    """Return " against the control (sand)" and " between" both sides."""
+    """Return " against the control (sand)" and " between" both sides; "" where the control has a name of its own."""
+    if _has_named_control(content):
+        return "", ""
     control = control_name(content)
     return f" against {control}", f" between {treatment_name(content, comparison.group)} and {control}"
+
+
+def _has_named_control(content: ReportContent) -> bool:
+    """Whether labbook.toml gives the control a name, which the page says once."""
+    swept = swept_factor(content)
+    return swept is not None and bool(swept.control_name)
 
 
 def difference_claim(content: ReportContent, comparison: Comparison) -> Claim:
@@ -163,7 +172,7 @@ def difference_claim(content: ReportContent, comparison: Comparison) -> Claim:
     verdict = {True: lost, False: ", which the interval does not tell from zero", None: ""}[comparison.rejected]
     if comparison.one_day_each:
         verdict = f", which {NOT_FROM_DAYS}"
-    than = f" than under {control_name(content)}"
+    than = "" if _has_named_control(content) else f" than under {control_name(content)}"
     treatment = treatment_name(content, comparison.group)
     lead = f"{what} was {size} {comparative} under {treatment}{than}{where}{verdict}"
     sentence = f"{lead} ({evidence}){exploratory_text(comparison.exploratory)}.{_equivalence(comparison)}"

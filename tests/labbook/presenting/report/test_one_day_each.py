@@ -65,7 +65,7 @@ def test_every_test_on_runs_says_that_it_cannot_tell_the_treatment_from_the_day(
 
 def test_claims_of_the_page_do_not_take_days_for_the_treatment(confounded: MadeReport) -> None:
     saved, _in_full, _of_one_run, height, _of_one_run_too = (claim.text for claim in confounded.content.claims)
-    says(saved, "No saving against CE with")
+    says(saved, "No saving with")
     says(height, "difference between days")
     says(height, "difference between days", "90")
     for text in (saved, height):
