@@ -152,20 +152,20 @@ def check_plates(
         load = find_load(force)
         _check_drift(force, load, force_column, findings)
         # Where no load is seen a quotient of what is there still shows its unit, unless it is of small numbers.
-        loaded = np.abs(force) > LOADED_N if load is None else load.of(force) > LOADED_N
-        if np.count_nonzero(loaded) < 10:
-            continue
+        pressed = np.abs(force) > LOADED_N if load is None else load.of(force) > LOADED_N
         for cop, moment, sign in (("cop_x", "moment_y", -1.0), ("cop_y", "moment_x", 1.0)):
             if moment not in values:
                 continue
-            unloaded = values[moment][~loaded & np.isfinite(values[moment])]
+            known = np.isfinite(values[moment])
+            loaded, unloaded = pressed & known, values[moment][~pressed & known]
+            if np.count_nonzero(loaded) < 10:
+                continue
             moment_zero = 0.0 if load is None or not unloaded.size else float(np.median(unloaded))
             force_zero = 0.0 if load is None else load.unloaded_n
             expected = sign * (values[moment][loaded] - moment_zero) / (force[loaded] - force_zero)
-            if np.nanmedian(np.abs(expected)) > FARTHEST_COP_M:
-                message = (
-                    f"Moment over force puts the centre of pressure {np.nanmedian(np.abs(expected)):.3g} m away: N*mm?"
-                )
+            distance_m = float(np.median(np.abs(expected)))
+            if distance_m > FARTHEST_COP_M:
+                message = f"Moment over force puts the centre of pressure {distance_m:.3g} m away: N*mm?"
                 message += (
                     f' Declare the unit, for example `--column "{checked[index[moment]].source_name}={moment}:N*mm"`.'
                 )
@@ -179,10 +179,11 @@ def check_plates(
 def _fit_cop(
     plan: ColumnPlan, stored: dict[int, FloatArray], loaded: BoolArray, expected: FloatArray, findings: FindingCollector
 ) -> ColumnPlan:
-    far = np.abs(expected) > 0.005  # nearer to the middle a ratio has no meaning
+    cop = stored[plan.position][loaded]
+    far = (np.abs(expected) > 0.005) & np.isfinite(cop)  # nearer to the middle a ratio has no meaning
     if np.count_nonzero(far) < 10:
         return plan
-    ratio = float(np.nanmedian(stored[plan.position][loaded][far] / expected[far]))
+    ratio = float(np.median(cop[far] / expected[far]))
     own_unit = any(sentence.startswith("unit ") for sentence in plan.assumed)
     signs = (1, -1) if plan.declared_sign is None else (1,)
     for scale, sign in itertools.product((1.0, 1e-3), signs):
