@@ -19,6 +19,8 @@ MOST_REJECTED = 0.01
 """A log of which a larger share of rows is rejected is refused."""
 MOST_REJECTED_RECHARGES = 0.5
 """So is a sheet of recharges, whose rows stand each for itself: where most cannot be read, the columns are others."""
+MOST_EQUAL = 0.1
+"""Of a larger share of stamps that equal the one before, the clock stands still, or rows are written twice."""
 
 
 def read_file(data: bytes, declared: Declarations) -> ReadFile:
@@ -130,11 +132,13 @@ def _report_unknown(head: Head, findings: FindingCollector) -> None:
 
 
 def _judge_rows(reading: Reading, findings: FindingCollector) -> None:
-    """Refuse a file of which nothing, or not enough, is left."""
+    """Refuse a file of which nothing, or not enough, is left, rows within one tick of a coarse clock counted in."""
+    equal = findings.count("time_duplicate")
+    rejected = reading.rows_rejected - (equal if equal <= MOST_EQUAL * reading.rows_read else 0)
     if not reading.rows_read:
         if not findings.refuse:
             findings.add(FILE, "no_rows_kept", "The file holds no row of data.")
-    elif reading.rows_rejected <= _most_rejected(reading) * reading.rows_read:
+    elif rejected <= _most_rejected(reading) * reading.rows_read:
         return
     elif 2 * findings.count(GROUPED.rule) > reading.rows_rejected:
         message = "Numbers hold thousands separators, and may be misread by 1000: export without them."

@@ -95,8 +95,8 @@ def recordings(sources: TimeSources, usable: BoolArray, findings: FindingCollect
     per_second = TICKS_PER_SECOND[time.unit or "s"]
     seconds = ticks if time.kind is CellKind.CLOCK else by_blocks(ticks, lambda block: block / per_second)
     if sources.fixed_rate_hz is not None and _are_arrival_times(seconds):
-        return _from_arrivals(sources, time, seconds, usable, findings)
-    in_bursts = _from_bursts(sources, time, seconds, usable, findings)
+        return _from_arrivals(sources, time, clocks, seconds, usable, findings)
+    in_bursts = _from_bursts(sources, time, clocks, seconds, usable, findings)
     if in_bursts is not None:
         return in_bursts
     order = put_in_order(seconds, usable, sources.block, findings, time.source_name)
@@ -156,7 +156,7 @@ def _start(
     zone = sources.declared.time_zone
     if clocks is not None:
         iso = clocks.iso[row]
-        return None if iso is None else clock.to_utc(iso, zone, findings), clocks.texts[row]
+        return None if iso is None else clock.to_utc(iso, zone, findings, clocks.fold(row)), clocks.texts[row]
     stamp = sources.block.numbers[time.position][row]
     original = f"{int(stamp)}" if time.kind is CellKind.INTEGER else f"{float(stamp):.15g}"
     original = f"{original} {time.unit}"
@@ -331,7 +331,12 @@ def _are_arrival_times(seconds: FloatArray) -> bool:
 
 
 def _from_bursts(
-    sources: TimeSources, time: TimePlan, seconds: FloatArray, usable: BoolArray, findings: FindingCollector
+    sources: TimeSources,
+    time: TimePlan,
+    clocks: ClockColumn | None,
+    seconds: FloatArray,
+    usable: BoolArray,
+    findings: FindingCollector,
 ) -> Recordings | None:
     """Return the one recording of stamps that come in bursts, None where they do not."""
     rows = slice(None) if usable.all() else np.flatnonzero(usable)
@@ -351,7 +356,7 @@ def _from_bursts(
     )
     findings.add(NOTE, "arrival_times", message, column=time.source_name)
     _report_gaps(timebase, rows, sources.block, findings)
-    utc, original = _start(sources, time, None, rows, first=True, findings=findings)
+    utc, original = _start(sources, time, clocks, rows, first=True, findings=findings)
     recording = Recording(rows, timebase, utc, original)
     _check_rates([recording], sources, findings)
     return Recordings(usable, (recording,))
@@ -362,7 +367,12 @@ def _near(rate_hz: float | None, reference_hz: float | None) -> bool:
 
 
 def _from_arrivals(
-    sources: TimeSources, time: TimePlan, seconds: FloatArray, usable: BoolArray, findings: FindingCollector
+    sources: TimeSources,
+    time: TimePlan,
+    clocks: ClockColumn | None,
+    seconds: FloatArray,
+    usable: BoolArray,
+    findings: FindingCollector,
 ) -> Recordings:
     rate = sources.fixed_rate_hz or 1.0
     rows = np.flatnonzero(usable)
@@ -373,7 +383,7 @@ def _from_arrivals(
     span = float(np.nanmax(seconds) - np.nanmin(seconds))
     if span > 0:
         check_rate((len(seconds) - 1) / span, rate, "the amplifier's manual", findings)
-    utc, original = _start(sources, time, None, rows, first=True, findings=findings)
+    utc, original = _start(sources, time, clocks, rows, first=True, findings=findings)
     ordinals = sources.block.ordinal()[rows]
     timebase = from_rate(ordinals, ordinals, rate)
     return Recordings(usable, (Recording(slice(None) if usable.all() else rows, timebase, utc, original),))

@@ -1,15 +1,17 @@
 """Clock times in files, and what instant they are: ISO-8601 dates, times of day, columns of both, counts from an epoch.
 
-A time without zone is local to the book's time zone. Where summer time begins or ends some local times never or twice
-exist: these get no instant. Dates as 03/04/2019 are not guessed at.
+A time without zone is local to the book's time zone. Where the clocks of the zone are changed between two rows, the
+axis runs on, and order of arrival tells which of two equal local times is meant. Elsewhere a local time that exists
+twice or never gets no instant. Dates as 03/04/2019 are not guessed at.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, date, datetime, timedelta
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
 import numpy as np
@@ -22,6 +24,7 @@ from ingest.timebase.clock_formats import (
     Unclear,
     clock_order,
     date_order,
+    date_text,
     day_of,
     iso_clock,
     parse_stamp,
@@ -31,8 +34,10 @@ from ingest.timebase.clock_formats import (
 _DAY_S = 86_400.0
 _EARLIEST_EPOCH_S = datetime(2000, 1, 1, tzinfo=UTC).timestamp()
 _LATEST_EPOCH_S = datetime(2100, 1, 1, tzinfo=UTC).timestamp()
+_FIRST_DAY = date(2000, 1, 1)
+_UNIX_EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 _FILETIME_EPOCH = datetime(1601, 1, 1, tzinfo=UTC)
-_TIME_OF_DAY = re.compile(rb"(\d{1,2}):(\d\d):(\d\d(?:[.,]\d+)?)")
+_TIME_OF_DAY = re.compile(rb"(\d{1,3}):(\d\d):(\d\d(?:[.,]\d+)?)")
 
 
 def time_zone(name: str | None) -> ZoneInfo | None:
@@ -45,8 +50,11 @@ def time_zone(name: str | None) -> ZoneInfo | None:
         raise UsageError(f"{name!r} is not a time zone: give one as 'America/New_York' or 'UTC'.") from error
 
 
-def to_utc(text: str, zone: str | None, findings: FindingCollector) -> str | None:
-    """Return the instant of a date and time as ISO-8601 UTC, or None, noted, when the text has none."""
+def to_utc(text: str, zone: str | None, findings: FindingCollector, fold: int | None = None) -> str | None:
+    """Return the instant of a date and time as ISO-8601 UTC, or None, noted, when the text has none.
+
+    `fold` is 0 for the first and 1 for the second of two equal local times, None where that is not known.
+    """
     try:
         moment = datetime.fromisoformat(text.strip().replace(",", "."))
     except ValueError:
@@ -61,9 +69,8 @@ def to_utc(text: str, zone: str | None, findings: FindingCollector) -> str | Non
         message = "The time names no zone, and the book has none either: kept as text only."
         findings.add(NOTE, "instant_unknown", message, value=text)
         return None
-    local = moment.replace(tzinfo=local_zone)
-    twice = local.utcoffset() != local.replace(fold=1).utcoffset()
-    if twice:
+    local = moment.replace(tzinfo=local_zone, fold=fold or 0)
+    if fold is None and _offset(moment, local_zone, 0) != _offset(moment, local_zone, 1):
         message = f"At {text} the clocks in {zone} were changed: the time exists twice or never; kept as text only."
         findings.add(NOTE, "instant_unclear", message, value=text)
         return None
@@ -121,22 +128,27 @@ def _moment(cell: bytes) -> float:
         return float("nan")
     if moment.tzinfo is None:
         moment = moment.replace(tzinfo=UTC)
-    return (moment - datetime(1970, 1, 1, tzinfo=UTC)).total_seconds()
+    return (moment - _UNIX_EPOCH).total_seconds()
 
 
-_PLAIN = re.compile(rb"(?:\d{4}-\d\d-\d\d[ T])?\d{1,2}:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?|\d{4}-\d\d-\d\d")
+_PLAIN = re.compile(rb"(?:\d{4}-\d\d-\d\d[ T])?\d{1,3}:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?|\d{4}-\d\d-\d\d")
 _HOUR_S = 3600.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ClockColumn:
     """`seconds`, shape (n_rows,), on one axis, NaN where a text is no time; `texts` as written, date first; `iso` the
-    same as ISO-8601, None where no date is known.
+    same as ISO-8601, None where no date is known. `set_back_row` is the first row after the clocks were set back.
     """
 
     seconds: FloatArray
     texts: Sequence[str]
     iso: Sequence[str | None]
+    set_back_row: int | None = None
+
+    def fold(self, row: int) -> int | None:
+        """Whether a local time that exists twice is the first (0) or second (1) in this row; None: not known."""
+        return None if self.set_back_row is None else int(row >= self.set_back_row)
 
 
 def read_clocks(
@@ -148,22 +160,104 @@ def read_clocks(
 ) -> ClockColumn:
     """Read clock texts in the formats declared, or in those that their values prove; what stays open is asked for.
 
-    Dates beside the times that are not clear, and of which nothing is declared, are left out, which is noted.
+    Dates beside the times that are not clear, and of which nothing is declared, are left out, which is noted. Where
+    the dates have times of day of their own they are the instants, and the column of times gives the axis alone: it may
+    as well be elapsed time.
     """
-    clocks = [cell.decode("ascii", errors="replace").strip() for cell in times]
-    nothing_declared = declared.date_format is None and declared.clock_format is None
+    clocks = _texts(times)
     first = parse_stamp(clocks[0]) if clocks else None
     if first is not None and first.date is not None:
         dates = None
     elif dates is not None and declared.date_format is None:
         dates = _without_unclear(dates, findings)
-    if dates is None and nothing_declared and all(_PLAIN.fullmatch(cell.strip()) for cell in times[:1]):
-        return ClockColumn(clock_seconds(times, findings), clocks, clocks)
-    texts = clocks
-    if dates is not None:
-        days = [cell.decode("ascii", errors="replace").strip() for cell in dates]
-        texts = [f"{day} {clock}" for day, clock in zip(days, clocks, strict=True)]
+    if dates is None:
+        return _across_changes(_read_texts(times, clocks, column, declared, findings), declared.time_zone, findings)
+    days = _texts(dates)
+    if any(map(_is_within_day, set(days))):
+        axis = _read_texts(times, clocks, column, dataclasses.replace(declared, date_format=None), findings)
+        instants = _read_texts(dates, days, column, dataclasses.replace(declared, clock_format=None), findings)
+        read = dataclasses.replace(instants, seconds=axis.seconds)
+    else:
+        texts = [f"{date_text(day)} {clock}" for day, clock in zip(days, clocks, strict=True)]
+        read = _interpreted(texts, column, declared, findings)
+    return _across_changes(read, declared.time_zone, findings)
+
+
+def _texts(cells: Sequence[bytes]) -> list[str]:
+    return [cell.decode("ascii", errors="replace").strip() for cell in cells]
+
+
+def _is_within_day(text: str) -> bool:
+    """Whether a date has a time other than midnight, which spreadsheets write behind a date alone."""
+    stamp = parse_stamp(text)
+    order = None if stamp is None else clock_order([stamp], None)
+    return stamp is not None and isinstance(order, str) and bool(seconds_of(stamp, order))
+
+
+def _read_texts(
+    cells: Sequence[bytes], texts: list[str], column: str, declared: Declarations, findings: FindingCollector
+) -> ClockColumn:
+    nothing_declared = declared.date_format is None and declared.clock_format is None
+    if nothing_declared and all(_PLAIN.fullmatch(cell.strip()) for cell in cells[:1]):
+        return ClockColumn(clock_seconds(cells, findings), texts, texts)
     return _interpreted(texts, column, declared, findings)
+
+
+_SET_BACK_S = 1.0
+"""A step back by less is a row out of order."""
+_SMALLEST_CHANGE_S = 1800.0
+"""By half an hour Lord Howe Island changes its clocks, all others by more."""
+_LONGEST_STEP_S = 7200.0
+"""After a longer step a recording of its own begins."""
+
+
+def _across_changes(clocks: ClockColumn, zone_name: str | None, findings: FindingCollector) -> ClockColumn:
+    """Return clocks whose seconds run on where the clocks of the zone are changed between two rows.
+
+    Only steps are corrected by which the clock may have been set: one that runs through the hour of the change without
+    a step does not follow the zone.
+    """
+    zone = time_zone(zone_name)
+    rows = np.flatnonzero(np.isfinite(clocks.seconds))
+    if zone is None or not rows.size or _local(clocks.iso[rows[0]]) is None:
+        return clocks
+    steps = np.diff(clocks.seconds[rows])
+    seconds = clocks.seconds
+    set_back_row = None
+    may_be_change = (steps < -_SET_BACK_S) | (steps >= _SMALLEST_CHANGE_S)
+    for at in np.flatnonzero(may_be_change & (np.abs(steps) <= _LONGEST_STEP_S)).tolist():
+        before, after = _local(clocks.iso[rows[at]]), _local(clocks.iso[rows[at + 1]])
+        if before is None or after is None:
+            continue
+        if steps[at] < 0 and set_back_row is None and _is_twice(before, zone) and _is_twice(after, zone):
+            set_back_row = int(rows[at + 1])
+        second = set_back_row is not None
+        is_change = second and rows[at + 1] == set_back_row
+        change = _offset(after, zone, int(second)) - _offset(before, zone, int(second and not is_change))
+        if change:
+            seconds = seconds.copy() if seconds is clocks.seconds else seconds
+            seconds[rows[at + 1] :] -= change.total_seconds()
+            how = "back" if change < timedelta(0) else "forward"
+            message = f"Between {before} and {after} the clocks in {zone_name} are set {how}: the axis runs on."
+            findings.add(NOTE, "clocks_changed", message)
+    return dataclasses.replace(clocks, seconds=seconds, set_back_row=set_back_row)
+
+
+def _local(iso: str | None) -> datetime | None:
+    """Return a local date and time; None for a text that is none, or that has an offset from UTC."""
+    try:
+        moment = None if iso is None else datetime.fromisoformat(iso.replace(",", "."))
+    except ValueError:
+        return None
+    return None if moment is None or moment.tzinfo is not None else moment
+
+
+def _offset(moment: datetime, zone: ZoneInfo, fold: int) -> timedelta:
+    return moment.replace(tzinfo=zone, fold=fold).utcoffset() or timedelta(0)
+
+
+def _is_twice(moment: datetime, zone: ZoneInfo) -> bool:
+    return _offset(moment, zone, 0) > _offset(moment, zone, 1)
 
 
 def split_clocks(columns: Mapping[str, Sequence[bytes]]) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -212,7 +306,7 @@ def _seconds(stamp: Stamp | None, by_date: str | None, by_clock: str | None) -> 
         found = day_of(stamp, by_date)
         if found is None:
             return float("nan")
-        day = _DAY_S * found.toordinal()
+        day = _DAY_S * (found - _FIRST_DAY).days
     seconds = 0.0 if by_clock is None else seconds_of(stamp, by_clock)
     return float("nan") if seconds is None else day + seconds
 

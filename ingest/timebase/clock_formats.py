@@ -53,6 +53,12 @@ def parse_stamp(text: str) -> Stamp | None:
     )
 
 
+def date_text(text: str) -> str:
+    """Return the date in a text as written, the text itself where it has none."""
+    found = _DATE.search(text)
+    return text if found is None else found[0]
+
+
 def date_order(stamps: Iterable[Stamp], declared: str | None) -> str | Unclear | None:
     """Return the order of the dates in a column, one of `DATE_FORMATS`; None where it has none.
 

@@ -55,7 +55,7 @@ def trials(block: Block, position: int | None, findings: FindingCollector) -> li
 
 
 RESTART_S = 1.0
-"""A step back by more than this is a new recording, by less a row out of order."""
+"""A step back by more than this, and by three usual steps, is a new recording, by less a row out of order."""
 
 JUMP_S = 3600.0
 """A step forward by more than this is a new recording."""
@@ -153,6 +153,7 @@ def _walk(stamps: memoryview, normal_step: float) -> tuple[dict[str, list[int]],
     """Go through stamps one by one; returns the faulty positions by rule and the positions where segments start."""
     faults: dict[str, list[int]] = {}
     starts = [0]
+    restart = max(RESTART_S, normal_step)
     last = stamps[0]
     end = len(stamps) - 1
 
@@ -175,9 +176,9 @@ def _walk(stamps: memoryview, normal_step: float) -> tuple[dict[str, list[int]],
                     continue
                 starts.append(position)
             last = stamp
-        elif step < -RESTART_S and following is not None and 0 < following - stamp < RESTART_S:
+        elif step < -restart and following is not None and 0 < following - stamp < restart:
             starts.append(position)
             last = stamp
         else:
-            fault("time_spike" if step < -RESTART_S else "time_backwards", position)
+            fault("time_spike" if step < -restart else "time_backwards", position)
     return faults, starts

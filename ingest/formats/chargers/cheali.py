@@ -115,4 +115,4 @@ def _is_measurement(fields: list[bytes]) -> bool:
     return clock and all(map(_INTEGER.fullmatch, fields[:_TIME] + fields[_TIME + 1 :]))
 
 
-FORMAT = Format("cheali_log", 2, _recognise, _read, clue=Clue(says=(b"$",)))
+FORMAT = Format("cheali_log", 3, _recognise, _read, clue=Clue(says=(b"$",)))

@@ -106,4 +106,4 @@ def _row(record: Record, findings: FindingCollector) -> list[float] | None:
     return row
 
 
-FORMAT = Format("icharger_log", 3, _recognise, _read, clue=Clue(says=(b"$",)))
+FORMAT = Format("icharger_log", 4, _recognise, _read, clue=Clue(says=(b"$",)))

@@ -103,4 +103,4 @@ def joined(readings: Sequence[Reading], rejected: int, findings: FindingCollecto
     )
 
 
-FORMAT = Format("logview_openformat", 2, _recognise, _read, clue=Clue(says=(b"$",)))
+FORMAT = Format("logview_openformat", 3, _recognise, _read, clue=Clue(says=(b"$",)))

@@ -193,4 +193,4 @@ def _zero_signals(
     return read_signals(table, declared, findings, instrument)
 
 
-FORMAT = Format("logview_zero", 2, _recognise, _read, clue=Clue(says=(b"$",)))
+FORMAT = Format("logview_zero", 3, _recognise, _read, clue=Clue(says=(b"$",)))

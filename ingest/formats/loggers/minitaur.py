@@ -300,4 +300,4 @@ def _with_states(declared: Declarations, header: _Header) -> Declarations:
     return dataclasses.replace(declared, profile_columns={**states, **declared.profile_columns})
 
 
-FORMAT = Format("minitaur_log", 2, _recognise, _read, clue=Clue(begins=(b"/",), says=(SYNC,)))
+FORMAT = Format("minitaur_log", 3, _recognise, _read, clue=Clue(begins=(b"/",), says=(SYNC,)))

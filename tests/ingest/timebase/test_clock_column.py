@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from datetime import datetime, timedelta
+from zoneinfo import ZoneInfo
 
 import numpy as np
 import pytest
@@ -120,3 +121,111 @@ def test_a_declared_order_gives_the_axis_of_iso_texts(start: datetime, step_s: i
         own = read(log([moment.strftime(f"{STRPTIME[order]} %H:%M:%S") for moment in moments]), date_format=order)
         assert np.array_equal(own.parts[0].time_s, iso.parts[0].time_s)
         assert own.parts[0].start_utc == iso.parts[0].start_utc
+
+
+def elapsed(start: datetime, form: str = "%Y-%m-%d %H:%M:%S", first_s: int = 1, n: int = 300) -> list[str]:
+    """Elapsed time beside the date and time of each row, as a battery cycler writes them."""
+    return [
+        f"{k // 3600:02d}:{k // 60 % 60:02d}:{k % 60:02d};{start + timedelta(seconds=k):{form}}"
+        for k in range(first_s, first_s + n)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("form", "declared"),
+    [("%Y-%m-%d %H:%M:%S", {}), ("%d.%m.%Y %H:%M:%S", {}), ("%m/%d/%Y %I:%M:%S %p", {"date_format": "m/d/y"})],
+)
+@pytest.mark.parametrize("first_s", [1, 86_390, 359_990])
+def test_clock_times_beside_dates_that_have_their_own_are_elapsed(
+    form: str, declared: dict[str, str], first_s: int
+) -> None:
+    """`2021-06-05 14:30:01 00:00:01` was no time, so that no row was kept."""
+    start = day("2021-06-05 14:30:00")
+    result = read(log(elapsed(start, form, first_s), "Time;Date;k gain"), **declared)
+    assert seconds(result) == list(range(300))
+    (part,) = result.parts
+    first = start + timedelta(seconds=first_s)
+    assert (part.start_utc, part.start_original) == (f"{first.isoformat()}.000000Z", f"{first:{form}}")
+
+
+@pytest.mark.parametrize("form", ["%Y-%m-%d 00:00:00", "%m/%d/%Y 12:00:00 AM"])
+def test_dates_at_midnight_are_those_of_the_clock_times_beside_them(form: str) -> None:
+    """So spreadsheets export a date."""
+    moments = [day("2021-06-15 14:30:00") + timedelta(seconds=k) for k in range(5)]
+    result = read(log([f"{moment:%H:%M:%S};{moment:{form}}" for moment in moments], "Time;Date;k gain"))
+    assert seconds(result) == [0, 1, 2, 3, 4]
+    assert result.parts[0].start_utc == "2021-06-15T14:30:00.000000Z"
+
+
+@pytest.mark.parametrize(
+    ("every", "kept", "rule"), [(100, 595, "time_duplicate"), (20, 571, "time_duplicate"), (5, 600, "arrival_times")]
+)
+def test_equal_whole_seconds_refuse_no_file(every: int, kept: int, rule: str) -> None:
+    """2 % of stamps that equal the one before refused the file: `too_many_rejected`."""
+    start = day("2021-06-05 14:30:00")
+    result = read(log([f"{start + timedelta(seconds=k - k // every)}" for k in range(600)]))
+    assert (result.refused, result.rows_kept) == (False, kept)
+    assert rule in rules(result)
+
+
+def test_ten_rows_a_second_of_a_clock_in_whole_seconds_are_ten_hertz() -> None:
+    """It ended in an exception."""
+    start = day("2021-06-05 14:30:00")
+    result = read(log([f"{start + timedelta(seconds=k // 10)}" for k in range(600)]))
+    (part,) = result.parts
+    assert (result.refused, result.rows_kept) == (False, 600)
+    assert part.time_s == pytest.approx(np.arange(600) / 10)
+    assert part.start_utc == "2021-06-05T14:30:00.000000Z"
+
+
+def local_log(start_utc: str, step_s: float, n: int, zone: str, form: str = "%Y-%m-%d %H:%M:%S.%f") -> bytes:
+    moments = [day(start_utc + "+00:00") + timedelta(seconds=step_s * k) for k in range(n)]
+    return log([moment.astimezone(ZoneInfo(zone)).strftime(form) for moment in moments])
+
+
+CHANGES = {
+    "back": ("2023-10-29 00:55:00", "Europe/Zurich"),
+    "back, begun a day before": ("2023-10-28 23:30:00", "Europe/Zurich"),
+    "forward": ("2023-03-26 00:55:00", "Europe/Zurich"),
+    "back in New York": ("2021-11-07 05:55:00", "America/New_York"),
+    "back by half an hour": ("2024-04-06 14:50:00", "Australia/Lord_Howe"),
+}
+
+
+@pytest.mark.parametrize("form", ["%Y-%m-%d %H:%M:%S.%f", "%d.%m.%Y;%H:%M:%S.%f"])
+@pytest.mark.parametrize("step_s", [0.05, 1.0, 10.0])
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_log_goes_on_where_the_clocks_are_changed(change: str, step_s: float, form: str) -> None:
+    """Where they are set back half of the rows were left out as `time_spike`, or began a segment without an instant."""
+    start, zone = CHANGES[change]
+    n = max(200, int((7200 if "day" in change else 1800) / step_s))
+    data = local_log(start, step_s, n, zone, form)
+    data = data.replace(b"time;", b"date;time;", 1) if ";" in form else data
+    result = read_file(data, Declarations(time_zone=zone))
+    assert (result.refused, result.rows_kept) == (False, n)
+    (part,) = result.parts
+    assert part.time_s == pytest.approx(step_s * np.arange(n), abs=1e-6)
+    assert part.start_utc == day(start).isoformat() + ".000000Z"
+    assert "clocks_changed" in rules(result)
+
+
+def test_a_recording_that_begins_after_the_clocks_were_set_back_has_its_instant() -> None:
+    """A pause of more than an hour begins a segment, here in the hour that comes twice."""
+    rows = [f"2023-10-29 02:59:{k:02d}" for k in range(60)] + [f"2023-10-29 02:00:{k:02d}" for k in range(60)]
+    back = [f"2023-10-29 02:{50 if k < 30 else 10}:{k % 60:02d}" for k in range(60)]
+    for times, starts in ((rows, ["00:59:00"]), ([*rows, *back], ["00:59:00", "01:10:30"])):
+        parts = read_file(log(times), Declarations(time_zone="Europe/Zurich")).parts
+        assert [part.start_utc for part in parts] == [f"2023-10-29T{start}.000000Z" for start in starts]
+
+
+def test_a_clock_that_runs_through_the_change_does_not_follow_it() -> None:
+    moments = [day("2023-10-29 01:30:00") + timedelta(seconds=10 * k) for k in range(1000)]
+    result = read_file(log([moment.isoformat(" ") for moment in moments]), Declarations(time_zone="Europe/Zurich"))
+    assert seconds(result) == [10 * k for k in range(1000)]
+
+
+def test_a_book_without_a_zone_keeps_all_rows_in_two_segments() -> None:
+    data = local_log("2023-10-29 00:55:00", 1.0, 600, "Europe/Zurich")
+    result = read_file(data, Declarations())
+    assert [len(part.time_s) for part in result.parts] == [300, 300]
+    assert [part.start_utc for part in result.parts] == [None, None]

@@ -64,3 +64,11 @@ def test_a_32_bit_counter_is_counted_on() -> None:
 def test_a_reboot_is_no_wrap() -> None:
     ticks = np.concatenate([3e9 + np.arange(50) * 3333.0, np.arange(50) * 3333.0])
     assert np.array_equal(unwrap(ticks, FindingCollector(), block(100), "time"), ticks)
+
+
+def test_a_slow_clock_that_starts_again_begins_a_segment() -> None:
+    """All rows of a log at 1 Hz were left out until the clock had caught up."""
+    for step in (1.0, 10.0):
+        found, rules = order([step * k for k in range(500, 600)] + [step * k for k in range(80)])
+        assert (found.starts, rules) == ((0, 100), ["time_restarted"])
+        assert found.keep.all()
