@@ -175,12 +175,23 @@ def burst_starts(seconds: FloatArray) -> IntArray | None:
     mean = float(usual.mean())
     if np.count_nonzero(steps < _SHORT * mean) < _FEWEST_SHORT * len(steps):
         return None
-    starts = np.concatenate([[0], np.flatnonzero(steps >= _WITHIN * mean) + 1])
+    starts = np.concatenate([[0], np.flatnonzero(steps >= _shortest_between(usual, mean)) + 1])
     if len(starts) < _FEWEST_BURSTS or np.diff(starts).max() < 2:
         return None
     period = np.diff(seconds[starts]) / np.diff(starts)
     near = np.abs(period / np.median(period) - 1) < _REGULAR
     return np.asarray(starts, dtype=np.int64) if np.count_nonzero(near) >= _REGULAR_SHARE * len(near) else None
+
+
+def _shortest_between(steps: FloatArray, mean: float) -> float:
+    """Return the shortest step from burst to burst: above the widest gap, by ratio, in the lengths of steps.
+
+    Looked for from `_WITHIN` mean steps up to the usual long one, so that neither pauses nor jitter are taken for it.
+    """
+    longest = float(np.median(steps[steps > mean]))
+    lengths = np.sort(steps[(steps > _WITHIN * mean) & (steps <= longest)])
+    ratios = lengths / np.concatenate([[_WITHIN * mean], lengths[:-1]])
+    return float(lengths[np.argmax(ratios)])
 
 
 def rate_within(seconds: FloatArray, starts: IntArray) -> float | None:
@@ -222,9 +233,10 @@ def from_bursts(seconds: FloatArray, ordinals: IntArray, starts: IntArray, numbe
     """
     counts = (ordinals if numbers is None else numbers).copy()
     last_of_burst = np.append(starts[1:], len(counts)) - 1
+    # All samples of a burst have come by its last stamp, however a burst was parted or two of them joined.
     # How much of the last burst the file holds shows nothing; when it came, only what it made up for.
     brought = np.diff(counts[last_of_burst])[:-1]
-    between = np.diff(seconds[starts])
+    between = np.diff(seconds[last_of_burst])
     passed = between[:-1]
     period, tolerated = _burst_period(passed, brought)
     lateness = np.concatenate([[0.0], np.cumsum(passed - brought * period)])

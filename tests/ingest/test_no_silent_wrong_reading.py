@@ -382,6 +382,36 @@ def test_a_logger_that_records_now_and_then_has_real_holes() -> None:
     assert len(part.gaps) == 159
 
 
+def at_random(share: float, size: int = 10, bursts: int = 600, lost: frozenset[int] = frozenset()) -> bytes:
+    """A log of `size` samples every 8.33 ms, their stamps at random within that share of it; bursts `lost` never came.
+
+    Stamps are whole microseconds, some of them equal.
+    """
+    noise = np.random.default_rng(3)
+    rows = []
+    for burst in range(bursts):
+        stamps = 8330 * (burst + share * np.sort(noise.random(size)))
+        if burst not in lost:
+            rows += [f"{t:.0f},{0.4 + 0.05 * np.sin((burst * size + k) / 95):.5f}" for k, t in enumerate(stamps)]
+    return text("time [us],height [m]", rows)
+
+
+@pytest.mark.parametrize(("share", "size"), [(0.2, 10), (0.4, 10), (0.4, 2), (0.3, 16)])
+def test_stamps_at_random_within_a_burst_were_sample_times(share: float, size: int) -> None:
+    """Ten stamps at random within 1.7 ms of every 8.33 ms: 11 666 Hz, and 821 739 samples missing of 27 360."""
+    result = read(at_random(share, size))
+    assert (result.refused, result.rows_kept) == (False, 600 * size)
+    (part,) = result.parts
+    assert part.rate_hz == pytest.approx(size / 8.33e-3, rel=2e-4)
+    assert part.gaps == ()
+
+
+def test_bursts_of_stamps_at_random_that_never_came_are_missing() -> None:
+    (part,) = read(at_random(0.1, lost=frozenset({100, 300, 301}))).parts
+    assert [gap.samples_missing for gap in part.gaps] == [10, 20]
+    assert part.rate_hz == pytest.approx(10 / 8.33e-3, rel=1e-3)
+
+
 SECOND_HEADERS = {
     "other units": ("time [ms],height [mm],leg_length [mm],k_gain", "{t},{h:.3f},{x:.3f},400", 1e3),
     "reordered": ("time [ms],leg_length [m],height [m],k_gain", "{t},{x:.6f},{h:.6f},400", 1.0),
