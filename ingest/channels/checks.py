@@ -46,7 +46,9 @@ LIMITS_BY_UNIT: Mapping[str | None, tuple[float, float]] = {
     "deg": (-1e6, 1e6),
     "rad": (-1e6, 1e6),
 }
-_ANYTHING = (-1e18, 1e18)
+_ANYTHING = (-np.inf, np.inf)
+"""Of what is unknown, or has no unit, nothing is impossible: stamps in nanoseconds and identifiers exceed 1e18."""
+_WHOLE = 2.0**53
 _SMALLEST = 1e-30
 """Nonzero values below this are bit patterns of something else."""
 
@@ -61,7 +63,8 @@ def out_of_range(
 ) -> BoolArray:
     """Return which rows, shape (n_rows,), hold a value that the channel cannot have.
 
-    The centre of pressure of an unloaded plate can have any, and rejects no row.
+    The centre of pressure of an unloaded plate can have any, and rejects no row. Integers of which digits are lost are
+    noted.
     """
     forces = {plate_of(plan.channel): plan.position for plan in plans if channel_kind(plan.channel) == "force_z"}
     bad_rows = np.zeros(block.n_rows, dtype=np.bool_)
@@ -72,6 +75,9 @@ def out_of_range(
         bad = np.zeros(block.n_rows, dtype=np.bool_)
         for piece in row_blocks(stored):
             bad[piece] = _impossible(stored[piece], low, high)
+        if (low, high) == _ANYTHING and np.fmax.reduce(stored) > _WHOLE:
+            message = "Integers beyond 2^53 are kept to 16 digits; the others are in the raw copy only."
+            findings.add(NOTE, "digits_rounded", message, column=plan.source_name)
         if is_cop(plan.channel):
             force = values.get(forces.get(plate_of(plan.channel), -1))
             load = find_load(force) if force is not None and bad.any() else None

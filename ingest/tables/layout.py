@@ -23,6 +23,7 @@ from ingest.text.cells import (
     Split,
     best_split,
     debug_line,
+    integer_of,
     is_clock_like,
     is_grouped,
     is_infinite,
@@ -35,7 +36,8 @@ _UNCLEAR_COMMA = re.compile(rb"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
 _UNCLEAR_POINT = re.compile(rb"[+-]?[1-9]\d{0,2}\.\d{3}")
 _BELOW_THOUSAND = re.compile(rb"[+-]?\d{1,3}")
 _RULE = b" \t\r\v\f-=_+|*"
-_LONG_INTEGER = re.compile(rb"[+-]?\d{16,18}")
+_LONG = 10**15
+"""Of integers from here on float64 loses digits, at the latest when they are divided by ticks per second."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,7 +171,8 @@ def kind_of(cells: Sequence[bytes]) -> CellKind:
     if not filled:
         return CellKind.EMPTY
     filled = [cell for cell in filled if not is_infinite(cell.lower())] or filled
-    if all(_LONG_INTEGER.fullmatch(cell) for cell in filled):
+    whole = [number for cell in filled if (number := integer_of(cell)) is not None]
+    if len(whole) == len(filled) and 2 * sum(abs(number) >= _LONG for number in whole) >= len(whole):
         return CellKind.INTEGER
     if sum(is_number(cell, comma=True) or is_grouped(cell) for cell in filled) * 2 >= len(filled):
         return CellKind.NUMBER

@@ -18,8 +18,10 @@ from ingest.text.cells import (
     COMMENT_STARTS,
     INFINITY,
     NAN,
+    NOT_A_NUMBER,
     NOT_FINITE,
     CellFault,
+    integer_of,
     is_missing,
     is_number,
     parse_cell,
@@ -29,7 +31,6 @@ from ingest.text.source import TextSource, logical_line, physical_line
 
 _NO_NUMBER = re.compile(rb"[_\s]")
 """What `float` passes over, and a damaged byte may be."""
-_INTEGER = re.compile(rb"[+-]?\d{1,18}")
 
 
 class _Reader:
@@ -60,11 +61,14 @@ class _Reader:
         exact: list[int] = []
         bad = numbers is None
         for column in self.others:
+            if column.kind is not CellKind.INTEGER:
+                continue
             cell = cells[column.position]
-            if column.kind is CellKind.INTEGER and _INTEGER.fullmatch(cell):
-                exact.append(int(cell))
-            elif column.kind is CellKind.INTEGER:
-                self._bad_cell(column, "not_a_number", "A cell is no number; the row is left out.", line, cell)
+            number = integer_of(cell)
+            if number is not None:
+                exact.append(number)
+            else:
+                self._bad_cell(column, NOT_A_NUMBER.rule, NOT_A_NUMBER.message, line, cell)
                 bad = True
         if bad or numbers is None:
             self.rejected += 1

@@ -15,6 +15,7 @@ from ingest.text.source import Line
 
 NUMBER = re.compile(rb"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 COMMA_NUMBER = re.compile(rb"[+-]?(?:\d+,\d*|,\d+)(?:[eE][+-]?\d+)?")
+_INTEGER = re.compile(rb"[+-]?\d{1,19}")
 _GROUPED = re.compile(rb"[+-]?\d{1,3}(?:(?:[ '.]\d{3})+(?:,\d+)?|(?:[ ',]\d{3})+(?:\.\d+)?)")
 _NAN = re.compile(rb"[+-]?nan(?:\([0-9a-z_]*\))?")
 _MISSING = frozenset({b"", b"na", b"n/a", b"#n/a", b"null", b"none", b"-", b"--", b"1.#qnan", b"1.#ind", b"1.#snan"})
@@ -81,6 +82,14 @@ def parse_cell(cell: bytes, decimal: bytes) -> float | CellFault:
 def _finite(cell: bytes) -> float | CellFault:
     value = float(cell)
     return NOT_FINITE if value in (INFINITY, -INFINITY) else value
+
+
+def integer_of(cell: bytes) -> int | None:
+    """Return the integer in a stripped cell, None where it holds none or one beyond 64 bits."""
+    if not _INTEGER.fullmatch(cell):
+        return None
+    number = int(cell)
+    return number if -(2**63) <= number < 2**63 else None
 
 
 def is_missing(cell: bytes) -> bool:

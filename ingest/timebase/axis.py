@@ -121,10 +121,11 @@ def _clocks(time: TimePlan, sources: TimeSources, findings: FindingCollector) ->
 
 
 def _ticks(time: TimePlan, block: Block, findings: FindingCollector) -> FloatArray:
-    """Return the time column in its own unit, shape (n_rows,); integers beyond 2^53 from the first one on."""
+    """Return the time column in its own unit, shape (n_rows,); long integers from the first one on, all digits kept."""
     column = block.numbers[time.position]
     if time.kind is CellKind.INTEGER:
-        return np.asarray(column - column[0], dtype=np.float64)
+        first, middle = column[0], column[len(column) // 2]
+        return np.asarray(column - (first if abs(middle - first) < 2**53 else middle), dtype=np.float64)
     ticks = np.asarray(column, dtype=np.float64)
     if time.unit in _WRAPPING:
         ticks = unwrap(ticks, findings, block, time.source_name)
@@ -157,12 +158,11 @@ def _start(
     if clocks is not None:
         iso = clocks.iso[row]
         return None if iso is None else clock.to_utc(iso, zone, findings, clocks.fold(row)), clocks.texts[row]
-    stamp = sources.block.numbers[time.position][row]
-    original = f"{int(stamp)}" if time.kind is CellKind.INTEGER else f"{float(stamp):.15g}"
-    original = f"{original} {time.unit}"
+    stamp = sources.block.numbers[time.position][row].item()
+    original = f"{stamp if time.kind is CellKind.INTEGER else format(stamp, '.15g')} {time.unit}"
     if time.unit == "filetime":
         return clock.filetime_utc(int(stamp)), original
-    utc = clock.epoch_utc(float(stamp) / TICKS_PER_SECOND[time.unit or "s"])
+    utc = clock.epoch_utc(stamp, TICKS_PER_SECOND[time.unit or "s"])
     if utc is None and first and sources.preamble.start is not None:
         return clock.to_utc(sources.preamble.start, zone, findings), sources.preamble.start
     return utc, original

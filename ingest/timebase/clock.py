@@ -12,6 +12,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, date, datetime, timedelta
+from fractions import Fraction
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
 import numpy as np
@@ -77,11 +78,17 @@ def to_utc(text: str, zone: str | None, findings: FindingCollector, fold: int | 
     return _format(local)
 
 
-def epoch_utc(seconds: float) -> str | None:
-    """Return the instant of a count of seconds that can only be Unix time (years 2000 to 2100), else None."""
-    if not _EARLIEST_EPOCH_S <= seconds < _LATEST_EPOCH_S:
+def is_epoch(ticks: float, ticks_per_second: float) -> bool:
+    """Whether a count of ticks can be Unix time of the years 2000 to 2100."""
+    return _EARLIEST_EPOCH_S <= ticks / ticks_per_second < _LATEST_EPOCH_S
+
+
+def epoch_utc(ticks: float, ticks_per_second: float) -> str | None:
+    """Return the instant of a count of ticks that can only be Unix time (years 2000 to 2100), else None."""
+    if not is_epoch(ticks, ticks_per_second):
         return None
-    return _format(datetime.fromtimestamp(seconds, tz=UTC))
+    exact = Fraction(ticks) / Fraction(ticks_per_second)
+    return _format(_UNIX_EPOCH + timedelta(microseconds=round(exact * 1_000_000)))
 
 
 def filetime_utc(ticks: int) -> str | None:

@@ -55,9 +55,10 @@ def test_an_unknown_zone_is_a_usage_error() -> None:
 
 
 def test_only_plausible_epochs_are_instants() -> None:
-    assert epoch_utc(1607954342.0) == "2020-12-14T13:59:02.000000Z"
-    assert epoch_utc(39.625) is None
-    assert epoch_utc(1607954342000.0) is None
+    assert epoch_utc(1607954342.0, 1.0) == "2020-12-14T13:59:02.000000Z"
+    assert epoch_utc(1607954342123456999, 1e9) == "2020-12-14T13:59:02.123457Z"
+    assert epoch_utc(39.625, 1.0) is None
+    assert epoch_utc(1607954342000.0, 1.0) is None
     assert filetime_utc(133_500_000_000_000_000) == "2024-01-17T21:20:00.000000Z"
 
 
