@@ -25,7 +25,7 @@ from ingest.instruments import Instrument, instrument_named
 from ingest.model import ChannelData, ColumnUse, Declarations, FloatArray, Gap, Reading, SignalPart, TableUse
 from ingest.spool import by_blocks, take
 from ingest.tables.table import Block, CellKind, Table, Wanted
-from ingest.timebase.axis import Recording, TimeSources, first_day, recordings
+from ingest.timebase.axis import Recording, TimeSources, first_day, recordings, with_epoch_unit
 from ingest.timebase.clock import split_clocks
 from ingest.timebase.order import trial_position, trials
 
@@ -38,9 +38,10 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
         instrument = _declared_instrument(declared.instrument, instrument)
     plan = plan_columns(table, declared, findings, instrument.convention)
     trial_column = trial_position(declared.trials, table, findings)
-    no_time = plan.time is None and declared.rate_hz is None and table.preamble.rate_hz is None
-    clocks = [position for position, kind in enumerate(table.kinds) if kind is CellKind.CLOCK] if no_time else []
+    asks_for_time = _asks_for_time(plan.time, declared, table)
+    clocks = [at for at, kind in enumerate(table.kinds) if kind is CellKind.CLOCK] if asks_for_time else []
     block = table.read_rows(_wanted(plan, trial_column, clocks))
+    plan = dataclasses.replace(plan, time=with_epoch_unit(plan.time, block, findings))
     plan = _calibrated(plan, block, table, declared, findings)
     if not block.n_rows or not plan.columns:
         findings.tables.append(table_use(table, plan, plan.columns, declared, instrument, trial_column))
@@ -59,8 +60,8 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
     check_robot(columns, stored, usable, declared, findings)
     findings.tables.append(table_use(table, plan, columns, declared, instrument, trial_column))
     given = [position for position in clocks if position in block.clocks]  # not every table of a maker keeps them
-    clock_columns = split_clocks({table.names[position]: block.clocks[position] for position in given})
-    sources = TimeSources(block, plan, stored, declared, table.preamble, instrument.fixed_rate_hz, clock_columns)
+    cells = {table.names[position]: block.clocks[position] for position in given}
+    sources = TimeSources(block, plan, stored, declared, table.preamble, instrument.fixed_rate_hz, cells)
     parts: list[SignalPart] = []
     n_usable = 0
     for trial, rows in trials(block, trial_column, findings):
@@ -80,6 +81,13 @@ def _calibrated(plan: Plan, block: Block, table: Table, declared: Declarations, 
         return plan
     day = declared.day or first_day(TimeSources(block, plan, {}, declared, table.preamble, None))
     return dataclasses.replace(plan, columns=tuple(with_calibration(column, day, findings) for column in plan.columns))
+
+
+def _asks_for_time(time: TimePlan | None, declared: Declarations, table: Table) -> bool:
+    """Whether time or its unit has to be asked for, so that columns of dates and clock times are evidence."""
+    if time is None:
+        return declared.rate_hz is None and table.preamble.rate_hz is None
+    return time.kind is not CellKind.CLOCK and time.unit is None
 
 
 def _declared_instrument(name: str, own: Instrument) -> Instrument:
@@ -269,6 +277,8 @@ class _UnitOrigin:
     def time_unit_source(self, time: TimePlan) -> str | None:
         """Return where the unit of the time column was found."""
         found = self.of(time.position, time.unit)
+        if found is None and time.unit is not None and self.declared.time_unit is None:
+            return "its stamps"
         if found == "declared" or time.unit is None or self.declared.time_unit is None:
             return found
         return "declared" if self.declared.profile is None else f"declared, or profile {self.declared.profile}"

@@ -11,6 +11,7 @@ from data_schema.calibration import Calibration
 from data_schema.vocabulary import CHANNELS
 from ingest.channels.names import (
     COUNTS,
+    FACTORS,
     TIME_NAMES,
     UNIT_OF_NAME,
     channel_kind,
@@ -24,7 +25,7 @@ from ingest.channels.names import (
     refuse_two_units,
     squash,
 )
-from ingest.declared import argument, declared_columns, positions_of
+from ingest.declared import declared_columns, positions_of
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import ColumnDeclaration, Declarations
 from ingest.tables.table import CellKind, Table
@@ -69,9 +70,10 @@ class ColumnPlan:
 
 @dataclass(frozen=True, slots=True)
 class TimePlan:
-    """The time column; `unit` is None for clock text, and for a column without a unit, which is refused.
+    """The time column; `unit` is None for clock text, and where it is stated nowhere.
 
-    `date_position` is where the dates stand that go with clock texts without one.
+    `file_unit` is the unit in the file, whatever is declared; `date_position` is where the dates stand that go with
+    clock texts without one.
     """
 
     position: int
@@ -79,6 +81,7 @@ class TimePlan:
     kind: CellKind
     unit: str | None
     date_position: int | None = None
+    file_unit: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,6 +100,7 @@ class _Column:
     channel: str | None
     unit: str | None
     raw_unit: str | None
+    file_unit: str | None
     declared_sign: int | None
     kind: CellKind
     declared_time: bool
@@ -168,7 +172,7 @@ def _column(
     own = table.channels[position] if table.channels else None
     channel = own or (TIME if squash(base) in TIME_NAMES else channel_of(base, unit))
     sign, calibrations = None, tuple[Calibration, ...]()
-    own, declared_unit = unit, None
+    file_unit, declared_unit = unit, None
     if declaration is not None:
         declared_unit = normal_unit(declaration.unit) if declaration.unit else None
         channel, unit, sign = declaration.channel or channel, declared_unit or unit, declaration.sign
@@ -178,9 +182,10 @@ def _column(
         channel = TIME if is_time else None if channel == TIME else channel
     if channel == TIME and declared.time_unit is not None:
         unit = declared_unit = normal_unit(declared.time_unit)
+    raw_unit = file_unit
     if all(each.scale == 1.0 for each in calibrations):  # else the header's unit is that of the raw numbers
-        refuse_other_unit(name, own, declared_unit, declared, findings)
-        own = unit
+        refuse_other_unit(name, file_unit, declared_unit, declared, findings)
+        raw_unit = unit
     time_is_declared = declared.time_column is not None or (declaration is not None and declaration.channel == TIME)
     return _Column(
         position,
@@ -188,7 +193,8 @@ def _column(
         base,
         channel,
         unit,
-        own,
+        raw_unit,
+        file_unit,
         sign,
         table.kinds[position],
         channel == TIME and time_is_declared,
@@ -233,7 +239,7 @@ def _time_plan(columns: list[_Column], convention: Convention, findings: Finding
                 FILE,
                 "several_time_columns",
                 f"Columns {listed} are all times, and each may govern those to its right: "
-                f'say which one counts with `--column "{named[0].name}=time:s"`, or export one table a file.',
+                f'say which one counts with `--column "{named[0].name}=time"`, or export one table a file.',
             )
             return None
         named = numeric
@@ -251,17 +257,7 @@ def _time_plan(columns: list[_Column], convention: Convention, findings: Finding
     unit = column.unit or convention.time_unit
     if column.kind is CellKind.CLOCK:
         unit = None
-    elif unit is None:
-        example = f'time = {{ column = "{column.base}", unit = "ms" }}'
-        findings.add(
-            FILE,
-            "time_unit_missing",
-            f"The unit of column {column.name!r} is stated nowhere: say it with "
-            f"`--unit {argument(column.base + '=ms')}` (or s, us), "
-            f"or in a [profiles.NAME] table of labbook.toml as `{example}`.",
-            column=column.name,
-        )
-    return TimePlan(column.position, column.name, column.kind, unit)
+    return TimePlan(column.position, column.name, column.kind, unit, file_unit=column.file_unit)
 
 
 def _with_date(
@@ -301,7 +297,7 @@ def _channel_plan(column: _Column, convention: Convention, findings: FindingColl
             FILE,
             "unit_missing",
             f"Column {column.name!r} is {column.channel} and its unit is stated nowhere: "
-            f'say it with `--column "{column.base}={column.channel}:{stored}"`, the unit being the file\'s, '
+            f'say it with `--column "{column.base}={column.channel}:UNIT"` ({_units_of(stored)}), '
             "or in a [profiles.NAME] table of labbook.toml.",
             column=column.name,
         )
@@ -331,6 +327,12 @@ def _channel_plan(column: _Column, convention: Convention, findings: FindingColl
         column.calibrations,
         unit,
     )
+
+
+def _units_of(stored: str) -> str:
+    """Return which units may stand for UNIT where a channel is stored in `stored`."""
+    usual = [unit for unit in FACTORS.get(stored, {}) if unit[0].isalpha()]
+    return f"UNIT: {', '.join(usual or [stored])} or another"
 
 
 def _unknown(column: _Column, findings: FindingCollector) -> ColumnPlan:

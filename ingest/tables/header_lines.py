@@ -149,7 +149,7 @@ def report_other_width(header: Row, width: int, findings: FindingCollector) -> N
     message = (
         f"The header in line {header.line.number} has {len(header.cells)} cells and the rows have {width}: correct "
         "`header_row` or `delimiter` in a [profiles.NAME] table of labbook.toml, or say `header_row = 0` there and "
-        "name the columns by their number, for example `--column 1=time:s`."
+        "name the columns by their number, for example `--column 1=time:UNIT`."
     )
     findings.add(FILE, "header_mismatch", message, lines=[header.line.number])
 
@@ -159,7 +159,7 @@ def report_no_header(split: Split, findings: FindingCollector) -> None:
     first_data = next((row.line.start for row in split.head if _is_row(row, split)), 0)
     named = [row for row in split.head if row.line.start < first_data and len(row.cells) > 1 and _has_names(row)]
     if not named:
-        message = "The columns have no names: name each by its number, for example `--column 1=force_z:N`"
+        message = "The columns have no names: name each by its number, for example `--column 1=CHANNEL:UNIT`"
         below = next((row for row in split.head if len(row.cells) == split.width > 1 and _has_names(row)), None)
         if below is not None:
             message += (

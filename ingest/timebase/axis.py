@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-import math
+import dataclasses
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from zoneinfo import ZoneInfo
 
 import numpy as np
 
+from data_schema.vocabulary import GapKind
 from ingest.channels.columns import Plan, TimePlan
-from ingest.channels.names import parse_header
+from ingest.channels.names import is_unit, parse_header
 from ingest.declared import argument
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import BoolArray, Declarations, FloatArray, IntArray
 from ingest.spool import by_blocks, take
 from ingest.tables.table import Block, CellKind, Preamble
 from ingest.timebase import clock
-from ingest.timebase.clock import ClockColumn, read_clocks
+from ingest.timebase.clock import ClockColumn, read_clocks, split_clocks
 from ingest.timebase.order import Order, put_in_order, unwrap
 from ingest.timebase.stamps import (
     GAP_RULES,
@@ -31,14 +32,17 @@ from ingest.timebase.stamps import (
     from_bursts,
     from_rate,
     from_stamps,
+    missing_samples,
     rate_within,
     rows_after_gaps,
+    usual_step,
 )
 
 MOTION = frozenset({"body_height", "foot_height", "leg_length", "leg_velocity", "body_velocity", "force_z"})
 MOTION_RATES_HZ = (20.0, 50_000.0)
 """A log of jumps slower or faster than this has its time in another unit than declared."""
-USUAL_RATE_HZ = 500.0
+
+SEQUENCE = "sequence"
 
 _WRAPPING = ("ms", "us")
 
@@ -65,7 +69,7 @@ class Recordings:
 class TimeSources:
     """All that bears on the time of one table: its rows, plan and values, declarations, preamble, fixed rate.
 
-    `clock_columns` names its columns of clock times, with or without a date, and those of dates alone.
+    `clocks` has the cells of its columns of dates and clock times, by name, where no time column says all.
     """
 
     block: Block
@@ -74,7 +78,7 @@ class TimeSources:
     declared: Declarations
     preamble: Preamble
     fixed_rate_hz: float | None
-    clock_columns: tuple[Sequence[str], Sequence[str]] = ((), ())
+    clocks: Mapping[str, Sequence[bytes]] = field(default_factory=dict)
 
 
 def recordings(sources: TimeSources, usable: BoolArray, findings: FindingCollector) -> Recordings:
@@ -85,13 +89,8 @@ def recordings(sources: TimeSources, usable: BoolArray, findings: FindingCollect
     clocks = _clocks(time, sources, findings)
     ticks = _ticks(time, sources.block, findings) if clocks is None else clocks.seconds
     if time.kind is not CellKind.CLOCK and time.unit not in TICKS_PER_SECOND:
-        if time.unit is not None:
-            known = ", ".join(TICKS_PER_SECOND)
-            flag = argument(f"{time.source_name}=ms")
-            message = f"{time.unit!r} is no unit of time known here: say `--unit {flag}`, or one of {known}."
-            findings.add(FILE, "time_unit_unknown", message, column=time.source_name, value=time.unit)
-        order = put_in_order(ticks, usable, sources.block, findings, time.source_name)
-        return Recordings(order.keep, ())
+        _ask_for_unit(sources, time, ticks[usable], findings)
+        return Recordings(usable, ())
     per_second = TICKS_PER_SECOND[time.unit or "s"]
     seconds = ticks if time.kind is CellKind.CLOCK else by_blocks(ticks, lambda block: block / per_second)
     if sources.fixed_rate_hz is not None and _are_arrival_times(seconds):
@@ -107,8 +106,91 @@ def recordings(sources: TimeSources, usable: BoolArray, findings: FindingCollect
         _report_gaps(timebase, rows, sources.block, findings)
         utc, original = _start(sources, time, clocks, rows, first=not found, findings=findings)
         found.append(Recording(rows, timebase, utc, original))
-    _check_rates(found, sources, findings)
+    _check_rates(found, sources, time, findings)
     return Recordings(order.keep, tuple(found))
+
+
+def with_epoch_unit(time: TimePlan | None, block: Block, findings: FindingCollector) -> TimePlan | None:
+    """Return the time column, in ns where its unit is stated nowhere and its stamps are dates in no other unit."""
+    if time is None or time.kind is not CellKind.INTEGER or time.unit is not None or not block.n_rows:
+        return time
+    stamp = int(np.median(block.numbers[time.position]))
+    date = clock.epoch_utc(stamp, TICKS_PER_SECOND["ns"])
+    if date is None:
+        return time
+    message = f"Stamps of {len(str(stamp))} digits are dates in ns alone, about {date}: they are read as such."
+    findings.add(NOTE, "time_unit_found", message, column=time.source_name)
+    return dataclasses.replace(time, unit="ns")
+
+
+def _ask_for_unit(sources: TimeSources, time: TimePlan, ticks: FloatArray, findings: FindingCollector) -> None:
+    """Refuse a time column without a unit that is known; the flag names one only where all else rules out the others.
+
+    `ticks` has shape (n_usable_rows,).
+    """
+    ticks = ticks[np.isfinite(ticks)]
+    per_tick = _samples_per_tick(ticks)
+    units = _units_by_reference(sources, ticks, per_tick)
+    if units is None:
+        units = _units_of_motion(sources, per_tick)
+    flag = _unit_flag(time, units)
+    if time.unit is not None:
+        message = f"{time.unit!r} is no unit of time known here: say which it is, {flag}."
+        findings.add(FILE, "time_unit_unknown", message, column=time.source_name, value=time.unit)
+        return
+    message = (
+        f"The unit of column {time.source_name!r} is stated nowhere: say it, {flag}, or as `time` in a "
+        "[profiles.NAME] table of labbook.toml."
+    )
+    findings.add(FILE, "time_unit_missing", message, column=time.source_name)
+
+
+def _samples_per_tick(ticks: FloatArray) -> float | None:
+    """Return the rate of stamps, shape (n,), in samples per tick; None where no stamp follows another."""
+    steps = np.diff(ticks)
+    steps = steps[steps > 0]
+    return 1 / usual_step(steps) if steps.size else None
+
+
+def _units_by_reference(sources: TimeSources, ticks: FloatArray, per_tick: float | None) -> list[str] | None:
+    """Return the units in which stamps have the rate declared or in the header, or else go on as the calendar does.
+
+    None where nothing is there to compare with.
+    """
+    rate = sources.declared.rate_hz or sources.preamble.rate_hz
+    per_second = None if rate is None or per_tick is None else rate / per_tick
+    if per_second is None:
+        spans = [span for name in split_clocks(sources.clocks)[0] if (span := _span_s(sources, name)) is not None]
+        per_second = float(ticks.max() - ticks.min()) / spans[0] if spans and ticks.size else None
+    return None if per_second is None else _units_near(per_second)
+
+
+def _units_near(ticks_per_second: float) -> list[str]:
+    return [unit for unit, known in TICKS_PER_SECOND.items() if abs(ticks_per_second / known - 1) <= RATE_REFUSED]
+
+
+def _span_s(sources: TimeSources, column: str) -> float | None:
+    """Return the seconds from first to last of clock texts; None where these are not fine enough to tell units."""
+    seconds = read_clocks(sources.clocks[column], None, column, sources.declared, FindingCollector()).seconds
+    found = np.unique(seconds[np.isfinite(seconds)])
+    return float(found[-1] - found[0]) if len(found) > 1 / RATE_REFUSED else None
+
+
+def _units_of_motion(sources: TimeSources, per_tick: float | None) -> list[str]:
+    """Return the units in which a log of jumps has a rate at which jumps can be seen; none of another log."""
+    low, high = MOTION_RATES_HZ
+    if per_tick is None or not any(column.channel in MOTION for column in sources.plan.columns):
+        return []
+    return [unit for unit in ("s", "ms", "us", "ns") if low <= per_tick * TICKS_PER_SECOND[unit] <= high]
+
+
+def _unit_flag(time: TimePlan, units: Sequence[str]) -> str:
+    """Return the flag for the unit of a time column; it is left open, with the choices, where not one alone is left."""
+    cell = parse_header(time.source_name)
+    unit = units[0] if len(units) == 1 else "UNIT"
+    override = " --override-units" if time.file_unit is not None and is_unit(time.file_unit) else ""
+    choices = "" if len(units) == 1 else f" (UNIT: one of {', '.join(units or TICKS_PER_SECOND)})"
+    return f"`--unit {argument(f'{cell.base}={unit}')}{override}`{choices}"
 
 
 def _clocks(time: TimePlan, sources: TimeSources, findings: FindingCollector) -> ClockColumn | None:
@@ -188,41 +270,49 @@ def _report_gaps(timebase: Timebase, rows: IntArray | slice, block: Block, findi
             findings.add(NOTE, rule, message, lines=block.line_of(places), count=len(after))
 
 
-def _check_rates(found: Sequence[Recording], sources: TimeSources, findings: FindingCollector) -> None:
-    rates = [recording.timebase.rate_hz for recording in found]
-    for rate in rates:
+def _check_rates(found: Sequence[Recording], sources: TimeSources, time: TimePlan, findings: FindingCollector) -> None:
+    declared, header = sources.declared.rate_hz, sources.preamble.rate_hz
+    for recording in found:
+        rate = recording.timebase.rate_hz
         if rate is None:
             continue
-        declared, header = sources.declared.rate_hz, sources.preamble.rate_hz
+        if declared is None and header is None and missing_samples(recording.timebase) > len(recording.timebase.time_s):
+            _ask_about_missing(recording.timebase, rate, time, findings)
         if declared is not None:
-            remedy = _rate_advice(sources, rate, declared, "leave `--rate` out")
+            remedy = _rate_advice(time, rate, declared)
             check_rate(rate, declared, "the declaration", findings, remedy=remedy)
         if header is not None:
             confirmed = declared is not None and abs(rate / declared - 1) <= RATE_REFUSED
-            cure = None if confirmed else _rate_advice(sources, rate, header, f"say `--rate {rate:.6g}`")
+            cure = None if confirmed else _rate_advice(time, rate, header)
             check_rate(rate, header, "the file's header", findings, remedy=cure)
         moving = any(column.channel in MOTION for column in sources.plan.columns)
         if moving and not MOTION_RATES_HZ[0] <= rate <= MOTION_RATES_HZ[1]:
-            message = f"The time stamps give {rate:.3g} Hz, at which no jump can be seen: is the unit of time right? "
-            findings.add(FILE, "rate_implausible", message + _time_unit_advice(sources, rate))
+            message = f"The time stamps give {rate:.3g} Hz, at which no jump can be seen: "
+            findings.add(FILE, "rate_implausible", message + _time_unit_advice(sources, time, rate))
 
 
-def _rate_advice(sources: TimeSources, rate_hz: float, reference_hz: float, stamps_are_right: str) -> str:
-    """Return the remedy for time stamps at another rate than given: the unit that explains it, where one does."""
-    time = sources.plan.time
-    if time is None:
-        return stamps_are_right
-    cell, cure = (
-        parse_header(time.source_name),
-        f"count by the rate, {_count_by_rate_flags(time, f'{reference_hz:.6g}')}",
+def _ask_about_missing(timebase: Timebase, rate_hz: float, time: TimePlan, findings: FindingCollector) -> None:
+    """Refuse stamps at whose rate more samples are missing than there are, until a rate is said."""
+    n, missing = len(timebase.time_s), missing_samples(timebase)
+    paused_s = sum(gap.length_s for gap in timebase.gaps if gap.kind is GapKind.PAUSE)
+    even_hz = (n - 1) / (float(timebase.time_s[-1]) - paused_s)
+    findings.add(
+        FILE,
+        "mostly_missing",
+        f"The time stamps give {rate_hz:.6g} Hz, at which {missing} samples are missing beside {n}: if that is so, say "
+        f"`--rate {rate_hz:.6g}`; if samples were taken evenly and the stamps are those of their arrival, count by the "
+        f"rate, {_count_by_rate_flags(time, f'{even_hz:.6g}')}.",
+        column=time.source_name,
     )
+
+
+def _rate_advice(time: TimePlan, rate_hz: float, reference_hz: float) -> str:
+    """Return the remedy for time stamps at another rate than given: the unit that explains it, where one does."""
+    cure = f"count by the rate, {_count_by_rate_flags(time, f'{reference_hz:.6g}')}"
     if time.kind is not CellKind.CLOCK:
-        second = rate_hz / TICKS_PER_SECOND[time.unit or "s"]
-        override = " --override-units" if cell.unit is not None else ""
-        for unit, ticks in TICKS_PER_SECOND.items():
-            if abs(second * ticks / reference_hz - 1) <= RATE_REFUSED:
-                cure = f"correct their unit, `--unit {argument(f'{cell.base}={unit}')}{override}`"
-    return f"if the time stamps are right, {stamps_are_right}, else {cure}"
+        units = _units_near(TICKS_PER_SECOND[time.unit or "s"] * reference_hz / rate_hz)
+        cure = f"correct their unit, {_unit_flag(time, units)}" if units else cure
+    return f"if the time stamps are right, say `--rate {rate_hz:.6g}`, else {cure}"
 
 
 def _count_by_rate_flags(time: TimePlan, rate: str) -> str:
@@ -230,24 +320,18 @@ def _count_by_rate_flags(time: TimePlan, rate: str) -> str:
     return f"`--rate {rate} --column {argument(f'{parse_header(time.source_name).base}=own.clock')}`"
 
 
-def _time_unit_advice(sources: TimeSources, rate_hz: float) -> str:
-    """Return which flag corrects the time column, or the rate where none is; first the unit with a usual rate."""
-    time = sources.plan.time
-    if time is None:
-        return "Say the rate with `--rate`."
+def _time_unit_advice(sources: TimeSources, time: TimePlan, rate_hz: float) -> str:
+    """Return which flags correct the unit of the time column, or have samples counted."""
+    count = f"count samples by their rate, {_count_by_rate_flags(time, 'HZ')}."
     if time.kind is CellKind.CLOCK:
-        return f"Say the rate, and that this is not the time: {_count_by_rate_flags(time, '300')}, 300 being yours."
-    cell = parse_header(time.source_name)
-    override = " --override-units" if cell.unit is not None else ""
-    second = rate_hz / TICKS_PER_SECOND[time.unit or "s"]
-    others = [unit for unit in ("ms", "s", "us") if unit != time.unit]
-    others.sort(key=lambda unit: abs(math.log(second * TICKS_PER_SECOND[unit] / USUAL_RATE_HZ)))
-    return f"Say it with `--unit {argument(f'{cell.base}={others[0]}')}{override}` (or {others[1]})."
+        return count
+    units = _units_of_motion(sources, rate_hz / TICKS_PER_SECOND[time.unit or "s"])
+    return f"say their right unit, {_unit_flag(time, units)}, or {count}"
 
 
 def _clock_advice(sources: TimeSources) -> str:
     """Return how to name the columns of dates and clock times that are there though no column is the time."""
-    times, dates = sources.clock_columns
+    times, dates = split_clocks(sources.clocks)
     if not times:
         return ""
     named = "".join(f' --column "{date}=date"' for date in dates[:1])
@@ -276,8 +360,8 @@ def _from_given_rate(sources: TimeSources, usable: BoolArray, findings: FindingC
         findings.add(
             FILE,
             "rate_missing",
-            f"{sheet}{the} file has neither a time column nor a sampling rate: say `--rate 300` (hertz), "
-            f'or name {_clock_advice(sources)}its time column with `--column "NAME=time:ms"`, or do either in a '
+            f"{sheet}{the} file has neither a time column nor a sampling rate: say `--rate HZ` (samples a second), "
+            f'or name {_clock_advice(sources)}its time column with `--column "NAME=time"`, or do either in a '
             "[profiles.NAME] table of labbook.toml.",
         )
         return Recordings(usable, ())
@@ -288,10 +372,28 @@ def _from_given_rate(sources: TimeSources, usable: BoolArray, findings: FindingC
     counts = _sequence(sources, rows)
     timebase = from_rate(ordinals if counts is None else counts, ordinals, rate)
     _report_gaps(timebase, rows, sources.block, findings)
+    if missing_samples(timebase) > len(rows):
+        _ask_about_counter(timebase, sources, findings)
     start = sources.preamble.start
     utc = None if start is None else clock.to_utc(start, sources.declared.time_zone, findings)
     recording = Recording(slice(None) if usable.all() else rows, timebase, utc, start)
     return Recordings(usable, (recording,))
+
+
+def _ask_about_counter(timebase: Timebase, sources: TimeSources, findings: FindingCollector) -> None:
+    """Refuse a counter of samples by which most are missing, until a person says that it is one."""
+    declared = (*sources.declared.columns.values(), *sources.declared.profile_columns.values())
+    if any(declaration.channel == SEQUENCE for declaration in declared):
+        return
+    column = next(column.source_name for column in sources.plan.columns if column.channel == SEQUENCE)
+    findings.add(
+        FILE,
+        "mostly_missing",
+        f"By column {column!r} {missing_samples(timebase)} samples are missing beside {len(timebase.time_s)}: if it "
+        f"numbers the samples, say `--column {argument(f'{column}={SEQUENCE}')}`, else "
+        f"`--column {argument(f'{column}=own.counter')}`.",
+        column=column,
+    )
 
 
 def _given_rate(sources: TimeSources, findings: FindingCollector) -> float | None:
@@ -318,7 +420,7 @@ def _given_rate(sources: TimeSources, findings: FindingCollector) -> float | Non
 def _sequence(sources: TimeSources, rows: IntArray | slice) -> IntArray | None:
     """Return the instrument's own sample numbers of the rows, where it has them and they count up."""
     for column in sources.plan.columns:
-        if column.channel == "sequence":
+        if column.channel == SEQUENCE:
             numbers = sources.stored[column.position][rows]
             if np.isfinite(numbers).all() and (np.diff(numbers) >= 1).all() and np.abs(numbers).max() < 2**53:
                 return numbers.astype(np.int64)
@@ -358,7 +460,7 @@ def _from_bursts(
     _report_gaps(timebase, rows, sources.block, findings)
     utc, original = _start(sources, time, clocks, rows, first=True, findings=findings)
     recording = Recording(rows, timebase, utc, original)
-    _check_rates([recording], sources, findings)
+    _check_rates([recording], sources, time, findings)
     return Recordings(usable, (recording,))
 
 

@@ -136,7 +136,7 @@ def _report_starts(starts: list[int], block: Block, findings: FindingCollector, 
     if len(starts) > MOST_SEGMENTS:
         message = (
             f"The clock starts again more than {MOST_SEGMENTS} times: is this the time column? "
-            'Name the right one with `--column "NAME=time:ms"`.'
+            'Name the right one with `--column "NAME=time"`.'
         )
         findings.add(FILE, "time_unusable", message, column=column, lines=lines)
     return tuple(starts)

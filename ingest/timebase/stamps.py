@@ -58,7 +58,7 @@ def from_stamps(seconds: FloatArray, ordinals: IntArray) -> Timebase:
     if len(time_s) < 2:
         return Timebase(time_s, None, ())
     steps = np.diff(time_s)
-    period = _period(steps)
+    period = usual_step(steps)
     holes = _holes(steps, period)
     inside = np.rint(steps[holes] / period).astype(np.int64) - 1
     paused = steps[holes] > max(PAUSE_S, PAUSE_PERIODS * period)
@@ -90,13 +90,18 @@ def from_rate(counts: IntArray, ordinals: IntArray, rate_hz: float) -> Timebase:
     return Timebase(time_s, rate_hz, tuple(gaps))
 
 
+def missing_samples(timebase: Timebase) -> int:
+    """Return how many samples are missing without a pause and without rejected rows."""
+    return sum(gap.samples_missing for gap in timebase.gaps if gap.kind is GapKind.DROPPED)
+
+
 def rows_after_gaps(timebase: Timebase, kind: GapKind) -> IntArray:
     """Return the first row after every gap of a kind."""
     starts = np.array([gap.start_s for gap in timebase.gaps if gap.kind is kind], dtype=np.float64)
     return np.asarray(np.searchsorted(timebase.time_s, starts) + 1, dtype=np.int64)
 
 
-def _period(steps: FloatArray) -> float:
+def usual_step(steps: FloatArray) -> float:
     """Return the mean of the steps without holes: those up to 1.6 median steps (3, 3, 4 ms belong together)."""
     median = float(np.median(steps))
     return float(steps[steps <= 1.6 * median].mean())

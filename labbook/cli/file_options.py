@@ -57,7 +57,7 @@ def declared_options(given: Mapping[str, Any]) -> dict[str, Any]:
         name, column = _column(text)
         declared[name] = column
     for text in given["unit"] or ():
-        name, unit = _pair("--unit", text, "time=ms")
+        name, unit = _pair("--unit", text, "COLUMN=UNIT")
         check_unit(unit, None)
         declared.setdefault(name, {"channel": None})["unit"] = unit
     if declared:
@@ -105,7 +105,7 @@ def ask_for(outcome: FileOutcome, options: Mapping[str, Any]) -> dict[str, Any] 
             declared["rate_hz"] = typer.prompt("samples a second", type=float, err=True)
         elif finding.rule == "time_unit_missing":
             say(f"{outcome.name}: {finding.message}", err=True)
-            unit = typer.prompt(f"unit of {finding.column} (s, ms or us)", err=True)
+            unit = typer.prompt(f"unit of {finding.column} (s, ms, us or ns)", err=True)
             column = {"channel": None, "unit": unit}
             declared["columns"] = {**declared.get("columns", {}), finding.column or "time": column}
         elif finding.rule in _ASKED_WORDS and finding.severity is Severity.FILE:
@@ -123,7 +123,7 @@ def _column(text: str) -> tuple[str, dict[str, Any]]:
     """Return the column that `NAME=CHANNEL[:UNIT][,KEY=VALUE...]` names, and what it declares of it."""
     found = _COLUMN.fullmatch(text.strip())
     if found is None:
-        name, channel = _pair("--column", text, "h=body_height:mm")
+        name, channel = _pair("--column", text, "COLUMN=CHANNEL:UNIT")
         channel, unit, rest = *channel.partition(":")[::2], ""
     else:
         name, channel, unit, rest = found[1].strip(), found[2], (found[3] or "").strip(), found[4]
@@ -139,8 +139,8 @@ def _column(text: str) -> tuple[str, dict[str, Any]]:
     return name, {"channel": channel, "unit": unit, "calibrations": [asdict(calibration)]}
 
 
-def _pair(option: str, text: str, example: str) -> tuple[str, str]:
+def _pair(option: str, text: str, form: str) -> tuple[str, str]:
     name, equals, value = text.rpartition("=")
     if not equals or not name.strip() or not value.strip():
-        raise UsageError(f'{option} {text!r} says nothing: write for example {option} "{example}".')
+        raise UsageError(f'{option} {text!r} says nothing: write {option} "{form}".')
     return name.strip(), value.strip()

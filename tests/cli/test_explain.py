@@ -102,8 +102,8 @@ def test_a_draft_leaves_a_quantity_without_a_unit_open(fresh: SmallBook, tmp_pat
     path.write_text("run,charge,pack,duration\nr001,812,A,61\nr002,790,B,60\n")
     assert labbook("ingest", path, at=fresh.folder).code == 2
     draft = good(labbook("ingest", path, "--draft-profile", at=fresh.folder)).out
-    says(draft, '#"charge" = ', "mAh")
-    says(draft, '#"duration" = ', '"s"')
+    says(draft, '#"charge" = ', '"UNIT"', "mAh")
+    says(draft, '#"duration" = ', '"UNIT"')
     assert {'"run" = { channel = "run" }', '"pack" = { channel = "pack" }'} <= set(draft.splitlines())
     assert "time" not in draft
     before = fresh.toml.read_text()

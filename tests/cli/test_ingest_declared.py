@@ -39,7 +39,7 @@ def test_rate_is_asked_for_by_its_flag_and_works_with_it(fresh: SmallBook, tmp_p
     answer = labbook("ingest", path, at=fresh.folder)
     assert answer.code == 2
     assert "rate_missing" in answer.out
-    assert "`--rate 300`" in answer.out
+    assert "`--rate HZ`" in answer.out
     assert rows(fresh.folder, "SELECT count(*) FROM signal") == [(0,)]
     good(labbook("ingest", path, "--rate", "300", at=fresh.folder))
     assert rate_of(fresh) == 300.0
@@ -159,7 +159,7 @@ def test_programs_are_never_asked(fresh: SmallBook, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("said", "rule", "remedy"),
     [
-        (("--unit", "time=parsec"), "time_unit_unknown", "one of s, ms, us"),
+        (("--unit", "time=parsec"), "time_unit_unknown", "`--unit time=ms`"),
         (("--unit", "tme=ms"), "declared_column_absent", "did you mean 'time'?"),
         (("--unit", "time=ms", "--column", "nosuch=leg_length:mm"), "file: declared_column_absent", "'height [m]'"),
         (("--unit", "time=ms", "--column", "Height=body_height"), "file: declared_column_absent", "'height [m]'?"),
@@ -250,7 +250,7 @@ REMEDIES = {
         ["--rate 200", "--rate 100 --column time=own.clock"],
     ),
     "rate of other stamps": ("# rate: 200 Hz\ntime [ms],height [m]\n", ["--unit time=s --override-units"]),
-    "two times": ("time [s],time [ms],height [m]\n", ['--column "time [s]=time:s"']),
+    "two times": ("time [s],time [ms],height [m]\n", ['--column "time [s]=time"']),
     "two units": ("time [s],height [mm]\ns,m\n", ['--unit "height [mm]=m" --override-units']),
     "a mass for a height": ("time [s],body_height [kg]\n", ['--unit "body_height [kg]=m" --override-units']),
 }
@@ -269,3 +269,22 @@ def test_a_refused_log_is_taken_in_with_each_remedy_of_its_sentence(case: str, s
     for remedy in remedies:
         assert f"`{remedy}`" in told.out
         good(labbook("ingest", path, "--dry-run", *shlex.split(remedy), at=stated.folder))
+
+
+def test_a_log_of_ros_is_taken_in_and_its_samples_counted_as_the_refusal_says(
+    stated: SmallBook, tmp_path: Path
+) -> None:
+    """Its stamps are ns since 1970, in both columns: every row was left out, with the flags of the message too."""
+    first_ns = 1_690_000_000_123_456_789
+    path = tmp_path / "r001.csv"
+    heights = [0.2 + 0.1 * abs(math.sin(k / 40.0)) for k in range(1200)]
+    lines = [f"{first_ns + 5_000_000 * k},{first_ns + 5_000_000 * k - 9},{h:.5f}" for k, h in enumerate(heights)]
+    path.write_text("\n".join(["%time,field.header.stamp,field.position0", *lines, ""]))
+    said = ["--column", "field.position0=body_height:m"]
+    told = labbook("ingest", path, *said, "--rate", "1200", at=stated.folder)
+    assert told.code == 2
+    count = flags_in(told.out, "--rate 1200 ")
+    good(labbook("ingest", path, *said, *count, "--dry-run", at=stated.folder))
+    good(labbook("ingest", path, *said, at=stated.folder))
+    stored = rows(stated.folder, "SELECT rate_hz, n_samples, start_utc FROM signal")
+    assert stored == [(200.0, 1200, "2023-07-22T04:26:40.123457Z")]

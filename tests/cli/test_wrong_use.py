@@ -137,8 +137,8 @@ BAD_VALUES = {
     "file moved without why": ("assign r001.csv r002", "belongs to run r001", "add --why"),
     "rate": ("ingest new.csv --rate -300", "--rate -300", "for example 300"),
     "rate of nothing": ("ingest new.csv --rate nan", "--rate nan"),
-    "unit without column": ("ingest new.csv --unit ms", "--unit 'ms'", "time=ms"),
-    "column without channel": ("ingest new.csv --column h", "--column 'h'", "h=body_height:mm"),
+    "unit without column": ("ingest new.csv --unit ms", "--unit 'ms'", "COLUMN=UNIT"),
+    "column without channel": ("ingest new.csv --column h", "--column 'h'", "COLUMN=CHANNEL:UNIT"),
     "decimal sign": ("ingest new.csv --decimal ;", "--decimal ';'"),
     "demo over files": ("demo .", "is not empty"),
 }

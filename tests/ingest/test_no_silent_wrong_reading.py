@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -377,7 +378,9 @@ def test_what_never_came_is_missing_beside_bursts_that_came_late(
 def test_a_logger_that_records_now_and_then_has_real_holes() -> None:
     """Ten samples in 10 ms of every 100 ms, the height far on after each hole."""
     rows = [f"{k},{0.4 + 0.1 * np.sin(k / 30):.5f}" for k in range(16_000) if k % 100 < 10]
-    (part,) = read(text("time [ms],height [m]", rows)).parts
+    data = text("time [ms],height [m]", rows)
+    assert "mostly_missing" in {finding.rule for finding in read(data).findings}
+    (part,) = read(data, Declarations(rate_hz=1000.0)).parts
     assert part.rate_hz == pytest.approx(1000.0, rel=0.01)
     assert len(part.gaps) == 159
 
@@ -410,6 +413,43 @@ def test_bursts_of_stamps_at_random_that_never_came_are_missing() -> None:
     (part,) = read(at_random(0.1, lost=frozenset({100, 300, 301}))).parts
     assert [gap.samples_missing for gap in part.gaps] == [10, 20]
     assert part.rate_hz == pytest.approx(10 / 8.33e-3, rel=1e-3)
+
+
+def flags_of(message: str) -> list[str]:
+    return re.findall(r"`(--rate [^`]*)`", message)
+
+
+def test_more_samples_missing_than_present_are_asked_about() -> None:
+    """Stamps at random all over the time between two bursts show neither rate nor bursts."""
+    data = at_random(1.0, 16, 300)
+    said = finding(read(data), "mostly_missing")
+    assert said.severity == "file"
+    of_stamps, counted = flags_of(said.message)
+    rate_hz = float(of_stamps.removeprefix("--rate "))
+    assert read(data, Declarations(rate_hz=rate_hz)).parts[0].rate_hz == pytest.approx(rate_hz, rel=1e-5)
+    rate, column = counted.removeprefix("--rate ").split(" --column ")
+    assert float(rate) == pytest.approx(16 / 8.33e-3, rel=2e-3)
+    declared = Declarations(rate_hz=float(rate), columns={"time": ColumnDeclaration("own.clock")})
+    assert column == "time=own.clock"
+    assert not read(data, declared).refused
+    assert flags_of(finding(read(data, Declarations(rate_hz=float(rate))), "rate_contradicts").message)[1] == counted
+
+
+def test_a_rate_above_the_table_that_the_stamps_have_needs_no_question() -> None:
+    rows = [f"{k},{0.4 + 0.1 * np.sin(k / 30):.5f}" for k in range(16_000) if k % 100 < 10]
+    (part,) = read(text("# rate: 1000 Hz\ntime [ms],height [m]", rows)).parts
+    assert len(part.gaps) == 159
+
+
+def test_a_counter_in_tens_was_taken_for_the_samples_number() -> None:
+    """300 Hz became 30 Hz, nine of ten samples missing."""
+    data = text("sample,height [m]", [f"{10 * k},{h}" for k, h in enumerate(HEIGHTS)])
+    said = finding(read(data, Declarations(rate_hz=300.0)), "mostly_missing")
+    assert said.severity == "file"
+    says(said.message, "`--column sample=sequence`", "`--column sample=own.counter`")
+    for channel_, duration_s in (("own.counter", 59 / 300), ("sequence", 590 / 300)):
+        declared = Declarations(rate_hz=300.0, columns={"sample": ColumnDeclaration(channel_)})
+        assert read(data, declared).parts[0].time_s[-1] == pytest.approx(duration_s)
 
 
 SECOND_HEADERS = {

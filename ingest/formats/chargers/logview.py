@@ -77,7 +77,7 @@ def _bare_signals(procedure: Procedure, declared: Declarations, findings: Findin
     if not any(position >= 3 for position in declarations):
         message = (
             "The records name neither quantities nor units, which stand in LogView's file about the device: say what "
-            'each value is, as `--column "value_1=battery_voltage:mV"`, or in a [profiles.NAME] table of labbook.toml.'
+            'each value is, as `--column "value_1=CHANNEL:UNIT"`, or in a [profiles.NAME] table of labbook.toml.'
         )
         findings.add(FILE, "columns_unnamed", message)
     table = array_table(

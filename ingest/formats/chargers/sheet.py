@@ -59,7 +59,7 @@ def _recognise(head: Head) -> Recognition | None:
 def _read(head: Head, findings: FindingCollector) -> Reading:
     header = None if head.source is None else find_sheet_header(head.source, head.declared)
     if head.source is None or header is None:
-        message = 'No line names a column of charges: say which one holds them with `--column "NAME=charge:mAh"`, or '
+        message = 'No line names a column of charges: say which one holds them with `--column "NAME=charge:UNIT"`, or '
         message += "with `header_row` and `columns` in a [profiles.NAME] table of labbook.toml."
         findings.add(FILE, "charge_column_missing", message)
         return Reading()
@@ -93,7 +93,7 @@ def _report_columns(header: SheetHeader, declared: Declarations, findings: Findi
     """Refuse two columns that may both be what was measured, and units that contradict each other."""
     for role, rival in header.rivals.items():
         column = header.columns[role]
-        flag_value = f"{role}:{column.unit or STORED_UNIT[role]}" if role in FACTORS else role
+        flag_value = f"{role}:{column.unit or 'UNIT'}" if role in FACTORS else role
         message = (
             f"Columns {column.name!r} and {rival!r} may both be the {role.replace('_', ' ')}: "
             f'say which with `--column "{column.name}={flag_value}"`.'
@@ -105,7 +105,7 @@ def _report_columns(header: SheetHeader, declared: Declarations, findings: Findi
             if column.unit is not None and column.unit not in FACTORS[role]:
                 message = (
                     f"Column {column.name!r} is declared as {role} and its unit is {column.unit}: say which it is in "
-                    f'with `--column "{column.name}={role}:{STORED_UNIT[role]}" --override-units`, or declare another.'
+                    f'with `--column "{column.name}={role}:UNIT" --override-units`, or declare another.'
                 )
                 findings.add(FILE, "unit_not_convertible", message, column=column.name, value=column.unit)
 
@@ -116,7 +116,7 @@ def _refuse_capacity(header: SheetHeader, rows: list[list[str]], findings: Findi
     if column.is_capacity and len(rows) > 1 and len({row[column.position] for row in rows}) == 1:
         message = (
             f"Column {column.name!r} is {rows[0][column.position]} in all rows, as a pack's capacity is: say what was "
-            f'charged with `--column "NAME=charge:mAh"`, or that this is it with `--column "{column.name}=charge"`.'
+            f'charged with `--column "NAME=charge:UNIT"`, or that this is it with `--column "{column.name}=charge"`.'
         )
         findings.add(FILE, "charge_unclear", message, column=column.name)
 
@@ -228,16 +228,21 @@ def _ask_units(header: SheetHeader, rows: list[list[str]], findings: FindingColl
         if column is None or column.unit is not None:
             continue
         filled = [row[column.position] for row in rows if row[column.position]]
-        if 2 * sum(parse_quantity(role, text, None, b".") == UNIT_MISSING for text in filled) > len(filled):
-            clocks = role == "duration" and any(text.count(":") == 1 for text in filled)
-            stored = "min" if clocks else STORED_UNIT[role]
+        reading = [unit for unit in (None, *FACTORS[role]) if _reads(role, filled, unit)]
+        if None not in reading:
             findings.add(
                 FILE,
                 "unit_missing",
                 f"The unit of column {column.name!r} is stated nowhere: write it into the header, as "
-                f'"{column.name} ({stored})", or say `--column "{column.name}={role}:{stored}"`.',
+                f'"{column.name} (UNIT)", or say `--column "{column.name}={role}:UNIT"` (UNIT: one of '
+                f"{', '.join(unit for unit in reading if unit)}).",
                 column=column.name,
             )
+
+
+def _reads(role: str, cells: list[str], unit: str | None) -> bool:
+    """Whether most of the cells have a unit where the header has `unit`."""
+    return 2 * sum(parse_quantity(role, text, unit, b".") == UNIT_MISSING for text in cells) <= len(cells)
 
 
 def _decimal_sign(header: SheetHeader, rows: list[list[str]], findings: FindingCollector) -> str | None:

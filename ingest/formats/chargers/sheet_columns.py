@@ -236,7 +236,7 @@ def advice_on_sheet(source: TextSource, declared: Declarations, *, charges: bool
                 energy = next(iter(named))
                 return (
                     f"its column {energy!r} is an energy and labbook counts charge: add what the charger shows in mAh "
-                    f'or Ah; if this is it, say `--column "{energy}=charge:mAh" --override-units`.'
+                    f'or Ah; if this is it, say `--column "{energy}=charge:UNIT" --override-units`.'
                 )
     return None
 

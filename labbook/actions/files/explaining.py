@@ -128,8 +128,7 @@ _HEAD_BYTES, _HEAD_LINES = 65_536, 60
 _MOST_RECOGNISED = 4
 """Columns by which a draft recognises files: enough to tell loggers apart, few enough to survive a new column."""
 
-_ITS_UNIT = "  # its unit in the file"
-_TIME_UNITS = "s, ms, us, ns, min, h or filetime"
+_TIME_UNITS = "UNIT: s, ms, us, ns, min, h or filetime"
 
 
 @dataclass(frozen=True, slots=True)
@@ -236,13 +235,13 @@ def _time_lines(table: TableUse, rules: set[str]) -> Iterator[str]:
     elif time is not None and time.unit is not None:
         yield f"time = {{ column = {key[time.place]}, unit = {_text(time.unit)} }}"
     elif time is not None:
-        yield f'#time = {{ column = {key[time.place]}, unit = "ms" }}  # {_TIME_UNITS}'
+        yield f'#time = {{ column = {key[time.place]}, unit = "UNIT" }}  # {_TIME_UNITS}'
     elif clock := next((column for column in table.columns if column.left_out == LEFT_OUT[CellKind.CLOCK]), None):
         yield f"#time = {{ column = {key[clock.place]} }}  # its dates or times; dates apart: `date_column`"
     elif table.columns and not any(column.holds in SHEET_COLUMNS for column in table.columns):
-        yield f'#time = {{ column = {key[table.columns[0].place]}, unit = "ms" }}  # its time column; {_TIME_UNITS}'
+        yield f'#time = {{ column = {key[table.columns[0].place]}, unit = "UNIT" }}  # its time column; {_TIME_UNITS}'
         if table.rate_from is None:
-            yield "#rate_hz = 300  # without a time column: samples a second"
+            yield '#rate_hz = "HZ"  # without a time column: samples a second'
     if "date_unclear" in rules:
         yield '#date = "d/m/y"  # or "m/d/y"'
     if "clock_unclear" in rules:
@@ -264,23 +263,28 @@ def _column(key: str, column: ColumnUse, lacks_unit: bool, *, of_sheet: bool) ->
     sign = ", sign = -1" if column.sign == -1 and not column.assumed else ""
     of_sheet = of_sheet and column.holds in SHEET_COLUMNS
     if of_sheet and lacks_unit:
-        unit = column.stored_unit or "1"
-        return f"#{key} = {{ channel = {_text(column.holds or '')}, unit = {_text(unit)} }}{_ITS_UNIT}"
+        return _open_unit(key, column, column.stored_unit or "1")
     if of_sheet or (kind is not None and column.unit is not None):
         unit = "" if column.unit is None else f", unit = {_text(column.unit)}"
         return f"{key} = {{ channel = {_text(column.holds or '')}{unit}{sign} }}"
     if kind is not None and CHANNELS[kind].unit == "1":
         return f"{key} = {{ channel = {_text(column.holds or '')}{sign} }}"
     if kind is not None:
-        unit = CHANNELS[kind].unit
-        return f"#{key} = {{ channel = {_text(column.holds or '')}, unit = {_text(unit)} }}{_ITS_UNIT}"
+        return _open_unit(key, column, CHANNELS[kind].unit)
     if column.left_out is None and column.holds is None:
-        return f'#{key} = {{ channel = "charge", unit = "mAh" }}  # or another, and its unit where it has one'
+        return f'#{key} = {{ channel = "charge", unit = "UNIT" }}  # or another, and its unit where it has one'
     close = nearest(column.name, CHANNELS)
-    unit = column.unit or "1"
+    unit = "" if column.unit is None else f", unit = {_text(column.unit)}"
     own = f"{OWN}{clean_name(column.name) or f'column_{column.place}'}"
     why = f"  # {column.left_out}" if column.left_out else f"  # or a channel{f', perhaps {close}' if close else ''}"
-    return f"#{key} = {{ channel = {_text(own)}, unit = {_text(unit)} }}{why}"
+    return f"#{key} = {{ channel = {_text(own)}{unit} }}{why}"
+
+
+def _open_unit(key: str, column: ColumnUse, stored_unit: str) -> str:
+    return (
+        f'#{key} = {{ channel = {_text(column.holds or "")}, unit = "UNIT" }}'
+        f"  # UNIT: its unit in the file, such as {stored_unit}"
+    )
 
 
 def _keys(table: TableUse) -> dict[int, str]:

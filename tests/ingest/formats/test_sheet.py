@@ -8,6 +8,7 @@ import pytest
 
 from ingest.model import ColumnDeclaration, Declarations, PackFacts, ReadFile
 from ingest.read import read_file
+from tests.helpers.wording import says
 from tests.ingest.synthetic import SHEET
 
 
@@ -59,7 +60,7 @@ def test_a_sheet_without_units_is_asked_for_each() -> None:
         finding.message for finding in result.findings if finding.rule == "unit_missing" and finding.severity == "file"
     ]
     assert len(messages) == 3
-    assert '--column "charge=charge:mAh"' in messages[0]
+    says(messages[0], '--column "charge=charge:UNIT"', "mAh, Ah")
 
 
 def test_declared_columns_complete_a_header() -> None:
@@ -307,7 +308,7 @@ def test_charges_that_none_can_be_name_the_flag_of_the_other_unit() -> None:
 def test_durations_as_clock_times_are_asked_for_in_a_unit_that_reads_them() -> None:
     text = "run,mAh,charge time\nr001,112,12:30\nr002,105,13:30\n"
     (refusal,) = [finding for finding in read(text).findings if finding.severity == "file"]
-    assert '--column "charge time=duration:min"' in refusal.message
+    says(refusal.message, '--column "charge time=duration:UNIT"', "one of min, h)")
     said = read(text, Declarations(columns={"charge time": ColumnDeclaration("duration", "min")}, time_zone="UTC"))
     assert [charge.duration_s for charge in said.charges] == [750.0, 810.0]
 

@@ -1,12 +1,16 @@
-"""Stamps and other integers with more digits than float64 has."""
+"""The unit of a time column that states none: found in stamps that are dates, named where one alone fits, or asked."""
 
 from __future__ import annotations
+
+import re
+from datetime import datetime, timedelta
 
 import numpy as np
 import pytest
 
-from ingest.model import Declarations, ReadFile
+from ingest.model import ColumnDeclaration, Declarations, Finding, ReadFile
 from ingest.read import read_file
+from tests.helpers.wording import says
 from tests.ingest.synthetic import text
 
 FIRST_NS = 1_690_000_000_123_456_789
@@ -18,6 +22,38 @@ def read(header: str, rows: list[str], **declared: object) -> ReadFile:
     return read_file(text(header, rows), Declarations(**declared))  # type: ignore[arg-type]
 
 
+def refusal(result: ReadFile) -> Finding:
+    (found,) = [finding for finding in result.findings if finding.severity == "file"]
+    return found
+
+
+def of_rostopic(step_ns: int = 5_000_001) -> list[str]:
+    """Rows as `rostopic echo -p` writes them: time of arrival and stamp of the header in ns since 1970."""
+    return [f"{FIRST_NS + step_ns * k},{k},{FIRST_NS - 77 + step_ns * k},base,{h}" for k, h in enumerate(HEIGHTS)]
+
+
+ROSTOPIC = "%time,field.header.seq,field.header.stamp,field.header.frame_id,field.position0"
+
+
+def test_stamps_of_19_digits_are_dates_in_ns_to_the_last_digit() -> None:
+    """600 of 600 rows were left out, for the stamps exceeded 1e18."""
+    result = read(ROSTOPIC, of_rostopic())
+    assert (result.refused, result.rows_kept) == (False, 600)
+    (part,) = result.parts
+    assert np.array_equal(part.time_s, np.arange(600) * 5_000_001 / 1e9)
+    assert (part.start_utc, part.start_original) == ("2023-07-22T04:26:40.123457Z", f"{FIRST_NS} ns")
+    (use,) = [column for column in result.explanation.tables[0].columns if column.holds == "time"]
+    assert (use.unit, use.unit_from) == ("ns", "its stamps")
+
+
+def test_a_stamp_that_is_damaged_costs_its_row_and_no_digit_of_the_others() -> None:
+    rows = of_rostopic()
+    rows[0] = rows[0].replace(str(FIRST_NS), "0", 1)
+    rows[300] = rows[300].replace(",base", ",")
+    (part,) = read(ROSTOPIC, rows).parts
+    assert part.time_s == pytest.approx(np.arange(599) * 5_000_001 / 1e9, abs=1e-12)
+
+
 @pytest.mark.parametrize("first", [FIRST_NS, 133_500_000_000_000_000, 2**63 - 1000, 18_446_744_073_709_551_000, 10**39])
 def test_long_integers_in_any_column_drop_no_row(first: int) -> None:
     rows = [f"{5 * k},{first + k},{h}" for k, h in enumerate(HEIGHTS)]
@@ -26,3 +62,88 @@ def test_long_integers_in_any_column_drop_no_row(first: int) -> None:
     (channel,) = [channel for channel in result.parts[0].channels if channel.name == "id"]
     assert channel.values.tolist() == [float(first + k) for k in range(600)]
     assert "digits_rounded" in {finding.rule for finding in result.findings}
+
+
+def test_samples_are_counted_as_the_message_says_where_stamps_in_ns_are_not_the_time() -> None:
+    rows = [f"{FIRST_NS + 5_000_000 * k},{h}" for k, h in enumerate(HEIGHTS)]
+    said = refusal(read("time [ns],height [m]", rows, rate_hz=1200.0))
+    assert said.rule == "rate_contradicts"
+    says(said.message, "`--rate 200`", "`--rate 1200 --column time=own.clock`")
+    assert not read("time [ns],height [m]", rows, rate_hz=200.0).refused
+    result = read("time [ns],height [m]", rows, rate_hz=1200.0, columns={"time": ColumnDeclaration("own.clock")})
+    assert (result.refused, result.rows_kept, result.parts[0].rate_hz) == (False, 600, 1200.0)
+
+
+def named(message: str) -> str:
+    found = re.search(r"`--unit t=(\w+)`", message)
+    assert found is not None, message
+    return found[1]
+
+
+@pytest.mark.parametrize(
+    ("step", "unit"),
+    [
+        (5, "ms"),
+        (0.005, "s"),
+        (3333, "us"),
+        (5_000_000, "ns"),
+        (0.04, "UNIT"),  # 25 Hz in s, 25 kHz in ms
+        (1e-6, "UNIT"),  # no unit gives a log of jumps
+        (1e12, "UNIT"),
+    ],
+)
+def test_a_unit_is_named_where_it_alone_gives_a_rate_at_which_jumps_are_seen(step: float, unit: str) -> None:
+    """`--unit t=ms` was named for any; copied, it stored columns in seconds a thousand times too fast."""
+    rows = [f"{step * k:.9g},{h}" for k, h in enumerate(HEIGHTS)]
+    said = refusal(read("t,height [m]", rows))
+    assert (said.rule, named(said.message)) == ("time_unit_missing", unit)
+    unknown = refusal(read("t [fortnight],height [m]", rows))
+    assert (unknown.rule, named(unknown.message)) == ("time_unit_unknown", unit)
+
+
+def test_no_unit_is_named_for_a_log_that_may_have_any_rate() -> None:
+    said = refusal(read("t,temperature_internal [degC]", [f"{5 * k},{20 + k % 5}" for k in range(100)]))
+    assert named(said.message) == "UNIT"
+    says(said.message, "s, ms, us, ns")
+
+
+@pytest.mark.parametrize(
+    ("title", "rate_hz"), [("# rate: 0.2 Hz\n", None), ("", 0.2)], ids=["in the header", "declared"]
+)
+def test_a_rate_that_is_stated_decides_the_unit(title: str, rate_hz: float | None) -> None:
+    rows = [f"{5 * k},{20 + k % 5}" for k in range(100)]
+    said = refusal(read(f"{title}t,temperature_internal [degC]", rows, rate_hz=rate_hz))
+    assert named(said.message) == "s"
+    assert not read(f"{title}t,temperature_internal [degC]", rows, columns={"t": ColumnDeclaration(unit="s")}).refused
+
+
+@pytest.mark.parametrize(("per_second", "unit"), [(1, "s"), (1000, "ms"), (10_000_000, "filetime"), (7, "UNIT")])
+def test_a_calendar_clock_beside_the_stamps_decides_their_unit(per_second: int, unit: str) -> None:
+    start = datetime.fromisoformat("2024-03-04 12:00")
+    rows = [f"{2 * k * per_second};{start + timedelta(seconds=2 * k)};{20 + k % 5}" for k in range(60)]
+    said = refusal(read("t;logged at;temperature_internal [degC]", rows))
+    assert named(said.message) == unit
+
+
+def test_dates_alone_and_whole_minutes_decide_no_unit() -> None:
+    for clock in ("2024-03-04", "12:00:00"):
+        rows = [f"{2 * k};{clock};{20 + k % 5}" for k in range(60)]
+        assert named(refusal(read("t;day;temperature_internal [degC]", rows)).message) == "UNIT"
+
+
+@pytest.mark.parametrize("header", ["time [s],height [m]", "time_s,height [m]", "time,height\ns,m"])
+def test_a_unit_that_the_stamps_contradict_is_corrected_by_the_flags_of_the_message(header: str) -> None:
+    """A row of units, or `time_s`, was contradicted by a flag that lacked `--override-units`, and was refused again."""
+    said = refusal(read(header, [f"{5 * k},{h}" for k, h in enumerate(HEIGHTS)]))
+    assert said.rule == "rate_implausible"
+    flags = re.search(r"`--unit (\w+)=ms --override-units`", said.message)
+    assert flags is not None, said.message
+    columns = {flags[1]: ColumnDeclaration(unit="ms")}
+    assert not read(
+        header, [f"{5 * k},{h}" for k, h in enumerate(HEIGHTS)], columns=columns, override_units=True
+    ).refused
+
+
+def test_an_implausible_rate_of_which_no_unit_alone_is_left_names_none() -> None:
+    said = refusal(read("time [us],height [m]", [f"{k * 0.04:.2f},{h}" for k, h in enumerate(HEIGHTS)]))
+    says(said.message, "`--unit time=UNIT --override-units`", "one of s, ms")
