@@ -26,7 +26,6 @@ from ingest.model import ChannelData, ColumnUse, Declarations, FloatArray, Gap, 
 from ingest.spool import by_blocks, take
 from ingest.tables.table import Block, CellKind, Table, Wanted
 from ingest.timebase.axis import Recording, TimeSources, first_day, recordings, with_epoch_unit
-from ingest.timebase.clock import split_clocks
 from ingest.timebase.order import trial_position, trials
 
 
