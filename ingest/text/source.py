@@ -8,6 +8,7 @@ from __future__ import annotations
 import codecs
 import dataclasses
 import re
+import unicodedata
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -63,8 +64,8 @@ class TextSource:
     comments: tuple[str, ...] = ()
 
     def decode(self, content: bytes) -> str:
-        """Return text for showing and comparing; a byte that has no meaning becomes U+FFFD."""
-        return content.decode(self.encoding, errors="replace")
+        """Return text for showing and comparing, its letters composed (NFC); a byte without meaning becomes U+FFFD."""
+        return unicodedata.normalize("NFC", content.decode(self.encoding, errors="replace"))
 
     def head_lines(self, limit: int = HEAD_LINES) -> list[Line]:
         """Return the first whole lines, at most `limit`, within the longest line allowed."""

@@ -18,6 +18,7 @@ from data_schema.queries.study import StudyRow, conditions_by_key, day_uids, fac
 from labbook.book.write_session import WriteSession
 from labbook.config.local_time import local_text
 from labbook.config.parsing import Configuration
+from labbook.config.run_names import composed
 
 
 def study_of(connection: sa.Connection) -> StudyRow:
@@ -30,7 +31,7 @@ def study_of(connection: sa.Connection) -> StudyRow:
 
 def run_named(connection: sa.Connection, name: str) -> RunRow:
     """Return a run by name; an unknown one is refused with the nearest, one that is only planned as such."""
-    found = find_run(connection, name)
+    found = find_run(connection, composed(name))
     if found is None:
         if any(name in plan.to_be_made for plan in open_plans(connection)):
             raise UnknownName(

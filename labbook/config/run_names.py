@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Collection
 from dataclasses import dataclass
 
@@ -21,7 +22,7 @@ class RunNames:
 
     def name(self, number: int) -> str:
         """Return the name of a run by its number."""
-        return self.scheme.format(number)
+        return composed(self.scheme.format(number))
 
     def number(self, name: str) -> int | None:
         """Return the number in a run's name, None for a name that the scheme does not make."""
@@ -42,11 +43,16 @@ class RunNames:
 
     def _pattern(self) -> str:
         """Return the regular expression of a name; more digits than the scheme has do not begin with 0."""
-        parts = _SCHEME.fullmatch(self.scheme)
+        parts = _SCHEME.fullmatch(composed(self.scheme))
         assert parts is not None  # noqa: S101 - `scheme_fault` has looked
         digits = int(parts["digits"] or 1)
         number = rf"(?P<number>[0-9]{{{digits}}}|[1-9][0-9]{{{digits},8}})"
         return f"{re.escape(parts['before'])}{number}{re.escape(parts['after'])}"
+
+
+def composed(name: str) -> str:
+    """Return a name with its letters composed (NFC): file names of macOS have `ü` as a u and a dieresis."""
+    return unicodedata.normalize("NFC", name)
 
 
 def scheme_fault(scheme: str) -> str | None:

@@ -12,6 +12,7 @@ from typing import Any
 
 from data_schema.errors import InputRefused, UsageError, nearest, unknown_name
 from data_schema.vocabulary import RunKind
+from labbook.config.run_names import composed
 from labbook.plan.drawing import PlanFactor
 from labbook.plan.sheet import BEFORE_FACTORS
 from labbook.plan.sheet_cells import CELL_READERS, SheetQuestion, date_reader, one_of, without_mark
@@ -142,6 +143,7 @@ def read_run_sheet(
 
 def _table(text: str, source: str) -> Iterator[tuple[int, list[str]]]:
     """Cut the text into rows of stripped cells, each with the line it starts on; empty rows are left out."""
+    text = composed(text)
     first = next((line for line in text.splitlines() if line.strip()), "")
     delimiter = first[-1] if _SEPARATOR_LINE.fullmatch(first) else max(_DELIMITERS, key=first.count)
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)

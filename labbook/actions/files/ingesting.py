@@ -37,6 +37,7 @@ from labbook.actions.files.rereading import take_known
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, new_uid
 from labbook.config.parsing import Configuration
+from labbook.config.run_names import composed
 from labbook.statements.counted_charges import predicted_findings
 from labbook.statements.importing import (
     PreparedImport,
@@ -228,11 +229,13 @@ def stated_runs(connection: sa.Connection, configuration: Configuration, path: P
 
 def named_run(connection: sa.Connection, configuration: Configuration, name: str) -> str | None:
     """Return the run that a file's name states: one of the book or of a plan, or by the scheme of labbook.toml."""
+    name = composed(name)
     return configuration.study.run_names.stated_in(name, names_beginning(connection, name))
 
 
 def _run_of_word(connection: sa.Connection, configuration: Configuration, word: str) -> str | None:
     """Return the run that a word is the name of: one that the book has, or one that could name a file."""
+    word = composed(word)
     if find_uid(connection, "run", name=word) is not None or named_run(connection, configuration, word) == word:
         return word
     return None
@@ -241,7 +244,7 @@ def _run_of_word(connection: sa.Connection, configuration: Configuration, word: 
 def _run_uid(connection: Any, name: str | None) -> str | None:
     if name is None:
         return None
-    uid = find_uid(connection, "run", name=name)
+    uid = find_uid(connection, "run", name=composed(name))
     if uid is None:
         raise unknown_name(
             "run", name, [run.name for run in list_runs(connection)], "Import its row with `labbook runs import`."
