@@ -71,6 +71,12 @@ _SIGNATURES = (
         lambda head: head.data[4:8] == b"ftyp",
     ),
     _Signature(
+        "hdf5",
+        "an HDF5 file, as h5py, netCDF-4 and others write",
+        _TEXT,
+        Clue(begins=(b"\x89HDF\r\n\x1a\n",)),
+    ),
+    _Signature(
         "run_sheet",
         "a run sheet",
         "state its runs with `labbook runs import FILE`",

@@ -2,7 +2,7 @@
 
 A section has its title, its rate, the names of devices above their first column, the names of columns, units, then
 rows numbered by camera frame and sub frame. Forces are reactions with z up; units stand in the file. Programs that
-saved the file again may have padded every line with commas.
+saved the file again may have padded every line with commas, or put tabs or semicolons for them.
 """
 
 from __future__ import annotations
@@ -28,12 +28,15 @@ from ingest.text.source import Line, TextSource
 from ingest.timebase.stamps import RATE_NOTED
 
 _NEXUS = Convention("Vicon Nexus", {})
-_TITLE = re.compile(r"(Devices|Joints|Trajectories|Model Outputs|Segments|Events)[,\s]*")
-_RATE = re.compile(r"\d+(?:\.\d+)?[,\s]*")
-_BLANK_LINES = re.compile(rb"(?<=\n)[, \t]*\r?\n")
+_TITLE = re.compile(r"(Devices|Joints|Trajectories|Model Outputs|Segments|Events)[,;\s]*")
+_RATE = re.compile(r"\d+(?:\.\d+)?[,;\s]*")
+_BLANK_LINES = re.compile(rb"(?<=\n)[,; \t]*\r?\n")
 _COMPONENT = re.compile(r"([FMC])([xyz])")
 _QUANTITIES = {"F": "force", "M": "moment", "C": "cop"}
+_FILLING = ",; \t"
 _HEADER_LINES = 5
+_BETWEEN = (b",", b"\t", b";")
+_COUNTERS = [b"Frame", b"Sub Frame"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,9 +59,9 @@ class _Span:
 
 def _recognise(head: Head) -> Recognition | None:
     """The name of a section, and a rate below it."""
-    filled = [line for line in head.lines[:10] if line.strip(", \t")]
+    filled = [line for line in head.lines[:10] if line.strip(_FILLING)]
     titled = len(filled) > 1 and _TITLE.fullmatch(filled[0]) and _RATE.fullmatch(filled[1])
-    return Recognition(SIGNATURE, f"section {filled[0].strip(', ')!r} and its rate") if titled else None
+    return Recognition(SIGNATURE, f"section {filled[0].strip(_FILLING)!r} and its rate") if titled else None
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
@@ -68,13 +71,13 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     titles: list[str] = []
     spans: list[_Span] = []
     for section in _sections(head.source):
-        title = head.source.decode(section.lines[0].content).strip(", \t")
+        title = head.source.decode(section.lines[0].content).strip(_FILLING)
         if title == "Events":
             findings.add(NOTE, "section_skipped", "The events stay in the raw copy only.", value=title)
             continue
         table = _table(head, section, title, spans, findings)
         if table is None:
-            return refuse_layout("Vicon Nexus", f"five header lines and rows in section {title!r}", findings)
+            return Reading()
         titles.append(clean_name(title))
         part = titles[-1] if titles.count(titles[-1]) == 1 else f"{titles[-1]}_{titles.count(titles[-1])}"
         readings.append(read_signals(table, head.declared, findings, Instrument(part, _NEXUS, evidence="Nexus")))
@@ -97,20 +100,27 @@ def _table(head: Head, section: _Section, title: str, spans: list[_Span], findin
     """Return the table of a section, its rows numbered by sample; None where it is not laid out as they are."""
     source = head.source
     if source is None or len(section.lines) <= _HEADER_LINES:
+        refuse_layout("Vicon Nexus", f"five header lines and rows in section {title!r}", findings)
+        return None
+    named = section.lines[3]
+    sign = next((each for each in _BETWEEN if (split_cells(named.content, each) or [])[:2] == _COUNTERS), None)
+    if sign is None:
+        refuse_layout("Vicon Nexus", f"columns Frame and Sub Frame in line {named.number}", findings)
         return None
     cells = [
-        [source.decode(cell) for cell in split_cells(line.content, b",") or []]
+        [source.decode(cell) for cell in split_cells(line.content, sign) or []]
         for line in section.lines[:_HEADER_LINES]
     ]
     names = _without_blank_end(cells[3])
     rate = positive(next(iter(cells[1]), None))
-    if names[:2] != ["Frame", "Sub Frame"] or not rate:
+    if not rate:
+        refuse_layout("Vicon Nexus", f"a rate in line {section.lines[1].number}", findings)
         return None
     groups, units = (row + [""] * len(names) for row in (cells[2], cells[4]))
     devices = _filled(groups[: len(names)])
     header = FixedHeader(
         [f"{device} {name}".strip() for device, name in zip(devices, names, strict=True)],
-        b",",
+        sign,
         section.lines[_HEADER_LINES],
         units=tuple(unit or None for unit in units[: len(names)]),
         channels=_channels(devices, names),

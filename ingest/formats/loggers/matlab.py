@@ -29,7 +29,7 @@ from ingest.model import Limits, Reading
 from ingest.signals import NamedTable, read_several
 from ingest.tables.table import Column, array_table
 
-_V5, _V73, _HDF = b"MATLAB 5.0", b"MATLAB 7.3", b"\x89HDF"
+_V5, _V73 = b"MATLAB 5.0", b"MATLAB 7.3"
 _AS_TEXT = "write its variables as text with `writetable`, or `save -v7` them as vectors"
 
 Leaf = tuple[str, str, np.ndarray]
@@ -37,7 +37,7 @@ Leaf = tuple[str, str, np.ndarray]
 
 
 def _recognise(head: Head) -> Recognition | None:
-    signed = head.data.startswith((_V5, _V73, _HDF))
+    signed = head.data.startswith((_V5, _V73))
     if signed or (head.source is None and v4_end(head.data) is not None):
         return Recognition(SIGNATURE, "a header of MATLAB" if signed else "a matrix of MATLAB version 4")
     return None
@@ -58,7 +58,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
 def _leaves(head: Head, findings: FindingCollector) -> list[Leaf]:
     import scipy.io  # slow to load, and few files are of this format
 
-    if head.data.startswith((_V73, _HDF)):
+    if head.data.startswith(_V73):
         raise MatRefusedError("it is of version 7.3 (HDF5)")
     data = head.data
     if data.startswith(_V5):
@@ -266,4 +266,4 @@ def _check_matrix(content: memoryview, order: str, deepest: int) -> None:
         raise MatRefusedError(f"it says {count} values and holds others")
 
 
-FORMAT = Format("mat", 3, _recognise, _read, clue=Clue(begins=(_V5, _V73, _HDF), binary=True))
+FORMAT = Format("mat", 3, _recognise, _read, clue=Clue(begins=(_V5, _V73), binary=True))

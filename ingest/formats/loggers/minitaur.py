@@ -18,7 +18,7 @@ from ingest.findings import FILE, NOTE, ROW, FindingCollector
 from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
 from ingest.formats.loggers.framed_records import SYNC, FramedRecords, find_records, spacing
 from ingest.instruments import Instrument
-from ingest.model import ColumnDeclaration, Declarations, Reading
+from ingest.model import Declarations, Reading
 from ingest.signals import combine, read_signals
 from ingest.tables.table import Column, Table, array_table
 
@@ -112,7 +112,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
             continue
         table = _table(header, records, head.declared, findings)
         instrument = Instrument("log" if number == 1 else f"log_{number}")
-        readings.append(read_signals(table, _with_states(head.declared, header), findings, instrument))
+        readings.append(read_signals(table, head.declared, findings, instrument))
     return combine(readings)
 
 
@@ -251,7 +251,8 @@ def _table(header: _Header, records: FramedRecords, declared: Declarations, find
         findings.add(NOTE, "current_sign_unknown", message, column="Ibat")
     names = [quantity.name for quantity in quantities]
     units = [quantity.unit for quantity in quantities]
-    return array_table(names, units, columns, ordinals=records.ordinals, rows_rejected=records.records_lost)
+    table = array_table(names, units, columns, ordinals=records.ordinals, rows_rejected=records.records_lost)
+    return dataclasses.replace(table, channels=tuple("controller_state" if name in _STATES else None for name in names))
 
 
 def _column(records: FramedRecords, quantity: _Quantity) -> Column:
@@ -265,11 +266,6 @@ def _user_columns(header: _Header, declared: Declarations, findings: FindingColl
     """Return the columns that declarations see in the user bytes: `UP.f32.3` is the fourth float of 4 bytes in them."""
     if not header.user_bytes:
         return []
-    message = (
-        f"The {header.user_bytes} user bytes of a record have the layout that the robot's program gave them: they stay "
-        'in the raw copy only; to name them, `--column "UP.f32.0=k_gain:1"` (u8, i16, u16, i32, f32 and its number).'
-    )
-    findings.add(NOTE, "user_bytes", message)
     found: dict[str, _Quantity] = {}
     for name in _declared_names(declared):
         match = _USER_COLUMN.fullmatch(name)
@@ -280,6 +276,13 @@ def _user_columns(header: _Header, declared: Declarations, findings: FindingColl
         first = int(match[2]) * size
         if first + size <= header.user_bytes:
             found[name] = _Quantity(name, None, 1.0, header.user_offset + first, dtype)
+    if not found:
+        message = (
+            f"The {header.user_bytes} user bytes of a record have the layout that the robot's program gave them: they "
+            'stay in the raw copy only; to name them, `--column "UP.f32.0=CHANNEL:UNIT"` (u8, i16, u16, i32, f32 and '
+            "its number)."
+        )
+        findings.add(NOTE, "user_bytes", message)
     return list(found.values())
 
 
@@ -287,17 +290,6 @@ def _declared_names(declared: Declarations) -> list[str]:
     """Return the columns of which something is declared, directly or in a profile."""
     own = [*declared.columns, *declared.profile_columns]
     return [*own, *(name for profile in declared.profiles for name in profile.columns)]
-
-
-def _with_states(declared: Declarations, header: _Header) -> Declarations:
-    """Return the declarations with the maker's name of the controller's state, unless a person declared it."""
-    declared_names = _declared_names(declared)
-    states = {
-        quantity.name: ColumnDeclaration("controller_state", "1")
-        for quantity in header.quantities
-        if quantity.name in _STATES and quantity.name not in declared_names
-    }
-    return dataclasses.replace(declared, profile_columns={**states, **declared.profile_columns})
 
 
 FORMAT = Format("minitaur_log", 3, _recognise, _read, clue=Clue(begins=(b"/",), says=(SYNC,)))

@@ -10,6 +10,7 @@ import pytest
 from data_schema.errors import UsageError
 from ingest.model import ColumnDeclaration, Declarations, ReadFile, SignalPart
 from ingest.read import read_file
+from tests.helpers.wording import says
 from tests.ingest import synthetic_plates as made
 
 WRITERS: dict[str, tuple[Callable[[], bytes], float]] = {
@@ -186,6 +187,26 @@ def test_every_section_of_nexus_is_a_part_at_its_own_rate(padded: bool) -> None:
     assert {"robot_hip_z", "robot_toe_z"} <= marker.keys()
     assert marker["robot_hip_z"][:3] == pytest.approx([401, 402, 403])
     assert result.rows_kept == 1100
+
+
+@pytest.mark.parametrize("sign", [b"\t", b";"])
+def test_nexus_between_tabs_or_semicolons_is_read_as_between_commas(sign: bytes) -> None:
+    """It was said to have not five header lines, which it had."""
+    data = made.vicon(n=200)
+    commas, others = (read_file(each, Declarations()) for each in (data, data.replace(b",", sign)))
+    assert not others.refused
+    for part, other in zip(commas.parts, others.parts, strict=True):
+        for channel, same in zip(part.channels, other.channels, strict=True):
+            assert (channel.name, channel.values.tolist()) == (same.name, same.values.tolist())
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line"), [(b"Frame,Sub Frame", b"Frames,Sub Frame", 4), (b"\r\n1000,", b"\r\n0,", 2)]
+)
+def test_what_nexus_lacks_is_said_by_its_line(old: bytes, new: bytes, line: int) -> None:
+    (found,) = read_file(made.vicon(n=200).replace(old, new), Declarations()).findings
+    assert found.rule == "layout_unknown"
+    says(found.message, f"line {line}")
 
 
 def test_a_frame_that_nexus_left_out_is_a_gap() -> None:

@@ -10,8 +10,9 @@ from ingest.read import read_file
 
 BEGINNINGS = {
     "pdf": b"%PDF-1.7\n",
-    "image": b"\x89PNG\r\n\x1a\n" + bytes(60),
-    "video": b"\0\0\0\x18ftypmp42" + bytes(60),
+    "image": b"\x89PNG\r\n\x1a\n" + bytes(range(60)),
+    "video": b"\0\0\0\x18ftypmp42" + bytes(range(60)),
+    "hdf5": b"\x89HDF\r\n\x1a\n" + bytes(range(60)),
     "run_sheet": b"run,date,position,kind,foot,battery,robot,started,duration_s,jumps_made,starts,note\n",
 }
 
