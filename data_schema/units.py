@@ -6,6 +6,7 @@ Nothing here is applied sample by sample; readers multiply whole arrays once.
 from __future__ import annotations
 
 import functools
+import re
 from typing import Any
 
 from data_schema.errors import InputRefused
@@ -34,6 +35,16 @@ _SPELLINGS = {
 }
 
 
+_WORD = re.compile(r"N\.mm|N\.m|[A-Za-zµ°]+")
+
+
+def _as_pint(unit: str) -> str:
+    """Return a unit as pint spells it: `Nm/kg`, of which pint knows no `Nm`, as `(N*m)/kg`."""
+    if unit in _SPELLINGS:
+        return _SPELLINGS[unit]
+    return _WORD.sub(lambda word: f"({_SPELLINGS[word[0]]})" if word[0] in _SPELLINGS else word[0], unit)
+
+
 @functools.cache
 def _registry() -> Any:
     import pint  # heavy: only where a unit is converted
@@ -44,7 +55,7 @@ def _registry() -> Any:
 def is_unit(text: str) -> bool:
     """Tell whether the units library knows a unit."""
     try:
-        _registry().Unit(_SPELLINGS.get(text, text))
+        _registry().Unit(_as_pint(text))
     except Exception:  # pint raises a dozen unrelated types for bad unit text
         return False
     return True
@@ -60,8 +71,9 @@ def conversion(source: str, target: str) -> tuple[float, float]:
         return 1.0, 0.0
     registry = _registry()
     try:
-        origin = registry.Quantity(0.0, _SPELLINGS.get(source, source)).to(_SPELLINGS.get(target, target)).magnitude
-        unit = registry.Quantity(1.0, _SPELLINGS.get(source, source)).to(_SPELLINGS.get(target, target)).magnitude
+        given, stored = _as_pint(source), _as_pint(target)
+        origin = registry.Quantity(0.0, given).to(stored).magnitude
+        unit = registry.Quantity(1.0, given).to(stored).magnitude
     except Exception as error:  # pint raises a dozen unrelated types for bad unit text
         raise InputRefused(
             f"unit {source!r} cannot be converted to {target!r}: give a unit of the same quantity, "

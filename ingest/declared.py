@@ -12,6 +12,7 @@ import dataclasses
 import re
 import types
 import typing
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from fnmatch import fnmatchcase
 from typing import Any, TypeVar
@@ -137,10 +138,40 @@ def argument(text: str) -> str:
     return text if re.fullmatch(r"[\w@%+=:,./#-]+", text, re.ASCII) else f'"{text}"'
 
 
+_LONGEST_FLAG = 60
+_OF_SHELL = frozenset('"`$\\!')
+
+
+def flag_names(names: Sequence[str]) -> tuple[str, ...]:
+    """Return how a flag names each column so that it means no other: its name without the unit, else its whole header
+    cell, `#2` behind the second of equal ones, else its place. `names` are the header's cells.
+    """
+    bases = [parse_header(name).base for name in names]
+    whole, by_base = Counter(names), Counter(bases)
+    seen: Counter[str] = Counter()
+    found = []
+    for place, (name, base) in enumerate(zip(names, bases, strict=True), start=1):
+        seen[name] += 1
+        if _can_stand(base) and (whole[base] == 1 if name == base else not whole[base] and by_base[base] == 1):
+            found.append(base)
+        elif _can_stand(name):
+            found.append(name if whole[name] == 1 else f"{name}#{seen[name]}")
+        else:
+            found.append(str(place))
+    return tuple(found)
+
+
+def _can_stand(name: str) -> bool:
+    """Whether a shell takes a name, in quotes, as it is, and `--column` takes it for a name."""
+    fits = 0 < len(name) <= _LONGEST_FLAG and name == name.strip() and name.isprintable()
+    return fits and not _OF_SHELL.intersection(name)
+
+
 def declared_columns(declared: Declarations, names: Sequence[str]) -> Mapping[int, ColumnDeclaration]:
     """Return the declarations of the columns of these names, by place from 0: direct ones, then those of the profile.
 
-    Of several declarations of a column the one that means it alone counts, then the one by its whole header cell.
+    Of several declarations of a column each fact is that of the one that means it alone, then of the one by its whole
+    header cell.
     """
     profile, direct = _by_position(declared.profile_columns, names), _by_position(declared.columns, names)
     return {**profile, **{position: _merged(own, profile.get(position)) for position, own in direct.items()}}
@@ -152,17 +183,21 @@ def _by_position(columns: Mapping[str, ColumnDeclaration], names: Sequence[str])
         positions = positions_of(column, names)
         exactness = len(positions) == 1, column in names
         for position in positions:
-            if position not in found or found[position][0] < exactness:
-                found[position] = exactness, declaration
+            known, other = found.get(position, (exactness, None))
+            if known < exactness:
+                found[position] = exactness, _merged(declaration, other)
+            else:
+                found[position] = known, declaration if other is None else _merged(other, declaration)
     return {position: declaration for position, (_, declaration) in found.items()}
 
 
-def _merged(own: ColumnDeclaration, profile: ColumnDeclaration | None) -> ColumnDeclaration:
-    if profile is None:
-        return own
-    measured = own if own.unit or own.calibrations else profile  # a calibration is one in its unit
+def _merged(first: ColumnDeclaration, other: ColumnDeclaration | None) -> ColumnDeclaration:
+    """Return a declaration completed by another one."""
+    if other is None:
+        return first
+    measured = first if first.unit or first.calibrations else other  # a calibration is one in its unit
     return ColumnDeclaration(
-        own.channel or profile.channel, measured.unit, own.sign or profile.sign, measured.calibrations
+        first.channel or other.channel, measured.unit, first.sign or other.sign, measured.calibrations
     )
 
 

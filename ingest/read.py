@@ -14,6 +14,7 @@ from ingest.formats.format import UNKNOWN, Format, Head, Recognition, sniff
 from ingest.model import Candidate, Declarations, Explanation, ReadFile, Reading
 from ingest.tables.header_lines import SecondHeader
 from ingest.text.cells import GROUPED
+from ingest.text.source import looks_like_utf16
 
 MOST_REJECTED = 0.01
 """A log of which a larger share of rows is rejected is refused."""
@@ -100,7 +101,8 @@ def _chosen(
         return None, ""
     if len(best) > 1:
         listed = " and as ".join(f"{format_.name} ({seen.evidence})" for format_, seen in best)
-        message = f"The file can be read as {listed}: say which with `--format {best[0][0].name}`."
+        which = " or ".join(f"`--format {format_.name}`" for format_, _ in best if format_ not in registry.RECOGNISED)
+        message = f"The file can be read as {listed}: say which with {which}."
         findings.add(FILE, "format_ambiguous", message)
         return None, ""
     return best[0][0], best[0][1].evidence
@@ -126,8 +128,9 @@ def _report_unknown(head: Head, findings: FindingCollector) -> None:
         findings.add(FILE, "file_empty", message)
     else:
         beginning = head.data[:8].hex(" ")
+        page = looks_like_utf16(head.data)
         message = f"The file is neither text nor a format known here (it begins with {beginning}): "
-        message += "export it as delimited text."
+        message += f"if it is text, say `--encoding {page}`." if page else "export it as delimited text."
         findings.add(FILE, "format_unknown", message, value=beginning)
 
 

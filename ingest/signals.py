@@ -14,7 +14,15 @@ import numpy as np
 
 from data_schema.vocabulary import FileRole
 from ingest.channels.calibration import with_calibration
-from ingest.channels.checks import held_rows, note_missing, note_still_channels, out_of_range
+from ingest.channels.checks import (
+    SIGNED_BY_DIRECTION,
+    held_rows,
+    note_missing,
+    note_outside_plate,
+    note_still_channels,
+    out_of_range,
+    refuse_unsigned,
+)
 from ingest.channels.columns import ColumnPlan, Plan, TimePlan, plan_columns
 from ingest.channels.forces import check_plates, orient
 from ingest.channels.names import UNIT_OF_NAME, is_cop, normal_unit, parse_header, squash
@@ -24,6 +32,7 @@ from ingest.findings import NOTE, FindingCollector
 from ingest.instruments import Instrument, instrument_named
 from ingest.model import ChannelData, ColumnUse, Declarations, FloatArray, Gap, Reading, SignalPart, TableUse
 from ingest.spool import by_blocks, take
+from ingest.tables.layout import refuse_jumps_by_thousand
 from ingest.tables.table import Block, CellKind, Table, Wanted
 from ingest.timebase.axis import Recording, TimeSources, first_day, recordings, with_epoch_unit
 from ingest.timebase.order import trial_position, trials
@@ -39,7 +48,11 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
     trial_column = trial_position(declared.trials, table, findings)
     asks_for_time = _asks_for_time(plan.time, declared, table)
     clocks = [at for at, kind in enumerate(table.kinds) if kind is CellKind.CLOCK] if asks_for_time else []
-    block = table.read_rows(_wanted(plan, trial_column, clocks))
+    signed = any(column.channel in SIGNED_BY_DIRECTION for column in plan.columns)
+    texts = [position for position, kind in enumerate(table.kinds) if signed and kind is CellKind.TEXT]
+    block = table.read_rows(_wanted(plan, trial_column, clocks, texts))
+    if table.text is not None:
+        refuse_jumps_by_thousand(block, table.text, declared, findings)
     plan = dataclasses.replace(plan, time=with_epoch_unit(plan.time, block, findings))
     plan = _calibrated(plan, block, table, declared, findings)
     if not block.n_rows or not plan.columns:
@@ -55,12 +68,16 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
     columns = orient(plan.columns, stored, instrument, findings)
     usable = ~out_of_range(stored, columns, block, findings)
     note_missing(stored, columns, block, findings)
+    refuse_unsigned(stored, columns, [block.clocks[at] for at in texts if at in block.clocks], usable, findings)
     columns = check_plates(columns, stored, findings)
+    note_outside_plate(stored, columns, usable, findings)
     check_robot(columns, stored, usable, declared, findings)
     findings.tables.append(table_use(table, plan, columns, declared, instrument, trial_column))
     given = [position for position in clocks if position in block.clocks]  # not every table of a maker keeps them
     cells = {table.names[position]: block.clocks[position] for position in given}
-    sources = TimeSources(block, plan, stored, declared, table.preamble, instrument.fixed_rate_hz, cells)
+    sources = TimeSources(
+        block, plan, stored, declared, table.preamble, instrument.fixed_rate_hz, cells, table.text is not None
+    )
     parts: list[SignalPart] = []
     n_usable = 0
     for trial, rows in trials(block, trial_column, findings):
@@ -101,7 +118,7 @@ def _role(columns: Sequence[ColumnPlan]) -> FileRole:
     return FileRole.FORCE if any(column.channel == "force_z" for column in columns) else FileRole.LOG
 
 
-def _wanted(plan: Plan, trial_column: int | None, clocks: Sequence[int]) -> list[Wanted]:
+def _wanted(plan: Plan, trial_column: int | None, clocks: Sequence[int], texts: Sequence[int]) -> list[Wanted]:
     # Only time stamps need all digits of a long integer; a channel is stored as float64 anyway.
     wanted = [
         Wanted(column.position, column.source_name, CellKind.NUMBER, is_cop(column.channel)) for column in plan.columns
@@ -114,6 +131,7 @@ def _wanted(plan: Plan, trial_column: int | None, clocks: Sequence[int]) -> list
         wanted.append(Wanted(trial_column, "trial", CellKind.CLOCK))
     known = {column.position for column in wanted}
     wanted += [Wanted(position, "clock", CellKind.CLOCK) for position in clocks if position not in known]
+    wanted += [Wanted(position, "words", CellKind.TEXT) for position in texts if position not in known]
     return sorted(wanted, key=lambda column: column.position)
 
 

@@ -6,6 +6,7 @@ look healthy by chance (seen in logs of the UCT hopping leg: 2.2e35 m beside pla
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from typing import Literal
@@ -16,7 +17,7 @@ from data_schema.vocabulary import CHANNELS, GapKind
 from ingest.channels.columns import ColumnPlan
 from ingest.channels.names import channel_kind, fitting_unit, is_cop, plate_of, unit_flags
 from ingest.channels.plate_load import LOADED_N, MOST_N, find_load
-from ingest.findings import NOTE, ROW, FindingCollector
+from ingest.findings import FILE, NOTE, ROW, FindingCollector
 from ingest.model import BoolArray, ChannelData, FloatArray, Gap, IntArray
 from ingest.spool import release, row_blocks
 from ingest.tables.table import Block
@@ -49,9 +50,6 @@ LIMITS_BY_UNIT: Mapping[str | None, tuple[float, float]] = {
 _ANYTHING = (-np.inf, np.inf)
 """Of what is unknown, or has no unit, nothing is impossible: stamps in nanoseconds and identifiers exceed 1e18."""
 _WHOLE = 2.0**53
-_SMALLEST = 1e-30
-"""Nonzero values below this are bit patterns of something else."""
-
 _FEWEST_HELD_ROWS = 3
 
 CHANCE_HELD = 0.01
@@ -74,7 +72,7 @@ def out_of_range(
         stored = values[plan.position]
         bad = np.zeros(block.n_rows, dtype=np.bool_)
         for piece in row_blocks(stored):
-            bad[piece] = _impossible(stored[piece], low, high)
+            bad[piece] = _outside(stored[piece], low, high)
         if (low, high) == _ANYTHING and np.fmax.reduce(stored) > _WHOLE:
             message = "Integers beyond 2^53 are kept to 16 digits; the others are in the raw copy only."
             findings.add(NOTE, "digits_rounded", message, column=plan.source_name)
@@ -90,8 +88,8 @@ def out_of_range(
             findings.add(
                 ROW,
                 "out_of_range",
-                f"{plan.channel} lies outside {low:g} to {high:g}{unit}, or is smaller than "
-                f"anything measured: a damaged row or a wrong unit; the whole row is left out.{advice}",
+                f"{plan.channel} lies outside {low:g} to {high:g}{unit}: a damaged row or a wrong unit; the whole row "
+                f"is left out.{advice}",
                 column=plan.source_name,
                 lines=block.line_of(rows),
                 count=len(rows),
@@ -101,13 +99,49 @@ def out_of_range(
     return bad_rows
 
 
-def _impossible(values: FloatArray, low: float, high: float) -> BoolArray:
-    found: BoolArray = np.abs(values) < _SMALLEST
-    if found.any():
-        found &= values != 0
-    if np.fmin.reduce(values, initial=np.inf) < low or np.fmax.reduce(values, initial=-np.inf) > high:
-        found |= (values < low) | (values > high)
-    return found
+def _outside(values: FloatArray, low: float, high: float) -> BoolArray:
+    if np.fmin.reduce(values, initial=np.inf) >= low and np.fmax.reduce(values, initial=-np.inf) <= high:
+        return np.zeros(len(values), dtype=np.bool_)
+    return (values < low) | (values > high)
+
+
+_DISCHARGING = re.compile(rb"(?i)dis[ _-]?ch|d[ _-]?chg|entlad|d(?:e|\xc3?\xa9|\xe9)charg|descarg")
+SIGNED_BY_DIRECTION = ("current", "charge")
+"""Channels that are positive while charging and negative while discharging."""
+
+
+def refuse_unsigned(
+    values: Mapping[int, FloatArray],
+    plans: Sequence[ColumnPlan],
+    texts: Sequence[Sequence[bytes]],
+    usable: BoolArray,
+    findings: FindingCollector,
+) -> None:
+    """Refuse currents and charges that are positive in rows whose text, as `CC_DChg`, says that they discharge.
+
+    `texts` are columns of text, a cell a row; `usable`, shape (n_rows,), excludes rejected rows.
+    """
+    for text in texts:
+        says_so = {cell: _DISCHARGING.search(cell) is not None for cell in set(text)}
+        example = next((cell for cell in says_so if says_so[cell]), None)
+        rows = usable & np.fromiter((says_so[cell] for cell in text), np.bool_, len(usable))
+        for plan in plans:
+            if example is None or plan.channel not in SIGNED_BY_DIRECTION:
+                continue
+            stored = values[plan.position]
+            if 2 * np.count_nonzero(stored[rows] > 0) <= np.count_nonzero(stored[rows]):
+                continue
+            unsigned = not (stored[usable] < 0).any()
+            own = f"own.{plan.channel}_{'magnitude' if unsigned else 'discharging'}"
+            turn = "" if unsigned else "say `sign = -1` of it in a [profiles.NAME] table of labbook.toml, or "
+            findings.add(
+                FILE,
+                "current_unsigned",
+                f"Column {plan.source_name!r} is positive where the file says {example.decode(errors='replace')!r}, "
+                f"and {plan.channel} is negative while discharging: {turn}keep it as a quantity of your own, "
+                f'`--column "{plan.flag}={own}:{plan.source_unit or plan.unit}"`.',
+                column=plan.source_name,
+            )
 
 
 def note_missing(
@@ -124,6 +158,39 @@ def note_missing(
             findings.add(
                 NOTE, "value_missing", message, column=plan.source_name, lines=block.line_of(rows), count=len(rows)
             )
+
+
+LARGEST_PLATE_M = 1.2
+"""No centre of pressure is farther from its plate's middle, or corner: the edge of the largest plates that are sold."""
+_FEW = 0.01
+
+
+def note_outside_plate(
+    values: Mapping[int, FloatArray], plans: Sequence[ColumnPlan], usable: BoolArray, findings: FindingCollector
+) -> None:
+    """Report centres of pressure of loaded plates, more than a hundredth, that lie outside any plate."""
+    forces = {plate_of(plan.channel): plan.position for plan in plans if channel_kind(plan.channel) == "force_z"}
+    for plan in plans:
+        force = forces.get(plate_of(plan.channel)) if is_cop(plan.channel) else None
+        if force is None or channel_kind(plan.channel) == "cop_z":
+            continue
+        load = find_load(values[force])
+        if load is None:
+            continue
+        place = np.abs(values[plan.position][usable & (load.of(values[force]) > LOADED_N)])
+        outside = place > LARGEST_PLATE_M
+        if np.count_nonzero(outside) <= _FEW * len(place):
+            continue
+        unit = fitting_unit(plan, float(np.median(place[outside])), 0.0, LARGEST_PLATE_M)
+        advice = f"; if its unit is {unit}, say {unit_flags(plan, unit)}" if unit else ""
+        findings.add(
+            NOTE,
+            "cop_outside_plate",
+            f"The centre of pressure of the loaded plate lies {np.median(place[outside]):.3g} m from its origin, "
+            f"outside any plate: the room's origin, or not the unit of the file{advice}.",
+            column=plan.source_name,
+            count=int(np.count_nonzero(outside)),
+        )
 
 
 def note_still_channels(channels: Sequence[ChannelData], findings: FindingCollector) -> None:

@@ -11,7 +11,6 @@ from data_schema.calibration import Calibration
 from data_schema.vocabulary import CHANNELS
 from ingest.channels.names import (
     COUNTS,
-    FACTORS,
     TIME_NAMES,
     UNIT_OF_NAME,
     channel_kind,
@@ -24,8 +23,9 @@ from ingest.channels.names import (
     refuse_other_unit,
     refuse_two_units,
     squash,
+    usual_units,
 )
-from ingest.declared import declared_columns, positions_of
+from ingest.declared import declared_columns, flag_names, positions_of
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import ColumnDeclaration, Declarations
 from ingest.tables.table import CellKind, Table
@@ -51,12 +51,15 @@ NO_CONVENTION = Convention("", {})
 class ColumnPlan:
     """How one source column becomes a channel: `stored = sign * (scale * source + offset)`.
 
-    Until one of the `calibrations` is chosen, `scale` and `offset` convert their `calibrated_unit` to the stored one.
+    `flag` is how flags name the column, `declared_channel` what they call its channel: by the file's own axes. Until
+    one of the `calibrations` is chosen, `scale` and `offset` convert their `calibrated_unit` to the stored one.
     """
 
     position: int
     source_name: str
+    flag: str
     channel: str
+    declared_channel: str
     unit: str | None
     source_unit: str | None
     scale: float
@@ -72,12 +75,13 @@ class ColumnPlan:
 class TimePlan:
     """The time column; `unit` is None for clock text, and where it is stated nowhere.
 
-    `file_unit` is the unit in the file, whatever is declared; `date_position` is where the dates stand that go with
-    clock texts without one.
+    `flag` is how flags name it, `file_unit` the unit in the file, whatever is declared; `date_position` is where the
+    dates stand that go with clock texts without one.
     """
 
     position: int
     source_name: str
+    flag: str
     kind: CellKind
     unit: str | None
     date_position: int | None = None
@@ -97,13 +101,14 @@ class _Column:
     position: int
     name: str
     base: str
+    flag: str
     channel: str | None
     unit: str | None
     raw_unit: str | None
     file_unit: str | None
     declared_sign: int | None
     kind: CellKind
-    declared_time: bool
+    declared: bool
     calibrations: tuple[Calibration, ...]
 
 
@@ -114,8 +119,8 @@ def plan_columns(
     declarations = declared_columns(declared, table.names)
     declared = _time_of_flags(declared, table.names)
     columns = [
-        _column(position, name, table, declared, declarations.get(position), findings)
-        for position, name in enumerate(table.names)
+        _column(position, flag, table, declared, declarations.get(position), findings)
+        for position, flag in enumerate(flag_names(table.names))
     ]
     _refuse_side_by_side(columns, findings)
     time = _with_date(_time_plan(columns, convention, findings), columns, declared, table.names)
@@ -152,12 +157,13 @@ def _time_of_flags(declared: Declarations, names: Sequence[str]) -> Declarations
 
 def _column(
     position: int,
-    name: str,
+    flag: str,
     table: Table,
     declared: Declarations,
     declaration: ColumnDeclaration | None,
     findings: FindingCollector,
 ) -> _Column:
+    name = table.names[position]
     cell = parse_header(name)
     base, unit = cell.base, cell.unit
     if cell.suffix_base is not None and _is_known(cell.suffix_base) and not _is_known(base):
@@ -167,7 +173,7 @@ def _column(
     row_unit = normal_unit(table.units[position] or "")
     decided = declared.override_units and declaration is not None and declaration.unit is not None
     if not decided:
-        refuse_two_units(name, unit, row_unit, findings)
+        refuse_two_units(name, flag, unit, row_unit, findings)
     unit = unit or row_unit or UNIT_OF_NAME.get(squash(base))
     own = table.channels[position] if table.channels else None
     channel = own or (TIME if squash(base) in TIME_NAMES else channel_of(base, unit))
@@ -183,21 +189,23 @@ def _column(
     if channel == TIME and declared.time_unit is not None:
         unit = declared_unit = normal_unit(declared.time_unit)
     raw_unit = file_unit
-    if all(each.scale == 1.0 for each in calibrations):  # else the header's unit is that of the raw numbers
+    if all(each.scale == 1.0 for each in calibrations) and not (calibrations and file_unit in COUNTS):
         refuse_other_unit(name, file_unit, declared_unit, declared, findings)
-        raw_unit = unit
-    time_is_declared = declared.time_column is not None or (declaration is not None and declaration.channel == TIME)
+        raw_unit = unit  # else the header's unit is that of the raw numbers
+    is_declared = declaration is not None and declaration.channel is not None
+    is_declared |= channel == TIME and declared.time_column is not None
     return _Column(
         position,
         name,
         base,
+        flag,
         channel,
         unit,
         raw_unit,
         file_unit,
         sign,
         table.kinds[position],
-        channel == TIME and time_is_declared,
+        is_declared,
         calibrations,
     )
 
@@ -230,7 +238,7 @@ def _is_known(name: str) -> bool:
 
 def _time_plan(columns: list[_Column], convention: Convention, findings: FindingCollector) -> TimePlan | None:
     named = [column for column in columns if column.channel == TIME]
-    named = [column for column in named if column.declared_time] or named
+    named = [column for column in named if column.declared] or named
     if len(named) > 1:
         numeric = [column for column in named if column.kind in (CellKind.NUMBER, CellKind.INTEGER)]
         if len(numeric) != 1:
@@ -239,7 +247,7 @@ def _time_plan(columns: list[_Column], convention: Convention, findings: Finding
                 FILE,
                 "several_time_columns",
                 f"Columns {listed} are all times, and each may govern those to its right: "
-                f'say which one counts with `--column "{named[0].name}=time"`, or export one table a file.',
+                f'say which one counts with `--column "{named[0].flag}=time"`, or export one table a file.',
             )
             return None
         named = numeric
@@ -257,7 +265,7 @@ def _time_plan(columns: list[_Column], convention: Convention, findings: Finding
     unit = column.unit or convention.time_unit
     if column.kind is CellKind.CLOCK:
         unit = None
-    return TimePlan(column.position, column.name, column.kind, unit, file_unit=column.file_unit)
+    return TimePlan(column.position, column.name, column.flag, column.kind, unit, file_unit=column.file_unit)
 
 
 def _with_date(
@@ -296,9 +304,8 @@ def _channel_plan(column: _Column, convention: Convention, findings: FindingColl
         findings.add(
             FILE,
             "unit_missing",
-            f"Column {column.name!r} is {column.channel} and its unit is stated nowhere: "
-            f'say it with `--column "{column.base}={column.channel}:UNIT"` ({_units_of(stored)}), '
-            "or in a [profiles.NAME] table of labbook.toml.",
+            f"Column {column.name!r} is {column.channel} and its unit is stated nowhere: say which it is in, "
+            f'`--unit "{column.flag}=UNIT"` ({usual_units(stored)}), or in a [profiles.NAME] table of labbook.toml.',
             column=column.name,
         )
     if unit in COUNTS and stored != "1":
@@ -306,17 +313,30 @@ def _channel_plan(column: _Column, convention: Convention, findings: FindingColl
             FILE,
             "calibration_missing",
             f"Column {column.name!r} is {column.channel} in counts: say what a count is, "
-            f'`--column "{column.base}={column.channel}:{stored},scale=SCALE,offset=OFFSET"`, or what it shows at '
-            f'known values, `--column "{column.base}={column.channel}:{stored},raw=812 3071,value=0.2 0.85"`.',
+            f'`--column "{column.flag}={column.channel}:{stored},scale=SCALE,offset=OFFSET"`, or what it shows at '
+            f'known values, `--column "{column.flag}={column.channel}:{stored},raw=812 3071,value=0.2 0.85"`.',
             column=column.name,
         )
-        name = clean_name(column.base) or f"column_{column.position + 1}"
-        return ColumnPlan(column.position, column.name, name, "counts", unit, 1.0, 0.0, 1, ())
-    scale, offset = factor(column.name, unit or stored, stored, findings)
+        return _plan(column, clean_name(column.base) or f"column_{column.position + 1}", "counts", unit)
+    scale, offset = factor(column.name, unit or stored, stored, findings, column.flag)
+    return _plan(column, column.channel, stored, unit, scale, offset, assumed)
+
+
+def _plan(
+    column: _Column,
+    channel: str,
+    stored: str | None,
+    unit: str | None,
+    scale: float = 1.0,
+    offset: float = 0.0,
+    assumed: tuple[str, ...] = (),
+) -> ColumnPlan:
     return ColumnPlan(
         column.position,
         column.name,
-        column.channel,
+        column.flag,
+        channel,
+        channel,
         stored,
         column.raw_unit if column.calibrations else unit,
         scale,
@@ -329,36 +349,19 @@ def _channel_plan(column: _Column, convention: Convention, findings: FindingColl
     )
 
 
-def _units_of(stored: str) -> str:
-    """Return which units may stand for UNIT where a channel is stored in `stored`."""
-    usual = [unit for unit in FACTORS.get(stored, {}) if unit[0].isalpha()]
-    return f"UNIT: {', '.join(usual or [stored])} or another"
-
-
 def _unknown(column: _Column, findings: FindingCollector) -> ColumnPlan:
     name = column.channel if column.channel not in (None, TIME) else clean_name(column.base)
     name = name or f"column_{column.position + 1}"
-    unit = f"in {column.unit}" if column.unit else "without a unit"
-    findings.add(
-        NOTE,
-        "unknown_column",
-        f'Not a channel known here: kept as {name!r}, {unit}; to name it, `--column "{column.base}=CHANNEL:UNIT"`.',
-        column=column.name,
-    )
-    return ColumnPlan(
-        column.position,
-        column.name,
-        name,
-        column.unit,
-        column.raw_unit,
-        1.0,
-        0.0,
-        column.declared_sign or 1,
-        (),
-        column.declared_sign,
-        column.calibrations,
-        column.unit,
-    )
+    if not column.declared:
+        unit, example = (f"in {column.unit}", "") if column.unit else ("without a unit", ":UNIT")
+        findings.add(
+            NOTE,
+            "unknown_column",
+            f"Not a channel known here: kept as {name!r}, {unit}; to name it, "
+            f'`--column "{column.flag}=CHANNEL{example}"`.',
+            column=column.name,
+        )
+    return _plan(column, name, column.unit, column.unit)
 
 
 def _distinct(planned: list[ColumnPlan], findings: FindingCollector) -> tuple[ColumnPlan, ...]:

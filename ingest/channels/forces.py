@@ -17,7 +17,7 @@ import numpy as np
 
 from data_schema.errors import unknown_name
 from ingest.channels.columns import ColumnPlan
-from ingest.channels.names import channel_kind, plate_of
+from ingest.channels.names import channel_kind, plate_of, unit_flags
 from ingest.channels.plate_load import LOADED_N, MOST_N, Load, find_load
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.instruments import Instrument
@@ -166,9 +166,7 @@ def check_plates(
             distance_m = float(np.median(np.abs(expected)))
             if distance_m > FARTHEST_COP_M:
                 message = f"Moment over force puts the centre of pressure {distance_m:.3g} m away: N*mm?"
-                message += (
-                    f' Declare the unit, for example `--column "{checked[index[moment]].source_name}={moment}:N*mm"`.'
-                )
+                message += f" If so, say {unit_flags(checked[index[moment]], 'N*mm')}."
                 findings.add(FILE, "moment_unit_implausible", message, column=checked[index[moment]].source_name)
             elif cop in values:
                 number = index[cop]

@@ -12,8 +12,8 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from data_schema import units
 from data_schema.errors import InputRefused
-from data_schema.units import conversion
 from data_schema.vocabulary import CHANNELS
 from ingest.findings import FILE, FindingCollector
 from ingest.model import Declarations
@@ -54,8 +54,17 @@ _SAFE_SUFFIXES = {
     "deg_s", "m_s", "mm_s", "cm_s", "mps", "Hz", "kHz", "sec", "msec", "usec", "rpm",
 }  # fmt: skip
 _SUFFIX = re.compile(r"(.+?)[_ .]((?:rad|deg|mm|cm|m)_s|[A-Za-zµμ°%]+)")
-_BRACKETS = re.compile(r"(.*?)\s*(\[|\()\s*([^\])]*?)\s*[\])]\s*(.*)")
-_SEPARATED = re.compile(r"(.*\S)\s*(?:/|,|\bin\b)\s*(\S+)")
+_BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(((?:[^()]|\([^()]*\))*)\)")
+_SEPARATED = re.compile(r"(.*\S)\s*(?:,|\bin\b)\s*(\S.*)")
+_WORD = r"[A-Za-zµμ°%Ω]+(?:\^?-?[1-9]|[²³])?"
+_BETWEEN = r"(?:\s*[/*·.]\s*|\s+)"
+_COMPOUND = re.compile(
+    rf"(?=.*[/*·^²³])(?:1|{_WORD}|\({_WORD}(?:{_BETWEEN}{_WORD})*\))"
+    rf"(?:{_BETWEEN}(?:{_WORD}|\({_WORD}(?:{_BETWEEN}{_WORD})*\)))*"
+)
+"""Units multiplied, divided or to a power: `N/kg`, `mAh/g`, `kg m/s^2`, `W/(m K)`."""
+_NO_UNIT = frozenset({"N/A", "n/a"})
+_LONGEST_UNIT = 30
 _LONGEST_NAME = 200
 """A longer cell is no name with a unit; to look for brackets in one of 100 kB takes minutes."""
 _CAMEL = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
@@ -80,29 +89,57 @@ def parse_header(text: str) -> HeaderCell:
     text = text.strip().strip("\u200e\u200f\ufeff").strip()
     if len(text) > _LONGEST_NAME:
         return HeaderCell(text, None)
-    brackets = _BRACKETS.fullmatch(text)
-    if brackets and (brackets[2] == "[" or is_unit(brackets[3])):
-        return HeaderCell(f"{brackets[1]} {brackets[4]}".strip(), normal_unit(brackets[3]))
+    brackets = [*_BRACKETS.finditer(text)]
+    units_in = [found for found in brackets if is_unit(found[1] or found[2] or "")]
+    marked = units_in[-1:] or [found for found in brackets if found[1] is not None]
+    if marked:
+        name = f"{text[: marked[0].start()].rstrip()} {text[marked[0].end() :].lstrip()}"
+        return HeaderCell(name.strip(), normal_unit(marked[0][0]))
     separated = _SEPARATED.fullmatch(text)
     if separated and is_unit(separated[2]):
         return HeaderCell(separated[1], normal_unit(separated[2]))
-    suffix = _SUFFIX.fullmatch(text)
-    if suffix and suffix[2] in _SAFE_SUFFIXES:
-        return HeaderCell(suffix[1], normal_unit(suffix[2]))
-    if suffix and is_unit(suffix[2]):
-        return HeaderCell(text, None, suffix[1], normal_unit(suffix[2]))
-    return HeaderCell(text, None)
+    return _divided(text) or _suffixed(text, "") or HeaderCell(text, None)
+
+
+def _divided(text: str) -> HeaderCell | None:
+    """Take apart `leg length/mm`: the longest unit behind a stroke, or one that the stroke divides (`velocity_m/s`)."""
+    if is_unit(text):
+        return None
+    for stroke in re.finditer("/", text):
+        name, unit = text[: stroke.start()].rstrip(), text[stroke.end() :].strip()
+        if name and name.count("(") == name.count(")") and is_unit(unit):
+            known = squash(name) in TIME_NAMES or channel_of(name) is not None
+            return (None if known else _suffixed(name, f"/{unit}")) or HeaderCell(name, normal_unit(unit))
+    return None
+
+
+def _suffixed(name: str, divided_by: str) -> HeaderCell | None:
+    """Take a unit, divided by another one or not, off the end of a name; None where there is none."""
+    suffix = _SUFFIX.fullmatch(name)
+    if suffix is None or not is_unit(suffix[2] + divided_by):
+        return None
+    unit = normal_unit(suffix[2] + divided_by)
+    if suffix[2] in _SAFE_SUFFIXES:
+        return HeaderCell(suffix[1], unit)
+    return HeaderCell(name + divided_by, None, suffix[1], unit)
 
 
 def normal_unit(text: str) -> str | None:
     """Return a unit in the spelling used here; None for no text. Unknown units stay as they are written."""
-    text = text.strip().strip("[]()").strip().replace("µ", "u").replace("μ", "u").replace("·", "*")
+    text = text.strip()
+    if text[:1] + text[-1:] in ("[]", "()"):
+        text = text[1:-1].strip()
+    text = text.replace("µ", "u").replace("μ", "u").replace("·", "*")
     return _SPELLINGS.get(text, text) or None
 
 
 def is_unit(text: str) -> bool:
-    """Whether a text is a unit known here (and not just any word)."""
-    return normal_unit(text) in _UNITS
+    """Whether a text is a unit known here (and not just any word), or made of such as the units library reads it."""
+    unit = normal_unit(text)
+    if unit in _UNITS or unit is None or unit in _NO_UNIT or len(unit) > _LONGEST_UNIT:
+        return unit in _UNITS
+    words = re.findall(r"[A-Za-zµμ°%Ω]+", unit) if _COMPOUND.fullmatch(unit) else []
+    return any(normal_unit(word) in _UNITS for word in words) and units.is_unit(unit)
 
 
 def squash(name: str) -> str:
@@ -232,18 +269,34 @@ FACTORS = {
 """The units that logs are full of, by the stored one: the units library, slow to load, is for the others."""
 
 
-def factor(column: str, unit: str, stored: str, findings: FindingCollector) -> tuple[float, float]:
-    """Return `(scale, offset)` with `stored = scale * value + offset`; a unit of another quantity refuses the file."""
+def factor(
+    column: str, unit: str, stored: str, findings: FindingCollector, flag: str | None = None
+) -> tuple[float, float]:
+    """Return `(scale, offset)` with `stored = scale * value + offset`; a unit of another quantity refuses the file.
+
+    `flag` is how flags name the column, where that is not its name.
+    """
     common = FACTORS.get(stored, {}).get(unit)
     if common is not None:
         return common, 0.0
     try:
-        return conversion(unit, stored)
+        return units.conversion(unit, stored)
     except InputRefused as error:
-        flag = f'`--unit "{column}={stored}" --override-units`'
-        message = f"Column {column!r}: {str(error).rstrip('.')}; if the column holds {stored}, say {flag}."
+        flag = column if flag is None else flag
+        own = clean_name(parse_header(column).base) or "quantity"
+        own = f"own.{own}" if channel_kind(own) is None else f"own.{own}_other"
+        kept = f'; if it is another quantity, `--column "{flag}={own}"`' if is_unit(unit) else ""
+        message = (
+            f"Column {column!r}: {str(error).rstrip('.')}; if the column holds {stored}, say "
+            f'`--unit "{flag}={stored}" --override-units`{kept}.'
+        )
         findings.add(FILE, "unit_not_convertible", message, column=column, value=unit)
         return 1.0, 0.0
+
+
+def usual_units(stored: str) -> str:
+    """Return, for a sentence, the units in which logs give a quantity that is stored in `stored`."""
+    return " or ".join(unit for unit in FACTORS[stored] if " " not in unit)
 
 
 def is_common(unit: str, stored: str) -> bool:
@@ -256,7 +309,7 @@ def same_unit(one: str, other: str) -> bool:
     if one == other:
         return True
     try:
-        scale, offset = conversion(one, other)
+        scale, offset = units.conversion(one, other)
     except InputRefused:
         return False
     return math.isclose(scale, 1.0) and offset == 0.0
@@ -277,14 +330,17 @@ def refuse_other_unit(
         )
 
 
-def refuse_two_units(column: str, name: str | None, below: str | None, findings: FindingCollector) -> None:
-    """Refuse a column whose name has one unit and the row of units, or the cells, below it another."""
+def refuse_two_units(column: str, flag: str, name: str | None, below: str | None, findings: FindingCollector) -> None:
+    """Refuse a column whose name has one unit and the row of units, or the cells, below it another.
+
+    `flag` is how flags name the column.
+    """
     if name and below and is_unit(name) and is_unit(below) and not same_unit(name, below):
         findings.add(
             FILE,
             "unit_contradicts",
             f"The header of column {column!r} says {name} and below it stands {below}: correct the file, or say which "
-            f'holds with `--unit "{column}={below}" --override-units`.',
+            f'holds with `--unit "{flag}={below}" --override-units`.',
             column=column,
             value=below,
         )
@@ -300,8 +356,8 @@ def fitting_unit(plan: ColumnPlan, value: float, low: float, high: float, *, usu
     if plan.calibrations:
         return None
     source = value / plan.scale
-    units = _LENGTHS if plan.unit == "m" else FACTORS.get(plan.unit or "", {})
-    fitting = {unit: abs(source * scale) for unit, scale in units.items() if low <= source * scale <= high}
+    known = _LENGTHS if plan.unit == "m" else FACTORS.get(plan.unit or "", {})
+    fitting = {unit: abs(source * scale) for unit, scale in known.items() if low <= source * scale <= high}
     fitting.pop(plan.source_unit or plan.unit or "", None)
     near = usual or _USUAL.get(plan.unit or "", 1.0)
     return min(fitting, key=lambda unit: abs(math.log((fitting[unit] or 1e-30) / near)), default=None)
@@ -314,6 +370,4 @@ def in_unit(plan: ColumnPlan, value: float, unit: str) -> float:
 
 def unit_flags(plan: ColumnPlan, unit: str) -> str:
     """Return the flags that have the column read in a unit."""
-    if channel_kind(plan.channel) is None:
-        return f'`--unit "{plan.source_name}={unit}" --override-units`'
-    return f'`--column "{plan.source_name}={plan.channel}:{unit}" --override-units`'
+    return f'`--unit "{plan.flag}={unit}" --override-units`'

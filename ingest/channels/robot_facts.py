@@ -21,12 +21,10 @@ WEIGHT_AGREES = 0.2
 WEIGHT_REFUSED = 2.0
 """A mean force that is so many times more or less than the weight is of another unit, or of no robot known."""
 LEAST_MOTION_M = 1e-3
-MOST_MOTION_LEGS = 10.0
 LEAST_MOTION_LEGS = 0.05
 """Hops of less are no reason to take a unit for the right one."""
 LEAST_HEIGHT_LEGS, MOST_HEIGHT_LEGS = 0.2, 3.0
 """A body that never comes higher, while it hops, or comes higher than this may be measured in another unit."""
-HEIGHT_DOUBTFUL = "height_doubtful"
 
 _FEWEST_HOPS = 3
 _MOST_ROWS = 1 << 20
@@ -42,7 +40,7 @@ def check_robot(
     declared: Declarations,
     findings: FindingCollector,
 ) -> None:
-    """Refuse forces and heights that no known robot can have, and report heights that hardly any has.
+    """Refuse forces and heights that no known robot can have.
 
     Says nothing where no robot is known or no hops are seen.
 
@@ -90,7 +88,7 @@ def _check_forces(
                     "force_axes_swapped",
                     f"Column {plan.source_name!r} carries {sideways:.3g} N over hops, the weight of a robot of "
                     f"{known}, and {name!r}, the vertical force, does not: are they exchanged? Say "
-                    f'`--column "{plan.source_name}=force_z:N" --column "{name}={plan.channel}:N"`{remedy}',
+                    f"`{_channel_flag(plan, vertical[0])} {_channel_flag(vertical[0], plan)}`{remedy}",
                     column=name,
                 )
                 return
@@ -109,6 +107,12 @@ def _check_forces(
         findings.add(FILE, "force_weight_implausible", f"{found}: {advice}{remedy}", column=name)
 
 
+def _channel_flag(plan: ColumnPlan, other: ColumnPlan) -> str:
+    """Return the flag that has a column read as what another one was."""
+    unit = f":{plan.source_unit}" if plan.source_unit else ""
+    return f'--column "{plan.flag}={other.declared_channel}{unit}"'
+
+
 def _relative_difference(forces: Sequence[float], weights: Sequence[float]) -> float:
     return min((abs(force / weight - 1) for force in forces for weight in weights), default=np.inf)
 
@@ -121,27 +125,19 @@ def _check_height(
         return
     low, high = np.percentile(finite, (1.0, 99.0))
     reach = max(robot.reach_m for robot in robots)
-    too_far = high - low > MOST_MOTION_LEGS * reach
-    if too_far or (high - low < LEAST_MOTION_M and _hops(finite) is not None):
-        findings.add(
-            FILE,
-            "height_implausible",
-            f"Column {plan.source_name!r} moves by {1e3 * (high - low):.3g} mm, and the longest leg in [robots] "
-            f"reaches {1e3 * reach:.3g} mm: {_unit_advice(plan, low, high, reach)}, or `--no-robot-check`.",
-            column=plan.source_name,
-        )
+    hops = _hops(finite) is not None
+    too_little = hops and (high - low < LEAST_MOTION_M or 0 < low < high < LEAST_HEIGHT_LEGS * reach)
+    if not (too_little or high < 0 or max(-low, high) > MOST_HEIGHT_LEGS * reach):
         return
-    never_low = low > 0 and high < LEAST_HEIGHT_LEGS * reach and _hops(finite) is not None
-    if high < 0 or low > reach or high > MOST_HEIGHT_LEGS * reach or never_low:
-        advice = "is its sign turned round? Say `sign = -1` of it in a [profiles.NAME] table of labbook.toml"
-        findings.add(
-            NOTE,
-            HEIGHT_DOUBTFUL,
-            f"Column {plan.source_name!r} is read as heights of {low:.3g} to {high:.3g} m, and the longest leg in "
-            f"[robots] reaches {reach:.3g} m: {_unit_advice(plan, low, high, reach) if high >= 0 else advice}, or "
-            "`--no-robot-check` if it is as it should be.",
-            column=plan.source_name,
-        )
+    advice = f"is its sign turned round? Say `sign = {-plan.sign}` of it in a [profiles.NAME] table of labbook.toml"
+    findings.add(
+        FILE,
+        "height_implausible",
+        f"Column {plan.source_name!r} is read as heights of {low:.3g} to {high:.3g} m, and the longest leg in [robots] "
+        f"reaches {reach:.3g} m: {_unit_advice(plan, low, high, reach) if high >= 0 else advice}, or "
+        "`--no-robot-check` if it is as it should be.",
+        column=plan.source_name,
+    )
 
 
 def _unit_advice(plan: ColumnPlan, low: float, high: float, reach: float) -> str:

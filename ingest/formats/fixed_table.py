@@ -15,7 +15,7 @@ from ingest.findings import FILE, ROW, FindingCollector
 from ingest.instruments import PLATE_UNITS, Instrument
 from ingest.model import Declarations, Reading
 from ingest.signals import read_signals
-from ingest.tables.layout import Layout, kind_of, too_wide
+from ingest.tables.layout import Layout, kind_of, refuse_unclear, too_wide
 from ingest.tables.rows import read_rows
 from ingest.tables.table import NO_PREAMBLE, Block, Preamble, Table, Wanted
 from ingest.text.cells import COMMA_NUMBER, split_cells
@@ -73,6 +73,7 @@ def fixed_table(
         data_start=header.first.start,
         data_line=header.first.number,
         last_cells=tuple(row[-1] for row in rows) if header.first.ended else (),
+        complete=bool(declared.complete),
     )
 
     unsure = None if declared.complete else _unsure_end(source, layout)
@@ -94,9 +95,9 @@ def _unsure_end(source: TextSource, layout: Layout) -> int | None:
     decimals = {len(cell.rpartition(layout.decimal)[2]) if layout.decimal in cell else 0 for cell in layout.last_cells}
     ended = source.data[-4096:].rstrip(b"\0\x1a")[-1:] in (b"\n", b"\r")
     same = len(decimals) == 1 and decimals != {0}
-    if ended or same or not any(layout.last_cells):
-        return None
-    return max(source.data.rfind(b"\n") + 1, layout.data_start)
+    start = max(source.data.rfind(b"\n") + 1, layout.data_start)
+    whole = len(split_cells(source.data[start:], layout.delimiter) or ()) == layout.width + layout.trailing
+    return None if ended or same or not whole or not any(layout.last_cells) else start
 
 
 def _usual(rows: list[list[bytes]]) -> list[list[bytes]]:
@@ -111,9 +112,7 @@ def _decimal_sign(rows: list[list[bytes]], declared: Declarations, findings: Fin
         return declared.decimal_sign.encode()
     commas = [cell for row in rows for cell in row if COMMA_NUMBER.fullmatch(cell)]
     if commas and all(map(_UNCLEAR.fullmatch, commas)):
-        shown = commas[0].decode()
-        message = f"{shown!r} may be a decimal or a thousand: say which with `--decimal ,` or `--decimal .`."
-        findings.add(FILE, "decimal_sign_unclear", message, value=shown)
+        refuse_unclear(commas[0].decode(), findings)
     return b"," if commas else b"."
 
 

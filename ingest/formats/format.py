@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from ingest.declared import with_profile
 from ingest.findings import NOTE, FindingCollector
 from ingest.model import Declarations, Reading
-from ingest.text.source import DEFAULT_PAGE, HEAD_BYTES, TextSource, as_declared, is_text, open_text
+from ingest.text.cells import without_line_quotes
+from ingest.text.source import DEFAULT_PAGE, HEAD_BYTES, TextSource, as_declared, is_text, is_wide, open_text
 
 HEAD_LINES = 60
 """Lines from which a format is recognised, those that a quoted cell spans counted as one."""
@@ -38,9 +39,11 @@ def sniff(data: bytes, declared: Declarations, findings: FindingCollector) -> He
 
     Raises `UsageError` for an unknown encoding.
     """
-    if not is_text(data):
+    page = declared.encoding or DEFAULT_PAGE
+    if not is_wide(page) and not is_text(data):
         return Head(data, with_profile(declared, None, findings), None, (), _beginning(data, ()))
-    source = open_text(data, declared.encoding or DEFAULT_PAGE, findings, declared.limits.longest_line_bytes)
+    source = open_text(data, page, findings, declared.limits.longest_line_bytes)
+    source = without_line_quotes(source, findings)
     declared = with_profile(declared, source, findings)
     source = as_declared(source, declared, findings)
     if source.encoding != "utf-8":

@@ -144,12 +144,13 @@ def _has_trailing(split: Split, names: Row | None) -> bool:
     return split.width > 1 and unnamed and all(not row.cells[-1] for row in split.rows)
 
 
-def report_other_width(header: Row, width: int, findings: FindingCollector) -> None:
+def report_other_width(header: Row, width: int, split: Split, findings: FindingCollector) -> None:
     """Report that the line that names the columns has more or fewer cells than the rows."""
+    first = next((row.line.number for row in split.head if _is_row(row, split)), header.line.number + 1)
     message = (
         f"The header in line {header.line.number} has {len(header.cells)} cells and the rows have {width}: correct "
-        "`header_row` or `delimiter` in a [profiles.NAME] table of labbook.toml, or say `header_row = 0` there and "
-        "name the columns by their number, for example `--column 1=time:UNIT`."
+        "`header_row` or `delimiter` in a [profiles.NAME] table of labbook.toml, or say `header_row = 0` and "
+        f"`first_row = {first}` there, and name the columns by their number, for example `--column 1=CHANNEL:UNIT`."
     )
     findings.add(FILE, "header_mismatch", message, lines=[header.line.number])
 
@@ -172,7 +173,7 @@ def report_no_header(split: Split, findings: FindingCollector) -> None:
     blank_end = header.cells[-1:] == [b""] and all(not row.cells[-1] for row in split.rows)
     names, numbers = len(header.cells) - blank_end, width - blank_end
     if split.delimiter != b"," or not names < numbers <= 2 * names:
-        report_other_width(header, width, findings)
+        report_other_width(header, width, split, findings)
         return
     counted = f"The header names {names} columns and the rows have {numbers} cells: a comma stands between cells and "
     if any(b"." in cell and is_number(cell, comma=False) for row in split.rows for cell in row.cells):

@@ -9,11 +9,14 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from ingest.channels.names import strip_comment
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import Declarations, TextShape
+from ingest.spool import row_blocks
 from ingest.tables.header_lines import declared_header, find_header, report_no_header, report_other_width
-from ingest.tables.table import CellKind
+from ingest.tables.table import Block, CellKind, Column
 from ingest.text.cells import (
     COMMA_NUMBER,
     COMMENT_STARTS,
@@ -44,7 +47,8 @@ _LONG = 10**15
 class Layout:
     """The shape of one table in a text. Without a header the names are the columns' numbers, from 1.
 
-    `trailing` is how many cells, all blank, the rows have behind the last column.
+    `trailing` is how many cells, all blank, the rows have behind the last column; `complete`: a last line without line
+    end is whole where it has all cells.
     """
 
     delimiter: bytes
@@ -62,6 +66,7 @@ class Layout:
     last_cells: tuple[bytes, ...]
     header_line: int | None = None
     units_line: int | None = None
+    complete: bool = False
 
     @property
     def shape(self) -> TextShape:
@@ -111,7 +116,7 @@ def find_layout(source: TextSource, declared: Declarations, findings: FindingCol
     if header is not None and declared.header_row is not None:
         blank_end = header.cells[-1:] == [b""] and len(header.cells) > 1
         if len(header.cells) != width + blank_end:
-            report_other_width(header, width, findings)
+            report_other_width(header, width, split, findings)
             return None
     named = {**declared.profile_columns, **declared.columns}
     if header is None and not any(name.isdigit() for name in named):
@@ -143,6 +148,7 @@ def find_layout(source: TextSource, declared: Declarations, findings: FindingCol
         tuple(row.cells[-1] for row in split.rows if row.line.ended),
         None if header is None else header.line.number,
         None if units_row is None else units_row.line.number,
+        bool(declared.complete),
     )
 
 
@@ -180,46 +186,81 @@ def kind_of(cells: Sequence[bytes]) -> CellKind:
 
 
 def _decimal_sign(split: Split, declared: Declarations, findings: FindingCollector) -> bytes:
-    """Return the decimal sign of the data; a comma that may as well group thousands refuses the file."""
+    """Return the decimal sign of the data; one that may as well group thousands refuses the file."""
     if declared.decimal_sign is not None:
         return declared.decimal_sign.encode()
     cells = [cell for row in split.rows for cell in row.cells]
     commas = [cell for cell in cells if COMMA_NUMBER.fullmatch(cell)]
     points = [cell for cell in cells if b"." in cell and NUMBER.fullmatch(cell)]
     if not commas or len(points) > len(commas):
-        grouped = None if commas or split.delimiter == b"," else _thousands_point(split, points)
+        grouped = None if split.delimiter == b"," else _beside_whole_numbers(split, NUMBER, _UNCLEAR_POINT)
         if grouped is not None:
-            _refuse_unclear(grouped, findings)
+            refuse_unclear(grouped, findings)
         elif split.delimiter == b";" and points and not commas and all(map(_UNCLEAR_POINT.fullmatch, points)):
             _note_points(points[0].decode(), findings)
         return b"."
-    if not points and all(_UNCLEAR_COMMA.fullmatch(cell) for cell in commas):
-        _refuse_unclear(commas[0].decode(), findings)
+    throughout = not points and all(map(_UNCLEAR_COMMA.fullmatch, commas))
+    grouped = commas[0].decode() if throughout else _beside_whole_numbers(split, COMMA_NUMBER, _UNCLEAR_COMMA)
+    if grouped is not None:
+        refuse_unclear(grouped, findings)
     else:
         findings.add(NOTE, "decimal_comma", "Numbers are written with a decimal comma; read as such.")
     return b","
 
 
-def _thousands_point(split: Split, points: list[bytes]) -> str | None:
-    """Return a number as `1.002` of a column that also holds whole ones, none above 999, if all points are such.
+def _beside_whole_numbers(split: Split, number: re.Pattern[bytes], unclear: re.Pattern[bytes]) -> str | None:
+    """Return a number as `1.002` of a column that also holds whole ones, none above 999, where all others are such.
 
     A program that writes three decimals writes them of every number, one that groups thousands leaves 999 bare.
     """
-    if not all(map(_UNCLEAR_POINT.fullmatch, points)):
-        return None
     for position in range(split.width):
-        column = [row.cells[position] for row in split.rows]
-        pointed = [cell for cell in column if b"." in cell and NUMBER.fullmatch(cell)]
-        whole = [cell for cell in column if _BELOW_THOUSAND.fullmatch(cell)]
-        filled = [cell for cell in column if not is_missing(cell.lower())]
-        if pointed and whole and len(pointed) + len(whole) == len(filled):
-            return pointed[0].decode()
+        filled = [row.cells[position] for row in split.rows if not is_missing(row.cells[position].lower())]
+        whole = [cell for cell in filled if _BELOW_THOUSAND.fullmatch(cell)]
+        others = [cell for cell in filled if not _BELOW_THOUSAND.fullmatch(cell)]
+        if whole and others and all(number.fullmatch(cell) and unclear.fullmatch(cell) for cell in others):
+            return others[0].decode()
     return None
 
 
-def _refuse_unclear(number: str, findings: FindingCollector) -> None:
-    message = f"{number!r} may be a decimal or a thousand: say which with `--decimal ,` or `--decimal .`."
+def refuse_unclear(number: str, findings: FindingCollector) -> None:
+    """Refuse a file for a number whose decimal sign may as well group thousands."""
+    sign = "," if "," in number else "."
+    message = (
+        f"{number!r} may be a decimal or a thousand: say `--decimal {sign}` if it is a decimal, else export without "
+        "thousands separators."
+    )
     findings.add(FILE, "decimal_sign_unclear", message, value=number)
+
+
+def refuse_jumps_by_thousand(
+    block: Block, shape: TextShape, declared: Declarations, findings: FindingCollector
+) -> None:
+    """Refuse columns that jump from whole numbers below 1000 to a thousandth of them, in three decimals: `999` to
+    `1.002`, be it in rows beyond those that showed the decimal sign.
+    """
+    if declared.decimal_sign is not None or shape.delimiter == "," or "decimal_sign_unclear" in findings:
+        return
+    for column in block.numbers.values():
+        number = _grouped(column)
+        if number is not None:
+            refuse_unclear(f"{number:.3f}".replace(".", shape.decimal), findings)
+            return
+
+
+def _grouped(column: Column) -> float | None:
+    """Return a number of a column, shape (n_rows,), that groups thousands; None where it is one of decimals."""
+    least, jumps = np.inf, False
+    for rows in row_blocks(column):
+        values = np.abs(column[rows])
+        values = values[np.isfinite(values)]
+        decimals = values[values != np.rint(values)]
+        thousandths = 1e3 * decimals
+        if (values >= 1e3).any() or (decimals < 1).any() or (np.abs(thousandths - np.rint(thousandths)) > 1e-6).any():
+            return None
+        least = float(np.min(decimals, initial=least))
+        for large, small in ((values[:-1], values[1:]), (values[1:], values[:-1])):
+            jumps |= bool(((large >= 100) & (np.abs(1e3 * small - large) < 0.5 * large)).any())
+    return least if jumps and least < np.inf else None
 
 
 def _note_points(number: str, findings: FindingCollector) -> None:

@@ -44,7 +44,7 @@ class _Reader:
         self.others = [column for column in wanted if column.kind is not CellKind.NUMBER]
         self.values: list[list[float]] = []
         self.exact: dict[int, list[int]] = {c.position: [] for c in self.others if c.kind is CellKind.INTEGER}
-        self.clocks: dict[int, list[bytes]] = {c.position: [] for c in self.others if c.kind is CellKind.CLOCK}
+        self.clocks: dict[int, list[bytes]] = {c.position: [] for c in self.others if c.kind is not CellKind.INTEGER}
         self.lines: list[int] = []
         self.ordinals: list[int] = []
         self.rejected = 0

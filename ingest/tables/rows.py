@@ -100,6 +100,10 @@ def _read_clean(
     clocks: dict[int, Sequence[bytes]] = {}
     for index, column in enumerate(wanted):
         cells = table.column(index)
+        if column.kind is CellKind.TEXT:
+            known: dict[bytes, bytes] = {}  # words repeat: one object each
+            clocks[column.position] = [known.setdefault(cell or b"", cell or b"") for cell in cells.to_pylist()]
+            continue
         if cells.null_count and column.kind is not CellKind.NUMBER:
             return None
         if column.kind is CellKind.CLOCK:
@@ -116,7 +120,8 @@ def _parsed(lines: memoryview, layout: Layout, wanted: Sequence[Wanted]) -> pa.T
     import pyarrow as pa
     from pyarrow import csv
 
-    types = {CellKind.NUMBER: pa.float64(), CellKind.INTEGER: pa.int64(), CellKind.CLOCK: pa.binary()}
+    texts = dict.fromkeys((CellKind.CLOCK, CellKind.TEXT), pa.binary())
+    types = {CellKind.NUMBER: pa.float64(), CellKind.INTEGER: pa.int64(), **texts}
     width = layout.width + layout.trailing
     blank = [str(position) for position in range(layout.width, width)]
     try:
@@ -202,13 +207,11 @@ def data_end(source: TextSource, layout: Layout, findings: FindingCollector) -> 
 
 
 def _without_padding(data: bytes, start: int, findings: FindingCollector) -> int:
-    """Return the end without trailing NULs, Ctrl-Z and blank lines, keeping the line end of the last row."""
+    """Return the end without trailing Ctrl-Z and blank lines, keeping the line end of the last row."""
     stop = len(data)
-    while stop > start and data[stop - 1] in b"\0\x1a\r\n":
+    while stop > start and data[stop - 1] in b"\x1a\r\n":
         stop -= 1
     padding = data[stop:]
-    if b"\0" in padding:
-        findings.add(NOTE, "nul_padding", "The file ends in NUL bytes, as preallocated files do; they are skipped.")
     if b"\x1a" in padding:
         findings.add(NOTE, "ctrl_z", "A Ctrl-Z (old end-of-file mark) is skipped.")
     for end in (b"\r\n", b"\n", b"\r"):
@@ -234,6 +237,8 @@ def _is_cut(line: bytes, cell_above: bytes | None, layout: Layout) -> bool:
         return True
     if layout.trailing:
         return len(cells) == layout.width  # every whole row ends in a delimiter
+    if layout.complete:
+        return False
     last = _SHAPE.fullmatch(cells[-1])
     above = [shape for shape in map(_SHAPE.fullmatch, layout.last_cells) if shape and shape[0]]
     if not layout.last_cells:

@@ -129,7 +129,7 @@ class Block:
     counted, from 0) of each; both are None where row follows row and line follows line from `first_line` and
     `first_ordinal`.
 
-    `numbers` and `clocks` hold the columns by position, shape (n_rows,); `clocks` as the text of the cells.
+    `numbers` and `clocks` hold the columns by position, shape (n_rows,); `clocks`, and words, as the text of the cells.
     """
 
     numbers: Mapping[int, Column]

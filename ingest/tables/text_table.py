@@ -15,7 +15,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from ingest.channels.names import is_unit, normal_unit, refuse_two_units
-from ingest.declared import declared_columns
+from ingest.declared import declared_columns, flag_names
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import Declarations
 from ingest.spool import LARGE_BYTES, mapped
@@ -63,10 +63,11 @@ def _units(
 ) -> tuple[str | None, ...]:
     """Return the units of the columns, from their cells or the row of units; two different ones refuse the file."""
     declarations = declared_columns(declared, layout.names) if declared.override_units else {}
+    flags = flag_names(layout.names)
     for position, (name, unit) in enumerate(zip(layout.names, layout.units, strict=True)):
         decided = position in declarations and declarations[position].unit is not None
         if not decided:
-            refuse_two_units(name, normal_unit(unit or ""), cell_units.get(position), findings)
+            refuse_two_units(name, flags[position], normal_unit(unit or ""), cell_units.get(position), findings)
     return tuple(cell_units.get(position) or unit for position, unit in enumerate(layout.units))
 
 

@@ -6,12 +6,14 @@ Only ASCII spellings count as numbers: Python's own `float` would also take `1_0
 from __future__ import annotations
 
 import csv
+import dataclasses
 import re
 from collections import Counter
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from ingest.text.source import Line
+from ingest.findings import NOTE, FindingCollector
+from ingest.text.source import Line, TextSource
 
 NUMBER = re.compile(rb"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 COMMA_NUMBER = re.compile(rb"[+-]?(?:\d+,\d*|,\d+)(?:[eE][+-]?\d+)?")
@@ -56,8 +58,7 @@ GROUPED = CellFault(
 )
 OTHER_DECIMAL = CellFault(
     "decimal_sign_mixed",
-    f"A number uses the other decimal sign than its file; {_ROW_OUT}; write one throughout, or, if that of the file is "
-    "the other, declare it with `--decimal ,` or `--decimal .`.",
+    f"A number uses the other decimal sign than its file; {_ROW_OUT}; write one throughout.",
 )
 
 
@@ -140,6 +141,47 @@ def split_cells(line: bytes, delimiter: bytes) -> list[bytes] | None:
     except csv.Error:
         return None
     return [cell for cell in cells if cell] if delimiter == b" " else cells
+
+
+_IN_QUOTES = re.compile(rb'(?m)^[ \t]*"((?:[^"\r\n]|"")*)"[ \t]*(?=\r?$)')
+
+
+def without_line_quotes(source: TextSource, findings: FindingCollector) -> TextSource:
+    """Return a text with the lines unwrapped that stand wholly in quotes, as programs write that take a line for a
+    cell: `"time (s),h (mm)"`.
+
+    Such a line, which is no single number, holds as many delimiters as the line below it, wrapped or not.
+    """
+    lines = [line.content for line in source.head_lines() if line.content.strip()]
+    wrapped = [_IN_QUOTES.fullmatch(line) for line in lines]
+    plain = [line if found is None else _inside(found) for line, found in zip(lines, wrapped, strict=True)]
+    for sign in CANDIDATES[:-1]:
+        width = next(
+            (
+                line.count(sign)
+                for found, line, below in zip(wrapped, plain, plain[1:], strict=False)
+                if found and 0 < line.count(sign) == below.count(sign) and not _is_one_number(line)
+            ),
+            0,
+        )
+        if width:
+            break
+    else:
+        return source
+    findings.add(NOTE, "lines_in_quotes", "Whole lines stand in quotes, as if each were one cell: read without them.")
+
+    def unwrapped(found: re.Match[bytes]) -> bytes:
+        return _inside(found) if found[1].count(sign) == width else found[0]
+
+    return dataclasses.replace(source, data=_IN_QUOTES.sub(unwrapped, source.data[source.start :]), start=0)
+
+
+def _inside(found: re.Match[bytes]) -> bytes:
+    return found[1].replace(b'""', b'"')
+
+
+def _is_one_number(line: bytes) -> bool:
+    return is_number(line.strip(), comma=True) or is_grouped(line.strip())
 
 
 # A name begins with a letter, so that a row of numbers or clock times, cut anywhere, is none.

@@ -126,8 +126,11 @@ def _join_quoted(lines: list[Line]) -> list[Line]:
 
 
 def is_text(data: bytes) -> bool:
-    """Tell text from binary by the first 64 KiB: a byte order mark, or few control characters and no field of NULs."""
-    head = data[:HEAD_BYTES]
+    """Tell text from binary by the first 64 KiB: a byte order mark, or few control characters and no field of NULs.
+
+    NULs in the end do not count: a file that was allocated beforehand has a tail of them.
+    """
+    head = data[:HEAD_BYTES].rstrip(b"\0")
     if head.startswith(_PACKED):
         return False
     if any(head.startswith(mark) for mark, _ in _MARKS):
@@ -140,17 +143,15 @@ def is_text(data: bytes) -> bool:
 def open_text(
     data: bytes, page: str, findings: FindingCollector, longest_line_bytes: int = DEFAULT_LIMITS.longest_line_bytes
 ) -> TextSource:
-    """Find out the encoding of text: byte order mark, else strict UTF-8, else `page`.
+    """Find out the encoding of text: byte order mark, else strict UTF-8, else `page`; a tail of NULs is cut off.
 
     UTF-16 is transcoded, and line ends of old Macintosh programs (CR alone) are replaced; otherwise `data` is not
     copied.
     Raises `UsageError` when `page` is not an encoding.
     """
-    try:
-        codecs.lookup(page)
-    except LookupError as error:
-        raise UsageError(f"{page!r} is not an encoding: give one as 'cp1252', 'cp1250' or 'latin-1'.") from error
-    source = dataclasses.replace(_without_mark(data, page, findings), longest_line_bytes=longest_line_bytes)
+    wide = is_wide(page) and not is_text(data)
+    source = _transcoded(data, page, findings) if wide else _without_mark(data, page, findings)
+    source = _without_nul_tail(dataclasses.replace(source, longest_line_bytes=longest_line_bytes), findings)
     data = source.data
     if b"\r" in data:
         if b"\n" not in data:
@@ -165,12 +166,46 @@ def _without_mark(data: bytes, page: str, findings: FindingCollector) -> TextSou
         if data.startswith(mark):
             if encoding == "utf-8":
                 return TextSource(data, len(mark), "utf-8")
-            text = data[len(mark) :].decode(encoding, errors="replace")
-            findings.add(NOTE, "encoding_utf16", f"The text is {encoding.upper()}; read as such.")
-            return TextSource(text.encode("utf-8", errors="replace"), 0, "utf-8")
+            return _transcoded(data[len(mark) :], encoding, findings)
     if data.isascii() or _is_utf8(data):
         return TextSource(data, 0, "utf-8")
     return TextSource(data, 0, page)
+
+
+def _transcoded(data: bytes, encoding: str, findings: FindingCollector) -> TextSource:
+    """Return text of two or four bytes a letter as UTF-8."""
+    text = data.decode(encoding, errors="replace")
+    findings.add(NOTE, "encoding_utf16", f"The text is {encoding.upper()}; read as such.")
+    return TextSource(text.encode("utf-8", errors="replace"), 0, "utf-8")
+
+
+def is_wide(page: str) -> bool:
+    """Whether a page has two or four bytes a letter. Raises `UsageError` when it is not an encoding."""
+    try:
+        return codecs.lookup(page).name.startswith(("utf-16", "utf-32"))
+    except LookupError as error:
+        raise UsageError(f"{page!r} is not an encoding: give one as 'cp1252', 'cp1250' or 'latin-1'.") from error
+
+
+def looks_like_utf16(data: bytes) -> str | None:
+    """Return the page of UTF-16 without a byte order mark, most letters ASCII; None where the bytes are otherwise."""
+    head = data[:HEAD_BYTES]
+    even, odd = head[::2], head[1::2]
+    for letters, zeros, page in ((even, odd, "utf-16-le"), (odd, even, "utf-16-be")):
+        if 10 * zeros.count(0) > 9 * len(zeros) and 10 * letters.count(0) < len(letters):
+            return page
+    return None
+
+
+def _without_nul_tail(source: TextSource, findings: FindingCollector) -> TextSource:
+    stop = len(source.data)
+    while stop > source.start and source.data[stop - 1] == 0:
+        start = max(source.start, stop - HEAD_BYTES)
+        stop = start + len(source.data[start:stop].rstrip(b"\0"))
+    if stop == len(source.data):
+        return source
+    findings.add(NOTE, "nul_padding", "The file ends in NUL bytes, as preallocated files do; they are cut off.")
+    return source.section(stop)
 
 
 def _is_utf8(data: bytes) -> bool:

@@ -12,7 +12,7 @@ import numpy as np
 
 from data_schema.vocabulary import GapKind
 from ingest.channels.columns import Plan, TimePlan
-from ingest.channels.names import is_unit, parse_header
+from ingest.channels.names import is_unit
 from ingest.declared import argument
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import BoolArray, Declarations, FloatArray, IntArray
@@ -69,7 +69,8 @@ class Recordings:
 class TimeSources:
     """All that bears on the time of one table: its rows, plan and values, declarations, preamble, fixed rate.
 
-    `clocks` has the cells of its columns of dates and clock times, by name, where no time column says all.
+    `clocks` has the cells of its columns of dates and clock times, by name, where no time column says all; `is_text`:
+    it is a table in text, as a sheet that is kept by hand.
     """
 
     block: Block
@@ -79,6 +80,7 @@ class TimeSources:
     preamble: Preamble
     fixed_rate_hz: float | None
     clocks: Mapping[str, Sequence[bytes]] = field(default_factory=dict)
+    is_text: bool = False
 
 
 def recordings(sources: TimeSources, usable: BoolArray, findings: FindingCollector) -> Recordings:
@@ -186,11 +188,10 @@ def _units_of_motion(sources: TimeSources, per_tick: float | None) -> list[str]:
 
 def _unit_flag(time: TimePlan, units: Sequence[str]) -> str:
     """Return the flag for the unit of a time column; it is left open, with the choices, where not one alone is left."""
-    cell = parse_header(time.source_name)
     unit = units[0] if len(units) == 1 else "UNIT"
     override = " --override-units" if time.file_unit is not None and is_unit(time.file_unit) else ""
     choices = "" if len(units) == 1 else f" (UNIT: one of {', '.join(units or TICKS_PER_SECOND)})"
-    return f"`--unit {argument(f'{cell.base}={unit}')}{override}`{choices}"
+    return f"`--unit {argument(f'{time.flag}={unit}')}{override}`{choices}"
 
 
 def _clocks(time: TimePlan, sources: TimeSources, findings: FindingCollector) -> ClockColumn | None:
@@ -317,7 +318,7 @@ def _rate_advice(time: TimePlan, rate_hz: float, reference_hz: float) -> str:
 
 def _count_by_rate_flags(time: TimePlan, rate: str) -> str:
     """Return the flags that have samples counted at a rate, whatever is in the time column."""
-    return f"`--rate {rate} --column {argument(f'{parse_header(time.source_name).base}=own.clock')}`"
+    return f"`--rate {rate} --column {argument(f'{time.flag}=own.clock')}`"
 
 
 def _time_unit_advice(sources: TimeSources, time: TimePlan, rate_hz: float) -> str:
@@ -341,9 +342,9 @@ def _clock_advice(sources: TimeSources) -> str:
 def _sheet_advice(sources: TimeSources) -> str:
     """Return how to read a table that may be one of recharges, one a row: it has a column of charges."""
     charges = [column for column in sources.plan.columns if column.source_unit in ("mAh", "Ah")]
-    if not charges:
+    if not charges or not sources.is_text:
         return ""
-    flag = argument(f"{charges[0].source_name}=charge")
+    flag = argument(f"{charges[0].flag}=charge")
     return (
         "The file looks like a sheet of recharges: if it is, say which column names the run (or the pack), `--column "
         f'"NAME=run" --column {flag}`, or, where none does, `--format charger_sheet --column {flag}`. '

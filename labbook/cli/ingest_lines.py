@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _MOST_COLUMNS = 8
 _OF_OTHER_RUN = ("run_contradicts", "log_day_differs")
 """Rules of notes on a file that may be of another run than it belongs to."""
-_CONTRADICTIONS = (*_OF_OTHER_RUN, "charge_contradicts", "date_in_future", "height_doubtful", *LEG)
+_CONTRADICTIONS = (*_OF_OTHER_RUN, "charge_contradicts", "date_in_future", *LEG)
 """Rules of notes that wait for a person's word."""
 
 

@@ -10,7 +10,7 @@ from tests.cli.shell import good, labbook
 from tests.helpers.books import SmallBook
 from tests.helpers.wording import says
 
-AH = ("--column", "capacity_Ah=charge:mAh", "--override-units")
+AH = ("--column", "capacity=charge:mAh", "--override-units")
 
 
 def ingested(book: SmallBook, text: str, *flags: str) -> tuple[int, str]:

@@ -187,7 +187,7 @@ def test_wrong_declaration_is_refused_with_what_is_right(
 
 
 CONTRADICTIONS = {
-    "unit": (1e3, ("--column", "height=body_height:cm"), "--override-units", "unit_contradicts"),
+    "unit": (1e2, ("--column", "height=body_height:cm"), "--override-units", "unit_contradicts"),
     "robot": (1.0, (), "--no-robot-check", "height_implausible"),
 }
 
@@ -251,8 +251,8 @@ REMEDIES = {
     ),
     "rate of other stamps": ("# rate: 200 Hz\ntime [ms],height [m]\n", ["--unit time=s --override-units"]),
     "two times": ("time [s],time [ms],height [m]\n", ['--column "time [s]=time"']),
-    "two units": ("time [s],height [mm]\ns,m\n", ['--unit "height [mm]=m" --override-units']),
-    "a mass for a height": ("time [s],body_height [kg]\n", ['--unit "body_height [kg]=m" --override-units']),
+    "two units": ("time [s],height [mm]\ns,m\n", ['--unit "height=m" --override-units']),
+    "a mass for a height": ("time [s],body_height [kg]\n", ['--unit "body_height=m" --override-units']),
 }
 
 

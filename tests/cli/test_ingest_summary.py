@@ -47,7 +47,7 @@ def test_the_nearest_channel_of_each_column_is_named(stated: SmallBook, tmp_path
     path.write_text("t [ms],body_hieght [mm]\n" + "".join(f"{3 * i},{420 + i % 7}\n" for i in range(300)))
     out = good(labbook("ingest", path, "--dry-run", at=stated.folder)).out
     assert "nearest channel body_height" in out
-    assert "body_hieght [mm]=body_height:mm" in out
+    assert "body_hieght=body_height:mm" in out
 
 
 def test_a_log_of_an_idle_run_needs_no_body_height(stated: SmallBook, foreign: Path) -> None:

@@ -25,7 +25,7 @@ BYTES = [
     Case("only a byte order mark", b"\xef\xbb\xbf", True, "file_empty"),
     Case("only a UTF-16 mark", b"\xff\xfe", True, "file_empty"),
     Case("only blank lines", b"\n\n\r\n", True, "file_empty"),
-    Case("only NULs", b"\0" * 2048, True, "format_unknown"),
+    Case("only NULs", b"\0" * 2048, True, "file_empty nul_padding"),
     Case("only the header", f"{LOG_HEADER}\n".encode(), True, "no_data_rows"),
     Case("header without line end", LOG_HEADER.encode(), True, "no_data_rows"),
     Case("UTF-8 with mark", b"\xef\xbb\xbf" + LOG, False, "", 600),

@@ -64,16 +64,21 @@ def test_a_header_that_is_wrong_can_be_overridden_and_one_that_agrees_needs_no_f
     assert channel(read(text(LOG_HEADER, ROWS), over), "body_height").scale == 1e-3
 
 
+@pytest.mark.parametrize("first", [900, 0, -20_000], ids=["at once", "later", "beyond the rows looked at first"])
+@pytest.mark.parametrize("sign", [".", ","])
 @pytest.mark.parametrize("delimiter", ["\t", ";"])
-def test_thousands_points_were_read_as_decimals(delimiter: str) -> None:
+def test_thousands_points_were_read_as_decimals(delimiter: str, sign: str, first: int) -> None:
     """1.002 mm beside 999 mm became 1.002 mm, though the string pot stood at 1002 mm."""
-    heights = [f"{h}" if h < 1000 else f"{h // 1000}.{h % 1000:03d}" for h in range(900, 1100)]
-    rows = [f"{3 * k}{delimiter}{h}" for k, h in enumerate(heights)]
-    data = text(f"time [ms]{delimiter}height [mm]", rows)
-    message = finding(read(data), "decimal_sign_unclear").message
-    assert "--decimal ." in message
-    assert "--decimal ," in message
-    assert not read(data, Declarations(decimal_sign=".")).refused
+    millimetres = [max(0, h) for h in range(first, 1100)]
+    heights = [f"{h}" if h < 1000 else f"{h // 1000}{sign}{h % 1000:03d}" for h in millimetres]
+    for unit, rate in (("s", 3e-3), ("ms", 3)):
+        if unit == "ms" and sign == "," and first < 0:
+            continue  # no comma among the rows looked at first: those with one are left out
+        rows = [f"{rate * k:.{3 * (unit == 's')}f}".replace(".", sign) + delimiter + h for k, h in enumerate(heights)]
+        data = text(f"time [{unit}]{delimiter}height [mm]", rows)
+        message = finding(read(data), "decimal_sign_unclear").message
+        assert f"--decimal {sign}" in message
+        assert not read(data, Declarations(decimal_sign=sign)).refused
 
 
 def test_three_decimals_throughout_are_decimals() -> None:
@@ -587,7 +592,7 @@ def height_log(unit: str, scale: float, hop_m: float = 0.2) -> bytes:
 def test_metres_labelled_millimetres_were_stored() -> None:
     """Jumps of 0.2 mm, of which no detector finds any; millimetres labelled centimetres, of 6 m."""
     message = finding(with_robot(height_log("mm", 1.0)), "height_implausible").message
-    assert all(part in message for part in ("500 mm", "--override-units", "--no-robot-check"))
+    assert all(part in message for part in ("0.5 m", "--override-units", "--no-robot-check"))
     assert not with_robot(height_log("mm", 1.0), no_robot_check=True).refused
     assert with_robot(height_log("cm", 1e3, hop_m=0.6)).refused
     for unit, scale in (("m", 1.0), ("mm", 1e3)):
@@ -599,20 +604,27 @@ def test_metres_labelled_millimetres_were_stored() -> None:
     [("cm", 1e3, "mm"), ("mm", 1e2, "cm"), ("m", 1 / 0.3048, "ft"), ("mm", 1 / 0.0254, "in"), ("um", 1e3, "mm")],
 )
 def test_heights_of_another_unit_name_the_one_that_fits(unit: str, scale: float, fits: str) -> None:
-    found = [f for f in with_robot(height_log(unit, scale)).findings if f.rule.startswith("height_")]
-    assert [f'`--column "height [{unit}]=body_height:{fits}" --override-units`' in f.message for f in found] == [True]
+    found = finding(with_robot(height_log(unit, scale)), "height_implausible")
+    assert f'`--unit "height={fits}" --override-units`' in found.message
 
 
 def test_heights_that_cannot_be_of_the_robot_say_what_was_read() -> None:
-    turned = finding(with_robot(height_log("m", -1.0)), "height_doubtful").message
+    turned = finding(with_robot(height_log("m", -1.0)), "height_implausible").message
     says(turned, "-0.501", "-0.304 m")
     assert "sign = -1" in turned
     volts = [f"{3 * k},{15.5 + 0.01 * np.sin(k / 40):.4f}" for k in range(1200)]
-    message = finding(with_robot(text("time [ms],height [m]", volts)), "height_doubtful").message
+    message = finding(with_robot(text("time [ms],height [m]", volts)), "height_implausible").message
     assert "15.5 m" in message
-    assert "the column right" in message
-    assert "height_doubtful" not in {f.rule for f in with_robot(height_log("m", 1.0)).findings}
-    assert "height_doubtful" not in {f.rule for f in with_robot(height_log("m", -1.0), no_robot_check=True).findings}
+    assert not with_robot(height_log("m", 1.0)).refused
+    assert not with_robot(height_log("m", -1.0), no_robot_check=True).refused
+
+
+@pytest.mark.parametrize("scale", [1.0, 4.0, 7.0, 20.0])
+def test_heights_beyond_the_robot_are_refused_and_none_is_stored_with_a_note(scale: float) -> None:
+    """Of four logs of 2 to 4 m one was refused and three were stored."""
+    result = with_robot(height_log("m", scale))
+    assert result.refused is (scale > 1)
+    assert result.refused is ("height_implausible" in {f.rule for f in result.findings})
 
 
 def test_a_robot_that_stands_is_plausible() -> None:

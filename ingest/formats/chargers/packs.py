@@ -8,6 +8,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 
+from ingest.declared import flag_names
 from ingest.findings import FILE, ROW, FindingCollector
 from ingest.model import ChargeRow, ColumnUse, PackFacts, Reading
 
@@ -28,7 +29,15 @@ def check_packs(reading: Reading, packs: Sequence[PackFacts], findings: FindingC
     largest = max(packs, key=lambda pack: pack.capacity_mah)
     by_name = {pack.name: pack for pack in packs}
     of_charge = [by_name.get(charge.stated_pack or "", largest) for charge in reading.charges]
-    column = next((use for table in findings.tables for use in table.columns if use.holds == "charge"), None)
+    column, flag = next(
+        (
+            (use, flag)
+            for table in findings.tables
+            for use, flag in zip(table.columns, flag_names([each.name for each in table.columns]), strict=True)
+            if use.holds == "charge"
+        ),
+        (None, ""),
+    )
     kept: list[ChargeRow] = []
     for charge, pack in zip(reading.charges, of_charge, strict=True):
         most_mah = MOST_OF_CAPACITY * pack.capacity_mah
@@ -37,19 +46,19 @@ def check_packs(reading: Reading, packs: Sequence[PackFacts], findings: FindingC
             continue
         message = (
             f"{charge.charge_mah:g} mAh is more than pack {pack.name} can take ({most_mah:g} mAh): correct the number, "
-            f"{_unit_remedy(column)}or, if it is right, the pack's capacity, with `labbook correct "
+            f"{_unit_remedy(column, flag)}or, if it is right, the pack's capacity, with `labbook correct "
             f"battery:{pack.name} capacity_mah=... --why ...` and in labbook.toml."
         )
         lines = [] if charge.line is None else [charge.line]
         value = f"{charge.charge_mah:g} mAh"
         findings.add(FILE if reading.parts else ROW, _IMPLAUSIBLE, message, lines=lines, value=value)
-    _refuse_ah(reading, of_charge, column, findings)
+    _refuse_ah(reading, of_charge, column, flag, findings)
     left_out = len(reading.charges) - len(kept)
     return dataclasses.replace(reading, charges=tuple(kept), rows_rejected=reading.rows_rejected + left_out)
 
 
 def _refuse_ah(
-    reading: Reading, packs: Sequence[PackFacts], column: ColumnUse | None, findings: FindingCollector
+    reading: Reading, packs: Sequence[PackFacts], column: ColumnUse | None, flag: str, findings: FindingCollector
 ) -> None:
     if column is None or column.unit != "mAh" or column.unit_from != "header":
         return
@@ -57,19 +66,16 @@ def _refuse_ah(
     charges = [charge.charge_mah for charge in reading.charges]
     if any(charges) and all(mah * _MAH_PER_AH <= top for mah, top in zip(charges, most, strict=True)):
         message = (
-            f"All charges are {max(charges):g} mAh or less, as if in Ah: correct {_unit_remedy(column)}or, if "
-            f'they are mAh, say so: `--column "{column.name}=charge:mAh"`.'
+            f"All charges are {max(charges):g} mAh or less, as if in Ah: correct {_unit_remedy(column, flag)}or, if "
+            f'they are mAh, say so: `--column "{flag}=charge:mAh"`.'
         )
         lines = [charge.line for charge in reading.charges if charge.line is not None]
         findings.add(FILE, _IMPLAUSIBLE, message, lines=lines, value=f"{max(charges):g} mAh")
 
 
-def _unit_remedy(column: ColumnUse | None) -> str:
+def _unit_remedy(column: ColumnUse | None, flag: str) -> str:
     """Say how the other unit is declared, of a column whose heading has one."""
     if column is None or column.unit is None:
         return ""
     other = "mAh" if column.unit == "Ah" else "Ah"
-    return (
-        f'the heading {column.name!r} if these are {other} (`--column "{column.name}=charge:{other}" '
-        "--override-units`), "
-    )
+    return f'the heading {column.name!r} if these are {other} (`--column "{flag}=charge:{other}" --override-units`), '

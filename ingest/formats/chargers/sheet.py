@@ -20,6 +20,7 @@ from ingest.formats.chargers.sheet_columns import (
     STORED_UNIT,
     UNIT_MISSING,
     Quantity,
+    SheetColumn,
     SheetHeader,
     find_sheet_header,
     is_sheet_header,
@@ -77,10 +78,14 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     decimal = head.declared.decimal_sign or _decimal_sign(header, cells, findings)
     findings.tables.append(_use(header, decimal or ".", head.declared))
     dates = _date_order(header, cells, head, findings)
+    advice = {
+        role: _other_units(role, column, cells, (decimal or ".").encode(), header)
+        for role, column in header.columns.items()
+    }
     charges: list[ChargeRow] = []
     for line, row in rows:
         if row is not None:
-            charge = _charge(len(charges) + 1, line, row, header, decimal, dates, head, findings)
+            charge = _charge(len(charges) + 1, line, row, header, decimal, dates, advice, head, findings)
             charges += [] if charge is None else [charge]
     _note_repeated_runs(charges, findings)
     # A charger shows all its numbers in one step: the finest one met, since 0.47 may have been 0.470.
@@ -93,11 +98,12 @@ def _report_columns(header: SheetHeader, declared: Declarations, findings: Findi
     """Refuse two columns that may both be what was measured, and units that contradict each other."""
     for role, rival in header.rivals.items():
         column = header.columns[role]
-        flag_value = f"{role}:{column.unit or 'UNIT'}" if role in FACTORS else role
-        message = (
-            f"Columns {column.name!r} and {rival!r} may both be the {role.replace('_', ' ')}: "
-            f'say which with `--column "{column.name}={flag_value}"`.'
-        )
+        unit = f":{column.unit or 'UNIT'}" if role in FACTORS else ""
+        both = f"Columns {column.name!r} and {rival!r}"
+        message = f"{both} are both declared as {role}: declare one of them."
+        if not column.is_declared:
+            message = f"{both} may both be the {role.replace('_', ' ')}: say which with "
+            message += f'`--column "{header.flags[column.position]}={role}{unit}"`.'
         findings.add(FILE, "column_ambiguous", message, column=rival)
     for role, column in header.columns.items():
         if role in FACTORS:
@@ -105,7 +111,8 @@ def _report_columns(header: SheetHeader, declared: Declarations, findings: Findi
             if column.unit is not None and column.unit not in FACTORS[role]:
                 message = (
                     f"Column {column.name!r} is declared as {role} and its unit is {column.unit}: say which it is in "
-                    f'with `--column "{column.name}={role}:UNIT" --override-units`, or declare another.'
+                    f'with `--column "{header.flags[column.position]}={role}:UNIT" --override-units` '
+                    f"({' or '.join(FACTORS[role])}), or declare another column."
                 )
                 findings.add(FILE, "unit_not_convertible", message, column=column.name, value=column.unit)
 
@@ -116,7 +123,8 @@ def _refuse_capacity(header: SheetHeader, rows: list[list[str]], findings: Findi
     if column.is_capacity and len(rows) > 1 and len({row[column.position] for row in rows}) == 1:
         message = (
             f"Column {column.name!r} is {rows[0][column.position]} in all rows, as a pack's capacity is: say what was "
-            f'charged with `--column "NAME=charge:UNIT"`, or that this is it with `--column "{column.name}=charge"`.'
+            'charged with `--column "NAME=charge:UNIT"`, or that this is it with '
+            f'`--column "{header.flags[column.position]}=charge"`.'
         )
         findings.add(FILE, "charge_unclear", message, column=column.name)
 
@@ -221,6 +229,18 @@ def _is_no_row(raw: list[bytes], line: int, header: SheetHeader, findings: Findi
     return True
 
 
+def _other_units(role: str, column: SheetColumn, rows: list[list[str]], decimal: bytes, header: SheetHeader) -> str:
+    """Return the flags of the other units in which all cells of a column are possible."""
+    cells = [row[column.position] for row in rows if row[column.position]]
+    advice = ""
+    for other in FACTORS.get(role, ()):
+        possible = (isinstance(parse_quantity(role, text, other, decimal), Quantity) for text in cells)
+        if column.unit not in (None, other) and all(possible):
+            flag = f"{header.flags[column.position]}={role}:{other}"
+            advice += f' If all are in {other}, say `--column "{flag}" --override-units`.'
+    return advice
+
+
 def _ask_units(header: SheetHeader, rows: list[list[str]], findings: FindingCollector) -> None:
     """Refuse a sheet with a column that has no unit, neither in the header nor in most cells."""
     for role in FACTORS:
@@ -233,9 +253,9 @@ def _ask_units(header: SheetHeader, rows: list[list[str]], findings: FindingColl
             findings.add(
                 FILE,
                 "unit_missing",
-                f"The unit of column {column.name!r} is stated nowhere: write it into the header, as "
-                f'"{column.name} (UNIT)", or say `--column "{column.name}={role}:UNIT"` (UNIT: one of '
-                f"{', '.join(unit for unit in reading if unit)}).",
+                f"The unit of column {column.name!r} is stated nowhere: write it into the header, or say "
+                f'`--column "{header.flags[column.position]}={role}:UNIT"` '
+                f"(UNIT: one of {', '.join(unit for unit in reading if unit)}).",
                 column=column.name,
             )
 
@@ -306,12 +326,14 @@ def _charge(
     header: SheetHeader,
     decimal: str | None,
     dates: str | None,
+    advice: Mapping[str, str],
     head: Head,
     findings: FindingCollector,
 ) -> ChargeRow | None:
     """Return one recharge, or None when something in its row, all of it reported, cannot be read.
 
-    `decimal` is None where no number tells a decimal comma from one of thousands.
+    `decimal` is None where no number tells a decimal comma from one of thousands; `advice` is what to do, by role,
+    where a value is none that a recharge has.
     """
     text = {role: row[column.position] for role, column in header.columns.items()}
     faults: list[tuple[str, CellFault]] = []
@@ -332,11 +354,8 @@ def _charge(
     if charge is not None and charge.value < 0 and mode is not ChargeMode.DISCHARGE:
         faults.append(("charge", _NEGATIVE))
     for role, fault in faults:
-        name, unit, message = header.columns[role].name, header.columns[role].unit, fault.message
-        for other in FACTORS[role] if fault in (OUT_OF_RANGE, BELOW_ONE) and unit is not None else ():
-            if isinstance(parse_quantity(role, text[role], other, sign), Quantity):
-                message += f' If all are in {other}, say `--column "{name}={role}:{other}" --override-units`.'
-        findings.add(ROW, fault.rule, message, column=name, lines=[line], value=text[role])
+        message = fault.message + (advice[role] if fault in (OUT_OF_RANGE, BELOW_ONE) else "")
+        findings.add(ROW, fault.rule, message, column=header.columns[role].name, lines=[line], value=text[role])
     if faults or charge is None or isinstance(mode, CellFault):
         return None
     ended = _ended(text) or None

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from data_schema.vocabulary import ChargeMode
 from ingest.channels.names import is_unit, normal_unit, parse_header, squash, strip_comment
-from ingest.declared import declared_columns, without
+from ingest.declared import declared_columns, flag_names, without
 from ingest.model import ColumnDeclaration, Declarations
 from ingest.text.cells import CANDIDATES, CellFault, parse_cell, split_cells
 from ingest.text.source import TextSource
@@ -169,6 +169,11 @@ class SheetColumn:
     rank: int = 0
 
     @property
+    def is_declared(self) -> bool:
+        """Whether a person said what the column is."""
+        return self.rank == _DECLARED
+
+    @property
     def is_capacity(self) -> bool:
         """Whether the name may as well be that of what a pack can hold."""
         return self.rank == _LESS_TELLING["capacity"]
@@ -178,13 +183,14 @@ class SheetColumn:
 class SheetHeader:
     """The header line of a sheet: its number, its cells, their names, the columns by role, the names without a role.
 
-    `rivals` are the names of further columns by role that have as good a claim.
+    `flags` are how flags name the columns, `rivals` the names of further columns by role that have as good a claim.
     """
 
     delimiter: bytes
     line: int
     cells: tuple[bytes, ...]
     names: tuple[str, ...]
+    flags: tuple[str, ...]
     columns: dict[str, SheetColumn]
     ignored: tuple[str, ...]
     rivals: dict[str, str]
@@ -220,23 +226,26 @@ def advice_on_sheet(source: TextSource, declared: Declarations, *, charges: bool
     It names a run or a pack, and energies for charges; or, where `charges` are looked for, these in unknown words.
     """
     for line in source.head_lines(_TITLE_LINES):
-        for delimiter in CANDIDATES[:-1]:
-            cells = split_cells(line.content, delimiter) if delimiter in line.content else None
+        signs = [sign for sign in CANDIDATES[:-1] if sign in line.content]
+        for delimiter in signs if len(signs) == 1 else ():
+            cells = split_cells(line.content, delimiter)
             header = _header(source, line.number, cells, delimiter, declared) if cells else None
             if header is None or _is_sheet(header, declared):
                 continue
-            named = {text: unit[1] for text in header.names if (unit := _IN_UNIT.search(text)) is not None}
-            charged = [text for text, unit in named.items() if unit in FACTORS["charge"]]
-            others = [text for text in header.names if text and text not in charged]
+            named = {at: unit[1] for at, text in enumerate(header.names) if (unit := _IN_UNIT.search(text)) is not None}
+            charged = [at for at, unit in named.items() if unit in FACTORS["charge"]]
+            others = [at for at, text in enumerate(header.names) if text and at not in charged]
             if charges and charged and others:
-                run = header.columns["run"].name if "run" in header.columns else others[0]
-                flags = f'--column "{run}=run" --column "{charged[0]}=charge:{named[charged[0]]}"'
+                run = header.columns["run"].position if "run" in header.columns else others[0]
+                flags = f'--column "{header.flags[run]}=run" '
+                flags += f'--column "{header.flags[charged[0]]}=charge:{named[charged[0]]}"'
                 return f"say which column names the run, or the pack, and which the charge, for example `{flags}`."
             if named and not charged and header.columns.keys() & {"run", "pack"}:
                 energy = next(iter(named))
                 return (
-                    f"its column {energy!r} is an energy and labbook counts charge: add what the charger shows in mAh "
-                    f'or Ah; if this is it, say `--column "{energy}=charge:UNIT" --override-units`.'
+                    f"its column {header.names[energy]!r} is an energy and labbook counts charge: add what the charger "
+                    f'shows in mAh or Ah; if this is it, say `--column "{header.flags[energy]}=charge:UNIT" '
+                    "--override-units`."
                 )
     return None
 
@@ -277,7 +286,7 @@ def _header(
     used = {column.position for column in columns.values()}
     ignored = tuple(text for position, text in enumerate(names) if text and position not in used)
     line, shown = (number, tuple(cells)) if named else (number - 1, (b"",) * len(cells))
-    return SheetHeader(delimiter, line, shown, tuple(names), columns, ignored, rivals)
+    return SheetHeader(delimiter, line, shown, tuple(names), flag_names(names), columns, ignored, rivals)
 
 
 def _column(position: int, text: str, declaration: ColumnDeclaration | None) -> tuple[str | None, SheetColumn]:

@@ -20,6 +20,7 @@ from data_schema.queries.signals import SignalRow
 from data_schema.reasons import Reason
 from data_schema.vocabulary import CHANNELS, FileRole, GapKind, IngestStatus, RunKind, Undefined
 from ingest.channels.names import channel_kind, squash
+from ingest.declared import flag_names
 from ingest.model import ChannelData, ReadFile
 from labbook.actions.files.ingesting import FileOutcome
 from labbook.actions.runs.remarks import remarks_on
@@ -332,7 +333,9 @@ def _missing(outcome: FileOutcome, named_by: str | None, again: str) -> MissingH
     if named_by is not None and not outcome.runs:
         return MissingHeight(columns, f"{again}--format study_log", named_by)
     name, unit = _likeliest(list(channels.values()))
-    column = f"{name}={BODY_HEIGHT}:{unit}"
+    names = [column.name for table in outcome.read.explanation.tables for column in table.columns]
+    flag = dict(zip(names, flag_names(names), strict=True)).get(name, name)
+    column = f"{flag}={BODY_HEIGHT}:{unit}"
     quoted = shlex.quote(column) if set(column) & _QUOTED else f'"{column}"'
     return MissingHeight(columns, f"{again}--column {quoted}")
 

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import shlex
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from data_schema.vocabulary import CHANNELS
 from ingest.channels.names import channel_kind, channel_of, parse_header
+from ingest.declared import flag_names, positions_of
 from ingest.model import ChannelData, ColumnDeclaration, Declarations, Profile, ReadFile
 from ingest.read import read_file
 from tests.helpers.wording import says
@@ -93,7 +98,7 @@ def test_a_known_quantity_without_unit_is_asked_for() -> None:
     result = read("height")
     (finding,) = [finding for finding in result.findings if finding.rule == "unit_missing"]
     assert result.refused
-    says(finding.message, '--column "height=body_height:UNIT"', "mm")
+    says(finding.message, '--unit "height=UNIT"', "mm")
 
 
 def test_a_time_without_unit_names_flag_and_profile() -> None:
@@ -155,6 +160,56 @@ def test_a_declared_column_that_is_absent_is_noted_with_the_nearest() -> None:
     result = read("leftEncoder", declared=Declarations(columns={"leftEncodr": ColumnDeclaration(unit="1")}))
     (finding,) = [finding for finding in result.findings if finding.rule == "declared_column_absent"]
     assert "'leftEncoder'" in finding.message
+
+
+@pytest.mark.parametrize(
+    ("header", "base", "unit"),
+    [
+        ("Fz (N/kg)", "Fz", "N/kg"),
+        ("P (W/kg)", "P", "W/kg"),
+        ("k (N/mm)", "k", "N/mm"),
+        ("c (mAh/g)", "c", "mAh/g"),
+        ("torque in N·m/kg", "torque", "N*m/kg"),
+        ("q [N/(m s)]", "q", "N/(m s)"),
+        ("rate (1/s)", "rate", "1/s"),
+        ("Fz (left) [N]", "Fz (left)", "N"),
+        ("Body Height/mm", "Body Height", "mm"),
+        ("leg_mm/s", "leg", "mm/s"),
+        ("v_in/mV", "v_in", "mV"),
+        ("side (L/R)", "side (L/R)", None),
+        ("height (N/A)", "height (N/A)", None),
+        ("x (m/f)", "x (m/f)", None),
+        ("F_N/kg", "F_N/kg", None),
+    ],
+)
+def test_a_unit_is_taken_whole_or_not_at_all(header: str, base: str, unit: str | None) -> None:
+    """Of `Fz (N/kg)` the unit was kg, of `k (N/mm)` mm, of `c (mAh/g)` g."""
+    cell = parse_header(header)
+    assert (cell.base, cell.unit) == (base, unit)
+
+
+@pytest.mark.parametrize(
+    ("header", "name", "unit"), [("k (N/mm)", "k", "N/mm"), ("leg_velocity_m/s", "leg_velocity", "m/s")]
+)
+def test_a_compound_unit_is_stored_with_its_column(header: str, name: str, unit: str) -> None:
+    data = channel(read(header))
+    assert (data.name, data.unit, data.scale) == (name, unit, 1.0)
+
+
+def test_a_force_per_mass_is_no_force_and_can_be_kept_as_what_it_is() -> None:
+    (found,) = [finding for finding in read("Fz (N/kg)").findings if finding.severity == "file"]
+    says(found.message, "N/kg", "own.fz")
+    kept = channel(read("Fz (N/kg)", declared=Declarations(columns={"Fz": ColumnDeclaration("fz")})))
+    assert (kept.name, kept.unit, kept.scale) == ("fz", "N/kg", 1.0)
+
+
+@given(st.lists(st.text(st.sampled_from('ab=:#12 "`$[]()mN/\\'), max_size=6), min_size=1, max_size=8))
+def test_a_flag_names_the_one_column_that_it_means(names: list[str]) -> None:
+    for position, flag in enumerate(flag_names(names)):
+        assert len(shlex.split(f'--column "{flag}=body_height:m"')) == 2
+        taken = set(names) | {parse_header(name).base for name in names}
+        if flag in (names[position], parse_header(names[position]).base) or flag not in taken:
+            assert positions_of(flag, names) == (position,)
 
 
 def test_every_known_channel_is_recognised_under_its_own_name() -> None:
