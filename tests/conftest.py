@@ -22,6 +22,7 @@ from sqlalchemy.dialects.sqlite.pysqlite import SQLiteDialect_pysqlite
 from data_schema.engine import postgres_engine, sqlite_engine, translated_errors
 from labbook.book.making import make_tables
 from labbook.cli.main import GARBAGE_AFTER, GROUPS, application
+from tests.helpers.advice import AdviceTaken
 from tests.helpers.books import SmallBook, small_book
 from tests.helpers.commands import Commands, running_commands
 from tests.helpers.databases import ENGINES, make_empty_sqlite, migrate, statements_of
@@ -140,6 +141,27 @@ def _tables_are_copied() -> Iterator[None]:
         patch.setattr("labbook.book.making.make_tables", copied)
         patch.setattr("labbook.book.replacing_postgres.make_tables", copied)
         yield
+
+
+ADVICE = AdviceTaken()
+"""What messages advise about the files that are read in this process."""
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _files_are_noted_as_they_are_read() -> Iterator[None]:
+    """Each test fails that is told something about a file which labbook then refuses."""
+    with ADVICE.noting_files():
+        yield
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call() -> Iterator[Any]:
+    """After a test that passes, take the advice in what it read."""
+    ADVICE.clear()
+    result = yield
+    faults = ADVICE.faults()
+    assert not faults, "\n".join(faults)
+    return result
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -1,0 +1,307 @@
+"""What a message advises, in backquotes, done as a person would: flags, keys of a profile, commands.
+
+Flags go through the parser of `labbook ingest`, keys through that of labbook.toml, and the same bytes are read again.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import functools
+import json
+import re
+import shlex
+import tomllib
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import pytest
+import typer.main
+
+from data_schema.errors import LabbookError
+from data_schema.vocabulary import CHANNELS
+from ingest import read as reading
+from ingest.channels.names import channel_kind, parse_header
+from ingest.declared import flag_names
+from ingest.findings import FindingCollector
+from ingest.formats.format import Head
+from ingest.model import ColumnDeclaration, ColumnUse, Declarations, Finding, ReadFile
+from ingest.read import read_file
+from labbook.cli.declaring import DECLARED
+from labbook.cli.file_options import declared_options
+from labbook.cli.main import application
+from labbook.config.profiles import read_profiles
+from labbook.config.tables import TableReader
+
+_SNIPPET = re.compile(r"(`[^`]*`)")
+_KEY = re.compile(r"[a-z_]+ = .+")
+_FILES_TRIED, _LARGEST = 3, 300_000
+"""Files on which each sentence of advice is tried, and their most bytes."""
+_PLACEHOLDER = re.compile(r"\b(NAME|UNIT|CHANNEL)\b")
+
+REFUSES_DECLARATIONS = frozenset(
+    {
+        *("declared_column_absent", "unit_contradicts", "unit_not_convertible", "time_unit_unknown"),
+        *("trial_column_absent", "rate_contradicts", "format_not_read"),
+    }
+)
+"""Rules by which a file is refused for what was declared of it."""
+ROWS_LOST = frozenset({"no_rows_kept", "too_many_rejected", "thousands_separator"})
+"""Rules by which it is refused where its rows cannot be read as declared."""
+DECLARED_OR_HEADER = "unit_contradicts"
+"""Of two units one is wrong, and the message cannot tell which: in the one declared no row may be possible."""
+
+
+@dataclass(frozen=True)
+class Advice:
+    """One way that a message names: flags, keys of a profile, flags that are to be left out.
+
+    `conditional`: it is not the whole way, or only for some files, as in "where no number has decimals".
+    """
+
+    flags: tuple[str, ...] = ()
+    keys: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
+    conditional: bool = False
+
+
+@dataclass
+class _Parts:
+    flags: list[str] = field(default_factory=list)
+    keys: list[str] = field(default_factory=list)
+    left_out: list[str] = field(default_factory=list)
+    conditional: bool = False
+
+
+def advice_of(message: str) -> Iterator[Advice]:
+    """Yield the ways that a message names; what stands between two snippets says whether they go together."""
+    found: list[_Parts] = []
+    between = ""
+    pieces = _SNIPPET.split(message)
+    for place, piece in enumerate(pieces):
+        snippet = piece.strip("`")
+        is_flags = snippet.startswith("--") and not _only_names(snippet)
+        if place % 2 == 0 or not (is_flags or _KEY.fullmatch(snippet)):
+            between += piece
+            continue
+        together = found and " and " in between and not re.search(r"\bor\b|;", between)
+        if not together:
+            found.append(_Parts())
+        left_out = is_flags and re.search(r"\bleave $", between) and pieces[place + 1].startswith(" out")
+        (found[-1].left_out if left_out else found[-1].flags if is_flags else found[-1].keys).append(snippet)
+        found[-1].conditional |= bool(re.search(r"\[profiles\.NAME\][^`]* and [^`]*$", between))
+        found[-1].conditional |= re.match(r"( out)? where\b", pieces[place + 1]) is not None
+        between = ""
+    for parts in found:
+        yield Advice(tuple(parts.flags), tuple(parts.keys), tuple(parts.left_out), parts.conditional)
+
+
+def _only_names(snippet: str) -> bool:
+    """Whether a snippet is the name of an option that takes a value, as in "say which holds with `--rate`"."""
+    option = snippet.removeprefix("--").replace("-", "_")
+    return option in DECLARED and DECLARED[option][1] is not False
+
+
+def command(*words: str) -> Any:
+    """Return a command of labbook, or group of commands, by its words; None where there is no such command."""
+    found = _built(words[0])
+    for word in words:
+        found = getattr(found, "commands", {}).get(word)
+    return found
+
+
+@functools.cache
+def _built(first: str) -> Any:
+    return typer.main.get_command(application((first,)))
+
+
+def faults_of_advice(data: bytes, declared: Declarations, finding: Finding, before: ReadFile) -> list[str]:
+    """Return what is wrong with the ways that a finding names: one that is not accepted, or that changes nothing."""
+    faults = []
+    for advice in advice_of(finding.message):
+        try:
+            as_advised = _as_advised(advice, declared, finding, before)
+            if as_advised is None or advice.conditional or _cannot_be_judged(advice, finding, before):
+                continue
+            again = read_file(data, as_advised)
+        except (LabbookError, typer.TyperException, ValueError) as error:
+            faults.append(f"{advice} is not accepted: {error}")
+            continue
+        refused = _refused_now(before, again, finding, which_column_is_open="NAME" in " ".join(advice.flags))
+        if refused is not None:
+            faults.append(f"{advice} is refused: {refused.rule}: {refused.message}")
+        left = [each for each in again.findings if _is_same(each, finding)]
+        if left and "NAME" not in " ".join(advice.flags) and _names(before).count(finding.column) < 2:
+            faults.append(f"{advice} leaves the finding: {left[0].message}")
+    return faults
+
+
+def _cannot_be_judged(advice: Advice, finding: Finding, before: ReadFile) -> bool:
+    """Whether something else is wrong with a file, its rows or a note in one refused, or other tables are meant, too:
+    all have a rate, and a column of that place or number.
+    """
+    rules = {each.rule for each in before.findings}
+    damaged = "too_many_rejected" in rules or (before.refused and finding.severity != "file")
+    of_all_tables = re.search(r'--rate|--(?:column|unit) "?(?:\d+|[^"=]*#\d+)=', " ".join(advice.flags)) is not None
+    return (damaged and finding.rule != "out_of_range") or (of_all_tables and len(before.explanation.tables) > 1)
+
+
+def _refused_now(before: ReadFile, again: ReadFile, finding: Finding, *, which_column_is_open: bool) -> Finding | None:
+    """Return what refuses a file for what was advised; None where nothing does that did not before."""
+    fewer_rows = again.rows_rejected > before.rows_rejected and before.rows_read and not which_column_is_open
+    rules = REFUSES_DECLARATIONS | (ROWS_LOST if fewer_rows else frozenset())
+    refused = [each for each in again.findings if each.severity == "file" and each.rule in rules]
+    new = [each for each in refused if not any(_is_same(each, known) for known in before.findings)]
+    return None if finding.rule == DECLARED_OR_HEADER else next(iter(new), None)
+
+
+def _is_same(one: Finding, other: Finding) -> bool:
+    return (one.rule, one.column, one.severity) == (other.rule, other.column, other.severity)
+
+
+def _names(result: ReadFile) -> list[str | None]:
+    return [column.name for table in result.explanation.tables for column in table.columns]
+
+
+def _as_advised(advice: Advice, declared: Declarations, finding: Finding, before: ReadFile) -> Declarations | None:
+    """Return what is declared after a person did what the message says, placeholders filled in; None where the file has
+    no column that could stand for one.
+    """
+    filled = [_filled(flags, finding, before) for flags in advice.flags]
+    if None in filled:
+        return None
+    words = [word for flags in filled for word in shlex.split(flags or "")]
+    given = command("ingest").make_context("ingest", ["FILE", *words]).params
+    options = declared_options({name: given[name] for name in DECLARED})
+    own = {name: ColumnDeclaration(**column) for name, column in options.pop("columns", {}).items()}
+    for flag in advice.left_out:
+        name = shlex.split(flag)[0].removeprefix("--").replace("-", "_")
+        options[{"decimal": "decimal_sign", "rate": "rate_hz"}.get(name, name)] = None
+    in_force = declared if before.declared is None or "profile" in options else before.declared
+    settings = _profile(advice, finding) if advice.keys else {}
+    columns, by_profile = {**in_force.columns, **own}, dict(in_force.profile_columns)
+    for name, column in settings.pop("columns", {}).items():
+        stated = columns if name in columns else by_profile
+        stated[name] = dataclasses.replace(stated.get(name, column), sign=column.sign)
+    return dataclasses.replace(in_force, **settings, **options, columns=columns, profile_columns=by_profile)
+
+
+def _profile(advice: Advice, finding: Finding) -> dict[str, Any]:
+    """Return the settings of a profile with the keys that are advised; `sign` is that of the finding's column."""
+    lines = ["[profiles.advised]", 'files = "*"']
+    for key in advice.keys:
+        of_column = key.startswith("sign = ")
+        lines.append(f"columns = {{ {json.dumps(finding.column)} = {{ {key} }} }}" if of_column else key)
+    faults: list[str] = []
+    profile = read_profiles(TableReader(tomllib.loads("\n".join(lines)), "", faults), in_force=False)["advised"]
+    if faults:
+        raise ValueError(faults[0])
+    columns = {
+        name: ColumnDeclaration(column.channel, column.unit, column.sign) for name, column in profile.columns.items()
+    }
+    return {**profile.settings, "columns": columns}
+
+
+def _filled(flags: str, finding: Finding, before: ReadFile) -> str | None:
+    """Return flags with a column of the file for NAME, and a channel and unit that the column can have."""
+    if not _PLACEHOLDER.search(flags):
+        return flags
+    columns = [column for table in before.explanation.tables[:1] for column in table.columns]
+    names = flag_names([column.name for column in columns])
+    words = shlex.split(flags)
+    for place, option in enumerate(words):
+        if option not in ("--column", "--unit"):
+            continue
+        name, _, value = words[place + 1].rpartition("=")
+        channel = value.partition(":")[0] if option == "--column" else ""
+        if name == "NAME":
+            others = [(flag, each) for flag, each in zip(names, columns, strict=True) if each.name != finding.column]
+            free = [flag for flag, each in others if _may_be(each, channel)]
+            if not free:
+                return None
+            name = free[0]
+        column = next((column for column, flag in zip(columns, names, strict=True) if flag == name), None)
+        unit = _unit_in_cells(name, before) if column is None else column.unit or parse_header(column.name).unit
+        held = channel or (column and column.holds) or ""
+        kind = channel_kind(held)
+        unit = None if "--override-units" in words else unit
+        fits = unit or (CHANNELS[kind].unit if kind else _UNITS.get(held, "1"))
+        value = value.replace("CHANNEL", _channel_in(unit))
+        words[place + 1] = f"{name}={value.replace('UNIT', fits)}"
+    return shlex.join(words)
+
+
+_UNITS: Mapping[str, str] = {"time": "ms", "charge": "mAh", "duration": "min", "end_voltage": "V"}
+"""Units in which quantities may be that are no channels."""
+
+
+def _may_be(column: ColumnUse, channel: str) -> bool:
+    """Whether a column may be what a message says some column is."""
+    if channel in ("run", "pack"):
+        return True
+    unit = column.unit or parse_header(column.name).unit
+    kind = channel_kind(channel)
+    stored = CHANNELS[kind].unit if kind else _UNITS.get(channel)
+    return column.left_out is None and column.holds != "time" and unit in (None, stored)
+
+
+def _channel_in(unit: str | None) -> str:
+    return next((name for name, channel in CHANNELS.items() if channel.unit == unit), "own.quantity")
+
+
+def _unit_in_cells(place: str, result: ReadFile) -> str | None:
+    """Return the unit in the cells of a column without a name, as the note on these says it."""
+    notes = (finding.message for finding in result.findings if finding.rule == "units_in_cells")
+    found = next((re.search(rf"'(\S+)' in column {place}\b", note) for note in notes), None)
+    return found[1] if found else None
+
+
+class AdviceTaken:
+    """Notes what is found of the files that are read in this process, and takes the advice in it."""
+
+    def __init__(self) -> None:
+        self._found: list[tuple[bytes, Declarations, ReadFile, Finding]] = []
+        self._tried: Counter[object] = Counter()
+
+    @contextlib.contextmanager
+    def noting_files(self) -> Iterator[None]:
+        """Note every file that is read, with what was declared of it: a few for each sentence of advice."""
+        sniffed: list[tuple[bytes, Declarations]] = []
+        sniff = reading.sniff
+
+        def sniff_and_note(data: bytes, declared: Declarations, findings: FindingCollector) -> Head:
+            sniffed.append((data, declared))
+            return sniff(data, declared, findings)
+
+        def read_and_note(*values: Any) -> ReadFile:
+            result = ReadFile(*values)
+            self._note(*sniffed.pop(), result)
+            return result
+
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(reading, "sniff", sniff_and_note)
+            patch.setattr(reading, "ReadFile", read_and_note)
+            yield
+
+    def _note(self, data: bytes, declared: Declarations, result: ReadFile) -> None:
+        for finding in result.findings:
+            words = re.sub(r"'[^']*'|\"[^\"]*\"|[\d.]+", "", finding.message)
+            key = result.format, finding.severity, finding.rule, words
+            if "`" in finding.message and self._tried[key] < _FILES_TRIED and len(data) <= _LARGEST:
+                self._tried[key] += 1
+                self._found.append((data[:], declared, result, finding))
+
+    def clear(self) -> None:
+        """Forget what was found."""
+        self._found.clear()
+
+    def faults(self) -> list[str]:
+        """Return what is wrong with the advice noted, each with its sentence."""
+        found, self._found = self._found, []
+        return [
+            f"{finding.message}\n  {fault}"
+            for data, declared, result, finding in found
+            for fault in faults_of_advice(data, declared, finding, result)
+        ]

@@ -1,0 +1,68 @@
+"""Every command that a message names exists, with its options."""
+
+from __future__ import annotations
+
+import ast
+import re
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from labbook.cli.declaring import DECLARED
+from labbook.cli.main import COMMANDS, GROUPS, TAKE_FACTORS
+from tests.helpers.advice import command
+
+PROJECT = Path(__file__).parents[2]
+PACKAGES = ("data_schema", "ingest", "labbook", "reports", "simulator", "stats")
+FREE = "{}"
+"""Stands for what a message fills in."""
+FACTOR = "--foot"
+"""The option of a factor of the demonstration, which examples have."""
+
+
+def texts(path: Path) -> Iterator[str]:
+    """Yield the texts in a file, with what is filled into them left free."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.JoinedStr):
+            pieces = (str(piece.value) if isinstance(piece, ast.Constant) else FREE for piece in node.values)
+            yield "".join(pieces)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            yield node.value
+
+
+def snippets(pattern: str) -> list[str]:
+    """Return all snippets in backquotes, in texts of the product, that match a pattern."""
+    sources = [path for package in PACKAGES for path in sorted((PROJECT / package).rglob("*.py"))]
+    found = {snippet for path in sources for text in texts(path) for snippet in re.findall(r"`([^`]*)`", text)}
+    return sorted(snippet for snippet in found if re.match(pattern, snippet))
+
+
+def options_of(found: object) -> set[str]:
+    return {"--help", "--debug", *(name for parameter in found.params for name in parameter.opts)}  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("snippet", snippets(r"labbook [a-z]"))
+def test_a_command_that_is_named_exists_with_its_options(snippet: str) -> None:
+    words = shlex.split(" ".join(snippet.split()).replace("...", "WORD"))[1:]
+    path = words[:2] if words[0] in GROUPS and len(words) > 1 and not words[1].startswith(("-", FREE)) else words[:1]
+    found = command(*path)
+    if found is None and words[0] in GROUPS:
+        found = command(words[0])
+    assert found is not None, snippet
+    if words[0] not in {each.__name__ for each in TAKE_FACTORS}:
+        named = {word.partition("=")[0] for word in words if word.startswith("--")}
+        assert named <= options_of(found)
+
+
+@pytest.mark.parametrize("snippet", snippets("--[a-z]"))
+def test_an_option_that_is_named_is_one_of_some_command(snippet: str) -> None:
+    commands = [each.__name__ for listed in COMMANDS.values() for each in listed]
+    known = {name for each in commands for name in options_of(command(each))}
+    for group in GROUPS:
+        known |= {name for each in command(group).commands.values() for name in options_of(each)}
+    known |= {f"--{name.replace('_', '-')}" for name in DECLARED} | {FACTOR}
+    named = set(re.findall(r"(?<!\S)--[a-z][a-z-]*", snippet))
+    assert named
+    assert named <= known
