@@ -140,7 +140,7 @@ class Outcome(StrEnum):
     @property
     def common_error(self) -> str:
         """What values of several runs may have an error of in common: the passive-drain line, or a calibration."""
-        return "drain" if self.shares_error else "calibration"
+        return "passive drain" if self.shares_error else "calibration"
 
     def __new__(cls, declared: Declared) -> Self:
         """Make a member that is its name, with what is declared of it."""

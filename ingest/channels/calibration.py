@@ -25,13 +25,13 @@ def with_calibration(plan: ColumnPlan, day: str | None, findings: FindingCollect
     if dated and day is None:
         periods = "; ".join(each.period for each in plan.calibrations)
         message = f"The calibrations of column {plan.source_name!r} have dates ({periods}), and the file has none: say"
-        findings.add(FILE, UNDATED, f"{message} `--day 2024-03-04`.", column=plan.source_name)
+        findings.add(FILE, UNDATED, f"{message} `--day YYYY-MM-DD`.", column=plan.source_name)
         return raw
     held = [each for each in plan.calibrations if day is None or each.holds_on(day)]
     if len(held) != 1:
         periods = "; ".join(each.period for each in plan.calibrations)
         message = f"{len(held) or 'None'} of the calibrations of column {plan.source_name!r} ({periods}) hold on {day}"
-        message += ": correct `from` and `until` in its profile, or the day with `--day 2024-03-04`."
+        message += ": correct `from` and `until` in its profile, or the day with `--day YYYY-MM-DD`."
         findings.add(FILE, "calibration_unclear", message, column=plan.source_name, value=day)
         return raw
     (chosen,) = held

@@ -175,9 +175,8 @@ def note_outside_plate(
         if force is None or channel_kind(plan.channel) == "cop_z":
             continue
         load = find_load(values[force])
-        if load is None:
-            continue
-        place = np.abs(values[plan.position][usable & (load.of(values[force]) > LOADED_N)])
+        carried = np.abs(values[force]) if load is None else load.of(values[force])
+        place = np.abs(values[plan.position][usable & (carried > LOADED_N)])
         outside = place > LARGEST_PLATE_M
         if np.count_nonzero(outside) <= _FEW * len(place):
             continue

@@ -112,6 +112,7 @@ def _note_inferred(
         findings.add(NOTE, "force_sign_flipped", message, column=seen[1].source_name)
         return
     of_plates = {plan.source_name: channel_kind(plan.channel) for plan in plans if _is_plate(plan)}
+    vertical = next((name for name, kind in of_plates.items() if kind == "force_z"), None)
     open_ = [name for name, kind in of_plates.items() if seen is None or kind != "force_z"]
     unseen = "No load comes and goes that shows the sign of the forces"
     if open_ and not instrument.evidence:
@@ -120,14 +121,14 @@ def _note_inferred(
             "written, as the reaction on the robot with z up; if they are the force on the plate with z down, say "
             "`--instrument action_z_down`, or the maker's name."
         )
-    elif seen is None and "force_z" in of_plates.values():
+    elif seen is None and vertical is not None:
         message = (
             f"{unseen}: it is that of {instrument.convention.maker}; if it is the opposite, say `sign = -1` of the "
             "vertical force in a [profiles.NAME] table of labbook.toml."
         )
     else:
         return
-    findings.add(NOTE, "force_sign_assumed", message, count=len(open_), value=", ".join(open_))
+    findings.add(NOTE, "force_sign_assumed", message, column=vertical, count=len(open_), value=", ".join(open_))
 
 
 def check_plates(

@@ -20,7 +20,25 @@ AT_0_2_M = {DAYS[0]: 812, DAYS[1]: 800}
 """What the sensor shows at 0.2 m: it was moved between the days."""
 PER_M = (3071 - 812) / 0.65
 SE_M = 0.001
-FACTOR = '[factors.b_ad_gain]\nkind = "number"\nlevels = [0, 100]\ncontrol = 0\n'
+EQUIPMENT = f"""
+[factors.b_ad_gain]
+kind = "number"
+levels = [0, 100]
+control = 0
+
+[robots.hopper]
+body_mass_kg = 1.8
+foot_mass_kg = 0.2
+link_1_m = 0.1
+link_2_m = 0.2
+rest_length_m = {REST_LENGTH_M}
+leg_min_m = 0.1
+leg_max_m = 0.3
+
+[batteries.A]
+cells = 4
+capacity_mah = 6600
+"""
 PROFILE = """
 [profiles.adc]
 recognise = ["t", "adc_h"]
@@ -38,8 +56,7 @@ calibrations = [
 def book(folder: Path, more: str = "") -> Path:
     good(labbook("init", "book", "--as", "Ada Nwosu", at=folder))
     toml = folder / "book" / "labbook.toml"
-    text = re.sub(r"rest_length_m = [\d.]+", f"rest_length_m = {REST_LENGTH_M}", toml.read_text(encoding="utf-8"))
-    toml.write_text(f"{text}\n{FACTOR}{more}", encoding="utf-8")
+    toml.write_text(f"{toml.read_text(encoding='utf-8')}\n{EQUIPMENT}{more}", encoding="utf-8")
     lines = ["run,position,date,kind,b_ad_gain,battery,robot,duration_s,jumps_made"]
     lines += [f"r{n:03},{n},{DAYS[n > 4]},jumps,{0 if n % 2 else 100},A,hopper,720,10" for n in range(1, 9)]
     (folder / "runs.csv").write_text("\n".join(lines) + "\n")

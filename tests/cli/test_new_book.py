@@ -14,10 +14,11 @@ ROBOT = "#[robots.hopper]"
 
 
 def person_hopping(seconds: float = 6.0, rate_hz: float = 1000.0) -> bytes:
-    """A person of 80 kg who hops on a plate: twice the weight on the ground, nothing in the air."""
+    """A person of 80 kg who hops on a plate: half a sine on the ground, nothing in the air."""
     time_s = np.arange(0.0, seconds, 1.0 / rate_hz)
     force_n = np.zeros((time_s.size, 3))
-    force_n[:, 2] = np.where(time_s % 0.6 < 0.3, 2 * 80 * 9.80665, 0.0) * (time_s > 1.0)
+    push = np.sin(np.pi * (time_s % 0.6) / 0.3)
+    force_n[:, 2] = np.where(time_s > 1.2, np.pi * 80 * 9.80665 * np.maximum(push, 0.0), 0.0)
     force_n += np.random.default_rng(5).normal(0.0, 0.5, force_n.shape)
     return bertec_text(1000 * time_s, force_n, np.zeros_like(force_n), np.zeros((time_s.size, 2)))
 

@@ -23,12 +23,13 @@ import typer.main
 from data_schema.errors import LabbookError
 from data_schema.vocabulary import CHANNELS
 from ingest import read as reading
-from ingest.channels.names import channel_kind, parse_header
-from ingest.declared import flag_names
+from ingest.channels.names import channel_kind, is_unit, parse_header
+from ingest.declared import column_from_json, flag_names
 from ingest.findings import FindingCollector
 from ingest.formats.format import Head
 from ingest.model import ColumnDeclaration, ColumnUse, Declarations, Finding, ReadFile
 from ingest.read import read_file
+from ingest.timebase.stamps import TICKS_PER_SECOND
 from labbook.cli.declaring import DECLARED
 from labbook.cli.file_options import declared_options
 from labbook.cli.main import application
@@ -39,7 +40,10 @@ _SNIPPET = re.compile(r"(`[^`]*`)")
 _KEY = re.compile(r"[a-z_]+ = .+")
 _FILES_TRIED, _LARGEST = 3, 300_000
 """Files on which each sentence of advice is tried, and their most bytes."""
-_PLACEHOLDER = re.compile(r"\b(NAME|UNIT|CHANNEL)\b")
+_PLACEHOLDER = re.compile(r"\b(NAME|UNIT|CHANNEL|HZ|SCALE|OFFSET|YYYY-MM-DD)\b")
+_NUMBERS = {"HZ": "200", "SCALE": "0.001", "OFFSET": "0", "YYYY-MM-DD": "2024-03-04"}
+"""What may stand for placeholders of numbers and dates."""
+_CHOICES = re.compile(r"UNIT[^(]{0,20}\((?:UNIT: )?(?:one of )?([^)]+)")
 
 REFUSES_DECLARATIONS = frozenset(
     {
@@ -106,7 +110,7 @@ def _only_names(snippet: str) -> bool:
 
 def command(*words: str) -> Any:
     """Return a command of labbook, or group of commands, by its words; None where there is no such command."""
-    found = _built(words[0])
+    found = _built(words[0].replace("-", "_"))
     for word in words:
         found = getattr(found, "commands", {}).get(word)
     return found
@@ -121,20 +125,39 @@ def faults_of_advice(data: bytes, declared: Declarations, finding: Finding, befo
     """Return what is wrong with the ways that a finding names: one that is not accepted, or that changes nothing."""
     faults = []
     for advice in advice_of(finding.message):
-        try:
-            as_advised = _as_advised(advice, declared, finding, before)
-            if as_advised is None or advice.conditional or _cannot_be_judged(advice, finding, before):
-                continue
-            again = read_file(data, as_advised)
-        except (LabbookError, typer.TyperException, ValueError) as error:
-            faults.append(f"{advice} is not accepted: {error}")
-            continue
-        refused = _refused_now(before, again, finding, which_column_is_open="NAME" in " ".join(advice.flags))
-        if refused is not None:
-            faults.append(f"{advice} is refused: {refused.rule}: {refused.message}")
-        left = [each for each in again.findings if _is_same(each, finding)]
-        if left and "NAME" not in " ".join(advice.flags) and _names(before).count(finding.column) < 2:
-            faults.append(f"{advice} leaves the finding: {left[0].message}")
+        tried = [_faults(data, declared, finding, before, advice, choice) for choice in _choices(advice, finding)]
+        faults += min(tried, key=len)
+    return faults
+
+
+def _choices(advice: Advice, finding: Finding) -> list[str | None]:
+    """Return what may stand for UNIT by the message, as in "UNIT: one of s, ms", one of which has to do; [None] where
+    it names none.
+    """
+    named = _CHOICES.search(finding.message) if "UNIT" in " ".join(advice.flags) else None
+    units = re.findall(r"[^\s,]+", named[1].replace(" or ", " ")) if named else []
+    return [unit for unit in units if is_unit(unit) or unit in TICKS_PER_SECOND] or [None]
+
+
+def _faults(
+    data: bytes, declared: Declarations, finding: Finding, before: ReadFile, advice: Advice, unit: str | None
+) -> list[str]:
+    """Return what is wrong with one way, `unit` standing for UNIT."""
+    flags = " ".join(advice.flags)
+    try:
+        as_advised = _as_advised(advice, declared, finding, before, unit)
+        if as_advised is None or advice.conditional or "DD" in flags or _cannot_be_judged(advice, finding, before):
+            return []
+        again = read_file(data, as_advised)
+    except (LabbookError, typer.TyperException, ValueError) as error:
+        return [f"{advice} is not accepted: {error}"]
+    faults = []
+    refused = _refused_now(before, again, finding, which_column_is_open="NAME" in flags)
+    if refused is not None:
+        faults.append(f"{advice} is refused: {refused.rule}: {refused.message}")
+    left = [each for each in again.findings if _is_same(each, finding)]
+    if left and "NAME" not in flags and _names(before).count(finding.column) < 2:
+        faults.append(f"{advice} leaves the finding: {left[0].message}")
     return faults
 
 
@@ -165,17 +188,19 @@ def _names(result: ReadFile) -> list[str | None]:
     return [column.name for table in result.explanation.tables for column in table.columns]
 
 
-def _as_advised(advice: Advice, declared: Declarations, finding: Finding, before: ReadFile) -> Declarations | None:
+def _as_advised(
+    advice: Advice, declared: Declarations, finding: Finding, before: ReadFile, unit: str | None
+) -> Declarations | None:
     """Return what is declared after a person did what the message says, placeholders filled in; None where the file has
     no column that could stand for one.
     """
-    filled = [_filled(flags, finding, before) for flags in advice.flags]
+    filled = [_filled(flags, finding, before, unit) for flags in advice.flags]
     if None in filled:
         return None
     words = [word for flags in filled for word in shlex.split(flags or "")]
     given = command("ingest").make_context("ingest", ["FILE", *words]).params
     options = declared_options({name: given[name] for name in DECLARED})
-    own = {name: ColumnDeclaration(**column) for name, column in options.pop("columns", {}).items()}
+    own = {name: column_from_json(column) for name, column in options.pop("columns", {}).items()}
     for flag in advice.left_out:
         name = shlex.split(flag)[0].removeprefix("--").replace("-", "_")
         options[{"decimal": "decimal_sign", "rate": "rate_hz"}.get(name, name)] = None
@@ -204,13 +229,13 @@ def _profile(advice: Advice, finding: Finding) -> dict[str, Any]:
     return {**profile.settings, "columns": columns}
 
 
-def _filled(flags: str, finding: Finding, before: ReadFile) -> str | None:
-    """Return flags with a column of the file for NAME, and a channel and unit that the column can have."""
+def _filled(flags: str, finding: Finding, before: ReadFile, choice: str | None) -> str | None:
+    """Return flags with a column of the file for NAME, and a channel and unit, or the `choice`, that it can have."""
     if not _PLACEHOLDER.search(flags):
         return flags
     columns = [column for table in before.explanation.tables[:1] for column in table.columns]
     names = flag_names([column.name for column in columns])
-    words = shlex.split(flags)
+    words = shlex.split(_PLACEHOLDER.sub(lambda found: _NUMBERS.get(found[0], found[0]), flags))
     for place, option in enumerate(words):
         if option not in ("--column", "--unit"):
             continue
@@ -227,7 +252,7 @@ def _filled(flags: str, finding: Finding, before: ReadFile) -> str | None:
         held = channel or (column and column.holds) or ""
         kind = channel_kind(held)
         unit = None if "--override-units" in words else unit
-        fits = unit or (CHANNELS[kind].unit if kind else _UNITS.get(held, "1"))
+        fits = choice or unit or (CHANNELS[kind].unit if kind else _UNITS.get(held, "1"))
         value = value.replace("CHANNEL", _channel_in(unit))
         words[place + 1] = f"{name}={value.replace('UNIT', fits)}"
     return shlex.join(words)

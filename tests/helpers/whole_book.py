@@ -20,7 +20,7 @@ from tests.helpers.once import made_once
 from tests.helpers.statements import note
 
 UNNAMED = "log of the morning.csv"
-PACK_D = "[batteries.D]\ncells = 4\ncapacity_mah = 5000\n\n[files]"
+PACK_D = "[batteries.D]\ncells = 4\ncapacity_mah = 5000\n\n[batteries.A]"
 UNREADABLE = b"%PDF-1.7 not a log at all\n"
 
 
@@ -46,7 +46,7 @@ def _whole_book(folder: Path, database_url: str | None) -> SmallBook:
     with made.open() as book:
         state_report(book, None, ADA, lambda _step: None)
     text = made.toml.read_text(encoding="utf-8").replace("exclude_first_jumps = 0", "exclude_first_jumps = 1")
-    made.toml.write_text(text.replace("[files]", PACK_D), encoding="utf-8")
+    made.toml.write_text(text.replace("[batteries.A]", PACK_D), encoding="utf-8")
     with made.open() as book:
         _change_and_report_again(book)
     return made

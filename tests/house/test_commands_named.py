@@ -58,7 +58,7 @@ def test_a_command_that_is_named_exists_with_its_options(snippet: str) -> None:
 
 @pytest.mark.parametrize("snippet", snippets("--[a-z]"))
 def test_an_option_that_is_named_is_one_of_some_command(snippet: str) -> None:
-    commands = [each.__name__ for listed in COMMANDS.values() for each in listed]
+    commands = [each.__name__.replace("_", "-") for listed in COMMANDS.values() for each in listed]
     known = {name for each in commands for name in options_of(command(each))}
     for group in GROUPS:
         known |= {name for each in command(group).commands.values() for name in options_of(each)}

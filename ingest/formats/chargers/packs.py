@@ -38,6 +38,7 @@ def check_packs(reading: Reading, packs: Sequence[PackFacts], findings: FindingC
         ),
         (None, ""),
     )
+    remedy = _unit_remedy(column, flag) if column is not None and column.unit == "Ah" else ""  # in mAh it is less
     kept: list[ChargeRow] = []
     for charge, pack in zip(reading.charges, of_charge, strict=True):
         most_mah = MOST_OF_CAPACITY * pack.capacity_mah
@@ -46,7 +47,7 @@ def check_packs(reading: Reading, packs: Sequence[PackFacts], findings: FindingC
             continue
         message = (
             f"{charge.charge_mah:g} mAh is more than pack {pack.name} can take ({most_mah:g} mAh): correct the number, "
-            f"{_unit_remedy(column, flag)}or, if it is right, the pack's capacity, with `labbook correct "
+            f"{remedy}or, if it is right, the pack's capacity, with `labbook correct "
             f"battery:{pack.name} capacity_mah=... --why ...` and in labbook.toml."
         )
         lines = [] if charge.line is None else [charge.line]

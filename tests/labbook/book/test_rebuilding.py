@@ -104,7 +104,7 @@ def by_name(url: str | None, folder: Path) -> dict[str, Rows]:
 
 def test_on_postgresql_the_same_rows_come_of_the_same_journal(postgres_url: str, whole: SmallBook) -> None:
     on_sqlite = by_name(None, whole.folder)
-    moved(whole, "[files]", f'[database]\nurl = "{postgres_url}"\n\n[files]')
+    moved(whole, "[batteries.A]", f'[database]\nurl = "{postgres_url}"\n\n[batteries.A]')
     assert rebuild(whole) == Rebuilt(len(on_sqlite["journal"]), None, Differences(), NOTHING)
     assert by_name(postgres_url, whole.folder) == on_sqlite
 
@@ -249,7 +249,7 @@ def test_another_program_with_migrations_of_its_own_is_not_taken_for_a_book(
         connection.exec_driver_sql("CREATE TABLE alembic_version (version_num TEXT)")
         connection.exec_driver_sql("INSERT INTO alembic_version VALUES ('0001')")
         connection.exec_driver_sql("CREATE TABLE run (theirs TEXT)")
-    moved(judged, "[files]", f'[database]\nurl = "{postgres_url}"\n\n[files]')
+    moved(judged, "[batteries.A]", f'[database]\nurl = "{postgres_url}"\n\n[batteries.A]')
     with refuses(UsageError, "alembic_version"):
         rebuild(judged)
     engine.dispose()
@@ -275,7 +275,7 @@ def test_a_role_without_rights_is_told_what_a_rebuild_needs(postgres_url: str, j
         connection.exec_driver_sql("CREATE ROLE visitor LOGIN")
     engine.dispose()
     url = postgres_url.replace("labbook@", "visitor@")
-    moved(judged, "[files]", f'[database]\nurl = "{url}"\n\n[files]')
+    moved(judged, "[batteries.A]", f'[database]\nurl = "{url}"\n\n[batteries.A]')
     with pytest.raises(UsageError, match=r"permission denied.*GRANT CREATE"):
         rebuild(judged)
 

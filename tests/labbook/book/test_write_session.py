@@ -300,12 +300,12 @@ def made(tmp_path: Path) -> SmallBook:
     return small_book(tmp_path)
 
 
-PACK_D = "[batteries.D]\ncells = 4\ncapacity_mah = 5000\n\n[files]"
+PACK_D = "[batteries.D]\ncells = 4\ncapacity_mah = 5000\n\n[batteries.A]"
 
 
 def test_what_labbook_toml_adds_is_journalled_by_the_next_speaker(made: SmallBook) -> None:
     rewritten(made, '"Ada Nwosu" = "AN"', '"Ada Nwosu" = "AN"\n"Ben Ode" = "BO"')
-    rewritten(made, "[files]", PACK_D)
+    rewritten(made, "[batteries.A]", PACK_D)
     rewritten(made, "levels = [0, 100]", "levels = [0, 100, 300]")
     with made.open() as standing:
         before = len(said_alike(standing))
@@ -351,7 +351,7 @@ def test_a_contradiction_is_refused_with_the_command_that_settles_it(
     made: SmallBook, old: str, new: str, kind: str, field: str, value: object
 ) -> None:
     rewritten(made, old, new)
-    rewritten(made, "[files]", PACK_D)  # an addition waits with the contradiction
+    rewritten(made, "[batteries.A]", PACK_D)  # an addition waits with the contradiction
     with made.open() as standing:
         before = said_alike(standing)
 

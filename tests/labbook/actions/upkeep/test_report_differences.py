@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -66,8 +67,8 @@ def raise_apexes(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let a newer version of the algorithm find every apex 1 mm higher."""
     found, newer = run_apexes._apexes, replace(run_apexes.ALGORITHM, version=run_apexes.ALGORITHM.version + 1)
 
-    def higher(judgement: run_apexes.Judgement) -> run_apexes.RunApexes:
-        apexes = found(judgement)
+    def higher(*given: Any) -> run_apexes.RunApexes:
+        apexes = found(*given)
         height = apexes.apex_height
         assert not isinstance(height.value, Undefined)
         return replace(apexes, apex_height=replace(height, value=height.value + 1e-3))
