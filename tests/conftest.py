@@ -156,7 +156,7 @@ def _files_are_noted_as_they_are_read() -> Iterator[None]:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Iterator[Any]:
-    """After a test that passes, take the advice in what it read; a long one damages files in more ways than one mends."""
+    """After a test that passes, take the advice in what it read; a long one damages files in several ways at once."""
     ADVICE.clear()
     result = yield
     faults = [] if item.get_closest_marker("soak") else ADVICE.faults()
