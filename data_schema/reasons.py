@@ -191,6 +191,10 @@ class Reason(Code):
     NO_DRAIN_FIT = "no passive-drain fit for robot {robot}"
     NO_DRAIN_FIT_YET = "no passive-drain fit yet"
     NO_HEIGHT_LOG = "no log with a body_height channel"
+    CALIBRATION_OF_OTHER_DAY = (
+        "{file} was read with a calibration that does not hold on {day}, the run's date: `labbook files reread "
+        "{quoted}`"
+    )
     MORE_LOGS_THAN_STARTS = "{files} log files with a body_height channel and {n} start{s}"
     NO_FORCE_RECORD = "no force-plate record"
     SEVERAL_LEG_LENGTHS = "{n} logs have a leg length, and one is expected"

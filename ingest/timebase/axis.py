@@ -252,12 +252,16 @@ def _start(
 
 
 def first_day(sources: TimeSources) -> str | None:
-    """Return the local date on which a table begins, None where neither its stamps nor its preamble have one."""
+    """Return the local date of the first row with a time, None where neither its stamps nor its preamble have one."""
     findings = FindingCollector()
     time, start = sources.plan.time, sources.preamble.start
     utc = None if start is None else clock.to_utc(start, sources.declared.time_zone, findings)
-    if time is not None and sources.block.n_rows and (time.kind is CellKind.CLOCK or time.unit in TICKS_PER_SECOND):
-        utc, _ = _start(sources, time, _clocks(time, sources, findings), slice(None), True, findings)
+    if time is not None and (time.kind is CellKind.CLOCK or time.unit in TICKS_PER_SECOND):
+        clocks = _clocks(time, sources, findings)
+        stamps = sources.block.numbers[time.position] if clocks is None else clocks.seconds
+        filled = np.flatnonzero(np.isfinite(np.asarray(stamps, dtype=np.float64)))
+        if filled.size:
+            utc, _ = _start(sources, time, clocks, filled[:1], True, findings)
     if utc is None:
         return None
     return str(datetime.fromisoformat(utc).astimezone(ZoneInfo(sources.declared.time_zone or "UTC")).date())

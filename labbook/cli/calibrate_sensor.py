@@ -51,5 +51,7 @@ def calibrate_sensor(
         (f"{value:g}", f"{rest.mean:.6g}", f"{rest.sd:.2g}", str(rest.n), f"{left:.2g}")
         for value, rest, left in zip(found.known, found.rests, found.left, strict=True)
     ]
-    line = found.calibration.sentence(found.column, found.channel, found.unit)
-    emit(found, [f"{line}.", *columns(head, rows), "", "for [profiles.NAME.columns]:", found.profile()], as_json)
+    line = f"{found.calibration.sentence(found.column, found.channel, found.unit)}."
+    if found.n_rests > len(known):
+        line += f" It rests {found.n_rests} times: the {len(known)} longest are taken."
+    emit(found, [line, *columns(head, rows), "", "for [profiles.NAME.columns]:", found.profile()], as_json)

@@ -58,7 +58,7 @@ def reread_command(
     *,
     declared: dict[str, Any],
     nothing: Annotated[
-        bool, typer.Option("--nothing-declared", help="Take back what was declared about the files.")
+        bool, typer.Option("--nothing-declared", help="Take back what was declared about the files before.")
     ] = False,
     why: MaybeWhyOption = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would change; store nothing.")] = False,
@@ -66,9 +66,9 @@ def reread_command(
     person: AsOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Read the kept copies of files again: with what is declared here, or, without that, with what was declared.
+    """Read the kept copies of files again: with what was declared about them, and what is declared here.
 
-    Either way under today's labbook.toml. What changes and what becomes stale is said; a reading that is refused
+    Today's labbook.toml holds. What changes and what becomes stale is said; a reading that is refused
     changes nothing, and the exit code is 2.
 
     Example: labbook files reread r007.csv --column "z=body_height:mm" --why "the unit was missing"
@@ -96,8 +96,8 @@ def reread_command(
         batch = new_uid() if every or len(uids) > 1 else None
         with progress("reading again", len(uids), shown=len(uids) > 1) as step:
             for each in uids:
-                request = RereadRequest(options, person, why, dry_run, batch)
-                done.append(reread_named(opened_book, each, request, keep_options=not options and not nothing))
+                request = RereadRequest(options, person, why, dry_run, batch, afresh=nothing)
+                done.append(reread_named(opened_book, each, request))
                 step(done[-1].name)
     lines = [
         line for item in done for line in (f"{item.name}:", *(f"  {x}" for x in reread_lines(item, dry_run=dry_run)))

@@ -20,8 +20,6 @@ def check_reread_options(names: Sequence[str], every: bool, declared: bool, noth
         raise UsageError("name the files to be read again, or give --all for those that labbook.toml reads otherwise.")
     if every and (declared or nothing):
         raise UsageError("what is declared here is about the files that are named: leave it out with --all.")
-    if declared and nothing:
-        raise UsageError("--nothing-declared takes back what is declared: give either that or the other options.")
 
 
 def reread_json(done: Reread) -> dict[str, Any]:

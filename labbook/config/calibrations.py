@@ -38,6 +38,8 @@ def calibration_in(text: str, option: str) -> Calibration | None:
     record: dict[str, Any] = {}
     for part in filter(None, map(str.strip, text.split(","))):
         key, _equals, value = map(str.strip, part.partition("="))
+        if key in record:
+            raise UsageError(f"{option} gives {key} twice: leave one of the two out.")
         record[key] = [_number(each) for each in value.split()] if key in ("raw", "value", "height") else _number(value)
     faults: list[str] = []
     table = TableReader(record, "", faults)
@@ -64,11 +66,16 @@ def _read(table: TableReader) -> Calibration | None:
         scale, offset = table.number("scale", 1.0), table.number("offset", 0.0)
         if scale == 0:
             table.fault("scale", "0 makes every value the same: give what one raw unit is.")
-        ses = ((table.number("scale_se", 0.0), 0.0), (0.0, table.number("offset_se", 0.0)))
-        found = Calibration(scale, offset, tuple(line for line in ses if any(line)))
-    return replace(
-        found, source=table.optional_text("source"), first_day=_day(table, "from"), last_day=_day(table, "until")
-    )
+        for key in ("value", "height", "se"):
+            if table.value(key) is not None:
+                table.fault(key, "belongs to `raw` numbers, which are not there: give them, or `scale` and `offset`.")
+        scale_se, offset_se = (table.optional_number(key, above=0.0) for key in ("scale_se", "offset_se"))
+        errors = [*([(scale_se, 0.0)] if scale_se else []), *([(0.0, offset_se)] if offset_se else [])]
+        found = Calibration(scale, offset, tuple(errors))
+    first_day, last_day = _day(table, "from"), _day(table, "until")
+    if first_day is not None and last_day is not None and first_day > last_day:
+        table.fault("until", f"{last_day} is before `from`, {first_day}: exchange them.")
+    return replace(found, source=table.optional_text("source"), first_day=first_day, last_day=last_day)
 
 
 def _from_points(table: TableReader) -> Calibration:

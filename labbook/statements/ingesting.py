@@ -7,6 +7,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
+import numpy as np
+
 from data_schema.errors import BookBusy, BookDamaged, BookError, InputRefused, UsageError
 from data_schema.journal import Entry, canonical
 from data_schema.queries import imports
@@ -33,6 +35,7 @@ from labbook.statements.importing import (
     StoredPart,
     current_settings,
     finding_values,
+    flag_of,
     store_reading,
     times_sha256,
 )
@@ -41,6 +44,8 @@ from labbook.statements.sheet_charges import charge_numbers, keys_of, mark_charg
 RUN_CONTRADICTS = "run_contradicts"
 """The rule of a file whose name and content say that it is of other runs."""
 
+_ZERO_SE_M = 0.005
+"""Standard error of a zero that a standing body shows: its leg gives way by some millimetres, more in some logs."""
 _ROLES = {"charger_sheet": FileRole.CHARGE, "icharger_log": FileRole.CHARGE, "bertec_text": FileRole.FORCE}
 """The roles of files that earlier labbooks read, whose entries lack them."""
 
@@ -257,33 +262,35 @@ def _height_zeros(run: Mapping[str, Any], of_run: Collection[str], done: Prepare
         rest_m = float(stored.detection.parameters["rest_length_m"])
         zero_m = stored.detection.found.zero_m
         if zero_m:
-            remedy = _zero_remedy(height, zero_m, done.settings.declared.file_name)
+            remedy = _zero_remedy(height, flag_of(done.read, height.source_name), zero_m, done)
             message = (
                 f"The body stands higher than its leg is long (rest length {rest_m:.3f} m), and leaves the ground at "
-                f"{rest_m + zero_m:.3f} m: a zero of {1e3 * zero_m:.0f} mm? {remedy}, or correct rest_length_m in "
-                "[robots]."
+                f"{rest_m + zero_m:.3f} m: a zero of about {1e3 * zero_m:.0f} mm? {remedy}, or correct rest_length_m "
+                "in [robots]."
             )
             found.append(Finding(Severity.NOTE, zero_rule, message, None, height.source_name, f"{zero_m:g}", 1, ()))
         elif run["jumps_made"] and not stored.detection.found.jumps:
+            low_m, high_m = np.nanpercentile(height.values, (1.0, 99.0))
+            flag = flag_of(done.read, height.source_name)
             message = (
-                f"No jump can be found: the body never comes below the leg's rest length, {rest_m:.3f} m, as in a "
-                f"stance: are the height's unit and zero right (`--column "
-                f'"{height.source_name}={BODY_HEIGHT}:{height.source_unit or "m"},offset=OFFSET"`), and rest_length_m '
-                "in [robots]?"
+                f"No jump can be found: the body is between {low_m:.3f} and {high_m:.3f} m, and jumps go below and "
+                f"above the leg's rest length, {rest_m:.3f} m: did the sensor come loose, are the height's unit and "
+                f'zero right (`--column "{flag}={BODY_HEIGHT}:{height.source_unit or "m"},offset=OFFSET"`), and '
+                "rest_length_m in [robots]?"
             )
             found.append(Finding(Severity.NOTE, no_stance_rule, message, None, height.source_name, None, 1, ()))
     return found
 
 
-def _zero_remedy(height: ChannelData, zero_m: float, file_name: str | None) -> str:
+def _zero_remedy(height: ChannelData, flag: str, zero_m: float, done: PreparedImport) -> str:
     """Return how the zero of a height is stated, in the unit of its column."""
     if height.calibration is not None:
         return f"Correct the calibration of column {height.source_name!r}"
     unit = height.source_unit or "m"
-    offset = -height.sign * zero_m / height.scale
-    named = shlex.quote(file_name or "NAME")
-    column = f"{height.source_name}={BODY_HEIGHT}:{unit},offset={offset:.4g}"
-    return f'Say `labbook files reread {named} --column "{column}"`'
+    offset, se = -height.sign * zero_m / height.scale, _ZERO_SE_M / height.scale
+    named = shlex.quote(done.settings.declared.file_name or "NAME")
+    column = f"{flag}={BODY_HEIGHT}:{unit},offset={offset:.4g},offset_se={se:.2g}"
+    return f'Say `labbook files reread {named} --column "{column}"`, with one offset for all logs of a sensor'
 
 
 def add_reading(context: ApplyContext, entry: Entry, done: PreparedImport, file_key: int, role: FileRole) -> int:

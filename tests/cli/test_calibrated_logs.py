@@ -95,6 +95,52 @@ def test_a_moved_sensor_is_read_by_the_calibration_of_the_day_of_its_run(tmp_pat
     assert good(labbook("show", "r001", "--json", at=at)).json["calibrated"][0]["calibrated_unit"] == "m"
 
 
+def test_heights_follow_the_calibration_of_the_day_of_the_run(tmp_path: Path) -> None:
+    """A log without a date that moves to a run of another day, and a run whose date is corrected."""
+    at = book(tmp_path, PROFILE)
+    time_s, height_m, apexes_m = standing_log(1, 10)
+    counts = np.round(AT_0_2_M[DAYS[1]] + (height_m - 0.2) * PER_M)
+    log = tmp_path / "r001.txt"
+    log.write_text(as_csv("t,adc_h", time_s, counts, 0))
+    says(good(labbook("ingest", log, "--explain", at=at)).out, "ruler, page 12")
+    good(labbook("ingest", log, at=at))
+
+    def mean_m(name: str) -> float | None:
+        good(labbook("report", "--out", "out", at=at))
+        return good(labbook("show", name, "--json", at=at)).json["mean_apex_height_m"]
+
+    as_of_first_day = mean_m("r001")
+    assert as_of_first_day == pytest.approx(float(apexes_m.mean()) - 12 / PER_M, abs=0.0005)
+    good(labbook("assign", "r001.txt", "r005", "--why", "its log", at=at))
+    assert mean_m("r005") is None
+    says(good(labbook("show", "r005", at=at)).out, "labbook files reread r001.txt")
+    good(labbook("files", "reread", "--all", at=at))
+    assert mean_m("r005") == pytest.approx(float(apexes_m.mean()), abs=0.0005)
+    says(good(labbook("files", "reread", "--all", at=at)).out, "no file")
+    good(labbook("correct", "r005", "date=2024-03-04", "--why", "made the day before", at=at))
+    assert mean_m("r005") is None
+    good(labbook("files", "reread", "r001.txt", at=at))
+    assert mean_m("r005") == as_of_first_day
+    good(labbook("rebuild", at=at))
+    assert mean_m("r005") == as_of_first_day
+
+
+def test_what_is_declared_of_a_file_again_adds_to_what_was(tmp_path: Path) -> None:
+    at = book(tmp_path)
+    time_s, height_m, apexes_m = standing_log(1, 10, zero_m=0.059)
+    text = as_csv("t,h", time_s, 100 * height_m, 3)
+    (tmp_path / "r001.txt").write_text(text)
+    flags = ("--column", "h=body_height:cm", "--unit", "t=ms")
+    answer = good(labbook("ingest", "../r001.txt", *flags, at=at))
+    (command,) = re.findall(r"`labbook (files reread .*?)`", says(answer.out, "height_zero_doubtful"))
+    assert "offset_se=" in command
+    good(labbook(*shlex.split(command), at=at))
+    good(labbook("report", "--out", "out", at=at))
+    shown = good(labbook("show", "r001", "--json", at=at)).json
+    assert shown["mean_apex_height_m"] == pytest.approx(float(apexes_m.mean()), abs=3 * 0.005)
+    assert labbook("files", "reread", "r001.txt", "--nothing-declared", at=at).code == 2
+
+
 def test_a_zero_that_is_off_is_named_with_the_command_that_mends_it(tmp_path: Path) -> None:
     at = book(tmp_path)
     time_s, height_m, apexes_m = standing_log(1, 10, zero_m=0.059)
@@ -120,6 +166,9 @@ def test_a_log_in_which_no_stance_can_be_found_says_so(tmp_path: Path) -> None:
     (tmp_path / "r001.txt").write_text(as_csv("t [ms],h [m]", time_s[moving], height_m[moving] + 0.4, 5))
     answer = labbook("ingest", "../r001.txt", "--column", "h=body_height:m", at=at)
     says(answer.out, "no_stance_found", "0.260 m")
+    (tmp_path / "r002.txt").write_text(as_csv("t [ms],h [m]", time_s, np.full(time_s.size, 0.2), 5))
+    answer = labbook("ingest", "../r002.txt", "--column", "h=body_height:m", at=at)
+    says(answer.out, "no_stance_found", "0.200 and 0.200 m", "loose")
 
 
 def test_a_sensor_is_calibrated_from_a_log_of_known_heights(tmp_path: Path) -> None:
@@ -140,3 +189,7 @@ def test_a_sensor_is_calibrated_from_a_log_of_known_heights(tmp_path: Path) -> N
     good(labbook("ingest", "../heights.csv", "--unit", "t=ms", "--dry-run", at=at))
     assert labbook(*words[:-1], "t:ms", "--points", "1,2,3,4,5", at=tmp_path).code == 2
     assert labbook(*words[:3], "nothing", *words[4:], at=tmp_path).code == 2
+    for points in ("0.2,0.4,0.85", "0.2,0.6,0.4,0.85"):
+        wrong = labbook(*words[:5], points, *words[6:], at=tmp_path)
+        assert wrong.code == 2
+        says(wrong.err, "do not lie on a line", "4 rests")

@@ -21,9 +21,11 @@ from data_schema.queries.runs import runs_named
 from data_schema.queries.signals import every_start
 from data_schema.queries.study import days_with_runs
 from data_schema.vocabulary import Action, FileRole, Severity
+from ingest.channels.calibration import UNDATED
 from ingest.declared import ABSENT
 from ingest.findings import MORE_LINES
 from ingest.model import ChargeRow, Finding, ReadFile
+from ingest.read import read_file
 from labbook.analysis.outcomes.log_dates import (
     ABOUT_DAY,
     AHEAD,
@@ -38,7 +40,7 @@ from labbook.analysis.outcomes.log_dates import (
     swapped_day,
 )
 from labbook.book.write_session import Statement, WriteSession, new_uid
-from labbook.statements.importing import PreparedImport, finding_values, without_name
+from labbook.statements.importing import PreparedImport, ReadSettings, finding_values, without_name
 
 
 def refused_without_columns(read: ReadFile, options: Mapping[str, Any]) -> ReadFile:
@@ -126,6 +128,17 @@ def refused_by_book(
         noted += day_notes(of_run, name, day, zone) if notes else []
     judged = replace(read, findings=(*refusals, *read.findings, *(() if refusals else noted)))
     return _with_days_ahead(judged) if notes else judged
+
+
+def read_on_day_of(
+    connection: sa.Connection, data: bytes, settings: ReadSettings, read: ReadFile, run: str | None
+) -> tuple[ReadSettings, ReadFile]:
+    """Read a log again with its run's date, where a calibration has to be chosen by a date and the log has none."""
+    uid = None if run is None else find_uid(connection, "run", name=run)
+    if uid is None or all(finding.rule != UNDATED for finding in read.findings):
+        return settings, read
+    declared = replace(settings.declared, day=name_and_day(connection, uid)[1])
+    return replace(settings, declared=declared), read_file(data, declared)
 
 
 def name_and_day(connection: sa.Connection, run_uid: str) -> tuple[str, str]:

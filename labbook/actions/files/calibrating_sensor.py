@@ -17,11 +17,16 @@ from labbook.actions.files.named_files import read_bytes
 from stats.apexes.standing import Rest, rests
 
 _RAW = "raw"
+_MOST_OFF_LINE = 0.03
+"""Share of their range by which known values may lie off the line; values in wrong order lie farther off."""
 
 
 @dataclass(frozen=True, slots=True)
 class SensorCalibration:
-    """The line through what a sensor showed at rest at known values; these and the residuals `left` are in `unit`."""
+    """The line through what a sensor showed at rest at known values; these and the residuals `left` are in `unit`.
+
+    Of `n_rests` the longest were taken, one for each value.
+    """
 
     column: str
     channel: str
@@ -30,6 +35,7 @@ class SensorCalibration:
     rests: tuple[Rest, ...]
     calibration: Calibration
     left: tuple[float, ...]
+    n_rests: int
 
     def profile(self) -> str:
         """Return the column as it is written into a profile of labbook.toml."""
@@ -80,4 +86,12 @@ def calibrate_sensor(
     line = line_through([rest.mean for rest in chosen], known)
     line = Calibration(line.scale, line.offset, line.errors, line.df, source)
     left = tuple(value - line.scale * rest.mean - line.offset for value, rest in zip(known, chosen, strict=True))
-    return SensorCalibration(raw.source_name, channel, unit, tuple(known), chosen, line, left)
+    worst = max(left, key=abs)
+    if abs(worst) > _MOST_OFF_LINE * (max(known) - min(known)):
+        shown = ", ".join(f"{rest.mean:.5g}" for rest in every)
+        raise UsageError(
+            f"the values do not lie on a line with what column {column!r} shows at its {len(every)} rests ({shown}): "
+            f"{known[left.index(worst)]:g} {unit} is {abs(worst):.2g} {unit} off; give one value for each rest, in "
+            "order of time."
+        )
+    return SensorCalibration(raw.source_name, channel, unit, tuple(known), chosen, line, left, len(every))

@@ -18,15 +18,13 @@ from data_schema.queries.facts import find_uid
 from data_schema.vocabulary import CHANNELS
 from ingest.channels.names import channel_kind, clean_name
 from ingest.model import ChargeRow, ColumnUse, Explanation, Finding, Limits, ReadFile, TableUse, TextShape
-from ingest.read import read_file
 from ingest.signals import LEFT_OUT
 from ingest.tables.table import CellKind
 from labbook.actions.files.against_book import refused_by_book, refused_without_columns
-from labbook.actions.files.ingesting import stated_runs
+from labbook.actions.files.ingesting import read_for_run
 from labbook.actions.files.named_files import own_name
 from labbook.book.opening import Book
 from labbook.config.profiles import OWN, SHEET_COLUMNS
-from labbook.statements.importing import declarations
 from labbook.statements.ingesting import runs_contradict
 
 
@@ -68,9 +66,9 @@ class Explained:
 def explain_file(book: Book, path: Path, options: Mapping[str, Any], run: str | None, *, alone: bool) -> Explained:
     """Read a file as `ingest` would and explain how; `run` is the one named for it, `alone`: no other file is read."""
     with book.reading() as connection:
-        read = _read_as_ingest(book, path, options)
+        data = _bytes_of(book, path)
+        _, read, stated = read_for_run(connection, book.configuration, data, path, options, run)
         read = refused_without_columns(read, options) if alone else read
-        stated = stated_runs(connection, book.configuration, path, read)
         run = run or (stated[0] if len(stated) == 1 else None)
         read = refused_by_book(connection, read, run, notes=True)
         if run is None:
@@ -93,11 +91,6 @@ def explain_file(book: Book, path: Path, options: Mapping[str, Any], run: str | 
         known,
         read.findings,
     )
-
-
-def _read_as_ingest(book: Book, path: Path, options: Mapping[str, Any]) -> ReadFile:
-    """Read a file with the declarations of the command line and of the book's profiles; nothing is stored."""
-    return read_file(_bytes_of(book, path), declarations(book.configuration, options, own_name(path)))
 
 
 def _bytes_of(book: Book, path: Path) -> bytes:
@@ -143,7 +136,8 @@ class Draft:
 def draft_profile(book: Book, path: Path, options: Mapping[str, Any]) -> Draft:
     """Draft the profile of a file from all that could be found in it, whether or not it is refused."""
     data = _bytes_of(book, path)
-    read = _read_as_ingest(book, path, options)
+    with book.reading() as connection:
+        _, read, _ = read_for_run(connection, book.configuration, data, path, options, None)
     file_name = own_name(path)
     taken = book.configuration.profiles
     stem = clean_name(re.sub(r"\d+", " ", Path(file_name).stem)) or "logger"

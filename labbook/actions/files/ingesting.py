@@ -21,12 +21,11 @@ from data_schema.queries.imported_files import runs_of_file
 from data_schema.queries.imports import ABOUT_RUNS, FirstImport, first_import
 from data_schema.queries.runs import list_runs, names_beginning
 from data_schema.vocabulary import Action, FileRole, IngestStatus, Severity
-from ingest.channels.calibration import UNDATED
 from ingest.formats.format import UNKNOWN
 from ingest.model import Finding, Limits, ReadFile
 from ingest.read import read_file
 from labbook.actions.files.against_book import (
-    name_and_day,
+    read_on_day_of,
     refused_by_book,
     refused_without_columns,
     state_refusal,
@@ -41,6 +40,7 @@ from labbook.config.run_names import composed
 from labbook.statements.counted_charges import predicted_findings
 from labbook.statements.importing import (
     PreparedImport,
+    ReadSettings,
     as_read,
     current_settings,
     sample_counts,
@@ -115,19 +115,11 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
         restored = not request.dry_run and book.store.restore_raw(data, sha256)
         return _known(book, path, request, first, sha256, restored)
     options = dict(request.options or {})
-    settings = current_settings(book.configuration, options, own_name(path))
-    read = read_file(data, settings.declared)
-    if read.role is FileRole.SHEET:
-        _refuse_run(path, request.run)
     with book.reading() as connection:
-        stated = stated_runs(connection, book.configuration, path, read)
+        settings, read, stated = read_for_run(connection, book.configuration, data, path, options, request.run)
+        if read.role is FileRole.SHEET:
+            _refuse_run(path, request.run)
         of_run = request.run or (stated[0] if len(stated) == 1 else None)
-        if of_run is not None and any(finding.rule == UNDATED for finding in read.findings):
-            uid = find_uid(connection, "run", name=of_run)
-            if uid is not None:
-                options["day"] = name_and_day(connection, uid)[1]
-                settings = current_settings(book.configuration, options, own_name(path))
-                read = read_file(data, settings.declared)
         read = refused_without_columns(read, options) if request.batch is None else read
         read = refused_by_book(connection, read, of_run, notes=request.dry_run)
         if request.dry_run:
@@ -211,6 +203,26 @@ def _unreadable(error: OSError) -> ReadFile:
 def _not_read(message: str) -> ReadFile:
     finding = Finding(Severity.FILE, "not_readable", message, None, None, None, 1, ())
     return ReadFile(UNKNOWN, 0, (), (), (finding,), 0, 0, 0)
+
+
+def read_for_run(
+    connection: sa.Connection,
+    configuration: Configuration,
+    data: bytes,
+    path: Path,
+    options: Mapping[str, Any],
+    run: str | None,
+) -> tuple[ReadSettings, ReadFile, tuple[str, ...]]:
+    """Read bytes as the log of a run, of the one named or else of the one that the file says; return the latter, too.
+
+    The run's date is that of a log without one, by which its sensor's calibration is chosen.
+    """
+    settings = current_settings(configuration, options, own_name(path))
+    read = read_file(data, settings.declared)
+    stated = stated_runs(connection, configuration, path, read)
+    of_run = run or (stated[0] if len(stated) == 1 else None)
+    settings, read = read_on_day_of(connection, data, settings, read, of_run)
+    return settings, read, stated
 
 
 def stated_runs(connection: sa.Connection, configuration: Configuration, path: Path, read: ReadFile) -> tuple[str, ...]:

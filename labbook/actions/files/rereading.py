@@ -17,6 +17,7 @@ from data_schema.errors import UsageError
 from data_schema.journal import canonical
 from data_schema.queries.charges import SheetRow, charge_contents, rows_of_file
 from data_schema.queries.detections import jumps_found, verdicts_waiting
+from data_schema.queries.facts import find_uid
 from data_schema.queries.imported_files import links_of_file, runs_of_file
 from data_schema.queries.imports import ABOUT_RUNS
 from data_schema.queries.readings import PartRow, ReadingRow, last_reading, last_statement, parts_of_reading
@@ -25,6 +26,8 @@ from ingest.model import DEFAULT_LIMITS, Finding, ReadFile
 from ingest.read import read_file
 from ingest.store import raw_path
 from labbook.actions.files.against_book import (
+    name_and_day,
+    read_on_day_of,
     refused_by_book,
     refused_without_columns,
     state_refusal,
@@ -70,21 +73,47 @@ class Reread:
 
 @dataclass(frozen=True, slots=True)
 class RereadRequest:
-    """A request to read a file again: person and reason, declarations, and whether it is a dry run."""
+    """A request to read a file again: person and reason, what is declared, and whether it is a dry run.
+
+    What is declared adds to what was declared before, unless that is taken back (`afresh`).
+    """
 
     options: Mapping[str, Any]
     person: str | None = None
     why: str | None = None
     dry_run: bool = False
     batch: str | None = None
+    afresh: bool = False
+
+
+def with_declared(before: Mapping[str, Any], added: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what is declared of a file where more is declared of it, and of a column; a channel has one column."""
+    new = added.get("columns", {})
+    taken = {column.get("channel") for column in new.values()} - {None}
+    columns = {
+        name: dict(column)
+        for name, column in before.get("columns", {}).items()
+        if name in new or column.get("channel") not in taken
+    }
+    for name, column in new.items():
+        said = {key: value for key, value in column.items() if value is not None}
+        known = columns.get(name, {})
+        if "unit" in said:
+            known = {key: value for key, value in known.items() if key != "calibrations"}  # one is in its unit
+        columns[name] = {**column, **known, **said}
+    return {**before, **added, **({"columns": columns} if columns else {})}
 
 
 def reread(book: Book, row: ReadingRow, request: RereadRequest) -> Reread:
     """Read the stored copy of a file under today's labbook.toml and the options given; a refusal changes nothing."""
+    if not request.afresh:
+        request = replace(request, options=with_declared(json.loads(row.options_json), request.options))
     data = book.store.raw(raw_path(row.sha256), row.sha256)
     settings = current_settings(book.configuration, request.options, row.name)
-
-    read = read_file(data, settings.declared)
+    with book.reading() as connection:
+        settings, read = read_on_day_of(
+            connection, data, settings, read_file(data, settings.declared), _run_of(connection, row)
+        )
     if request.batch is None and canonical(dict(request.options)) != row.options_json:
         read = refused_without_columns(read, request.options)
     with book.reading() as connection:
@@ -114,10 +143,28 @@ def would_differ(book: Book, row: ReadingRow) -> bool:
     The file is read only where the configuration is another one than at its reading.
     """
     then, now = _settings(_configuration(row.config_text), row), _settings(book.configuration, row)
-    if _without_checks(then) == _without_checks(now):
+    if _without_checks(then) == _without_checks(now) and not _is_of_other_day(book, row, now):
         return False
-    read = read_file(book.store.raw(raw_path(row.sha256), row.sha256), now.declared)
+    data = book.store.raw(raw_path(row.sha256), row.sha256)
+    with book.reading() as connection:
+        now, read = read_on_day_of(connection, data, now, read_file(data, now.declared), _run_of(connection, row))
     return _without_checks(settings_of(book, row)) != _without_checks(with_used_profile(now, read))
+
+
+def _run_of(connection: sa.Connection, row: ReadingRow) -> str | None:
+    runs = runs_of_file(connection, row.sha256)
+    return runs[0] if len(runs) == 1 else row.stated_run
+
+
+def _is_of_other_day(book: Book, row: ReadingRow, now: ReadSettings) -> bool:
+    """Whether a log was read by the date of its run, and its run has another one now."""
+    recorded = settings_of(book, row).declared.day
+    if recorded is None or now.declared.day is not None:
+        return False
+    with book.reading() as connection:
+        run = _run_of(connection, row)
+        uid = None if run is None else find_uid(connection, "run", name=run)
+        return uid is None or name_and_day(connection, uid)[1] != recorded
 
 
 def _without_checks(settings: ReadSettings) -> ReadSettings:
@@ -302,7 +349,8 @@ def take_known(
     if row.status is IngestStatus.WITHDRAWN:
         by = "" if withdrawn is None else f" by {withdrawn.person} on {withdrawn.at_utc}: {withdrawn.reason}"
         return KnownFile(None, (f"withdrawn{by}; `labbook files restore {row.name}` takes it into use again.",))
-    declared_otherwise = bool(options) and canonical(dict(options)) != row.options_json
+    declared = json.loads(row.options_json)
+    declared_otherwise = canonical(with_declared(declared, options)) != canonical(declared)
     done, messages = None, []
     if declared_otherwise and batch is not None and not again:
         messages.append("what is declared is for new files: add --again, or `labbook files reread` it.")

@@ -154,15 +154,14 @@ def show_lines(shown: ShownFile) -> list[str]:
     return lines
 
 
-def reread_named(book: Book, name: str, request: RereadRequest, *, keep_options: bool) -> Reread:
-    """Read one file again; `keep_options`: with what is declared about it now, under today's labbook.toml."""
-    from labbook.actions.files.rereading import RereadRequest, reread
+def reread_named(book: Book, name: str, request: RereadRequest) -> Reread:
+    """Read one file again under today's labbook.toml, with what is declared about it."""
+    from labbook.actions.files.rereading import reread
 
     with book.reading() as connection:
         file = file_named(connection, name)
         row = next(row for row in reversed(readings_of(connection, file.sha256)) if row.status in _LAST)
-    options = json.loads(row.options_json) if keep_options else request.options
-    return reread(book, row, RereadRequest(options, request.person, request.why, request.dry_run, request.batch))
+    return reread(book, row, request)
 
 
 def files_to_reread(book: Book, step: Callable[[str], None]) -> list[ReadingRow]:

@@ -13,12 +13,19 @@ import sqlalchemy as sa
 
 from data_schema.queries.charges import ChargeOfRun, charges_of_runs
 from data_schema.queries.runs import RunRow, runs_named
-from data_schema.queries.signals import SameSamples, SignalRow, log_starts, same_samples, signals_of_runs
+from data_schema.queries.signals import (
+    SameSamples,
+    SignalRow,
+    calibrated_channels,
+    log_starts,
+    same_samples,
+    signals_of_runs,
+)
 from data_schema.queries.study import CheckRow, PlannedRow, StudyRow, days_with_runs, planned_runs
 from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
 from labbook.analysis.outcomes.detection import BODY_HEIGHT
 from labbook.analysis.outcomes.log_dates import differing_day
-from labbook.analysis.outcomes.run_apexes import usable_logs
+from labbook.analysis.outcomes.run_apexes import calibrated_for_other_day, usable_logs
 from labbook.analysis.outcomes.run_energy import above_capacity
 from labbook.book.naming import study_of
 from labbook.config.local_time import local_text
@@ -44,8 +51,8 @@ class Remark:
 @dataclass(frozen=True, slots=True)
 class Background:
     """What a run is compared with: the study, protocol and packs, the dates of all runs, the instants at which its logs
-    start and, where they are more than its starts, those with a body height, and which of its files has the samples of
-    another run's (all by run uid), and its plan (by run name).
+    start and, where they are more than its starts, those with a body height, the log with the calibration of another
+    day, and which of its files has the samples of another run's (all by run uid), and its plan (by run name).
     """
 
     study: StudyRow
@@ -54,6 +61,7 @@ class Background:
     days: Collection[str]
     starts: Mapping[str, Sequence[str | None]]
     many_logs: Mapping[str, Sequence[SignalRow]]
+    other_calibration: Mapping[str, Undefined]
     same_samples: Mapping[str, SameSamples]
     planned: Mapping[str, PlannedRow]
 
@@ -89,8 +97,16 @@ def remarks_on(
         for row in rows
         if len(starts.get(row.uid, ())) > max(row.starts, 1)
     }
+    calibrated = calibrated_channels(connection)
+    other_calibration = {}
+    for row in rows if calibrated else ():
+        logs = signals_of_runs(connection, FileRole.LOG, run_uid=row.uid)
+        other_day = calibrated_for_other_day(row, logs, calibrated)
+        if other_day is not None:
+            other_calibration[row.uid] = other_day
     same = same_samples(connection, [row.uid for row in rows])
-    background = Background(study, configuration, today, days_with_runs(connection), starts, many_logs, same, planned)
+    days = days_with_runs(connection)
+    background = Background(study, configuration, today, days, starts, many_logs, other_calibration, same, planned)
     charges = charges_of_runs(connection, [row.uid for row in rows])
     found = []
     for name, rule in RULES.items():
@@ -284,11 +300,17 @@ def _levels(condition_key: str, factors: Sequence[str]) -> dict[str, str]:
     return {} if found is None else dict(zip(factors, found.groups(), strict=True))
 
 
+def _calibration(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background) -> str | None:
+    found = background.other_calibration.get(run.uid)
+    return None if found is None else found.reason
+
+
 RULES: Mapping[str, Rule] = {
     "duration_unusual": Rule(frozenset({"duration_s", "kind"}), _duration),
     "date_in_future": Rule(frozenset({"day"}), _future),
     "date_long_ago": Rule(frozenset({"day"}), _long_ago),
     "log_day_differs": Rule(frozenset({"day", "log"}), _log_day, alike=False),
+    "calibration_of_other_day": Rule(frozenset({"day", "log"}), _calibration, alike=False),
     "samples_of_another_run": Rule(frozenset({"log", "samples"}), _samples, alike=False),
     "logs_too_many": Rule(frozenset({"log", "starts"}), _logs, alike=False),
     "jumps_unusual": Rule(frozenset({"jumps_made", "kind", "state"}), _jumps),

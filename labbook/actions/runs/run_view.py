@@ -27,7 +27,7 @@ from data_schema.rounding import decimals_for, fixed_text, known_error, number_t
 from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
 from labbook.analysis.outcomes.conditions import number_of
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections
-from labbook.analysis.outcomes.run_apexes import jumps_found_in_run
+from labbook.analysis.outcomes.run_apexes import calibrated_for_other_day, jumps_found_in_run
 from labbook.analysis.outcomes.run_force import PushOffRules, force_of_run
 from labbook.analysis.study_data import VERTICAL_FORCE
 from labbook.book.naming import changes_in_words, run_named, study_of
@@ -60,6 +60,7 @@ class RunView:
     files: tuple[RunFileRow, ...]
     signals: tuple[tuple[SignalRow, tuple[GapRow, ...]], ...]
     calibrated: tuple[CalibratedChannel, ...]
+    calibrated_for_other_day: str | None
     charges: tuple[ChargeOfRun, ...]
     notes: tuple[NoteRow, ...]
     jumps_found: int | None
@@ -93,11 +94,14 @@ def run_view(detections: Detections, configuration: Configuration, name: str) ->
     logs = [signal for signal in signals if signal.role == FileRole.LOG and BODY_HEIGHT in signal.channels]
     forces = [signal for signal in signals if signal.role == FileRole.FORCE and VERTICAL_FORCE in signal.channels]
     found = jumps_found_in_run(detections, run, logs, protocol.detector) if logs else None
+    calibrated = calibrated_channels(connection, run.uid)
+    other_day = calibrated_for_other_day(run, logs, calibrated)
     return RunView(
         run=run,
         files=tuple(files_of_run(connection, run.uid)),
         signals=tuple((signal, gaps_of(connection, signal.uid)) for signal in signals),
-        calibrated=tuple(one for several in calibrated_channels(connection, run.uid).values() for one in several),
+        calibrated=tuple(one for several in calibrated.values() for one in several),
+        calibrated_for_other_day=None if other_day is None else other_day.reason,
         charges=charges,
         notes=tuple(notes_of(connection, run.uid)),
         jumps_found=found if isinstance(found, int) else None,
@@ -105,7 +109,7 @@ def run_view(detections: Detections, configuration: Configuration, name: str) ->
         history=history,
         history_in_words=tuple(_in_words(connection, item, zone) for item in history),
         joules_per_jump=None if joules is None else joules[0],
-        mean_apex_height_m=None if apex is None else apex[0],
+        mean_apex_height_m=None if apex is None or other_day is not None else apex[0],
         from_plate=_from_plate(detections, forces, PushOffRules(protocol.onset, protocol.take_off)) if forces else {},
         time_zone=zone,
     )
@@ -148,6 +152,8 @@ def view_lines(view: RunView) -> list[str]:
             for gap in gaps
         ]
     lines += [f"  calibrated: {each.sentence()}, declared by {each.person}" for each in view.calibrated]
+    if view.calibrated_for_other_day is not None:
+        lines.append(f"  no heights: {view.calibrated_for_other_day}")
     lines += [
         f"  charge {charge.uid}: {charge.charge_mah:g} mAh (steps of {charge.resolution_mah:g})"
         f"{'' if charge.stated_pack is None else f', pack {charge.stated_pack}'}{', added' if charge.added else ''}"

@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 import math
 import re
+import shlex
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -239,6 +240,21 @@ def usable_logs(run: RunRow, logs: Sequence[SignalRow]) -> tuple[SignalRow, ...]
     return tuple(sorted(distinct, key=lambda log: _in_number_order(log.file_name)))
 
 
+def calibrated_for_other_day(
+    run: RunRow, logs: Sequence[SignalRow], calibrated: Mapping[str, Sequence[CalibratedChannel]]
+) -> Undefined | None:
+    """Say of which log a height has a calibration that does not hold on the run's day; None where there is none.
+
+    The day of a log with dates of its own is in these. `calibrated` has the channels by the signal's uid.
+    """
+    for log in logs:
+        heights = [channel for channel in calibrated.get(log.uid, ()) if channel.name == BODY_HEIGHT]
+        if log.start_utc is None and any(not channel.calibration.holds_on(run.day) for channel in heights):
+            quoted = shlex.quote(log.file_name)
+            return Undefined(Reason.CALIBRATION_OF_OTHER_DAY, file=log.file_name, day=run.day, quoted=quoted)
+    return None
+
+
 def jumps_found_in_run(
     detections: Detections, run: RunRow, logs: Sequence[SignalRow], detector: str
 ) -> int | Undefined:
@@ -262,6 +278,9 @@ def run_apexes(cache: ResultCache, detections: Detections, evidence: StudyData, 
     missing: dict[str, Undefined] = {}
     for run in evidence.runs:
         usable = usable_logs(run, evidence.logs.get(run.uid, []))
+        if not isinstance(usable, Undefined):
+            other_day = calibrated_for_other_day(run, usable, evidence.calibrated)
+            usable = usable if other_day is None else other_day
         if isinstance(usable, Undefined):
             missing[run.uid] = usable
         else:

@@ -81,6 +81,20 @@ def test_a_log_without_a_date_or_without_a_calibration_for_it_is_asked_about() -
     assert rules(read(log("t [ms],h (counts)"), "m", EARLY, overlap, day="2024-03-02")) == {"calibration_unclear"}
 
 
+@pytest.mark.parametrize(
+    ("name", "stamps"),
+    [
+        ("time (filetime)", [f"{133540128000000000 + 100_000 * row}.0" for row in range(200)]),
+        ("time", [f"2024-03-05 10:00:{row / 100:05.2f}" for row in range(200)]),
+    ],
+)
+def test_the_day_of_a_log_is_that_of_its_first_row_with_a_time(name: str, stamps: list[str]) -> None:
+    lines = [f"{name},h (counts)", *(f"{'' if row == 0 else stamp},{row % 50}" for row, stamp in enumerate(stamps))]
+    result = read("\n".join([*lines, ""]).encode(), "m", EARLY, LATE, time_zone="UTC")
+    assert not rules(result) & {"calibration_undated", "calibration_unclear"}
+    assert result.parts[0].channels[0].calibration == (EARLY if name != "time" else LATE)
+
+
 def test_a_unit_of_the_command_line_stands_over_the_calibration_of_a_profile() -> None:
     profile = {"h": ColumnDeclaration("body_height", "m", 1, (line_through([0, 10_000], [0.0, 1.0]),))}
     declared = Declarations(profile_columns=profile, columns={"h": ColumnDeclaration(None, "mm")})

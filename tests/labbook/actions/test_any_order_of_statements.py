@@ -164,7 +164,7 @@ class Statements(RuleBasedStateMachine):
     @rule(name=st.sampled_from(SHEETS), how=st.sampled_from(READINGS))
     def reread_sheet(self, name: str, how: tuple[str, str]) -> None:
         with self.may_be_refused():
-            reread_named(self.book, name, RereadRequest(as_sheet(*how), ADA, "otherwise"), keep_options=False)
+            reread_named(self.book, name, RereadRequest(as_sheet(*how), ADA, "otherwise"))
 
     @rule(name=st.sampled_from(LOGS), sign=st.sampled_from((1, -1)))
     def reread_log(self, name: str, sign: int) -> None:
@@ -172,7 +172,7 @@ class Statements(RuleBasedStateMachine):
         height = {"channel": "body_height", "unit": "m", "sign": sign}
         options = {"columns": {column: height}, "no_robot_check": True}
         with self.may_be_refused():
-            reread_named(self.book, name, RereadRequest(options, ADA, "otherwise"), keep_options=False)
+            reread_named(self.book, name, RereadRequest(options, ADA, "otherwise"))
 
     @rule(name=st.sampled_from((*SHEETS, *LOGS)))
     def withdraw_file(self, name: str) -> None:

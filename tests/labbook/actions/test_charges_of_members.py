@@ -71,7 +71,7 @@ def take(book: Book, folder: Path, name: str, data: bytes) -> None:
 
 
 def read_again(book: Book, name: str, by: str) -> None:
-    assert not reread_named(book, name, RereadRequest(column(by), ADA, "otherwise"), keep_options=False).read.refused
+    assert not reread_named(book, name, RereadRequest(column(by), ADA, "otherwise")).read.refused
 
 
 @pytest.fixture

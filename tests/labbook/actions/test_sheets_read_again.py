@@ -241,7 +241,7 @@ def columns(run: str = "run_a", amount: str = "first") -> dict[str, object]:
 
 
 def read_again(book: Book, name: str, options: dict[str, object]) -> None:
-    assert not reread_named(book, name, RereadRequest(options, ADA, "otherwise"), keep_options=False).read.refused
+    assert not reread_named(book, name, RereadRequest(options, ADA, "otherwise")).read.refused
 
 
 def test_a_row_that_goes_and_comes_back_is_where_a_person_put_it(small: SmallBook, tmp_path: Path) -> None:

@@ -122,7 +122,7 @@ def test_a_rebuild_does_not_stop_for_a_plugin(odd: SmallBook, install: Install, 
     assert "plug-in labbook-odd" in waits
     install("3", works())
     with odd.open() as book:
-        assert not reread_named(book, "odd.txt", RereadRequest({}, ADA), keep_options=True).read.refused
+        assert not reread_named(book, "odd.txt", RereadRequest({}, ADA)).read.refused
         after = all_rows_by_name(book.engine)
     assert {table: after[table] for table in ("charge", "run_file")} == {
         table: before[table] for table in ("charge", "run_file")

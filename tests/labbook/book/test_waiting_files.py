@@ -116,7 +116,7 @@ def test_a_declaration_mends_it_and_what_was_said_meanwhile_takes_effect(waiting
     with small.open() as book:
         assert {row.name for row in files_to_reread(book, lambda _name: None)} == {SHEET, LOG}
         for name in (SHEET, LOG):
-            done = reread_named(book, name, RereadRequest({}, ADA, "read by this labbook"), keep_options=True)
+            done = reread_named(book, name, RereadRequest({}, ADA, "read by this labbook"))
             assert not done.read.refused
             says(done.changes, "for a declaration")
             assert done.waiting == ()
@@ -154,7 +154,7 @@ def take(book: Book, path: Path, text: str, options: dict[str, Any] | None = Non
 
 
 def read_again(book: Book, name: str, options: dict[str, Any]) -> None:
-    assert not reread_named(book, name, RereadRequest(options, ADA, "otherwise"), keep_options=False).read.refused
+    assert not reread_named(book, name, RereadRequest(options, ADA, "otherwise")).read.refused
 
 
 def links(book: Book, name: str) -> dict[str, str]:

@@ -63,6 +63,10 @@ def test_a_profile_states_a_calibration(keys: str, expected: tuple[Calibration, 
         ("offset = 1, calibrations = [{ offset = 2 }]", "calibrations"),
         ('offset = 1, from = "soon"', "soon"),
         ("offset = 1, ofset_se = 1", "ofset_se"),
+        ("height = [20, 85]", "raw"),
+        ("offset = 1, se = 0.1", "raw"),
+        ("scale = 2, scale_se = -1", "scale_se"),
+        ("offset = 1, from = 2024-03-05, until = 2024-03-04", "until"),
     ],
 )
 def test_what_is_no_calibration_is_refused(keys: str, fact: str) -> None:
@@ -104,3 +108,5 @@ def test_counts_are_told_what_they_need() -> None:
         on_command_line("adc_h=body_height:counts")
     with refuses(UsageError, "unit"):
         on_command_line("adc_h=body_height,scale=2")
+    with refuses(UsageError, "twice", "scale"):
+        on_command_line("adc_h=body_height:m,scale=2,scale=3")

@@ -93,7 +93,7 @@ def test_a_reading_needs_no_labbook_toml(home: tuple[SmallBook, Path]) -> None:
         (line,) = take(book, path).messages
         says(line, "LOG001.csv")
         (row,) = files_to_reread(book, lambda _name: None)
-        mended = reread_named(book, row.name, RereadRequest({}, ADA, "it hangs upside down"), keep_options=True)
+        mended = reread_named(book, row.name, RereadRequest({}, ADA, "it hangs upside down"))
         says(mended.changes, "values differ", "0 jumps", "were 3")
         assert files_to_reread(book, lambda _name: None) == []
         assert take(book, path, MM).changes is not None
@@ -128,7 +128,7 @@ def test_a_refused_reading_says_what_is_wrong_with_the_rows(home: tuple[SmallBoo
     with small.open() as book:
         take(book, path, MM)
         metres = {"columns": {"z": {"channel": "body_height", "unit": "m"}}}
-        refused = reread_named(book, path.name, RereadRequest(metres, ADA), keep_options=False)
+        refused = reread_named(book, path.name, RereadRequest(metres, ADA))
     lines = "\n".join(reread_lines(refused, dry_run=False))
     assert '"z=mm"' in lines
     says(lines, "out_of_range", "2")
@@ -259,9 +259,9 @@ def test_a_column_that_the_file_lacks_is_refused_when_named_and_noted_in_a_batch
     absent = {"columns": {**MM["columns"], "nosuch": {"channel": "leg_length", "unit": "mm"}}}
     with small.open() as book:
         take(book, path, MM)
-        refused = reread_named(book, path.name, RereadRequest(absent, ADA), keep_options=False)
+        refused = reread_named(book, path.name, RereadRequest(absent, ADA))
         assert refused.read.refused
-        in_batch = reread_named(book, path.name, RereadRequest(absent, ADA, batch="b"), keep_options=False)
+        in_batch = reread_named(book, path.name, RereadRequest(absent, ADA, batch="b"))
         assert not in_batch.read.refused
-        again = reread_named(book, path.name, RereadRequest({}, ADA), keep_options=True)
+        again = reread_named(book, path.name, RereadRequest({}, ADA))
     assert not again.read.refused
