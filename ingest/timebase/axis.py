@@ -40,7 +40,7 @@ from ingest.timebase.stamps import (
 
 MOTION = frozenset({"body_height", "foot_height", "leg_length", "leg_velocity", "body_velocity", "force_z"})
 MOTION_RATES_HZ = (20.0, 50_000.0)
-"""A log of jumps slower or faster than this has its time in another unit than declared."""
+"""Of a log of jumps slower or faster than this it is asked whether its time is in the unit named."""
 
 SEQUENCE = "sequence"
 
@@ -69,8 +69,8 @@ class Recordings:
 class TimeSources:
     """All that bears on the time of one table: its rows, plan and values, declarations, preamble, fixed rate.
 
-    `clocks` has the cells of its columns of dates and clock times, by name, where no time column says all; `is_text`:
-    it is a table in text, as a sheet that is kept by hand.
+    `clocks` has the cells of its columns of dates and clock times, by what flags call these, where no time column says
+    all; `is_text`: it is a table in text, as a sheet that is kept by hand.
     """
 
     block: Block
@@ -131,11 +131,7 @@ def _ask_for_unit(sources: TimeSources, time: TimePlan, ticks: FloatArray, findi
     `ticks` has shape (n_usable_rows,).
     """
     ticks = ticks[np.isfinite(ticks)]
-    per_tick = _samples_per_tick(ticks)
-    units = _units_by_reference(sources, ticks, per_tick)
-    if units is None:
-        units = _units_of_motion(sources, per_tick)
-    flag = _unit_flag(time, units)
+    flag = _unit_flag(time, _units_by_reference(sources, ticks))
     if time.unit is not None:
         message = f"{time.unit!r} is no unit of time known here: say which it is, {flag}."
         findings.add(FILE, "time_unit_unknown", message, column=time.source_name, value=time.unit)
@@ -154,17 +150,16 @@ def _samples_per_tick(ticks: FloatArray) -> float | None:
     return 1 / usual_step(steps) if steps.size else None
 
 
-def _units_by_reference(sources: TimeSources, ticks: FloatArray, per_tick: float | None) -> list[str] | None:
-    """Return the units in which stamps have the rate declared or in the header, or else go on as the calendar does.
-
-    None where nothing is there to compare with.
+def _units_by_reference(sources: TimeSources, ticks: FloatArray) -> list[str]:
+    """Return the units in which stamps have the rate declared or in the header, or else go on as the calendar does;
+    none where nothing is there to compare with.
     """
-    rate = sources.declared.rate_hz or sources.preamble.rate_hz
+    rate, per_tick = sources.declared.rate_hz or sources.preamble.rate_hz, _samples_per_tick(ticks)
     per_second = None if rate is None or per_tick is None else rate / per_tick
     if per_second is None:
         spans = [span for name in split_clocks(sources.clocks)[0] if (span := _span_s(sources, name)) is not None]
         per_second = float(ticks.max() - ticks.min()) / spans[0] if spans and ticks.size else None
-    return None if per_second is None else _units_near(per_second)
+    return [] if per_second is None else _units_near(per_second)
 
 
 def _units_near(ticks_per_second: float) -> list[str]:
@@ -178,19 +173,12 @@ def _span_s(sources: TimeSources, column: str) -> float | None:
     return float(found[-1] - found[0]) if len(found) > 1 / RATE_REFUSED else None
 
 
-def _units_of_motion(sources: TimeSources, per_tick: float | None) -> list[str]:
-    """Return the units in which a log of jumps has a rate at which jumps can be seen; none of another log."""
-    low, high = MOTION_RATES_HZ
-    if per_tick is None or not any(column.channel in MOTION for column in sources.plan.columns):
-        return []
-    return [unit for unit in ("s", "ms", "us", "ns") if low <= per_tick * TICKS_PER_SECOND[unit] <= high]
-
-
 def _unit_flag(time: TimePlan, units: Sequence[str]) -> str:
     """Return the flag for the unit of a time column; it is left open, with the choices, where not one alone is left."""
     unit = units[0] if len(units) == 1 else "UNIT"
     override = " --override-units" if time.file_unit is not None and is_unit(time.file_unit) else ""
-    choices = "" if len(units) == 1 else f" (UNIT: one of {', '.join(units or TICKS_PER_SECOND)})"
+    others = units or [unit for unit in TICKS_PER_SECOND if unit != time.unit]
+    choices = "" if len(units) == 1 else f" (UNIT: one of {', '.join(others)})"
     return f"`--unit {argument(f'{time.flag}={unit}')}{override}`{choices}"
 
 
@@ -281,8 +269,8 @@ def _check_rates(found: Sequence[Recording], sources: TimeSources, time: TimePla
         rate = recording.timebase.rate_hz
         if rate is None:
             continue
-        if declared is None and header is None and missing_samples(recording.timebase) > len(recording.timebase.time_s):
-            _ask_about_missing(recording.timebase, rate, time, findings)
+        if declared is None and header is None:
+            _ask_about_rate(recording.timebase, rate, time, sources, findings)
         if declared is not None:
             remedy = _rate_advice(time, rate, declared)
             check_rate(rate, declared, "the declaration", findings, remedy=remedy)
@@ -290,15 +278,26 @@ def _check_rates(found: Sequence[Recording], sources: TimeSources, time: TimePla
             confirmed = declared is not None and abs(rate / declared - 1) <= RATE_REFUSED
             cure = None if confirmed else _rate_advice(time, rate, header)
             check_rate(rate, header, "the file's header", findings, remedy=cure)
-        moving = any(column.channel in MOTION for column in sources.plan.columns)
-        if moving and not MOTION_RATES_HZ[0] <= rate <= MOTION_RATES_HZ[1]:
-            message = f"The time stamps give {rate:.3g} Hz, at which no jump can be seen: "
-            findings.add(FILE, "rate_implausible", message + _time_unit_advice(sources, time, rate))
 
 
-def _ask_about_missing(timebase: Timebase, rate_hz: float, time: TimePlan, findings: FindingCollector) -> None:
-    """Refuse stamps at whose rate more samples are missing than there are, until a rate is said."""
+def _ask_about_rate(
+    timebase: Timebase, rate_hz: float, time: TimePlan, sources: TimeSources, findings: FindingCollector
+) -> None:
+    """Refuse a rate, until it is said, at which no jump can be seen in a log of jumps, or at which more samples are
+    missing than there are.
+    """
+    moving = any(column.channel in MOTION for column in sources.plan.columns)
+    if moving and not MOTION_RATES_HZ[0] <= rate_hz <= MOTION_RATES_HZ[1]:
+        unit = "" if time.kind is CellKind.CLOCK else f"correct their unit, {_unit_flag(time, [])}, or "
+        findings.add(
+            FILE,
+            "rate_implausible",
+            f"The time stamps give {rate_hz:.6g} Hz, at which no jump can be seen: if they are right, say "
+            f"`--rate {rate_hz:.6g}`, else {unit}count samples by their rate, {_count_by_rate_flags(time, 'HZ')}.",
+        )
     n, missing = len(timebase.time_s), missing_samples(timebase)
+    if missing <= n:
+        return
     paused_s = sum(gap.length_s for gap in timebase.gaps if gap.kind is GapKind.PAUSE)
     even_hz = (n - 1) / (float(timebase.time_s[-1]) - paused_s)
     findings.add(
@@ -323,15 +322,6 @@ def _rate_advice(time: TimePlan, rate_hz: float, reference_hz: float) -> str:
 def _count_by_rate_flags(time: TimePlan, rate: str) -> str:
     """Return the flags that have samples counted at a rate, whatever is in the time column."""
     return f"`--rate {rate} --column {argument(f'{time.flag}=own.clock')}`"
-
-
-def _time_unit_advice(sources: TimeSources, time: TimePlan, rate_hz: float) -> str:
-    """Return which flags correct the unit of the time column, or have samples counted."""
-    count = f"count samples by their rate, {_count_by_rate_flags(time, 'HZ')}."
-    if time.kind is CellKind.CLOCK:
-        return count
-    units = _units_of_motion(sources, rate_hz / TICKS_PER_SECOND[time.unit or "s"])
-    return f"say their right unit, {_unit_flag(time, units)}, or {count}"
 
 
 def _clock_advice(sources: TimeSources) -> str:
@@ -390,14 +380,15 @@ def _ask_about_counter(timebase: Timebase, sources: TimeSources, findings: Findi
     declared = (*sources.declared.columns.values(), *sources.declared.profile_columns.values())
     if any(declaration.channel == SEQUENCE for declaration in declared):
         return
-    column = next(column.source_name for column in sources.plan.columns if column.channel == SEQUENCE)
+    column = next(column for column in sources.plan.columns if column.channel == SEQUENCE)
+    n, missing = len(timebase.time_s), missing_samples(timebase)
     findings.add(
         FILE,
         "mostly_missing",
-        f"By column {column!r} {missing_samples(timebase)} samples are missing beside {len(timebase.time_s)}: if it "
-        f"numbers the samples, say `--column {argument(f'{column}={SEQUENCE}')}`, else "
-        f"`--column {argument(f'{column}=own.counter')}`.",
-        column=column,
+        f"By column {column.source_name!r} {missing} samples are missing beside {n}: if it numbers the samples, say "
+        f"`--column {argument(f'{column.flag}={SEQUENCE}')}`, else "
+        f"`--column {argument(f'{column.flag}=own.counter')}`.",
+        column=column.source_name,
     )
 
 

@@ -231,12 +231,16 @@ def _across_changes(clocks: ClockColumn, zone_name: str | None, findings: Findin
     steps = np.diff(clocks.seconds[rows])
     seconds = clocks.seconds
     set_back_row = None
-    may_be_change = (steps < -_SET_BACK_S) | (steps >= _SMALLEST_CHANGE_S)
+    usual_s = float(np.median(steps)) if steps.size else 0.0
+    may_be_set_back = (steps < -_SET_BACK_S) | (
+        steps <= usual_s - _SMALLEST_CHANGE_S
+    )  # at one row an hour it stands still
+    may_be_change = may_be_set_back | (steps >= _SMALLEST_CHANGE_S)
     for at in np.flatnonzero(may_be_change & (np.abs(steps) <= _LONGEST_STEP_S)).tolist():
         before, after = _local(clocks.iso[rows[at]]), _local(clocks.iso[rows[at + 1]])
         if before is None or after is None:
             continue
-        if steps[at] < 0 and set_back_row is None and _is_twice(before, zone) and _is_twice(after, zone):
+        if may_be_set_back[at] and set_back_row is None and _is_twice(before, zone) and _is_twice(after, zone):
             set_back_row = int(rows[at + 1])
         second = set_back_row is not None
         is_change = second and rows[at + 1] == set_back_row

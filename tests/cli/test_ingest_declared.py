@@ -69,7 +69,9 @@ def flags_in(text: str, before: str) -> list[str]:
 
 def test_flags_that_a_refusal_names_work_when_pasted(fresh: SmallBook, tmp_path: Path) -> None:
     path = tmp_path / "unix.csv"
-    path.write_text("unix time,height [m]\n" + "".join(f"{4 * k},{0.4 + k % 7 / 1000}\n" for k in range(300)))
+    path.write_text(
+        "# rate: 250 Hz\nunix time,height [m]\n" + "".join(f"{4 * k},{0.4 + k % 7 / 1000}\n" for k in range(300))
+    )
     said = ["--column", "unix time=time"]
     answer = labbook("ingest", path, *said, at=fresh.folder)
     good(labbook("ingest", path, *said, *flags_in(answer.out, "--unit"), at=fresh.folder))
@@ -159,7 +161,7 @@ def test_programs_are_never_asked(fresh: SmallBook, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("said", "rule", "remedy"),
     [
-        (("--unit", "time=parsec"), "time_unit_unknown", "`--unit time=ms`"),
+        (("--unit", "time=parsec"), "time_unit_unknown", "`--unit time=UNIT`"),
         (("--unit", "tme=ms"), "declared_column_absent", "did you mean 'time'?"),
         (("--unit", "time=ms", "--column", "nosuch=leg_length:mm"), "file: declared_column_absent", "'height [m]'"),
         (("--unit", "time=ms", "--column", "Height=body_height"), "file: declared_column_absent", "'height [m]'?"),

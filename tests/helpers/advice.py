@@ -43,6 +43,7 @@ _FILES_TRIED, _LARGEST = 3, 300_000
 _PLACEHOLDER = re.compile(r"\b(NAME|UNIT|CHANNEL|HZ|SCALE|OFFSET|YYYY-MM-DD)\b")
 _NUMBERS = {"HZ": "200", "SCALE": "0.001", "OFFSET": "0", "YYYY-MM-DD": "2024-03-04"}
 """What may stand for placeholders of numbers and dates."""
+_OF_TIME = re.compile(rf"=(?:time:)?(?:{'|'.join(TICKS_PER_SECOND)})\b")
 _CHOICES = re.compile(r"UNIT[^(]{0,20}\((?:UNIT: )?(?:one of )?([^)]+)")
 
 REFUSES_DECLARATIONS = frozenset(
@@ -52,6 +53,10 @@ REFUSES_DECLARATIONS = frozenset(
     }
 )
 """Rules by which a file is refused for what was declared of it."""
+FASTEST_HZ = 5000.0
+"""No file of the tests has a faster rate that it does not state."""
+RATE_DOUBTED = frozenset({"rate_implausible", "mostly_missing"})
+"""Rules by which a file is refused where the unit of its time is wrong."""
 ROWS_LOST = frozenset({"no_rows_kept", "too_many_rejected", "thousands_separator"})
 """Rules by which it is refused where its rows cannot be read as declared."""
 DECLARED_OR_HEADER = "unit_contradicts"
@@ -155,6 +160,11 @@ def _faults(
     refused = _refused_now(before, again, finding, which_column_is_open="NAME" in flags)
     if refused is not None:
         faults.append(f"{advice} is refused: {refused.rule}: {refused.message}")
+    rates_hz = [part.rate_hz or 0.0 for part in again.parts]
+    if unit is None and before.refused and _OF_TIME.search(flags):
+        doubted = RATE_DOUBTED & ({each.rule for each in again.findings} - {each.rule for each in before.findings})
+        if doubted or max(rates_hz, default=0.0) > FASTEST_HZ:
+            faults.append(f"{advice} gives {max(rates_hz, default=0.0):g} Hz {' '.join(doubted)}")
     left = [each for each in again.findings if _is_same(each, finding)]
     if left and "NAME" not in flags and _names(before).count(finding.column) < 2:
         faults.append(f"{advice} leaves the finding: {left[0].message}")

@@ -81,30 +81,16 @@ def named(message: str) -> str:
 
 
 @pytest.mark.parametrize(
-    ("step", "unit"),
-    [
-        (5, "ms"),
-        (0.005, "s"),
-        (3333, "us"),
-        (5_000_000, "ns"),
-        (0.04, "UNIT"),  # 25 Hz in s, 25 kHz in ms
-        (1e-6, "UNIT"),  # no unit gives a log of jumps
-        (1e12, "UNIT"),
-    ],
+    ("first", "step"), [(0, 0.1), (0, 100), (0, 5), (0, 5_000_000), (133_500_000_000_000_000, 100_000), (0, 1e12)]
 )
-def test_a_unit_is_named_where_it_alone_gives_a_rate_at_which_jumps_are_seen(step: float, unit: str) -> None:
-    """`--unit t=ms` was named for any; copied, it stored columns in seconds a thousand times too fast."""
-    rows = [f"{step * k:.9g},{h}" for k, h in enumerate(HEIGHTS)]
+def test_a_unit_is_named_for_no_rate_that_it_would_give(first: int, step: float) -> None:
+    """The one unit fast enough for jumps was: `ms` for 10 Hz in seconds, `ns` for 100 Hz of FILETIME."""
+    rows = [f"{first + step * k:.18g},{h}" for k, h in enumerate(HEIGHTS)]
     said = refusal(read("t,height [m]", rows))
-    assert (said.rule, named(said.message)) == ("time_unit_missing", unit)
+    assert (said.rule, named(said.message)) == ("time_unit_missing", "UNIT")
+    says(said.message, "s, ms, us, ns, filetime")
     unknown = refusal(read("t [fortnight],height [m]", rows))
-    assert (unknown.rule, named(unknown.message)) == ("time_unit_unknown", unit)
-
-
-def test_no_unit_is_named_for_a_log_that_may_have_any_rate() -> None:
-    said = refusal(read("t,temperature_internal [degC]", [f"{5 * k},{20 + k % 5}" for k in range(100)]))
-    assert named(said.message) == "UNIT"
-    says(said.message, "s, ms, us, ns")
+    assert (unknown.rule, named(unknown.message)) == ("time_unit_unknown", "UNIT")
 
 
 @pytest.mark.parametrize(
@@ -132,18 +118,18 @@ def test_dates_alone_and_whole_minutes_decide_no_unit() -> None:
 
 
 @pytest.mark.parametrize("header", ["time [s],height [m]", "time_s,height [m]", "time,height\ns,m"])
-def test_a_unit_that_the_stamps_contradict_is_corrected_by_the_flags_of_the_message(header: str) -> None:
-    """A row of units, or `time_s`, was contradicted by a flag that lacked `--override-units`, and was refused again."""
-    said = refusal(read(header, [f"{5 * k},{h}" for k, h in enumerate(HEIGHTS)]))
-    assert said.rule == "rate_implausible"
-    flags = re.search(r"`--unit (\w+)=ms --override-units`", said.message)
-    assert flags is not None, said.message
-    columns = {flags[1]: ColumnDeclaration(unit="ms")}
-    assert not read(
-        header, [f"{5 * k},{h}" for k, h in enumerate(HEIGHTS)], columns=columns, override_units=True
-    ).refused
-
-
-def test_an_implausible_rate_of_which_no_unit_alone_is_left_names_none() -> None:
-    said = refusal(read("time [us],height [m]", [f"{k * 0.04:.2f},{h}" for k, h in enumerate(HEIGHTS)]))
-    says(said.message, "`--unit time=UNIT --override-units`", "one of s, ms")
+def test_a_rate_at_which_no_jump_is_seen_is_confirmed_or_its_unit_corrected_as_the_message_says(header: str) -> None:
+    """10 Hz in `time (s)` had no way in but `--unit time=ms --override-units`, ten kilohertz."""
+    for step, unit, rate_hz, right_hz in ((0.1, "s", 10.0, 10.0), (5, "ms", 0.2, 200.0)):
+        rows = [f"{step * k:.9g},{h}" for k, h in enumerate(HEIGHTS)]
+        said = refusal(read(header, rows))
+        assert said.rule == "rate_implausible"
+        says(said.message, f"`--rate {rate_hz:g}`")
+        flags = re.search(r"`--unit (\w+)=UNIT --override-units`", said.message)
+        assert flags is not None, said.message
+        columns = {flags[1]: ColumnDeclaration(unit=unit)}
+        right = {"rate_hz": rate_hz} if unit == "s" else {"columns": columns, "override_units": True}
+        (part,) = read(header, rows, **right).parts
+        assert part.rate_hz == pytest.approx(right_hz)
+        (by_header,) = read(f"# rate: {rate_hz} Hz\n{header}", rows).parts
+        assert by_header.rate_hz == pytest.approx(rate_hz)
