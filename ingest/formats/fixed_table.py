@@ -18,10 +18,8 @@ from ingest.signals import read_signals
 from ingest.tables.layout import Layout, kind_of, refuse_unclear, too_wide
 from ingest.tables.rows import read_rows
 from ingest.tables.table import NO_PREAMBLE, Block, Preamble, Table, Wanted
-from ingest.text.cells import COMMA_NUMBER, split_cells
+from ingest.text.cells import decimal_sign_of, may_group, split_cells
 from ingest.text.source import Line, TextSource
-
-_UNCLEAR = re.compile(rb"[+-]?[1-9]\d{0,2},\d{3}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,10 +108,10 @@ def _decimal_sign(rows: list[list[bytes]], declared: Declarations, findings: Fin
     """Return the decimal sign of the rows: builds for other countries write a comma, quoted where it also delimits."""
     if declared.decimal_sign is not None:
         return declared.decimal_sign.encode()
-    commas = [cell for row in rows for cell in row if COMMA_NUMBER.fullmatch(cell)]
-    if commas and all(map(_UNCLEAR.fullmatch, commas)):
-        refuse_unclear(commas[0].decode(), findings)
-    return b"," if commas else b"."
+    sign, unclear = decimal_sign_of([cell for row in rows for cell in row])
+    if unclear is not None:
+        refuse_unclear(unclear.decode(), findings)
+    return sign
 
 
 MILLIMETRE_UNITS: Mapping[str, str] = {
@@ -122,7 +120,6 @@ MILLIMETRE_UNITS: Mapping[str, str] = {
 """For makers that write newton millimetres and millimetres."""
 
 _NUMBER = re.compile(r"([+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)\s*(?:Hz)?")
-_GROUPED = re.compile(r"[1-9]\d{0,2},\d{3}")
 
 
 def plate_channel(quantity: str, axis: str, plate: int) -> str:
@@ -136,7 +133,7 @@ def number(text: str | None) -> float | None:
     `1,000` is none either: it may be one or a thousand.
     """
     found = _NUMBER.fullmatch((text or "").strip())
-    if found is None or _GROUPED.fullmatch(found[1]):
+    if found is None or ("," in found[1] and may_group(found[1].encode())):
         return None
     return float(found[1].replace(",", "."))
 

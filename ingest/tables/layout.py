@@ -5,7 +5,6 @@ Header and data are decided apart: some instruments write a decimal comma above 
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -26,18 +25,17 @@ from ingest.text.cells import (
     Split,
     best_split,
     debug_line,
+    decimal_sign_of,
     integer_of,
     is_clock_like,
     is_grouped,
     is_infinite,
     is_missing,
     is_number,
+    may_group,
 )
 from ingest.text.source import Line, TextSource
 
-_UNCLEAR_COMMA = re.compile(rb"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
-_UNCLEAR_POINT = re.compile(rb"[+-]?[1-9]\d{0,2}\.\d{3}")
-_BELOW_THOUSAND = re.compile(rb"[+-]?\d{1,3}")
 _RULE = b" \t\r\v\f-=_+|*"
 _LONG = 10**15
 """Of integers from here on float64 loses digits, at the latest when they are divided by ticks per second."""
@@ -190,36 +188,16 @@ def _decimal_sign(split: Split, declared: Declarations, findings: FindingCollect
     if declared.decimal_sign is not None:
         return declared.decimal_sign.encode()
     cells = [cell for row in split.rows for cell in row.cells]
-    commas = [cell for cell in cells if COMMA_NUMBER.fullmatch(cell)]
+    sign, unclear = decimal_sign_of(cells)
     points = [cell for cell in cells if b"." in cell and NUMBER.fullmatch(cell)]
-    if not commas or len(points) > len(commas):
-        grouped = None if split.delimiter == b"," else _beside_whole_numbers(split, NUMBER, _UNCLEAR_POINT)
-        if grouped is not None:
-            refuse_unclear(grouped, findings)
-        elif split.delimiter == b";" and points and not commas and all(map(_UNCLEAR_POINT.fullmatch, points)):
-            _note_points(points[0].decode(), findings)
-        return b"."
-    throughout = not points and all(map(_UNCLEAR_COMMA.fullmatch, commas))
-    grouped = commas[0].decode() if throughout else _beside_whole_numbers(split, COMMA_NUMBER, _UNCLEAR_COMMA)
-    if grouped is not None:
-        refuse_unclear(grouped, findings)
-    else:
+    commas = any(COMMA_NUMBER.fullmatch(cell) for cell in cells)
+    if unclear is not None:
+        refuse_unclear(unclear.decode(), findings)
+    elif sign == b",":
         findings.add(NOTE, "decimal_comma", "Numbers are written with a decimal comma; read as such.")
-    return b","
-
-
-def _beside_whole_numbers(split: Split, number: re.Pattern[bytes], unclear: re.Pattern[bytes]) -> str | None:
-    """Return a number as `1.002` of a column that also holds whole ones, none above 999, where all others are such.
-
-    A program that writes three decimals writes them of every number, one that groups thousands leaves 999 bare.
-    """
-    for position in range(split.width):
-        filled = [row.cells[position] for row in split.rows if not is_missing(row.cells[position].lower())]
-        whole = [cell for cell in filled if _BELOW_THOUSAND.fullmatch(cell)]
-        others = [cell for cell in filled if not _BELOW_THOUSAND.fullmatch(cell)]
-        if whole and others and all(number.fullmatch(cell) and unclear.fullmatch(cell) for cell in others):
-            return others[0].decode()
-    return None
+    elif split.delimiter == b";" and points and not commas and all(map(may_group, points)):
+        _note_points(points[0].decode(), findings)
+    return sign
 
 
 def refuse_unclear(number: str, findings: FindingCollector) -> None:
@@ -235,10 +213,12 @@ def refuse_unclear(number: str, findings: FindingCollector) -> None:
 def refuse_jumps_by_thousand(
     block: Block, shape: TextShape, declared: Declarations, findings: FindingCollector
 ) -> None:
-    """Refuse columns that jump from whole numbers below 1000 to a thousandth of them, in three decimals: `999` to
-    `1.002`, be it in rows beyond those that showed the decimal sign.
+    """Refuse columns of three decimals or fewer that jump between whole numbers below 1000 and a hundredth of them or
+    less: `999` to `1.002`.
+
+    A program that writes three decimals writes them of every number, one that groups thousands leaves 999 bare.
     """
-    if declared.decimal_sign is not None or shape.delimiter == "," or "decimal_sign_unclear" in findings:
+    if declared.decimal_sign is not None or "decimal_sign_unclear" in findings:
         return
     for column in block.numbers.values():
         number = _grouped(column)
@@ -258,8 +238,8 @@ def _grouped(column: Column) -> float | None:
         if (values >= 1e3).any() or (decimals < 1).any() or (np.abs(thousandths - np.rint(thousandths)) > 1e-6).any():
             return None
         least = float(np.min(decimals, initial=least))
-        for large, small in ((values[:-1], values[1:]), (values[1:], values[:-1])):
-            jumps |= bool(((large >= 100) & (np.abs(1e3 * small - large) < 0.5 * large)).any())
+        large, small = np.maximum(values[:-1], values[1:]), np.minimum(values[:-1], values[1:])
+        jumps |= bool(((small >= 1) & (large >= 100 * small) & (large == np.rint(large))).any())
     return least if jumps and least < np.inf else None
 
 

@@ -13,13 +13,11 @@ from dataclasses import dataclass
 from decimal import Decimal
 
 from data_schema.errors import InputRefused, UsageError, unknown_name
-from ingest.text.cells import COMMA_NUMBER, NUMBER, CellFault, is_grouped, is_missing, parse_cell
+from ingest.text.cells import COMMA_NUMBER, NUMBER, CellFault, is_grouped, is_missing, may_group, parse_cell
 
 MINUS = "\N{MINUS SIGN}"
 """The typeset minus, which word processors write in place of the hyphen."""
-_COMMA_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
 _POINT_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(\.\d{3})+(,\d*)?")
-_POINT_UNCLEAR = re.compile(r"[+-]?[1-9]\d{0,2}\.\d{3}")
 _HUNDREDS = re.compile(r"[+-]?[1-9]\d\d")
 _WITH_UNIT = re.compile(r"([+-]?(?:\d[\d.,]*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([^\W\d_]\S*|[%°]\S*)")
 DELIMITERS = (",", ";", "\t", "|")
@@ -143,7 +141,7 @@ def decimal_sign(cells: Sequence[str], name: str, declared: str | None) -> str:
     plain = [_hyphened(cell) for cell in cells]
     with_comma = [cell for cell in plain if COMMA_NUMBER.fullmatch(cell.encode())]
     with_point = [cell for cell in plain if "." in cell]
-    unclear = with_comma if with_comma and all(map(_COMMA_THOUSANDS.fullmatch, with_comma)) else []
+    unclear = with_comma if with_comma and all(may_group(cell.encode()) for cell in with_comma) else []
     # Three decimals everywhere are decimals; beside whole numbers of three digits they may be thousands.
     if not with_comma and with_point and all(map(_POINT_THOUSANDS.fullmatch, with_point)):
         unclear = with_point if any(map(_HUNDREDS.fullmatch, plain)) else []
@@ -181,7 +179,7 @@ def maybe_thousands(cells: Sequence[str], delimiter: str, declared: str | None) 
     columns leave open whether the decimal sign is a comma.
     """
     with_point = [plain for plain in map(_hyphened, cells) if "." in plain and is_number_text(plain)]
-    unclear = declared is None and delimiter == ";" and all(map(_POINT_UNCLEAR.fullmatch, with_point))
+    unclear = declared is None and delimiter == ";" and all(may_group(cell.encode()) for cell in with_point)
     return with_point[0] if unclear and with_point and not any("," in cell for cell in cells) else None
 
 

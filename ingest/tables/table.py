@@ -13,6 +13,7 @@ from enum import StrEnum
 import numpy as np
 
 from ingest.model import FloatArray, IntArray, TextShape
+from ingest.text.cells import may_group
 
 _SAMPLING = (
     "sampl|acqui|digiti|abtast|akwizyc|pr[oó]bkowa|[eé]chantillon|muestreo|adquisi|campionament|amostragem|bemonster"
@@ -28,7 +29,6 @@ _OTHER_RATE = re.compile(
 _VALUE = re.compile(
     r"(?i)(?<![\d.+-])(?<!\d,)(?P<value>\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)(?![\d:]|[.-]\d)[ \t]*(?P<unit>k?hz)?"
 )
-_GROUPED = re.compile(r"[1-9]\d{0,2}[.,]\d{3}")
 _CLAUSE = re.compile(r"[;|\t]|,(?!\d)")
 _START = re.compile(
     r"(?i)(?:date|start\w*|began|recorded|recording)\b[^0-9]{0,30}"
@@ -69,7 +69,7 @@ def read_preamble(lines: Sequence[str]) -> Preamble:
 
 def _is_grouped(value: str) -> bool:
     """Whether `1,000` or `1.000` may be a thousand: a rate of 1 Hz is as unlikely."""
-    return _GROUPED.fullmatch(value) is not None and ("," in value or float(value) < 20)
+    return may_group(value.encode()) and ("," in value or float(value) < 20)
 
 
 def _rate(line: str) -> float | None:

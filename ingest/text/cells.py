@@ -9,6 +9,7 @@ import csv
 import dataclasses
 import re
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -19,6 +20,7 @@ NUMBER = re.compile(rb"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 COMMA_NUMBER = re.compile(rb"[+-]?(?:\d+,\d*|,\d+)(?:[eE][+-]?\d+)?")
 _INTEGER = re.compile(rb"[+-]?\d{1,19}")
 _GROUPED = re.compile(rb"[+-]?\d{1,3}(?:(?:[ '.]\d{3})+(?:,\d+)?|(?:[ ',]\d{3})+(?:\.\d+)?)")
+_MAY_GROUP = re.compile(rb"[+-]?[1-9]\d{0,2}[.,]\d{3}")
 _NAN = re.compile(rb"[+-]?nan(?:\([0-9a-z_]*\))?")
 _MISSING = frozenset({b"", b"na", b"n/a", b"#n/a", b"null", b"none", b"-", b"--", b"1.#qnan", b"1.#ind", b"1.#snan"})
 _INFINITE = frozenset({b"inf", b"infinity", b"1.#inf"})
@@ -111,6 +113,22 @@ def is_number(cell: bytes, comma: bool) -> bool:
 def is_grouped(cell: bytes) -> bool:
     """Whether a stripped cell is a number with thousands separators."""
     return _GROUPED.fullmatch(cell) is not None
+
+
+def may_group(cell: bytes) -> bool:
+    """Whether a stripped cell is a number as `1,002` or `1.002`, whose sign may be a decimal or group thousands."""
+    return _MAY_GROUP.fullmatch(cell) is not None
+
+
+def decimal_sign_of(cells: Sequence[bytes]) -> tuple[bytes, bytes | None]:
+    """Return the decimal sign of most numbers among stripped cells, and one of those with a comma where all of these
+    may group thousands.
+    """
+    commas = [cell for cell in cells if COMMA_NUMBER.fullmatch(cell)]
+    points = sum(b"." in cell for cell in cells if NUMBER.fullmatch(cell))
+    if not commas or points > len(commas):
+        return b".", None
+    return b",", commas[0] if all(map(may_group, commas)) else None
 
 
 def is_clock(cell: bytes) -> bool:

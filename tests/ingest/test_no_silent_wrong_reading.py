@@ -65,8 +65,9 @@ def test_a_header_that_is_wrong_can_be_overridden_and_one_that_agrees_needs_no_f
 
 
 @pytest.mark.parametrize("first", [900, 0, -20_000], ids=["at once", "later", "beyond the rows looked at first"])
-@pytest.mark.parametrize("sign", [".", ","])
-@pytest.mark.parametrize("delimiter", ["\t", ";"])
+@pytest.mark.parametrize(
+    ("delimiter", "sign"), [(delimiter, sign) for delimiter in "\t;, |" for sign in ".," if delimiter != sign]
+)
 def test_thousands_points_were_read_as_decimals(delimiter: str, sign: str, first: int) -> None:
     """1.002 mm beside 999 mm became 1.002 mm, though the string pot stood at 1002 mm."""
     millimetres = [max(0, h) for h in range(first, 1100)]
@@ -79,6 +80,19 @@ def test_thousands_points_were_read_as_decimals(delimiter: str, sign: str, first
         message = finding(read(data), "decimal_sign_unclear").message
         assert f"--decimal {sign}" in message
         assert not read(data, Declarations(decimal_sign=sign)).refused
+
+
+@pytest.mark.parametrize("values", [["320", "1.480", "300", "1.500"], ["100", "1.000", "999", "9.990"]])
+def test_whole_numbers_beside_a_hundredth_of_them_in_three_decimals_are_asked_about(values: list[str]) -> None:
+    rows = [f"{3 * k},{values[k % 4]}" for k in range(100)]
+    assert finding(read(text("time [ms],height [mm]", rows)), "decimal_sign_unclear")
+
+
+@pytest.mark.parametrize("values", [["250.5", "99", "100", "98.25"], ["0", "1.5", "2", "9.125"], ["999", "0.5"]])
+def test_whole_numbers_beside_decimals_of_their_size_are_decimals(values: list[str]) -> None:
+    rows = [f"{3 * k},{values[k % len(values)]}" for k in range(100)]
+    read_as_written = channel(read(text("time [ms],height [mm]", rows)), "body_height").values[: len(values)]
+    assert read_as_written == pytest.approx([float(value) / 1000 for value in values])
 
 
 def test_three_decimals_throughout_are_decimals() -> None:
@@ -446,9 +460,10 @@ def test_a_rate_above_the_table_that_the_stamps_have_needs_no_question() -> None
     assert len(part.gaps) == 159
 
 
-def test_a_counter_in_tens_was_taken_for_the_samples_number() -> None:
+@pytest.mark.parametrize("header", ["sample", "sample (-)"])
+def test_a_counter_in_tens_was_taken_for_the_samples_number(header: str) -> None:
     """300 Hz became 30 Hz, nine of ten samples missing."""
-    data = text("sample,height [m]", [f"{10 * k},{h}" for k, h in enumerate(HEIGHTS)])
+    data = text(f"{header},height [m]", [f"{10 * k},{h}" for k, h in enumerate(HEIGHTS)])
     said = finding(read(data, Declarations(rate_hz=300.0)), "mostly_missing")
     assert said.severity == "file"
     says(said.message, "`--column sample=sequence`", "`--column sample=own.counter`")

@@ -30,13 +30,12 @@ from ingest.formats.chargers.sheet_columns import (
 from ingest.formats.format import NAMES, Format, Head, Recognition
 from ingest.model import ChargeRow, ColumnUse, Declarations, Reading, TableUse, TextShape
 from ingest.tables.layout import too_wide
-from ingest.text.cells import COMMA_NUMBER, NUMBER, CellFault, split_cells
+from ingest.text.cells import CellFault, decimal_sign_of, may_group, split_cells
 from ingest.text.source import numbered_lines
 from ingest.timebase.clock import to_utc
 from ingest.timebase.clock_formats import Unclear, date_order, day_of, iso_text, parse_stamp
 
 _SUMMARIES = frozenset({"total", "totals", "sum", "mean", "average", "summe", "mittel"})
-_UNCLEAR_COMMA = re.compile(r"[1-9]\d{0,2},\d{3}")
 _NEGATIVE = CellFault(
     "charge_sign",
     "A negative charge in a row that is no discharge: write 'discharge' as its mode; the row is left out.",
@@ -266,18 +265,14 @@ def _reads(role: str, cells: list[str], unit: str | None) -> bool:
 
 
 def _decimal_sign(header: SheetHeader, rows: list[list[str]], findings: FindingCollector) -> str | None:
-    """Return the sign that most numbers are written with; None where these may all be thousands."""
+    """Return the sign that most numbers are written with; None where all with a comma may be thousands."""
     positions = [header.columns[role].position for role in FACTORS if role in header.columns]
     texts = [row[position].split(" ")[0] for row in rows for position in positions if row[position]]
     cells = [text.encode("latin-1", errors="replace") for text in texts]
-    commas = [cell for cell in cells if COMMA_NUMBER.fullmatch(cell)]
-    points = sum(b"." in cell for cell in cells if NUMBER.fullmatch(cell))
-    if len(commas) <= points:
-        return "."
-    if all(_UNCLEAR_COMMA.fullmatch(cell.decode()) for cell in commas):
-        return None
-    findings.add(NOTE, "decimal_comma", "Numbers are written with a decimal comma; read as such.")
-    return ","
+    sign, unclear = decimal_sign_of(cells)
+    if unclear is None and sign == b",":
+        findings.add(NOTE, "decimal_comma", "Numbers are written with a decimal comma; read as such.")
+    return None if unclear is not None else sign.decode()
 
 
 def _use(header: SheetHeader, decimal: str, declared: Declarations) -> TableUse:
@@ -341,7 +336,8 @@ def _charge(
     sign = (decimal or ".").encode()
     for role in FACTORS:
         if text.get(role):
-            unclear = decimal is None and _UNCLEAR_COMMA.fullmatch(text[role].split(" ")[0])
+            number = text[role].split(" ")[0]
+            unclear = decimal is None and "," in number and may_group(number.encode())
             parsed = _UNCLEAR if unclear else parse_quantity(role, text[role], header.columns[role].unit, sign)
             if isinstance(parsed, CellFault):
                 faults.append((role, parsed))
@@ -403,4 +399,4 @@ def _note_repeated_runs(charges: list[ChargeRow], findings: FindingCollector) ->
         seen.add(charge.stated_run or "")
 
 
-FORMAT = Format("charger_sheet", 4, _recognise, _read)
+FORMAT = Format("charger_sheet", 5, _recognise, _read)
