@@ -27,7 +27,7 @@ from ingest.channels.columns import ColumnPlan, Plan, TimePlan, plan_columns
 from ingest.channels.forces import check_plates, orient
 from ingest.channels.names import UNIT_OF_NAME, is_cop, normal_unit, parse_header, squash
 from ingest.channels.robot_facts import check_robot
-from ingest.declared import declared_columns, note_absent, with_profile_for_names, without
+from ingest.declared import declared_columns, flag_names, note_absent, with_profile_for_names, without
 from ingest.findings import NOTE, FindingCollector
 from ingest.instruments import Instrument, instrument_named
 from ingest.model import ChannelData, ColumnUse, Declarations, FloatArray, Gap, Reading, SignalPart, TableUse
@@ -68,13 +68,15 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
     columns = orient(plan.columns, stored, instrument, findings)
     usable = ~out_of_range(stored, columns, block, findings)
     note_missing(stored, columns, block, findings)
-    refuse_unsigned(stored, columns, [block.clocks[at] for at in texts if at in block.clocks], usable, findings)
+    words = {table.names[at]: block.clocks[at] for at in texts if at in block.clocks}
+    refuse_unsigned(stored, columns, words, usable, findings)
     columns = check_plates(columns, stored, findings)
     note_outside_plate(stored, columns, usable, findings)
     check_robot(columns, stored, usable, declared, findings)
     findings.tables.append(table_use(table, plan, columns, declared, instrument, trial_column))
     given = [position for position in clocks if position in block.clocks]  # not every table of a maker keeps them
-    cells = {table.names[position]: block.clocks[position] for position in given}
+    flags = flag_names(table.names)
+    cells = {flags[position]: block.clocks[position] for position in given}
     sources = TimeSources(
         block, plan, stored, declared, table.preamble, instrument.fixed_rate_hz, cells, table.text is not None
     )

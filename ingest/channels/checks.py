@@ -106,6 +106,7 @@ def _outside(values: FloatArray, low: float, high: float) -> BoolArray:
 
 
 _DISCHARGING = re.compile(rb"(?i)dis[ _-]?ch|d[ _-]?chg|entlad|d(?:e|\xc3?\xa9|\xe9)charg|descarg")
+_OF_STEPS = re.compile("(?i)step|mode|stat[eu]|phase|type|schritt|modus|zustand|[eé]tape|[eé]tat|paso|estado")
 SIGNED_BY_DIRECTION = ("current", "charge")
 """Channels that are positive while charging and negative while discharging."""
 
@@ -113,32 +114,36 @@ SIGNED_BY_DIRECTION = ("current", "charge")
 def refuse_unsigned(
     values: Mapping[int, FloatArray],
     plans: Sequence[ColumnPlan],
-    texts: Sequence[Sequence[bytes]],
+    texts: Mapping[str, Sequence[bytes]],
     usable: BoolArray,
     findings: FindingCollector,
 ) -> None:
-    """Refuse currents and charges that are positive in rows whose text, as `CC_DChg`, says that they discharge.
+    """Refuse currents and charges of no declared sign that are positive in rows whose step, as `CC_DChg`, discharges.
 
-    `texts` are columns of text, a cell a row; `usable`, shape (n_rows,), excludes rejected rows.
+    `texts` are columns of text, a cell a row, by name; `usable`, shape (n_rows,), excludes rejected rows. A column
+    holds steps where its name says so, or where every row has one and not all discharge: remarks are none.
     """
-    for text in texts:
+    for name, text in texts.items():
         says_so = {cell: _DISCHARGING.search(cell) is not None for cell in set(text)}
         example = next((cell for cell in says_so if says_so[cell]), None)
+        if not (_OF_STEPS.search(name) or (all(says_so) and not all(says_so.values()))):
+            continue
         rows = usable & np.fromiter((says_so[cell] for cell in text), np.bool_, len(usable))
         for plan in plans:
-            if example is None or plan.channel not in SIGNED_BY_DIRECTION:
+            if example is None or plan.channel not in SIGNED_BY_DIRECTION or plan.declared_sign is not None:
                 continue
             stored = values[plan.position]
             if 2 * np.count_nonzero(stored[rows] > 0) <= np.count_nonzero(stored[rows]):
                 continue
             unsigned = not (stored[usable] < 0).any()
             own = f"own.{plan.channel}_{'magnitude' if unsigned else 'discharging'}"
-            turn = "" if unsigned else "say `sign = -1` of it in a [profiles.NAME] table of labbook.toml, or "
+            turn = "" if unsigned else ", or `sign = -1` if all is turned round,"
             findings.add(
                 FILE,
                 "current_unsigned",
                 f"Column {plan.source_name!r} is positive where the file says {example.decode(errors='replace')!r}, "
-                f"and {plan.channel} is negative while discharging: {turn}keep it as a quantity of your own, "
+                f"and {plan.channel} is negative while discharging: say `sign = 1` of it if it is right{turn} "
+                "in a [profiles.NAME] table of labbook.toml, or keep it as a quantity of your own, "
                 f'`--column "{plan.flag}={own}:{plan.source_unit or plan.unit}"`.',
                 column=plan.source_name,
             )

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from ingest.model import ColumnDeclaration, Declarations
+from ingest.read import read_file
 from tests.helpers.wording import says
 from tests.ingest.bad_input import ROWS, Case, check, check_one_row_lost, read, with_cell, with_heights
 from tests.ingest.synthetic import LOG_HEADER, text
@@ -85,8 +87,25 @@ def test_a_current_that_is_positive_while_discharging_is_asked_about(charging_a:
     """It was stored as `current, positive while charging`."""
     (found,) = [finding for finding in read(cycled(charging_a, 1.5)).findings if finding.severity == "file"]
     assert found.rule == "current_unsigned"
-    says(found.message, "Current (A)", "CC_DChg", "own.current_")
+    says(found.message, "Current (A)", "CC_DChg", "own.current_", "`sign = 1`")
     assert ("sign = -1" in found.message) is (charging_a < 0)
+    as_is = read_file(cycled(charging_a, 1.5), Declarations(columns={"Current": ColumnDeclaration(sign=1)}))
+    assert as_is.parts[0].channels[1].values[[0, 89]].tolist() == [charging_a, 1.5]
+
+
+@pytest.mark.parametrize("remark", ["pack discharged yesterday", "entladen", ""])
+def test_a_remark_that_something_was_discharged_is_no_step(remark: str) -> None:
+    """A log of charging was refused as positive while it discharges."""
+    for few in (True, False):
+        rows = [f"{s},1.5,{remark if s == 0 or not few else ''}" for s in range(60)]
+        result = read(text("Time (s),Current (A),remark", rows))
+        assert not result.refused
+        assert result.parts[0].channels[0].values[[0, 59]].tolist() == [1.5, 1.5]
+
+
+@pytest.mark.parametrize(("header", "refused"), [("Step Type", True), ("Zustand", True), ("remark", False)])
+def test_a_column_that_names_steps_is_asked_about_where_all_rows_discharge(header: str, refused: bool) -> None:
+    assert read(text(f"Time (s),Current (A),{header}", [f"{s},1.5,CC_DChg" for s in range(60)])).refused is refused
 
 
 def test_a_current_with_its_sign_is_read_beside_the_names_of_steps() -> None:

@@ -15,6 +15,7 @@ from ingest.model import ColumnDeclaration, Declarations, Finding, ReadFile
 from ingest.read import read_file
 from ingest.spool import map_and_hash
 from ingest.tables import text_table
+from tests.helpers.wording import says
 from tests.ingest.formats.test_excel import workbook
 
 HEIGHTS = [0.30 + 0.05 * abs(math.sin(k / 20)) for k in range(120)]
@@ -286,6 +287,12 @@ def test_a_missing_rate_names_the_columns_of_dates_and_clock_times_that_are_ther
     assert read_as_said.parts[0].start_utc == "2024-03-04T12:00:00.000000Z"
 
 
+@pytest.mark.parametrize(("name", "flag"), [("Uhr $", "2"), ("Tag", "Tag#2")])
+def test_columns_of_clock_times_are_called_as_flags_call_them(name: str, flag: str) -> None:
+    header, *lines = dated()
+    says(refusal(read([header.replace("Uhr", name), *lines])).message, f"{flag}=time")
+
+
 def test_what_is_noted_of_a_column_of_clock_times_is_what_is_explained() -> None:
     result = read(dated())
     notes = [finding.message for finding in result.findings if finding.column == "Uhr"]
@@ -308,11 +315,6 @@ def test_an_implausible_rate_names_the_column_and_a_flag_that_works(
     name = header.partition(";")[0].partition(" ")[0]
     said = refusal(read(lines, columns=flags))
     assert said.rule == "rate_implausible"
-    assert f"--unit {name}=ms" in said.message
+    assert f"--unit {name}=UNIT" in said.message
     assert ("--override-units" in said.message) is ("[s]" in header)
     check_heights(read(lines, columns=works, override_units="[s]" in header or None))
-
-
-def test_microseconds_called_milliseconds_are_told_so() -> None:
-    lines = ["time [ms];height [m]", *(f"{5000 * k};{h:.5f}" for k, h in enumerate(HEIGHTS))]
-    assert "--unit time=us" in refusal(read(lines)).message
