@@ -12,6 +12,7 @@ import dataclasses
 import re
 import types
 import typing
+import unicodedata
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from fnmatch import fnmatchcase
@@ -23,6 +24,24 @@ from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import ColumnDeclaration, Declarations, Profile, ReadingSettings
 from ingest.text.cells import CANDIDATES, split_cells
 from ingest.text.source import TextSource
+
+_T = TypeVar("_T")
+
+
+def composed(declared: _T) -> _T:
+    """Return declarations with the letters of all texts composed (NFC), as those of a file's text are."""
+    return typing.cast(_T, _composed(declared))
+
+
+def _composed(value: Any) -> Any:
+    if isinstance(value, str):
+        return unicodedata.normalize("NFC", value)
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+        return dataclasses.replace(value, **{name: _composed(item) for name, item in fields.items()})
+    if isinstance(value, Mapping):
+        return {_composed(name): _composed(item) for name, item in value.items()}
+    return tuple(map(_composed, value)) if isinstance(value, tuple) else value
 
 
 def with_profile(declared: Declarations, source: TextSource | None, findings: FindingCollector) -> Declarations:
@@ -225,9 +244,6 @@ def _nearest(column: str, names: Sequence[str]) -> str | None:
     wanted = squash(parse_header(column).base)
     alike = [name for name in names if wanted and squash(parse_header(name).base) == wanted]
     return alike[0] if alike else nearest(column, names)
-
-
-_T = TypeVar("_T")
 
 
 def declared_to_json(declared: Declarations) -> dict[str, Any]:

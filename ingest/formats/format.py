@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from ingest.declared import with_profile
+from ingest.declared import composed, with_profile
 from ingest.findings import NOTE, FindingCollector
 from ingest.model import Declarations, Reading
 from ingest.text.cells import without_line_quotes
@@ -39,6 +39,7 @@ def sniff(data: bytes, declared: Declarations, findings: FindingCollector) -> He
 
     Raises `UsageError` for an unknown encoding.
     """
+    declared = composed(declared)
     page = declared.encoding or DEFAULT_PAGE
     if not is_wide(page) and not is_text(data):
         return Head(data, with_profile(declared, None, findings), None, (), _beginning(data, ()))

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from tests.cli.shell import good, labbook, rows
 from tests.helpers.books import SmallBook
+from tests.helpers.wording import says
 
 LINKS = "SELECT run.name FROM run_file JOIN run ON run_file.run = run.id"
 CHARGES = "SELECT run.name, charge_mah FROM charge JOIN run ON charge.run = run.id"
@@ -23,7 +24,8 @@ def test_a_name_with_parted_letters_is_that_of_the_run(fresh: SmallBook, tmp_pat
     sheet = tmp_path / "runs.csv"
     factors = (fresh.instruments / "runs.csv").read_text().splitlines()
     sheet.write_text("\n".join([factors[0], factors[1].replace("r001", "Prüfung1")]) + "\n")
-    good(labbook("runs", "import", sheet, at=fresh.folder))
+    said = good(labbook("runs", "import", sheet, at=fresh.folder)).out
+    says(said, "Prüfung1", "run_names", "a file whose name begins so")
     log = tmp_path / parted("Prüfung1.csv")
     shutil.copy(fresh.log("r001"), log)
     good(labbook("ingest", log, at=fresh.folder))
@@ -33,3 +35,14 @@ def test_a_name_with_parted_letters_is_that_of_the_run(fresh: SmallBook, tmp_pat
     assert rows(fresh.folder, LINKS) == [("Prüfung1",)]
     assert rows(fresh.folder, CHARGES) == [("Prüfung1", 150.0)]
     good(labbook("show", parted("Prüfung1"), at=fresh.folder))
+
+
+def test_a_column_with_parted_letters_is_the_one_of_the_file(fresh: SmallBook, tmp_path: Path) -> None:
+    """`No column is named 'Höhe'`, and the file was refused."""
+    log = tmp_path / "r001.csv"
+    log.write_text("time [ms],Höhe\n" + "".join(f"{3 * k},{0.4 + k % 7 / 100}\n" for k in range(60)), encoding="utf-8")
+    for name, code in (("Höhe", 0), ("Nähe", 2)):
+        column = f"{parted(name)}=body_height:m"
+        answer = labbook("ingest", log, "--column", column, "--dry-run", "--json", at=fresh.folder)
+        assert answer.code == code
+        assert (answer.json[0]["status"] == "refused") is (code == 2)

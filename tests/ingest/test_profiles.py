@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import unicodedata
 from dataclasses import replace
 
 import numpy as np
@@ -28,6 +29,12 @@ def height(result: ReadFile) -> np.ndarray:
     assert part.rate_hz == pytest.approx(250.0)
     (values,) = [channel.values for channel in part.channels if channel.name == "body_height"]
     return values
+
+
+def test_a_profile_names_columns_however_their_letters_are_composed() -> None:
+    parted = unicodedata.normalize("NFD", "Höhe")
+    profile = Profile("p", (parted,), columns={"t": MILLISECONDS, parted: HEIGHT})
+    assert np.array_equal(height(read(text("t;Höhe;x", ROWS), profile)), EXPECTED)
 
 
 EXPECTED = np.array([0.4 + k % 7 / 1000 for k in range(60)])

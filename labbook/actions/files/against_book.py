@@ -22,7 +22,7 @@ from data_schema.queries.signals import every_start
 from data_schema.queries.study import days_with_runs
 from data_schema.vocabulary import Action, FileRole, Severity
 from ingest.channels.calibration import UNDATED
-from ingest.declared import ABSENT
+from ingest.declared import ABSENT, composed
 from ingest.findings import MORE_LINES
 from ingest.model import ChargeRow, Finding, ReadFile
 from ingest.read import read_file
@@ -45,7 +45,7 @@ from labbook.statements.importing import PreparedImport, ReadSettings, finding_v
 
 def refused_without_columns(read: ReadFile, options: Mapping[str, Any]) -> ReadFile:
     """Refuse a file without a column that `options` name; one that only a profile names stays a note."""
-    named = options.get("columns", {})
+    named = composed(options.get("columns", {}))
     findings = [
         replace(finding, severity=Severity.FILE) if finding.rule == ABSENT and finding.column in named else finding
         for finding in read.findings

@@ -144,7 +144,7 @@ def remarks_on_names(names: Sequence[str], known: Collection[str], scheme: RunNa
         for name in names
         if name not in known and _folded(name) in folded
     }
-    says = f'run_names = "{scheme.scheme}" in [study] of labbook.toml says, by which files are recognised'
+    says = f'run_names = "{scheme.scheme}" in [study] of labbook.toml says: only a file whose name begins so is its own'
     others = {
         name: f"run {name} is not called as {says}"
         for name in names
