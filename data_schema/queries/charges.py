@@ -32,7 +32,7 @@ class ChargeOfRun:
     stated_pack: str | None
     ended_utc: str | None
     ended_original: str | None
-    added: int
+    added: bool
 
 
 def charges_by_run(connection: sa.Connection) -> dict[str, list[ChargeOfRun]]:
@@ -72,6 +72,7 @@ def _of_runs() -> sa.Select[Any]:
 
 
 _COUNTED = charge.c.state == str(ChargeState.COUNTED)
+_ADDED = charge.c.added == 1
 
 
 def _charges() -> sa.Select[Any]:
@@ -83,6 +84,7 @@ def _charges() -> sa.Select[Any]:
                 run_uid=sa.func.coalesce(run.c.uid, ""),
                 recharge_s=charge.c.duration_s,
                 stated_pack=sa.func.coalesce(battery.c.name, charge.c.stated_pack),
+                added=_ADDED,
             )
         )
         .outerjoin(run, charge.c.run == run.c.id)
@@ -110,7 +112,7 @@ class SheetRow:
     charge_mah: float
     end_voltage_v: float | None
     mode: str
-    added: int = 0
+    added: bool = False
 
 
 def rows_of_file(connection: sa.Connection, file_uid: str) -> list[SheetRow]:
@@ -170,7 +172,11 @@ def charge_contents(connection: sa.Connection, file_uid: str) -> dict[str, tuple
 
 def _rows(connection: sa.Connection, wanted: sa.ColumnElement[Any]) -> list[SheetRow]:
     query = (
-        sa.select(*columns_of(SheetRow, charge, order=charge.c.id, typed=charge.c.file.is_(None), run_uid=run.c.uid))
+        sa.select(
+            *columns_of(
+                SheetRow, charge, order=charge.c.id, typed=charge.c.file.is_(None), run_uid=run.c.uid, added=_ADDED
+            )
+        )
         .outerjoin(run, charge.c.run == run.c.id)
         .outerjoin(file, charge.c.file == file.c.id)
         .where(wanted)

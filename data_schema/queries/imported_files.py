@@ -79,7 +79,7 @@ class ChargeRef:
     run_uid: str | None
     run_name: str | None
     row_number: int
-    added: int
+    added: bool
     state: ChargeState
     mode: str
 
@@ -156,7 +156,7 @@ def charges_of_file(connection: sa.Connection, file_uid: str) -> list[ChargeRef]
         .where(file.c.uid == file_uid, charge.c.state != str(ChargeState.GONE))
         .order_by(charge.c.row_number)
     )
-    return [ChargeRef(*row[:5], ChargeState(row.state), row.mode) for row in connection.execute(query)]
+    return [ChargeRef(*row[:4], bool(row.added), ChargeState(row.state), row.mode) for row in connection.execute(query)]
 
 
 def place_of_charge(connection: sa.Connection, uid: str) -> str | None:

@@ -312,7 +312,7 @@ def _channel_plan(column: _Column, convention: Convention, findings: FindingColl
         findings.add(
             FILE,
             "calibration_missing",
-            f"Column {column.name!r} is {column.channel} in counts: say what a count is, "
+            f"Column {column.name!r} is {column.channel} and its unit is {unit!r}: say what 1 is in {stored}, "
             f'`--column "{column.flag}={column.channel}:{stored},scale=SCALE,offset=OFFSET"`, or what it shows at '
             f'known values, `--column "{column.flag}={column.channel}:{stored},raw=812 3071,value=0.2 0.85"`.',
             column=column.name,

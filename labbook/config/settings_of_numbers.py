@@ -10,7 +10,10 @@ from typing import Any
 from labbook.config.model import AnalysisSettings, Configuration, LevelSettings
 
 _NO_NUMBER = frozenset(
-    {"name", "label", "title", "symbol", "text", "source", "published", "idle_minutes", "rules_given"}
+    {
+        *("name", "label", "title", "control_name", "treatment", "symbol", "text", "source", "published"),
+        *("run_names", "checks", "idle_minutes", "rules_given"),
+    }
 )
 """Fields of settings that no number rests on."""
 

@@ -327,9 +327,7 @@ class RelatedRows:
         values = {"state": str(state), "run": run_uid, "repeats": repeats, "added": int(added)}
         update_fact(self._context.connection, "charge", row.uid, values)
         self._of_run[self._rows[row.uid].run_uid or ""].pop(row.uid)
-        self._rows[row.uid] = replace(
-            self._rows[row.uid], state=state, run_uid=run_uid, repeats=repeats, added=int(added)
-        )
+        self._rows[row.uid] = replace(self._rows[row.uid], state=state, run_uid=run_uid, repeats=repeats, added=added)
         self._of_run.setdefault(run_uid or "", {})[row.uid] = None
 
 

@@ -251,10 +251,16 @@ def test_what_labbook_toml_says_otherwise_than_when_a_report_was_made_is_said_by
         return lines
 
     text = whole.toml.read_text(encoding="utf-8")
+    named = text.replace('control_name = "CE"', 'control_name = "none"').replace('"active damping"', '"damping"')
+    named = named.replace('checks = ["rail_angle", "lubrication"]', "").replace(
+        "[study]", '[study]\nrun_names = "LOG{:04d}"'
+    )
     planned = '\n[analysis]\nunit_of_analysis = "shared_days"\nalpha = '
     for where in ("foot=small", "foot=large"):
         good(labbook("report", "--where", where, at=whole.folder))
     whole.toml.write_text(f"{text}{planned}0.05\n", encoding="utf-8")  # what holds without [analysis]
+    assert settings() == []
+    whole.toml.write_text(named, encoding="utf-8")
     assert settings() == []
     whole.toml.write_text(f"{text}{planned}0.1\n", encoding="utf-8")
     (line,) = settings()

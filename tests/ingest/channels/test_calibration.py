@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from data_schema.calibration import Calibration, line_through
 from ingest.model import ColumnDeclaration, Declarations, ReadFile
 from ingest.read import read_file
+from tests.helpers.wording import says
 
 RAW = np.array([1000 + 37 * (row % 50) for row in range(400)])
 
@@ -52,6 +53,8 @@ def test_counts_need_a_calibration(unit: str | None) -> None:
     result = read(log("t [ms],h (counts)"), unit)
     assert result.refused
     assert rules(result) == {"calibration_missing"}
+    (message,) = [finding.message for finding in result.findings if finding.severity == "file"]
+    says(message, f"{unit or 'counts'!r}")
 
 
 EARLY = Calibration(1e-4, 0.1, last_day="2024-03-04")
