@@ -18,7 +18,6 @@ from ingest.channels.checks import (
     SIGNED_BY_DIRECTION,
     held_rows,
     note_missing,
-    note_outside_plate,
     note_still_channels,
     out_of_range,
     refuse_unsigned,
@@ -65,14 +64,13 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
         instrument = dataclasses.replace(
             instrument, frame=declared.axes, action=action, evidence="axes declared", declared=True
         )
-    columns = orient(plan.columns, stored, instrument, findings)
-    usable = ~out_of_range(stored, columns, block, findings)
+    columns, loads = orient(plan.columns, stored, instrument, findings)
+    usable = ~out_of_range(stored, columns, loads, block, findings)
     note_missing(stored, columns, block, findings)
     words = {table.names[at]: block.clocks[at] for at in texts if at in block.clocks}
     refuse_unsigned(stored, columns, words, usable, findings)
-    columns = check_plates(columns, stored, findings)
-    note_outside_plate(stored, columns, usable, findings)
-    check_robot(columns, stored, usable, declared, findings)
+    columns = check_plates(columns, stored, loads, usable, findings)
+    check_robot(columns, stored, loads, usable, declared, findings)
     findings.tables.append(table_use(table, plan, columns, declared, instrument, trial_column))
     given = [position for position in clocks if position in block.clocks]  # not every table of a maker keeps them
     flags = flag_names(table.names)

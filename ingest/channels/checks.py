@@ -16,7 +16,7 @@ import numpy as np
 from data_schema.vocabulary import CHANNELS, GapKind
 from ingest.channels.columns import ColumnPlan
 from ingest.channels.names import channel_kind, fitting_unit, is_cop, plate_of, unit_flags
-from ingest.channels.plate_load import LOADED_N, MOST_N, find_load
+from ingest.channels.plate_load import MOST_N, Load
 from ingest.findings import FILE, NOTE, ROW, FindingCollector
 from ingest.model import BoolArray, ChannelData, FloatArray, Gap, IntArray
 from ingest.spool import release, row_blocks
@@ -57,12 +57,16 @@ CHANCE_HELD = 0.01
 
 
 def out_of_range(
-    values: Mapping[int, FloatArray], plans: Sequence[ColumnPlan], block: Block, findings: FindingCollector
+    values: Mapping[int, FloatArray],
+    plans: Sequence[ColumnPlan],
+    loads: Mapping[int, Load],
+    block: Block,
+    findings: FindingCollector,
 ) -> BoolArray:
     """Return which rows, shape (n_rows,), hold a value that the channel cannot have.
 
-    The centre of pressure of an unloaded plate can have any, and rejects no row. Integers of which digits are lost are
-    noted.
+    The centre of pressure of an unloaded plate can have any, and rejects no row; `loads` are by plate. Integers of
+    which digits are lost are noted.
     """
     forces = {plate_of(plan.channel): plan.position for plan in plans if channel_kind(plan.channel) == "force_z"}
     bad_rows = np.zeros(block.n_rows, dtype=np.bool_)
@@ -77,9 +81,8 @@ def out_of_range(
             message = "Integers beyond 2^53 are kept to 16 digits; the others are in the raw copy only."
             findings.add(NOTE, "digits_rounded", message, column=plan.source_name)
         if is_cop(plan.channel):
-            force = values.get(forces.get(plate_of(plan.channel), -1))
-            load = find_load(force) if force is not None and bad.any() else None
-            bad &= False if force is None or load is None else load.of(force) > LOADED_N
+            load = loads.get(plate_of(plan.channel))
+            bad &= False if load is None else load.is_on(values[forces[plate_of(plan.channel)]])
         if bad.any():
             rows = np.flatnonzero(bad)
             unit = f" {plan.unit}" if plan.unit else ""
@@ -163,38 +166,6 @@ def note_missing(
             findings.add(
                 NOTE, "value_missing", message, column=plan.source_name, lines=block.line_of(rows), count=len(rows)
             )
-
-
-LARGEST_PLATE_M = 1.2
-"""No centre of pressure is farther from its plate's middle, or corner: the edge of the largest plates that are sold."""
-_FEW = 0.01
-
-
-def note_outside_plate(
-    values: Mapping[int, FloatArray], plans: Sequence[ColumnPlan], usable: BoolArray, findings: FindingCollector
-) -> None:
-    """Report centres of pressure of loaded plates, more than a hundredth, that lie outside any plate."""
-    forces = {plate_of(plan.channel): plan.position for plan in plans if channel_kind(plan.channel) == "force_z"}
-    for plan in plans:
-        force = forces.get(plate_of(plan.channel)) if is_cop(plan.channel) else None
-        if force is None or channel_kind(plan.channel) == "cop_z":
-            continue
-        load = find_load(values[force])
-        carried = np.abs(values[force]) if load is None else load.of(values[force])
-        place = np.abs(values[plan.position][usable & (carried > LOADED_N)])
-        outside = place > LARGEST_PLATE_M
-        if np.count_nonzero(outside) <= _FEW * len(place):
-            continue
-        unit = fitting_unit(plan, float(np.median(place[outside])), 0.0, LARGEST_PLATE_M)
-        advice = f"; if its unit is {unit}, say {unit_flags(plan, unit)}" if unit else ""
-        findings.add(
-            NOTE,
-            "cop_outside_plate",
-            f"The centre of pressure of the loaded plate lies {np.median(place[outside]):.3g} m from its origin, "
-            f"outside any plate: the room's origin, or not the unit of the file{advice}.",
-            column=plan.source_name,
-            count=int(np.count_nonzero(outside)),
-        )
 
 
 def note_still_channels(channels: Sequence[ChannelData], findings: FindingCollector) -> None:

@@ -17,8 +17,8 @@ import numpy as np
 
 from data_schema.errors import unknown_name
 from ingest.channels.columns import ColumnPlan
-from ingest.channels.names import channel_kind, plate_of, unit_flags
-from ingest.channels.plate_load import LOADED_N, MOST_N, Load, find_load
+from ingest.channels.names import channel_kind, fitting_unit, plate_of, unit_flags
+from ingest.channels.plate_load import LOADED_N, MOST_N, Load, change_n, find_load
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.instruments import Instrument
 from ingest.model import BoolArray, FloatArray
@@ -36,19 +36,24 @@ AXES: Mapping[str, Axes] = {
 
 _VECTOR = re.compile(r"(force|moment|free_moment|cop)_([xyz])((?:_\d+)?)")
 FARTHEST_COP_M = 2.0
+"""No centre of pressure is farther from its plate's origin: the belts of the longest treadmills."""
+_FEW = 0.01
 COP_AGREES = 0.15
 MOST_DRIFT_N = 5.0
 
 
 def orient(
     plans: Sequence[ColumnPlan], stored: dict[int, FloatArray], instrument: Instrument, findings: FindingCollector
-) -> tuple[ColumnPlan, ...]:
+) -> tuple[tuple[ColumnPlan, ...], dict[int, Load]]:
     """Return the plans with the stored axes and their final signs, and apply these to `stored` (by position).
+
+    Returned beside them are the loads that the stored vertical forces show, by the number of the plate.
 
     A sign that is declared of a column stands; it is applied already. All others follow the one sign of the instrument:
     that declared of a vertical force, of the same plate first; else that of an instrument which is declared, or whose
-    axes are; else that by which the largest load on any plate is upward; else the maker's. Raises `UsageError` for a
-    frame that is not known.
+    axes are; else that by which the largest load on any plate is upward; else the maker's. A file whose maker is not
+    known, and whose forces change without showing which way a load goes, is refused. Raises `UsageError` for a frame
+    that is not known.
     """
     if instrument.frame not in AXES:
         raise unknown_name("frame of forces", instrument.frame, AXES)
@@ -57,7 +62,8 @@ def orient(
     vertical = [plan for plan in plans if channel_kind(plan.channel) == f"force_{upright}"]
     of_plate = {plate_of(plan.channel): upward * plan.declared_sign for plan in vertical if plan.declared_sign}
     loads = [(load, plan) for plan in vertical if (load := find_load(stored[plan.position])) is not None]
-    seen = max(loads, key=lambda found: found[0].largest_n, default=None)
+    large = [found for found in loads if found[0].largest_n > LOADED_N]
+    seen = max(large, key=lambda found: found[0].largest_n, default=None)
     usual = -1 if instrument.action else 1
     sign = next(iter(of_plate.values()), usual)
     source = "declared" if instrument.declared else maker
@@ -71,15 +77,17 @@ def orient(
         if turn == -1:
             stored[position] = by_blocks(stored[position], lambda block: 0.0 - block)
     if not is_declared:
-        _note_inferred(oriented, seen, sign != usual, instrument, findings)
-    for load, plan in loads:
+        change = max((change_n(stored[plan.position]) for plan in vertical), default=0.0) if seen is None else 0.0
+        _note_inferred(oriented, seen, sign != usual, change, instrument, findings)
+    for load, plan in large:
         if load.sign * turns[plan.position] == -1:
             message = (
                 f"The load goes down from the unloaded level of {load.unloaded_n:.3g} N: stored so, by the sign that "
                 f"{'is declared' if is_declared else 'the plate with the largest load has'}; is it the opposite?"
             )
             findings.add(NOTE, "force_sign_contradicts", message, column=plan.source_name)
-    return tuple(oriented)
+    turned = {plate_of(plan.channel): load.turned() if turns[plan.position] == -1 else load for load, plan in loads}
+    return tuple(oriented), turned
 
 
 def _turned(plan: ColumnPlan, axes: Axes, sign: int, reason: str) -> ColumnPlan:
@@ -100,10 +108,11 @@ def _note_inferred(
     plans: Sequence[ColumnPlan],
     seen: tuple[Load, ColumnPlan] | None,
     is_opposite: bool,
+    change: float,
     instrument: Instrument,
     findings: FindingCollector,
 ) -> None:
-    """Note by what the sign of an instrument was chosen that nobody declared, unless the file and its load prove it."""
+    """Say by what the sign of an instrument was chosen that nobody declared, unless the file and its load prove it."""
     if is_opposite and seen is not None:
         message = (
             f"From the unloaded level of {seen[0].unloaded_n:.3g} N the load goes down: all forces and moments are "
@@ -115,6 +124,13 @@ def _note_inferred(
     vertical = next((name for name, kind in of_plates.items() if kind == "force_z"), None)
     open_ = [name for name, kind in of_plates.items() if seen is None or kind != "force_z"]
     unseen = "No load comes and goes that shows the sign of the forces"
+    if change > LOADED_N and not instrument.evidence:
+        message = (
+            f"The vertical force changes by {change:.3g} N, and not from and to the level of an unloaded plate: say "
+            '`--axes "z up"` if a load is positive, `--axes "z down"` if it is negative.'
+        )
+        findings.add(FILE, "force_sign_unclear", message, column=vertical)
+        return
     if open_ and not instrument.evidence:
         message = (
             f"{'Nothing' if seen is not None else f'{unseen}, and nothing'} tells whose axes these are: stored as "
@@ -132,9 +148,17 @@ def _note_inferred(
 
 
 def check_plates(
-    plans: Sequence[ColumnPlan], stored: dict[int, FloatArray], findings: FindingCollector
+    plans: Sequence[ColumnPlan],
+    stored: dict[int, FloatArray],
+    loads: Mapping[int, Load],
+    usable: BoolArray,
+    findings: FindingCollector,
 ) -> tuple[ColumnPlan, ...]:
-    """Check every plate against itself. A centre of pressure of unstated unit takes the unit and sign that agree."""
+    """Check every plate against itself. A centre of pressure of unstated unit takes the unit and sign that agree.
+
+    `loads` are by the number of the plate; `usable`, shape (n_rows,), excludes rejected rows. Where no load is seen
+    nothing is said against moments and centre of pressure.
+    """
     checked = list(plans)
     for plate in sorted({plate_of(plan.channel) for plan in plans if _is_plate(plan)}):
         index = {
@@ -149,37 +173,57 @@ def check_plates(
         if _is_y_up(values, force_column, findings):
             continue
         _check_axes(values, force_column, findings)
-        force = values["force_z"]
-        load = find_load(force)
-        _check_drift(force, load, force_column, findings)
-        # Where no load is seen a quotient of what is there still shows its unit, unless it is of small numbers.
-        pressed = np.abs(force) > LOADED_N if load is None else load.of(force) > LOADED_N
+        load = loads.get(plate)
+        _check_drift(values["force_z"], load, force_column, findings)
+        zero_n = 0.0 if load is None else load.unloaded_n
+        is_on = values["force_z"] != 0.0 if load is None else load.is_on(values["force_z"])
         for cop, moment, sign in (("cop_x", "moment_y", -1.0), ("cop_y", "moment_x", 1.0)):
-            if moment not in values:
-                continue
-            known = np.isfinite(values[moment])
-            loaded, unloaded = pressed & known, values[moment][~pressed & known]
-            if np.count_nonzero(loaded) < 10:
-                continue
-            moment_zero = 0.0 if load is None or not unloaded.size else float(np.median(unloaded))
-            force_zero = 0.0 if load is None else load.unloaded_n
-            expected = sign * (values[moment][loaded] - moment_zero) / (force[loaded] - force_zero)
-            distance_m = float(np.median(np.abs(expected)))
-            if distance_m > FARTHEST_COP_M:
-                message = f"Moment over force puts the centre of pressure {distance_m:.3g} m away: N*mm?"
-                message += f" If so, say {unit_flags(checked[index[moment]], 'N*mm')}."
-                findings.add(FILE, "moment_unit_implausible", message, column=checked[index[moment]].source_name)
-            elif cop in values:
-                number = index[cop]
-                checked[number] = _fit_cop(checked[number], stored, loaded, expected, findings)
+            if moment in values:
+                known = usable & np.isfinite(values[moment])
+                loaded, unloaded = is_on & known, values[moment][~is_on & known]
+                if np.count_nonzero(loaded) < 10:
+                    continue
+                moment_zero = float(np.median(unloaded)) if load is not None and unloaded.size else 0.0
+                expected = sign * (values[moment][loaded] - moment_zero) / (values["force_z"][loaded] - zero_n)
+                distance_m = float(np.median(np.abs(expected)))
+                if load is not None and distance_m > FARTHEST_COP_M:
+                    message = f"Moment over force puts the centre of pressure {distance_m:.3g} m away: N*mm?"
+                    message += f" If so, say {unit_flags(checked[index[moment]], 'N*mm')}."
+                    findings.add(FILE, "moment_unit_implausible", message, column=checked[index[moment]].source_name)
+                elif cop in values:
+                    number = index[cop]
+                    checked[number] = _fit_cop(checked[number], stored, loaded, expected, load is not None, findings)
+            if cop in values and load is not None:
+                plan = checked[index[cop]]
+                _note_outside(stored[plan.position][usable & is_on], plan, findings)
     return tuple(checked)
 
 
+def _note_outside(cop_m: FloatArray, plan: ColumnPlan, findings: FindingCollector) -> None:
+    """Report centres of pressure of a loaded plate, more than a hundredth, that lie outside any plate."""
+    place = np.abs(cop_m)
+    outside = place[place > FARTHEST_COP_M]
+    if len(outside) <= _FEW * len(place):
+        return
+    unit = fitting_unit(plan, float(np.median(outside)), 0.0, FARTHEST_COP_M)
+    advice = f"; if its unit is {unit}, say {unit_flags(plan, unit)}" if unit else ""
+    message = (
+        f"The centre of pressure of the loaded plate lies {np.median(outside):.3g} m from its origin, outside any "
+        f"plate: the room's origin, or not the unit of the file{advice}."
+    )
+    findings.add(NOTE, "cop_outside_plate", message, column=plan.source_name, count=len(outside))
+
+
 def _fit_cop(
-    plan: ColumnPlan, stored: dict[int, FloatArray], loaded: BoolArray, expected: FloatArray, findings: FindingCollector
+    plan: ColumnPlan,
+    stored: dict[int, FloatArray],
+    loaded: BoolArray,
+    expected: FloatArray,
+    is_load_seen: bool,
+    findings: FindingCollector,
 ) -> ColumnPlan:
     cop = stored[plan.position][loaded]
-    far = (np.abs(expected) > 0.005) & np.isfinite(cop)  # nearer to the middle a ratio has no meaning
+    far = (np.abs(expected) > 0.005) & np.isfinite(cop) & (cop != 0.0)  # nearer to the middle a ratio has no meaning
     if np.count_nonzero(far) < 10:
         return plan
     ratio = float(np.median(cop[far] / expected[far]))
@@ -200,6 +244,8 @@ def _fit_cop(
             return dataclasses.replace(
                 plan, source_unit=unit, scale=plan.scale * scale, sign=plan.sign * sign, assumed=(*plan.assumed, reason)
             )
+    if not is_load_seen:
+        return plan
     message = (
         "The centre of pressure of the file does not equal moments over force: filtered, or of another origin; kept."
     )
@@ -247,7 +293,7 @@ def _check_drift(force: FloatArray, load: Load | None, column: str, findings: Fi
         return
     first, last = force[:count], force[-count:]
     ends = np.concatenate([first, last])
-    is_quiet = np.ptp(ends) < 2 * LOADED_N and (load is None or bool((load.of(ends) < LOADED_N).all()))
+    is_quiet = np.ptp(ends) < 2 * LOADED_N and (load is None or not load.is_on(ends).any())
     shift = np.mean(last) - np.mean(first)
     if is_quiet and abs(shift) > MOST_DRIFT_N:
         message = f"The force of the plate at rest moves by {shift:.3g} N from start to end: drift."

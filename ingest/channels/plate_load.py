@@ -1,8 +1,8 @@
 """The load on a force plate, judged from the level of the unloaded plate and never from zero, which amplifiers shift.
 
-Whatever walks or hops on a plate leaves it at one level, and moves while it is on it. The unloaded level is an end of
-the range at which the force stays: crowded while its neighbours are passed quickly, narrow as noise is and the top of a
-hump is not, and where the record is most quiet.
+Whatever walks or jumps on a plate leaves it at one level, and pushes harder at times than it weighs. The unloaded level
+is the one end of the range at which the force stays, crowded while its neighbours are passed quickly, and narrow as
+noise is and the top of a hump is not; a level inside the range is a body's that stands.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ingest.model import FloatArray
+from ingest.model import BoolArray, FloatArray
 
 LOADED_N = 20.0
 """A plate with less on it is unloaded: its centre of pressure, a quotient, means nothing and may be of any size."""
@@ -26,9 +26,11 @@ _NARROW = 0.85
 """Share of a level's samples in the middle half of its width; of the top of half a sine it is 0.71."""
 _BEYOND = 0.1
 """Share of the range that may lie beyond the unloaded level: what filters and vibrations add."""
-_STRETCH, _QUIETEST, _AT_LEVEL = 8, 0.1, 0.5
-"""Of the quietest tenth of stretches of so many samples at least half are at the unloaded level."""
 _LEAST_SAMPLES = 10
+_OF_OTHER_END = 0.1
+"""A level has so many of the samples at the other end: the tops of impacts, which are few and crowded, have less."""
+_STRETCH = 8
+"""Samples whose mean has little noise."""
 _MOST_SAMPLES = 1 << 17
 
 
@@ -44,22 +46,41 @@ class Load:
         """Return the load in samples of this force, shape (n,), in newtons."""
         return self.sign * (force_n - self.unloaded_n)
 
+    def is_on(self, force_n: FloatArray) -> BoolArray:
+        """Return in which samples of this force, shape (n,), the plate is loaded."""
+        return np.asarray(self.of(force_n) > LOADED_N)
 
-def find_load(force_n: FloatArray, least_n: float = LOADED_N) -> Load | None:
-    """Find the load in a vertical force, shape (n,), NaN where a sample is missing.
+    def turned(self) -> Load:
+        """Return the load of the force with the opposite sign."""
+        return Load(0.0 - self.unloaded_n, -self.sign, self.largest_n)
 
-    Returns None where nothing shows it: no more than `least_n` comes and goes, as of an idle or a quietly loaded plate;
-    no level is returned to; or the load is a level as well, as that of a weight which is put on the plate.
-    """
+
+def _stretches(force_n: FloatArray) -> FloatArray:
+    """Return stretches of successive samples, shape (n, _STRETCH), of all of a long record, without damaged ones."""
     stretches = force_n[: len(force_n) // _STRETCH * _STRETCH].reshape(-1, _STRETCH)
     stretches = stretches[:: 1 + len(force_n) // _MOST_SAMPLES]
-    stretches = stretches[(np.abs(stretches) < MOST_N).all(axis=1)]
+    return stretches[(np.abs(stretches) < MOST_N).all(axis=1)]
+
+
+def change_n(force_n: FloatArray) -> float:
+    """Return how much a force, shape (n,), changes beyond its noise, in newtons."""
+    stretches = _stretches(force_n)
+    return float(np.ptp(stretches.mean(axis=1))) if len(stretches) else 0.0
+
+
+def find_load(force_n: FloatArray) -> Load | None:
+    """Find the load in a vertical force, shape (n,), NaN where a sample is missing.
+
+    Returns None where nothing shows it: an idle or a quietly loaded plate; no level is returned to; the load is a level
+    as well, as that of a weight which is put on the plate; or it comes or goes but once, as where a body steps off.
+    """
+    stretches = _stretches(force_n)
     force = np.sort(stretches, axis=None)
     if len(force) < 2 * _LEAST_SAMPLES:
         return None
     spikes = min(10, len(force) // 100)
     low, high = float(force[spikes]), float(force[-1 - spikes])
-    if not high - low > least_n:
+    if not high > low:
         return None
     for share in _WIDTHS:
         width, beyond = share * (high - low), _BEYOND * (high - low)
@@ -70,14 +91,18 @@ def find_load(force_n: FloatArray, least_n: float = LOADED_N) -> Load | None:
         (near,) = np.diff(np.searchsorted(force, [middles - width / 4, middles + width / 4]), axis=0)
         level = (inside >= _CROWDED * np.maximum(below, above)) & (near >= _NARROW * inside)
         level &= inside >= _LEAST_SAMPLES
-        lowest, highest = level & (starts <= low + beyond), level & (starts + width >= high - beyond)
+        at_low, from_high = np.searchsorted(force, [low + beyond, high - beyond])
+        lowest = level & (starts <= low + beyond) & (inside >= _OF_OTHER_END * (len(force) - from_high))
+        highest = level & (starts + width >= high - beyond) & (inside >= _OF_OTHER_END * at_low)
         if lowest.any() and highest.any():
             return None
         if lowest.any() or highest.any():
-            unloaded_n = float(middles[np.argmax(np.where(lowest | highest, inside, 0))])
-            noise_n = stretches.std(axis=1)
-            quiet_n = stretches.mean(axis=1)[noise_n <= np.quantile(noise_n, _QUIETEST)]
-            if np.mean(np.abs(quiet_n - unloaded_n) < width) < _AT_LEVEL:
+            sign, ends = (1, lowest) if lowest.any() else (-1, highest)
+            outermost = np.flatnonzero(ends)[::sign]
+            outermost = outermost[np.abs(starts[outermost] - starts[outermost[0]]) < width]
+            unloaded_n = float(middles[outermost[np.argmax(inside[outermost])]]) + 0.0  # no negative zero
+            loaded = 2.0 * sign * (stretches.mean(axis=1) - unloaded_n) > high - low
+            if np.count_nonzero(loaded[1:] != loaded[:-1]) < 2 + loaded[0]:
                 return None
-            return Load(unloaded_n, 1, high - unloaded_n) if lowest.any() else Load(unloaded_n, -1, unloaded_n - low)
+            return Load(unloaded_n, sign, high - unloaded_n if sign == 1 else unloaded_n - low)
     return None

@@ -12,8 +12,8 @@ import numpy as np
 
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from ingest.channels.columns import ColumnPlan
-from ingest.channels.names import channel_kind, fitting_unit, in_unit, unit_flags
-from ingest.channels.plate_load import find_load
+from ingest.channels.names import channel_kind, fitting_unit, in_unit, plate_of, unit_flags
+from ingest.channels.plate_load import Load, find_load
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import BoolArray, Declarations, FloatArray, RobotFacts
 
@@ -36,6 +36,7 @@ _ABOVE_NOISE = 8.0
 def check_robot(
     plans: Sequence[ColumnPlan],
     stored: Mapping[int, FloatArray],
+    loads: Mapping[int, Load],
     usable: BoolArray,
     declared: Declarations,
     findings: FindingCollector,
@@ -44,7 +45,8 @@ def check_robot(
 
     Says nothing where no robot is known or no hops are seen.
 
-    `stored` holds the columns by position, shape (n_rows,); `usable`, shape (n_rows,), excludes rejected rows.
+    `stored` holds the columns by position, shape (n_rows,), `loads` those on plates by their numbers; `usable`, shape
+    (n_rows,), excludes rejected rows.
     """
     if not declared.robots or declared.no_robot_check:
         return
@@ -54,7 +56,7 @@ def check_robot(
         for plan in plans
         if channel_kind(plan.channel) in ("force_x", "force_y", "force_z", "body_height")
     }
-    _check_forces(plans, looked_at, declared.robots, findings)
+    _check_forces(plans, looked_at, loads, declared.robots, findings)
     for plan in plans:
         if plan.channel == "body_height":
             _check_height(looked_at[plan.position], plan, declared.robots, findings)
@@ -63,6 +65,7 @@ def check_robot(
 def _check_forces(
     plans: Sequence[ColumnPlan],
     stored: Mapping[int, FloatArray],
+    loads: Mapping[int, Load],
     robots: Sequence[RobotFacts],
     findings: FindingCollector,
 ) -> None:
@@ -70,7 +73,8 @@ def _check_forces(
     vertical = [plan for plan in plans if channel_kind(plan.channel) == "force_z"]
     if not vertical:
         return
-    each = [stored[plan.position] for plan in vertical]
+    of_plates = {plan.position: loads.get(plate_of(plan.channel)) for plan in vertical}
+    each = [load.of(stored[position]) for position, load in of_plates.items() if load is not None]
     candidates = [*each, np.sum(each, axis=0)] if len(each) > 1 else each
     carried = [force for force in map(_carried_n, candidates) if force is not None]
     weights = [robot.mass_kg * STANDARD_GRAVITY_M_S2 for robot in robots]
@@ -81,7 +85,8 @@ def _check_forces(
     remedy = "; correct the mass in [robots] of labbook.toml, or say `--no-robot-check` if it is another robot's."
     for plan in plans:
         if channel_kind(plan.channel) in ("force_x", "force_y"):
-            sideways = _carried_n(stored[plan.position])
+            load = find_load(stored[plan.position])
+            sideways = None if load is None else _carried_n(load.of(stored[plan.position]))
             if sideways is not None and _relative_difference([sideways], weights) <= WEIGHT_AGREES:
                 findings.add(
                     FILE,
@@ -148,12 +153,9 @@ def _unit_advice(plan: ColumnPlan, low: float, high: float, reach: float) -> str
     return f"is its unit {unit}? Say {unit_flags(plan, unit)}"
 
 
-def _carried_n(force: FloatArray) -> float | None:
-    """Return the mean load over whole hops, as if the force were vertical; None where no hops are seen."""
-    load = find_load(force, least_n=0.0)
-    if load is None:
-        return None
-    load_n = load.of(force[np.isfinite(force)])
+def _carried_n(load_n: FloatArray) -> float | None:
+    """Return the mean load over whole hops; None where no hops are seen."""
+    load_n = load_n[np.isfinite(load_n)]
     hops = _hops(load_n)
     return None if hops is None else float(load_n[hops].mean())
 

@@ -211,8 +211,8 @@ def test_packets_that_are_written_again_are_still_found() -> None:
 
 
 def plate_log(header: str, title: str = "") -> bytes:
-    """Forces of any maker's plate: 4 N forward, a robot's stance of 40 N."""
-    rows = [f"{k},4.0,1.0,{40.0 if k % 100 < 50 else 0.0},2.0,-4.0,0.0" for k in range(400)]
+    """Forces of any maker's plate: 4 N forward, a robot's stances of 40 N."""
+    rows = [f"{k},4.0,1.0,{max(40 * np.sin(np.pi * k / 50), 0):.4f},2.0,-4.0,0.0" for k in range(400)]
     return title.encode() + text(header, rows)
 
 

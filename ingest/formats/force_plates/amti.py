@@ -65,4 +65,4 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     return read_fixed(head.source, header, head.declared, findings, INSTRUMENTS[INSTRUMENT])
 
 
-FORMAT = Format("amti_text", 3, _recognise, _read, clue=Clue(says=(b"offset",), instrument=INSTRUMENT))
+FORMAT = Format("amti_text", 4, _recognise, _read, clue=Clue(says=(b"offset",), instrument=INSTRUMENT))

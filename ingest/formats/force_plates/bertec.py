@@ -82,4 +82,4 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     return Reading() if table is None else read_signals(table, head.declared, findings, instrument)
 
 
-FORMAT = Format("bertec_text", 7, _recognise, _read, clue=Clue(says=(b"fz",)))
+FORMAT = Format("bertec_text", 8, _recognise, _read, clue=Clue(says=(b"fz",)))

@@ -271,4 +271,4 @@ def _to_room(sections: C3dSections, number: int) -> FloatArray:
     return np.roll(turn, 2 - across, axis=0)
 
 
-FORMAT = Format("c3d", 3, _recognise, _read, clue=Clue(binary=True))
+FORMAT = Format("c3d", 4, _recognise, _read, clue=Clue(binary=True))

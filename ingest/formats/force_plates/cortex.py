@@ -102,4 +102,4 @@ def _frame(block: Block, plates: int, findings: FindingCollector) -> str:
     return "z up"
 
 
-FORMAT = Format("cortex_forces", 3, _recognise, _read, clue=Clue(says=(b"[force data]",)))
+FORMAT = Format("cortex_forces", 4, _recognise, _read, clue=Clue(says=(b"[force data]",)))

@@ -54,4 +54,4 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     return read_fixed(source, header, head.declared, findings, _FORCEDECKS)
 
 
-FORMAT = Format("forcedecks", 3, _recognise, _read, clue=Clue(says=(b"forcedecks raw data export",)))
+FORMAT = Format("forcedecks", 4, _recognise, _read, clue=Clue(says=(b"forcedecks raw data export",)))

@@ -124,8 +124,8 @@ def _in_body_weights(part: SignalPart, declared: Declarations) -> bool:
     if not forces or any(column.unit for column in columns.values()):
         return False
     total = np.sum([channel.values for channel in forces], axis=0)
-    load = find_load(total, least_n=_LEAST_BODY_WEIGHTS)
-    if load is not None:
+    load = find_load(total)
+    if load is not None and load.largest_n > _LEAST_BODY_WEIGHTS:
         return load.largest_n < _MOST_BODY_WEIGHTS
     low, middle, high = np.nanpercentile(total, (25, 50, 75))
     return bool(abs(middle - 1) < _STANDING and high - low < _STANDING)
@@ -164,5 +164,5 @@ def _read_channels(head: Head, findings: FindingCollector) -> Reading:
     return read_signals(table, head.declared, findings, Instrument())
 
 
-FORMAT = Format("bioware", 4, _recognise, _read, clue=Clue(says=(b"bioware",)))
+FORMAT = Format("bioware", 5, _recognise, _read, clue=Clue(says=(b"bioware",)))
 CHANNELS_FORMAT = Format("kistler_channels", 3, _recognise_channels, _read_channels, clue=Clue(says=(b"channel",)))

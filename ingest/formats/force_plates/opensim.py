@@ -75,4 +75,4 @@ def _channels(names: list[str]) -> list[str | None]:
     return channels
 
 
-FORMAT = Format("opensim", 3, _recognise, _read, clue=Clue(says=(b"endheader",)))
+FORMAT = Format("opensim", 4, _recognise, _read, clue=Clue(says=(b"endheader",)))

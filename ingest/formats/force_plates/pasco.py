@@ -103,4 +103,4 @@ def _run_table(table: Table, block: Block, columns: Sequence[int], first: Sequen
     )
 
 
-FORMAT = Format("pasco", 3, _recognise, _read, clue=Clue(says=(b"run #",)))
+FORMAT = Format("pasco", 4, _recognise, _read, clue=Clue(says=(b"run #",)))

@@ -98,4 +98,4 @@ def _frame(entries: Mapping[str, str], findings: FindingCollector) -> str:
     return "z up"
 
 
-FORMAT = Format("qualisys_tsv", 3, _recognise, _read, clue=Clue(says=(b"no_of_samples",)))
+FORMAT = Format("qualisys_tsv", 4, _recognise, _read, clue=Clue(says=(b"no_of_samples",)))

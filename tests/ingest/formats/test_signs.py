@@ -11,6 +11,7 @@ import pytest
 
 from ingest.model import ColumnDeclaration, Declarations, ReadFile, RobotFacts
 from ingest.read import read_file
+from stats.force_plate import find_contacts
 from tests.ingest import synthetic_plates as made
 from tests.ingest.synthetic_c3d import c3d_bytes, platform
 
@@ -136,9 +137,8 @@ def test_an_idle_plate_has_the_sign_of_the_plate_beside_it(sd_n: float, sign: in
         953 + 3 * np.sin(np.arange(N) / 20) + noise(0.1),
         -953 + noise(5.0),
         noise(9.0, -0.45),
-        np.where(np.arange(N) > 600, -50.0, 0.0) + noise(0.5),
     ],
-    ids=["quietly loaded", "quietly loaded, downwards", "idle", "a weight put on"],
+    ids=["quietly loaded", "quietly loaded, downwards", "idle"],
 )
 def test_where_no_load_tells_the_sign_it_stands_as_written_and_a_note_says_so(written: np.ndarray) -> None:
     """Of 953 N that sway by 3 N it was said that hops carry a mean of 2.94 N, and the file was refused."""
@@ -146,6 +146,52 @@ def test_where_no_load_tells_the_sign_it_stands_as_written_and_a_note_says_so(wr
     person = Declarations(robots=(RobotFacts(953 / 9.80665, 0.9),))
     assert values(data, person)["force_z"] == pytest.approx(written, abs=1e-3)
     assert rules(data, person) == {"force_sign_assumed"}
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize(
+    "load_n",
+    [
+        np.where(np.arange(N) > 600, 50.0, 0.0),
+        300 + 300 * np.cos(np.pi * np.clip((np.arange(N) - 1000) / 200, 0, 1)),
+        600 - 300 * np.sin(np.pi * np.clip((np.arange(N) - 500) / 100, -1, 1)),
+    ],
+    ids=["a weight put on", "a step off the plate", "a push without a flight"],
+)
+def test_a_force_that_changes_without_showing_its_load_is_asked_about(load_n: np.ndarray, sign: int) -> None:
+    written = sign * load_n + noise(0.5)
+    assert [found.rule for found in read_file(plain(Fz=written), Declarations()).findings] == ["force_sign_unclear"]
+    declared = Declarations(axes="z up" if sign == 1 else "z down")
+    stored = values(plain(Fz=written), declared)["force_z"]
+    assert stored == pytest.approx(sign * written, abs=1e-3)
+
+
+def test_standing_before_and_after_hops_does_not_hide_which_way_the_load_goes() -> None:
+    """A robot stands, hops with contacts of 0.16 s, and stands; written z down it was stored so."""
+    contact_n, t = 100.0, np.arange(0, 8, 1 / 1000)
+    phase = t % 0.4 / 0.16
+    load_n = np.where((t < 2) | (t >= 6), 25.5, np.where(phase < 1, contact_n * np.sin(np.pi * phase), 0.0))
+    written = -load_n + noise(0.1, n=t.size)
+    data = "\n".join(["time (s),Fz (N)", *made.table([t, written], "%.4f", ","), ""]).encode()
+    stored = values(data)["force_z"]
+    assert stored == pytest.approx(-written, abs=1e-3)
+    contacts = find_contacts(t, stored)
+    assert isinstance(contacts, tuple)
+    assert np.median([one.end_s - one.start_s for one in contacts]) == pytest.approx(0.16, abs=0.005)
+
+
+def test_nothing_is_said_against_moments_of_a_plate_without_a_load() -> None:
+    """An idle second plate 45 N below zero was called loaded, and its moment of 100 N*m one in N*mm."""
+    idle, zero = noise(0.5, -45.0), np.zeros(N)
+    data = plain(Fz1=HOPS_N + noise(0.5), Fz2=idle).decode().splitlines()
+    rows = [f"{row},100.0,{cop}" for row, cop in zip(data[1:], zero + 9.0, strict=True)]
+    found = rules("\n".join([f"{data[0]},My2 (N*m),COPx2 (m)", *rows, ""]).encode())
+    assert not found & {"moment_unit_implausible", "cop_outside_plate", "cop_disagrees"}
+
+
+def test_a_level_of_nothing_has_no_sign() -> None:
+    result = read(plain(Fz1=HOPS_N / 2, Fz2=-HOPS_N))
+    assert not any("-0 N" in finding.message for finding in result.findings)
 
 
 DECLARED = [
