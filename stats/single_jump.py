@@ -129,7 +129,7 @@ class FoundJump:
 
     `time_s` and `force_n` (above the plate's zero), both of shape (n,), go from the second of standing to where the
     flight has ended; `peak` is the sample of the largest force before the flight, and about `left` to `landed` the
-    plate is empty. `landed` is None where the body does not come back to the plate.
+    plate is empty. `landed` is None where the body does not come back to the plate, or a sample until then is missing.
     """
 
     time_s: _Floats
@@ -198,7 +198,8 @@ def find_jumps(time_s: ArrayLike, force_n: ArrayLike) -> tuple[FoundJump, ...] |
         return Undefined(Reason.NO_TWO_SAMPLES)
     step_s = float(np.median(np.diff(time)))
     least = max(round(SHORTEST_S / step_s), _FEWEST)
-    smooth = uniform_filter1d(np.where(known, force, np.median(force[known])), least)
+    filled = np.interp(np.arange(force.size), np.flatnonzero(known), force[known])
+    smooth = uniform_filter1d(filled, least)
     low, high = float(smooth.min()), float(smooth.max())
     loaded = smooth >= low + _LOADED_SHARE * (high - low)
     empty = np.pad(smooth < low + _EMPTY_SHARE * (float(np.median(smooth[loaded])) - low), 1)
@@ -222,7 +223,8 @@ def find_jumps(time_s: ArrayLike, force_n: ArrayLike) -> tuple[FoundJump, ...] |
                 landed = end if end - left >= standing.stop else landed
                 continue  # an unweighting, or a step off the plate
             peak = standing.stop + int(np.argmax(above_n[standing.stop : gone]))
-            back = end < stop and time[end] - time[left] <= LONGEST_FLIGHT_S
+            is_whole = end + least <= stop or end < stop == force.size
+            back = is_whole and time[end] - time[left] <= LONGEST_FLIGHT_S
             found.append(FoundJump(time[part], above_n, standing, peak, gone, end - part.start if back else None))
         flights, landed = flights + 1, end
     if not flights:
@@ -268,7 +270,8 @@ def measure_jump(jump: FoundJump, onset: str = ONSET, take_off: str = TAKE_OFF) 
 
     A height's standard error has in it how the force of standing scatters from tenth to tenth of a second, how the
     plate may have drifted since (by the slopes in standing and in flight), the speed with which the body sways, the
-    impulse before the onset, and the time from the last sample on the plate to where the force has surely ended.
+    impulse before the onset, the time from the last sample on the plate to where the force has surely ended, and the
+    steps of the converter where noise does not even them out.
 
     Returns
     -------
@@ -282,14 +285,16 @@ def measure_jump(jump: FoundJump, onset: str = ONSET, take_off: str = TAKE_OFF) 
         return Undefined(Reason.THRESHOLD_ABOVE_WEIGHT, threshold_n=threshold_n, weight_n=weight_n)
     begin = ONSETS[onset](force_n, standing, peak, rate_hz)
     off = take_off_sample(force_n, peak, threshold_n)
-    if begin is None or off is None:
+    if begin is None:
         return Undefined(Reason.NO_ONSET, rule=onset)
-    speed = speed_m_s(force_n, standing, begin, off, rate_hz)
-    if speed <= 0.0:
+    if off is None or (speed := speed_m_s(force_n, standing, begin, off, rate_hz)) <= 0.0:
         return Undefined(Reason.NO_TAKE_OFF)
     push_off_s = (off - begin) / rate_hz
     second_n = force_n[standing.start : standing.stop]
-    weight_se_n, *slope = _blocks(second_n, rate_hz)
+    step_n = _step_n(force_n)
+    scatter_n, *slope = _blocks(second_n, rate_hz)
+    zero_rounding_n = _rounding_se_n(flight_n, step_n)
+    weight_se_n = math.hypot(scatter_n, _rounding_se_n(second_n, step_n), zero_rounding_n)
     drift_n_s = _drift_n_s(slope, _blocks(flight_n, rate_hz)[1:])
     weighed = (standing.start + standing.stop) / 2.0
     to_push_off_s, to_flight_s = (
@@ -318,10 +323,22 @@ def measure_jump(jump: FoundJump, onset: str = ONSET, take_off: str = TAKE_OFF) 
         flight_height_m=flight_height_m,
         flight_height_se_m=flight_height_se_m,
         peak_n=peak_n,
-        peak_se_n=noise_n * math.sqrt(1.0 + 2.0 * math.log(near)),
+        peak_se_n=math.hypot(
+            noise_n * math.sqrt(1.0 + 2.0 * math.log(near)), _rounding_se_n(force_n[peak], step_n), zero_rounding_n
+        ),
         push_off_s=push_off_s,
         push_off_se_s=math.hypot((begin - first) / rate_hz, BACK_S, gone_s),
     )
+
+
+def _step_n(force_n: _Floats) -> float:
+    """Return the step of the converter that a force was read with, next to nothing where there is none."""
+    return float(np.diff(np.unique(force_n.round(6))).min())
+
+
+def _rounding_se_n(force_n: _Floats | np.float64, step_n: float) -> float:
+    """Return the standard error that steps leave in a force's mean; scatter of half a step evens them out."""
+    return step_n / math.sqrt(12.0) if force_n.std() < step_n / 2.0 else 0.0
 
 
 def _blocks(force_n: _Floats, rate_hz: float) -> tuple[float, float, float]:

@@ -101,13 +101,14 @@ def test_the_protocol_s_rules_are_used(book: Path, tmp_path: Path) -> None:
 
 @needs_samples
 def test_a_real_jump_has_a_height(tmp_path: Path) -> None:
-    """Two records, the second of which ends in the flight."""
+    """Two records, written z down, the second of which ends in the flight."""
     folder = small_book(tmp_path, ingested=False).folder
     for run, trial in (("r001", 1), ("r002", 3)):
-        path = SAMPLES / f"subject01_trial{trial}.force.txt"
-        good(labbook("ingest", path, "--run", run, *DECLARED, at=folder))
+        np.savetxt(tmp_path / f"{run}.txt", -np.loadtxt(SAMPLES / f"subject01_trial{trial}.force.txt"), "%.4f")
+        good(labbook("ingest", tmp_path / f"{run}.txt", "--run", run, *DECLARED, at=folder))
     first, second = (good(labbook("show", run, "--json", at=folder)).json["from_plate"] for run in ("r001", "r002"))
     assert first["impulse_height"]["value"] == pytest.approx(0.409, abs=0.001)
+    assert first["peak_force"]["value"] == pytest.approx(1594.0, abs=3.0)
     assert first["flight_height"]["value"] == pytest.approx(0.436, abs=0.001)
     assert second["impulse_height"]["value"] == pytest.approx(0.426, abs=0.001)
     assert "record" in second["flight_height"]["value"]["reason"]

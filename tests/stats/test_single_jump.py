@@ -31,6 +31,9 @@ Floats = NDArray[np.float64]
 SAMPLES = Path(__file__).parents[3] / "shared" / "samples" / "single_jumps"
 RATE_HZ = 1200.0
 PUBLISHED_GRAVITY_M_S2 = 9.81
+needs_samples = pytest.mark.skipif(
+    not SAMPLES.is_dir(), reason="the sample files lie beside the project: ../shared/samples"
+)
 
 
 def measured(time_s: Floats, force_n: Floats, onset: str = "5sd_back_30ms", take_off: str = "flight_5sd") -> SingleJump:
@@ -99,6 +102,21 @@ def test_the_truth_is_within_two_standard_errors_as_often_as_it_should_be(name: 
     assert covered[4] >= (0.7 if "steps" in name else 0.9)  # steps of 1.4 N hide a noise of 0.3 N
     assert abs(off[:, 0].mean()) < MOST_BIAS_M.get(name, 0.005)
     assert np.sqrt(np.mean(stated[:, 0] ** 2)) < 4.0 * np.sqrt(np.mean(off[:, 0] ** 2))
+
+
+@pytest.mark.parametrize("sway_n", [0.0, 2.0])
+def test_steps_of_a_converter_that_no_noise_evens_out_are_part_of_the_error(sway_n: float) -> None:
+    """Steps of 10 N put the weight up to 5 N, and a jump of 0.32 m up to 22 mm, off."""
+    random = np.random.default_rng(6)
+    off, stated = [], []
+    for seed in range(60):
+        mass_kg, offset_n = random.uniform(50.0, 70.0), random.uniform(-10.0, 10.0)
+        true = SimulatedJump(seed, mass_kg=mass_kg, offset_n=offset_n, noise_n=0.0, sway_n=sway_n, step_n=10.0)
+        found = measured(true.time_s, true.force_n)
+        off.append([found.height_m - true.height_m, found.weight_n - true.weight_n, found.peak_n - true.peak_n])
+        stated.append([found.height_se_m, found.weight_se_n, found.peak_se_n])
+    assert (np.mean(np.abs(off) <= 1.96 * np.array(stated), axis=0) >= 0.9).all()
+    assert (np.mean(np.square(stated), axis=0) < 4.0**2 * np.mean(np.square(off), axis=0)).all()
 
 
 @pytest.mark.parametrize("onset", ONSETS)
@@ -170,6 +188,35 @@ def test_a_record_that_ends_in_flight_has_a_height_by_impulse_alone() -> None:
     assert found.flight_height_m.code is Reason.NO_LANDING
 
 
+@pytest.mark.parametrize("share", [-0.01, 0.1, 0.5, 0.9, 0.99, 1.02])
+@pytest.mark.parametrize("blank", [True, False])
+def test_samples_missing_in_the_flight_are_no_landing(share: float, blank: bool) -> None:
+    """Twelve of them made a flight of 0.5 s one of 0.02 s; those at take-off leave no push-off to measure."""
+    true = SimulatedJump(3)
+    first = int((true.take_off_s + share * (true.landing_s - true.take_off_s)) * RATE_HZ)
+    hole = slice(first, first + 12)
+    time_s, force_n = true.time_s, true.force_n.copy()
+    force_n[hole] = np.nan
+    if not blank:
+        time_s, force_n = np.delete(time_s, hole), np.delete(force_n, hole)
+    if share < 0.0:
+        assert why(time_s, force_n) is Reason.NO_QUIET_STANDING
+        return
+    found = measured(time_s, force_n)
+    assert found.height_m == pytest.approx(true.height_m, abs=1.96 * found.height_se_m)
+    assert isinstance(found.flight_height_m, Undefined)
+    assert found.flight_height_m.code is Reason.NO_LANDING
+
+
+@needs_samples
+def test_samples_missing_in_a_real_flight_leave_its_height_by_impulse() -> None:
+    force_n = recorded(published()[0])
+    force_n[5300:5312] = np.nan
+    found = measured(np.arange(force_n.size) / RATE_HZ, force_n)
+    assert found.height_m == pytest.approx(0.409, abs=0.001)
+    assert isinstance(found.flight_height_m, Undefined)
+
+
 def test_what_is_no_jump_has_no_height() -> None:
     true = SimulatedJump(3)
     quick = true.time_s > true.onset_s - 0.5
@@ -209,11 +256,6 @@ def published() -> list[dict[str, str]]:
 
 def recorded(row: dict[str, str]) -> Floats:
     return np.loadtxt(SAMPLES / f"subject01_trial{row['trial']}.force.txt")
-
-
-needs_samples = pytest.mark.skipif(
-    not SAMPLES.is_dir(), reason="the sample files lie beside the project: ../shared/samples"
-)
 
 
 @needs_samples

@@ -64,7 +64,7 @@ class RunForce(StoredResult):
     single_jumps: int = 0
 
 
-ALGORITHM = Algorithm("run_force", 4, RunForce)
+ALGORITHM = Algorithm("run_force", 5, RunForce)
 
 
 def usable_force(forces: Sequence[SignalRow]) -> SignalRow | Undefined:
