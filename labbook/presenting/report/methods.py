@@ -6,10 +6,11 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
-from data_schema.vocabulary import ChargeMode, FileRole, Undefined
+from data_schema.reasons import Reason
+from data_schema.vocabulary import FileRole, Undefined
 from labbook.analysis.outcomes.conditions import run_numbers
 from labbook.analysis.outcomes.control_limits import runs_outside
-from labbook.analysis.outcomes.run_energy import above_capacity, below_drain, unused_idle
+from labbook.analysis.outcomes.run_energy import above_capacity, below_drain, recharge_of, unused_idle
 from labbook.analysis.outcomes.run_force import RunForce, push_off_rules
 from labbook.analysis.study import StudyAnalysis
 from labbook.analysis.study_data import StudyData
@@ -207,12 +208,9 @@ def assumed(analysis: StudyAnalysis) -> tuple[Assumed, ...]:
 
 
 def _conflicting(evidence: StudyData) -> list[RunRow]:
-    """Return the jump and idle runs with several charges, of which nothing says which one counts."""
-    return [
-        run
-        for run in (*evidence.runs, *evidence.idle)
-        if sum(charge.mode == ChargeMode.CHARGE for charge in evidence.charges.get(run.uid, [])) > 1
-    ]
+    """Return the jump and idle runs with several charges, none of which was added to another."""
+    charges = [(run, recharge_of(run, evidence.charges.get(run.uid, []))) for run in (*evidence.runs, *evidence.idle)]
+    return [run for run, why in charges if isinstance(why, Undefined) and why.code is Reason.SEVERAL_CHARGES]
 
 
 def _impossible_charges(analysis: StudyAnalysis) -> list[str]:

@@ -223,6 +223,15 @@ def test_conflicting_charges_are_named_with_the_way_out(analysis: StudyAnalysis)
     assert not any("conflicting" in note for note in limitations(analysis))
 
 
+def test_a_charge_that_was_added_conflicts_with_none(analysis: StudyAnalysis) -> None:
+    evidence = doubled(analysis.evidence, "r007")
+    added = {
+        uid: [*items[:1], *(replace(item, added=1) for item in items[1:])] for uid, items in evidence.charges.items()
+    }
+    notes = limitations(replace(analysis, evidence=replace(evidence, charges=added)))
+    assert notes == limitations(analysis)
+
+
 def test_runs_charged_with_less_than_the_passive_charge_are_named(analysis: StudyAnalysis) -> None:
     evidence = analysis.evidence
     uids = {run.uid for run in evidence.runs if run.name in ("r001", "r002")}
