@@ -159,21 +159,26 @@ def log_starts(connection: sa.Connection, run_uids: Sequence[str]) -> dict[str, 
 
 @dataclass(frozen=True, slots=True)
 class SameSamples:
-    """A file of a run that has the samples of a file of another run."""
+    """A file of a run that has the samples of another file, of the same run or of another."""
 
     file_name: str
+    file_sha256: str
     other_file: str
     other_run: str
 
 
 def same_samples(connection: sa.Connection, run_uids: Sequence[str]) -> dict[str, SameSamples]:
-    """Return, by the uid of the run, the first file of each of these runs whose samples another run has too."""
+    """Return, by the uid of the run, the first file of each of these runs that has the samples of another file.
+
+    Of two files of one run it is the one that came later.
+    """
     mine, theirs = (_linked_signals() for _ in range(2))
+    later = sa.and_(theirs.c.file != mine.c.file, theirs.c.key < mine.c.key)
     found: dict[str, SameSamples] = {}
     for some in in_chunks(run_uids):
         query = (
-            sa.select(mine.c.run_uid, mine.c.file_name, theirs.c.file_name, theirs.c.run_name)
-            .join(theirs, sa.and_(theirs.c.sha256 == mine.c.sha256, theirs.c.run_uid != mine.c.run_uid))
+            sa.select(mine.c.run_uid, mine.c.file_name, mine.c.file_sha256, theirs.c.file_name, theirs.c.run_name)
+            .join(theirs, sa.and_(theirs.c.sha256 == mine.c.sha256, sa.or_(theirs.c.run_uid != mine.c.run_uid, later)))
             .where(mine.c.run_uid.in_(some))
             .order_by(mine.c.key, theirs.c.key)
         )
@@ -190,8 +195,11 @@ def _linked_signals() -> sa.Subquery:
             signal.c.sha256,
             run.c.uid.label("run_uid"),
             run.c.name.label("run_name"),
+            signal.c.file,
+            file.c.sha256.label("file_sha256"),
             ingest.c.original_name.label("file_name"),
         )
+        .join(file, signal.c.file == file.c.id)
         .join(run_file, sa.and_(run_file.c.file == signal.c.file, run_file.c.part == signal.c.part))
         .join(run, run_file.c.run == run.c.id)
         .join(ingest, sa.and_(ingest.c.id == signal.c.ingest, ingest.c.status == str(IngestStatus.IMPORTED)))

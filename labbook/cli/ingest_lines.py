@@ -295,8 +295,8 @@ def _concern(outcome: FileOutcome, missing: MissingHeight | None, run: str | Non
 
 
 def _of_run(line: RigLine) -> tuple[int, int]:
-    """Rank the concerns about a run: another's log, logs too many, an odd charge, jumps not as made, joules outside."""
-    if line.of_other_run:
+    """Rank the concerns about a run: a copied log, logs too many, an odd charge, jumps not as made, joules outside."""
+    if line.copied:
         return _OTHER_RUN, 0
     if line.logs_do_not_count:
         return _LOGS, 0

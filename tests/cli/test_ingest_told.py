@@ -9,6 +9,7 @@ import pytest
 
 from tests.cli.shell import good, labbook
 from tests.helpers.books import SmallBook, small_book
+from tests.helpers.wording import says
 
 JUMPED = ["r001", "r002", "r003", "r004", "r005", "r006", "r009", "r010", "r011", "r012", "r013", "r014"]
 
@@ -42,3 +43,17 @@ def test_gaps_of_all_logs_of_a_run_are_counted_together(empty: SmallBook) -> Non
     out = good(labbook("ingest", empty.log("r002"), again, "--run", "r002", at=empty.folder)).out
     (line,) = [line for line in out.splitlines() if line.startswith("  run r002")]
     assert ", 2 gaps (18 samples), joules unknown" in line
+
+
+def test_a_copy_of_a_log_of_the_same_run_is_named_and_its_gaps_count_once(empty: SmallBook) -> None:
+    again = empty.log("r002").with_name("r002 (2).csv")
+    again.write_bytes(empty.log("r002").read_bytes().replace(b"\n", b"\r\n"))
+    out = good(labbook("ingest", empty.log("r002"), again, "--run", "r002", at=empty.folder)).out
+    says(out, "run r002:", "3 of 3 jumps found", ", 1 gap (7 samples)")
+    copied = ("r002 (2).csv", "the samples of r002.csv", "labbook files withdraw 'r002 (2).csv'")
+    says(out, *copied)
+    today = ("today", "--day", "2021-06-14")
+    says(good(labbook(*today, at=empty.folder)).out, *copied)
+    assert good(labbook("show", "r002", at=empty.folder)).out.count("gap (dropped)") == 1
+    good(labbook("files", "withdraw", "r002 (2).csv", "--why", "a copy", at=empty.folder))
+    assert not good(labbook(*today, "--json", at=empty.folder)).json["samples_twice"]

@@ -52,7 +52,7 @@ class Remark:
 class Background:
     """What a run is compared with: the study, protocol and packs, the dates of all runs, the instants at which its logs
     start and, where they are more than its starts, those with a body height, the log with the calibration of another
-    day, and which of its files has the samples of another run's (all by run uid), and its plan (by run name).
+    day, and which of its files has the samples of another file (all by run uid), and its plan (by run name).
     """
 
     study: StudyRow
@@ -228,10 +228,13 @@ def _samples(run: RunRow, _charges: Sequence[ChargeOfRun], background: Backgroun
     same = background.same_samples.get(run.uid)
     if same is None:
         return None
+    item = same.file_name if same.file_name != same.other_file else same.file_sha256[:12]
+    of_other = same.other_run != run.name
     return (
-        f"{same.file_name} of run {run.name} has the samples of {same.other_file} of run {same.other_run}: one is a "
-        f"copy; take it out of use with `labbook files withdraw {shlex.quote(same.file_name)} --why ...`, and ingest "
-        "the log that the run has of its own"
+        f"{same.file_name} of run {run.name} has the samples of {same.other_file}"
+        f"{f' of run {same.other_run}' if of_other else ''}: one is a copy; take it out of use with "
+        f"`labbook files withdraw {shlex.quote(item)} --why ...`"
+        f"{', and ingest the log that the run has of its own' if of_other else ''}"
     )
 
 
@@ -311,7 +314,7 @@ RULES: Mapping[str, Rule] = {
     "date_long_ago": Rule(frozenset({"day"}), _long_ago),
     "log_day_differs": Rule(frozenset({"day", "log"}), _log_day, alike=False),
     "calibration_of_other_day": Rule(frozenset({"day", "log"}), _calibration, alike=False),
-    "samples_of_another_run": Rule(frozenset({"log", "samples"}), _samples, alike=False),
+    "samples_twice": Rule(frozenset({"log", "samples"}), _samples, alike=False),
     "logs_too_many": Rule(frozenset({"log", "starts"}), _logs, alike=False),
     "jumps_unusual": Rule(frozenset({"jumps_made", "kind", "state"}), _jumps),
     "charge_unusual": Rule(frozenset({"charge_mah", "battery", "run"}), _charge),

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import difflib
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
@@ -20,7 +20,7 @@ from data_schema.queries.signals import SignalRow
 from data_schema.reasons import Reason
 from data_schema.vocabulary import CHANNELS, FileRole, GapKind, IngestStatus, RunKind, Undefined
 from ingest.channels.names import channel_kind, squash
-from ingest.model import ChannelData, ReadFile
+from ingest.model import ChannelData, ReadFile, SignalPart
 from labbook.actions.files.ingesting import FileOutcome
 from labbook.actions.runs.remarks import remarks_on
 from labbook.actions.studies.sheet_source import logs_of_sheets
@@ -45,13 +45,13 @@ Lines: TypeAlias = Mapping[str, PassiveDrain | Undefined]
 class RigLine:
     """The line about a run at the rig; `jumps_off` is by how many the jumps found differ from those made.
 
-    `of_other_run`: its log has the samples of another run's; `charge_odd`: its charge is one that the pack cannot have
+    `copied`: its log has the samples of another file; `charge_odd`: its charge is one that the pack cannot have
     taken after it, or less than the electronics alone draw; `outside`: its joules are out of their control limits.
     """
 
     text: str
     jumps_off: int = 0
-    of_other_run: bool = False
+    copied: bool = False
     logs_do_not_count: bool = False
     charge_odd: bool = False
     outside: bool = False
@@ -81,7 +81,7 @@ def rig_lines_of(book: Book, outcomes: Sequence[FileOutcome]) -> list[list[RigLi
         too_many = remarks_on(connection, book.configuration, list(files), ["starts"])
         copied = remarks_on(connection, book.configuration, list(files), ["samples"])
     for remark in copied:
-        found[last[remark.first]].append(RigLine(f"look again: {remark.message}", of_other_run=True))
+        found[last[remark.first]].append(RigLine(f"look again: {remark.message}", copied=True))
     for remark in remarks:
         found[last[remark.first]].append(RigLine(f"look again: {remark.message}", charge_odd=True))
     for remark in too_many:
@@ -141,9 +141,13 @@ def _line(
     if (jumps and in_book) or any(stored.detection is not None for prepared in files for stored in prepared.parts):
         found = jumps_found_in_run(detections, run, in_book, evidence.configuration.protocol.detector)
         parts.append(f"{_jumps(run, found, in_book)},")
-    logs = [prepared.read for prepared in files if prepared.parts]
+    logs = {
+        stored.sha256: part
+        for prepared in files
+        for part, stored in zip(prepared.read.parts, prepared.parts, strict=True)
+    }
     if logs:
-        parts.append(f"{_gaps(logs)}{_source_of_gaps(files, evidence.logs.get(run.uid, []))},")
+        parts.append(f"{_gaps(logs.values())}{_source_of_gaps(files, evidence.logs.get(run.uid, []))},")
     joules, outside = _joules(joules_of(run, evidence, drains), limits)
     too_little = too_little_charged(run, evidence, drains)
     text = " ".join([*parts, joules]) + (f"; look again: {too_little}" if too_little else "")
@@ -167,8 +171,8 @@ def _mismatch(found: int, made: int) -> str:
     return f" ({made - found} missing)" if found < made else f" ({found - made} too many)"
 
 
-def _gaps(logs: Sequence[ReadFile]) -> str:
-    gaps = [gap for log in logs for part in log.parts for gap in part.gaps if gap.kind in _RIG_GAPS]
+def _gaps(logs: Iterable[SignalPart]) -> str:
+    gaps = [gap for log in logs for gap in log.gaps if gap.kind in _RIG_GAPS]
     if not gaps:
         return "no gaps"
     missing = sum(gap.samples_missing for gap in gaps)

@@ -143,7 +143,11 @@ def view_lines(view: RunView) -> list[str]:
     lines += [
         f"  file {item.name} ({item.role}, {item.n_bytes} bytes, sha256 {item.sha256[:12]})" for item in view.files
     ]
+    sources: dict[str, str] = {}
     for signal, gaps in view.signals:
+        if sources.setdefault(signal.sha256, signal.file_name) != signal.file_name:
+            lines.append(f"  signal {signal.uid} of {signal.file_name}: the samples of {sources[signal.sha256]}, again")
+            continue
         rate = "unknown rate" if signal.rate_hz is None else f"{signal.rate_hz:.1f} Hz"
         lines.append(f"  signal {signal.uid}: {signal.n_samples} samples, {rate}: {', '.join(signal.channels)}")
         lines += [

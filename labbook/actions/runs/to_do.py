@@ -18,6 +18,7 @@ from data_schema.queries.runs import RunRow, runs_of_conditions, runs_of_day
 from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.queries.study import checks_by_day, planned_runs
 from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
+from labbook.actions.runs.remarks import remarks_on
 from labbook.actions.runs.rig_line import Lines, joules_of, known_joules, too_little_charged
 from labbook.analysis.outcomes.control_limits import runs_outside
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, rest_length_m
@@ -34,7 +35,8 @@ class ToDo:
 
     These hold a reason by run: `logs_do_not_count` why its logs do not count though they have a body height,
     `no_joules` and `no_apexes` why a run of jumps lacks that number, `too_little_charged` what its charge is below, and
-    `above_capacity` what it is above. `outside_limits` are the runs out of the control limits of their condition.
+    `above_capacity` what it is above. `outside_limits` are the runs out of the control limits of their condition,
+    `samples_twice` says which files are copies of others.
     `void` are runs that do not count, none of those done, with the reason. `analysis_undecided`: nothing is decided
     about the analysis, and nothing measured yet.
     """
@@ -55,6 +57,7 @@ class ToDo:
     too_little_charged: Mapping[str, str] = field(default_factory=dict)
     above_capacity: Mapping[str, str] = field(default_factory=dict)
     outside_limits: tuple[str, ...] = ()
+    samples_twice: tuple[str, ...] = ()
     files_waiting: tuple[str, ...] = ()
     verdicts_waiting: tuple[str, ...] = ()
     void: Mapping[str, str] = field(default_factory=dict)
@@ -109,6 +112,9 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
             if reason is not None
         },
         outside_limits=() if evidence is None else _outside_limits(evidence, jumped, drains),
+        samples_twice=tuple(
+            remark.message for remark in remarks_on(connection, configuration, [run.name for run in runs], ["samples"])
+        ),
         no_apexes={} if evidence is None else _without_apexes(detections, evidence, jumped, logs),
         checks_not_made=tuple(kind for kind in configuration.protocol.checks if kind not in made),
         inbox=len(inbox(connection)),
@@ -140,6 +146,7 @@ def to_do_lines(found: ToDo) -> list[str]:
     lines += _lines_by_reason("no joules", found.no_joules, uncharged)
     lines += [f"too little charged: {name}: {what}" for name, what in found.too_little_charged.items()]
     lines += [f"too much charged: {name} has {what}" for name, what in found.above_capacity.items()]
+    lines += found.samples_twice
     lines += _lines_by_reason("no apexes", found.no_apexes, {*unlogged, *found.logs_do_not_count})
     lines += [f"{reason}." for reason in found.files_waiting]
     lines += found.verdicts_waiting

@@ -163,7 +163,7 @@ def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:
             notes.append(
                 f"{_count(len(names), 'run', 'runs')} ({_names(names)}) {_have(names)} no {outcome.plural}: {cause}."
             )
-    notes += [*_impossible_charges(analysis), *_lost_fits(analysis)]
+    notes += [*_same_logs(analysis.evidence), *_impossible_charges(analysis), *_lost_fits(analysis)]
     found_in = [
         (run, analysis.apexes[run.uid].jumps_found.n or 0)
         for run in analysis.evidence.runs
@@ -211,6 +211,20 @@ def _conflicting(evidence: StudyData) -> list[RunRow]:
     """Return the jump and idle runs with several charges, none of which was added to another."""
     charges = [(run, recharge_of(run, evidence.charges.get(run.uid, []))) for run in (*evidence.runs, *evidence.idle)]
     return [run for run, why in charges if isinstance(why, Undefined) and why.code is Reason.SEVERAL_CHARGES]
+
+
+def _same_logs(evidence: StudyData) -> list[str]:
+    """Name the runs that have a log of the same samples, which is analysed for each of them."""
+    by_samples: dict[str, dict[str, RunRow]] = {}
+    for run in evidence.runs:
+        for log in evidence.logs.get(run.uid, []):
+            by_samples.setdefault(log.sha256, {})[run.uid] = run
+    several = dict.fromkeys(_names(runs.values()) for runs in by_samples.values() if len(runs) > 1)
+    return [
+        f"Runs {names} have a log of the same samples, and its apexes count for each: take the copies out of use with "
+        "`labbook files withdraw FILE --why ...`."
+        for names in several
+    ]
 
 
 def _impossible_charges(analysis: StudyAnalysis) -> list[str]:

@@ -232,6 +232,14 @@ def test_a_charge_that_was_added_conflicts_with_none(analysis: StudyAnalysis) ->
     assert notes == limitations(analysis)
 
 
+def test_runs_with_a_log_of_the_same_samples_are_named(analysis: StudyAnalysis) -> None:
+    evidence = analysis.evidence
+    uids = {run.name: run.uid for run in evidence.runs}
+    logs = {**evidence.logs, uids["r002"]: evidence.logs[uids["r001"]]}
+    notes = limitations(replace(analysis, evidence=replace(evidence, logs=logs)))
+    says(notes, "r001, r002", "same samples", "labbook files withdraw")
+
+
 def test_runs_charged_with_less_than_the_passive_charge_are_named(analysis: StudyAnalysis) -> None:
     evidence = analysis.evidence
     uids = {run.uid for run in evidence.runs if run.name in ("r001", "r002")}
