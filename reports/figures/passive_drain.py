@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from data_schema.rounding import level_text as level_in_percent
 from data_schema.vocabulary import Undefined
 from reports.content import DrainFit, ReportContent
-from reports.display import count_text, given_text, level_text, list_text, number_text
+from reports.display import count_text, general_text, level_text, list_text, number_text
 from reports.figures.kind import FigureKind
 from reports.figures.style import (
     BLACK,
@@ -125,7 +125,7 @@ def _draw_estimate(axes: Axes, fit: DrainFit, look: _Look) -> None:
         color=look.estimate,
         markersize=4,
         capsize=3,
-        label=f"run of {given_text(fit.run_duration_min)} min",
+        label=f"over {general_text(fit.run_duration_min)} min",
         zorder=5,
     )
 
@@ -186,12 +186,12 @@ def caption(content: ReportContent) -> str:
     else:
         counts = [f"{len(fit.points)} of {fit.robot}" for fit in fits]
         idle, lines, diamonds = f"idle runs ({list_text(counts)})", "each robot's line and its", "A diamond"
-    durations = list_text(list(dict.fromkeys(given_text(fit.run_duration_min) for fit in fits)))
+    durations = list_text(list(dict.fromkeys(general_text(fit.run_duration_min) for fit in fits)))
     enlarged = ", enlarged in the inset," if _inset_range(fits) is not None else ""
     return (
         f"Charge put back after {idle} over the time the robot was on, with {lines} "
         f"{level_text(fits[0].at_run).removesuffix('CI')}confidence band; the line is dashed where no idle run was "
-        f"made. {diamonds}{enlarged} is the passive drain of a run of {durations} min with its interval."
+        f"made. {diamonds}{enlarged} is the passive drain over {durations} min with its interval."
     )
 
 

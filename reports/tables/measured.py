@@ -22,7 +22,7 @@ from reports.content import (
     RunPoint,
     Sensitivity,
 )
-from reports.display import DASH, EQUALS, common_places, places_of, shown_unit, with_unit
+from reports.display import DASH, EQUALS, common_places, general_text, places_of, shown_unit, with_unit
 from reports.flow_steps import Step, flow_lines
 from reports.naming import group_name, level_value, swept_factor, swept_words
 from reports.numbers import Number, Value
@@ -188,7 +188,7 @@ def _drain(content: ReportContent) -> Table:
 
 
 def _drain_rows(fit: DrainFit, block: str) -> list[Row]:
-    named = {"slope": fit.slope, "intercept": fit.intercept, f"at {fit.run_duration_min:g} min": fit.at_run}
+    named = {"slope": fit.slope, "intercept": fit.intercept, f"at {general_text(fit.run_duration_min)} min": fit.at_run}
     rows = [Row(_named_cells(name, number), block=block) for name, number in named.items()]
     cells = (
         words("R²"),

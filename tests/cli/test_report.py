@@ -19,6 +19,7 @@ from labbook.actions.upkeep.tracing import trace
 from labbook.book.opening import opened
 from tests.cli.shell import good, labbook, refused, rows, unchanged
 from tests.helpers.books import SmallBook, small_book
+from tests.helpers.tomls import without
 from tests.helpers.wording import says
 
 SELECTED = ("r001", "r002", "r004", "r006", "r009", "r010", "r012", "r014")
@@ -65,6 +66,24 @@ def joules_by_hand(book: SmallBook) -> dict[str, float]:
         for name, row in sheet.items()
         if row["kind"] == "jumps"
     }
+
+
+def test_the_drain_line_is_shown_where_the_protocol_has_no_run_duration(whole: SmallBook, tmp_path: Path) -> None:
+    """It is then read at the mean duration of the idle runs, which is no round number of minutes."""
+    without(whole.folder, r"run_duration_s = 720\n")
+    good(labbook("correct", "r007", "duration_s=1230", "--why", "misread", at=whole.folder))
+    good(labbook("report", "--out", tmp_path / "paper", at=whole.folder))
+    found = Reported(whole, tmp_path / "paper", {})
+    minutes = "37.6"  # of 1230, 2400, 1800 and 3600 s
+    assert [row["quantity"] for row in found.table("passive_drain")] == [
+        "slope",
+        "intercept",
+        f"at {minutes} min",
+        "R²",
+    ]
+    assert len(found.table("idle_runs")) == 4
+    says(html.unescape(found.page), "The electronics draw", f"in {minutes} min")
+    says(html.unescape(found.page), "The diamond", f"passive drain over {minutes} min")
 
 
 def test_numbers_are_those_of_the_instruments_files(reported: Reported) -> None:

@@ -43,10 +43,10 @@ MAH_MIN = 60.0
 
 @dataclass(frozen=True, slots=True)
 class DrainFit(StoredResult):
-    """What is stored of a robot's drain line: it, its fit, and what it gives at the protocol's run duration.
+    """What is stored of a robot's drain line: it, its fit, and what it gives at `run_duration_s`.
 
-    `run_duration_s` and `extrapolated` (that duration lies outside those of the idle runs) are None without a line or
-    where the protocol states no duration.
+    That is the protocol's run duration, or the mean of the idle runs where it states none; `extrapolated`: it lies
+    outside those of the idle runs. Both are None without a line.
     """
 
     slope: Number
@@ -57,7 +57,7 @@ class DrainFit(StoredResult):
     extrapolated: bool | None = None
 
 
-DRAIN = Algorithm("passive_drain", 15, DrainFit)
+DRAIN = Algorithm("passive_drain", 16, DrainFit)
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +115,7 @@ def drain_lines(evidence: StudyData) -> dict[str, PassiveDrain | Undefined]:
 
 
 def passive_drains(cache: ResultCache, evidence: StudyData, variant: str | None = None) -> dict[str, Drain]:
-    """Store each robot's line and what it gives at the protocol's run duration; `variant` names a recomputation."""
+    """Store each robot's line and what it gives at a run's duration; `variant` names a recomputation."""
     duration_s = evidence.configuration.protocol.run_duration_s
     names = {run.robot_uid: run.robot for run in (*evidence.idle, *evidence.runs)}
     idle = idle_charges(evidence)
@@ -170,8 +170,7 @@ def _drain_fit(drain: PassiveDrain | Undefined, duration_s: float | None) -> Dra
     )
     r_squared = Number(drain.r_squared, "1", n=drain.n)
     if duration_s is None:
-        none = Undefined(Reason.NO_RUN_DURATION)
-        return DrainFit(slope, intercept, r_squared, Number(none, "mAh"))
+        duration_s = drain.duration_mean_s
     found = drain.at(duration_s)
     return DrainFit(
         slope=slope,

@@ -20,14 +20,11 @@ _DRAIN_FIT = "drain fit"
 
 def drain_fits(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[DrainFit, ...]:
     """Return points, line and band of each robot's fit, of those that have one."""
-    duration_s = analysis.evidence.configuration.protocol.run_duration_s
-    if duration_s is None:
-        return ()
     found = []
     for robot_uid, drain in analysis.drains.items():
-        if isinstance(drain.line, Undefined):
-            continue
         line, at_s = drain.line, drain.result.run_duration_s
+        if isinstance(line, Undefined) or at_s is None:
+            continue
         minutes = np.linspace(0.0, line.duration_max_s * 1.05 / MAH_MIN, _LINE_POINTS)
         band = [line.at(minute * MAH_MIN) for minute in minutes]
         found.append(
@@ -46,8 +43,8 @@ def drain_fits(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[DrainFit, 
                 intercept=shown.number(drain.result.intercept),
                 r_squared=shown.number(drain.result.r_squared),
                 at_run=shown.number(drain.result.at_run),
-                run_duration_min=duration_s / MAH_MIN,
-                range_sentence="" if at_s is None else line.sentence(at_s),
+                run_duration_min=at_s / MAH_MIN,
+                range_sentence=line.sentence(at_s),
             )
         )
     return tuple(found)

@@ -133,9 +133,8 @@ def _of_anovas(analysis: StudyAnalysis) -> Iterator[Use]:
 
 def _of_drains(analysis: StudyAnalysis) -> Iterator[Use]:
     """Return the line's slope and intercept, and the line where the runs that are corrected with it last."""
-    duration_s = analysis.evidence.configuration.protocol.run_duration_s
     for drain in analysis.drains.values():
-        line = drain.line
+        line, duration_s = drain.line, drain.result.run_duration_s
         if isinstance(line, Undefined):
             continue
         read = ["slope", "intercept"]
