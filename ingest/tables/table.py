@@ -14,6 +14,7 @@ import numpy as np
 
 from ingest.model import FloatArray, IntArray, TextShape
 from ingest.text.cells import may_group
+from ingest.timebase.clock_formats import date_order, day_of, iso_text, parse_stamp
 
 _SAMPLING = (
     "sampl|acqui|digiti|abtast|akwizyc|pr[oó]bkowa|[eé]chantillon|muestreo|adquisi|campionament|amostragem|bemonster"
@@ -31,8 +32,9 @@ _VALUE = re.compile(
 )
 _CLAUSE = re.compile(r"[;|\t]|,(?!\d)")
 _START = re.compile(
-    r"(?i)(?:date|start\w*|began|recorded|recording)\b[^0-9]{0,30}"
-    r"(?P<when>\d{4}-\d\d-\d\d[T ]\d\d:\d\d(?::\d\d(?:\.\d+)?)?(?:Z|[+-]\d\d:?\d\d)?)"
+    r"(?i)\b(?:date|datum|fecha|start\w*|began|recorded|recording)\b[^0-9]{0,30}"
+    r"(?P<when>\d{1,4}([-./])\d{1,2}\2\d{1,4}[T ,]+\d\d?:\d\d(?::\d\d(?:\.\d+)?)?(?:\s*[ap]m\b)?)"
+    r"(?P<zone>Z|[+-]\d\d:?\d\d)?"
 )
 
 
@@ -40,31 +42,47 @@ _START = re.compile(
 class Preamble:
     """Facts in the lines above the table; None where there is none.
 
-    `rate_line` is the line that states the rate, `other_rate_line` one that states another sampling rate.
+    `start` is ISO-8601, `start_text` the same as written. `rate_line` is the line that states the rate,
+    `other_rate_line` one that states another sampling rate.
     """
 
     rate_hz: float | None
     start: str | None
     rate_line: str | None = None
     other_rate_line: str | None = None
+    start_text: str | None = None
 
 
 NO_PREAMBLE = Preamble(None, None)
 
 
-def read_preamble(lines: Sequence[str]) -> Preamble:
-    """Search the lines for a sampling rate and for an ISO-8601 date and time.
+def read_preamble(lines: Sequence[str], date_format: str | None = None) -> Preamble:
+    """Search the lines for a sampling rate and for a date and time, read in `date_format` where the year is not first.
 
-    A rate is one that names sampling, acquisition or logging, or a bare `rate` or `frequency` in hertz; that of a
-    filter, a display or a serial line is none.
+    A date with dots is day.month.year; one with slashes whose order is neither declared nor evident is not read. A rate
+    is one that names sampling, acquisition or logging, or a bare `rate` or `frequency` in hertz; that of a filter, a
+    display or a serial line is none.
     """
     found = [(rate, line.strip()) for line in lines if (rate := _rate(line)) is not None]
-    start = next((match["when"] for match in map(_START.search, lines) if match), None)
+    written = next((match for match in map(_START.search, lines) if match), None)
+    start = None if written is None else _start(written["when"], date_format, written["zone"] or "")
+    start_text = None if start is None or written is None else written[0][written.start("when") - written.start() :]
     if not found:
-        return Preamble(None, start)
+        return Preamble(None, start, start_text=start_text)
     rate, rate_line = found[0]
     other = next((line for further, line in found if abs(further / rate - 1) > 0.005), None)
-    return Preamble(rate, start, rate_line, other)
+    return Preamble(rate, start, rate_line, other, start_text)
+
+
+def _start(text: str, date_format: str | None, zone: str) -> str | None:
+    """Return a date and time as ISO-8601; None where the order of the date is not clear, or it is none."""
+    stamp = parse_stamp(text)
+    if stamp is None or stamp.date is None:
+        return None
+    order = "y-m-d" if len(stamp.date[0]) == 4 else date_order([stamp], date_format)
+    if not isinstance(order, str) or day_of(stamp, order) is None:
+        return None
+    return iso_text(text, order) + zone
 
 
 def _is_grouped(value: str) -> bool:

@@ -52,7 +52,7 @@ def text_table(source: TextSource, declared: Declarations, findings: FindingColl
     def rows(wanted: Sequence[Wanted]) -> Block:
         return read_rows(source, layout, wanted, findings)
 
-    preamble = read_preamble((*source.comments, *layout.preamble))
+    preamble = read_preamble((*source.comments, *layout.preamble), declared.date_format)
     units = _units(layout, cell_units, declared, findings)
     shape = layout.shape if pairs is None else dataclasses.replace(layout.shape, delimiter=",")
     return Table(layout.names, units, layout.kinds, preamble, rows, text=shape)

@@ -235,7 +235,9 @@ def _start(
         return clock.filetime_utc(int(stamp)), original
     utc = clock.epoch_utc(stamp, TICKS_PER_SECOND[time.unit or "s"])
     if utc is None and first and sources.preamble.start is not None:
-        return clock.to_utc(sources.preamble.start, zone, findings), sources.preamble.start
+        return clock.to_utc(
+            sources.preamble.start, zone, findings
+        ), sources.preamble.start_text or sources.preamble.start
     return utc, original
 
 
@@ -371,7 +373,7 @@ def _from_given_rate(sources: TimeSources, usable: BoolArray, findings: FindingC
         _ask_about_counter(timebase, sources, findings)
     start = sources.preamble.start
     utc = None if start is None else clock.to_utc(start, sources.declared.time_zone, findings)
-    recording = Recording(slice(None) if usable.all() else rows, timebase, utc, start)
+    recording = Recording(slice(None) if usable.all() else rows, timebase, utc, sources.preamble.start_text or start)
     return Recordings(usable, (recording,))
 
 

@@ -15,10 +15,10 @@ from tests.helpers.books import SmallBook, small_book
 from tests.helpers.wording import says
 
 
-def dated_log(folder: Path, name: str, date: str) -> Path:
+def dated_log(folder: Path, name: str, date: str, clock: str = "10:00") -> Path:
     """A log with a date and a clock time in every row."""
     path = folder / name
-    body = "".join(f"{date};10:00:{k // 100:02d}.{k % 100:02d};{0.42 + k % 7 / 100:.3f}\n" for k in range(300))
+    body = "".join(f"{date};{clock}:{k // 100:02d}.{k % 100:02d};{0.42 + k % 7 / 100:.3f}\n" for k in range(300))
     path.write_text("date;time;body_height [m]\n" + body)
     return path
 
@@ -102,10 +102,22 @@ def test_of_many_files_the_one_of_another_day_stands_first(stated: SmallBook, tm
     assert told.count("log_day_differs") == 1
 
 
-@pytest.mark.parametrize("date", ["2021-06-13", "2021-06-14", "2021-06-15"])
-def test_a_run_across_midnight_is_of_its_day(date: str, stated: SmallBook, tmp_path: Path) -> None:
-    log = dated_log(tmp_path, "r001.csv", date)
-    assert "log_day_differs" not in rules_of(good(labbook("ingest", log, "--json", at=stated.folder)))
+@pytest.mark.parametrize(
+    ("date", "clock", "differs"),
+    [
+        ("2021-06-13", "18:40", True),
+        ("2021-06-13", "23:50", False),
+        ("2021-06-14", "10:00", False),
+        ("2021-06-15", "00:20", False),
+        ("2021-06-15", "08:40", True),
+    ],
+)
+def test_only_a_log_about_midnight_may_be_of_a_run_of_the_day_beside_it(
+    date: str, clock: str, differs: bool, stated: SmallBook, tmp_path: Path
+) -> None:
+    """By the clock of the lab: in UTC, 23:50 in New York is of the day after."""
+    log = dated_log(tmp_path, "r001.csv", date, clock)
+    assert ("log_day_differs" in rules_of(good(labbook("ingest", log, "--json", at=stated.folder)))) is differs
 
 
 def test_a_file_that_waited_is_held_against_its_run_when_the_run_comes(fresh: SmallBook, tmp_path: Path) -> None:

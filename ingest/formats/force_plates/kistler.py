@@ -165,4 +165,4 @@ def _read_channels(head: Head, findings: FindingCollector) -> Reading:
 
 
 FORMAT = Format("bioware", 5, _recognise, _read, clue=Clue(says=(b"bioware",)))
-CHANNELS_FORMAT = Format("kistler_channels", 3, _recognise_channels, _read_channels, clue=Clue(says=(b"channel",)))
+CHANNELS_FORMAT = Format("kistler_channels", 4, _recognise_channels, _read_channels, clue=Clue(says=(b"channel",)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from datetime import UTC, date, datetime, timedelta
+from datetime import UTC, date, datetime, time, timedelta
 from zoneinfo import ZoneInfo
 
 from data_schema.vocabulary import Severity
@@ -19,7 +19,9 @@ AHEAD = "date_in_future"
 """The rule of dates that are yet to come."""
 
 _NEAR = timedelta(days=1)
-"""A run may go on after midnight."""
+"""A run may go on after midnight, and dates of other time zones differ by a day."""
+_ABOUT_MIDNIGHT = timedelta(hours=3)
+"""A log that begins so long before or after its run's day, by the clock of the place, may be of that run."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,14 +44,18 @@ class DifferingDay:
 
 
 def differing_day(start_utc: str | None, run_day: str, zone: str | None) -> DifferingDay | None:
-    """Return both dates where a log begins more than a day from its run's; None where it has no date of its own."""
+    """Return both dates where a log begins on another day than its run, and not about the midnight between the two.
+
+    None where it has no date of its own.
+    """
     if start_utc is None or zone is None:
         return None
-    of_log = datetime.fromisoformat(start_utc).astimezone(ZoneInfo(zone)).date()
+    begins = datetime.fromisoformat(start_utc).astimezone(ZoneInfo(zone)).replace(tzinfo=None)
     of_run = date.fromisoformat(run_day)
-    if abs(of_log - of_run) <= _NEAR:
+    midnight = datetime.combine(of_run, time())
+    if midnight - _ABOUT_MIDNIGHT <= begins <= midnight + timedelta(days=1) + _ABOUT_MIDNIGHT:
         return None
-    return DifferingDay(of_log, of_run, is_swapped(of_log, of_run))
+    return DifferingDay(begins.date(), of_run, is_swapped(begins.date(), of_run))
 
 
 def is_swapped(read_as: date, day: date) -> bool:

@@ -115,6 +115,31 @@ def test_the_start_of_a_recording_is_read_with_its_zone() -> None:
     assert (part.start_utc, part.start_original) == ("2021-06-05T18:30:00.000000Z", "2021-06-05 14:30:00")
 
 
+@pytest.mark.parametrize(
+    ("line", "dates", "start"),
+    [
+        ("# Datum 08.09.2026 18:40", None, "2026-09-08T18:40:00"),
+        ("# Datum: 2026-09-08 18:40", None, "2026-09-08T18:40:00"),
+        ("# Date: 08.09.2026 8:40", None, "2026-09-08T08:40:00"),
+        ("# date: 2026-09-08T18:40:30.5Z", "d/m/y", "2026-09-08T18:40:30.500000Z"),
+        ("Date,06/05/2021 1:02:03 PM", None, None),
+        ("Date,06/05/2021 1:02:03 PM", "m/d/y", "2021-06-05T13:02:03"),
+        ("Date,25/05/2021 13:02", None, "2021-05-25T13:02:00"),
+        ("firmware 1.4 of 08.09.2026 18:40", None, None),
+        ("# Datum 31.02.2026 18:40", None, None),
+    ],
+)
+def test_the_date_above_a_table_is_read_as_dates_in_a_column_are(
+    line: str, dates: str | None, start: str | None
+) -> None:
+    assert read_preamble(["title", line], dates).start == start
+
+
+def test_a_start_is_kept_as_it_was_written() -> None:
+    (part,) = read_file(b"# Datum 08.09.2026 18:40\n" + robot_log(), Declarations(time_zone="Europe/Berlin")).parts
+    assert (part.start_utc, part.start_original) == ("2026-09-08T16:40:00.000000Z", "08.09.2026 18:40")
+
+
 def test_the_rate_in_the_header_serves_a_file_without_time() -> None:
     heights = [row.split(",")[1] for row in robot_rows(50)]
     for header in ("height [m]", "height\nm"):
