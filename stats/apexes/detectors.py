@@ -25,6 +25,7 @@ from stats.apexes.cleaning import CleanSignal, Floats, check_log, clean_signal, 
 from stats.apexes.flights import Flight, FlightWindowParameters, departures, fit_flights
 from stats.apexes.jumps import (
     FLAGS,
+    ZERO_DOUBTFUL,
     Hop,
     Jump,
     Jumps,
@@ -287,8 +288,8 @@ class Detector:
 DETECTORS: dict[str, Detector] = {
     detector.name: detector
     for detector in (
-        Detector("published", 4, published_jumps, PublishedParameters()),
-        Detector("robust", 5, robust_jumps, RobustParameters()),
+        Detector("published", 5, published_jumps, PublishedParameters()),
+        Detector("robust", 6, robust_jumps, RobustParameters()),
     )
 }
 """All detectors by name."""
@@ -340,6 +341,7 @@ def find_jumps(
         lowered = chosen.function(time, height - zero_m, leg, missing, rest_length_m, settings)
         if _flights(lowered) > _flights(found):
             found = tuple(_raised(jump, zero_m) for jump in lowered)
+        found = tuple(replace(jump, flags=(*jump.flags, ZERO_DOUBTFUL)) for jump in found)
     return Jumps(
         detector=chosen.name,
         version=chosen.version,
@@ -369,4 +371,4 @@ def _raised(jump: Jump, by_m: float) -> Jump:
     """Return a jump found in heights that were lowered, with its height as it was measured."""
     if isinstance(jump.apex_height_m, Undefined):
         return jump
-    return replace(jump, apex_height_m=jump.apex_height_m + by_m, flags=(*jump.flags, "zero_doubtful"))
+    return replace(jump, apex_height_m=jump.apex_height_m + by_m)

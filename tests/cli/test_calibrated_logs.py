@@ -148,9 +148,17 @@ def test_a_zero_that_is_off_is_named_with_the_command_that_mends_it(tmp_path: Pa
     answer = good(labbook("ingest", "../r001.txt", "--column", "h=body_height:cm", at=at))
     sentence = says(answer.out, "height_zero_doubtful", "labbook files reread")
     says(answer.out, "10 of 10 jumps found")
+    good(labbook("report", "--out", "out", at=at))
+    limits = (at / "out" / "report.html").read_text(encoding="utf-8").partition("Limitations")[2]
+    today = ("today", "--day", rows(at, "SELECT date_local FROM day")[0][0])
+    for told in (limits, good(labbook(*today, at=at)).out):
+        says(told, "r001", "too high", "labbook files show r001.txt")
     (command,) = re.findall(r"`labbook (files reread .*?)`", sentence)
+    says(good(labbook("files", "show", "r001.txt", at=at)).out, command)
     good(labbook(*shlex.split(command), at=at))
     good(labbook("report", "--out", "out", at=at))
+    assert "too high" not in (at / "out" / "report.html").read_text(encoding="utf-8")
+    assert good(labbook(*today, "--json", at=at)).json["zero_doubtful"] == {}
     shown = good(labbook("show", "r001", "--json", at=at)).json
     assert shown["mean_apex_height_m"] == pytest.approx(float(apexes_m.mean()), abs=0.003)
     assert not any("height_zero" in rule for (rule,) in rows(at, _CURRENT_FINDINGS))

@@ -149,7 +149,7 @@ def show_lines(shown: ShownFile) -> list[str]:
         lines += [
             f"    {finding.severity}: {finding.rule}: {finding.message}"
             for finding in item.findings
-            if row.status in (IngestStatus.WAITING, IngestStatus.REFUSED) and finding.severity == "file"
+            if row.status is not IngestStatus.SUPERSEDED
         ]
     return lines
 

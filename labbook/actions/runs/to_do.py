@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import shlex
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -22,7 +23,7 @@ from labbook.actions.runs.remarks import remarks_on
 from labbook.actions.runs.rig_line import Lines, joules_of, known_joules, too_little_charged
 from labbook.analysis.outcomes.control_limits import runs_outside
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, rest_length_m
-from labbook.analysis.outcomes.run_apexes import as_protocol, judge, usable_logs
+from labbook.analysis.outcomes.run_apexes import Judgement, as_protocol, judge, usable_logs
 from labbook.analysis.outcomes.run_energy import above_capacity, drain_lines
 from labbook.analysis.study_data import StudyData, gather_about
 from labbook.config.analysis import HOW_TO_DECIDE
@@ -36,7 +37,7 @@ class ToDo:
     These hold a reason by run: `logs_do_not_count` why its logs do not count though they have a body height,
     `no_joules` and `no_apexes` why a run of jumps lacks that number, `too_little_charged` what its charge is below, and
     `above_capacity` what it is above. `outside_limits` are the runs out of the control limits of their condition,
-    `samples_twice` says which files are copies of others.
+    `zero_doubtful` has a log of each run whose heights may be too high, `samples_twice` says which files are copies.
     `void` are runs that do not count, none of those done, with the reason. `analysis_undecided`: nothing is decided
     about the analysis, and nothing measured yet.
     """
@@ -58,6 +59,7 @@ class ToDo:
     above_capacity: Mapping[str, str] = field(default_factory=dict)
     outside_limits: tuple[str, ...] = ()
     samples_twice: tuple[str, ...] = ()
+    zero_doubtful: Mapping[str, str] = field(default_factory=dict)
     files_waiting: tuple[str, ...] = ()
     verdicts_waiting: tuple[str, ...] = ()
     void: Mapping[str, str] = field(default_factory=dict)
@@ -86,6 +88,7 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
     alike = runs_of_conditions(connection, conditions)
     evidence = gather_about(connection, configuration, jumped, alike) if jumped else None
     drains = {} if evidence is None else drain_lines(evidence)
+    judgements = {} if evidence is None else _judgements(detections, evidence, jumped)
     idle_uncharged = tuple(run.name for run in runs if run.kind is RunKind.IDLE and run.uid not in charged)
     return ToDo(
         day=date.isoformat(),
@@ -115,7 +118,12 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
         samples_twice=tuple(
             remark.message for remark in remarks_on(connection, configuration, [run.name for run in runs], ["samples"])
         ),
-        no_apexes={} if evidence is None else _without_apexes(detections, evidence, jumped, logs),
+        no_apexes={} if evidence is None else _without_apexes(evidence, jumped, logs, judgements),
+        zero_doubtful={
+            run.name: evidence.logs[run.uid][0].file_name
+            for run in jumped
+            if evidence is not None and run.uid in judgements and judgements[run.uid].zero_doubtful
+        },
         checks_not_made=tuple(kind for kind in configuration.protocol.checks if kind not in made),
         inbox=len(inbox(connection)),
         files_waiting=tuple(file.why.reason for file in waiting_files(connection)),
@@ -147,6 +155,12 @@ def to_do_lines(found: ToDo) -> list[str]:
     lines += [f"too little charged: {name}: {what}" for name, what in found.too_little_charged.items()]
     lines += [f"too much charged: {name} has {what}" for name, what in found.above_capacity.items()]
     lines += found.samples_twice
+    if found.zero_doubtful:
+        file = shlex.quote(next(iter(found.zero_doubtful.values())))
+        lines.append(
+            f"heights that may be too high ({len(found.zero_doubtful)}): {_listed(list(found.zero_doubtful))} "
+            f"(`labbook files show {file}` says why and what corrects it)"
+        )
     lines += _lines_by_reason("no apexes", found.no_apexes, {*unlogged, *found.logs_do_not_count})
     lines += [f"{reason}." for reason in found.files_waiting]
     lines += found.verdicts_waiting
@@ -203,25 +217,35 @@ def _outside_limits(evidence: StudyData, runs: Sequence[RunRow], drains: Lines) 
     return tuple(run.name for run in runs if run.uid in outside)
 
 
+def _judgements(detections: Detections, evidence: StudyData, runs: Sequence[RunRow]) -> dict[str, Judgement]:
+    """Return the judged jumps of the runs whose logs count, by uid."""
+    variant = as_protocol(evidence)
+    found = {}
+    for run in runs:
+        logs = usable_logs(run, evidence.logs.get(run.uid, []))
+        if not isinstance(logs, Undefined):
+            detected = detections.of(
+                {run.uid: logs}, variant.detector, rest_length_m(detections.connection, run.robot_uid)
+            )
+            found[run.uid] = judge(detected[run.uid], evidence.decisions, variant.rules)
+    return found
+
+
 def _without_apexes(
-    detections: Detections, evidence: StudyData, runs: Sequence[RunRow], with_log: Collection[str]
+    evidence: StudyData, runs: Sequence[RunRow], with_log: Collection[str], judgements: Mapping[str, Judgement]
 ) -> dict[str, str]:
     """Return why runs have no apex height, by name; `with_log` are the uids of runs that have a log of any kind."""
-    found = {run.name: _why_no_apex(detections, evidence, run, run.uid in with_log) for run in runs}
+    found = {run.name: _why_no_apex(evidence, run, run.uid in with_log, judgements.get(run.uid)) for run in runs}
     return {name: why for name, why in found.items() if why is not None}
 
 
-def _why_no_apex(detections: Detections, evidence: StudyData, run: RunRow, has_log: bool) -> str | None:
+def _why_no_apex(evidence: StudyData, run: RunRow, has_log: bool, judged: Judgement | None) -> str | None:
     heights = evidence.logs.get(run.uid, [])
     if not heights:
         declare = f'`labbook ingest FILE --column "COLUMN={BODY_HEIGHT}:UNIT"`'
         return f"the log has no {BODY_HEIGHT}: {declare}" if has_log else "no log"
-    logs = usable_logs(run, heights)
-    if isinstance(logs, Undefined):
-        return logs.reason
-    variant = as_protocol(evidence)
-    found = detections.of({run.uid: logs}, variant.detector, rest_length_m(detections.connection, run.robot_uid))
-    judged = judge(found[run.uid], evidence.decisions, variant.rules)
+    if judged is None:
+        return _why_not(run, heights)
     if judged.counted:
         return None
     excluded = Counter(str(item.excluded) for item in judged.jumps)

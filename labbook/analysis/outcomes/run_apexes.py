@@ -35,6 +35,7 @@ from labbook.analysis.results.result_cache import (
 )
 from labbook.analysis.study_data import StudyData
 from reports.numbers import Number
+from stats.apexes.jumps import ZERO_DOUBTFUL
 from stats.compare.shared_error import SharedError
 from stats.compare.summary import describe
 
@@ -64,6 +65,11 @@ class Judgement:
     def counted(self) -> tuple[JumpRow, ...]:
         """The jumps that count."""
         return tuple(item.jump for item in self.jumps if item.excluded is None)
+
+    @property
+    def zero_doubtful(self) -> bool:
+        """Whether the body stands higher than its leg is long, so that heights may be too high."""
+        return any(ZERO_DOUBTFUL in item.jump.flags for item in self.jumps)
 
     @property
     def in_force(self) -> tuple[DecisionRow, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterable, Mapping, Sequence
 
 from data_schema.outcomes import Outcome
@@ -153,6 +154,7 @@ def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:
         notes.append(
             f"{_count(len(names), 'idle run is', 'idle runs are')} not in the drain fit: {cause} ({_names(names)})."
         )
+    notes += _doubtful_zeros(analysis)
     for outcome, found in analysis.results.items():
         left = {
             uid: cause
@@ -211,6 +213,19 @@ def _conflicting(evidence: StudyData) -> list[RunRow]:
     """Return the jump and idle runs with several charges, none of which was added to another."""
     charges = [(run, recharge_of(run, evidence.charges.get(run.uid, []))) for run in (*evidence.runs, *evidence.idle)]
     return [run for run, why in charges if isinstance(why, Undefined) and why.code is Reason.SEVERAL_CHARGES]
+
+
+def _doubtful_zeros(analysis: StudyAnalysis) -> list[str]:
+    """Name the runs whose heights may be measured from too low a level."""
+    runs = [run for run in analysis.evidence.runs if run.uid in analysis.judgements]
+    runs = [run for run in runs if analysis.judgements[run.uid].zero_doubtful]
+    if not runs:
+        return []
+    file = shlex.quote(analysis.evidence.logs[runs[0].uid][0].file_name)
+    return [
+        f"In {_count(len(runs), 'run', 'runs')} ({_names(runs)}) the body stands higher than its leg is long, so apex "
+        f"heights may be too high by a wrong zero: `labbook files show {file}` says by how much and what corrects it."
+    ]
 
 
 def _same_logs(evidence: StudyData) -> list[str]:
