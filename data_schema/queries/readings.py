@@ -104,6 +104,23 @@ def readings_in_force(connection: sa.Connection, readers: Sequence[str]) -> list
     return _readings(connection, sa.and_(ingest.c.status == str(IngestStatus.IMPORTED), ingest.c.reader.in_(readers)))
 
 
+def configurations_of_readings(connection: sa.Connection) -> dict[int, str]:
+    """Return the texts of labbook.toml under which readings in force were made, by their keys."""
+    used = sa.select(ingest.c.config).where(ingest.c.status == str(IngestStatus.IMPORTED))
+    return {row.id: row.text for row in connection.execute(sa.select(config).where(config.c.id.in_(used)))}
+
+
+def settings_under(connection: sa.Connection, config_key: int) -> list[tuple[str, str]]:
+    """Return the name and the settings, as JSON, of each reading in force that was made under a configuration."""
+    query = (
+        sa.select(ingest.c.original_name, ingest.c.declared_json)
+        .where(ingest.c.status == str(IngestStatus.IMPORTED), ingest.c.config == config_key)
+        .where(ingest.c.declared_json.is_not(None))
+        .order_by(ingest.c.id)
+    )
+    return [(name, settings) for name, settings in connection.execute(query)]
+
+
 def shown_readings(connection: sa.Connection) -> Sequence[Sequence[Any]]:
     """List the columns of `labbook files list` for the last reading of each file, in the order of their import.
 

@@ -17,6 +17,7 @@ from data_schema.queries.study import FactorRow, StudyRow, factors, the_study
 from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
 from data_schema.where.compiling import compile_where
 from labbook.analysis.outcomes.detection import BODY_HEIGHT
+from labbook.analysis.outdated_files import outdated_files
 from labbook.config.parsing import Configuration
 
 VERTICAL_FORCE = "force_z"
@@ -30,7 +31,8 @@ class StudyData:
     `void` holds what was left out: the selected jump runs and all idle runs that are void.
     By a run's uid, `logs` holds the signals with a body height, `forces` those with a vertical force on a plate, and
     `charges` what was put back after it; `calibrated` has the calibrated channels by the signal's uid. `waiting` are
-    the files that give nothing until something is declared about them.
+    the files that give nothing until something is declared about them, `outdated` the names of those that were read
+    with a profile that labbook.toml has otherwise now.
     """
 
     study: StudyRow
@@ -48,6 +50,7 @@ class StudyData:
     decisions: Mapping[str, list[DecisionRow]]
     waiting: tuple[WaitingFile, ...] = ()
     calibrated: Mapping[str, tuple[CalibratedChannel, ...]] = field(default_factory=dict)
+    outdated: tuple[str, ...] = ()
 
     def reasons(self, missing: Mapping[str, Undefined], role: FileRole) -> dict[str, Undefined]:
         """Return why runs lack a number; a waiting file of theirs comes before other reasons."""
@@ -101,6 +104,7 @@ def gather(connection: sa.Connection, configuration: Configuration, where: str |
         decisions=jump_decisions(connection),
         waiting=waiting,
         calibrated=calibrated_channels(connection),
+        outdated=outdated_files(connection, configuration),
     )
 
 

@@ -14,6 +14,7 @@ from data_schema.queries.imports import LEG
 from data_schema.vocabulary import FileRole, IngestStatus, Severity
 from ingest.model import ColumnUse, Finding, ReadFile, TableUse
 from labbook.actions.files.ingesting import FileOutcome
+from labbook.actions.files.rereading import OUTDATED
 from labbook.actions.runs.rig_line import MissingHeight, RigLine, missing_height_lines
 from labbook.terminal import columns
 
@@ -199,6 +200,7 @@ class _Sorted:
     noted: list[str] = field(default_factory=list)
     fine: list[str] = field(default_factory=list)
     fine_runs: list[str] = field(default_factory=list)
+    outdated: list[str] = field(default_factory=list)
 
 
 def batch_lines(batch: Batch, *, verbose: bool) -> list[str]:
@@ -216,12 +218,13 @@ def batch_lines(batch: Batch, *, verbose: bool) -> list[str]:
     attention = _worst_first(found.attention)
     if attention:
         attention.insert(0, f"look at these first ({len(found.attention)}):")
-        if found.noted or found.fine or found.fine_runs:
+        if found.noted or found.fine or found.fine_runs or found.outdated:
             attention.append("the others:")
     return [
         *summary,
         *attention,
         *found.noted,
+        *([f"{_few(found.outdated)}: imported before; {OUTDATED}"] if found.outdated else []),
         *_folded(found.fine, "files with nothing to remark"),
         *_folded(found.fine_runs, "runs as they should be"),
     ]
@@ -247,6 +250,8 @@ def _sorted(batch: Batch) -> _Sorted:
             noted = "" if outcome.status is IngestStatus.REFUSED else remark_counts(outcome)
             lines += [f"  noted: {noted}."] if noted else []
             found.attention.append(_Concern(concern, lines, outcome.name, alike))
+        elif outcome.messages == (OUTDATED,) and not outcome.raw_restored:
+            found.outdated.append(outcome.name)
         elif (outcome.read is not None and outcome.read.findings) or outcome.raw_restored or outcome.messages:
             found.noted.append(file_line(outcome))
         else:
@@ -269,9 +274,13 @@ def _worst_first(concerns: Sequence[_Concern]) -> list[str]:
     for first, *others in groups.values():
         lines += first.lines
         if others:
-            more = f" and {len(others) - MOST_LISTED} more" if len(others) > MOST_LISTED else ""
-            lines.append(f"  the same of: {', '.join(other.name for other in others[:MOST_LISTED])}{more}.")
+            lines.append(f"  the same of: {_few([other.name for other in others])}.")
     return lines
+
+
+def _few(names: Sequence[str]) -> str:
+    more = f" and {len(names) - MOST_LISTED} more" if len(names) > MOST_LISTED else ""
+    return f"{', '.join(names[:MOST_LISTED])}{more}"
 
 
 def _concern(outcome: FileOutcome, missing: MissingHeight | None, run: str | None) -> tuple[int, int] | None:

@@ -141,6 +141,32 @@ def test_what_is_declared_of_a_file_again_adds_to_what_was(tmp_path: Path) -> No
     assert labbook("files", "reread", "r001.txt", "--nothing-declared", at=at).code == 2
 
 
+def test_logs_read_with_an_earlier_calibration_are_named_until_they_are_read_again(tmp_path: Path) -> None:
+    at = book(tmp_path, PROFILE)
+    logs = []
+    for n in (1, 2):
+        time_s, height_m, _apexes_m = standing_log(n, 10)
+        logs.append(tmp_path / f"r{n:03}.txt")
+        logs[-1].write_text(as_csv("t,adc_h", time_s, np.round(812 + (height_m - 0.2) * PER_M), 0))
+    (tmp_path / "r003.csv").write_text(as_csv("t [ms],body_height [m]", *standing_log(3, 10)[:2], 5))
+    good(labbook("ingest", *logs, "../r003.csv", at=at))
+    today = ("today", "--day", DAYS[0])
+    assert good(labbook(*today, "--json", at=at)).json["files_outdated"] == []
+    toml = at / "labbook.toml"
+    toml.write_text(toml.read_text(encoding="utf-8").replace("height = [0.20, 0.85]", "height = [0.21, 0.86]"))
+    advice = ("2 files", "r001.txt, r002.txt", "labbook files reread --all")
+    good(labbook("report", "--out", "out", at=at))
+    says((at / "out" / "report.html").read_text(encoding="utf-8").partition("Limitations")[2], *advice)
+    says(good(labbook(*today, at=at)).out, *advice)
+    told = good(labbook("ingest", *logs, "../r003.csv", at=at)).out
+    says(told, "r001.txt, r002.txt", "labbook files reread --all")
+    assert told.count("reread") == 1
+    good(labbook("files", "reread", "--all", at=at))
+    assert good(labbook(*today, "--json", at=at)).json["files_outdated"] == []
+    good(labbook("report", "--out", "out", at=at))
+    assert "reread --all" not in (at / "out" / "report.html").read_text(encoding="utf-8")
+
+
 def test_a_zero_that_is_off_is_named_with_the_command_that_mends_it(tmp_path: Path) -> None:
     at = book(tmp_path)
     time_s, height_m, apexes_m = standing_log(1, 10, zero_m=0.059)

@@ -51,6 +51,9 @@ from labbook.statements.importing import (
 )
 from labbook.statements.sheet_charges import charge_numbers, entry_keys
 
+OUTDATED = "labbook.toml would have it read otherwise now: `labbook files reread --all` reads such files again."
+"""What is said of a file that the book has, where it would be read otherwise now."""
+
 
 @dataclass(frozen=True, slots=True)
 class Reread:
@@ -362,7 +365,7 @@ def take_known(
             f"it waits for a declaration: `labbook files show {row.name}` says why, `labbook files reread` it."
         )
     elif not options and would_differ(book, row):
-        messages.append(f"labbook.toml would have it read otherwise now: `labbook files reread {row.name}` does.")
+        messages.append(OUTDATED)
     if run is not None and not (done is not None and done.read.refused):
         messages += _to_run(book, row, run, person, dry_run)
     return KnownFile(done, tuple(messages))

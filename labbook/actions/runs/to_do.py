@@ -25,6 +25,7 @@ from labbook.analysis.outcomes.control_limits import runs_outside
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, rest_length_m
 from labbook.analysis.outcomes.run_apexes import Judgement, as_protocol, judge, usable_logs
 from labbook.analysis.outcomes.run_energy import above_capacity, drain_lines
+from labbook.analysis.outdated_files import outdated_files, outdated_sentence
 from labbook.analysis.study_data import StudyData, gather_about
 from labbook.config.analysis import HOW_TO_DECIDE
 from labbook.config.parsing import Configuration
@@ -63,6 +64,7 @@ class ToDo:
     files_waiting: tuple[str, ...] = ()
     verdicts_waiting: tuple[str, ...] = ()
     void: Mapping[str, str] = field(default_factory=dict)
+    files_outdated: tuple[str, ...] = ()
 
 
 def to_do(detections: Detections, configuration: Configuration, day: str | None) -> ToDo:
@@ -126,6 +128,7 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
         },
         checks_not_made=tuple(kind for kind in configuration.protocol.checks if kind not in made),
         inbox=len(inbox(connection)),
+        files_outdated=outdated_files(connection, configuration),
         files_waiting=tuple(file.why.reason for file in waiting_files(connection)),
         verdicts_waiting=tuple(verdict.sentence for verdict in verdicts_waiting(connection)),
         analysis_undecided=configuration.analysis is None and first_measurement(connection) is None,
@@ -163,6 +166,7 @@ def to_do_lines(found: ToDo) -> list[str]:
         )
     lines += _lines_by_reason("no apexes", found.no_apexes, {*unlogged, *found.logs_do_not_count})
     lines += [f"{reason}." for reason in found.files_waiting]
+    lines += [f"{outdated_sentence(found.files_outdated)}."] if found.files_outdated else []
     lines += found.verdicts_waiting
     if found.inbox:
         lines.append(f"in the inbox: {found.inbox} (`labbook runs inbox`)")

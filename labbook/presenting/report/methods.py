@@ -13,6 +13,7 @@ from labbook.analysis.outcomes.conditions import run_numbers
 from labbook.analysis.outcomes.control_limits import runs_outside
 from labbook.analysis.outcomes.run_energy import above_capacity, below_drain, recharge_of, unused_idle
 from labbook.analysis.outcomes.run_force import RunForce, push_off_rules
+from labbook.analysis.outdated_files import outdated_sentence
 from labbook.analysis.study import StudyAnalysis
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import UnitOfAnalysis
@@ -141,6 +142,8 @@ def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:
         for drain in analysis.drains.values()
         if isinstance(drain.line, Undefined)
     ]
+    if analysis.evidence.outdated:
+        notes.insert(0, f"{outdated_sentence(analysis.evidence.outdated)}.")
     conflicting = _conflicting(analysis.evidence)
     if conflicting:
         notes.append(
