@@ -20,7 +20,7 @@ from data_schema.queries.signals import SignalRow
 from data_schema.reasons import Reason
 from data_schema.vocabulary import CHANNELS, FileRole, GapKind, IngestStatus, RunKind, Undefined
 from ingest.channels.names import channel_kind, squash
-from ingest.model import ChannelData, ReadFile, SignalPart
+from ingest.model import ChannelData, SignalPart
 from labbook.actions.files.ingesting import FileOutcome
 from labbook.actions.runs.remarks import remarks_on
 from labbook.actions.studies.sheet_source import logs_of_sheets
