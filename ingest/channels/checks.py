@@ -15,7 +15,7 @@ import numpy as np
 
 from data_schema.vocabulary import CHANNELS, GapKind
 from ingest.channels.columns import ColumnPlan
-from ingest.channels.names import channel_kind, fitting_unit, is_cop, plate_of, unit_flags
+from ingest.channels.names import channel_kind, fitting_units, is_cop, plate_of, unit_flags
 from ingest.channels.plate_load import MOST_N, Load
 from ingest.findings import FILE, NOTE, ROW, FindingCollector
 from ingest.model import BoolArray, ChannelData, FloatArray, Gap, IntArray
@@ -86,8 +86,9 @@ def out_of_range(
         if bad.any():
             rows = np.flatnonzero(bad)
             unit = f" {plan.unit}" if plan.unit else ""
-            fitting = fitting_unit(plan, float(np.nanmedian(stored)), low, high) if 2 * len(rows) > len(bad) else None
-            advice = "" if fitting is None else f" If the unit is {fitting}, say {unit_flags(plan, fitting)}."
+            most = 2 * len(rows) > len(bad)
+            fitting = fitting_units(plan, float(np.nanmedian(stored)), low, high) if most else ()
+            advice = f" If the unit is another, say {unit_flags(plan, fitting)}." if fitting else ""
             findings.add(
                 ROW,
                 "out_of_range",

@@ -17,7 +17,7 @@ import numpy as np
 
 from data_schema.errors import unknown_name
 from ingest.channels.columns import ColumnPlan
-from ingest.channels.names import channel_kind, fitting_unit, plate_of, unit_flags
+from ingest.channels.names import channel_kind, fitting_units, plate_of, unit_flags
 from ingest.channels.plate_load import LOADED_N, MOST_N, Load, change_n, find_load
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.instruments import Instrument
@@ -49,9 +49,9 @@ def orient(
 
     Returned beside them are the loads that the stored vertical forces show, by the number of the plate.
 
-    A sign that is declared of a column stands; it is applied already. All others follow the one sign of the instrument:
-    that declared of a vertical force, of the same plate first; else that of an instrument which is declared, or whose
-    axes are; else that by which the largest load on any plate is upward; else the maker's. A file whose maker is not
+    A sign that is declared of a column stands; it is applied already. Those of its plate follow a vertical force; all
+    others the one sign of the instrument: that of one which is declared, or whose axes are; else that by which the
+    largest load on any such plate is upward; else the maker's. A file whose maker is not
     known, and whose forces change without showing which way a load goes, is refused. Raises `UsageError` for a frame
     that is not known.
     """
@@ -63,12 +63,12 @@ def orient(
     of_plate = {plate_of(plan.channel): upward * plan.declared_sign for plan in vertical if plan.declared_sign}
     loads = [(load, plan) for plan in vertical if (load := find_load(stored[plan.position])) is not None]
     large = [found for found in loads if found[0].largest_n > LOADED_N]
-    seen = max(large, key=lambda found: found[0].largest_n, default=None)
-    usual = -1 if instrument.action else 1
-    sign = next(iter(of_plate.values()), usual)
+    undeclared = [found for found in large if plate_of(found[1].channel) not in of_plate]
+    seen = max(undeclared, key=lambda found: found[0].largest_n, default=None)
+    sign = usual = -1 if instrument.action else 1
     source = "declared" if instrument.declared else maker
     reason = f"{instrument.frame}{', force on the plate' if instrument.action else ''}: {source}" if source else ""
-    is_declared = bool(of_plate) or instrument.declared
+    is_declared = instrument.declared or all(plate_of(plan.channel) in of_plate for plan in vertical)
     if seen is not None and not is_declared and upward * seen[0].sign != usual:
         sign, reason = -usual, f"sign: the opposite of {maker or 'a reaction'}, by the load"
     oriented = [_turned(plan, axes, of_plate.get(plate_of(plan.channel), sign), reason) for plan in plans]
@@ -78,12 +78,14 @@ def orient(
             stored[position] = by_blocks(stored[position], lambda block: 0.0 - block)
     if not is_declared:
         change = max((change_n(stored[plan.position]) for plan in vertical), default=0.0) if seen is None else 0.0
-        _note_inferred(oriented, seen, sign != usual, change, instrument, findings)
+        undecided = [plan for plan in oriented if plate_of(plan.channel) not in of_plate]
+        _note_inferred(undecided, seen, sign != usual, change, instrument, findings)
     for load, plan in large:
         if load.sign * turns[plan.position] == -1:
+            declared = is_declared or plate_of(plan.channel) in of_plate
             message = (
                 f"The load goes down from the unloaded level of {load.unloaded_n:.3g} N: stored so, by the sign that "
-                f"{'is declared' if is_declared else 'the plate with the largest load has'}; is it the opposite?"
+                f"{'is declared' if declared else 'the plate with the largest load has'}; is it the opposite?"
             )
             findings.add(NOTE, "force_sign_contradicts", message, column=plan.source_name)
     turned = {plate_of(plan.channel): load.turned() if turns[plan.position] == -1 else load for load, plan in loads}
@@ -188,7 +190,7 @@ def check_plates(
                 distance_m = float(np.median(np.abs(expected)))
                 if load is not None and distance_m > FARTHEST_COP_M:
                     message = f"Moment over force puts the centre of pressure {distance_m:.3g} m away: N*mm?"
-                    message += f" If so, say {unit_flags(checked[index[moment]], 'N*mm')}."
+                    message += f" If so, say {unit_flags(checked[index[moment]], ['N*mm'])}."
                     findings.add(FILE, "moment_unit_implausible", message, column=checked[index[moment]].source_name)
                 elif cop in values:
                     number = index[cop]
@@ -205,8 +207,8 @@ def _note_outside(cop_m: FloatArray, plan: ColumnPlan, findings: FindingCollecto
     outside = place[place > FARTHEST_COP_M]
     if len(outside) <= _FEW * len(place):
         return
-    unit = fitting_unit(plan, float(np.median(outside)), 0.0, FARTHEST_COP_M)
-    advice = f"; if its unit is {unit}, say {unit_flags(plan, unit)}" if unit else ""
+    units = fitting_units(plan, float(np.median(outside)), 0.0, FARTHEST_COP_M)
+    advice = f"; if its unit is another, say {unit_flags(plan, units)}" if units else ""
     message = (
         f"The centre of pressure of the loaded plate lies {np.median(outside):.3g} m from its origin, outside any "
         f"plate: the room's origin, or not the unit of the file{advice}."

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -347,20 +348,16 @@ def refuse_two_units(column: str, flag: str, name: str | None, below: str | None
 
 
 _LENGTHS = {**FACTORS["m"], "in": 0.0254, "ft": 0.3048}
-_USUAL = {"m": 0.4}
-"""What a value of a hopping leg is about, in stored units; of the rest only that it is within what is allowed."""
 
 
-def fitting_unit(plan: ColumnPlan, value: float, low: float, high: float, *, usual: float | None = None) -> str | None:
-    """Return the unit in which a stored `value` would lie in `low` to `high`, the nearest to what is usual."""
+def fitting_units(plan: ColumnPlan, value: float, low: float, high: float) -> tuple[str, ...]:
+    """Return the other units in which a stored `value` of a column would lie in `low` to `high`."""
     if plan.calibrations:
-        return None
+        return ()
     source = value / plan.scale
     known = _LENGTHS if plan.unit == "m" else FACTORS.get(plan.unit or "", {})
-    fitting = {unit: abs(source * scale) for unit, scale in known.items() if low <= source * scale <= high}
-    fitting.pop(plan.source_unit or plan.unit or "", None)
-    near = usual or _USUAL.get(plan.unit or "", 1.0)
-    return min(fitting, key=lambda unit: abs(math.log((fitting[unit] or 1e-30) / near)), default=None)
+    own = plan.source_unit or plan.unit
+    return tuple(unit for unit, scale in known.items() if unit != own and low <= source * scale <= high)
 
 
 def in_unit(plan: ColumnPlan, value: float, unit: str) -> float:
@@ -368,6 +365,7 @@ def in_unit(plan: ColumnPlan, value: float, unit: str) -> float:
     return value / plan.scale * _LENGTHS[unit]
 
 
-def unit_flags(plan: ColumnPlan, unit: str) -> str:
-    """Return the flags that have the column read in a unit."""
-    return f'`--unit "{plan.flag}={unit}" --override-units`'
+def unit_flags(plan: ColumnPlan, units: Sequence[str]) -> str:
+    """Return the flags that have the column read in a unit, left open with the choices where there are several."""
+    choices = "" if len(units) == 1 else f" (UNIT: one of {', '.join(units)})"
+    return f'`--unit "{plan.flag}={units[0] if len(units) == 1 else "UNIT"}" --override-units`{choices}'

@@ -12,7 +12,7 @@ import numpy as np
 
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from ingest.channels.columns import ColumnPlan
-from ingest.channels.names import channel_kind, fitting_unit, in_unit, plate_of, unit_flags
+from ingest.channels.names import channel_kind, fitting_units, in_unit, plate_of, unit_flags
 from ingest.channels.plate_load import Load, find_load
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import BoolArray, Declarations, FloatArray, RobotFacts
@@ -88,12 +88,14 @@ def _check_forces(
             load = find_load(stored[plan.position])
             sideways = None if load is None else _carried_n(load.of(stored[plan.position]))
             if sideways is not None and _relative_difference([sideways], weights) <= WEIGHT_AGREES:
+                y_up = '`--axes "y up"` if y is up, or, ' if channel_kind(plan.channel) == "force_y" else ""
+                exchange = f"`{_channel_flag(plan, vertical[0])} {_channel_flag(vertical[0], plan)}`"
                 findings.add(
                     FILE,
                     "force_axes_swapped",
                     f"Column {plan.source_name!r} carries {sideways:.3g} N over hops, the weight of a robot of "
-                    f"{known}, and {name!r}, the vertical force, does not: are they exchanged? Say "
-                    f"`{_channel_flag(plan, vertical[0])} {_channel_flag(vertical[0], plan)}`{remedy}",
+                    f"{known}, and {name!r}, the vertical force, does not: say "
+                    f"{y_up}if these two alone are exchanged, {exchange}{remedy}",
                     column=name,
                 )
                 return
@@ -106,9 +108,9 @@ def _check_forces(
         findings.add(NOTE, "force_weight_differs", f"{found}: was the robot weighed, the plate tared?", column=name)
     else:
         low, high = min(weights) / WEIGHT_REFUSED, max(weights) * WEIGHT_REFUSED
-        unit = fitting_unit(vertical[0], nearest, low, high, usual=min(weights))
-        advice = f"is the unit right? Say {unit_flags(vertical[0], unit)}" if unit else "is it the vertical force"
-        advice += "" if unit else ', and the plate tared? Say which column is, `--column "NAME=force_z:UNIT"`'
+        units = fitting_units(vertical[0], nearest, low, high)
+        advice = f"is the unit right? Say {unit_flags(vertical[0], units)}" if units else "is it the vertical force"
+        advice += "" if units else ', and the plate tared? Say which column is, `--column "NAME=force_z:UNIT"`'
         findings.add(FILE, "force_weight_implausible", f"{found}: {advice}{remedy}", column=name)
 
 
@@ -134,23 +136,28 @@ def _check_height(
     too_little = hops and (high - low < LEAST_MOTION_M or 0 < low < high < LEAST_HEIGHT_LEGS * reach)
     if not (too_little or high < 0 or max(-low, high) > MOST_HEIGHT_LEGS * reach):
         return
-    advice = f"is its sign turned round? Say `sign = {-plan.sign}` of it in a [profiles.NAME] table of labbook.toml"
+    if not hops and high - low < LEAST_MOTION_M:
+        advice = "it does not move: did the sensor come loose? Leave the file out"
+    elif high < 0:
+        advice = f"is its sign turned round? Say `sign = {-plan.sign}` of it in a [profiles.NAME] table of labbook.toml"
+    else:
+        advice = _unit_advice(plan, low, high, reach)
     findings.add(
         FILE,
         "height_implausible",
         f"Column {plan.source_name!r} is read as heights of {low:.3g} to {high:.3g} m, and the longest leg in [robots] "
-        f"reaches {reach:.3g} m: {_unit_advice(plan, low, high, reach) if high >= 0 else advice}, or "
-        "`--no-robot-check` if it is as it should be.",
+        f"reaches {reach:.3g} m: {advice}, or `--no-robot-check` if it is as it should be.",
         column=plan.source_name,
     )
 
 
 def _unit_advice(plan: ColumnPlan, low: float, high: float, reach: float) -> str:
-    """Return a question and the flags for the unit in which heights and motion would be those of a robot."""
-    unit = fitting_unit(plan, high, LEAST_HEIGHT_LEGS * reach, MOST_HEIGHT_LEGS * reach, usual=reach)
-    if unit is None or in_unit(plan, high - low, unit) < LEAST_MOTION_LEGS * reach:
+    """Return a question and the flags for the units in which heights and motion would be those of a robot."""
+    fitting = fitting_units(plan, high, LEAST_HEIGHT_LEGS * reach, MOST_HEIGHT_LEGS * reach)
+    units = [unit for unit in fitting if in_unit(plan, high - low, unit) >= LEAST_MOTION_LEGS * reach]
+    if not units:
         return f'are its unit and the column right? Say `--column "NAME={plan.channel}:UNIT" --override-units`'
-    return f"is its unit {unit}? Say {unit_flags(plan, unit)}"
+    return f"is its unit another? Say {unit_flags(plan, units)}"
 
 
 def _carried_n(load_n: FloatArray) -> float | None:

@@ -240,6 +240,8 @@ _LIKE_HEIGHT = ("bodyheight", "height", "hgt", "bodyz", "z", "h", "pot", "string
 _LENGTHS = ("m", "cm", "mm", "um", "in", "ft")
 _WITHOUT_UNIT = (None, "1")
 _MOST_COLUMNS = 12
+_ALIKE = 0.5
+"""A name less alike is none of a height."""
 _CLOSE = 0.7
 """A name this alike may be the channel misspelt; less alike it only shares letters with it."""
 _QUOTED = set('"$`\\!')
@@ -301,7 +303,7 @@ def missing_height_lines(name: str, missing: MissingHeight) -> list[str]:
 
 
 def _its_unit(missing: MissingHeight) -> str:
-    return ", UNIT being the file's, such as mm" if "UNIT" in missing.command else ""
+    return ", UNIT being the file's, such as mm, or counts" if "UNIT" in missing.command else ""
 
 
 def _is_log_without_height(outcome: FileOutcome) -> bool:
@@ -359,6 +361,6 @@ def _likeliest(channels: Sequence[ChannelData]) -> tuple[str, str]:
         if channel_kind(channel.name) is None and channel.source_unit in (*_WITHOUT_UNIT, *_LENGTHS)
     ]
     best = max(free, key=likeness, default=None)
-    if best is None:
+    if best is None or likeness(best) < _ALIKE:
         return "NAME", "UNIT"
     return best.source_name, "UNIT" if best.source_unit in _WITHOUT_UNIT else str(best.source_unit)

@@ -91,7 +91,7 @@ def test_a_reading_needs_no_labbook_toml(home: tuple[SmallBook, Path]) -> None:
     small.toml.write_text(toml + profile.replace('"mm"', '"mm", sign = -1') + "no_robot_check = true\n")
     with small.open() as book:
         (line,) = take(book, path).messages
-        says(line, "LOG001.csv")
+        says(line, "labbook files reread --all")
         (row,) = files_to_reread(book, lambda _name: None)
         mended = reread_named(book, row.name, RereadRequest({}, ADA, "it hangs upside down"))
         says(mended.changes, "values differ", "0 jumps", "were 3")
@@ -130,7 +130,7 @@ def test_a_refused_reading_says_what_is_wrong_with_the_rows(home: tuple[SmallBoo
         metres = {"columns": {"z": {"channel": "body_height", "unit": "m"}}}
         refused = reread_named(book, path.name, RereadRequest(metres, ADA))
     lines = "\n".join(reread_lines(refused, dry_run=False))
-    assert '"z=mm"' in lines
+    says(lines, "--override-units", "mm")
     says(lines, "out_of_range", "2")
 
 
