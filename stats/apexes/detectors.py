@@ -288,8 +288,8 @@ class Detector:
 DETECTORS: dict[str, Detector] = {
     detector.name: detector
     for detector in (
-        Detector("published", 5, published_jumps, PublishedParameters()),
-        Detector("robust", 6, robust_jumps, RobustParameters()),
+        Detector("published", 6, published_jumps, PublishedParameters()),
+        Detector("robust", 7, robust_jumps, RobustParameters()),
     )
 }
 """All detectors by name."""

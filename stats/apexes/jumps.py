@@ -110,6 +110,10 @@ def defined(values: Iterable[float | Undefined]) -> NDArray[np.float64]:
     return np.array([value for value in values if not isinstance(value, Undefined)], dtype=np.float64)
 
 
+_SPEED_SAMPLES = 8
+"""So many samples on either side of a gap show the speed there."""
+
+
 @dataclass(frozen=True, slots=True)
 class StanceParameters:
     """How stances and the first maximum after them are recognised."""
@@ -130,6 +134,10 @@ class StanceParameters:
     """The leg has its flight length again when it is this close to it (about 1 ms before it is)."""
     gap_margin_s: float = 0.02
     """Samples missing this close to lift-off or landing count too: those moments are read off the samples around."""
+    gap_least_s: float = 0.02
+    """In a longer gap between samples a stance can lie: before it the body falls, and after it it rises."""
+    gap_speed_m_s: float = 0.3
+    """It falls and rises faster than this (a flight of 5 mm ends with it), and than the noise of some samples."""
     gravity_m_s2: float = 9.80665
     """Acceleration expected in flight (standard gravity, CGPM 1901)."""
 
@@ -155,7 +163,12 @@ def find_hops(signal: CleanSignal, rest_length_m: float, parameters: StanceParam
     """Return the stances of a log in order of time, each with the first maximum after it."""
     below = signal.coarse_m < rest_length_m - parameters.stance_depth_m
     above = signal.coarse_m > rest_length_m
-    starts, rises = _rising_edges(below), _rising_edges(above)
+    unseen = _stances_in_gaps(signal, parameters)
+    starts = np.union1d(_rising_edges(below), unseen)
+    rises = np.union1d(_rising_edges(above), unseen[above[unseen + 1]] + 1)
+    from_first = bool(below.size) and bool(below[0])
+    if from_first:
+        starts = np.append(0, starts)
     if starts.size == 0:
         return []
     # Of all dips before one rise the first begins the stance.
@@ -172,7 +185,26 @@ def find_hops(signal: CleanSignal, rest_length_m: float, parameters: StanceParam
         touchdown = _touchdown(signal, rest_length_m, previous_end, begin)
         hops.append(Hop(begin, end, next_begin, apex, fallen, touchdown))
         previous_end = end
-    return hops
+    # A body that lies low at first is in stance if a flight follows, and else at rest.
+    return hops[1:] if from_first and isinstance(hops[0].apex, Undefined) else hops
+
+
+def _stances_in_gaps(signal: CleanSignal, parameters: StanceParameters) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    """Return the samples before gaps in which a stance lies: a body in free flight gains no upward speed."""
+    n = signal.time_s.size
+    before = np.flatnonzero(np.diff(signal.time_s) > parameters.gap_least_s)
+    before = before[(before >= _SPEED_SAMPLES - 1) & (before + _SPEED_SAMPLES < n)]
+    first, last = before - _SPEED_SAMPLES + 1, before + _SPEED_SAMPLES
+    falls = _speed(signal, first, before) < -parameters.gap_speed_m_s
+    rises = _speed(signal, before + 1, last) > parameters.gap_speed_m_s
+    found: np.ndarray[tuple[int], np.dtype[np.int64]] = before[falls & rises]
+    return found
+
+
+def _speed(signal: CleanSignal, first: np.ndarray, last: np.ndarray) -> Floats:
+    """Return the mean speed between samples, m/s."""
+    rise_m, passed_s = signal.coarse_m[last] - signal.coarse_m[first], signal.time_s[last] - signal.time_s[first]
+    return np.asarray(rise_m / passed_s, dtype=np.float64)
 
 
 def liftoff_from_leg(

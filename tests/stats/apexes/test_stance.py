@@ -1,10 +1,14 @@
+import io
+
 import numpy as np
 import pytest
 
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.apexes.cleaning import CleaningParameters, clean_signal
+from stats.apexes.detectors import find_jumps
 from stats.apexes.jumps import Hop, StanceParameters, find_hops, landing, liftoff_from_leg, touches_gap
+from tests.helpers.hopping_log import REST_LENGTH_M, STANCE_S, apex_s, hopping_log, landing_s
 
 
 def signal_of(log, leg=True):
@@ -80,3 +84,29 @@ def test_gaps_touch_what_they_overlap():
     assert touches_gap(gaps, 0.0, 1.1)
     assert not touches_gap(gaps, 1.5, 2.0)
     assert not touches_gap(np.empty((0, 2)), 0.0, 9.0)
+
+
+@pytest.mark.parametrize("detector", ["published", "robust"])
+@pytest.mark.parametrize(
+    ("lost_s", "first_s"),
+    [((landing_s(4) - 0.01, landing_s(4) + STANCE_S + 0.01), 0.0), ((0.0, 0.0), landing_s(1) + STANCE_S / 2)],
+    ids=["a stance is lost", "the log begins in a stance"],
+)
+def test_a_flight_is_found_though_its_stance_was_not_seen(
+    detector: str, lost_s: tuple[float, float], first_s: float
+) -> None:
+    """Its samples were all there, and it was passed over without a word."""
+    rows = np.loadtxt(io.BytesIO(hopping_log(6, lost_s=[lost_s])), delimiter=",", skiprows=1)
+    time_s, height_m = rows[:, 0] / 1000, rows[:, 1]
+    seen = time_s >= first_s
+    found = find_jumps(time_s[seen], height_m[seen], rest_length_m=REST_LENGTH_M, detector=detector)
+    assert found.apex_times_s == pytest.approx([apex_s(number) for number in range(1, 7)], abs=0.005)
+
+
+@pytest.mark.parametrize("detector", ["published", "robust"])
+def test_samples_lost_in_flight_or_in_stance_alone_make_no_jump_more(detector: str) -> None:
+    for middle_s in (apex_s(3) - 0.1, apex_s(3), apex_s(3) + 0.1, landing_s(3) + STANCE_S / 2):
+        lost_s = (middle_s - 0.015, middle_s + 0.015)
+        rows = np.loadtxt(io.BytesIO(hopping_log(6, lost_s=[lost_s])), delimiter=",", skiprows=1)
+        found = find_jumps(rows[:, 0] / 1000, rows[:, 1], rest_length_m=REST_LENGTH_M, detector=detector)
+        assert len(found.jumps) == 7
