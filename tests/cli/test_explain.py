@@ -96,6 +96,18 @@ def test_a_draft_is_a_profile_already_and_works_when_filled_in(fresh: SmallBook,
     assert rows(fresh.folder, unit) == [("mm",)]
 
 
+def test_a_draft_of_a_sheet_of_unknown_columns_is_that_of_a_sheet(fresh: SmallBook, tmp_path: Path) -> None:
+    """Its first column was drafted as the time, and every other as a charge."""
+    path = tmp_path / "ladebuch.csv"
+    rows = [f"r{n:03};{n:02}.09.2026;08:{n:02};{70 + n},8;16,7{n};A" for n in range(1, 8)]
+    path.write_text("\n".join(["Versuch;Tag;beendet;geladen (mAh);Endspannung (V);Akku", *rows, ""]))
+    draft = good(labbook("ingest", path, "--draft-profile", at=fresh.folder)).out
+    assert "time" not in draft
+    fresh.toml.write_text(fresh.toml.read_text() + edited(draft, ("Versuch", '{ channel = "run" }')))
+    answer = good(labbook("ingest", path, "--explain", at=fresh.folder))
+    says(answer.out, "7 recharges", "523.6 mAh")
+
+
 def test_a_draft_leaves_a_quantity_without_a_unit_open(fresh: SmallBook, tmp_path: Path) -> None:
     """It declared the charge of such a sheet without a unit, as if that were settled."""
     path = tmp_path / "packs.csv"

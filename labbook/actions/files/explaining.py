@@ -16,10 +16,12 @@ from typing import Any
 from data_schema.errors import InputRefused, nearest
 from data_schema.queries.facts import find_uid
 from data_schema.vocabulary import CHANNELS
-from ingest.channels.names import channel_kind, clean_name
+from ingest.channels.names import channel_kind, clean_name, parse_header
+from ingest.formats.chargers.sheet_columns import FACTORS
 from ingest.model import ChargeRow, ColumnUse, Explanation, Finding, Limits, ReadFile, TableUse, TextShape
 from ingest.signals import LEFT_OUT
 from ingest.tables.table import CellKind
+from ingest.timebase.stamps import TICKS_PER_SECOND
 from labbook.actions.files.against_book import refused_by_book, refused_without_columns
 from labbook.actions.files.ingesting import read_for_run
 from labbook.actions.files.named_files import own_name
@@ -171,14 +173,22 @@ def _lines(name: str, file_name: str, read: ReadFile, data: bytes) -> Iterator[s
         yield pattern
     formats = [each.format for each in read.explanation.candidates] or ["delimited_log"]
     others = f"; also recognised as {', '.join(formats[1:])}" if formats[1:] else ""
-    yield f'#format = "{formats[0]}"  # "charger_sheet" for a sheet of recharges; `labbook formats` lists all{others}'
+    is_sheet = "charge_column_missing" in rules
+    if is_sheet:
+        yield 'format = "charger_sheet"'
+    else:
+        yield f'#format = "{formats[0]}"  # a sheet of recharges: "charger_sheet"; `labbook formats` lists all{others}'
     yield from _layout_lines(read, table, rules)
-    yield from _time_lines(table, rules)
+    if not is_sheet:
+        yield from _time_lines(table, rules)
     yield ""
     yield f"[profiles.{name}.columns]"
     yield "# channels: `labbook channels`; in a sheet of recharges: " + ", ".join(SHEET_COLUMNS)
     lacking = {finding.column for finding in read.findings if finding.rule == "unit_missing"}
-    yield from _column_lines(table, lacking, is_log=formats[0] == "delimited_log")
+    if is_sheet:
+        yield from _sheet_lines(table)
+    else:
+        yield from _column_lines(table, lacking, is_log=formats[0] == "delimited_log")
 
 
 def _guessed_columns(data: bytes, encoding: str | None) -> TableUse:
@@ -233,7 +243,10 @@ def _time_lines(table: TableUse, rules: set[str]) -> Iterator[str]:
     elif clock := next((column for column in table.columns if column.left_out == LEFT_OUT[CellKind.CLOCK]), None):
         yield f"#time = {{ column = {key[clock.place]} }}  # its dates or times; dates apart: `date_column`"
     elif table.columns and not any(column.holds in SHEET_COLUMNS for column in table.columns):
-        yield f'#time = {{ column = {key[table.columns[0].place]}, unit = "UNIT" }}  # its time column; {_TIME_UNITS}'
+        units = {column.place: parse_header(column.name).unit for column in table.columns}
+        place = next((place for place, unit in units.items() if unit in TICKS_PER_SECOND), table.columns[0].place)
+        unit = units[place] if units[place] in TICKS_PER_SECOND else "UNIT"
+        yield f'#time = {{ column = {key[place]}, unit = "{unit}" }}  # its time column; {_TIME_UNITS}'
         if table.rate_from is None:
             yield '#rate_hz = "HZ"  # without a time column: samples a second'
     if "date_unclear" in rules:
@@ -242,6 +255,16 @@ def _time_lines(table: TableUse, rules: set[str]) -> Iterator[str]:
         yield '#clock = "m:s"  # or "h:m"'
     if any((channel_kind(column.holds or "") or "").startswith("force") for column in table.columns):
         yield '#axes = "z up"  # or "z down" or "y up"'
+
+
+def _sheet_lines(table: TableUse) -> Iterator[str]:
+    """Yield the columns of a sheet of recharges that its reader does not know; those in mAh or Ah are charges."""
+    for column in table.columns:
+        unit = parse_header(column.name).unit
+        if unit in FACTORS["charge"]:
+            yield f'{_keys(table)[column.place]} = {{ channel = "charge", unit = "{unit}" }}'
+        elif column.name:
+            yield f'#{_keys(table)[column.place]} = {{ channel = "run" }}  # or another of those above'
 
 
 def _column_lines(table: TableUse, lacking: Collection[str | None], *, is_log: bool) -> Iterator[str]:
