@@ -169,7 +169,7 @@ def _numbered(table: Table, title: str, rate_hz: float, spans: list[_Span], find
         frames, sub_frames = (np.asarray(block.numbers[position], dtype=np.float64) for position in (0, 1))
         if not block.n_rows:
             return block
-        per_frame = float(np.nanmax(sub_frames)) + 1
+        per_frame = float(np.fmax.reduce(sub_frames)) + 1  # NaN, and disordered, where none is a number
         samples = (frames - frames[0]) * per_frame + sub_frames
         if not (np.diff(samples) >= 1).all():
             message = f"Frames and sub frames of {title} do not count up: export the trial again."
