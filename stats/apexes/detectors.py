@@ -341,7 +341,6 @@ def find_jumps(
         lowered = chosen.function(time, height - zero_m, leg, missing, rest_length_m, settings)
         if _flights(lowered) > _flights(found):
             found = tuple(_raised(jump, zero_m) for jump in lowered)
-        found = tuple(replace(jump, flags=(*jump.flags, ZERO_DOUBTFUL)) for jump in found)
     return Jumps(
         detector=chosen.name,
         version=chosen.version,
@@ -371,4 +370,4 @@ def _raised(jump: Jump, by_m: float) -> Jump:
     """Return a jump found in heights that were lowered, with its height as it was measured."""
     if isinstance(jump.apex_height_m, Undefined):
         return jump
-    return replace(jump, apex_height_m=jump.apex_height_m + by_m)
+    return replace(jump, apex_height_m=jump.apex_height_m + by_m, flags=(*jump.flags, ZERO_DOUBTFUL))

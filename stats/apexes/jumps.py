@@ -60,14 +60,14 @@ class Jump:
 
 
 ZERO_DOUBTFUL = "zero_doubtful"
-"""The flag of the jumps of a log whose heights are measured from too low a level."""
+"""The flag of jumps that are found only where heights count from a higher level."""
 FLAGS: dict[str, str] = {
     "landing_extrapolated": "the landing was not seen (caught by hand); read off the parabola",
     "few_samples_before": "few valid samples between lift-off and apex",
     "few_samples_after": "few valid samples between apex and landing or catch",
     "caught_early": "the body left the parabola soon after the apex; the samples from there on are not used",
     "curvature_off": "the fitted acceleration is more than a tenth away from gravity",
-    ZERO_DOUBTFUL: "the body stands higher than the leg is long: its height is as measured, and may be too high",
+    ZERO_DOUBTFUL: "the body stands higher than the leg is long: found from that level, its height as measured",
 }
 """Flags a jump can carry, and what they mean."""
 
