@@ -100,7 +100,9 @@ def find_layout(source: TextSource, declared: Declarations, findings: FindingCol
     split = best_split(below, further, None if declared.delimiter is None else declared.delimiter.encode("latin-1"))
     if split is None:
         findings.add(
-            FILE, "no_data_rows", "No line holds numbers: there is nothing to import; is this the file that was meant?"
+            FILE,
+            "no_data_rows",
+            "No line is a row of numbers, of `name: value` or a JSON object: export one sample a line, under a header.",
         )
         return None
     if too_wide(split.width, declared, findings):

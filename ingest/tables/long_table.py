@@ -164,7 +164,7 @@ def number_in(cell: str, sign: str, declared: str | None) -> Decimal | CellFault
     if is_missing(encoded.lower()):
         return None
     parsed = parse_cell(encoded, sign.encode())
-    return parsed if isinstance(parsed, CellFault) else Decimal(plain.replace(",", "."))
+    return parsed if isinstance(parsed, CellFault) else Decimal(plain.replace(",", ".").lower().replace("d", "e"))
 
 
 def has_thousands(cell: str, declared: str | None) -> bool:

@@ -171,7 +171,7 @@ def _has_infinity(values: np.ndarray) -> bool:
         return not np.isfinite(values.sum()) and bool(np.isinf(values).any())
 
 
-_SHAPE = re.compile(rb"[+-]?(\d*)(?:[.,](\d*))?(?:[eE][+-]?(\d+))?")
+_SHAPE = re.compile(rb"[+-]?(\d*)(?:[.,](\d*))?(?:[eEdD][+-]?(\d+))?")
 
 
 @dataclass(frozen=True, slots=True)

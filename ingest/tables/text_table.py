@@ -23,7 +23,7 @@ from ingest.tables.header_lines import check_above
 from ingest.tables.layout import Layout, find_layout
 from ingest.tables.rows import read_rows
 from ingest.tables.table import Block, Table, Wanted, read_preamble
-from ingest.text.cells import COMMENT_STARTS, is_missing, split_cells
+from ingest.text.cells import COMMENT_STARTS, EXPONENT, is_missing, split_cells
 from ingest.text.source import Line, TextSource, refuse_long_line
 
 
@@ -71,7 +71,7 @@ def _units(
     return tuple(cell_units.get(position) or unit for position, unit in enumerate(layout.units))
 
 
-_NUMBER = rb"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?"
+_NUMBER = rb"[+-]?(?:\d+[.,]?\d*|[.,]\d+)" + EXPONENT
 _BLANK = rb"(?:[ \t]|\xc2?\xa0)*"
 _UNIT_BEGIN = rb"[A-Za-z%\xb0\xb5\xc2\xce]"
 _UNIT_BEGINS = re.compile(_UNIT_BEGIN)

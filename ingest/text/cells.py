@@ -16,17 +16,19 @@ from typing import NamedTuple
 from ingest.findings import NOTE, FindingCollector
 from ingest.text.source import Line, TextSource
 
-NUMBER = re.compile(rb"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
-COMMA_NUMBER = re.compile(rb"[+-]?(?:\d+,\d*|,\d+)(?:[eE][+-]?\d+)?")
+EXPONENT = rb"(?:[eE][+-]?\d+|[dD][+-]\d+)?"
+"""D is that of double precision in Fortran, which writes a sign behind it."""
+NUMBER_PATTERN = rb"[+-]?(?:\d+\.?\d*|\.\d+)" + EXPONENT
+NUMBER = re.compile(NUMBER_PATTERN)
+COMMA_NUMBER = re.compile(rb"[+-]?(?:\d+,\d*|,\d+)" + EXPONENT)
 _INTEGER = re.compile(rb"[+-]?\d{1,19}")
 _GROUPED = re.compile(rb"[+-]?\d{1,3}(?:(?:[ '.]\d{3})+(?:,\d+)?|(?:[ ',]\d{3})+(?:\.\d+)?)")
 _MAY_GROUP = re.compile(rb"[+-]?[1-9]\d{0,2}[.,]\d{3}")
 _NAN = re.compile(rb"[+-]?nan(?:\([0-9a-z_]*\))?")
 _MISSING = frozenset({b"", b"na", b"n/a", b"#n/a", b"null", b"none", b"-", b"--", b"1.#qnan", b"1.#ind", b"1.#snan"})
 _INFINITE = frozenset({b"inf", b"infinity", b"1.#inf"})
-_CLOCK = re.compile(
-    rb"(?:\d{4}-\d\d-\d\d[ T])?\d{1,2}:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?|\d{4}-\d\d-\d\d(?:[ T]\d\d:\d\d)?"
-)
+CLOCK_PATTERN = rb"(?:\d{4}-\d\d-\d\d[ T])?\d{1,2}:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?"
+_CLOCK = re.compile(CLOCK_PATTERN + rb"|\d{4}-\d\d-\d\d(?:[ T]\d\d:\d\d)?")
 
 _CLOCK_LIKE = re.compile(
     rb"(?:\d{1,4}([-./])\d{1,2}\1\d{1,4})?[ T,]*(?:\d{1,3}:\d\d(?::\d\d)?(?:[.,]\d+)? ?(?:[AaPp]\.?[Mm]\.?)?)?"
@@ -82,8 +84,13 @@ def parse_cell(cell: bytes, decimal: bytes) -> float | CellFault:
     return GROUPED if _GROUPED.fullmatch(cell) else NOT_A_NUMBER
 
 
+def value_of(number: bytes) -> float:
+    """Return the value of a cell that `NUMBER` matches."""
+    return float(number.lower().replace(b"d", b"e"))
+
+
 def _finite(cell: bytes) -> float | CellFault:
-    value = float(cell)
+    value = value_of(cell)
     return NOT_FINITE if value in (INFINITY, -INFINITY) else value
 
 
@@ -203,7 +210,7 @@ def _is_one_number(line: bytes) -> bool:
 
 
 # A name begins with a letter, so that a row of numbers or clock times, cut anywhere, is none.
-_NUMBER = re.compile(rb"[+-]?(?:\d+[.,]?\d*|\.\d+)(?:[eE][+-]?\d+)?(?:\s*[A-Za-z%/*^0-9]{1,8})?")
+_NUMBER = re.compile(rb"[+-]?(?:\d+[.,]?\d*|\.\d+)" + EXPONENT + rb"(?:\s*[A-Za-z%/*^0-9]{1,8})?")
 _DEBUG_LINE = re.compile(rb"\s*([A-Za-z_][\w ./\[\]()-]{0,60}?)\s*[:=]\s*(\S.*?)\s*")
 
 

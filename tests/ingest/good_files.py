@@ -26,6 +26,9 @@ def lines_of(head: str, *rows: str) -> bytes:
 GOOD_FILES: Mapping[str, Callable[[], bytes]] = {
     "delimited_log": lambda: text(LOG_HEADER, robot_rows(24)),
     "debug_lines": lambda: "".join(f"motor1: {7 * n % 13}\nmotor2: {n}\n" for n in range(30)).encode(),
+    "labelled_values": lambda: "".join(
+        f"t={4 * n} ms, height={0.4 + n / 100:.2f} m, k={n % 7}\n" for n in range(30)
+    ).encode(),
     "bertec_text": lambda: bertec_acquire(n=12),
     "amti_text": lambda: plates.amti(n=12),
     "bioware": lambda: plates.bioware(n=12),

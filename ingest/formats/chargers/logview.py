@@ -28,7 +28,7 @@ from ingest.instruments import Instrument
 from ingest.model import Declarations, Reading, SignalPart
 from ingest.signals import read_signals
 from ingest.tables.table import array_table
-from ingest.text.cells import COMMA_NUMBER, NUMBER
+from ingest.text.cells import COMMA_NUMBER, NUMBER, value_of
 
 _BATTERY = {"battery_voltage", "current", "charge"}
 """A recording with one of these is a charger's or of a pack in use, not of a jump."""
@@ -65,8 +65,8 @@ def parse_number(cell: bytes) -> float | None:
     if not cell:
         return float("nan")
     if NUMBER.fullmatch(cell):
-        return float(cell)
-    return float(cell.replace(b",", b".")) if COMMA_NUMBER.fullmatch(cell) else None
+        return value_of(cell)
+    return value_of(cell.replace(b",", b".")) if COMMA_NUMBER.fullmatch(cell) else None
 
 
 def _bare_signals(procedure: Procedure, declared: Declarations, findings: FindingCollector) -> Reading:

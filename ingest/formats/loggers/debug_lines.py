@@ -16,14 +16,14 @@ from ingest.instruments import Instrument
 from ingest.model import Reading
 from ingest.signals import read_signals
 from ingest.tables.table import array_table
-from ingest.text.cells import NUMBER, debug_line, is_single_number
+from ingest.text.cells import NUMBER_PATTERN, debug_line, is_single_number, value_of
 from ingest.text.source import TextSource, numbered_lines
 
 _LOG = Instrument()
 _FEWEST_LINES = 4
 _MOST_NAMES = 256
 _FRAGMENT = re.compile(rb"\s*[\d.eE+-]+\s*\S{0,8}\s*")
-_VALUE = re.compile(rb"([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*(\S*)")
+_VALUE = re.compile(rb"(" + NUMBER_PATTERN + rb")\s*(\S*)")
 
 
 def _recognise(head: Head) -> Recognition | None:
@@ -111,7 +111,7 @@ class _Turns:
         if not position:
             self._first_line = line
         self._skipping = False
-        self._open.append(float(value[1]))
+        self._open.append(value_of(value[1]))
         if len(self._open) == len(self.names):
             self.rows.append(self._open)
             self.lines.append(self._first_line)
@@ -119,7 +119,7 @@ class _Turns:
             self._open = []
 
     def _fits(self, value: re.Match[bytes], position: int) -> bool:
-        return NUMBER.fullmatch(value[1]) is not None and value[2] == self.units[position]
+        return value[2] == self.units[position]
 
     def _break(self, line: int) -> None:
         message = (
@@ -147,4 +147,4 @@ class _Turns:
             del self.rows[-1], self.lines[-1], self.ordinals[-1]
 
 
-FORMAT = Format("debug_lines", 3, _recognise, _read, clue=Clue(says=(b":", b"=")))
+FORMAT = Format("debug_lines", 4, _recognise, _read, clue=Clue(says=(b":", b"=")))
