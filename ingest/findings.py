@@ -29,14 +29,16 @@ class _Entry:
 class FindingCollector:
     """Accumulates findings; the message and value of the first report of a rule and column stand.
 
-    `tables` takes what each table of the file became, `encodings` the pages of the texts packed in it.
+    `tables` takes what each table of the file became; of the files packed in it `encodings` takes the pages of text,
+    and `named_runs` what the one file there calls its run.
     """
 
-    __slots__ = ("_entries", "encodings", "tables")
+    __slots__ = ("_entries", "encodings", "named_runs", "tables")
 
     def __init__(self) -> None:
         self.tables: list[TableUse] = []
         self.encodings: list[str] = []
+        self.named_runs: tuple[str, ...] = ()
         self._entries: dict[tuple[Severity, str, str | None], _Entry] = {}
 
     def add(

@@ -76,10 +76,12 @@ _RUN = re.compile(
 
 
 def _named_runs(head: Head, findings: FindingCollector) -> tuple[str, ...]:
-    """Return the words that stand for the name of a run in the lines above the first table: `# run r012`."""
+    """Return the words that stand for the name of a run in the lines above the first table, `# run r012`, be it in an
+    archive of one file.
+    """
     shape = findings.tables[0].text if findings.tables else None
     if head.source is None or shape is None:
-        return ()
+        return findings.named_runs
     end = shape.header_line or shape.first_line
     above = [head.source.decode(line.content) for line in head.source.head_lines() if line.number < end]
     found = [match["name"] for text in (*head.source.comments, *above) for match in _RUN.finditer(text)]

@@ -98,6 +98,7 @@ def _read_gzip(head: Head, findings: FindingCollector) -> Reading:
         return _refuse(error, findings)
     findings.tables += result.explanation.tables
     findings.encodings += filter(None, [result.explanation.encoding])
+    findings.named_runs = result.named_runs
     for finding in result.findings:
         repeat(finding, findings)
     if result.role is FileRole.SHEET:
@@ -196,6 +197,8 @@ def read_members(
     _report(results, findings)
     if packed_text:
         findings.encodings += filter(None, (result.explanation.encoding for _, result in results))
+    if len(results) == 1:
+        findings.named_runs = results[0][1].named_runs
     findings.tables += [table for _, result in results for table in result.explanation.tables]
     roles = {result.role for _, result in results}
     unknown = [name for name, result in results if result.role is None]
@@ -260,5 +263,5 @@ def _reading(name: str, result: ReadFile, *, several: bool) -> Reading:
     return Reading(parts, charges, result.rows_read, result.rows_rejected, result.role)
 
 
-ZIP = Format("zip", 3, _recognise_zip, _read_zip, container=True, clue=Clue(begins=(b"PK\3\4", b"PK\5\6")))
-GZIP = Format("gzip", 3, _recognise_gzip, _read_gzip, container=True, clue=Clue(begins=(b"\x1f\x8b",)))
+ZIP = Format("zip", 4, _recognise_zip, _read_zip, container=True, clue=Clue(begins=(b"PK\3\4", b"PK\5\6")))
+GZIP = Format("gzip", 4, _recognise_gzip, _read_gzip, container=True, clue=Clue(begins=(b"\x1f\x8b",)))

@@ -34,6 +34,8 @@ _MARKS = (
 )
 _PACKED = (b"PK\3\4", b"PK\5\6", b"\x1f\x8b")
 """With what zip and gzip archives begin, which may hold text as it is."""
+_MINUS = "\N{MINUS SIGN}".encode()
+"""As typeset; a number's sign is a hyphen."""
 _LINE_END = re.compile(rb"\r\n|\n|\r")
 # A control character other than tab, line ends, form feed, Ctrl-Z, escape: no text holds many of these.
 _CONTROL = bytes(set(range(32)) - {0x00, 0x09, 0x0A, 0x0C, 0x0D, 0x1A, 0x1B})
@@ -145,13 +147,15 @@ def open_text(
 ) -> TextSource:
     """Find out the encoding of text: byte order mark, else strict UTF-8, else `page`; a tail of NULs is cut off.
 
-    UTF-16 is transcoded, and line ends of old Macintosh programs (CR alone) are replaced; otherwise `data` is not
-    copied.
+    UTF-16 is transcoded, line ends of old Macintosh programs (CR alone) and typeset minuses are replaced; otherwise
+    `data` is not copied.
     Raises `UsageError` when `page` is not an encoding.
     """
     wide = is_wide(page) and not is_text(data)
     source = _transcoded(data, page, findings) if wide else _without_mark(data, page, findings)
     source = _without_nul_tail(dataclasses.replace(source, longest_line_bytes=longest_line_bytes), findings)
+    if source.encoding == "utf-8" and _MINUS in source.data:
+        source = dataclasses.replace(source, data=source.data.replace(_MINUS, b"-"))
     data = source.data
     if b"\r" in data:
         if b"\n" not in data:

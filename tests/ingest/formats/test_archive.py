@@ -192,3 +192,9 @@ def test_text_in_an_archive_has_the_page_that_it_has_outside(packing: int) -> No
         assert "encoding_declared" not in {finding.rule for finding in result.findings}
     paged = read(gzip.compress(LOG.replace(b"height", b"h\xf6he"), 0))
     assert paged.explanation.encoding == "cp1252"
+
+
+def test_a_run_named_above_the_table_counts_in_an_archive_of_one_file() -> None:
+    log, other = (b"# run " + name + b"\n" + robot_log(9) for name in (b"r012", b"r013"))
+    assert [read(data).named_runs for data in (log, gzip.compress(log), zipped({"log.csv": log}))] == [("r012",)] * 3
+    assert read(zipped({"log.csv": log, "other.csv": other})).named_runs == ()

@@ -146,3 +146,12 @@ def test_the_rate_in_the_header_serves_a_file_without_time() -> None:
         (part,) = read_file(b"# rate: 333 Hz\n" + text(header, heights), Declarations()).parts
         assert part.rate_hz == 333.0
         assert part.channels[0].name == "body_height"
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+def test_a_typeset_minus_is_one(encoding: str) -> None:
+    rows = [f"{k / 100};{0.44 + k / 100:.2f};{'-' if k % 2 else ''}1.{k}" for k in range(9)]
+    lines = "\n".join(["time_s;body_height_m;current (A)", *rows, ""]).replace("-", "\N{MINUS SIGN}")
+    result = read_file(lines.encode(encoding), Declarations())
+    assert (result.refused, result.rows_kept) == (False, 9)
+    assert result.parts[0].channels[1].values.tolist() == [(-1) ** k * (1 + k / 10) for k in range(9)]
