@@ -34,7 +34,7 @@ from ingest.spool import by_blocks, take
 from ingest.tables.layout import refuse_jumps_by_thousand
 from ingest.tables.table import Block, CellKind, Table, Wanted
 from ingest.timebase.axis import Recording, TimeSources, first_day, recordings, with_epoch_unit
-from ingest.timebase.order import trial_position, trials
+from ingest.timebase.order import refuse_series, trial_position, trials
 
 
 def read_signals(table: Table, declared: Declarations, findings: FindingCollector, instrument: Instrument) -> Reading:
@@ -48,8 +48,16 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
     asks_for_time = _asks_for_time(plan.time, declared, table)
     clocks = [at for at, kind in enumerate(table.kinds) if kind is CellKind.CLOCK] if asks_for_time else []
     signed = any(column.channel in SIGNED_BY_DIRECTION for column in plan.columns)
-    texts = [position for position, kind in enumerate(table.kinds) if signed and kind is CellKind.TEXT]
+    series = declared.trials is None and plan.time is not None
+    texts = [at for at, kind in enumerate(table.kinds) if (signed or series) and kind is CellKind.TEXT]
     block = table.read_rows(_wanted(plan, trial_column, clocks, texts))
+    if series and plan.time is not None:
+        refuse_series(
+            block,
+            plan.time.position,
+            {table.names[at]: block.clocks[at] for at in texts if at in block.clocks},
+            findings,
+        )
     if table.text is not None:
         refuse_jumps_by_thousand(block, table.text, declared, findings)
     plan = dataclasses.replace(plan, time=with_epoch_unit(plan.time, block, findings))

@@ -6,6 +6,8 @@ fit, except that a 32-bit counter which passed its end is counted on.
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,6 +54,28 @@ def trials(block: Block, position: int | None, findings: FindingCollector) -> li
         name = clean_name(value) or "without_name"
         names.append(name if name not in names else f"{name}_{len(names)}")
     return [(names[trial], which == trial) for trial in np.argsort(first).tolist()]
+
+
+def refuse_series(
+    block: Block, time_position: int, texts: Mapping[str, Sequence[bytes]], findings: FindingCollector
+) -> None:
+    """Refuse a long table, whose stamps repeat and are each once under each word of a column, by name in `texts`."""
+    stamps = block.clocks[time_position] if time_position in block.clocks else block.numbers[time_position]
+    repeats = block.n_rows - len(np.unique(np.asarray(stamps)))
+    if not texts or repeats < max(2, block.n_rows / 100):
+        return
+    stamp = np.unique(np.asarray(stamps), return_inverse=True)[1].astype(np.int64)
+    for name, cells in texts.items():
+        words, word = np.unique(np.asarray(cells), return_inverse=True)
+        once = len(np.unique(stamp * len(words) + word)) == block.n_rows
+        if once and len(words) <= MOST_TRIALS:
+            listed = ", ".join(repr(each.decode("utf-8", errors="replace")) for each in words[:6].tolist())
+            message = (
+                f"Each stamp stands beside several words of column {name!r} ({listed}), as in a long table: say "
+                f"`trials = {json.dumps(name, ensure_ascii=False)}` in a [profiles.NAME] table of labbook.toml, and "
+                "each becomes a part of its own."
+            )
+            findings.add(FILE, "series_interleaved", message, column=name)
 
 
 RESTART_S = 1.0

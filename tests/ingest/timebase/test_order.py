@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from ingest.findings import FindingCollector
+from ingest.model import Declarations
+from ingest.read import read_file
 from ingest.tables.table import Block
 from ingest.timebase.order import Order, put_in_order, unwrap
+from tests.helpers.wording import says
 
 
 def block(n: int) -> Block:
@@ -72,3 +76,23 @@ def test_a_slow_clock_that_starts_again_begins_a_segment() -> None:
         found, rules = order([step * k for k in range(500, 600)] + [step * k for k in range(80)])
         assert (found.starts, rules) == ((0, 100), ["time_restarted"])
         assert found.keep.all()
+
+
+@pytest.mark.parametrize("every", [1, 4])
+@pytest.mark.parametrize("n", [8, 200])
+def test_a_long_table_is_asked_for_the_column_that_parts_its_series(every: int, n: int) -> None:
+    """Two series under the same stamps were one channel at twice the rate."""
+    rows = [f"{k / 100:.2f},foot_height,0.1\n" * (k % every == 0) + f"{k / 100:.2f},body_height,0.4" for k in range(n)]
+    data = "\n".join(["time_s,field,value", *rows, ""]).encode()
+    result = read_file(data, Declarations())
+    assert says(next(each.message for each in result.findings if each.severity == "file"), 'trials = "field"')
+    parts = {part.part: part for part in read_file(data, Declarations(trials="field")).parts}
+    assert parts["trial_body_height"].rate_hz == pytest.approx(100.0)
+    assert parts["trial_foot_height"].rate_hz == pytest.approx(100.0 / every)
+    assert set(parts["trial_foot_height"].channels[0].values) == {0.1}
+
+
+def test_words_beside_stamps_that_repeat_by_chance_part_no_series() -> None:
+    rows = [f"{k // 2 / 100:.2f},{'stance' if k % 9 else 'flight'},0.4" for k in range(90)]
+    result = read_file("\n".join(["time_s,state,height_m", *rows, ""]).encode(), Declarations())
+    assert "series_interleaved" not in {finding.rule for finding in result.findings}
