@@ -164,7 +164,10 @@ def number_in(cell: str, sign: str, declared: str | None) -> Decimal | CellFault
     if is_missing(encoded.lower()):
         return None
     parsed = parse_cell(encoded, sign.encode())
-    return parsed if isinstance(parsed, CellFault) else Decimal(plain.replace(",", ".").lower().replace("d", "e"))
+    if isinstance(parsed, CellFault):
+        return parsed
+    folded = plain.lower().replace(",", ".")
+    return Decimal(int(folded, 16)) if "x" in folded else Decimal(folded.replace("d", "e"))
 
 
 def has_thousands(cell: str, declared: str | None) -> bool:

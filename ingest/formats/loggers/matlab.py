@@ -2,6 +2,7 @@
 
 Vectors and matrices of one length under one name, or at the top, are a table. The columns of a matrix carry its name
 and their number, only the number where nothing else is in the table. Time and rate follow the rules of every table.
+Simulink's structure with time is one table, `signals.values` beside `time`; its `tout` alone is none.
 
 The elements of a file are walked before scipy reads them. Version 4 has no signature: five integers, a name and numbers
 follow each other to the end of the file. Version 5 packs its variables one by one, and a file of some kilobytes can
@@ -52,7 +53,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     if not leaves:
         findings.add(FILE, "no_data_rows", f"The MATLAB file holds no vector or matrix of real numbers: {_AS_TEXT}.")
         return Reading()
-    return read_several(_tables(leaves), head.declared, findings)
+    return read_several(_tables(leaves, findings), head.declared, findings)
 
 
 def _leaves(head: Head, findings: FindingCollector) -> list[Leaf]:
@@ -82,7 +83,11 @@ def _numeric(parent: str, variables: Mapping[str, object], findings: FindingColl
         path = f"{parent}.{name}" if parent else name
         fields = getattr(value, "_fieldnames", None)
         if fields is not None:
-            yield from _numeric(path, {field: getattr(value, field) for field in fields}, findings)
+            members = {field: getattr(value, field) for field in fields}
+            label = members.get("label")
+            if "values" in members and isinstance(label, str) and label:  # a signal of Simulink
+                members = {label: members["values"]}
+            yield from _numeric(path, members, findings)
         elif isinstance(value, np.ndarray) and value.dtype.kind in "biuf" and value.ndim in (1, 2) and value.size:
             columns = value.reshape(-1, 1) if value.ndim == 1 else value
             if columns.shape[1] > columns.shape[0]:
@@ -95,21 +100,26 @@ def _numeric(parent: str, variables: Mapping[str, object], findings: FindingColl
             findings.add(NOTE, "variable_ignored", message, column=path)
 
 
-def _tables(leaves: list[Leaf]) -> list[NamedTable]:
+def _tables(leaves: list[Leaf], findings: FindingCollector) -> list[NamedTable]:
     groups: dict[tuple[str, int], list[Leaf]] = {}
     for leaf in leaves:
-        groups.setdefault((leaf[0], len(leaf[2])), []).append(leaf)
+        groups.setdefault((leaf[0].removesuffix(".signals"), len(leaf[2])), []).append(leaf)
+    alone = [key for key, members in groups.items() if [member[:2] for member in members] == [("", "tout")]]
+    for key in alone if len(groups) > 1 else ():
+        message = "The times of Simulink's steps stand alone: they stay in the raw copy only."
+        findings.add(NOTE, "variable_ignored", message, column="tout")
+        del groups[key]
     tables: dict[str, NamedTable] = {}
     for (parent, _), members in groups.items():
-        alone = len(members) == 1
+        single = len(members) == 1
         names: list[str] = []
         columns: list[Column] = []
         for _, name, values in members:
             for at, column in enumerate(values.T, start=1):
-                numbered = str(at) if alone else f"{name} {at}"
+                numbered = str(at) if single else f"{name} {at}"
                 names.append(name if values.shape[1] == 1 else numbered)
                 columns.append(_column(column))
-        first = clean_name(members[0][1] if alone and not parent else parent) or "log"
+        first = clean_name(members[0][1] if single and not parent else parent) or "log"
         part = next(name for n in itertools.count(1) if (name := first if n == 1 else f"{first}_{n}") not in tables)
         tables[part] = NamedTable(array_table(names, [None] * len(names), columns), Instrument(part))
     return list(tables.values())

@@ -121,3 +121,13 @@ def test_no_cut_and_no_flipped_byte_crashes(version: str) -> None:
         result = read(bytes(mutant), **SECONDS, **METRES)
         if version == "packed" and not result.refused:
             assert result.parts[0].channels[0].values.tolist() == HEIGHT_M[:9].tolist()
+
+
+def test_simulinks_structure_with_time_is_one_table() -> None:
+    time = np.arange(400) / 100
+    signals = {"values": 400.0 + np.arange(400) % 7, "dimensions": 1.0, "label": "body_height"}
+    data = mat({"tout": time, "simout": {"time": time, "signals": signals, "blockName": "hopper/leg"}})
+    result = read(data, time_unit="s", columns={"body_height": ColumnDeclaration(unit="mm")})
+    assert (result.refused, result.rows_kept, [part.part for part in result.parts]) == (False, 400, ["simout"])
+    assert result.parts[0].rate_hz == pytest.approx(100.0)
+    assert result.parts[0].channels[0].values[:2].tolist() == [0.4, 0.401]
