@@ -20,7 +20,7 @@ from ingest.spool import by_blocks, take
 from ingest.tables.table import Block, CellKind, Preamble
 from ingest.timebase import clock
 from ingest.timebase.clock import ClockColumn, read_clocks, split_clocks
-from ingest.timebase.order import Order, put_in_order, unwrap
+from ingest.timebase.order import Order, put_in_order, unwrap, unwrap_counter
 from ingest.timebase.stamps import (
     GAP_RULES,
     RATE_REFUSED,
@@ -366,7 +366,7 @@ def _from_given_rate(sources: TimeSources, usable: BoolArray, findings: FindingC
     if not rows.size:
         return Recordings(usable, ())
     ordinals = sources.block.ordinal()[rows]
-    counts = _sequence(sources, rows)
+    counts = _sequence(sources, rows, findings)
     timebase = from_rate(ordinals if counts is None else counts, ordinals, rate)
     _report_gaps(timebase, rows, sources.block, findings)
     if missing_samples(timebase) > len(rows):
@@ -415,13 +415,15 @@ def _given_rate(sources: TimeSources, findings: FindingCollector) -> float | Non
     return preamble.rate_hz
 
 
-def _sequence(sources: TimeSources, rows: IntArray | slice) -> IntArray | None:
+def _sequence(sources: TimeSources, rows: IntArray | slice, findings: FindingCollector) -> IntArray | None:
     """Return the instrument's own sample numbers of the rows, where it has them and they count up."""
     for column in sources.plan.columns:
         if column.channel == SEQUENCE:
-            numbers = sources.stored[column.position][rows]
-            if np.isfinite(numbers).all() and (np.diff(numbers) >= 1).all() and np.abs(numbers).max() < 2**53:
+            numbers = unwrap_counter(sources.stored[column.position][rows])
+            if numbers is not None:
                 return numbers.astype(np.int64)
+            message = "The sample numbers do not count up: samples that are missing by them are not looked for."
+            findings.add(NOTE, "sequence_unused", message, column=column.source_name)
     return None
 
 
@@ -444,7 +446,7 @@ def _from_bursts(
     starts = burst_starts(stamps)
     if starts is None:
         return None
-    timebase = from_bursts(stamps, sources.block.ordinal()[rows], starts, _sequence(sources, rows))
+    timebase = from_bursts(stamps, sources.block.ordinal()[rows], starts, _sequence(sources, rows, findings))
     given_hz = sources.declared.rate_hz or sources.preamble.rate_hz
     if not _near(timebase.rate_hz, given_hz):
         channels = (values[rows] for values in sources.stored.values())

@@ -1,7 +1,7 @@
 """Which rows belong to one recording: trials distinguished by a column, and time stamps put in order.
 
 Which rows have an impossible stamp, where a counter wrapped, where recording began anew. Stamps are never changed to
-fit, except that a 32-bit counter which passed its end is counted on.
+fit, except that a counter which passed its end is counted on.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from ingest.channels.names import clean_name
 from ingest.declared import positions_of
 from ingest.findings import FILE, NOTE, ROW, FindingCollector
-from ingest.model import BoolArray, FloatArray
+from ingest.model import BoolArray, FloatArray, IntArray
 from ingest.tables.table import Block, Table
 
 MOST_TRIALS = 500
@@ -85,7 +85,8 @@ JUMP_S = 3600.0
 """A step forward by more than this is a new recording."""
 
 MOST_SEGMENTS = 10
-_WRAP = 2.0**32
+_NEAR_END = 1 / 16
+"""A counter that begins again has come so near to its end, and begun so near to 0, in shares of all its numbers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,20 +98,48 @@ class Order:
 
 
 def unwrap(ticks: FloatArray, findings: FindingCollector, block: Block, column: str) -> FloatArray:
-    """Return the ticks of a 32-bit counter counted on beyond 2^32; other ticks unchanged. Shape (n,)."""
+    """Return the ticks of a 32-bit clock counted on beyond 2^32; other ticks unchanged. Shape (n,)."""
     steps = np.diff(ticks)
-    back = np.flatnonzero(steps < -_WRAP / 2)
-    if not back.size or ticks.max() >= _WRAP or ticks.min() < 0:
-        return ticks
     usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
-    wrapped = back[(steps[back] + _WRAP > 0) & (steps[back] + _WRAP <= 1000 * usual)]
+    wrapped = _wraps(ticks, 2.0**32, 1000 * usual)
     if not wrapped.size:
         return ticks
     message = "The 32-bit clock passes its end: counted on from there."
-    findings.add(NOTE, "time_wrapped", message, column=column, lines=block.line_of(wrapped + 1), count=len(wrapped))
-    turns = np.zeros(len(ticks))
-    turns[wrapped + 1] = _WRAP
-    return np.asarray(ticks + np.cumsum(turns), dtype=np.float64)
+    findings.add(NOTE, "time_wrapped", message, column=column, lines=block.line_of(wrapped), count=len(wrapped))
+    return _counted_on(ticks, wrapped, 2.0**32)
+
+
+def unwrap_counter(numbers: FloatArray) -> FloatArray | None:
+    """Return the numbers of samples, shape (n,), counted on where the counter begins again; None where they do not
+    count up.
+
+    It begins again near 0 after 2^8, 2^16 or 2^32, or at the least number seen after the largest.
+    """
+    if not (np.isfinite(numbers).all() and numbers.size):
+        return None
+    from_least = numbers - numbers.min()
+    for counter, modulus in (
+        *((numbers, 2.0**bits) for bits in (8, 16, 32)),
+        (from_least, float(from_least.max()) + 1),
+    ):
+        counted = _counted_on(counter, _wraps(counter, modulus, max(1.0, _NEAR_END * modulus)), modulus)
+        if (np.diff(counted) >= 1).all() and np.abs(counted).max() < 2**53:
+            return counted
+    return None
+
+
+def _wraps(numbers: FloatArray, modulus: float, longest_step: float) -> IntArray:
+    """Return the rows at which a counter has passed its end, by a step of `longest_step` at most."""
+    if numbers.min() < 0 or numbers.max() >= modulus:
+        return np.zeros(0, dtype=np.int64)
+    steps = np.diff(numbers)
+    return np.flatnonzero((steps < 0) & (steps + modulus > 0) & (steps + modulus <= longest_step)) + 1
+
+
+def _counted_on(numbers: FloatArray, wraps: IntArray, modulus: float) -> FloatArray:
+    turns = np.zeros(len(numbers))
+    turns[wraps] = modulus
+    return np.asarray(numbers + np.cumsum(turns), dtype=np.float64)
 
 
 def put_in_order(

@@ -472,6 +472,34 @@ def test_a_counter_in_tens_was_taken_for_the_samples_number(header: str) -> None
         assert read(data, declared).parts[0].time_s[-1] == pytest.approx(duration_s)
 
 
+COUNTERS = {
+    "8 bits": ([*range(200, 256), *range(256), *range(90)], 256, range(130, 135)),
+    "8 bits, lost at the end": ([*range(200, 256), *range(256), *range(90)], 256, range(54, 59)),
+    "16 bits": (range(65_400, 65_800), 2**16, range(200, 205)),
+    "32 bits": (range(2**32 - 100, 2**32 + 300), 2**32, range(200, 205)),
+    "thousands from 1": ([*range(1, 1001)] * 2, 1001, range(998, 1003)),
+    "8 bits with sign": ([*range(-128, 128)] * 2, 256, range(300, 305)),
+    "it starts again": ([*range(200)] * 2, 1000, range(50, 55)),
+}
+
+
+@pytest.mark.parametrize(("numbers", "modulus", "lost"), COUNTERS.values(), ids=COUNTERS.keys())
+def test_lost_samples_are_found_by_a_counter_that_passes_its_end(numbers: list[int], modulus: int, lost: range) -> None:
+    """After the first passage no loss was seen any more, before or behind it."""
+    rows = [f"{n % modulus if n >= 0 else n},{0.4 + k % 9 / 1e3}" for k, n in enumerate(numbers) if k not in lost]
+    (part,) = read(text("seq,height [m]", rows), Declarations(rate_hz=100.0)).parts
+    (gap,) = part.gaps
+    assert (gap.start_s, gap.samples_missing) == (pytest.approx((lost[0] - 1) / 100), 5)
+    assert part.time_s[-1] == pytest.approx((len(numbers) - 1) / 100)
+
+
+def test_sample_numbers_that_do_not_count_up_are_said_not_to_show_losses() -> None:
+    rows = [f"{n},{0.4 + k % 9 / 1e3}" for k, n in enumerate([*range(150), *range(40, 200)])]
+    result = read(text("seq,height [m]", rows), Declarations(rate_hz=100.0))
+    assert result.parts[0].gaps == ()
+    assert finding(result, "sequence_unused").column == "seq"
+
+
 SECOND_HEADERS = {
     "other units": ("time [ms],height [mm],leg_length [mm],k_gain", "{t},{h:.3f},{x:.3f},400", 1e3),
     "reordered": ("time [ms],leg_length [m],height [m],k_gain", "{t},{x:.6f},{h:.6f},400", 1.0),
