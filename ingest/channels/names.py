@@ -28,7 +28,7 @@ _SPELLINGS = {
     "sec": "s", "secs": "s", "second": "s", "seconds": "s",
     "msec": "ms", "millisecond": "ms", "milliseconds": "ms",
     "usec": "us", "microsecond": "us", "microseconds": "us",
-    "minute": "min", "minutes": "min", "mins": "min", "hour": "h", "hours": "h", "hr": "h",
+    "minute": "min", "minutes": "min", "mins": "min", "hour": "h", "hours": "h", "hr": "h", "day": "d", "days": "d",
     "metre": "m", "meter": "m", "metres": "m", "meters": "m", "inch": "in", "inches": "in",
     "Newton": "N", "Newtons": "N", "newton": "N", "newtons": "N",
     "Nm": "N*m", "N.m": "N*m", "N-m": "N*m", "N m": "N*m",
@@ -42,7 +42,7 @@ _SPELLINGS = {
     "count": "counts", "Counts": "counts", "ADC": "counts", "LSB": "counts",
 }  # fmt: skip
 _UNITS = {
-    "s", "ms", "us", "ns", "min", "h", "filetime", "m", "cm", "mm", "um", "in", "ft", "m/s", "cm/s", "mm/s",
+    "s", "ms", "us", "ns", "min", "h", "d", "filetime", "m", "cm", "mm", "um", "in", "ft", "m/s", "cm/s", "mm/s",
     "m/s^2", "m/s2", "m/s²", "N", "kN", "lbf", "N*m", "N*mm", "N*cm", "V", "mV", "A", "mA", "mAh", "Ah", "W", "J",
     "degC", "K", "deg", "rad", "rad/s", "deg/s", "rpm", "Hz", "kHz", "kg", "g", "Pa", "kPa", "%", "1", "counts",
 }  # fmt: skip
@@ -92,14 +92,22 @@ def parse_header(text: str) -> HeaderCell:
         return HeaderCell(text, None)
     brackets = [*_BRACKETS.finditer(text)]
     units_in = [found for found in brackets if is_unit(found[1] or found[2] or "")]
-    marked = units_in[-1:] or [found for found in brackets if found[1] is not None]
+    marked = units_in[-1:] or [found for found in brackets if found[1] is not None or _is_tick(text, found)]
     if marked:
-        name = f"{text[: marked[0].start()].rstrip()} {text[marked[0].end() :].lstrip()}"
-        return HeaderCell(name.strip(), normal_unit(marked[0][0]))
+        return HeaderCell(_without(text, marked[0]), normal_unit(marked[0][0]))
     separated = _SEPARATED.fullmatch(text)
     if separated and is_unit(separated[2]):
         return HeaderCell(separated[1], normal_unit(separated[2]))
     return _divided(text) or _suffixed(text, "") or HeaderCell(text, None)
+
+
+def _without(text: str, found: re.Match[str]) -> str:
+    return f"{text[: found.start()].rstrip()} {text[found.end() :].lstrip()}".strip()
+
+
+def _is_tick(text: str, bracket: re.Match[str]) -> bool:
+    """Whether a bracket behind the name of a time holds what one count is: `time (0.1 ms)`."""
+    return bracket[2][:1].isdigit() and squash(_without(text, bracket)) in TIME_NAMES
 
 
 def _divided(text: str) -> HeaderCell | None:

@@ -35,6 +35,7 @@ from ingest.timebase.stamps import (
     missing_samples,
     rate_within,
     rows_after_gaps,
+    ticks_per_second,
     usual_step,
 )
 
@@ -90,11 +91,11 @@ def recordings(sources: TimeSources, usable: BoolArray, findings: FindingCollect
         return _from_given_rate(sources, usable, findings)
     clocks = _clocks(time, sources, findings)
     ticks = _ticks(time, sources.block, findings) if clocks is None else clocks.seconds
-    if time.kind is not CellKind.CLOCK and time.unit not in TICKS_PER_SECOND:
+    per_second = 1.0 if time.kind is CellKind.CLOCK else ticks_per_second(time.unit)
+    if per_second is None:
         _ask_for_unit(sources, time, ticks[usable], findings)
         return Recordings(usable, ())
-    per_second = TICKS_PER_SECOND[time.unit or "s"]
-    seconds = ticks if time.kind is CellKind.CLOCK else by_blocks(ticks, lambda block: block / per_second)
+    seconds = ticks if per_second == 1.0 else by_blocks(ticks, lambda block: block / per_second)
     if sources.fixed_rate_hz is not None and _are_arrival_times(seconds):
         return _from_arrivals(sources, time, clocks, seconds, usable, findings)
     in_bursts = _from_bursts(sources, time, clocks, seconds, usable, findings)
@@ -112,17 +113,35 @@ def recordings(sources: TimeSources, usable: BoolArray, findings: FindingCollect
     return Recordings(order.keep, tuple(found))
 
 
+_DATED = ("s", "ms", "us", "ns", "filetime")
+_SLOWEST_STEP_S = 60.0
+"""Counts since switching on pass for dates too, us after a quarter of an hour for seconds, but with longer steps."""
+
+
 def with_epoch_unit(time: TimePlan | None, block: Block, findings: FindingCollector) -> TimePlan | None:
-    """Return the time column, in ns where its unit is stated nowhere and its stamps are dates in no other unit."""
-    if time is None or time.kind is not CellKind.INTEGER or time.unit is not None or not block.n_rows:
+    """Return the time column, where its unit is stated nowhere, in the one unit in which its stamps are dates."""
+    if time is None or time.unit is not None or time.kind not in (CellKind.NUMBER, CellKind.INTEGER):
         return time
-    stamp = int(np.median(block.numbers[time.position]))
-    date = clock.epoch_utc(stamp, TICKS_PER_SECOND["ns"])
-    if date is None:
+    stamps = block.numbers[time.position]
+    stamps = stamps[np.isfinite(stamps)]
+    if not stamps.size:
         return time
-    message = f"Stamps of {len(str(stamp))} digits are dates in ns alone, about {date}: they are read as such."
-    findings.add(NOTE, "time_unit_found", message, column=time.source_name)
-    return dataclasses.replace(time, unit="ns")
+    stamp = np.sort(stamps)[len(stamps) // 2].item()
+    per_tick = _samples_per_tick(np.asarray(stamps - stamp, dtype=np.float64))
+    for unit in _DATED:
+        per_second = TICKS_PER_SECOND[unit]
+        date = clock.epoch_time(stamp, unit, per_second)
+        if date is not None and (per_tick is None or 1 / per_tick <= _SLOWEST_STEP_S * per_second):
+            message = (
+                f"Stamps such as {_written(stamp)} are dates in {unit} alone, about {date}: they are read as such."
+            )
+            findings.add(NOTE, "time_unit_found", message, column=time.source_name)
+            return dataclasses.replace(time, unit=unit)
+    return time
+
+
+def _written(stamp: float) -> str:
+    return str(stamp) if isinstance(stamp, int) else f"{stamp:.15g}"
 
 
 def _ask_for_unit(sources: TimeSources, time: TimePlan, ticks: FloatArray, findings: FindingCollector) -> None:
@@ -162,8 +181,8 @@ def _units_by_reference(sources: TimeSources, ticks: FloatArray) -> list[str]:
     return [] if per_second is None else _units_near(per_second)
 
 
-def _units_near(ticks_per_second: float) -> list[str]:
-    return [unit for unit, known in TICKS_PER_SECOND.items() if abs(ticks_per_second / known - 1) <= RATE_REFUSED]
+def _units_near(per_second: float) -> list[str]:
+    return [unit for unit, known in TICKS_PER_SECOND.items() if abs(per_second / known - 1) <= RATE_REFUSED]
 
 
 def _span_s(sources: TimeSources, column: str) -> float | None:
@@ -230,10 +249,10 @@ def _start(
         iso = clocks.iso[row]
         return None if iso is None else clock.to_utc(iso, zone, findings, clocks.fold(row)), clocks.texts[row]
     stamp = sources.block.numbers[time.position][row].item()
-    original = f"{stamp if time.kind is CellKind.INTEGER else format(stamp, '.15g')} {time.unit}"
-    if time.unit == "filetime":
-        return clock.filetime_utc(int(stamp)), original
-    utc = clock.epoch_utc(stamp, TICKS_PER_SECOND[time.unit or "s"])
+    original = f"{_written(stamp)} {time.unit}"
+    utc = clock.epoch_time(stamp, time.unit or "s", ticks_per_second(time.unit) or 1.0)
+    if utc is not None and not utc.endswith("Z"):
+        return clock.to_utc(utc, zone, findings), original
     if utc is None and first and sources.preamble.start is not None:
         return clock.to_utc(
             sources.preamble.start, zone, findings
@@ -246,7 +265,7 @@ def first_day(sources: TimeSources) -> str | None:
     findings = FindingCollector()
     time, start = sources.plan.time, sources.preamble.start
     utc = None if start is None else clock.to_utc(start, sources.declared.time_zone, findings)
-    if time is not None and (time.kind is CellKind.CLOCK or time.unit in TICKS_PER_SECOND):
+    if time is not None and (time.kind is CellKind.CLOCK or ticks_per_second(time.unit)):
         clocks = _clocks(time, sources, findings)
         stamps = sources.block.numbers[time.position] if clocks is None else clocks.seconds
         filled = np.flatnonzero(np.isfinite(np.asarray(stamps, dtype=np.float64)))
@@ -316,7 +335,7 @@ def _rate_advice(time: TimePlan, rate_hz: float, reference_hz: float) -> str:
     """Return the remedy for time stamps at another rate than given: the unit that explains it, where one does."""
     cure = f"count by the rate, {_count_by_rate_flags(time, f'{reference_hz:.6g}')}"
     if time.kind is not CellKind.CLOCK:
-        units = _units_near(TICKS_PER_SECOND[time.unit or "s"] * reference_hz / rate_hz)
+        units = _units_near((ticks_per_second(time.unit) or 1.0) * reference_hz / rate_hz)
         cure = f"correct their unit, {_unit_flag(time, units)}" if units else cure
     return f"if the time stamps are right, say `--rate {rate_hz:.6g}`, else {cure}"
 

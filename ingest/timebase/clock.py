@@ -37,7 +37,6 @@ _EARLIEST_EPOCH_S = datetime(2000, 1, 1, tzinfo=UTC).timestamp()
 _LATEST_EPOCH_S = datetime(2100, 1, 1, tzinfo=UTC).timestamp()
 _FIRST_DAY = date(2000, 1, 1)
 _UNIX_EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
-_FILETIME_EPOCH = datetime(1601, 1, 1, tzinfo=UTC)
 _TIME_OF_DAY = re.compile(rb"(\d{1,3}):(\d\d):(\d\d(?:[.,]\d+)?)")
 
 
@@ -78,25 +77,21 @@ def to_utc(text: str, zone: str | None, findings: FindingCollector, fold: int | 
     return _format(local)
 
 
-def is_epoch(ticks: float, ticks_per_second: float) -> bool:
-    """Whether a count of ticks can be Unix time of the years 2000 to 2100."""
-    return _EARLIEST_EPOCH_S <= ticks / ticks_per_second < _LATEST_EPOCH_S
+_UNIX_EPOCH_TICKS = {"filetime": 116_444_736_000_000_000, "d": 25_569}
+"""1970 in units that count from an epoch of their own: 1601 of Windows, 1899-12-30 of spreadsheets; else it is 0."""
 
 
-def epoch_utc(ticks: float, ticks_per_second: float) -> str | None:
-    """Return the instant of a count of ticks that can only be Unix time (years 2000 to 2100), else None."""
-    if not is_epoch(ticks, ticks_per_second):
+def epoch_time(ticks: float, unit: str, ticks_per_second: float) -> str | None:
+    """Return the instant of a count of ticks that can only be a date of the years 2000 to 2100, else None.
+
+    It is Unix time, Windows FILETIME (100 ns since 1601), or in days, without a zone, the serial date of a spreadsheet.
+    """
+    since_1970 = ticks - _UNIX_EPOCH_TICKS.get(unit, 0)
+    if not _EARLIEST_EPOCH_S <= since_1970 / ticks_per_second < _LATEST_EPOCH_S:
         return None
-    exact = Fraction(ticks) / Fraction(ticks_per_second)
-    return _format(_UNIX_EPOCH + timedelta(microseconds=round(exact * 1_000_000)))
-
-
-def filetime_utc(ticks: int) -> str | None:
-    """Return the instant of a Windows FILETIME (100 ns since 1601), None when beyond what a date can hold."""
-    try:
-        return _format(_FILETIME_EPOCH + timedelta(microseconds=ticks // 10))
-    except OverflowError:
-        return None
+    exact = Fraction(since_1970) / Fraction(ticks_per_second)
+    instant = _format(_UNIX_EPOCH + timedelta(microseconds=round(exact * 1_000_000)))
+    return instant.removesuffix("Z") if instant and unit == "d" else instant
 
 
 def _format(moment: datetime) -> str | None:

@@ -12,12 +12,14 @@ later ones make up for: a burst that comes late, and the few after it that come 
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from data_schema.vocabulary import GapKind
+from ingest.channels.names import normal_unit
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import FloatArray, Gap, IntArray
 from ingest.spool import by_blocks
@@ -35,8 +37,27 @@ GAP_RULES = (
 RATE_NOTED = 0.005
 RATE_REFUSED = 0.05
 
-TICKS_PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9, "filetime": 1e7, "min": 1 / 60, "h": 1 / 3600}
+TICKS_PER_SECOND = {
+    "s": 1.0,
+    "ms": 1e3,
+    "us": 1e6,
+    "ns": 1e9,
+    "filetime": 1e7,
+    "min": 1 / 60,
+    "h": 1 / 3600,
+    "d": 1 / 86_400,
+}
 """Units of a time column."""
+_MULTIPLE = re.compile(r"(\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)\s*([A-Za-zµμ]+)")
+
+
+def ticks_per_second(unit: str | None) -> float | None:
+    """Return the ticks a second of a unit of time, or of a multiple such as `0.1 ms`; None where it is neither."""
+    multiple = None if unit is None else _MULTIPLE.fullmatch(unit)
+    if multiple is None:
+        return TICKS_PER_SECOND.get(unit or "")
+    number, known = float(multiple[1].replace(",", ".")), TICKS_PER_SECOND.get(normal_unit(multiple[2]) or "")
+    return known / number if known and number else None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

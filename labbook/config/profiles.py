@@ -213,6 +213,7 @@ def check_unit(unit: str, channel: str | None) -> None:
     from data_schema import units
     from ingest.channels.names import COUNTS, channel_kind, factor, is_unit, normal_unit
     from ingest.findings import FindingCollector
+    from ingest.timebase.stamps import ticks_per_second
 
     kind = None if channel is None else channel_kind(channel)
     written = normal_unit(unit) or unit
@@ -230,5 +231,5 @@ def check_unit(unit: str, channel: str | None) -> None:
             example = CHANNELS[kind].unit
             raise UsageError(f"{unit!r} is no unit of {channel}: give one of its quantity, for example {example!r}.")
         return
-    if not is_unit(written) and not units.is_unit(written):
+    if not is_unit(written) and not units.is_unit(written) and ticks_per_second(written) is None:
         raise UsageError(f"{unit!r} is no unit: give one such as ms, mm, m/s, N, V or 1 for none.")

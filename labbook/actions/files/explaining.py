@@ -123,7 +123,7 @@ _HEAD_BYTES, _HEAD_LINES = 65_536, 60
 _MOST_RECOGNISED = 4
 """Columns by which a draft recognises files: enough to tell loggers apart, few enough to survive a new column."""
 
-_TIME_UNITS = "UNIT: s, ms, us, ns, min, h or filetime"
+_TIME_UNITS = "UNIT: s, ms, us, ns, filetime, min, h or d"
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ import pytest
 
 from data_schema.errors import UsageError
 from ingest.findings import FindingCollector
-from ingest.timebase.clock import clock_seconds, epoch_utc, filetime_utc, to_utc
+from ingest.timebase.clock import clock_seconds, epoch_time, to_utc
 
 NEW_YORK = "America/New_York"
 
@@ -54,12 +54,13 @@ def test_an_unknown_zone_is_a_usage_error() -> None:
         to_utc("2021-06-05 14:30", "Pennsylvania", FindingCollector())
 
 
-def test_only_plausible_epochs_are_instants() -> None:
-    assert epoch_utc(1607954342.0, 1.0) == "2020-12-14T13:59:02.000000Z"
-    assert epoch_utc(1607954342123456999, 1e9) == "2020-12-14T13:59:02.123457Z"
-    assert epoch_utc(39.625, 1.0) is None
-    assert epoch_utc(1607954342000.0, 1.0) is None
-    assert filetime_utc(133_500_000_000_000_000) == "2024-01-17T21:20:00.000000Z"
+def test_only_dates_of_2000_to_2100_are_instants() -> None:
+    assert epoch_time(1607954342.0, "s", 1.0) == "2020-12-14T13:59:02.000000Z"
+    assert epoch_time(1607954342123456999, "ns", 1e9) == "2020-12-14T13:59:02.123457Z"
+    assert epoch_time(133_500_000_000_000_000, "filetime", 1e7) == "2024-01-17T21:20:00.000000Z"
+    assert epoch_time(44348.375, "d", 1 / 86_400) == "2021-06-01T09:00:00.000000"
+    for ticks, unit, per_second in ((39.625, "s", 1.0), (1607954342000.0, "s", 1.0), (5e9, "filetime", 1e7)):
+        assert epoch_time(ticks, unit, per_second) is None
 
 
 def test_times_of_day_run_on_past_midnight() -> None:

@@ -46,6 +46,64 @@ def test_stamps_of_19_digits_are_dates_in_ns_to_the_last_digit() -> None:
     assert (use.unit, use.unit_from) == ("ns", "its stamps")
 
 
+@pytest.mark.parametrize(
+    ("unit", "first", "per_second"),
+    [
+        ("s", 1_622_534_400, 1.0),
+        ("ms", 1_622_534_400_000, 1e3),
+        ("us", 1_622_534_400_000_000, 1e6),
+        ("ns", 1_622_534_400_000_000_000, 1e9),
+        ("filetime", 132_670_080_000_000_000, 1e7),
+    ],
+)
+def test_stamps_that_are_dates_in_one_unit_alone_are_read_so(unit: str, first: int, per_second: float) -> None:
+    """FILETIME was asked for `UNIT: one of us, ns`, of which each gave a wrong rate and no date."""
+    for rate_hz in (50, 200):
+        step = per_second / rate_hz
+        rows = [
+            f"{first + step * k:.3f},{h}" if unit == "s" else f"{first + int(step) * k},{h}"
+            for k, h in enumerate(HEIGHTS)
+        ]
+        result = read("Timestamp,height [m]", rows)
+        (part,) = result.parts
+        assert (part.rate_hz, part.start_utc) == (pytest.approx(rate_hz), "2021-06-01T08:00:00.000000Z")
+        (note,) = [finding for finding in result.findings if finding.rule == "time_unit_found"]
+        says(note.message, f" {unit} ", "2021-06-01")
+
+
+@pytest.mark.parametrize(
+    ("header", "step"),
+    [
+        ("time [0.1 ms]", 50),
+        ("time (0,1 ms)", 50),
+        ("time [100 us]", 50),
+        ("time [5msec]", 1),
+        ("time [d]", 5e-3 / 86_400),
+    ],
+)
+def test_a_tick_is_the_multiple_of_a_unit_that_the_header_says(header: str, step: float) -> None:
+    """100 Hz in `[0.1 ms]` were to be declared `--unit time=us`, which gave 10 kHz."""
+    (part,) = read(f'"{header}",height [m]', [f"{step * k:.12g},{h}" for k, h in enumerate(HEIGHTS)]).parts
+    assert part.rate_hz == pytest.approx(200.0, rel=1e-6)
+
+
+def test_a_multiple_of_a_unit_may_be_declared() -> None:
+    rows = [f"{50 * k},{h}" for k, h in enumerate(HEIGHTS)]
+    (part,) = read("t,height [m]", rows, columns={"t": ColumnDeclaration(unit="0.1ms")}).parts
+    assert part.rate_hz == pytest.approx(200.0)
+
+
+def test_the_serial_day_of_a_spreadsheet_gives_the_start_in_the_books_zone() -> None:
+    rows = [f"{44348.375 + k / 200 / 86_400:.10f},{h}" for k, h in enumerate(HEIGHTS)]
+    refused = refusal(read("time,height [m]", rows))
+    says(refused.message, "h, d")
+    declared = {"columns": {"time": ColumnDeclaration(unit="day")}, "time_zone": "America/New_York"}
+    (part,) = read("time,height [m]", rows, **declared).parts
+    assert (part.start_utc, part.start_original) == ("2021-06-01T13:00:00.000000Z", "44348.375 d")
+    assert part.rate_hz == pytest.approx(200.0, rel=1e-4)
+    assert part.gaps == ()
+
+
 def test_a_stamp_that_is_damaged_costs_its_row_and_no_digit_of_the_others() -> None:
     rows = of_rostopic()
     rows[0] = rows[0].replace(str(FIRST_NS), "0", 1)
@@ -81,14 +139,14 @@ def named(message: str) -> str:
 
 
 @pytest.mark.parametrize(
-    ("first", "step"), [(0, 0.1), (0, 100), (0, 5), (0, 5_000_000), (133_500_000_000_000_000, 100_000), (0, 1e12)]
+    ("first", "step"), [(0, 0.1), (0, 100), (0, 5), (0, 5_000_000), (960_000_000, 10_000), (0, 1e12)]
 )
 def test_a_unit_is_named_for_no_rate_that_it_would_give(first: int, step: float) -> None:
-    """The one unit fast enough for jumps was: `ms` for 10 Hz in seconds, `ns` for 100 Hz of FILETIME."""
+    """The one unit fast enough for jumps was: `ms` for 10 Hz in seconds. 960 s in us are no dates in s."""
     rows = [f"{first + step * k:.18g},{h}" for k, h in enumerate(HEIGHTS)]
     said = refusal(read("t,height [m]", rows))
     assert (said.rule, named(said.message)) == ("time_unit_missing", "UNIT")
-    says(said.message, "s, ms, us, ns, filetime")
+    says(said.message, "s, ms, us, ns, filetime, min, h, d")
     unknown = refusal(read("t [fortnight],height [m]", rows))
     assert (unknown.rule, named(unknown.message)) == ("time_unit_unknown", "UNIT")
 
