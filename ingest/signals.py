@@ -135,6 +135,8 @@ def _wanted(plan: Plan, trial_column: int | None, clocks: Sequence[int], texts: 
         wanted.append(Wanted(plan.time.position, plan.time.source_name, plan.time.kind))
         if plan.time.date_position is not None:
             wanted.append(Wanted(plan.time.date_position, "date", CellKind.CLOCK))
+        if plan.time.fraction_position is not None:
+            wanted.append(Wanted(plan.time.fraction_position, "fractions of a second", CellKind.NUMBER))
     if trial_column is not None and all(column.position != trial_column for column in wanted):
         wanted.append(Wanted(trial_column, "trial", CellKind.CLOCK))
     known = {column.position for column in wanted}
@@ -250,10 +252,16 @@ def table_use(
         use = ColumnUse(position + 1, name, None)
         found = by_position.get(position)
         if plan.time is not None and position == plan.time.position:
-            unit = plan.time.unit or ("clock" if plan.time.kind is CellKind.CLOCK else None)
-            use = dataclasses.replace(use, holds="time", unit=unit, unit_from=origin.time_unit_source(plan.time))
+            unit, unit_from = plan.time.unit, origin.time_unit_source(plan.time)
+            if plan.time.fraction_position is not None:
+                unit, unit_from = "s", "header"
+            elif plan.time.kind is CellKind.CLOCK:
+                unit = "clock"
+            use = dataclasses.replace(use, holds="time", unit=unit, unit_from=unit_from)
         elif plan.time is not None and position == plan.time.date_position:
             use = dataclasses.replace(use, holds="date")
+        elif plan.time is not None and position == plan.time.fraction_position:
+            use = dataclasses.replace(use, holds="time", unit=plan.time.unit, unit_from="header")
         elif found is not None:
             use = ColumnUse(
                 position + 1,

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -76,7 +78,8 @@ class TimePlan:
     """The time column; `unit` is None for clock text, and where it is stated nowhere.
 
     `flag` is how flags name it, `file_unit` the unit in the file, whatever is declared; `date_position` is where the
-    dates stand that go with clock texts without one.
+    dates stand that go with clock texts without one, `fraction_position` where the nanoseconds or microseconds that
+    go with whole seconds.
     """
 
     position: int
@@ -86,6 +89,13 @@ class TimePlan:
     unit: str | None
     date_position: int | None = None
     file_unit: str | None = None
+    fraction_position: int | None = None
+
+    @property
+    def positions(self) -> tuple[int, ...]:
+        """All columns that the time is in."""
+        also = (self.date_position, self.fraction_position)
+        return (self.position, *(position for position in also if position is not None))
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +136,7 @@ def plan_columns(
     time = _with_date(_time_plan(columns, convention, findings), columns, declared, table.names)
     planned = []
     for column in columns:
-        if time is not None and column.position in (time.position, time.date_position):
+        if time is not None and column.position in time.positions:
             continue
         plan = _channel_plan(column, convention, findings)
         if plan is not None:
@@ -237,7 +247,9 @@ def _is_known(name: str) -> bool:
 
 
 def _time_plan(columns: list[_Column], convention: Convention, findings: FindingCollector) -> TimePlan | None:
+    of_seconds = _fractions(columns)
     named = [column for column in columns if column.channel == TIME]
+    named = named or [column for column in columns if column.channel is None and column.position in of_seconds]
     named = [column for column in named if column.declared] or named
     if len(named) > 1:
         numeric = [column for column in named if column.kind in (CellKind.NUMBER, CellKind.INTEGER)]
@@ -265,7 +277,29 @@ def _time_plan(columns: list[_Column], convention: Convention, findings: Finding
     unit = column.unit or convention.time_unit
     if column.kind is CellKind.CLOCK:
         unit = None
-    return TimePlan(column.position, column.name, column.flag, column.kind, unit, file_unit=column.file_unit)
+    time = TimePlan(column.position, column.name, column.flag, column.kind, unit, file_unit=column.file_unit)
+    if column.position not in of_seconds:
+        return time
+    position, unit = of_seconds[column.position]
+    return dataclasses.replace(time, unit=unit, fraction_position=position)
+
+
+_SECONDS = re.compile(r"(?i)(.*?)(n|nano|u|micro)?sec(?:s|onds)?")
+_UNIT_OF_FRACTION = {"n": "ns", "nano": "ns", "u": "us", "micro": "us"}
+
+
+def _fractions(columns: Sequence[_Column]) -> dict[int, tuple[int, str]]:
+    """Return, by the position of whole seconds, that of the fractions beside them, and their unit: `stamp.sec` and
+    `stamp.nanosec` of ROS, `tv_sec` and `tv_usec` of C.
+    """
+    found = {}
+    for left, right in itertools.pairwise(columns):
+        whole, fraction = _SECONDS.fullmatch(left.name.strip()), _SECONDS.fullmatch(right.name.strip())
+        if whole is None or fraction is None or whole[2] or not fraction[2] or whole[1] != fraction[1]:
+            continue
+        if right.channel is None and {left.kind, right.kind} <= {CellKind.NUMBER, CellKind.INTEGER}:
+            found[left.position] = (right.position, _UNIT_OF_FRACTION[fraction[2].lower()])
+    return found
 
 
 def _with_date(

@@ -211,8 +211,11 @@ def _clocks(time: TimePlan, sources: TimeSources, findings: FindingCollector) ->
 
 
 def _ticks(time: TimePlan, block: Block, findings: FindingCollector) -> FloatArray:
-    """Return the time column in its own unit, shape (n_rows,); long integers from the first one on, all digits kept."""
+    """Return the time column in its own unit, shape (n_rows,); long counts from one of them on, all digits kept."""
     column = block.numbers[time.position]
+    if time.fraction_position is not None:
+        whole = np.asarray(column - np.nanmedian(column).round(), dtype=np.float64)
+        return np.asarray(TICKS_PER_SECOND[time.unit or "ns"] * whole + block.numbers[time.fraction_position])
     if time.kind is CellKind.INTEGER:
         first, middle = column[0], column[len(column) // 2]
         return np.asarray(column - (first if abs(middle - first) < 2**53 else middle), dtype=np.float64)
@@ -249,6 +252,9 @@ def _start(
         iso = clocks.iso[row]
         return None if iso is None else clock.to_utc(iso, zone, findings, clocks.fold(row)), clocks.texts[row]
     stamp = sources.block.numbers[time.position][row].item()
+    if time.fraction_position is not None:
+        per_second = round(TICKS_PER_SECOND[time.unit or "ns"])
+        stamp = per_second * int(stamp) + int(sources.block.numbers[time.fraction_position][row])
     original = f"{_written(stamp)} {time.unit}"
     utc = clock.epoch_time(stamp, time.unit or "s", ticks_per_second(time.unit) or 1.0)
     if utc is not None and not utc.endswith("Z"):
@@ -267,8 +273,8 @@ def first_day(sources: TimeSources) -> str | None:
     utc = None if start is None else clock.to_utc(start, sources.declared.time_zone, findings)
     if time is not None and (time.kind is CellKind.CLOCK or ticks_per_second(time.unit)):
         clocks = _clocks(time, sources, findings)
-        stamps = sources.block.numbers[time.position] if clocks is None else clocks.seconds
-        filled = np.flatnonzero(np.isfinite(np.asarray(stamps, dtype=np.float64)))
+        stamps = _ticks(time, sources.block, findings) if clocks is None else clocks.seconds
+        filled = np.flatnonzero(np.isfinite(stamps))
         if filled.size:
             utc, _ = _start(sources, time, clocks, filled[:1], True, findings)
     if utc is None:

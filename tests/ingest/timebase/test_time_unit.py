@@ -197,3 +197,47 @@ def test_a_unit_that_is_wrong_is_corrected_by_the_flags_of_the_message(header: s
     assert flags is not None
     (part,) = read(header, rows, columns={flags[1]: ColumnDeclaration(unit="ms")}, override_units=True).parts
     assert part.rate_hz == pytest.approx(200.0)
+
+
+FIRST_S = 1_622_534_400
+PAIRS = {
+    "header.stamp.sec,header.stamp.nanosec": 10**9,
+    "stamp_secs,stamp_nsecs": 10**9,
+    "secs,nsecs": 10**9,
+    "tv_sec,tv_usec": 10**6,
+}
+
+
+def in_two(pair: str, step: int, n: int = 600) -> list[str]:
+    per_second = PAIRS[pair]
+    stamps = [divmod(FIRST_S * per_second + per_second - 20 * step + 7 + step * k, per_second) for k in range(n)]
+    return [f"{whole},{fraction},{h}" for (whole, fraction), h in zip(stamps, HEIGHTS, strict=False)]
+
+
+@pytest.mark.parametrize("pair", PAIRS)
+def test_seconds_and_the_fractions_beside_them_are_one_time(pair: str) -> None:
+    """Of ROS 2's stamps each column alone was refused; by `--rate` the start was lost, and every loss."""
+    step = PAIRS[pair] // 100
+    rows = in_two(pair, step)
+    rows[3] = "," + rows[3].partition(",")[2]
+    del rows[400:403]
+    result = read(f"{pair},height [m]", rows)
+    (part,) = result.parts
+    assert (part.rate_hz, [channel.name for channel in part.channels]) == (pytest.approx(100.0), ["body_height"])
+    assert [(gap.samples_missing, gap.kind) for gap in part.gaps] == [(1, "rejected"), (3, "dropped")]
+    assert part.start_utc == f"2021-06-01T08:00:00.80000{7 if PAIRS[pair] == 10**6 else 0}Z"
+    assert part.start_original == f"{FIRST_S * PAIRS[pair] + PAIRS[pair] * 4 // 5 + 7} {part.start_original[-2:]}"
+    assert part.time_s[100] == pytest.approx(1.01, abs=1e-12)
+    used = [(column.holds, column.unit_from) for column in result.explanation.tables[0].columns]
+    assert used[:2] == [("time", "header")] * 2
+
+
+def test_two_pairs_of_seconds_are_asked_about_and_a_time_that_is_named_is_the_time() -> None:
+    pair, other = list(PAIRS)[:2]
+    twice = [f"{row.rpartition(',')[0]},{row}" for row in in_two(pair, 10_000_000)]
+    said = refusal(read(f"{pair},{other},height [m]", twice))
+    assert said.rule == "several_time_columns"
+    declared = {"columns": {"stamp_secs": ColumnDeclaration("time")}}
+    assert read(f"{pair},{other},height [m]", twice, **declared).parts[0].rate_hz == pytest.approx(100.0)
+    named = [f"{5 * k},{row}" for k, row in enumerate(in_two(pair, 10_000_000))]
+    assert read(f"time [ms],{pair},height [m]", named).parts[0].rate_hz == pytest.approx(200.0)
