@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from data_schema.errors import unknown_name
 from data_schema.vocabulary import FileRole
+from ingest.channels.columns import count_by_rate_flags
 from ingest.findings import FILE, FindingCollector
 from ingest.formats import registry
 from ingest.formats.chargers.packs import check_packs
@@ -15,6 +16,7 @@ from ingest.model import Candidate, Declarations, Explanation, ReadFile, Reading
 from ingest.tables.header_lines import SecondHeader
 from ingest.text.cells import GROUPED
 from ingest.text.source import looks_like_utf16
+from ingest.timebase.order import FAULTS_OF_TIME
 
 MOST_REJECTED = 0.01
 """A log of which a larger share of rows is rejected is refused."""
@@ -157,8 +159,17 @@ def _judge_rows(reading: Reading, findings: FindingCollector) -> None:
             FILE,
             "too_many_rejected",
             f"{reading.rows_rejected} of {reading.rows_read} rows ({share:.3g} %) are rejected, more than "
-            f"{100 * _most_rejected(reading):g} %: correct the lines that the findings name, or export the file again.",
+            f"{100 * _most_rejected(reading):g} %: correct the lines that the findings name, or export the file again"
+            f"{_rate_advice(reading, findings)}.",
         )
+
+
+def _rate_advice(reading: Reading, findings: FindingCollector) -> str:
+    """Return how samples are counted by their rate, where most rows are rejected for their time."""
+    faults = [finding for finding in findings.findings() if finding.rule in FAULTS_OF_TIME and finding.column]
+    if 2 * sum(finding.count for finding in faults) <= reading.rows_rejected:
+        return ""
+    return f"; if samples were taken evenly, count them by the rate, {count_by_rate_flags(faults[0].column or '')}"
 
 
 def _most_rejected(reading: Reading) -> float:

@@ -27,7 +27,7 @@ from ingest.channels.names import (
     squash,
     usual_units,
 )
-from ingest.declared import declared_columns, flag_names, positions_of
+from ingest.declared import argument, declared_columns, flag_names, positions_of
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import ColumnDeclaration, Declarations
 from ingest.tables.table import CellKind, Table
@@ -270,7 +270,8 @@ def _time_plan(columns: list[_Column], convention: Convention, findings: Finding
         findings.add(
             FILE,
             "time_unreadable",
-            "The time column holds neither numbers nor times as 2021-06-05 14:30:00 or 14:30:00.",
+            "The time column holds neither numbers nor times as 2021-06-05 14:30:00 or 14:30:00: name another one, "
+            f"`--column NAME=time`, or have samples counted by their rate, {count_by_rate_flags(column.flag)}.",
             column=column.name,
         )
         return None
@@ -300,6 +301,11 @@ def _fractions(columns: Sequence[_Column]) -> dict[int, tuple[int, str]]:
         if right.channel is None and {left.kind, right.kind} <= {CellKind.NUMBER, CellKind.INTEGER}:
             found[left.position] = (right.position, _UNIT_OF_FRACTION[fraction[2].lower()])
     return found
+
+
+def count_by_rate_flags(flag: str, rate: str = "HZ") -> str:
+    """Return the flags that have samples counted at a rate, whatever is in the time column, which flags call `flag`."""
+    return f"`--rate {rate} --column {argument(f'{flag}=own.clock')}`"
 
 
 def _with_date(

@@ -170,6 +170,26 @@ def split_cells(line: bytes, delimiter: bytes) -> list[bytes] | None:
     return [cell for cell in cells if cell] if delimiter == b" " else cells
 
 
+_CLOCK_COMMA = re.compile(rb"(?m)(?<=\d:[0-5]\d:[0-5]\d),(?=(?:\d{3}|\d{6})(?:,|\s*$))")
+
+
+def with_clock_points(source: TextSource, findings: FindingCollector) -> TextSource:
+    """Return a text with a point for the comma before the milliseconds of clock times, `12:00:00,010`, of the same
+    length, where a comma stands between cells, too, and the line above the first such row has so many fewer.
+    """
+    lines = [line.content for line in source.head_lines() if line.content.strip()]
+    first = next((at for at, line in enumerate(lines) if _CLOCK_COMMA.search(line)), 0)
+    fewer = len(_CLOCK_COMMA.findall(lines[first])) if first else 0
+    if not fewer or lines[first - 1].count(b",") != lines[first].count(b",") - fewer:
+        return source
+    message = (
+        "The comma before milliseconds of a clock time is read as their decimal sign, as the header has fewer cells."
+    )
+    findings.add(NOTE, "clock_decimal_comma", message)
+    data = source.data[: source.start] + _CLOCK_COMMA.sub(b".", source.data[source.start :])
+    return dataclasses.replace(source, data=data)
+
+
 _IN_QUOTES = re.compile(rb'(?m)^[ \t]*"((?:[^"\r\n]|"")*)"[ \t]*(?=\r?$)')
 
 

@@ -11,7 +11,7 @@ from zoneinfo import ZoneInfo
 import numpy as np
 
 from data_schema.vocabulary import GapKind
-from ingest.channels.columns import Plan, TimePlan
+from ingest.channels.columns import Plan, TimePlan, count_by_rate_flags
 from ingest.channels.names import is_unit
 from ingest.declared import argument
 from ingest.findings import FILE, NOTE, FindingCollector
@@ -27,6 +27,7 @@ from ingest.timebase.stamps import (
     TICKS_PER_SECOND,
     Timebase,
     are_continuous,
+    are_rounded,
     burst_starts,
     check_rate,
     from_bursts,
@@ -151,6 +152,8 @@ def _ask_for_unit(sources: TimeSources, time: TimePlan, ticks: FloatArray, findi
     """
     ticks = ticks[np.isfinite(ticks)]
     flag = _unit_flag(time, _units_by_reference(sources, ticks))
+    rate = sources.declared.rate_hz
+    flag += "" if rate is None else f", or count samples by the rate, {count_by_rate_flags(time.flag, f'{rate:g}')}"
     if time.unit is not None:
         message = f"{time.unit!r} is no unit of time known here: say which it is, {flag}."
         findings.add(FILE, "time_unit_unknown", message, column=time.source_name, value=time.unit)
@@ -320,7 +323,7 @@ def _ask_about_rate(
             FILE,
             "rate_implausible",
             f"The time stamps give {rate_hz:.6g} Hz, at which no jump can be seen: if they are right, say "
-            f"`--rate {rate_hz:.6g}`, else {unit}count samples by their rate, {_count_by_rate_flags(time, 'HZ')}.",
+            f"`--rate {rate_hz:.6g}`, else {unit}count samples by their rate, {count_by_rate_flags(time.flag)}.",
         )
     n, missing = len(timebase.time_s), missing_samples(timebase)
     if missing <= n:
@@ -332,23 +335,18 @@ def _ask_about_rate(
         "mostly_missing",
         f"The time stamps give {rate_hz:.6g} Hz, at which {missing} samples are missing beside {n}: if that is so, say "
         f"`--rate {rate_hz:.6g}`; if samples were taken evenly and the stamps are those of their arrival, count by the "
-        f"rate, {_count_by_rate_flags(time, f'{even_hz:.6g}')}.",
+        f"rate, {count_by_rate_flags(time.flag, f'{even_hz:.6g}')}.",
         column=time.source_name,
     )
 
 
 def _rate_advice(time: TimePlan, rate_hz: float, reference_hz: float) -> str:
     """Return the remedy for time stamps at another rate than given: the unit that explains it, where one does."""
-    cure = f"count by the rate, {_count_by_rate_flags(time, f'{reference_hz:.6g}')}"
+    cure = f"count by the rate, {count_by_rate_flags(time.flag, f'{reference_hz:.6g}')}"
     if time.kind is not CellKind.CLOCK:
         units = _units_near((ticks_per_second(time.unit) or 1.0) * reference_hz / rate_hz)
         cure = f"correct their unit, {_unit_flag(time, units)}" if units else cure
     return f"if the time stamps are right, say `--rate {rate_hz:.6g}`, else {cure}"
-
-
-def _count_by_rate_flags(time: TimePlan, rate: str) -> str:
-    """Return the flags that have samples counted at a rate, whatever is in the time column."""
-    return f"`--rate {rate} --column {argument(f'{time.flag}=own.clock')}`"
 
 
 def _clock_advice(sources: TimeSources) -> str:
@@ -373,9 +371,9 @@ def _sheet_advice(sources: TimeSources) -> str:
 
 
 def _from_given_rate(sources: TimeSources, usable: BoolArray, findings: FindingCollector) -> Recordings:
+    if findings.count("several_time_columns") or findings.count("time_unreadable"):
+        return Recordings(usable, ())  # asked about already
     rate = _given_rate(sources, findings)
-    if rate is None and findings.count("several_time_columns"):
-        return Recordings(usable, ())
     if rate is None:
         sheet = _sheet_advice(sources)
         the = "Else the" if sheet else "The"
@@ -469,17 +467,22 @@ def _from_bursts(
     rows = slice(None) if usable.all() else np.flatnonzero(usable)
     stamps = seconds[rows]
     starts = burst_starts(stamps)
+    one_by_one = starts is None
+    if starts is None and are_rounded(stamps):
+        starts = np.arange(len(stamps), dtype=np.int64)
     if starts is None:
         return None
     timebase = from_bursts(stamps, sources.block.ordinal()[rows], starts, _sequence(sources, rows, findings))
     given_hz = sources.declared.rate_hz or sources.preamble.rate_hz
-    if not _near(timebase.rate_hz, given_hz):
+    if one_by_one and not _is_rounded_at(given_hz, timebase, stamps, time, findings):
+        return None
+    if not one_by_one and not _near(timebase.rate_hz, given_hz):
         channels = (values[rows] for values in sources.stored.values())
         if _near(rate_within(stamps, starts), given_hz) or not are_continuous(channels, starts):
             return None  # recorded now and then: the holes are real
     message = (
-        f"The stamps are arrival stamps, {len(stamps) / len(starts):.3g} samples at once: the rate, "
-        f"{timebase.rate_hz:.6g} Hz, is samples over time, and the axis is even."
+        f"The stamps are arrival stamps, or those of a coarse clock, {len(stamps) / len(starts):.3g} samples at once: "
+        f"the rate, {timebase.rate_hz:.6g} Hz, is samples over time, and the axis is even."
     )
     findings.add(NOTE, "arrival_times", message, column=time.source_name)
     _report_gaps(timebase, rows, sources.block, findings)
@@ -487,6 +490,26 @@ def _from_bursts(
     recording = Recording(rows, timebase, utc, original)
     _check_rates([recording], sources, time, findings)
     return Recordings(usable, (recording,))
+
+
+def _is_rounded_at(
+    given_hz: float | None, timebase: Timebase, stamps: FloatArray, time: TimePlan, findings: FindingCollector
+) -> bool:
+    """Whether stamps that are rounded to a tick, or lack samples as evenly, are rounded: the rate given decides, and is
+    asked for.
+    """
+    tick = float(np.median(np.diff(stamps)))
+    even_hz, full_hz = timebase.rate_hz or 1 / tick, 1 / tick
+    if given_hz is None:
+        findings.add(
+            FILE,
+            "rate_unclear",
+            f"The time stamps are {even_hz:.6g} Hz in ticks of {tick:.3g} s, or {full_hz:.6g} Hz with samples missing "
+            f"evenly: say which, `--rate {even_hz:.6g}` or `--rate {full_hz:.6g}`.",
+            column=time.source_name,
+        )
+        return False
+    return abs(given_hz - even_hz) < abs(given_hz - full_hz)
 
 
 def _near(rate_hz: float | None, reference_hz: float | None) -> bool:

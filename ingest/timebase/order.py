@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ingest.channels.columns import count_by_rate_flags
 from ingest.channels.names import clean_name
 from ingest.declared import positions_of
 from ingest.findings import FILE, NOTE, ROW, FindingCollector
@@ -164,7 +165,7 @@ def put_in_order(
     for rule, found in faults.items():
         bad = rows[np.array(sorted(found), dtype=np.int64)]
         keep[bad] = False
-        findings.add(ROW, rule, _MESSAGES[rule], column=column, lines=block.line_of(bad), count=len(bad))
+        findings.add(ROW, rule, FAULTS_OF_TIME[rule], column=column, lines=block.line_of(bad), count=len(bad))
     return Order(keep, _report_starts([int(rows[start]) for start in starts], block, findings, column))
 
 
@@ -189,13 +190,14 @@ def _report_starts(starts: list[int], block: Block, findings: FindingCollector, 
     if len(starts) > MOST_SEGMENTS:
         message = (
             f"The clock starts again more than {MOST_SEGMENTS} times: is this the time column? "
-            'Name the right one with `--column "NAME=time"`.'
+            'Name the right one with `--column "NAME=time"`, or have samples counted by their rate, '
+            f"{count_by_rate_flags(column)}."
         )
         findings.add(FILE, "time_unusable", message, column=column, lines=lines)
     return tuple(starts)
 
 
-_MESSAGES = {
+FAULTS_OF_TIME = {
     "time_duplicate": "The time stamp repeats the one before it; the row is left out.",
     "time_backwards": "The time stamp lies before the one above it; the row is left out.",
     "time_spike": "The time stamp lies far from those before and after it; the row is left out.",

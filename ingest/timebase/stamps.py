@@ -172,10 +172,18 @@ _WITHIN = 0.5
 """A step below this share of the mean step lies within a burst."""
 _SHORT, _FEWEST_SHORT = 0.25, 0.1
 """No jitter: so many steps are as short as this share of the mean step."""
+_FEWEST_EQUAL = 0.01
+"""A clock coarser than the samples, 1100 Hz in whole milliseconds: so many stamps equal the one before."""
 _FEWEST_BURSTS = 10
 _REGULAR, _REGULAR_SHARE = 0.35, 0.7
 _CONTINUOUS = 5.0
 _LONGEST_STEP_S = 3600.0
+_FEWEST_LONG, _LONG_TOGETHER = 20, 5
+"""Steps of two ticks from which rounding is told from losses, and how many of them in a row vary by less than one."""
+_TOGETHER = 20
+"""Bursts over which their period is taken."""
+_MOST_ROUNDED = 1.1
+"""Samples by which a coarse clock makes a burst early or late."""
 _MAKES_UP = 50
 """Bursts within which a delay is made up for; later ones would take the drift of a clock for it."""
 _ENDS = 50
@@ -188,25 +196,41 @@ def burst_starts(seconds: FloatArray) -> IntArray | None:
     """Return the rows at which bursts start, or None where stamps, shape (n,), come one by one.
 
     Rows of a burst repeat their stamp or follow in a small part of the mean step, and every burst brings about as many
-    samples as fit into the time until the next.
+    samples as fit into the time until the next, give or take the one by which a coarse clock rounds.
     """
     if len(seconds) > _MOST_ROWS and burst_starts(seconds[:_MOST_ROWS]) is None:
         return None
     if len(seconds) < 2 * _FEWEST_BURSTS or not np.isfinite(seconds).all():
         return None
     steps = np.diff(seconds)
-    if steps.min() < 0 or steps.max() > _LONGEST_STEP_S:
+    if steps.min() < 0 or not 0 < steps.max() <= _LONGEST_STEP_S:
         return None
     usual = steps[steps <= PAUSE_S] if (steps <= PAUSE_S).any() else steps
     mean = float(usual.mean())
-    if np.count_nonzero(steps < _SHORT * mean) < _FEWEST_SHORT * len(steps):
+    short, equal = np.count_nonzero(steps < _SHORT * mean), np.count_nonzero(steps == 0)
+    if short < _FEWEST_SHORT * len(steps) and equal < _FEWEST_EQUAL * len(steps):
         return None
     starts = np.concatenate([[0], np.flatnonzero(steps >= _shortest_between(usual, mean)) + 1])
     if len(starts) < _FEWEST_BURSTS or np.diff(starts).max() < 2:
         return None
-    period = np.diff(seconds[starts]) / np.diff(starts)
-    near = np.abs(period / np.median(period) - 1) < _REGULAR
+    passed, brought = np.diff(seconds[starts]), np.diff(starts)
+    period = _usual_period(passed, brought)
+    near = (np.abs(passed / (brought * period) - 1) < _REGULAR) | (np.abs(passed / period - brought) < 1)
     return np.asarray(starts, dtype=np.int64) if np.count_nonzero(near) >= _REGULAR_SHARE * len(near) else None
+
+
+def are_rounded(seconds: FloatArray) -> bool:
+    """Whether steps of one and of two ticks alternate as evenly as rounding to a decimal place spreads them: 700 Hz in
+    whole milliseconds, or 1000 Hz of which samples are missing very evenly. Stamps have shape (n,).
+    """
+    steps = np.diff(seconds)
+    tick = float(np.median(steps)) if len(steps) else 0.0
+    n_long = np.count_nonzero((steps > 1.6 * tick) & (steps < 2.4 * tick))
+    if tick <= 0 or n_long < _FEWEST_LONG or abs(np.log10(tick) - np.rint(np.log10(tick))) > 0.01:
+        return False
+    some = len(steps) * _LONG_TOGETHER // n_long
+    sums = seconds[some:] - seconds[:-some]
+    return bool(np.count_nonzero(np.abs(sums - np.median(sums)) < 1.1 * tick) >= 0.9 * len(sums))
 
 
 def _shortest_between(steps: FloatArray, mean: float) -> float:
@@ -264,11 +288,16 @@ def from_bursts(seconds: FloatArray, ordinals: IntArray, starts: IntArray, numbe
     brought = np.diff(counts[last_of_burst])[:-1]
     between = np.diff(seconds[last_of_burst])
     passed = between[:-1]
-    period, tolerated = _burst_period(passed, brought)
+    steps = np.diff(seconds)
+    period, tolerated = _burst_period(passed, brought, float(steps[steps > 0].min()))
     lateness = np.concatenate([[0.0], np.cumsum(passed - brought * period)])
     of_last = lateness[-1] + between[-1] - float(np.median(brought)) * period
-    for_good = np.diff(_lowest_from_each_on(np.append(lateness, of_last))[:-1])
-    missing = np.where(for_good > tolerated, np.rint(for_good / period), 0).astype(np.int64)
+    lowest = _lowest_from_each_on(np.append(lateness, of_last))[:-1]
+    for_good = np.diff(lowest)
+    # What the last bursts are late may yet be made up for, as it usually was before.
+    is_last = np.arange(len(for_good)) >= len(for_good) - _MAKES_UP
+    allowed = np.where(is_last, tolerated + float(np.percentile(lateness - lowest, 90)), tolerated)
+    missing = np.where(for_good > allowed, np.rint(for_good / period), 0).astype(np.int64)
     paused = for_good > max(PAUSE_S, PAUSE_PERIODS * period)
     took = np.concatenate([[0.0], np.cumsum(np.where(paused, brought * period, passed))])
     rate = _rate(took, np.concatenate([[0], np.cumsum(brought + np.where(paused, 0, missing))]))
@@ -283,13 +312,26 @@ def from_bursts(seconds: FloatArray, ordinals: IntArray, starts: IntArray, numbe
     return dataclasses.replace(even, gaps=gaps)
 
 
-def _burst_period(passed: FloatArray, brought: IntArray) -> tuple[float, float]:
-    """Return the time of one sample, the mean over bursts that came in time, and how late these are at most, in s."""
-    usual = float(np.median(passed / brought))
+def _usual_period(passed: FloatArray, brought: IntArray) -> float:
+    """Return the time of one sample: the median over bursts, of some together, for a coarse clock brings 1, 2, 2, 1."""
+    some = min(_TOGETHER, len(passed) // 3 + 1)
+    took, samples = (np.concatenate([[0], np.cumsum(each)]) for each in (passed, brought))
+    return float(np.median((took[some:] - took[:-some]) / (samples[some:] - samples[:-some])))
+
+
+def _burst_period(passed: FloatArray, brought: IntArray, tick: float) -> tuple[float, float]:
+    """Return the time of one sample, the mean over bursts that came in time, and how late these are at most, in s.
+
+    `tick` is the shortest time between two different stamps: a clock coarser than the samples makes a burst early or
+    late by one of them, which does not add up.
+    """
+    usual = _usual_period(passed, brought)
     late = passed - brought * usual
-    tolerated = max(0.75 * usual, 5 * 1.4826 * float(np.median(np.abs(late - np.median(late)))))
-    in_time = np.abs(late) <= tolerated
-    return float(passed[in_time].sum() / brought[in_time].sum()) if in_time.any() else usual, tolerated
+    jitter = 5 * 1.4826 * float(np.median(np.abs(late - np.median(late))))
+    in_time = np.abs(late) <= max(_MOST_ROUNDED * usual, jitter)
+    period = float(passed[in_time].sum() / brought[in_time].sum()) if in_time.any() else usual
+    is_coarse = tick > 0.5 * usual and float(np.percentile(np.abs(late), 95)) <= _MOST_ROUNDED * usual
+    return period, 0.75 * usual if is_coarse else max(0.75 * usual, jitter)
 
 
 def _rate(took: FloatArray, samples: IntArray) -> float:

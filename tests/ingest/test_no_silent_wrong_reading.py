@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -498,6 +499,77 @@ def test_sample_numbers_that_do_not_count_up_are_said_not_to_show_losses() -> No
     result = read(text("seq,height [m]", rows), Declarations(rate_hz=100.0))
     assert result.parts[0].gaps == ()
     assert finding(result, "sequence_unused").column == "seq"
+
+
+@pytest.mark.parametrize("rate_hz", [700, 900, 990])
+def test_a_tick_about_as_long_as_a_sample_is_asked_about(rate_hz: int) -> None:
+    """700 Hz in whole milliseconds became 1000 Hz with 2571 samples lost."""
+    kept = [k for k in range(6000) if k not in range(3000, 3020)]
+    data = text("time [ms],height [m]", [f"{1000 * k // rate_hz},{0.4 + 0.05 * np.sin(k / 40):.5f}" for k in kept])
+    said = finding(read(data), "rate_unclear")
+    assert [float(flag.removeprefix("--rate ")) for flag in flags_of(said.message)] == [
+        pytest.approx(rate_hz, rel=1e-3),
+        1000.0,
+    ]
+    (part,) = read(data, Declarations(rate_hz=float(rate_hz))).parts
+    assert part.rate_hz == pytest.approx(rate_hz, rel=1e-3)
+    assert sum(gap.samples_missing for gap in part.gaps) == pytest.approx(20, abs=1)
+    (by_tick,) = read(data, Declarations(rate_hz=1000.0)).parts
+    assert (by_tick.rate_hz, len(by_tick.gaps)) == (1000.0, pytest.approx(6000 * (1000 / rate_hz - 1), rel=0.02))
+
+
+def test_losses_at_random_are_no_rounding() -> None:
+    lost = np.random.default_rng(3).choice(np.arange(1, 5999), 600, replace=False)
+    rows = [f"{k},{0.4 + 0.05 * np.sin(k / 40):.5f}" for k in range(6000) if k not in lost]
+    (part,) = read(text("time [ms],height [m]", rows)).parts
+    assert (part.rate_hz, sum(gap.samples_missing for gap in part.gaps)) == (1000.0, 600)
+
+
+def test_samples_in_fewer_digits_than_the_rate_are_all_kept() -> None:
+    """1500 Hz in whole milliseconds: a third of the rows were left out as duplicates, and the log refused."""
+    rows = [f"{2 * k // 3},{0.4 + 0.05 * np.sin(k / 40):.5f}" for k in range(6000)]
+    result = read(text("time [ms],height [m]", rows))
+    (part,) = result.parts
+    assert (result.rows_kept, part.rate_hz, part.gaps) == (6000, pytest.approx(1500.0), ())
+
+
+TIMES_THAT_ARE_NOT_READ = {
+    "12:00:00:010": ("time_unreadable", lambda k: f"12:00:00:{10 * k:03d}"),
+    "day of the year": ("time_unreadable", lambda k: f"2021-152T10:00:0{k / 100:.2f}"),
+    "no unit, a rate": ("time_unit_missing", lambda k: f"{44348.375 + k / 8.64e6:.10f}"),
+    "set back": ("too_many_rejected", lambda k: f"2021-06-01T08:00:0{(k - 30 * (k >= 60)) / 100:.3f}Z"),
+    "chaos": ("time_unusable", lambda k: f"2021-06-01T08:{10 * (k // 4 % 2):02d}:0{k % 4}Z"),
+}
+
+
+@pytest.mark.parametrize(("rule", "stamp"), TIMES_THAT_ARE_NOT_READ.values(), ids=TIMES_THAT_ARE_NOT_READ.keys())
+def test_where_a_time_is_not_read_the_flags_that_count_by_the_rate_are_named(
+    rule: str, stamp: Callable[[int], str]
+) -> None:
+    """`--rate HZ` alone was named, and refused."""
+    data = text("time,height [m]", [f"{stamp(k)},{0.4 + 0.05 * np.sin(k / 10):.5f}" for k in range(100)])
+    flags = flags_of(finding(read(data, Declarations(rate_hz=100.0)), rule).message)
+    (counted,) = [flag for flag in flags if "own.clock" in flag]
+    assert counted in ("--rate HZ --column time=own.clock", "--rate 100 --column time=own.clock")
+    declared = Declarations(rate_hz=100.0, columns={"time": ColumnDeclaration("own.clock")})
+    assert read(data, declared).parts[0].time_s[-1] == pytest.approx(0.99)
+
+
+@pytest.mark.parametrize("time", ["time", "logged at"])
+def test_a_comma_before_milliseconds_of_a_clock_is_its_decimal_sign(time: str) -> None:
+    """Python's logging writes it: a comma that stands between thousands, it was said."""
+    rows = [f"{k},2021-06-01 12:00:0{k // 100},{10 * k % 1000:03d},{447 + k % 9}.1" for k in range(400)]
+    declared = Declarations(time_zone="UTC", columns={"logged at": ColumnDeclaration("time")} if time != "time" else {})
+    result = read(text(f"sample,{time},height [mm]", rows), declared)
+    (part,) = result.parts
+    assert (part.rate_hz, part.start_utc) == (pytest.approx(100.0), "2021-06-01T12:00:00.000000Z")
+    assert part.time_s[-1] == pytest.approx(3.99, abs=1e-6)
+
+
+def test_whole_seconds_and_three_digits_in_columns_of_their_own_stay_apart() -> None:
+    rows = [f"12:00:{k:02d},{447 + k},0.{4 + k % 2}" for k in range(60)]
+    (part,) = read(text("time,current [mA],height [m]", rows), Declarations(rate_hz=1.0)).parts
+    assert part.channels[0].values[:2].tolist() == pytest.approx([0.447, 0.448])
 
 
 SECOND_HEADERS = {

@@ -276,4 +276,4 @@ def _check_matrix(content: memoryview, order: str, deepest: int) -> None:
         raise MatRefusedError(f"it says {count} values and holds others")
 
 
-FORMAT = Format("mat", 4, _recognise, _read, clue=Clue(begins=(_V5, _V73), binary=True))
+FORMAT = Format("mat", 5, _recognise, _read, clue=Clue(begins=(_V5, _V73), binary=True))

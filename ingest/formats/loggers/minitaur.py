@@ -292,4 +292,4 @@ def _declared_names(declared: Declarations) -> list[str]:
     return [*own, *(name for profile in declared.profiles for name in profile.columns)]
 
 
-FORMAT = Format("minitaur_log", 3, _recognise, _read, clue=Clue(begins=(b"/",), says=(SYNC,)))
+FORMAT = Format("minitaur_log", 4, _recognise, _read, clue=Clue(begins=(b"/",), says=(SYNC,)))

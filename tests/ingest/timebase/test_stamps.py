@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,7 +11,7 @@ from hypothesis import strategies as st
 
 from ingest.findings import FindingCollector
 from ingest.model import FloatArray, IntArray
-from ingest.timebase.stamps import check_rate, from_rate, from_stamps
+from ingest.timebase.stamps import burst_starts, check_rate, from_bursts, from_rate, from_stamps
 
 
 def stamps(n: int, rate_hz: float) -> FloatArray:
@@ -86,3 +88,31 @@ def test_rates_apart_are_noted_or_refused(stated: float, rule: str | None) -> No
     check_rate(300.0, stated, "the file's header", findings)
     assert [finding.rule for finding in findings.findings()] == ([rule] if rule else [])
     assert findings.refuse is (rule == "rate_contradicts")
+
+
+@pytest.mark.parametrize("rate_hz", [1100, 1200, 1300, 1400, 1500, 1700, 1900, 2500, 3000, 7000])
+@pytest.mark.parametrize("tick", [np.floor, np.rint])
+def test_samples_faster_than_the_tick_of_their_clock_are_counted(rate_hz: int, tick: Callable[..., FloatArray]) -> None:
+    """1300 to 1500 Hz in whole milliseconds were refused, 1700 Hz became 2000 Hz with losses, 1100 Hz 1000 Hz."""
+    seconds = tick(np.arange(6000) * 1000 / rate_hz + 1e-9) / 1000
+    starts = burst_starts(seconds)
+    assert starts is not None
+    axis = from_bursts(seconds, ordinals(6000), starts)
+    assert axis.rate_hz == pytest.approx(rate_hz, rel=1e-6)
+    assert axis.gaps == ()
+    kept = np.delete(np.arange(6000), range(3000, 3020))
+    starts = burst_starts(seconds[kept])
+    assert starts is not None
+    lossy = from_bursts(seconds[kept], ordinals(5980), starts)
+    assert lossy.rate_hz == pytest.approx(rate_hz, rel=1e-3)
+    assert sum(gap.samples_missing for gap in lossy.gaps) == pytest.approx(20, abs=1)
+    assert lossy.gaps[0].start_s == pytest.approx(3000 / rate_hz, abs=2e-3)
+
+
+def test_the_digits_of_a_printed_stamp_invent_no_loss() -> None:
+    """Six digits are whole milliseconds until 999.999 s and hundredths of a second from there on."""
+    seconds = np.array([float(f"{998 + k / 1000:g}") for k in range(4000)])
+    starts = burst_starts(seconds)
+    assert starts is not None
+    axis = from_bursts(seconds, ordinals(4000), starts)
+    assert (axis.rate_hz, axis.gaps) == (pytest.approx(1000.0, rel=1e-6), ())
