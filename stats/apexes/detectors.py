@@ -187,7 +187,8 @@ def robust_jumps(
     if unseen:
         found = departures(signal, [hops[row] for row in unseen], list(unseen.values()), stance.gravity_m_s2, window)
         for row, liftoff_s in zip(unseen, found, strict=True):
-            liftoffs[row] = liftoff_s
+            in_gap = hops[row].end == hops[row].begin + 1
+            liftoffs[row] = Undefined(Reason.FLIGHT_ENDS_UNKNOWN) if in_gap else liftoff_s
 
     jumps = []
     for row, (hop, flight) in enumerate(zip(hops, flights, strict=True)):

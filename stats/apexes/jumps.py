@@ -242,7 +242,8 @@ def _first_maximum(
     stop = int(np.searchsorted(signal.time_s, signal.time_s[end] + parameters.rise_max_s, side="right"))
     stop, last = min(stop, next_begin), next_begin
     width = max(1, round(parameters.smoothing_s / signal.interval_s))
-    begin = max(end - width // 2, 0)
+    earliest = int(np.searchsorted(signal.time_s, signal.time_s[end] - parameters.smoothing_s))  # after any gap
+    begin = max(end - width // 2, earliest)
     window = signal.coarse_m[begin : min(last + width, n)]
     if window.size < width:
         return Undefined(Reason.LOG_ENDS_AFTER_STANCE), stop

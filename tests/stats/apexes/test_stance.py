@@ -8,7 +8,7 @@ from data_schema.vocabulary import Undefined
 from stats.apexes.cleaning import CleaningParameters, clean_signal
 from stats.apexes.detectors import find_jumps
 from stats.apexes.jumps import Hop, StanceParameters, find_hops, landing, liftoff_from_leg, touches_gap
-from tests.helpers.hopping_log import REST_LENGTH_M, STANCE_S, apex_s, hopping_log, landing_s
+from tests.helpers.hopping_log import FLIGHT_S, REST_LENGTH_M, STANCE_S, apex_s, hopping_log, landing_s
 
 
 def signal_of(log, leg=True):
@@ -89,8 +89,12 @@ def test_gaps_touch_what_they_overlap():
 @pytest.mark.parametrize("detector", ["published", "robust"])
 @pytest.mark.parametrize(
     ("lost_s", "first_s"),
-    [((landing_s(4) - 0.01, landing_s(4) + STANCE_S + 0.01), 0.0), ((0.0, 0.0), landing_s(1) + STANCE_S / 2)],
-    ids=["a stance is lost", "the log begins in a stance"],
+    [
+        ((landing_s(4) - 0.01, landing_s(4) + STANCE_S + 0.01), 0.0),
+        ((landing_s(4) - 0.06, landing_s(4) + STANCE_S + 0.01), 0.0),
+        ((0.0, 0.0), landing_s(1) + STANCE_S / 2),
+    ],
+    ids=["a stance is lost", "a stance and the fall before it are lost", "the log begins in a stance"],
 )
 def test_a_flight_is_found_though_its_stance_was_not_seen(
     detector: str, lost_s: tuple[float, float], first_s: float
@@ -101,6 +105,10 @@ def test_a_flight_is_found_though_its_stance_was_not_seen(
     seen = time_s >= first_s
     found = find_jumps(time_s[seen], height_m[seen], rest_length_m=REST_LENGTH_M, detector=detector)
     assert found.apex_times_s == pytest.approx([apex_s(number) for number in range(1, 7)], abs=0.005)
+    if detector == "robust":
+        times_s = [jump.flight_time_s for jump in found.with_apex if not isinstance(jump.flight_time_s, Undefined)]
+        assert times_s == pytest.approx([FLIGHT_S] * len(times_s), abs=0.02)
+        assert len(times_s) >= 5
 
 
 @pytest.mark.parametrize("detector", ["published", "robust"])
