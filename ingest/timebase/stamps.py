@@ -173,7 +173,7 @@ _WITHIN = 0.5
 _SHORT, _FEWEST_SHORT = 0.25, 0.1
 """No jitter: so many steps are as short as this share of the mean step."""
 _FEWEST_EQUAL = 0.01
-"""A clock coarser than the samples, 1100 Hz in whole milliseconds: so many stamps equal the one before."""
+"""A clock coarser than the samples, 1100 Hz in whole milliseconds: so many stamps, and ten, equal the one before."""
 _FEWEST_BURSTS = 10
 _REGULAR, _REGULAR_SHARE = 0.35, 0.7
 _CONTINUOUS = 5.0
@@ -208,7 +208,7 @@ def burst_starts(seconds: FloatArray) -> IntArray | None:
     usual = steps[steps <= PAUSE_S] if (steps <= PAUSE_S).any() else steps
     mean = float(usual.mean())
     short, equal = np.count_nonzero(steps < _SHORT * mean), np.count_nonzero(steps == 0)
-    if short < _FEWEST_SHORT * len(steps) and equal < _FEWEST_EQUAL * len(steps):
+    if short < _FEWEST_SHORT * len(steps) and equal < max(_FEWEST_BURSTS, _FEWEST_EQUAL * len(steps)):
         return None
     starts = np.concatenate([[0], np.flatnonzero(steps >= _shortest_between(usual, mean)) + 1])
     if len(starts) < _FEWEST_BURSTS or np.diff(starts).max() < 2:

@@ -518,6 +518,14 @@ def test_a_tick_about_as_long_as_a_sample_is_asked_about(rate_hz: int) -> None:
     assert (by_tick.rate_hz, len(by_tick.gaps)) == (1000.0, pytest.approx(6000 * (1000 / rate_hz - 1), rel=0.02))
 
 
+@pytest.mark.parametrize("head", ["", "# rate: 300 Hz\n"])
+def test_rows_written_twice_are_no_samples_of_a_coarse_clock(head: str) -> None:
+    rows = [row for k, row in enumerate(ROWS) for _ in range(2 if k % 21 == 5 else 1)]
+    result = read(text(head + LOG_HEADER, rows))
+    assert (result.rows_kept, finding(result, "time_duplicate").count) == (600, 29)
+    assert result.parts[0].rate_hz == pytest.approx(300.0, rel=1e-3)
+
+
 def test_losses_at_random_are_no_rounding() -> None:
     lost = np.random.default_rng(3).choice(np.arange(1, 5999), 600, replace=False)
     rows = [f"{k},{0.4 + 0.05 * np.sin(k / 40):.5f}" for k in range(6000) if k not in lost]
