@@ -147,4 +147,4 @@ class _Turns:
             del self.rows[-1], self.lines[-1], self.ordinals[-1]
 
 
-FORMAT = Format("debug_lines", 4, _recognise, _read, clue=Clue(says=(b":", b"=")))
+FORMAT = Format("debug_lines", 5, _recognise, _read, clue=Clue(says=(b":", b"=")))
