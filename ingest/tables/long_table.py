@@ -166,8 +166,7 @@ def number_in(cell: str, sign: str, declared: str | None) -> Decimal | CellFault
     parsed = parse_cell(encoded, sign.encode())
     if isinstance(parsed, CellFault):
         return parsed
-    folded = plain.lower().replace(",", ".")
-    return Decimal(int(folded, 16)) if "x" in folded else Decimal(folded.replace("d", "e"))
+    return Decimal(plain.replace(",", ".").lower().replace("d", "e"))
 
 
 def has_thousands(cell: str, declared: str | None) -> bool:

@@ -243,8 +243,8 @@ def _is_cut(line: bytes, cell_above: bytes | None, layout: Layout) -> bool:
     above = [shape for shape in map(_SHAPE.fullmatch, layout.last_cells) if shape and shape[0]]
     if not layout.last_cells:
         return True  # nothing to compare with
-    if last is None:  # hexadecimal, or no number: the reader of rows judges that
-        return cells[-1][:2].lower() == b"0x" and len(cells[-1]) < max(map(len, layout.last_cells))
+    if last is None:
+        return False  # no number: the reader of rows judges it
     if not last[0]:
         return all(layout.last_cells)
     decimals = [len(shape[2]) for shape in above if shape[2] is not None]

@@ -19,8 +19,7 @@ from ingest.text.source import Line, TextSource
 EXPONENT = rb"(?:[eE][+-]?\d+|[dD][+-]\d+)?"
 """D is that of double precision in Fortran, which writes a sign behind it."""
 NUMBER_PATTERN = rb"[+-]?(?:\d+\.?\d*|\.\d+)" + EXPONENT
-NUMBER = re.compile(NUMBER_PATTERN + rb"|0[xX][0-9a-fA-F]{1,13}")
-"""Hexadecimal integers are without a sign, as a bus or a converter counts."""
+NUMBER = re.compile(NUMBER_PATTERN)
 COMMA_NUMBER = re.compile(rb"[+-]?(?:\d+,\d*|,\d+)" + EXPONENT)
 _INTEGER = re.compile(rb"[+-]?\d{1,19}")
 _GROUPED = re.compile(rb"[+-]?\d{1,3}(?:(?:[ '.]\d{3})+(?:,\d+)?|(?:[ ',]\d{3})+(?:\.\d+)?)")
@@ -87,8 +86,7 @@ def parse_cell(cell: bytes, decimal: bytes) -> float | CellFault:
 
 def value_of(number: bytes) -> float:
     """Return the value of a cell that `NUMBER` matches."""
-    folded = number.lower()
-    return float(int(folded, 16)) if b"x" in folded else float(folded.replace(b"d", b"e"))
+    return float(number.lower().replace(b"d", b"e"))
 
 
 def _finite(cell: bytes) -> float | CellFault:

@@ -48,6 +48,7 @@ TEXT = [
     ),
     Case("Arabic digits", with_cell("٠٫٥"), False, "not_a_number", 599),
     Case("underscore in a number", with_cell("4_0", 3), False, "not_a_number", 599),
+    Case("hexadecimal", with_cell("0x10", 3), False, "not_a_number", 599),
     Case(
         "quoted cell with a newline",
         text(LOG_HEADER + ",note", [f'{row},"a\nb"' for row in ROWS]),

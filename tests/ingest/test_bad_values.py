@@ -143,13 +143,3 @@ def test_repeated_packets_are_a_held_gap() -> None:
     assert gap.samples_missing == 39  # rows 101 to 139 repeat row 100
     assert gap.start_s == part.time_s[100]
     assert gap.start_s + gap.length_s == pytest.approx(part.time_s[140])
-
-
-@pytest.mark.parametrize("written", ["0x{:04X}", "0X{:04x}"])
-def test_hexadecimal_integers_are_numbers_and_a_cut_one_is_none(written: str) -> None:
-    rows = [f"{10 * k},{written.format(250 + k)}" for k in range(150)]
-    data = "\n".join(["time_ms,adc_height", *rows]).encode()
-    for end, kept in ((len(data), 150), (len(data) - 1, 149)):
-        result = read_file(data[:end], Declarations())
-        assert (result.refused, result.rows_kept) == (False, kept), result.findings
-        assert result.parts[0].channels[0].values.tolist() == [250.0 + k for k in range(kept)]
