@@ -109,7 +109,11 @@ def _outside(values: FloatArray, low: float, high: float) -> BoolArray:
     return (values < low) | (values > high)
 
 
-_DISCHARGING = re.compile(rb"(?i)dis[ _-]?ch|d[ _-]?chg|entlad|d(?:e|\xc3?\xa9|\xe9)charg|descarg")
+_DISCHARGING = re.compile(
+    rb"(?i)dis[ _-]?ch|d[ _-]?chg|entlad|d(?:e|\xc3?\xa9|\xe9)charg|descarg|\xe6\x94\xbe\xe7\x94\xb5|\xb7\xc5\xb5\xe7"
+    rb"|^\W*(?:c[cv][ _-]?)?(?:dsc|dis|dch|d)\W*$"
+)
+"""Words for discharging in the exports of makers, in Chinese in UTF-8 and GBK; the short ones stand alone in a cell."""
 _OF_STEPS = re.compile("(?i)step|mode|stat[eu]|phase|type|schritt|modus|zustand|[eé]tape|[eé]tat|paso|estado")
 SIGNED_BY_DIRECTION = ("current", "charge")
 """Channels that are positive while charging and negative while discharging."""

@@ -298,5 +298,5 @@ def _check_drift(force: FloatArray, load: Load | None, column: str, findings: Fi
     is_quiet = np.ptp(ends) < 2 * LOADED_N and (load is None or not load.is_on(ends).any())
     shift = np.mean(last) - np.mean(first)
     if is_quiet and abs(shift) > MOST_DRIFT_N:
-        message = f"The force of the plate at rest moves by {shift:.3g} N from start to end: drift."
+        message = f"The force of the plate at rest moves by {shift:.3g} N from start to end: drift, or a light body."
         findings.add(NOTE, "force_zero_drift", message, column=column)

@@ -64,6 +64,8 @@ _COMPOUND = re.compile(
     rf"(?:{_BETWEEN}(?:{_WORD}|\({_WORD}(?:{_BETWEEN}{_WORD})*\)))*"
 )
 """Units multiplied, divided or to a power: `N/kg`, `mAh/g`, `kg m/s^2`, `W/(m K)`."""
+_TICK = re.compile(r"(0[.,]0*[1-9]\d*)\s*([^\s\d].*)")
+"""What one count of a column is, as in `[0.1 mm]`; a number from 1 on is that of a range."""
 _NO_UNIT = frozenset({"N/A", "n/a"})
 _LONGEST_UNIT = 30
 _LONGEST_NAME = 200
@@ -145,6 +147,8 @@ def normal_unit(text: str) -> str | None:
 def is_unit(text: str) -> bool:
     """Whether a text is a unit known here (and not just any word), or made of such as the units library reads it."""
     unit = normal_unit(text)
+    if unit is not None and (tick := _TICK.fullmatch(unit)):
+        return is_unit(tick[2])
     if unit in _UNITS or unit is None or unit in _NO_UNIT or len(unit) > _LONGEST_UNIT:
         return unit in _UNITS
     words = re.findall(r"[A-Za-zµμ°%Ω]+", unit) if _COMPOUND.fullmatch(unit) else []
@@ -285,11 +289,14 @@ def factor(
 
     `flag` is how flags name the column, where that is not its name.
     """
-    common = FACTORS.get(stored, {}).get(unit)
+    tick = _TICK.fullmatch(unit)
+    number, unit_of_tick = (float(tick[1].replace(",", ".")), normal_unit(tick[2]) or "") if tick else (1.0, unit)
+    common = FACTORS.get(stored, {}).get(unit_of_tick)
     if common is not None:
-        return common, 0.0
+        return number * common, 0.0
     try:
-        return units.conversion(unit, stored)
+        scale, offset = units.conversion(unit_of_tick, stored)
+        return number * scale, offset
     except InputRefused as error:
         flag = column if flag is None else flag
         own = clean_name(parse_header(column).base) or "quantity"

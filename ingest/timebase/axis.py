@@ -12,7 +12,7 @@ import numpy as np
 
 from data_schema.vocabulary import GapKind
 from ingest.channels.columns import Plan, TimePlan, count_by_rate_flags
-from ingest.channels.names import is_unit
+from ingest.channels.names import channel_kind, is_unit
 from ingest.declared import argument
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import BoolArray, Declarations, FloatArray, IntArray
@@ -45,6 +45,8 @@ MOTION_RATES_HZ = (20.0, 50_000.0)
 """Of a log of jumps slower or faster than this it is asked whether its time is in the unit named."""
 
 SEQUENCE = "sequence"
+_FEWEST_COUNTED, _MOSTLY = 20, 0.9
+"""Of at least so many steps of a column nine in ten are 1 where it counts the samples."""
 
 _WRAPPING = ("ms", "us")
 
@@ -328,6 +330,9 @@ def _ask_about_rate(
     n, missing = len(timebase.time_s), missing_samples(timebase)
     if missing <= n:
         return
+    disordered = sum(map(findings.count, ("time_backwards", "time_spike", "time_duplicate")))
+    if disordered > RATE_REFUSED * n:
+        return  # what is left tells no rate, and the rows that are rejected refuse the file
     paused_s = sum(gap.length_s for gap in timebase.gaps if gap.kind is GapKind.PAUSE)
     even_hz = (n - 1) / (float(timebase.time_s[-1]) - paused_s)
     findings.add(
@@ -390,9 +395,11 @@ def _from_given_rate(sources: TimeSources, usable: BoolArray, findings: FindingC
         return Recordings(usable, ())
     ordinals = sources.block.ordinal()[rows]
     counts = _sequence(sources, rows, findings)
+    if counts is None and all(column.channel != SEQUENCE for column in sources.plan.columns):
+        counts = _counted_by(sources, rows, findings)
     timebase = from_rate(ordinals if counts is None else counts, ordinals, rate)
     _report_gaps(timebase, rows, sources.block, findings)
-    if missing_samples(timebase) > len(rows):
+    if missing_samples(timebase) > len(rows) and any(column.channel == SEQUENCE for column in sources.plan.columns):
         _ask_about_counter(timebase, sources, findings)
     start = sources.preamble.start
     utc = None if start is None else clock.to_utc(start, sources.declared.time_zone, findings)
@@ -447,6 +454,25 @@ def _sequence(sources: TimeSources, rows: IntArray | slice, findings: FindingCol
                 return numbers.astype(np.int64)
             message = "The sample numbers do not count up: samples that are missing by them are not looked for."
             findings.add(NOTE, "sequence_unused", message, column=column.source_name)
+    return None
+
+
+def _counted_by(sources: TimeSources, rows: IntArray | slice, findings: FindingCollector) -> IntArray | None:
+    """Return the numbers in a column of no known quantity that rise by one from row to row, but where samples lack."""
+    said = {*sources.declared.columns, *sources.declared.profile_columns}
+    for column in sources.plan.columns:
+        if channel_kind(column.channel) is not None or said.intersection((column.flag, column.source_name)):
+            continue
+        numbers = unwrap_counter(sources.stored[column.position][rows])
+        steps = np.empty(0) if numbers is None else np.diff(numbers)
+        if numbers is None or len(steps) < _FEWEST_COUNTED or not _MOSTLY <= np.mean(steps == 1.0) < 1.0:
+            continue
+        message = (
+            "The numbers rise by one from row to row, but for jumps: samples are missing there. If they count "
+            f"something else, say `--column {argument(f'{column.flag}=own.counter')}`."
+        )
+        findings.add(NOTE, "sequence_found", message, column=column.source_name)
+        return numbers.astype(np.int64)
     return None
 
 

@@ -34,7 +34,7 @@ from ingest.timebase.clock_formats import (
 
 _DAY_S = 86_400.0
 _EARLIEST_EPOCH_S = datetime(2000, 1, 1, tzinfo=UTC).timestamp()
-_LATEST_EPOCH_S = datetime(2100, 1, 1, tzinfo=UTC).timestamp()
+_LATEST_EPOCH_S = datetime(2050, 1, 1, tzinfo=UTC).timestamp()
 _FIRST_DAY = date(2000, 1, 1)
 _UNIX_EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 _TIME_OF_DAY = re.compile(rb"(\d{1,3}):(\d\d):(\d\d(?:[.,]\d+)?)")
@@ -82,7 +82,7 @@ _UNIX_EPOCH_TICKS = {"filetime": 116_444_736_000_000_000, "d": 25_569}
 
 
 def epoch_time(ticks: float, unit: str, ticks_per_second: float) -> str | None:
-    """Return the instant of a count of ticks that can only be a date of the years 2000 to 2100, else None.
+    """Return the instant of a count of ticks that can only be a date of the years 2000 to 2050, else None.
 
     It is Unix time, Windows FILETIME (100 ns since 1601), or in days, without a zone, the serial date of a spreadsheet.
     """

@@ -76,6 +76,21 @@ def test_a_value_next_to_nothing_is_zero_and_no_damaged_byte() -> None:
     assert result.parts[0].channels[0].values[[0, 100]] == pytest.approx([0.01, 0.0], abs=1e-30)
 
 
+@pytest.mark.parametrize("word", ["DSC", "Dis", "D", "CC_DChg", "放电", "Entladen"])
+def test_the_words_of_makers_for_discharging_are_known(word: str) -> None:
+    rows = [f"{s},{word if s < 30 else 'CHG'},{2.0 if s < 30 else 1.5}" for s in range(60)]
+    (found,) = [
+        finding for finding in read(text("Time (s),Mode,Current (A)", rows)).findings if finding.severity == "file"
+    ]
+    assert found.rule == "current_unsigned"
+
+
+@pytest.mark.parametrize("head", ["height [0.1 mm]", "height [0,1mm]", "height (0.1 mm)"])
+def test_a_count_of_a_column_may_be_a_part_of_a_unit(head: str) -> None:
+    result = read(text(f"time [ms];{head}", [f"{10 * k};{3500 + k}" for k in range(100)]))
+    assert result.parts[0].channels[0].values[[0, 99]] == pytest.approx([0.35, 0.3599])
+
+
 def cycled(charging_a: float, discharging_a: float) -> bytes:
     """A battery that is charged, rests and is discharged, each for 30 s, with the name of each step."""
     steps = (("CC_Chg", charging_a), ("Rest", 0.0), ("CC_DChg", discharging_a))

@@ -696,6 +696,18 @@ def test_forward_and_vertical_force_exchanged_were_stored() -> None:
     assert not with_robot(hopping_plate(order="zyx"), columns={**said, **moments}).refused
 
 
+@pytest.mark.parametrize("name", ["sample_no", "index", "packet_id", "n"])
+def test_a_column_that_counts_the_samples_shows_which_are_missing(name: str) -> None:
+    numbers = [k for k in range(300) if not 100 <= k < 115]
+    rows = [f"{k},{0.4 + 0.01 * (k % 7):.2f}" for k in numbers]
+    result = read(text(f"{name},height [m]", rows), Declarations(rate_hz=100.0))
+    (gap,) = result.parts[0].gaps
+    assert (gap.samples_missing, gap.kind) == (15, "dropped")
+    own = Declarations(rate_hz=100.0, columns={name: ColumnDeclaration("counter")})
+    kept = read(text(f"{name},height [m]", rows), own)
+    assert kept.parts[0].gaps == ()
+
+
 def test_forces_of_a_known_robot_are_right_and_of_one_weighed_badly_noted() -> None:
     right = with_robot(hopping_plate())
     assert not {"force_weight_differs", "force_weight_implausible"} & {found.rule for found in right.findings}
