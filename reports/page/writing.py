@@ -83,7 +83,7 @@ def report_files(content: ReportContent, *, summary: bool = False, every_figure:
         **{f"tables/{name}": data for name, data in table_files.items()},
         "numbers.tex": macros_bytes(content),
         "references.bib": references_bib(content),
-        MARK: content.made_at.encode(),
+        MARK: f"{content.made_at}{'' if content.stored else ' unsaved'}".encode(),
         **{name: page.encode("utf-8") for name, page in pages.items()},
     }
 

@@ -42,7 +42,7 @@ def unpack(folder: Path, cluster: Cluster | None) -> dict[str, float | None]:
 
 def _extract(name: str, folder: Path) -> None:
     with tarfile.open(fileobj=io.BytesIO(lzma.decompress((DATA / name).read_bytes()))) as archive:
-        archive.extractall(folder, filter="data")
+        archive.extractall(folder, **({"filter": "data"} if hasattr(tarfile, "data_filter") else {}))  # Python 3.11.4
 
 
 def _into_postgres(folder: Path, cluster: Cluster) -> None:
