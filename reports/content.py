@@ -230,11 +230,13 @@ class ReportContent:
     `run_before` is the day of the first run where that lies before the decision, `departures` says what departs from
     it, of which there are `departed`, `void` which runs are void and why, `not_planned` what was not decided at all;
     `no_equivalence` why heights were not tested for equality, "" where they were or there are none. `counted` is the
-    unit of analysis that comparisons count: "run", or "day" where they use the means of days. `tests_beside` says
-    what the tests in full are where others decide. `known_errors` has what is on record against the methods, an
-    introduction first. `overall` is the effect over all groups, where there are several. `sources` are those of the
-    methods used; `outside_limits` names the runs whose joules are out of control limits; `software` names the libraries
-    that computed it, with versions. `stored` tells whether the book has the report, so that its numbers can be traced.
+    unit of analysis that comparisons count: "run", or "day" where they use the means of days; `different_days` says
+    that runs of days without the other side are compared, "" where none are. `tests_beside` says what the tests in full
+    are where others decide. `known_errors` has what is on record against the methods, an introduction first.
+    `overall` is the effect over all groups, where there are several. `sources` are those of the methods used;
+    `outside_limits` names the runs whose joules are out of control limits; `software` names the libraries that
+    computed it, with versions.
+    `stored` tells whether the book has the report, so that its numbers can be traced.
     `warning` says what makes all numbers doubtful, "" where nothing does. `first_only` tells that the first page stands
     alone, without the other sections.
     """
@@ -281,6 +283,7 @@ class ReportContent:
     not_planned: tuple[str, ...] = ()
     no_equivalence: str = ""
     counted: str = "run"
+    different_days: str = ""
     software: tuple[tuple[str, str], ...] = ()
     sources: tuple[Source, ...] = ()
     stored: bool = True

@@ -47,7 +47,7 @@ def flow_sentence(content: ReportContent) -> str:
 
 
 def trust_sentences(content: ReportContent) -> tuple[str, ...]:
-    """Return how far to trust the answer: odd runs, the plan, one day less, what its uncertainty comes from."""
+    """Return how far to trust the answer: runs of different days, odd runs, the plan, one day less, its uncertainty."""
     if not content.planned:
         plan = "No analysis was decided on before the first measurement: every comparison is exploratory."
     else:
@@ -61,7 +61,9 @@ def trust_sentences(content: ReportContent) -> tuple[str, ...]:
             else "and nothing departs from it"
         )
         plan = f"The analysis was decided on {when}, {what}."
-    return tuple(filter(None, (_odd_runs(content), plan, _one_day_less(content), _uncertainty(content))))
+    return tuple(
+        filter(None, (content.different_days, _odd_runs(content), plan, _one_day_less(content), _uncertainty(content)))
+    )
 
 
 def _odd_runs(content: ReportContent) -> str:

@@ -54,7 +54,7 @@ def read_analysis(top: TableReader) -> AnalysisSettings | None:
         alpha=_alpha(table, default.alpha),
         apex_bounds=_apex_bounds(table),
         exclusions=_exclusions(table, default.exclusions),
-        unit_of_analysis=table.word("unit_of_analysis", UnitOfAnalysis, UnitOfAnalysis.RUN),
+        unit_of_analysis=table.word("unit_of_analysis", UnitOfAnalysis, default.unit_of_analysis),
     )
     table.finish()
     return settings

@@ -114,7 +114,7 @@ idle_minutes = [20, 24, 30, 40, 50, 60]
 # What is decided about the analysis before the first run: the book keeps it, and the report calls exploratory whatever
 # departs from it. Comparisons of the primary outcome are corrected over the family: each (level against the control) or
 # pooled. Apexes within the bounds count as no loss of height. exclusions: for which reasons jumps may be left out.
-# Without unit_of_analysis the unit is the run.
+# Without unit_of_analysis the days that hold both decide; run or day must be named.
 #[analysis]
 #primary_outcome = "joules"
 #family = "pooled"

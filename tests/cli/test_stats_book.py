@@ -247,7 +247,9 @@ def test_away_from_a_book_a_table_is_asked_for(tmp_path: Path) -> None:
 
 
 APART = ("--where", "foot=small and (b_ad_gain=0 and day=2021-06-14 or b_ad_gain=100 and day=2021-06-16)")
-DECIDED = '\n[analysis]\nprimary_outcome = "apex"\nalpha = 0.01\napex_bounds_percent = [-4, 5]\n'
+DECIDED = (
+    '\n[analysis]\nunit_of_analysis = "run"\nprimary_outcome = "apex"\nalpha = 0.01\napex_bounds_percent = [-4, 5]\n'
+)
 
 
 @pytest.fixture(scope="module")

@@ -17,12 +17,12 @@ from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.comparison.robustness import WITHOUT_EXCLUSIONS, Varied
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.study import StudyAnalysis
-from labbook.config.model import Family
+from labbook.config.model import Family, UnitOfAnalysis
 from labbook.presenting.numbers import ShownNumbers
 from labbook.presenting.report.campaign import factor_title
 from labbook.presenting.report.day_layout import one_day_each
 from reports.content import Anova, Comparison, ReportContent, Sensitivity, Variant
-from reports.display import in_sentence
+from reports.display import count_text, in_sentence
 from reports.evidence import ByDay, Decision, Equivalence, OverallEquivalence, OverallSavings, OverGroups, Side
 from reports.naming import levels_name
 from reports.numbers import Number, SignificanceTest
@@ -238,6 +238,26 @@ def _confounding_with_days(test: SignificanceTest, sides: Mapping[str, Sequence[
     if isinstance(test.statistic, Undefined):
         return ""
     return one_day_each({name: {item.run.day for one in side for item in one.runs} for name, side in sides.items()})
+
+
+def runs_of_different_days(analysis: StudyAnalysis) -> str:
+    """Say that runs of days without the other side are compared, where the plan counts runs; "" where none are."""
+    if analysis.planned.settings.unit_of_analysis is not UnitOfAnalysis.RUN:
+        return ""
+    both, days = set[tuple[str, str]](), set[tuple[str, str]]()
+    for pair in [item.pair for item in analysis.compared if item.pair.family == pairing.POOLED]:
+        group = pairing.group_label(pair.group)
+        control, treated = ({(group, item.run.day) for one in side for item in one.runs} for side in (pair.a, pair.b))
+        both |= control & treated
+        days |= control | treated
+    if both == days:
+        return ""
+    per_group = " of a group" if len({group for group, _day in days}) > 1 else ""
+    return (
+        f"The plan counts runs, so that runs of different days were compared: {len(both)} of "
+        f"{count_text(len(days), 'day')}{per_group} hold both the control and the treatment, and what days differ by "
+        "is in the differences."
+    )
 
 
 def _by_day(result: DayComparison, shown: ShownNumbers) -> ByDay:

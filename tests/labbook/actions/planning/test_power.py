@@ -30,7 +30,7 @@ from tests.helpers.statements import said_alike
 from tests.helpers.wording import refuses, says
 
 R = Path(__file__).parents[3] / "stats" / "r" / "power.csv"
-EACH = '\n[analysis]\nfamily = "each"\nalpha = {alpha:g}\n'
+EACH = '\n[analysis]\nfamily = "each"\nunit_of_analysis = "run"\nalpha = {alpha:g}\n'
 
 
 def asked(**given: float | int | None) -> PowerRequest:
@@ -185,7 +185,9 @@ def test_runs_and_days_are_those_of_a_plan_that_is_drawn(fresh: SmallBook) -> No
 
 def test_the_scatter_is_that_of_the_runs_so_far(tmp_path: Path) -> None:
     made = small_book(tmp_path)
-    found = power_of(made, "\n[analysis]\napex_bounds_percent = [-3, 3]\n", saving_percent=10.0)
+    found = power_of(
+        made, '\n[analysis]\nunit_of_analysis = "run"\napex_bounds_percent = [-3, 3]\n', saving_percent=10.0
+    )
     joules = joules_drawn()
     squares = sum(float(np.var(values)) * len(values) for values in joules.values())
     df = sum(len(values) - 1 for values in joules.values())
@@ -225,7 +227,7 @@ def test_the_day_as_unit_counts_days(tmp_path: Path) -> None:
 
 def test_apexes_as_the_primary_outcome_are_planned_in_metres(tmp_path: Path) -> None:
     made = small_book(tmp_path)
-    analysis = '\n[analysis]\nprimary_outcome = "apex"\napex_bounds_m = [-0.005, 0.005]\n'
+    analysis = '\n[analysis]\nprimary_outcome = "apex"\nunit_of_analysis = "run"\napex_bounds_m = [-0.005, 0.005]\n'
     found = power_of(made, analysis, difference=0.003)
     assert found.apex is found.primary
     assert found.unit == "m"
@@ -235,7 +237,7 @@ def test_apexes_as_the_primary_outcome_are_planned_in_metres(tmp_path: Path) -> 
 
 
 def test_what_cannot_be_known_is_said(fresh: SmallBook) -> None:
-    bounds = "\n[analysis]\napex_bounds_percent = [-3, 3]\n"
+    bounds = '\n[analysis]\nunit_of_analysis = "run"\napex_bounds_percent = [-3, 3]\n'
     found = power_of(fresh, bounds, saving_percent=10.0, sd=4.0, mean=42.0)
     equal = row(found, "no loss")
     assert isinstance(equal.n, Undefined)

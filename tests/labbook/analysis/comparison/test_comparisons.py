@@ -228,7 +228,7 @@ def test_savings_are_shown_where_their_own_interval_does_not_hold_0(reports: Rep
 def test_heights_are_tested_against_the_bounds_that_were_decided(
     reports: Reports, bounds: str, unit: str, low: float
 ) -> None:
-    made = reports(bounds)
+    made = reports(f'unit_of_analysis = "run"\n{bounds}')
     high = 0.006 if unit == "m" else 3.0
     for item in compared(made, Outcome.APEX):
         assert item.equivalent is not None
@@ -358,7 +358,7 @@ def by_name(made: MadeReport) -> dict[tuple[Outcome, str], set[str]]:
 
 
 def test_what_was_not_decided_beforehand_is_called_exploratory_with_the_reason(reports: Reports) -> None:
-    made = reports('primary_outcome = "joules"\nfamily = "pooled"', in_time=True)
+    made = reports('primary_outcome = "joules"\nfamily = "pooled"\nunit_of_analysis = "run"', in_time=True)
     found = by_name(made)
     assert found.pop((Outcome.JOULES, POOLED)) == {""}
     assert all("" not in reasons for reasons in found.values())
@@ -395,7 +395,7 @@ def test_a_family_of_one_test_is_left_as_it_is(reports: Reports) -> None:
 
 
 def test_the_family_that_was_decided_on_comes_before_claims_of_another(reports: Reports) -> None:
-    made = reports('family = "each"').content
+    made = reports('family = "each"\nunit_of_analysis = "run"').content
     planned = [item for item in made.comparisons if item.family == EACH and item.adjusted is not None]
     shown = sum(item.adjusted_rejected is True for item in planned if item.quantity is Outcome.JOULES)
     first, *others = made.claims

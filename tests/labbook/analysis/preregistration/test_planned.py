@@ -19,7 +19,7 @@ from labbook.analysis.comparison.pairing import EACH, POOLED
 from labbook.analysis.preregistration.planned import AS_A_WHOLE, NOTHING_DECIDED, Planned, _run_before, planned_analysis
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database
-from labbook.config.model import AnalysisSettings, Bounds, Family, UnitOfAnalysis
+from labbook.config.model import AnalysisSettings, Bounds, Family
 from labbook.presenting.report.preregistration import planned_sentences
 from tests.helpers.books import ADA, BEN, SmallBook, import_sheet, ingest_all, small_book
 from tests.helpers.databases import server_in_a_soak
@@ -30,7 +30,6 @@ DECIDED = '\n[analysis]\nalpha = 0.01\nexclusions = ["misfire", "sensor_fault"]\
 STOOD = AnalysisSettings(
     alpha=0.01,
     exclusions=(ReasonCode.MISFIRE, ReasonCode.SENSOR_FAULT),
-    unit_of_analysis=UnitOfAnalysis.RUN,  # as an [analysis] that names none always meant
 )
 
 

@@ -49,7 +49,9 @@ def test_only_days_that_nothing_measures_are_said(days: dict[str, set[str]], sai
 def confounded(tmp_path_factory: pytest.TempPathFactory) -> MadeReport:
     """A report in which the control had one day and active damping the other; the large foot has a run a side."""
     book = small_book(tmp_path_factory.mktemp("confounded"))
-    book.toml.write_text(f"{book.toml.read_text()}\n[analysis]\napex_bounds_m = [-0.03, 0.03]\n")
+    book.toml.write_text(
+        f'{book.toml.read_text()}\n[analysis]\nunit_of_analysis = "run"\napex_bounds_m = [-0.03, 0.03]\n'
+    )
     with book.open() as opened:
         return state_report(opened, APART, ADA, lambda _step: None)
 
@@ -72,6 +74,12 @@ def test_claims_of_the_page_do_not_take_days_for_the_treatment(confounded: MadeR
         assert "measured on one" not in text
 
 
+def test_page_one_says_that_runs_of_different_days_were_compared(confounded: MadeReport) -> None:
+    says(confounded.content.different_days, "plan counts runs", "0 of")
+    page = quick_page(confounded.content)
+    assert page.index("runs of different days") < page.index("Limitations")
+
+
 def test_what_days_leave_untold_is_said_once_after_the_first_claim(confounded: MadeReport) -> None:
     content, in_full = confounded.content, "the groups were measured on one day each, and not all on the same one"
     second = content.claims[1].text.replace("\u00a0", " ")
@@ -92,7 +100,7 @@ def test_what_days_leave_untold_is_said_once_after_the_first_claim(confounded: M
 @pytest.mark.soak
 def test_a_family_of_levels_says_how_many_cannot_be_told_from_days(tmp_path: Path) -> None:
     book = small_book(tmp_path, ingested=False)
-    book.toml.write_text(f'{book.toml.read_text()}\n[analysis]\nfamily = "each"\n')
+    book.toml.write_text(f'{book.toml.read_text()}\n[analysis]\nfamily = "each"\nunit_of_analysis = "run"\n')
     with book.open() as opened:
         ingest_all(opened, book.instruments)
         content = state_report(opened, APART, ADA, lambda _step: None).content
