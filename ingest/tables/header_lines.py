@@ -9,12 +9,23 @@ import dataclasses
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 from typing import TYPE_CHECKING
 
 from ingest.channels.names import TIME_NAMES, channel_of, is_unit, parse_header, squash, strip_comment
 from ingest.findings import FILE, FindingCollector
 from ingest.model import Declarations
-from ingest.text.cells import COMMENT_STARTS, Row, Split, is_clock, is_missing, is_number, row_of
+from ingest.text.cells import (
+    COMMENT_STARTS,
+    Row,
+    Split,
+    debug_line,
+    is_clock,
+    is_missing,
+    is_number,
+    is_single_number,
+    row_of,
+)
 from ingest.text.source import Line, TextSource
 
 if TYPE_CHECKING:
@@ -44,6 +55,8 @@ def find_header(split: Split) -> HeaderLines:
         if _is_row(row, split):
             break
         row = _whole_row(row, split)
+        if is_single_number(debug_line(row.line.content)):
+            continue  # `Duration: 2,5 s` is a fact about the file
         if _fits(row, split) and any(row.cells) and not any(is_number(cell, comma=True) for cell in row.cells):
             above.append(row)
     if not above:
@@ -53,6 +66,16 @@ def find_header(split: Split) -> HeaderLines:
     below = [row for row in above if row.line.start > names.line.start]
     units = next((row for row in below if _is_units_row(row.cells)), None)
     return HeaderLines(names, units, _has_trailing(split, names))
+
+
+def parts_names(split: Split) -> bool:
+    """Whether a line above the data names as many columns as the rows have cells, or half as many."""
+    names = find_header(split).names
+    if names is not None and any(_is_name(cell.decode("latin-1")) for cell in names.cells):
+        return True
+    above = takewhile(lambda row: not _is_row(row, split), split.head)
+    counts = [sum(map(bool, row.cells)) for row in above if _has_names(row)]
+    return any(count < split.width <= 2 * count + 1 for count in counts)
 
 
 def with_units_joined(cells: list[bytes], width: int) -> list[bytes]:

@@ -5,8 +5,10 @@ Header and data are decided apart: some instruments write a decimal comma above 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -14,7 +16,7 @@ from ingest.channels.names import strip_comment
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import Declarations, TextShape
 from ingest.spool import row_blocks
-from ingest.tables.header_lines import declared_header, find_header, report_no_header, report_other_width
+from ingest.tables.header_lines import declared_header, find_header, parts_names, report_no_header, report_other_width
 from ingest.tables.table import Block, CellKind, Column
 from ingest.text.cells import (
     COMMA_NUMBER,
@@ -97,7 +99,7 @@ def find_layout(source: TextSource, declared: Declarations, findings: FindingCol
     head = source.head_lines()
     further = [*source.sample_lines(0.5), *source.sample_lines(0.95)]
     declared_above, below = _parted(head, declared)
-    split = best_split(below, further, None if declared.delimiter is None else declared.delimiter.encode("latin-1"))
+    split = _likely_split(below, further, declared)
     if split is None:
         findings.add(
             FILE,
@@ -118,6 +120,8 @@ def find_layout(source: TextSource, declared: Declarations, findings: FindingCol
         if len(header.cells) != width + blank_end:
             report_other_width(header, width, split, findings)
             return None
+    if not declared.header_row and _refuse_parted_decimals(split, declared, findings):
+        return None
     named = {**declared.profile_columns, **declared.columns}
     if header is None and not any(name.isdigit() for name in named):
         report_no_header(split, findings)
@@ -156,6 +160,48 @@ def _parted(head: list[Line], declared: Declarations) -> tuple[list[Line], list[
     """Part the first lines where declared line numbers put the data below; nothing is above where none is declared."""
     first = max(declared.first_row or 0, (declared.header_row or 0) + 1, (declared.units_row or 0) + 1)
     return [line for line in head if line.number < first], [line for line in head if line.number >= first]
+
+
+def _likely_split(head: list[Line], further: list[Line], declared: Declarations) -> Split | None:
+    """Return the sample under the declared delimiter, else under the most likely one.
+
+    A comma that is declared to be the decimal sign stands between cells only where they are in quotes, or where a
+    header names as many columns, or half as many: that each number has a comma, too, is then asked about.
+    """
+    if declared.delimiter is not None:
+        return best_split(head, further, declared.delimiter.encode("latin-1"))
+    split = best_split(head, further)
+    if declared.decimal_sign != "," or split is None or split.delimiter != b",":
+        return split
+    if any(b'"' in row.line.content for row in split.rows) or parts_names(split):
+        return split
+    return best_split(head, further, ONE_COLUMN)
+
+
+_DIGITS = re.compile(rb"\d{2,}")
+
+
+def _refuse_parted_decimals(split: Split, declared: Declarations, findings: FindingCollector) -> bool:
+    """Refuse columns without names that may be the two parts of decimals, `0,021`: the right one of as many digits in
+    every row, with zeros in front.
+    """
+    declared_sign = declared.delimiter is not None or declared.decimal_sign is not None
+    if declared_sign or split.delimiter != b"," or parts_names(split):
+        return False
+    for left, right in pairwise(range(split.width)):
+        parts = [row.cells[right] for row in split.rows]
+        whole = all(integer_of(row.cells[left]) is not None for row in split.rows)
+        digits = all(map(_DIGITS.fullmatch, parts)) and len(set(map(len, parts))) == 1
+        if whole and digits and any(part.startswith(b"0") for part in parts):
+            row = split.rows[0]
+            number = b",".join(row.cells[left : right + 1]).decode("latin-1")
+            message = (
+                f"{number!r} may be one number with a decimal comma, or two: say `--decimal ,` for one, "
+                "`--delimiter ,` for two."
+            )
+            findings.add(FILE, "decimal_comma_unquoted", message, lines=[row.line.number], value=number)
+            return True
+    return False
 
 
 def _first_data_line(split: Split, header: Row | None, units_row: Row | None) -> Line:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -831,3 +832,32 @@ def test_a_damaged_last_digit_that_counts_as_a_blank_was_stripped(damaged: str) 
         assert (result.rows_kept, result.rows_rejected) == (299, 1), delimiter
     runs = [f"r{k},451,12" for k in range(200)]
     assert sheet("run,mAh,minutes", *runs, f"r200,45{damaged},12").rows_rejected == 1
+
+
+PLATE_HEAD = ["Abtastrate: 1000 Hz", "Messdauer: 2,5 s", "Einheit: kN"]
+ONE_FORCE = {"1": ColumnDeclaration("force_z", "kN")}
+
+
+@pytest.mark.parametrize("above", [PLATE_HEAD, ["Platte, Labor 3", *PLATE_HEAD], ["Labor, Nord"], []])
+@pytest.mark.parametrize("first_row", [None, 1])
+def test_a_declared_decimal_comma_stood_between_cells(above: list[str], first_row: int | None) -> None:
+    """0.021037 kN became 0 N, or 0 in one column and 21037 in another."""
+    newtons = 21 + 0.037 * np.arange(300)
+    data = "\n".join([*above, *(f"{value / 1000:.6f}".replace(".", ",") for value in newtons), ""]).encode()
+    declared = Declarations(columns=ONE_FORCE, rate_hz=1000.0)
+    asked = finding(read(data, declared), "decimal_comma_unquoted").message
+    says(asked, "--decimal ,", "--delimiter ,")
+    placed = {} if first_row is None else {"header_row": 0, "first_row": len(above) + 1}
+    result = read(data, replace(declared, decimal_sign=",", **placed))
+    assert channel(result, "force_z").values == pytest.approx(newtons)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_fractions_of_a_decimal_comma_were_a_column_of_their_own(sign: int) -> None:
+    newtons = sign * (20 + 0.37 * np.arange(200))
+    data = "".join(f"{value:.2f}\n".replace(".", ",") for value in newtons).encode()
+    declared = Declarations(columns={"1": ColumnDeclaration("force_z", "N")}, rate_hz=1000.0)
+    assert finding(read(data, declared), "decimal_comma_unquoted")
+    assert channel(read(data, replace(declared, decimal_sign=",")), "force_z").values == pytest.approx(newtons)
+    two = read(data, replace(declared, delimiter=","))
+    assert [each.name for each in two.parts[0].channels] == ["force_z", "2"]

@@ -87,4 +87,4 @@ def _read_sections(
     return read_several(named, declared, findings)
 
 
-FORMAT = Format("delimited_log", 9, _recognise, _read)
+FORMAT = Format("delimited_log", 10, _recognise, _read)
