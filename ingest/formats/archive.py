@@ -186,14 +186,18 @@ def read_members(
     instead: str,
     *,
     packed_text: bool = False,
+    beside_table: bool = False,
 ) -> Reading:
     """Read the members, each a name and its bytes, under the same declarations; `instead` ends a refusal.
 
-    `packed_text`: the members are files of their own, whose pages of text are reported.
+    `packed_text`: the members are files of their own, whose pages of text are reported. `beside_table`: a few lines
+    without a time column are left out where another member is a whole log.
     """
     from ingest.read import read_file  # the registry that it reads by holds the formats that have members
 
     results = [(name, read_file(data, declared)) for name, data in members]
+    if beside_table:
+        results = _without_few_lines(members, results, findings)
     _report(results, findings)
     if packed_text:
         findings.encodings += filter(None, (result.explanation.encoding for _, result in results))
@@ -210,6 +214,28 @@ def read_members(
         listed = " and ".join(sorted(str(role) for role in roles if role is not None))
         findings.add(FILE, "members_differ", f"The members hold different things ({listed}): {instead}.")
     return combine([_reading(name, result, several=len(results) > 1) for name, result in _named(results)])
+
+
+_FEW = 0.1
+"""Of the lines of the whole log beside them, so many at most are its settings or its summary."""
+
+
+def _without_few_lines(
+    members: Sequence[tuple[str, bytes]], results: Sequence[tuple[str, ReadFile]], findings: FindingCollector
+) -> list[tuple[str, ReadFile]]:
+    """Return the results without those of a few lines beside a whole log, which describe it and hold no time."""
+    counts = [data.count(b"\n") for _, data in members]
+    whole = [count for count, (_, result) in zip(counts, results, strict=True) if result.parts and not result.refused]
+    most = _FEW * max(whole, default=0)
+    chosen = []
+    for count, (name, result) in zip(counts, results, strict=True):
+        timed = any(column.holds == "time" for table in result.explanation.tables for column in table.columns)
+        if count > most or timed or result.role not in (FileRole.LOG, None):
+            chosen.append((name, result))
+            continue
+        message = f"Member {name!r} has {count} lines and no time, beside a whole log: it stays in the raw copy only."
+        findings.add(NOTE, "member_left_out", message, column=name)
+    return chosen
 
 
 def _report(results: Sequence[tuple[str, ReadFile]], findings: FindingCollector) -> None:

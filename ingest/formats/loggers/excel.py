@@ -66,9 +66,11 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     if not members:
         findings.add(FILE, "no_data_rows", f"No sheet of the workbook holds numbers; {_SAVE} if one should.")
         return Reading()
-    return read_members(
-        members, _declared(head.declared, text_numbers), findings, f"{_SAVE} and ingest them one by one"
-    )
+    declared = _declared(head.declared, text_numbers)
+    if any(b"\t" in text for _, text in members):
+        declared = dataclasses.replace(declared, delimiter="\t")
+    instead = f"{_SAVE} and ingest them one by one"
+    return read_members(members, declared, findings, instead, beside_table=True)
 
 
 def _declared(declared: Declarations, text_numbers: bool) -> Declarations:
@@ -177,5 +179,5 @@ def _text(cell: Cell) -> str:
     return str(cell)
 
 
-XLSX = Format("xlsx", 3, _recognise_xlsx, _read, container=True, clue=Clue(begins=(b"PK",)))
-XLS = Format("xls", 2, _recognise_xls, _read, container=True, clue=Clue(begins=(_XLS,)))
+XLSX = Format("xlsx", 4, _recognise_xlsx, _read, container=True, clue=Clue(begins=(b"PK",)))
+XLS = Format("xls", 3, _recognise_xls, _read, container=True, clue=Clue(begins=(_XLS,)))

@@ -196,3 +196,33 @@ def test_the_sample_of_two_time_columns() -> None:
     assert (len(log.time_s), log.rate_hz) == (17943, pytest.approx(1000.0))
     force = next(channel for channel in log.channels if channel.name == "grf")
     assert force.values[-1] == -2817.1835327365657
+
+
+def test_blanks_in_the_names_of_a_sheet_part_no_columns() -> None:
+    """`geladen [Ah]` and a date with a time were two cells each; a workbook's columns are known."""
+    names = ["Versuch", "Akku", "geladen [Ah]", "Ende", "Spannung [V]"]
+    rows = [
+        ["r710", "A", 0.812, 45228.6, 16.8],
+        ["r711", "A", 0.799, 45228.7, 16.8],
+        ["r712", "B", 0.844, 45229.5, 16.79],
+    ]
+    declared = {"Versuch": ColumnDeclaration("run"), "geladen": ColumnDeclaration("charge")}
+    result = read_file(workbook({"Laden": [names, *rows]}), Declarations(columns=declared))
+    assert [charge.charge_mah for charge in result.charges] == [812, 799, 844]
+
+
+INFO = [["Logger", "SX50"], ["Rate", 100], ["Mass (kg)", 2]]
+SUMMARY = [["Jumps", "Mean height (mm)"], [12, 341.5]]
+
+
+@pytest.mark.parametrize("beside", [INFO, SUMMARY], ids=["settings", "summary"])
+@pytest.mark.parametrize("rate_hz", [None, 100.0])
+def test_a_sheet_of_a_few_lines_beside_a_log_is_left_out(beside: Rows, rate_hz: float | None) -> None:
+    """Its masses were samples of a part of its own."""
+    data = [["Time (s)", "Body height (mm)"], *([0.01 * k, 300.0 + k % 7] for k in range(60))]
+    result = read_file(workbook({"Info": beside, "Data": data}), Declarations(rate_hz=rate_hz))
+    assert not result.refused
+    assert [part.part for part in result.parts] == ["data"]
+    assert [finding.column for finding in result.findings if finding.rule == "member_left_out"] == ["Info"]
+    alone = read_file(workbook({"Info": beside, "Data": data[:9]}), Declarations(rate_hz=100.0))
+    assert "member_left_out" not in {finding.rule for finding in alone.findings}
