@@ -24,7 +24,7 @@ from ingest.channels.checks import (
 )
 from ingest.channels.columns import ColumnPlan, Plan, TimePlan, plan_columns
 from ingest.channels.forces import check_plates, orient
-from ingest.channels.names import UNIT_OF_NAME, is_cop, normal_unit, parse_header, squash
+from ingest.channels.names import UNIT_OF_NAME, clean_name, is_cop, normal_unit, parse_header, squash
 from ingest.channels.robot_facts import check_robot
 from ingest.declared import declared_columns, flag_names, note_absent, with_profile_for_names, without
 from ingest.findings import NOTE, FindingCollector
@@ -32,6 +32,7 @@ from ingest.instruments import Instrument, instrument_named
 from ingest.model import ChannelData, ColumnUse, Declarations, FloatArray, Gap, Reading, SignalPart, TableUse
 from ingest.spool import by_blocks, take
 from ingest.tables.layout import refuse_jumps_by_thousand
+from ingest.tables.series import series
 from ingest.tables.table import Block, CellKind, Table, Wanted
 from ingest.timebase.axis import Recording, TimeSources, first_day, recordings, with_epoch_unit
 from ingest.timebase.order import refuse_series, trial_position, trials
@@ -40,6 +41,14 @@ from ingest.timebase.order import refuse_series, trial_position, trials
 def read_signals(table: Table, declared: Declarations, findings: FindingCollector, instrument: Instrument) -> Reading:
     """Turn a table into one signal part for each recording in it."""
     declared = with_profile_for_names(declared, table.names, findings)
+    by_word = series(table, declared, findings)
+    if by_word.keys() != {""}:
+        named = [
+            NamedTable(each, dataclasses.replace(instrument, part=f"trial_{clean_name(word) or number}"))
+            for number, (word, each) in enumerate(by_word.items(), start=1)
+        ]
+        return read_several(named, dataclasses.replace(declared, trials=None), findings)
+    table = by_word[""]
     note_absent(declared, table.names, findings)
     if declared.instrument is not None:
         instrument = _declared_instrument(declared.instrument, instrument)
@@ -48,10 +57,10 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
     asks_for_time = _asks_for_time(plan.time, declared, table)
     clocks = [at for at, kind in enumerate(table.kinds) if kind is CellKind.CLOCK] if asks_for_time else []
     signed = any(column.channel in SIGNED_BY_DIRECTION for column in plan.columns)
-    series = declared.trials is None and plan.time is not None
-    texts = [at for at, kind in enumerate(table.kinds) if (signed or series) and kind is CellKind.TEXT]
+    mixed = declared.trials is None and plan.time is not None
+    texts = [at for at, kind in enumerate(table.kinds) if (signed or mixed) and kind is CellKind.TEXT]
     block = table.read_rows(_wanted(plan, trial_column, clocks, texts))
-    if series and plan.time is not None:
+    if mixed and plan.time is not None:
         refuse_series(
             block,
             plan.time.position,

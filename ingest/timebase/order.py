@@ -60,23 +60,44 @@ def trials(block: Block, position: int | None, findings: FindingCollector) -> li
 def refuse_series(
     block: Block, time_position: int, texts: Mapping[str, Sequence[bytes]], findings: FindingCollector
 ) -> None:
-    """Refuse a long table, whose stamps repeat and are each once under each word of a column, by name in `texts`."""
+    """Refuse a long table: its stamps repeat and are each once under each word of a column, by name in `texts`, or
+    those of each word follow each other more steadily than all together.
+    """
     stamps = block.clocks[time_position] if time_position in block.clocks else block.numbers[time_position]
-    repeats = block.n_rows - len(np.unique(np.asarray(stamps)))
-    if not texts or repeats < max(2, block.n_rows / 100):
+    if not texts:
         return
+    repeats = block.n_rows - len(np.unique(np.asarray(stamps)))
+    repeated = repeats >= max(2, block.n_rows / 100)
     stamp = np.unique(np.asarray(stamps), return_inverse=True)[1].astype(np.int64)
     for name, cells in texts.items():
         words, word = np.unique(np.asarray(cells), return_inverse=True)
-        once = len(np.unique(stamp * len(words) + word)) == block.n_rows
-        if once and len(words) <= MOST_TRIALS:
-            listed = ", ".join(repr(each.decode("utf-8", errors="replace")) for each in words[:6].tolist())
-            message = (
-                f"Each stamp stands beside several words of column {name!r} ({listed}), as in a long table: say "
-                f"`trials = {json.dumps(name, ensure_ascii=False)}` in a [profiles.NAME] table of labbook.toml, and "
-                "each becomes a part of its own."
-            )
-            findings.add(FILE, "series_interleaved", message, column=name)
+        if len(words) > MOST_TRIALS:
+            continue
+        listed = ", ".join(repr(each.decode("utf-8", errors="replace")) for each in words[:6].tolist())
+        if repeated and len(np.unique(stamp * len(words) + word)) == block.n_rows:
+            message = f"Each stamp stands beside several words of column {name!r} ({listed})"
+        elif time_position in block.numbers and _steadier(np.asarray(stamps, dtype=np.float64), word, len(words)):
+            message = f"The stamps beside each word of column {name!r} ({listed}) are steadier than all together"
+        else:
+            continue
+        message += (
+            f", as in a long table: say `trials = {json.dumps(name, ensure_ascii=False)}` in a [profiles.NAME] table "
+            "of labbook.toml, and each becomes a part of its own."
+        )
+        findings.add(FILE, "series_interleaved", message, column=name)
+
+
+_STEADIER = 0.5
+"""Steps of this share of the spread of all are those of another clock; of a word by chance the spread is as large."""
+_FEWEST_STEPS = 3
+
+
+def _steadier(stamps: FloatArray, word: IntArray, n_words: int) -> bool:
+    """Whether the steps between the stamps, shape (n_rows,), of each of several words spread less than all steps."""
+    if n_words < 2 or np.bincount(word).min() <= _FEWEST_STEPS:
+        return False
+    most = _STEADIER * float(np.std(np.diff(stamps)))
+    return all(float(np.std(np.diff(stamps[word == each]))) < most for each in range(n_words))
 
 
 RESTART_S = 1.0

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ingest.findings import FindingCollector
-from ingest.model import Declarations
+from ingest.model import ColumnDeclaration, Declarations
 from ingest.read import read_file
 from ingest.tables.table import Block
 from ingest.timebase.order import Order, put_in_order, unwrap
@@ -86,10 +86,66 @@ def test_a_long_table_is_asked_for_the_column_that_parts_its_series(every: int, 
     data = "\n".join(["time_s,field,value", *rows, ""]).encode()
     result = read_file(data, Declarations())
     assert says(next(each.message for each in result.findings if each.severity == "file"), 'trials = "field"')
-    parts = {part.part: part for part in read_file(data, Declarations(trials="field")).parts}
+    names = ("body_height", "foot_height")
+    metres = {name: ColumnDeclaration(unit="m") for name in names}
+    parts = {part.part: part for part in read_file(data, Declarations(trials="field", columns=metres)).parts}
     assert parts["trial_body_height"].rate_hz == pytest.approx(100.0)
     assert parts["trial_foot_height"].rate_hz == pytest.approx(100.0 / every)
+    assert [parts[f"trial_{name}"].channels[0].name for name in names] == [*names]
     assert set(parts["trial_foot_height"].channels[0].values) == {0.1}
+    one = Declarations(trials="field", columns={"value": ColumnDeclaration("body_height", "m")})
+    assert "declared_column_absent" in {finding.rule for finding in read_file(data, one).findings}
+
+
+def test_series_have_the_units_beside_them() -> None:
+    """A unit in a column of its own was ignored."""
+    rows = [
+        f"{k / 100:.2f},{name},{value},{unit}"
+        for k in range(50)
+        for name, value, unit in (("height", 400 + k, "mm"), ("battery_voltage", 15.4, "V"))
+    ]
+    data = "\n".join(["time_s,sensor,value,unit", *rows, ""]).encode()
+    declared = Declarations(trials="sensor", columns={"height": ColumnDeclaration("body_height")})
+    result = read_file(data, declared)
+    channels = {part.channels[0].name: part.channels[0] for part in result.parts}
+    assert not result.refused
+    assert channels["body_height"].values == pytest.approx(0.4 + 0.001 * np.arange(50))
+    assert set(channels["battery_voltage"].values) == {15.4}
+    other = data.replace(b"battery_voltage,15.4,V", b"battery_voltage,15400,mV", 1)
+    assert "cell_units_differ" in {finding.rule for finding in read_file(other, declared).findings}
+
+
+def test_words_beside_a_known_channel_are_trials() -> None:
+    rows = [f"{k / 100:.2f},{word},{0.4 + k / 1000:.3f}" for word in ("left", "right") for k in range(50)]
+    result = read_file("\n".join(["time_s,side,body_height_m", *rows, ""]).encode(), Declarations(trials="side"))
+    assert [(part.part, part.channels[0].name) for part in result.parts] == [
+        ("trial_left", "body_height"),
+        ("trial_right", "body_height"),
+    ]
+
+
+@pytest.mark.parametrize("jitter_ms", [0, 2])
+def test_series_of_clocks_of_their_own_are_asked_about(jitter_ms: int) -> None:
+    """Two sensors, each by its own clock, were one channel at 350 Hz."""
+    noise = np.random.default_rng(1).integers(0, jitter_ms + 1, (100, 2))
+    rows = [
+        f"{word},{20 * k + 3 * at + noise[k, at]},0.4" for k in range(100) for at, word in enumerate(("BODY", "FOOT"))
+    ]
+    columns = {"2": ColumnDeclaration("time", "ms"), "BODY": ColumnDeclaration("body_height", "m")}
+    data = "\n".join([*rows, ""]).encode()
+    mixed = read_file(data, Declarations(columns={**columns, "3": ColumnDeclaration("body_height", "m")}))
+    assert "series_interleaved" in {finding.rule for finding in mixed.findings}
+    result = read_file(data, Declarations(columns=columns, trials="1"))
+    assert [(part.part, part.channels[0].name) for part in result.parts] == [
+        ("trial_body", "body_height"),
+        ("trial_foot", "foot"),
+    ]
+    alternating = [f"{'LR'[k % 2]},{10 * k + noise[k // 2, k % 2]},0.4" for k in range(200)]
+    one = read_file(
+        "\n".join([*alternating, ""]).encode(),
+        Declarations(columns={**columns, "3": ColumnDeclaration("body_height", "m")}),
+    )
+    assert "series_interleaved" not in {finding.rule for finding in one.findings}
 
 
 def test_words_beside_stamps_that_repeat_by_chance_part_no_series() -> None:
