@@ -36,7 +36,7 @@ from ingest.formats.force_plates import (
     vicon,
 )
 from ingest.formats.format import SIGNATURE, UNKNOWN, Clue, Format, Head, Recognition
-from ingest.formats.loggers import debug_lines, delimited, excel, labelled_values, matlab, minitaur
+from ingest.formats.loggers import debug_lines, delimited, excel, labelled_values, labview, matlab, minitaur
 from ingest.formats.plugin_results import check_format, check_reading, check_recognition
 from ingest.model import Reading
 from ingest.tables.header_lines import SecondHeader
@@ -125,6 +125,7 @@ FORMATS: tuple[Format, ...] = (
     minitaur.FORMAT,
     debug_lines.FORMAT,
     labelled_values.FORMAT,
+    labview.FORMAT,
     amti.FORMAT,
     amti_bsf.FORMAT,
     bertec.FORMAT,

@@ -12,6 +12,7 @@ import numpy as np
 from ingest.model import ColumnDeclaration, Declarations
 from tests.ingest import synthetic_plates as plates
 from tests.ingest.formats import synthetic_chargers as chargers
+from tests.ingest.formats.synthetic_labview import labview
 from tests.ingest.formats.synthetic_minitaur import new_log
 from tests.ingest.formats.test_amti_bsf import bsf
 from tests.ingest.synthetic import LOG_HEADER, SHEET, bertec_acquire, icharger_rows, robot_rows, text
@@ -29,6 +30,7 @@ GOOD_FILES: Mapping[str, Callable[[], bytes]] = {
     "labelled_values": lambda: "".join(
         f"t={4 * n} ms, height={0.4 + n / 100:.2f} m, k={n % 7}\n" for n in range(30)
     ).encode(),
+    "labview": lambda: labview(24),
     "bertec_text": lambda: bertec_acquire(n=12),
     "amti_text": lambda: plates.amti(n=12),
     "bioware": lambda: plates.bioware(n=12),
