@@ -42,7 +42,7 @@ def series(table: Table, declared: Declarations, findings: FindingCollector) -> 
         return {"": table}
     filled = [at for at, kind in enumerate(table.kinds) if kind is not CellKind.EMPTY]
     block = table.read_rows([Wanted(at, table.names[at], table.kinds[at]) for at in filled])
-    cells = np.array([cell.decode("utf-8", errors="replace") for cell in block.clocks[own]], dtype=np.str_)
+    cells = np.array([cell.decode("utf-8", errors="replace").strip() for cell in block.clocks[own]], dtype=np.str_)
     words, first = np.unique(cells, return_index=True)
     ordered = [str(words[at]) for at in np.argsort(first)]
     direct = {**declared.profile_columns, **declared.columns}
@@ -74,7 +74,7 @@ def _unit_column(table: Table, block: Block, own: int) -> int | None:
     """Return the position of the column of which all cells are units."""
     for at, kind in enumerate(table.kinds):
         if at != own and kind is CellKind.TEXT:
-            written = {cell.decode("utf-8", errors="replace") for cell in set(block.clocks[at])}
+            written = {cell.decode("utf-8", errors="replace").strip() for cell in set(block.clocks[at])}
             if written and all(map(is_unit, written)):
                 return at
     return None

@@ -73,7 +73,7 @@ def refuse_series(
         words, word = np.unique(np.asarray(cells), return_inverse=True)
         if len(words) > MOST_TRIALS:
             continue
-        listed = ", ".join(repr(each.decode("utf-8", errors="replace")) for each in words[:6].tolist())
+        listed = ", ".join(repr(each.decode("utf-8", errors="replace").strip()) for each in words[:6].tolist())
         if repeated and len(np.unique(stamp * len(words) + word)) == block.n_rows:
             message = f"Each stamp stands beside several words of column {name!r} ({listed})"
         elif time_position in block.numbers and _steadier(np.asarray(stamps, dtype=np.float64), word, len(words)):
