@@ -276,4 +276,4 @@ def _whole(rows: Sequence[Sequence[_Pair]], source: TextSource, declared: Declar
     return dataclasses.replace(declared, complete=True) if ends else declared
 
 
-FORMAT = Format("labelled_values", 1, _recognise, _read, clue=Clue(says=(b":", b"=")))
+FORMAT = Format("labelled_values", 2, _recognise, _read, clue=Clue(says=(b":", b"=")))
