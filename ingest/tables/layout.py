@@ -134,7 +134,7 @@ def find_layout(source: TextSource, declared: Declarations, findings: FindingCol
         names = tuple(strip_comment(source.decode(cell)) for cell in header.cells[:width])
     units: tuple[str | None, ...] = (None,) * width
     if units_row is not None:
-        units = tuple(source.decode(cell) or None for cell in units_row.cells[:width])
+        units = (*(source.decode(cell) or None for cell in units_row.cells[:width]), *units)[:width]
     rows = [row.cells for row in split.rows]
     return Layout(
         split.delimiter,

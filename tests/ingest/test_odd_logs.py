@@ -341,3 +341,14 @@ def test_checksums_behind_the_last_number_are_compared(before: str) -> None:
     assert (result.rows_kept, result.rows_rejected) == (len(lines) - 1, 1)
     wrong = [f"${row}*5A" for row in rows]
     assert refusal(read(wrong, columns=by_place)).rule == "checksums_wrong"
+
+
+def test_a_row_of_units_may_be_shorter_than_that_of_names() -> None:
+    """It ended in an exception where a person named the row."""
+    rows = [f"{k / 100}\t{0.4 + k % 7 / 100:.2f}\t{15 + k % 3}" for k in range(60)]
+    data = "\n".join(["time\theight\tvoltage", "s\tm", *rows, ""]).encode()
+    result = read_file(data, Declarations(units_row=2))
+    assert [(channel.name, channel.unit) for channel in result.parts[0].channels] == [
+        ("body_height", "m"),
+        ("voltage", None),
+    ]
