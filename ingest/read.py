@@ -166,7 +166,8 @@ def _judge_rows(reading: Reading, findings: FindingCollector) -> None:
 
 def _rate_advice(reading: Reading, findings: FindingCollector) -> str:
     """Return how samples are counted by their rate, where most rows are rejected for their time."""
-    faults = [finding for finding in findings.findings() if finding.rule in FAULTS_OF_TIME and finding.column]
+    rules = (*FAULTS_OF_TIME, "time_missing")
+    faults = [finding for finding in findings.findings() if finding.rule in rules and finding.column]
     if 2 * sum(finding.count for finding in faults) <= reading.rows_rejected:
         return ""
     return f"; if samples were taken evenly, count them by the rate, {count_by_rate_flags(faults[0].column or '')}"

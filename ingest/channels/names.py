@@ -64,7 +64,7 @@ _COMPOUND = re.compile(
     rf"(?:{_BETWEEN}(?:{_WORD}|\({_WORD}(?:{_BETWEEN}{_WORD})*\)))*"
 )
 """Units multiplied, divided or to a power: `N/kg`, `mAh/g`, `kg m/s^2`, `W/(m K)`."""
-_TICK = re.compile(r"(0[.,]0*[1-9]\d*)\s*([^\s\d].*)")
+_TICK = re.compile(r"(0[.,]0*[1-9]\d*|1/[1-9]\d*)\s*([^\s\d].*)")
 """What one count of a column is, as in `[0.1 mm]`; a number from 1 on is that of a range."""
 _NO_UNIT = frozenset({"N/A", "n/a"})
 _LONGEST_UNIT = 30
@@ -282,6 +282,11 @@ FACTORS = {
 """The units that logs are full of, by the stored one: the units library, slow to load, is for the others."""
 
 
+def multiple_in(text: str) -> float:
+    """Return the number before a unit: 0.1, 0,1 or 1/10."""
+    return 1 / float(text[2:]) if text.startswith("1/") else float(text.replace(",", "."))
+
+
 def factor(
     column: str, unit: str, stored: str, findings: FindingCollector, flag: str | None = None
 ) -> tuple[float, float]:
@@ -290,7 +295,7 @@ def factor(
     `flag` is how flags name the column, where that is not its name.
     """
     tick = _TICK.fullmatch(unit)
-    number, unit_of_tick = (float(tick[1].replace(",", ".")), normal_unit(tick[2]) or "") if tick else (1.0, unit)
+    number, unit_of_tick = (multiple_in(tick[1]), normal_unit(tick[2]) or "") if tick else (1.0, unit)
     common = FACTORS.get(stored, {}).get(unit_of_tick)
     if common is not None:
         return number * common, 0.0

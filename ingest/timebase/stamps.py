@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from data_schema.vocabulary import GapKind
-from ingest.channels.names import normal_unit
+from ingest.channels.names import multiple_in, normal_unit
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import FloatArray, Gap, IntArray
 from ingest.spool import by_blocks
@@ -48,7 +48,7 @@ TICKS_PER_SECOND = {
     "d": 1 / 86_400,
 }
 """Units of a time column."""
-_MULTIPLE = re.compile(r"(\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)\s*([A-Za-zµμ]+)")
+_MULTIPLE = re.compile(r"(1/[1-9]\d*|\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)\s*([A-Za-zµμ]+)")
 
 
 def ticks_per_second(unit: str | None) -> float | None:
@@ -56,7 +56,7 @@ def ticks_per_second(unit: str | None) -> float | None:
     multiple = None if unit is None else _MULTIPLE.fullmatch(unit)
     if multiple is None:
         return TICKS_PER_SECOND.get(unit or "")
-    number, known = float(multiple[1].replace(",", ".")), TICKS_PER_SECOND.get(normal_unit(multiple[2]) or "")
+    number, known = multiple_in(multiple[1]), TICKS_PER_SECOND.get(normal_unit(multiple[2]) or "")
     return known / number if known and number else None
 
 

@@ -85,7 +85,7 @@ def test_the_words_of_makers_for_discharging_are_known(word: str) -> None:
     assert found.rule == "current_unsigned"
 
 
-@pytest.mark.parametrize("head", ["height [0.1 mm]", "height [0,1mm]", "height (0.1 mm)"])
+@pytest.mark.parametrize("head", ["height [0.1 mm]", "height [0,1mm]", "height (0.1 mm)", "height [1/10 mm]"])
 def test_a_count_of_a_column_may_be_a_part_of_a_unit(head: str) -> None:
     result = read(text(f"time [ms];{head}", [f"{10 * k};{3500 + k}" for k in range(100)]))
     assert result.parts[0].channels[0].values[[0, 99]] == pytest.approx([0.35, 0.3599])

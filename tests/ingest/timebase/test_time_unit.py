@@ -76,6 +76,7 @@ def test_stamps_that_are_dates_in_one_unit_alone_are_read_so(unit: str, first: i
     [
         ("time [0.1 ms]", 50),
         ("time (0,1 ms)", 50),
+        ("time [1/10 ms]", 50),
         ("time [100 us]", 50),
         ("time [5msec]", 1),
         ("time [d]", 5e-3 / 86_400),
