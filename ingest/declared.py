@@ -14,14 +14,14 @@ import types
 import typing
 import unicodedata
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from fnmatch import fnmatchcase
 from typing import Any, TypeVar
 
 from data_schema.errors import nearest
 from ingest.channels.names import parse_header, squash, strip_comment
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.model import ColumnDeclaration, Declarations, Profile, ReadingSettings
+from ingest.model import ColumnDeclaration, Declarations, Profile, ReadingSettings, TableUse
 from ingest.text.cells import CANDIDATES, split_cells
 from ingest.text.source import TextSource
 
@@ -178,6 +178,15 @@ def flag_names(names: Sequence[str]) -> tuple[str, ...]:
         else:
             found.append(str(place))
     return tuple(found)
+
+
+def flag_of(tables: Iterable[TableUse], column: str) -> str:
+    """Return how flags name a column of the first table that has it; its name where none has."""
+    for table in tables:
+        names = [each.name for each in table.columns]
+        if column in names:
+            return flag_names(names)[names.index(column)]
+    return column
 
 
 def _can_stand(name: str) -> bool:

@@ -60,13 +60,9 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
     mixed = declared.trials is None and plan.time is not None
     texts = [at for at, kind in enumerate(table.kinds) if (signed or mixed) and kind is CellKind.TEXT]
     block = table.read_rows(_wanted(plan, trial_column, clocks, texts))
+    words = {table.names[at]: block.clocks[at] for at in texts if at in block.clocks}
     if mixed and plan.time is not None:
-        refuse_series(
-            block,
-            plan.time.position,
-            {table.names[at]: block.clocks[at] for at in texts if at in block.clocks},
-            findings,
-        )
+        refuse_series(block, plan.time.position, words, findings)
     if table.text is not None:
         refuse_jumps_by_thousand(block, table.text, declared, findings)
     plan = dataclasses.replace(plan, time=with_epoch_unit(plan.time, block, findings))
@@ -84,7 +80,6 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
     columns, loads = orient(plan.columns, stored, instrument, findings)
     usable = ~out_of_range(stored, columns, loads, block, findings)
     note_missing(stored, columns, block, findings)
-    words = {table.names[at]: block.clocks[at] for at in texts if at in block.clocks}
     refuse_unsigned(stored, columns, words, usable, findings)
     columns = check_plates(columns, stored, loads, usable, findings)
     check_robot(columns, stored, loads, usable, declared, findings)

@@ -557,7 +557,7 @@ def _from_arrivals(
         f"The stamps tell when packets arrived: the axis counts samples at the amplifier's fixed {rate:g} Hz instead."
     )
     findings.add(NOTE, "arrival_times", message, column=time.source_name)
-    span = float(np.nanmax(seconds) - np.nanmin(seconds))
+    span = float(np.fmax.reduce(seconds) - np.fmin.reduce(seconds))
     if span > 0:
         check_rate((len(seconds) - 1) / span, rate, "the amplifier's manual", findings)
     utc, original = _start(sources, time, clocks, rows, first=True, findings=findings)

@@ -17,7 +17,7 @@ import numpy as np
 from data_schema.errors import unknown_name
 from data_schema.journal import canonical
 from data_schema.vocabulary import FileRole
-from ingest.declared import column_from_json, declared_from_json, declared_to_json, flag_names
+from ingest.declared import column_from_json, declared_from_json, declared_to_json
 from ingest.model import (
     ColumnDeclaration,
     Declarations,
@@ -212,12 +212,6 @@ def _was_used(profile: Profile, read: ReadFile) -> bool:
         return profile.name == read.profile
     messages = [finding.message for finding in read.findings if finding.rule == "profile_used"]
     return any(repr(profile.name) in message for message in messages)
-
-
-def flag_of(read: ReadFile, column: str) -> str:
-    """Return how flags name a column of a file that was read."""
-    names = [each.name for table in read.explanation.tables for each in table.columns]
-    return dict(zip(names, flag_names(names), strict=True)).get(column, column)
 
 
 def current_settings(

@@ -20,6 +20,7 @@ from data_schema.queries.readings import ReadingRow, last_reading, parts_of_read
 from data_schema.queries.results import mark_stale
 from data_schema.queries.study import config_in_force
 from data_schema.vocabulary import FileRole, IngestStatus, RunKind, Severity
+from ingest.declared import flag_of
 from ingest.formats.format import UNKNOWN
 from ingest.model import ChannelData, Finding, ReadFile, SignalPart
 from ingest.read import read_file
@@ -35,7 +36,6 @@ from labbook.statements.importing import (
     StoredPart,
     current_settings,
     finding_values,
-    flag_of,
     store_reading,
     times_sha256,
 )
@@ -262,7 +262,7 @@ def _height_zeros(run: Mapping[str, Any], of_run: Collection[str], done: Prepare
         rest_m = float(stored.detection.parameters["rest_length_m"])
         zero_m = stored.detection.found.zero_m
         if zero_m:
-            remedy = _zero_remedy(height, flag_of(done.read, height.source_name), zero_m, done)
+            remedy = _zero_remedy(height, flag_of(done.read.explanation.tables, height.source_name), zero_m, done)
             message = (
                 f"The body stands higher than its leg is long (rest length {rest_m:.3f} m), and leaves the ground at "
                 f"{rest_m + zero_m:.3f} m: a zero of about {1e3 * zero_m:.0f} mm? {remedy}, or correct rest_length_m "
@@ -271,7 +271,7 @@ def _height_zeros(run: Mapping[str, Any], of_run: Collection[str], done: Prepare
             found.append(Finding(Severity.NOTE, zero_rule, message, None, height.source_name, f"{zero_m:g}", 1, ()))
         elif run["jumps_made"] and not stored.detection.found.jumps:
             low_m, high_m = np.nanpercentile(height.values, (1.0, 99.0))
-            flag = flag_of(done.read, height.source_name)
+            flag = flag_of(done.read.explanation.tables, height.source_name)
             message = (
                 f"No jump can be found: the body is between {low_m:.3f} and {high_m:.3f} m, and jumps go below and "
                 f"above the leg's rest length, {rest_m:.3f} m: did the sensor come loose, are the height's unit and "

@@ -8,7 +8,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 
-from ingest.declared import flag_names
+from ingest.declared import flag_of
 from ingest.findings import FILE, ROW, FindingCollector
 from ingest.model import ChargeRow, ColumnUse, PackFacts, Reading
 
@@ -29,15 +29,8 @@ def check_packs(reading: Reading, packs: Sequence[PackFacts], findings: FindingC
     largest = max(packs, key=lambda pack: pack.capacity_mah)
     by_name = {pack.name: pack for pack in packs}
     of_charge = [by_name.get(charge.stated_pack or "", largest) for charge in reading.charges]
-    column, flag = next(
-        (
-            (use, flag)
-            for table in findings.tables
-            for use, flag in zip(table.columns, flag_names([each.name for each in table.columns]), strict=True)
-            if use.holds == "charge"
-        ),
-        (None, ""),
-    )
+    column = next((use for table in findings.tables for use in table.columns if use.holds == "charge"), None)
+    flag = "" if column is None else flag_of(findings.tables, column.name)
     remedy = _unit_remedy(column, flag) if column is not None and column.unit == "Ah" else ""  # in mAh it is less
     kept: list[ChargeRow] = []
     for charge, pack in zip(reading.charges, of_charge, strict=True):

@@ -39,6 +39,7 @@ from labbook.analysis.outcomes.log_dates import (
     other_order,
     swapped_day,
 )
+from labbook.book.opening import Book
 from labbook.book.write_session import Statement, WriteSession, new_uid
 from labbook.statements.importing import PreparedImport, ReadSettings, finding_values, without_name
 
@@ -131,13 +132,17 @@ def refused_by_book(
 
 
 def read_on_day_of(
-    connection: sa.Connection, data: bytes, settings: ReadSettings, read: ReadFile, run: str | None
+    book: Book, data: bytes, settings: ReadSettings, read: ReadFile, run: str | None
 ) -> tuple[ReadSettings, ReadFile]:
     """Read a log again with its run's date, where a calibration has to be chosen by a date and the log has none."""
-    uid = None if run is None else find_uid(connection, "run", name=run)
-    if uid is None or all(finding.rule != UNDATED for finding in read.findings):
+    if run is None or all(finding.rule != UNDATED for finding in read.findings):
         return settings, read
-    declared = replace(settings.declared, day=name_and_day(connection, uid)[1])
+    with book.reading() as connection:
+        uid = find_uid(connection, "run", name=run)
+        day = None if uid is None else name_and_day(connection, uid)[1]
+    if day is None:
+        return settings, read
+    declared = replace(settings.declared, day=day)
     return replace(settings, declared=declared), read_file(data, declared)
 
 

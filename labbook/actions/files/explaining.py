@@ -67,10 +67,9 @@ class Explained:
 
 def explain_file(book: Book, path: Path, options: Mapping[str, Any], run: str | None, *, alone: bool) -> Explained:
     """Read a file as `ingest` would and explain how; `run` is the one named for it, `alone`: no other file is read."""
+    _, read, stated = read_for_run(book, _bytes_of(book, path), path, options, run)
+    read = refused_without_columns(read, options) if alone else read
     with book.reading() as connection:
-        data = _bytes_of(book, path)
-        _, read, stated = read_for_run(connection, book.configuration, data, path, options, run)
-        read = refused_without_columns(read, options) if alone else read
         run = run or (stated[0] if len(stated) == 1 else None)
         read = refused_by_book(connection, read, run, notes=True)
         if run is None:
@@ -138,8 +137,7 @@ class Draft:
 def draft_profile(book: Book, path: Path, options: Mapping[str, Any]) -> Draft:
     """Draft the profile of a file from all that could be found in it, whether or not it is refused."""
     data = _bytes_of(book, path)
-    with book.reading() as connection:
-        _, read, _ = read_for_run(connection, book.configuration, data, path, options, None)
+    _, read, _ = read_for_run(book, data, path, options, None)
     file_name = own_name(path)
     taken = book.configuration.profiles
     stem = clean_name(re.sub(r"\d+", " ", Path(file_name).stem)) or "logger"

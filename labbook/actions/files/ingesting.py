@@ -115,11 +115,11 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
         restored = not request.dry_run and book.store.restore_raw(data, sha256)
         return _known(book, path, request, first, sha256, restored)
     options = dict(request.options or {})
+    settings, read, stated = read_for_run(book, data, path, options, request.run)
+    if read.role is FileRole.SHEET:
+        _refuse_run(path, request.run)
+    of_run = request.run or (stated[0] if len(stated) == 1 else None)
     with book.reading() as connection:
-        settings, read, stated = read_for_run(connection, book.configuration, data, path, options, request.run)
-        if read.role is FileRole.SHEET:
-            _refuse_run(path, request.run)
-        of_run = request.run or (stated[0] if len(stated) == 1 else None)
         read = refused_without_columns(read, options) if request.batch is None else read
         read = refused_by_book(connection, read, of_run, notes=request.dry_run)
         if request.dry_run:
@@ -206,22 +206,18 @@ def _not_read(message: str) -> ReadFile:
 
 
 def read_for_run(
-    connection: sa.Connection,
-    configuration: Configuration,
-    data: bytes,
-    path: Path,
-    options: Mapping[str, Any],
-    run: str | None,
+    book: Book, data: bytes, path: Path, options: Mapping[str, Any], run: str | None
 ) -> tuple[ReadSettings, ReadFile, tuple[str, ...]]:
     """Read bytes as the log of a run, of the one named or else of the one that the file says; return the latter, too.
 
     The run's date is that of a log without one, by which its sensor's calibration is chosen.
     """
-    settings = current_settings(configuration, options, own_name(path))
+    settings = current_settings(book.configuration, options, own_name(path))
     read = read_file(data, settings.declared)
-    stated = stated_runs(connection, configuration, path, read)
+    with book.reading() as connection:
+        stated = stated_runs(connection, book.configuration, path, read)
     of_run = run or (stated[0] if len(stated) == 1 else None)
-    settings, read = read_on_day_of(connection, data, settings, read, of_run)
+    settings, read = read_on_day_of(book, data, settings, read, of_run)
     return settings, read, stated
 
 

@@ -113,10 +113,7 @@ def reread(book: Book, row: ReadingRow, request: RereadRequest) -> Reread:
         request = replace(request, options=with_declared(json.loads(row.options_json), request.options))
     data = book.store.raw(raw_path(row.sha256), row.sha256)
     settings = current_settings(book.configuration, request.options, row.name)
-    with book.reading() as connection:
-        settings, read = read_on_day_of(
-            connection, data, settings, read_file(data, settings.declared), _run_of(connection, row)
-        )
+    settings, read = read_on_day_of(book, data, settings, read_file(data, settings.declared), _run_of(book, row))
     if request.batch is None and canonical(dict(request.options)) != row.options_json:
         read = refused_without_columns(read, request.options)
     with book.reading() as connection:
@@ -149,13 +146,13 @@ def would_differ(book: Book, row: ReadingRow) -> bool:
     if _without_checks(then) == _without_checks(now) and not _is_of_other_day(book, row, now):
         return False
     data = book.store.raw(raw_path(row.sha256), row.sha256)
-    with book.reading() as connection:
-        now, read = read_on_day_of(connection, data, now, read_file(data, now.declared), _run_of(connection, row))
+    now, read = read_on_day_of(book, data, now, read_file(data, now.declared), _run_of(book, row))
     return _without_checks(settings_of(book, row)) != _without_checks(with_used_profile(now, read))
 
 
-def _run_of(connection: sa.Connection, row: ReadingRow) -> str | None:
-    runs = runs_of_file(connection, row.sha256)
+def _run_of(book: Book, row: ReadingRow) -> str | None:
+    with book.reading() as connection:
+        runs = runs_of_file(connection, row.sha256)
     return runs[0] if len(runs) == 1 else row.stated_run
 
 
@@ -164,8 +161,8 @@ def _is_of_other_day(book: Book, row: ReadingRow, now: ReadSettings) -> bool:
     recorded = settings_of(book, row).declared.day
     if recorded is None or now.declared.day is not None:
         return False
+    run = _run_of(book, row)
     with book.reading() as connection:
-        run = _run_of(connection, row)
         uid = None if run is None else find_uid(connection, "run", name=run)
         return uid is None or name_and_day(connection, uid)[1] != recorded
 

@@ -99,8 +99,9 @@ def remarks_on(
     }
     calibrated = calibrated_channels(connection)
     other_calibration = {}
+    every_log = signals_of_runs(connection, FileRole.LOG) if calibrated else []
     for row in rows if calibrated else ():
-        logs = signals_of_runs(connection, FileRole.LOG, run_uid=row.uid)
+        logs = [log for log in every_log if log.run_uid == row.uid]
         other_day = calibrated_for_other_day(row, logs, calibrated)
         if other_day is not None:
             other_calibration[row.uid] = other_day

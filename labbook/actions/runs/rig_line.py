@@ -20,6 +20,7 @@ from data_schema.queries.signals import SignalRow
 from data_schema.reasons import Reason
 from data_schema.vocabulary import CHANNELS, FileRole, GapKind, IngestStatus, RunKind, Undefined
 from ingest.channels.names import channel_kind, squash
+from ingest.declared import flag_of
 from ingest.model import ChannelData, SignalPart
 from labbook.actions.files.ingesting import FileOutcome
 from labbook.actions.runs.remarks import remarks_on
@@ -30,7 +31,7 @@ from labbook.analysis.outcomes.run_apexes import jumps_found_in_run
 from labbook.analysis.outcomes.run_energy import below_drain, drain_lines, joules_per_jump, usable_charge
 from labbook.analysis.study_data import StudyData, gather_about
 from labbook.book.opening import Book
-from labbook.statements.importing import PreparedImport, flag_of
+from labbook.statements.importing import PreparedImport
 from stats.lines.passive_drain import PassiveDrain
 
 OF_JOULES = frozenset({"charge_mah", "duration_s", "jumps_made", "condition", "mode", "run"})
@@ -338,7 +339,7 @@ def _missing(outcome: FileOutcome, named_by: str | None, again: str) -> MissingH
     if named_by is not None and not outcome.runs:
         return MissingHeight(columns, f"{again}--format study_log", named_by)
     name, unit = _likeliest(list(channels.values()))
-    column = f"{flag_of(outcome.read, name)}={BODY_HEIGHT}:{unit}"
+    column = f"{flag_of(outcome.read.explanation.tables, name)}={BODY_HEIGHT}:{unit}"
     quoted = shlex.quote(column) if set(column) & _QUOTED else f'"{column}"'
     return MissingHeight(columns, f"{again}--column {quoted}")
 
