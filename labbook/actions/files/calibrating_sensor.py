@@ -17,6 +17,8 @@ from labbook.actions.files.named_files import read_bytes
 from stats.apexes.standing import Rest, rests
 
 _RAW = "raw"
+_SHORTER = 0.5
+"""A rest that is shorter than this share of those that are taken is a stop on the way."""
 _MOST_OFF_LINE = 0.03
 """Share of their range by which known values may lie off the line; values in wrong order lie farther off."""
 
@@ -81,17 +83,27 @@ def calibrate_sensor(
             f"column {column!r} rests {len(every)} times for half a second or longer, and {len(known)} values are "
             "known: hold the sensor still at each for a second."
         )
-    longest = sorted(every, key=lambda rest: rest.start_s - rest.stop_s)[: len(known)]
+    by_length = sorted(every, key=lambda rest: rest.start_s - rest.stop_s)
+    longest, others = by_length[: len(known)], by_length[len(known) :]
+    shown = ", ".join(f"{rest.mean:.5g}" for rest in every)
+    if others and _length_s(others[0]) > _SHORTER * _length_s(longest[-1]):
+        raise UsageError(
+            f"column {column!r} rests {len(every)} times (at {shown}), and {len(known)} values are known: give one for "
+            "each rest, in order of time."
+        )
     chosen = tuple(sorted(longest, key=lambda rest: rest.start_s))
     line = line_through([rest.mean for rest in chosen], known)
     line = Calibration(line.scale, line.offset, line.errors, line.df, source)
     left = tuple(value - line.scale * rest.mean - line.offset for value, rest in zip(known, chosen, strict=True))
     worst = max(left, key=abs)
     if abs(worst) > _MOST_OFF_LINE * (max(known) - min(known)):
-        shown = ", ".join(f"{rest.mean:.5g}" for rest in every)
         raise UsageError(
             f"the values do not lie on a line with what column {column!r} shows at its {len(every)} rests ({shown}): "
             f"{known[left.index(worst)]:g} {unit} is {abs(worst):.2g} {unit} off; give one value for each rest, in "
             "order of time."
         )
     return SensorCalibration(raw.source_name, channel, unit, tuple(known), chosen, line, left, len(every))
+
+
+def _length_s(rest: Rest) -> float:
+    return rest.stop_s - rest.start_s
