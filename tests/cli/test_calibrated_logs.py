@@ -214,6 +214,7 @@ def test_a_sensor_is_calibrated_from_a_log_of_known_heights(tmp_path: Path) -> N
     (tmp_path / "heights.csv").write_text(as_csv("t,adc_h", np.arange(values.size) / 500, values, 0))
     words = ("calibrate-sensor", "heights.csv", "--column", "adc_h", "--points", "0.2,0.4,0.6,0.85", "--time", "t:ms")
     found = good(labbook(*words, "--source", "ruler", "--json", at=tmp_path)).json
+    assert {"column", "calibration", "rests", "left"} <= found.keys()
     slope, level = np.polyfit(levels, [0.2, 0.4, 0.6, 0.85], 1)
     assert found["calibration"]["scale"] == pytest.approx(slope, rel=1e-3)
     assert found["calibration"]["offset"] == pytest.approx(level, abs=2e-4)

@@ -41,10 +41,6 @@ IN_ORDER = {
     "restore": ("restore ../backup ../restored", {"folder", "entries", "raw", "differences", "moved"}),
     "db status": ("db status", {"database", "revision", "newest", "rows", "last_backup"}),
     "db copy": ("db copy . ../empty", {"database", "rows", "to_do"}),
-    "calibrate-sensor": (
-        "calibrate-sensor ../instruments/logs/r001.csv --column body_height --points 0.2,0.4",
-        {"column", "calibration", "rests", "left"},
-    ),
     "db prune": ("db prune", {"removed", "leftovers"}),
     "db upgrade": ("db upgrade", {"before", "after", "backup"}),
     "db check": ("db check", {"whole", "problems", "orphans"}),
@@ -64,6 +60,7 @@ ELSEWHERE = {
     "runs dismiss": "tests/cli/test_files.py",
     "runs restore": "tests/cli/test_files.py",
     "merge": "tests/cli/test_merge.py",
+    "calibrate-sensor": "tests/cli/test_calibrated_logs.py",
     "calibrate": "tests/labbook/analysis/prediction/test_calibrating.py",
     "compare": "tests/labbook/analysis/prediction/test_predicting.py",
     "demo": "makes a whole campaign: `make demo` runs it",
