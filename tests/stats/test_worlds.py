@@ -1,6 +1,7 @@
 """What the first page says of simulated campaigns, on a few of each world; the table has 2 000."""
 
 import pytest
+
 from benchmarks.stats_evidence.worlds.rows import WORLDS
 from benchmarks.stats_evidence.worlds.world import World, holds, shares_of
 
