@@ -144,7 +144,7 @@ class Contrast:
 
     def without(self, day: str) -> Contrast:
         """Return the contrast of the runs of the other days, by the rule that fits these."""
-        return _contrast(self.runs.without(day))
+        return contrast_of_runs(self.runs.without(day))
 
     @property
     def days(self) -> tuple[str, ...]:
@@ -338,7 +338,7 @@ def contrast_by_day(
     for what, one, other in (("days", days_treated, days_control), ("strata", strata_treated, strata_control)):
         if (one is None) != (other is None):
             raise InputRefused(f"{what} are given for one condition only: give them for both or for none.")
-    return _contrast(
+    return contrast_of_runs(
         RunsByDay(
             blocks_of_runs("control", control, days_control, strata_control, shared_control),
             blocks_of_runs("treated", treated, days_treated, strata_treated, shared_treated),
@@ -346,13 +346,14 @@ def contrast_by_day(
     )
 
 
-def _contrast(runs: RunsByDay) -> Contrast:
+def contrast_of_runs(runs: RunsByDay, *, paired: bool = True) -> Contrast:
+    """Return the contrast of runs by the rule that fits them; without `paired` within days, however many there are."""
     shared_days, counts = runs.shared_days, runs.counts()
     df_control, df_treated = (total - len(shared_days) for total in (counts.control, counts.treated))
     by_day: dict[str, list[SharedDay]] = {}
     for each in shared_days:
         by_day.setdefault(each.day, []).append(each)
-    if len(by_day) >= LEAST_DAYS:
+    if paired and len(by_day) >= LEAST_DAYS:
         return _paired(tuple(map(one_day, by_day.values())), counts, runs)
     if shared_days and min(df_control, df_treated) >= 1:
         return _within(shared_days, (df_control, df_treated), counts, runs)

@@ -1,0 +1,195 @@
+"""Any contrast of condition means on shared days: differences, means over groups, interactions and linear trends.
+
+A contrast is a weighted sum of effects, L = sum a_j E_j, and each effect compares two conditions on the days that hold
+both: the difference of their means, or the saving 100 (1 - T / C) in percent of the second. So what days do to all runs
+alike cancels within each effect. Which rule applies follows from which runs there are, as in `stats.days.decision`:
+
+- *paired* where every effect has four shared days or more: what each day contributes to L is added up over the effects
+  before it is squared, L and its t being those of the days' own contrasts where all effects share their days;
+- *within days* otherwise, where every effect has two runs of either condition on a shared day: the run is the unit, and
+  a condition that enters several effects enters V once, with the sum of what it has in them;
+- otherwise no claim.
+
+Savings enter by their derivatives: with rho = T / C, day i departs from E by -100 (t_i - rho c_i) / C. The degrees of
+freedom are those of the days where these are shared, of effects on different days after Satterthwaite, and at most one
+less than the days; within days the smallest of any condition's. Errors in common with others are added with their
+signs, so that they cancel where they do.
+
+Source: a one-sample t on the contrasts of days (Winer 1971, section 4.5: error of the single contrast, not pooled over
+contrasts); coverage by design stands in docs/statistics.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from data_schema.errors import InputRefused
+from data_schema.reasons import Reason
+from data_schema.vocabulary import Undefined
+from stats.checks import as_level, as_number
+from stats.compare.shared_error import SharedError, joined_variance
+from stats.days.decision import Contrast, Estimate, Rule, contrast_of_runs, undefined_estimate
+from stats.days.two_by_day import Block, Runs, RunsByDay, SharedDay, weights_of
+from stats.exact.tails import t_quantile, t_two_sided
+
+RunsOfCondition = Mapping[Block, Runs]
+"""The runs of a condition by day, as `stats.days.two_by_day.blocks_of_runs` gathers them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """A condition and the one that it is compared with, by name, and the weight of their effect."""
+
+    weight: float
+    treated: str
+    control: str
+
+
+@dataclass(frozen=True, slots=True)
+class LinearContrast:
+    """A weighted sum of effects on shared days, in the unit of the values, or in percentage points of savings."""
+
+    rule: Rule
+    days: tuple[str, ...]
+    """Days of any effect."""
+    n: int
+    """Runs that enter, each once."""
+    estimate: Estimate
+
+
+@dataclass(frozen=True, slots=True)
+class _Term:
+    """An effect with its runs on shared days, and what L gains for each unit of its control's and treated mean."""
+
+    effect: Effect
+    found: Contrast
+    value: float
+    of_control: float
+    of_treated: float
+
+
+def linear_contrast(
+    conditions: Mapping[str, RunsOfCondition], effects: Sequence[Effect], *, percent: bool, level: float = 0.95
+) -> LinearContrast:
+    """Return the weighted sum of effects between conditions by name.
+
+    With `percent` an effect is the saving in percent of the second condition, else the first mean less the second.
+    Raises `InputRefused` for no effect, a weight that is no finite number, and a name that is no condition.
+    """
+    level, effects = as_level("level", level), [each for each in effects if as_number("a weight", each.weight)]
+    if not effects:
+        raise InputRefused("the contrast has no weight other than 0: give effects with weights.")
+    for name in (name for each in effects for name in (each.treated, each.control)):
+        if name not in conditions:
+            raise InputRefused(f"{name!r} is no condition: there are {', '.join(conditions)}.")
+    pairs = [RunsByDay(conditions[each.control], conditions[each.treated]) for each in effects]
+    found = [contrast_of_runs(pair) for pair in pairs]
+    if any(one.rule is not Rule.PAIRED for one in found):
+        found = [contrast_of_runs(pair, paired=False) for pair in pairs]
+    rule = min((one.rule for one in found), key=[Rule.NONE, Rule.WITHIN, Rule.PAIRED].index)
+    days = tuple(sorted({day for one in found for day in one.days}))
+    terms = [_term(effect, one, percent) for effect, one in zip(effects, found, strict=True)]
+    known = [each for each in terms if isinstance(each, _Term)]
+    undefined = [each for each in terms if isinstance(each, Undefined)]
+    reasons = [one.why for one in found if one.why is not None] + undefined
+    value = math.fsum(each.effect.weight * each.value for each in known)
+    if reasons:
+        estimate = undefined_estimate(reasons[0], level, undefined[0] if undefined else value)
+        return LinearContrast(Rule.NONE, days, _runs(known), estimate)
+    variance, df = _by_days(known) if rule is Rule.PAIRED else _by_runs(known)
+    return LinearContrast(rule, days, _runs(known), _estimate(value, variance, _shared(known), df, level))
+
+
+def _term(effect: Effect, found: Contrast, percent: bool) -> _Term | Undefined:
+    control, treated, a = found.control_mean, found.treated_mean, effect.weight
+    for mean in (control, treated):
+        if isinstance(mean, Undefined):
+            return mean
+    assert isinstance(control, float) and isinstance(treated, float)  # noqa: S101, PT018 - seen above
+    if not percent:
+        return _Term(effect, found, treated - control, -a, a)
+    if control <= 0.0:
+        return Undefined(Reason.NOTHING_TO_SAVE)
+    ratio = treated / control
+    return _Term(effect, found, 100.0 * (1.0 - ratio), 100.0 * a * ratio / control, -100.0 * a / control)
+
+
+def _days_of(term: _Term) -> list[tuple[SharedDay, float]]:
+    """Return what L gains from each shared day of a paired effect, less the mean of these, over k."""
+    days, (control, treated) = term.found.shared_days, (term.found.control_mean, term.found.treated_mean)
+    assert isinstance(control, float) and isinstance(treated, float)  # noqa: S101, PT018
+    return [
+        (day, term.of_control * (day.control.mean - control) + term.of_treated * (day.treated.mean - treated))
+        for day in days
+    ]
+
+
+def _by_days(terms: Sequence[_Term]) -> tuple[float, float]:
+    """Return the variance of L with its degrees of freedom where the day is the unit."""
+    by_day: dict[str, float] = {}
+    squares, dfs = [], []
+    for term in terms:
+        k = len(term.found.shared_days)
+        departures = [(day.day, departs / math.sqrt(k * (k - 1))) for day, departs in _days_of(term)]
+        for day, departs in departures:
+            by_day[day] = by_day.get(day, 0.0) + departs
+        squares.append(math.fsum(departs * departs for _day, departs in departures))
+        dfs.append(k - 1)
+    total = math.fsum(square**2 / df for square, df in zip(squares, dfs, strict=True))
+    df = math.fsum(squares) ** 2 / total if total else math.inf
+    return math.fsum(each * each for each in by_day.values()), min(df, len(by_day) - 1)
+
+
+def _by_runs(terms: Sequence[_Term]) -> tuple[float, float]:
+    """Return the variance of L with its degrees of freedom where the run is the unit."""
+    gains: dict[str, dict[str, float]] = {}
+    runs: dict[str, dict[str, Runs]] = {}
+    for term in terms:
+        weights = weights_of(term.found.shared_days)
+        for day, weight in zip(term.found.shared_days, weights, strict=True):
+            for name, of_mean, of_day in (
+                (term.effect.control, term.of_control, day.control),
+                (term.effect.treated, term.of_treated, day.treated),
+            ):
+                by_day = gains.setdefault(name, {})
+                by_day[day.day] = by_day.get(day.day, 0.0) + weight * of_mean
+                runs.setdefault(name, {})[day.day] = of_day
+    variances, dfs = [], []
+    for name, by_day in gains.items():
+        df = sum(each.n - 1 for each in runs[name].values())
+        of_a_run = math.fsum(each.squares for each in runs[name].values()) / df
+        part = math.fsum(gain * gain / runs[name][day].n for day, gain in by_day.items())
+        variances.append(of_a_run * part)
+        dfs += [df] if part else []
+    return math.fsum(variances), min(dfs)
+
+
+def _shared(terms: Sequence[_Term]) -> SharedError:
+    total = SharedError()
+    for term in terms:
+        own = term.found.control_shared.times(term.of_control)
+        total = total.minus(own.times(-1.0)).minus(term.found.treated_shared.times(-term.of_treated))
+    return total
+
+
+def _runs(terms: Sequence[_Term]) -> int:
+    """Count the runs on shared days, each once."""
+    blocks: dict[tuple[str, str], int] = {}
+    for term in terms:
+        for day in term.found.shared_days:
+            blocks[term.effect.control, day.day] = day.control.n
+            blocks[term.effect.treated, day.day] = day.treated.n
+    return sum(blocks.values())
+
+
+def _estimate(value: float, variance: float, shared: SharedError, df: float, level: float) -> Estimate:
+    error = math.sqrt(variance + joined_variance(shared, shared, level, df))
+    if variance == 0.0:
+        return undefined_estimate(Undefined(Reason.GROUPS_WITHOUT_SCATTER), level, value)
+    half, tail = t_quantile(level, df) * error, t_two_sided(value / error, df)
+    return Estimate(
+        value, math.sqrt(variance), shared.se, (value - half, value + half), level, value / error, df, tail.p,
+        tail.log10_p,
+    )  # fmt: skip
