@@ -199,6 +199,21 @@ class ReasonCode(StrEnum):
     OTHER = "other"
 
 
+class ContrastKind(StrEnum):
+    """What a contrast of condition means asks."""
+
+    DIFFERENCE = "difference"
+    """What levels of a factor differ by, of the control's or of the treated runs."""
+    POOLED = "pooled"
+    """The mean of all groups' savings, each counted once."""
+    INTERACTION = "interaction"
+    """By how much the saving differs between levels of a factor."""
+    TREND = "trend"
+    """By how much the saving rises with the levels of the factor that has a control: a straight line."""
+    LEVELS_OFF = "levels_off"
+    """By how much it rises less from a level on than up to it."""
+
+
 class Action(StrEnum):
     """What a journal row does to the book."""
 

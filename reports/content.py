@@ -17,6 +17,7 @@ from reports.evidence import (
     Comparison,
     DrainFit,
     IdlePoint,
+    MeansContrast,
     Order,
     OverallEquivalence,
     OverallSavings,
@@ -262,6 +263,7 @@ class ReportContent:
     budget_note: str = ""
     order: Order = field(default_factory=Order)
     sensitivity: tuple[Sensitivity, ...] = ()
+    contrasts: tuple[MeansContrast, ...] = ()
     overall: tuple[OverallSavings, ...] = ()
     overall_equivalence: OverallEquivalence | None = None
     methods: tuple[str, ...] = ()

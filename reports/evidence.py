@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from data_schema.outcomes import Outcome
+from data_schema.vocabulary import ContrastKind
 from reports.numbers import Number, SignificanceTest, Value
 
 
@@ -129,20 +130,6 @@ POOLED = "pooled"
 
 
 @dataclass(frozen=True, slots=True)
-class Between:
-    """Two levels of a factor that are compared: `level` less `against`, of the runs of a `side` (control, treated).
-
-    `at` is the level of the swept factor where the runs are of one treated level alone, "" elsewhere.
-    """
-
-    factor: str
-    level: str
-    against: str
-    side: str
-    at: str = ""
-
-
-@dataclass(frozen=True, slots=True)
 class Comparison:
     """Control against treatment on run means; `difference` = treatment - control, `savings` in percent.
 
@@ -152,8 +139,7 @@ class Comparison:
     `sides` are those of the control and of the treatment. `adjusted` is Welch's p by Holm's method over the `n` tests
     of the family; `exploratory` says why the comparison is not a planned one, "" where it is; `one_day_each` that p and
     intervals are confounded with days, where each side had one day, and not the same, "" elsewhere. `decision` leads
-    where the plan leaves the unit of analysis to the days. `between` is what is compared where that is not treatment
-    with control.
+    where the plan leaves the unit of analysis to the days.
 
     Verdicts: `rejected` says whether Welch's p is at most alpha, `adjusted_rejected` whether `adjusted` is,
     `savings_shown` whether the savings differ from zero; None where there is no such p or interval.
@@ -183,7 +169,6 @@ class Comparison:
     exploratory: str = ""
     one_day_each: str = ""
     decision: Decision | None = None
-    between: Between | None = None
 
     @property
     def lead(self) -> Decision:
@@ -212,6 +197,32 @@ class Comparison:
     def opens(self) -> bool:
         """Whether all levels are pooled: what the page opens with."""
         return self.level == POOLED
+
+
+@dataclass(frozen=True, slots=True)
+class MeansContrast:
+    """A contrast of condition means by the days that they share, in percentage points of savings or the outcome's unit.
+
+    `levels` of the `factor` are those compared, the second with the first, or those that a line goes through, which
+    levels off `at` one of them; a trend's estimate is for each `per` of the factor. `side` says of which runs a
+    difference is: "control" or "treated". `unit` and `days` are as in `Decision`; `adjusted` is p by Holm's method over
+    all contrasts, and `rejected` whether it is at most alpha. `exploratory` says why it was not planned.
+    """
+
+    kind: ContrastKind
+    quantity: Outcome
+    factor: str
+    levels: tuple[str, ...]
+    side: str
+    per: float
+    at: float | None
+    estimate: Number
+    test: SignificanceTest
+    adjusted: Number | None
+    rejected: bool | None
+    unit: str
+    days: tuple[str, ...]
+    exploratory: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -125,18 +125,8 @@ def _known_levels(content: ReportContent) -> dict[tuple[str, str], Level]:
 
 
 def level_of(content: ReportContent, comparison: Comparison) -> str:
-    """Name the level that a comparison sets against its control: "d = 186 kg/s (gain 50)", or "pooled" of several.
-
-    Of two levels of a further factor both are named, and their side: "k = 1091 N/m less k = 835 N/m, treated", or the
-    level of the swept factor.
-    """
-    swept, between = swept_factor(content), comparison.between
-    if between is not None:
-        level, against = (
-            level_names(content, {between.factor: label})[0] for label in (between.level, between.against)
-        )
-        at = between.side if swept is None or not between.at else level_names(content, {swept.name: between.at})[0]
-        return f"{level} less {against}, {at}"
+    """Name the level that a comparison sets against its control: "d = 186 kg/s (gain 50)", or "pooled" of several."""
+    swept = swept_factor(content)
     known = None if swept is None else _known_levels(content).get((swept.name, comparison.level))
     if comparison.opens and len(alone := treated_levels(content, comparison.group)) == 1:
         known = alone[0]

@@ -24,7 +24,8 @@ PAGE = Path(__file__).resolve().parents[2] / "docs" / "statistics.md"
 FOLDER = PAGE.with_suffix("")
 ERROR_RATES = "error_rates"
 DECISIONS = "decisions"
-TABLES = ("digits", "weaknesses", ERROR_RATES, DECISIONS, "speed")
+WORLDS = "worlds"
+TABLES = ("digits", "weaknesses", ERROR_RATES, DECISIONS, WORLDS, "speed")
 """Files of the folder: what `rows()` returns in the module `rows` of a folder here, the error rates of `sizes`,
 and what the long test of the decision finds."""
 _YARDSTICK = "tests/stats/days/test_decision_yardstick.py"
@@ -143,6 +144,7 @@ def page(text: str) -> str:
         "weaknesses": weaknesses_table(read("weaknesses")),
         ERROR_RATES: error_rates_table(),
         DECISIONS: decisions_table(read(DECISIONS)),
+        WORLDS: worlds_table(read(WORLDS)),
         "speed": speed_line(read("speed")),
     }
     for name, table in shown.items():
@@ -195,6 +197,25 @@ def decisions_table(rows: Rows) -> str:
     return table_text(
         Table(("runs of each day", "rule", "covers", "errs", "TOST errs", "finds 11 %"), tuple(lines), "")
     )
+
+
+def worlds_table(rows: Rows) -> str:
+    """Return what the first page says of simulated campaigns of known truth."""
+
+    def share(text: str) -> str:
+        return f"{float(text):.3f}".removeprefix("0") if text else ""
+
+    lines = [
+        (
+            row["world"],
+            row["truth"],
+            share(row["coverage"]),
+            share(row["finds"]),
+            f"{share(row['warns'])}{' (needed)' if row['warning_needed'] == 'yes' else ''}",
+        )
+        for row in rows
+    ]
+    return table_text(Table(("world", "true effect", "covers", "claims it", "warns"), tuple(lines), ""))
 
 
 def speed_line(rows: Rows) -> str:

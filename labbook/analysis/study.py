@@ -10,6 +10,7 @@ from data_schema.outcomes import Outcome
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.comparing import AnovaResult, JumpComparison, analyse_variance, compare_jumps
 from labbook.analysis.comparison.comparisons import Compared, compare_all, unselected_conditions
+from labbook.analysis.comparison.contrasts import Contrasted, contrast_means
 from labbook.analysis.comparison.deciding import Overall, overall_effects
 from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.comparison.robustness import Variations, vary
@@ -76,6 +77,7 @@ class StudyAnalysis:
     variations: Variations
     jump_tests: list[JumpsCompared]
     overall: Overall
+    contrasts: list[Contrasted]
     packs: dict[str, PackDeviation]
     budget: JouleBudget | None
     predicted: dict[tuple[str, str], PredictionResult]
@@ -159,6 +161,7 @@ def analyse(
         variations=Variations(),
         jump_tests=[],
         overall=Overall(),
+        contrasts=[],
         packs=packs,
         budget=of_a_joule,
         predicted=predicted,
@@ -197,6 +200,12 @@ def analyse(
             for outcome, several in conditions.items()
         }
         effects = overall_effects(cache, groups, settings.apex_bounds, settings.alpha, scope)
+    values = {
+        level.label: level.value
+        for level in evidence.configuration.factors[swept].levels
+        if level.value is not None and level.label != evidence.configuration.factors[swept].control
+    }
+    contrasts = contrast_means(cache, conditions, swept, values, settings, scope)
     progress("what the headlines depend on")
     variations = vary(cache, detections, evidence, drains, results, conditions, swept, settings)
     of_savings = [
@@ -211,5 +220,6 @@ def analyse(
         variations=variations,
         jump_tests=jump_tests,
         overall=effects,
+        contrasts=contrasts,
         checked=[*checked, *check_savings(cache, of_savings, predicted, of_unit)],
     )

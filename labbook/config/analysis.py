@@ -19,12 +19,13 @@ from collections.abc import Mapping
 
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.outcomes import Outcome
-from data_schema.vocabulary import ReasonCode
+from data_schema.vocabulary import ContrastKind, FactorKind, ReasonCode
 from labbook.config.factors import unknown_factor
 from labbook.config.model import (
     AnalysisSettings,
     Bounds,
     ClaimKind,
+    ContrastSettings,
     Detector,
     FactorSettings,
     Family,
@@ -43,8 +44,8 @@ HOW_TO_DECIDE = (
 )
 
 
-def read_analysis(top: TableReader) -> AnalysisSettings | None:
-    """Read `[analysis]`, None where the book has none."""
+def read_analysis(top: TableReader, factors: Mapping[str, FactorSettings] | None = None) -> AnalysisSettings | None:
+    """Read `[analysis]`, None where the book has none; without `factors` the names in its contrasts stand."""
     if top.value("analysis") is None:
         return None
     table, default = top.table("analysis"), AnalysisSettings()
@@ -55,6 +56,7 @@ def read_analysis(top: TableReader) -> AnalysisSettings | None:
         apex_bounds=_apex_bounds(table),
         exclusions=_exclusions(table, default.exclusions),
         unit_of_analysis=table.word("unit_of_analysis", UnitOfAnalysis, default.unit_of_analysis),
+        contrasts=tuple(_contrast(each, factors) for each in table.list_of_tables("contrasts")),
     )
     table.finish()
     return settings
@@ -85,10 +87,10 @@ def stored_jump_rules(text: str) -> dict[str, object]:
     return rules
 
 
-def _primary_outcome(table: TableReader, default: Outcome) -> Outcome:
-    key, outcomes = "primary_outcome", {outcome.key: outcome for outcome in Outcome}
+def _primary_outcome(table: TableReader, default: Outcome, key: str = "primary_outcome") -> Outcome:
+    outcomes = {outcome.key: outcome for outcome in Outcome}
     given = table.value(key)
-    return default if given is None else outcomes[table.known(key, given, outcomes, "primary outcome")]
+    return default if given is None else outcomes[table.known(key, given, outcomes, key.replace("_", " "))]
 
 
 def _alpha(table: TableReader, default: float) -> float:
@@ -133,6 +135,45 @@ def _exclusions(table: TableReader, default: tuple[ReasonCode, ...]) -> tuple[Re
         else:
             table.fault("exclusions", f"{given!r} is no reason: write of {', '.join(known)} those that are allowed.")
     return tuple(found)
+
+
+_CONTRAST_KEYS: Mapping[ContrastKind, tuple[str, ...]] = {
+    ContrastKind.DIFFERENCE: ("factor", "side", "levels"),
+    ContrastKind.POOLED: (),
+    ContrastKind.INTERACTION: ("factor", "levels"),
+    ContrastKind.TREND: ("levels",),
+    ContrastKind.LEVELS_OFF: ("at",),
+}
+"""The keys of a contrast, beside `kind` and `outcome`."""
+
+
+def _contrast(table: TableReader, factors: Mapping[str, FactorSettings] | None) -> ContrastSettings:
+    has_kind = table.value("kind") is not None
+    kind = table.word("kind", ContrastKind)
+    keys = _CONTRAST_KEYS[kind]
+    swept = next((name for name, factor in (factors or {}).items() if factor.control is not None), "")
+    factor = table.text("factor") if "factor" in keys else swept
+    levels = tuple(_label(level) for level in table.items("levels", "levels")) if "levels" in keys else ()
+    if factors is not None and has_kind:
+        if factor not in factors or ("factor" in keys and factor == swept):
+            others = [name for name in factors if "factor" not in keys or name != swept]
+            table.fault("factor", unknown_factor(factor, others))
+        else:
+            _check_levels(table, "levels", factor, list(levels), factors)
+            if len(set(levels)) == 1:
+                table.fault("levels", f"{levels[0]} alone is compared with nothing: name two or more, or leave it out.")
+            if kind in (ContrastKind.TREND, ContrastKind.LEVELS_OFF) and factors[factor].kind is not FactorKind.NUMBER:
+                table.fault("kind", f"the levels of {factor} are no numbers, so nothing rises with them: compare them.")
+    found = ContrastSettings(
+        kind=kind,
+        outcome=_primary_outcome(table, Outcome.JOULES, "outcome"),
+        factor=factor if "factor" in keys else "",
+        side=table.word("side", Side) if "side" in keys else None,
+        levels=levels,
+        at=table.number("at") if "at" in keys else None,
+    )
+    table.finish()
+    return found
 
 
 _EQUAL = ("between", "side", "within_percent")

@@ -9,7 +9,7 @@ from typing import Any
 
 from data_schema.calibration import Calibration
 from data_schema.outcomes import Outcome
-from data_schema.vocabulary import FactorKind, ReasonCode, StudyKind
+from data_schema.vocabulary import ContrastKind, FactorKind, ReasonCode, StudyKind
 from labbook.config.run_names import RunNames
 
 
@@ -246,6 +246,31 @@ class Bounds:
     percent: bool
 
 
+class Side(StrEnum):
+    """Which runs a hypothesis or a contrast is about."""
+
+    CONTROL = "control"
+    TREATED = "treated"
+
+
+@dataclass(frozen=True, slots=True)
+class ContrastSettings:
+    """A contrast of condition means that was decided on; `factor`, `side`, `levels` and `at` as its kind needs them."""
+
+    kind: ContrastKind
+    outcome: Outcome
+    factor: str = ""
+    side: Side | None = None
+    levels: tuple[str, ...] = ()
+    at: float | None = None
+
+    def __str__(self) -> str:
+        """Return it in words."""
+        parts = [str(self.kind).replace("_", " "), self.factor, str(self.side or ""), " to ".join(self.levels)]
+        parts += [] if self.at is None else [f"at {self.at:g}"]
+        return " ".join(filter(None, parts))
+
+
 @dataclass(frozen=True, slots=True)
 class AnalysisSettings:
     """`[analysis]`: what was decided about the analysis before anything was measured.
@@ -260,6 +285,7 @@ class AnalysisSettings:
     apex_bounds: Bounds | None = None
     exclusions: tuple[ReasonCode, ...] = tuple(ReasonCode)
     unit_of_analysis: UnitOfAnalysis = UnitOfAnalysis.SHARED_DAYS
+    contrasts: tuple[ContrastSettings, ...] = ()
 
 
 class ClaimKind(StrEnum):
@@ -275,13 +301,6 @@ class ClaimKind(StrEnum):
     """One group saves more than any other."""
     SMALLEST_SAVING = "smallest_saving"
     """One group saves less than any other."""
-
-
-class Side(StrEnum):
-    """Which runs a hypothesis is about."""
-
-    CONTROL = "control"
-    TREATED = "treated"
 
 
 @dataclass(frozen=True, slots=True)

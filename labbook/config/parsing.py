@@ -65,7 +65,7 @@ def parse_configuration(text: str, source: str, folder: Path | None = None) -> C
         files=_files(top.table("files"), in_force=folder is None),
         profiles=read_profiles(top, in_force=folder is None),
         simulation=simulation,
-        analysis=read_analysis(top),
+        analysis=read_analysis(top, factors),
         hypotheses=read_hypotheses(top, factors),
         studies=read_studies(top),
         database_url=_database(top.table("database")),

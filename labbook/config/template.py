@@ -122,6 +122,7 @@ idle_minutes = [20, 24, 30, 40, 50, 60]
 #apex_bounds_percent = [-3, 3]
 #exclusions = ["touched_by_hand", "misfire", "sensor_fault", "wrong_apex", "dropped_packet"]
 #unit_of_analysis = "shared_days"
+#contrasts = [{ kind = "trend" }]
 
 # What the simulator predicts each condition with: the report shows it beside what was measured. `factors` says which
 # parameter a factor's physical value is; parameters without a source are varied by this part, for the error. A scene of

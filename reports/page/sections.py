@@ -145,6 +145,7 @@ def _results(content: ReportContent) -> Section:
             found += [Paragraph(text) for text in (content.no_equivalence,) if text]
         if found:
             parts += [Heading(outcome.heading), *found]
+    parts += [Heading("What the saving depends on"), TableHere("contrasts")] if content.contrasts else []
     return Section("results", "Results", tuple(parts))
 
 

@@ -118,11 +118,11 @@ def reasons_note(given: Iterable[str]) -> str:
 
 
 _WELCH = (
-    "Difference: treatment less control{rows}, with interval and p by Welch's t-test (the F-test's choice stands under "
+    "Difference: treatment less control, with interval and p by Welch's t-test (the F-test's choice stands under "
     "Tests in full); n: {counted}s of the control, of the treatment."
 )
 _DECIDED = (
-    "Difference: treatment less control{rows}, with interval and p by the days that hold both: paired on day means "
+    "Difference: treatment less control, with interval and p by the days that hold both: paired on day means "
     "from four days on, within days where there are fewer. n: runs of the control and of the treatment on these days."
 )
 
@@ -133,9 +133,7 @@ def _of_outcome(content: ReportContent, quantity: Outcome, name: str) -> Table:
     differences, savings = [lead.difference for lead in leads], [lead.savings for lead in leads]
     decided = any(comparison.decision is not None for comparison in comparisons)
     with_savings = any(saved is not None for saved in savings)
-    others = any(comparison.savings is None for comparison in comparisons) and quantity.has_savings
-    rows = ", or what the row says" if others else ""
-    legend = (_DECIDED if decided else _WELCH).format(rows=rows, counted=content.counted)
+    legend = (_DECIDED if decided else _WELCH).format(counted=content.counted)
     caption = f"Every comparison of {quantity}. {legend}"
     adjusted = next((lead.adjusted for lead in leads if lead.adjusted is not None), None)
     if adjusted is not None:

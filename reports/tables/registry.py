@@ -5,6 +5,7 @@ from __future__ import annotations
 from reports.content import ReportContent
 from reports.tables.comparisons import BY_DAY, COMPARISONS
 from reports.tables.conditions import BY_CONDITION, RUN_VALUES
+from reports.tables.contrasts import CONTRASTS
 from reports.tables.each_run import EACH_RUN
 from reports.tables.headlines import HEADLINES
 from reports.tables.hypotheses import HYPOTHESES, HYPOTHESES_IN_FULL
@@ -31,6 +32,7 @@ TABLES: dict[str, TableKind] = {
         HEADLINES,
         *BY_CONDITION,
         *(kind for of_outcome in zip(COMPARISONS, BY_DAY, TESTS, strict=True) for kind in of_outcome),
+        CONTRASTS,
         EQUIVALENCE,
         TESTS_JUMPS,
         ANOVAS,

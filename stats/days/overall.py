@@ -1,4 +1,4 @@
-"""One effect for a whole campaign: the mean of its groups' savings, each counted once, and how much two groups differ.
+"""One effect for a whole campaign: the mean of its groups' savings, each counted once.
 
 What a day does to several groups is added up before it is squared, and so are errors that the groups have in common.
 The mean is never weighted by estimated variances. With S_g the saving of group g, rho_g = T_g / C_g:
@@ -203,37 +203,3 @@ def _overall(groups: Mapping[str, Contrast]) -> _Overall | Undefined:
 def _positive(mean: float | Undefined) -> float:
     assert isinstance(mean, float)  # noqa: S101
     return mean
-
-
-def difference_of_savings(one: Estimate, other: Estimate) -> Estimate:
-    """Return the first saving less the second, of different runs, in percentage points.
-
-    The errors are added in quadrature, degrees of freedom by Welch and Satterthwaite. Errors in common with others,
-    which would cancel in part, are added too: the interval is wide rather than narrow. Both savings have one level.
-    """
-    if isinstance(one.value, Undefined) or isinstance(other.value, Undefined):
-        why = one.value if isinstance(one.value, Undefined) else other.value
-        assert isinstance(why, Undefined)  # noqa: S101 - one of both is
-        return undefined_estimate(why, one.level, why)
-    value = one.value - other.value
-    without = next((each.ci for each in (one, other) if isinstance(each.ci, Undefined)), None)
-    if without is not None:
-        return undefined_estimate(without, one.level, value)
-    ses, dfs, shared = ([_known(x) for x in several] for several in _parts(one, other))
-    se, shared_se = math.hypot(*ses), math.hypot(*shared)
-    df = se**4 / sum(each**4 / of for each, of in zip(ses, dfs, strict=True))
-    error = math.hypot(se, shared_se)
-    half = t_quantile(one.level, df) * error
-    test = t_two_sided(value / error, df)
-    return Estimate(
-        value, se, shared_se, (value - half, value + half), one.level, value / error, df, test.p, test.log10_p
-    )
-
-
-def _parts(one: Estimate, other: Estimate) -> tuple[tuple[float | Undefined, ...], ...]:
-    return (one.se, other.se), (one.df, other.df), (one.shared_se, other.shared_se)
-
-
-def _known(value: float | Undefined) -> float:
-    assert isinstance(value, float | int)  # noqa: S101 - what has an interval has an error and degrees of freedom
-    return float(value)

@@ -10,7 +10,7 @@ from scipy import stats as scipy_stats
 
 from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
-from data_schema.vocabulary import Undefined
+from data_schema.vocabulary import ContrastKind, Undefined
 from reports.content import (
     Anova,
     Assumed,
@@ -37,7 +37,7 @@ from reports.content import (
     Variant,
 )
 from reports.drawn import LogGap, LogJump, RunLog
-from reports.evidence import ByDay, Equivalence, Side
+from reports.evidence import ByDay, Equivalence, MeansContrast, Side
 from reports.page.writing import report_files, write_report
 from reports.predicted import (
     AssumedInput,
@@ -365,6 +365,29 @@ def _hypotheses(maker, comparisons):
     )  # fmt: skip
 
 
+def _contrasts(maker):
+    def contrast(kind, levels, side="", estimate=None, **more):
+        found = {
+            "kind": kind, "quantity": Outcome.JOULES, "factor": "foot", "levels": levels, "side": side, "per": 1.0,
+            "at": None, "estimate": estimate, "test": SignificanceTest("contrast", 2.9, (4.0,), 0.044),
+            "adjusted": Number(0.088, "1", n=5), "rejected": False, "unit": "day",
+            "days": ("2021-06-01", "2021-06-02", "2021-06-03", "2021-06-04", "2021-06-05"),
+        }  # fmt: skip
+        return MeansContrast(**(found | more))
+
+    points = Number(3.1, "%", se=1.1, ci_low=0.1, ci_high=6.1, n=253, df=4.0, provenance=maker.id("contrast", 12))
+    joules = Number(-2.1, "J", se=0.8, ci_low=-4.3, ci_high=0.1, n=80, df=4.0, provenance=maker.id("contrast", 4))
+    return (
+        contrast(
+            ContrastKind.DIFFERENCE, ("large", "small"), "control", joules, exploratory="no contrasts were planned"
+        ),
+        contrast(ContrastKind.INTERACTION, ("large", "small"), estimate=points, rejected=True),
+        contrast(ContrastKind.TREND, ("50", "100", "250"), estimate=points, factor="b_ad_gain", per=100.0),
+        contrast(ContrastKind.LEVELS_OFF, ("50", "250"), estimate=points, factor="b_ad_gain", per=100.0, at=150.0),
+        contrast(ContrastKind.POOLED, (), estimate=points, factor="b_ad_gain"),
+    )
+
+
 def make_content(seed=5):
     """A campaign of 24 conditions as chapter 5 of the thesis describes it."""
     maker = Maker(seed)
@@ -393,7 +416,7 @@ def make_content(seed=5):
             BudgetItem("in all", 1.32, 0.48, False, "root of the sum of squares", total=True),
         ),
         budget_note="Shown for a condition of 10 runs of 25 jumps, where 1 mAh is 2.2 J a jump.",
-        order=order, sensitivity=_sensitivity(comparisons, days),
+        contrasts=_contrasts(maker), order=order, sensitivity=_sensitivity(comparisons, days),
         methods=("Energy is the charge that went back into the pack, less the passive drain, times 15.4 V.",
                  "The unit of analysis is the run; jumps of one run are not independent."),
         limitations=("The bed was stirred by hand.", "The rail angle was read by eye."),

@@ -3,7 +3,6 @@ import dataclasses
 import pytest
 
 from reports.content import Factor, Level
-from reports.evidence import Between
 from reports.naming import (
     control_name,
     formula_text,
@@ -50,34 +49,6 @@ def test_a_level_carries_its_gain(content):
     level = {c.level: plain(level_of(content, c)) for c in content.comparisons}
     says(level["50"], "186 kg/s", "gain", "50")
     assert level["pooled"] == "pooled"
-
-
-def test_a_level_of_a_further_factor_carries_its_physical_value(content, headline):
-    def named(*between, whole=content):
-        comparison = dataclasses.replace(headline, group={"foot": "small"}, between=Between(*between))
-        return plain(level_of(whole, comparison))
-
-    assert named("k_gain", "400", "300", "treated") == "k = 1091 N/m less k = 835 N/m, treated"
-    assert named("k_gain", "300", "400", "control") == "k = 835 N/m less k = 1091 N/m, control"
-    assert named("k_gain", "400", "300", "b_ad_gain 50", "50") == "k = 1091 N/m less k = 835 N/m, d = 186 kg/s"
-    one_level = tuple(c for c in content.conditions if c.levels[1].label == "400")
-    unknown = dataclasses.replace(content, conditions=one_level)
-    assert named("k_gain", "400", "300", "treated", whole=unknown) == "k = 1091 N/m less k_gain 300, treated"
-
-
-def test_of_three_levels_of_a_further_factor_both_compared_are_named(content, headline):
-    """The first stood alone, and the difference could be from either of the others."""
-    third = [
-        dataclasses.replace(
-            one, levels=tuple(dataclasses.replace(level, label="500") if level.factor == "k_gain" else level
-                              for level in one.levels)
-        )
-        for one in content.conditions
-        if one.levels[1].label == "400"
-    ]  # fmt: skip
-    three = dataclasses.replace(content, conditions=(*content.conditions, *third))
-    comparison = dataclasses.replace(headline, group={}, between=Between("k_gain", "400", "300", "treated"))
-    assert plain(level_of(three, comparison)) == "k = 1091 N/m less k = 835 N/m, treated"
 
 
 LOAD = Factor("load", "Load", unit="kg", control="0", swept=True)

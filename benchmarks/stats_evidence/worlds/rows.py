@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from benchmarks.stats_evidence.worlds import contrasts
 from benchmarks.stats_evidence.worlds.world import World, holds, shares_of
 
-WORLDS: tuple[World, ...] = ()
+WORLDS: tuple[World, ...] = (*contrasts.WORLDS,)
 CAMPAIGNS = 2000
 
 

@@ -83,7 +83,7 @@ def compare(
                 COMPARISON,
                 {"quantity": str(quantity), "family": pair.family, "label": pair.label, **scope},
                 fingerprints_of_sides(pair),
-                {"with_savings": pair.against_control and quantity.has_savings, "alpha": alpha},
+                {"with_savings": quantity.has_savings, "alpha": alpha},
                 lambda pair=pair: compare_pair(pair, quantity, alpha),  # type: ignore[misc]
             )
             for pair in pairs
@@ -156,7 +156,7 @@ def compare_pair(pair: Pair, quantity: Outcome, alpha: float) -> ComparisonResul
     chosen = difference_with_shared(test.t, test.df, test.p, test.difference_ci, shared, level)
     welch = difference_with_shared(test.welch_t, test.welch_df, test.welch_p, test.welch_ci, shared, level)
     saved = None
-    if pair.against_control and quantity.has_savings:
+    if quantity.has_savings:
         saved = percent_savings(
             a,
             b,

@@ -53,8 +53,8 @@ DECISION_FAMILY = Algorithm("decision_family", 2, FamilyResult)
 
 
 @dataclass(frozen=True, slots=True)
-class _Member:
-    """The result of a pair by its label, with the test in it that counts."""
+class Member:
+    """A result of a family by its label, with the test in it that counts."""
 
     label: str
     result: StoredResult
@@ -71,36 +71,23 @@ def adjust(
     alpha: float = 0.05,
 ) -> FamilyResult:
     """Ensure the adjusted p of the Welch tests of a family."""
-    members = [_Member(pair.label, result, result.welch_t, result.welch_p) for pair, result in tested]
-    return _ensure(cache, FAMILY, members, family, {"quantity": str(quantity), "family": family, **scope}, alpha)
+    members = [Member(pair.label, result, result.welch_t, result.welch_p) for pair, result in tested]
+    return adjust_members(cache, members, family, {"quantity": str(quantity), **scope}, alpha, FAMILY)
 
 
-def _adjust_decisions(
+def adjust_members(
     cache: ResultCache,
-    tested: Sequence[tuple[Pair, DecisionResult]],
-    family: str,
-    quantity: Outcome,
-    scope: Mapping[str, Any],
-    alpha: float = 0.05,
-) -> FamilyResult:
-    """Ensure the adjusted p of the deciding tests of a family."""
-    members = [_Member(pair.label, result, result.t, result.p) for pair, result in tested]
-    of = {"quantity": str(quantity), "family": family, **scope}
-    return _ensure(cache, DECISION_FAMILY, members, family, of, alpha)
-
-
-def _ensure(
-    cache: ResultCache,
-    algorithm: Algorithm[FamilyResult],
-    members: Sequence[_Member],
+    members: Sequence[Member],
     family: str,
     scope: Mapping[str, Any],
     alpha: float,
+    algorithm: Algorithm[FamilyResult] = DECISION_FAMILY,
 ) -> FamilyResult:
+    """Ensure the adjusted p of the tests of a family."""
     return cache.ensure_one(
         Request(
             algorithm,
-            scope,
+            {"family": family, **scope},
             tuple(result_fingerprint(one.label, one.result) for one in members),
             {"alpha": alpha},
             lambda: _adjusted(members, family, alpha),
@@ -108,7 +95,7 @@ def _ensure(
     )
 
 
-def _adjusted(tested: Sequence[_Member], family: str, alpha: float) -> FamilyResult:
+def _adjusted(tested: Sequence[Member], family: str, alpha: float) -> FamilyResult:
     found = {one.label: one.p.value for one in tested}
     logs = {one.label: _log10_p(one.t) for one in tested if found[one.label] == 0.0}
     result = holm(found, family, log10_p=logs, alpha=alpha)
@@ -206,9 +193,6 @@ def compare_all(
     found: list[Compared] = []
     for outcome, several in conditions.items():
         found += _with_control(cache, several, beside.get(outcome, ()), outcome, swept, settings, scope)
-        if outcome.has_savings:
-            further = [*pairing.pairs_across(several, swept), *pairing.pairs_between(several, swept)]
-            found += _tested(cache, further, outcome, settings, scope)
     return found
 
 
@@ -261,7 +245,8 @@ def _with_decided_family(
     members = [*own, *zip(further, decisions, strict=True)]
     if len(members) == 1:
         return found
-    adjusted = _adjust_decisions(cache, members, family, quantity, scope, settings.alpha)
+    tested = [Member(pair.label, result, result.t, result.p) for pair, result in members]
+    adjusted = adjust_members(cache, tested, family, {"quantity": str(quantity), **scope}, settings.alpha)
     return [
         replace(item, decided=replace(item.decided, adjusted=adjusted))
         if item.decided and item.pair.family == family

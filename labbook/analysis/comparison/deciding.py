@@ -93,24 +93,17 @@ def contrast_of(pair: Pair, *, by_day: bool = True) -> Contrast:
     """Return the contrast of a pair's runs by the rule that fits their days, or of all runs as if of one day."""
     control, treated = _runs(pair.a), _runs(pair.b)
     return contrast_by_day(
-        [item.value for _, item in treated],
-        [item.value for _, item in control],
-        days_treated=[item.run.day for _, item in treated] if by_day else None,
-        days_control=[item.run.day for _, item in control] if by_day else None,
-        shared_treated=[item.shared for _, item in treated],
-        shared_control=[item.shared for _, item in control],
-        strata_treated=[_stratum(pair, levels) for levels, _ in treated],
-        strata_control=[_stratum(pair, levels) for levels, _ in control],
+        [item.value for item in treated],
+        [item.value for item in control],
+        days_treated=[item.run.day for item in treated] if by_day else None,
+        days_control=[item.run.day for item in control] if by_day else None,
+        shared_treated=[item.shared for item in treated],
+        shared_control=[item.shared for item in control],
     )
 
 
-def _runs(side: Sequence[ConditionValues]) -> list[tuple[Mapping[str, str], RunNumber]]:
-    return [(condition.levels, item) for condition in side for item in condition.runs]
-
-
-def _stratum(pair: Pair, levels: Mapping[str, str]) -> str:
-    """Name what a run is compared within: its levels of the factors that a pair pools."""
-    return ", ".join(levels[factor] or "none" for factor in pair.pooled_over) or "all"
+def _runs(side: Sequence[ConditionValues]) -> list[RunNumber]:
+    return [item for condition in side for item in condition.runs]
 
 
 def decide(
@@ -123,9 +116,7 @@ def decide(
                 DECISION,
                 {"quantity": str(quantity), "family": pair.family, "label": pair.label, **scope},
                 fingerprints_of_contrast(pair),
-                # Results of before have the key without what is pooled: they took its levels for days.
-                {"with_savings": _has_savings(pair, quantity), "alpha": alpha}
-                | ({"within": list(pair.pooled_over)} if pair.pooled_over else {}),
+                {"with_savings": quantity.has_savings, "alpha": alpha},
                 lambda pair=pair: decide_pair(pair, quantity, alpha),  # type: ignore[misc]
             )
             for pair in pairs
@@ -209,30 +200,13 @@ def _groups(contrasts: Mapping[str, Contrast]) -> dict[str, list[str]]:
     return {"groups": list(contrasts)} | ({"same_on_every_day": same} if same else {})
 
 
-def _has_savings(pair: Pair, quantity: Outcome) -> bool:
-    return pair.against_control and quantity.has_savings
-
-
 def _contrasts(pairs: Mapping[str, Pair]) -> dict[str, Contrast]:
     return {name: contrast_of(pair) for name, pair in pairs.items()}
 
 
 def fingerprints_of_contrast(pair: Pair) -> tuple[InputRow, ...]:
     """Return the inputs of a contrast: the conditions of both sides, and the day of every run."""
-    # Results of before name the days of equal runs as those of others: they took rounding for scatter.
-    role = "day of equal runs" if _equal_within_days(pair) else "day"
-    return (*fingerprints_of_sides(pair), *fingerprints_of_days(pair, role))
-
-
-def _equal_within_days(pair: Pair) -> bool:
-    """Whether runs of one side, day and stratum are equal throughout, and three of them somewhere."""
-    blocks: dict[tuple[int, str, str], list[float]] = {}
-    for at, side in enumerate((pair.a, pair.b)):
-        for levels, item in _runs(side):
-            blocks.setdefault((at, item.run.day, _stratum(pair, levels)), []).append(item.value)
-    return any(len(values) > 2 for values in blocks.values()) and all(
-        min(values) == max(values) for values in blocks.values()
-    )
+    return (*fingerprints_of_sides(pair), *fingerprints_of_days(pair))
 
 
 def _fingerprints(pairs: Mapping[str, Pair]) -> tuple[InputRow, ...]:
@@ -242,7 +216,7 @@ def _fingerprints(pairs: Mapping[str, Pair]) -> tuple[InputRow, ...]:
 def decide_pair(pair: Pair, quantity: Outcome, alpha: float, contrast: Contrast | None = None) -> DecisionResult:
     """Decide about a pair by the rule that fits its days, or by another contrast; intervals have level 1 - alpha."""
     found = contrast_of(pair) if contrast is None else contrast
-    return decide_by_contrast(found, quantity.unit, alpha, _has_savings(pair, quantity), quantity.shares_error)
+    return decide_by_contrast(found, quantity.unit, alpha, quantity.has_savings, quantity.shares_error)
 
 
 def decide_by_contrast(

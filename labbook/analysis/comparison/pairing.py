@@ -14,16 +14,11 @@ from dataclasses import dataclass
 from data_schema.errors import InputRefused, unknown_name
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.config.parsing import Configuration
-from reports.evidence import Between
 
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """Two sets of conditions to compare: `a` is the control or the first level, `b` what is compared with it.
-
-    Two levels that are compared, neither of them the control (`against_control` is False), have no savings.
-    `pooled_over` names the further factors whose levels are together.
-    """
+    """Two sets of conditions to compare: `a` is the control or the first level, `b` what is compared with it."""
 
     family: str
     label: str
@@ -31,15 +26,10 @@ class Pair:
     level: str
     a: tuple[ConditionValues, ...]
     b: tuple[ConditionValues, ...]
-    against_control: bool = True
-    between: Between | None = None
-    pooled_over: tuple[str, ...] = ()
 
 
 EACH = "each level against the control"
 POOLED = "all levels pooled against the control"
-ACROSS = "pooled across the {factor}"
-BETWEEN = "between levels of the {factor}"
 
 
 def swept_factor(configuration: Configuration) -> str | None:
@@ -98,53 +88,6 @@ def pairs_pooled(conditions: Sequence[ConditionValues], swept: str) -> list[Pair
         for treated, control in [treated_and_control(items)]
         if control and treated
     ]
-
-
-def pairs_across(conditions: Sequence[ConditionValues], swept: str) -> list[Pair]:
-    """Pair treated with control pooled across one further factor at a time, where that factor has several levels."""
-    found = []
-    for factor in other_factors(conditions, swept):
-        others = [name for name in other_factors(conditions, swept) if name != factor]
-        for group, items in by_levels(conditions, others):
-            treated, control = treated_and_control(items)
-            if control and treated and len({item.levels[factor] for item in items}) > 1:
-                family = ACROSS.format(factor=factor)
-                label = f"{group_label(group)}: {family}, pooled against the control"
-                found.append(
-                    Pair(family, label, group, "pooled", tuple(control), tuple(treated), pooled_over=(factor,))
-                )
-    return found
-
-
-def pairs_between(conditions: Sequence[ConditionValues], swept: str) -> list[Pair]:
-    """Pair the levels of a further factor with its first level: for all treated together, the control, each treated."""
-    found = []
-    for factor in other_factors(conditions, swept):
-        others = [name for name in other_factors(conditions, swept) if name != factor]
-        for group, items in by_levels(conditions, others):
-            levels = list(dict.fromkeys(item.levels[factor] for item in items))
-            treated, control = treated_and_control(items)
-            sides = [("treated", "", treated), ("control", "", control)]
-            sides += [(f"{swept} {label}", label, of_label) for label, of_label in _by_level(treated, swept).items()]
-            for name, at, side in sides:
-                of_level = {level: [item for item in side if item.levels[factor] == level] for level in levels}
-                for level in levels[1:]:
-                    if of_level[levels[0]] and of_level[level]:
-                        family = BETWEEN.format(factor=factor)
-                        label = f"{group_label(group)}, {name}: {factor} {level} against {levels[0]}"
-                        found.append(
-                            Pair(family, label, group, f"{level}, {name}", tuple(of_level[levels[0]]),
-                                 tuple(of_level[level]), against_control=False,
-                                 between=Between(factor, level, levels[0], name, at))
-                        )  # fmt: skip
-    return found
-
-
-def _by_level(treated: Sequence[ConditionValues], swept: str) -> dict[str, list[ConditionValues]]:
-    """Return the treated conditions of each level of the swept factor, where there are several."""
-    labels = sorted({item.levels[swept] for item in treated}, key=_order)
-    found = {label: [item for item in treated if item.levels[swept] == label] for label in labels}
-    return found if len(found) > 1 else {}
 
 
 def other_factors(conditions: Sequence[ConditionValues], swept: str) -> list[str]:

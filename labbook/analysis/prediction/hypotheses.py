@@ -39,8 +39,8 @@ from labbook.analysis.results.result_cache import Request, ResultCache
 from labbook.config.model import AnalysisSettings, ClaimKind, HypothesisSettings, Side, UnitOfAnalysis
 from reports.numbers import Number
 from reports.predicted import COVERAGE_FACTOR, Verdict
-from stats.days.decision import Contrast
-from stats.days.overall import difference_of_savings
+from stats.days.contrasts import Effect, linear_contrast
+from stats.days.decision import Contrast, Estimate
 
 
 @dataclass(frozen=True, slots=True)
@@ -234,14 +234,21 @@ def _measured(contrasts: Sequence[Contrast], level: float) -> tuple[Number, Unde
 
     Beside it stands why it has no interval.
     """
-    savings = [contrast.savings(level) for contrast in contrasts]
     n = sum(sum(contrast.n) for contrast in contrasts)
-    found = savings[0] if len(savings) == 1 else difference_of_savings(savings[0], savings[1])
+    found = contrasts[0].savings(level) if len(contrasts) == 1 else _less_saving(contrasts[0], contrasts[1], level)
     value = found.value if isinstance(found.value, Undefined) else -found.value
     if isinstance(found.ci, Undefined):
         return Number(value, "%", ci_level=level, n=n), found.ci
     low, high = found.ci
     return Number(value, "%", found.se, found.shared_se, -high, -low, level, df=found.df, n=n), None
+
+
+def _less_saving(other: Contrast, own: Contrast, level: float) -> Estimate:
+    """Return the saving of the first contrast less that of the second."""
+    runs = {"other": other.runs.treated, "its control": other.runs.control}
+    runs |= {"own": own.runs.treated, "own control": own.runs.control}
+    effects = [Effect(1.0, "other", "its control"), Effect(-1.0, "own", "own control")]
+    return linear_contrast(runs, effects, percent=True, level=level).estimate
 
 
 def _simulated(one: Comparison, predicted: AllPredicted, outcome: Outcome) -> Number:

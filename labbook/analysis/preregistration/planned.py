@@ -168,6 +168,14 @@ class Planned:
             return Reason("no bounds of apex height were stated before the first run was ingested")
         return self._beside_the_plan(Outcome.APEX, family, conditions)
 
+    def reason_of_contrast(self, quantity: Outcome, conditions: Collection[str]) -> Reason | None:
+        """Return why a contrast of condition means is exploratory."""
+        if not self.stated:
+            return Reason(NOTHING_DECIDED)
+        if not self.settings.contrasts:
+            return Reason("no contrasts were decided on")
+        return self._beside_the_plan(quantity, FAMILY_OF[self.settings.family], conditions)
+
     def exploratory_anova(self) -> str:
         """Say why an analysis of variance is exploratory: no family that can be decided on has one."""
         return "the families that can be decided on have no analysis of variance" if self.stated else NOTHING_DECIDED

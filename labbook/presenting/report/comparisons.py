@@ -19,23 +19,26 @@ from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.study import StudyAnalysis
 from labbook.config.model import Family, UnitOfAnalysis
 from labbook.presenting.numbers import ShownNumbers
-from labbook.presenting.report.campaign import factor_title
 from labbook.presenting.report.day_layout import one_day_each
 from reports.content import Anova, Comparison, ReportContent, Sensitivity, Variant
-from reports.display import count_text, in_sentence
+from reports.display import count_text
 from reports.evidence import ByDay, Decision, Equivalence, OverallEquivalence, OverallSavings, OverGroups, Side
 from reports.naming import levels_name
 from reports.numbers import Number, SignificanceTest
 from stats.days.blocked_result import MIXED_MODEL, exact_method
 from stats.days.decision import Rule
 
+SIDES = ("the treatment", "the control")
+"""What the side that is compared is called, and the one that it is compared with."""
+UNITS = {Rule.PAIRED: "day", Rule.WITHIN: "run", Rule.NONE: ""}
+"""What each rule counts."""
 RUN = "run"
 """What a report calls the values of comparisons by day."""
 
 
 def comparisons(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[Comparison, ...]:
     """Return all comparisons; where nothing is pooled, those of all levels are shown as the planned ones of each."""
-    found = [_comparison(analysis, item, shown, _family(analysis, item)) for item in analysis.compared]
+    found = [_comparison(analysis, item, shown) for item in analysis.compared]
     if not planned_as_each(analysis):
         return tuple(found)
     each = {_key(item): item for item in found if item.family == pairing.EACH}
@@ -98,18 +101,8 @@ def jump_comparisons(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[Comp
     """Return the thesis's route to apex heights: the pooled comparisons over single jumps."""
     why = analysis.planned.exploratory_jumps()
     return tuple(
-        replace(_tested(item.pair, Outcome.APEX, item.result, shown, item.pair.family), exploratory=why)
-        for item in analysis.jump_tests
+        replace(_tested(item.pair, Outcome.APEX, item.result, shown), exploratory=why) for item in analysis.jump_tests
     )
-
-
-def _family(analysis: StudyAnalysis, item: Compared) -> str:
-    """Name a family of comparisons with the factors' titles in place of their names."""
-    for name in analysis.evidence.configuration.factors:
-        for pattern in (pairing.ACROSS, pairing.BETWEEN):
-            if item.pair.family == pattern.format(factor=name):
-                return pattern.format(factor=in_sentence(factor_title(analysis, name)))
-    return item.pair.family
 
 
 def anovas(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[Anova, ...]:
@@ -140,11 +133,11 @@ def sensitivity(analysis: StudyAnalysis, shown: ShownNumbers, content: ReportCon
         found.append(
             Sensitivity(
                 f"{'savings' if item.quantity.has_savings else f'difference of {item.quantity}'}, {group}",
-                _headline_number(item.pair, item.decided.result if item.decided else item.result, analysis, shown),
+                _headline_number(item.decided.result if item.decided else item.result, analysis, shown),
                 tuple(
                     Variant(
                         varied.variant,
-                        _headline_number(item.pair, varied.result, analysis, shown),
+                        _headline_number(varied.result, analysis, shown),
                         varied.day,
                         varied.by_rules,
                     )
@@ -165,40 +158,31 @@ def _rule_of_all_runs(item: Compared, recomputed: Sequence[Varied]) -> str:
     return ""
 
 
-def _headline_number(
-    pair: Pair, result: ComparisonResult | DecisionResult, analysis: StudyAnalysis, shown: ShownNumbers
-) -> Number:
+def _headline_number(result: ComparisonResult | DecisionResult, analysis: StudyAnalysis, shown: ShownNumbers) -> Number:
     """Return the number that the claim states, with the interval it states."""
     difference = result.welch_difference if isinstance(result, ComparisonResult) else result.difference
-    return _of(pair, analysis, shown).number(result.savings or difference)
+    return _of_sides(analysis, shown).number(result.savings or difference)
 
 
-def _of(pair: Pair, analysis: StudyAnalysis, shown: ShownNumbers) -> ShownNumbers:
+def _of_sides(analysis: StudyAnalysis, shown: ShownNumbers) -> ShownNumbers:
     """Call the sides of a comparison, and the values that it compares, what they are."""
-    return shown.of_sides(_sides(pair), analysis.planned.settings.unit_of_analysis.noun)
+    return shown.of_sides(SIDES, analysis.planned.settings.unit_of_analysis.noun)
 
 
-def _sides(pair: Pair) -> tuple[str, str]:
-    """Return what the side that is compared is called, and the one that it is compared with."""
-    if pair.against_control:
-        return "the treatment", "the control"
-    return "the level", "the level it is compared with"
-
-
-def _comparison(analysis: StudyAnalysis, item: Compared, shown: ShownNumbers, family: str) -> Comparison:
+def _comparison(analysis: StudyAnalysis, item: Compared, shown: ShownNumbers) -> Comparison:
     """Show a comparison on run means with everything that stands beside it."""
-    result, label, on_units = item.result, item.pair.label, _of(item.pair, analysis, shown)
+    result, label, on_units = item.result, item.pair.label, _of_sides(analysis, shown)
     df = (1.0, float(result.n_a + result.n_b - 2))
     why_not_planned = analysis.planned.exploratory_equivalence(item.pair.family, item.conditions) or ""
     return replace(
-        _tested(item.pair, item.quantity, result, on_units, family),
+        _tested(item.pair, item.quantity, result, on_units),
         savings=None if result.savings is None else on_units.number(result.savings),
         brown_forsythe=on_units.test("Brown-Forsythe", result.brown_forsythe, result.brown_forsythe_p, df),
         sides=(
             Side(on_units.value(result.mean_a), on_units.value(result.sd_a)),
             Side(on_units.value(result.mean_b), on_units.value(result.sd_b)),
         ),
-        by_day=None if item.by_day is None else _by_day(item.by_day, shown.of_sides(_sides(item.pair), RUN)),
+        by_day=None if item.by_day is None else _by_day(item.by_day, shown.of_sides(SIDES, RUN)),
         adjusted=None if item.adjusted is None else on_units.number(item.adjusted.adjusted_p[label]),
         rejected=result.rejected,
         adjusted_rejected=None if item.adjusted is None else item.adjusted.rejected[label],
@@ -210,7 +194,7 @@ def _comparison(analysis: StudyAnalysis, item: Compared, shown: ShownNumbers, fa
 
 
 def _tested(
-    pair: Pair, quantity: Outcome, result: ComparisonResult | JumpComparison, shown: ShownNumbers, family: str
+    pair: Pair, quantity: Outcome, result: ComparisonResult | JumpComparison, shown: ShownNumbers
 ) -> Comparison:
     """Show the thesis's route, and Welch's test beside it."""
     test = shown.test(result.test, result.t, result.p)
@@ -227,9 +211,8 @@ def _tested(
         difference=shown.number(result.difference),
         welch=shown.test("Welch", result.welch_t, result.welch_p),
         welch_difference=shown.number(result.welch_difference),
-        family=family,
-        one_day_each=_confounding_with_days(test, dict(zip(_sides(pair), (pair.b, pair.a), strict=True))),
-        between=pair.between,
+        family=pair.family,
+        one_day_each=_confounding_with_days(test, dict(zip(SIDES, (pair.b, pair.a), strict=True))),
     )
 
 
@@ -295,7 +278,7 @@ def _decision(item: Compared, decided: Decided, shown: ShownNumbers, why_not_pla
 def decision(result: DecisionResult, shown: ShownNumbers) -> Decision:
     """Return the test that decides as a report carries it."""
     return Decision(
-        unit={Rule.PAIRED: "day", Rule.WITHIN: "run", Rule.NONE: ""}[result.rule],
+        unit=UNITS[result.rule],
         days=result.days,
         n_control=result.n_control,
         n_treatment=result.n_treated,

@@ -19,13 +19,14 @@ from labbook.analysis.study import StudyAnalysis, analyse
 from labbook.analysis.study_data import gather
 from labbook.config.parsing import Configuration
 from labbook.presenting.numbers import ShownNumbers, provenance
-from labbook.presenting.report import campaign, comparisons, drain, methods, predicted, preregistration
+from labbook.presenting.report import campaign, comparisons, contrasts, drain, methods, predicted, preregistration
 from labbook.presenting.report.error_rates import known_error_rates, uses
 from labbook.presenting.report.tests_made import tests_beside
 from reports.content import Claim, Comparison, ReportContent
 from reports.decided_sentences import group_claim, overall_claims
 from reports.remarks import all_on_one_day_each, days_claim
 from reports.sentences import difference_claim, family_claim, savings_claim
+from reports.tables.contrasts import contrast_claims
 from stats.apexes.detectors import DETECTORS
 
 
@@ -46,7 +47,7 @@ def _claims(content: ReportContent, compared: Sequence[Comparison], *, one_level
         narrow = [(item.quantity, group_claim(content, item)) for item in pooled if item.quantity in wanted]
         opening = [family_claim(content, planned, pooled=not one_level)] if planned else []
         by_outcome = sorted((*over_groups, *narrow), key=lambda each: list(Outcome).index(each[0]))
-        return (*opening, *(claim for _outcome, claim in by_outcome))
+        return (*opening, *(claim for _outcome, claim in by_outcome), *contrast_claims(content))
     saved = [item for item in pooled if item.quantity.has_savings]
     others = [item for item in pooled if not item.quantity.has_savings]
     found = [
@@ -58,7 +59,7 @@ def _claims(content: ReportContent, compared: Sequence[Comparison], *, one_level
     marked = [place for place, (_, about) in enumerate(found, start=1) if any(item.one_day_each for item in about)]
     if (confounding := days_claim(content)) is not None:
         claims.insert(min(marked, default=len(claims)), confounding)
-    return tuple(claims)
+    return (*claims, *contrast_claims(content))
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +106,7 @@ def make_report(
         conditions=campaign.conditions(analysis, shown),
         claims=(),
         comparisons=compared,
+        contrasts=contrasts.contrasts(analysis, shown),
         overall=comparisons.overall(analysis, shown),
         overall_equivalence=comparisons.overall_equivalence(analysis, shown),
         anovas=comparisons.anovas(analysis, shown),

@@ -89,8 +89,12 @@ def _settings(settings: AnalysisSettings) -> str:
     return (
         f"the primary outcome is {settings.primary_outcome}, the family "
         f"{FAMILY_OF[settings.family]}, alpha {settings.alpha:g}, the unit "
-        f"{_UNITS[settings.unit_of_analysis]}; {within}; {_exclusions(settings)}."
+        f"{_UNITS[settings.unit_of_analysis]}; {within}; {_exclusions(settings)}{_contrasts(settings)}."
     )
+
+
+def _contrasts(settings: AnalysisSettings) -> str:
+    return f"; contrasts: {', '.join(map(str, settings.contrasts))}" if settings.contrasts else ""
 
 
 def _exclusions(settings: AnalysisSettings) -> str:
@@ -150,6 +154,10 @@ def _exploratory(analysis: StudyAnalysis, compared: Sequence[Comparison]) -> Ite
             yield reason, f"{shown.family} ({shown.quantity})"
         if shown.equivalence is not None and (reason := planned.reason_of_equivalence(*asked)):
             yield reason, f"{shown.family} (equivalence of {shown.quantity})"
+    for one in analysis.contrasts:
+        outcome = one.asked.settings.outcome
+        if reason := planned.reason_of_contrast(outcome, one.asked.conditions):
+            yield reason, f"contrasts ({outcome})"
     for tested in analysis.anovas:
         yield Reason(planned.exploratory_anova()), f"one-way analysis of variance ({tested.quantity})"
     for jumps in analysis.jump_tests:

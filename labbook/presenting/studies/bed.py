@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from data_schema.outcomes import Outcome
-from data_schema.vocabulary import Undefined
+from data_schema.vocabulary import ContrastKind, Undefined
 from labbook.analysis.studies.compaction import Compaction
 from labbook.presenting.numbers import number_data, published_data, value_data
 from labbook.presenting.studies import compaction
@@ -31,10 +31,11 @@ from reports.display import (
 )
 from reports.evidence import POOLED
 from reports.figures.by_level import coefficient_of, has_quantity, points_text
-from reports.naming import level_of, levels_name
+from reports.naming import levels_name
 from reports.numbers import Number, Value
 from reports.predicted import PredictedQuantity, Prediction
 from reports.remarks import scene_sentences
+from reports.tables.contrasts import contrast_name
 from reports.tables.headlines import groups
 from reports.tables.predictions import published_text
 from simulator.steady.published_results import published_results
@@ -58,8 +59,6 @@ _KEYS = {PredictedQuantity.JOULES: Outcome.JOULES.key, PredictedQuantity.APEX: O
 _NONE = Number(0.0, "1")
 _FEET = {"control": "bed.foot_ce", "treated": "bed.foot_ad"}
 """By side what is published of the difference between the feet."""
-_PAIRS_OF_FEET = "7 of 10 (5.2.1)"
-"""How many pairs of feet at one damping gain the thesis says have p < .05; it lists 8 (docs/published.md)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,25 +189,16 @@ def _between(study: BedStudy, factor: str, published: Mapping[str, str]) -> list
     """Return the differences in joules between the levels of a factor, as between the feet."""
     content, found = study.content, list[tuple[str, ...]]()
     labels = {level.label for one in content.conditions if (level := one.level(factor)) is not None}
-    between = [
-        (one, one.between)
-        for one in content.by_group
-        if one.quantity is Outcome.JOULES and one.between is not None and one.between.factor == factor
-    ]
     of_feet = study.on_bed and labels == {"small", "large"}
-    for joules, of in between:
-        if of.side in _FEET:
-            name = ", ".join(filter(None, (levels_name(content, joules.group), level_of(content, joules))))
-            means = [_simulated_j(study, {**joules.group, of.factor: foot}, of.side) for foot in (of.level, of.against)]
-            simulated = "" if means[0] is None or means[1] is None else _text(Number(means[0] - means[1], "J"), 1)
-            measured = _tested(joules, joules.lead.difference, 1)
-            found.append((f"joules, {name}", measured, simulated, published[_FEET[of.side]] if of_feet else ""))
-    pairs = [one.test.p for one, of in between if of.side not in _FEET]
-    if pairs:
-        below = sum(isinstance(p, float) and p < 0.05 for p in pairs)
-        text = f"{below} of {len(pairs)} with p < .05 over runs"
-        name = f"joules, {factor}: pairs at one damping gain"
-        found.append((name, text, "", _PAIRS_OF_FEET if of_feet else ""))
+    for one in content.contrasts:
+        if (one.kind, one.quantity, one.factor) == (ContrastKind.DIFFERENCE, Outcome.JOULES, factor):
+            means = [_simulated_j(study, factor, level, one.side) for level in one.levels]
+            simulated = "" if means[0] is None or means[1] is None else _text(Number(means[1] - means[0], "J"), 1)
+            p = one.test.p
+            tested = "; ".join([_text(one.estimate, 1), p_text(p) if isinstance(p, float) else "no test by days"])
+            found.append(
+                (contrast_name(content, one), tested, simulated, published[_FEET[one.side]] if of_feet else "")
+            )
     return found
 
 
@@ -245,12 +235,15 @@ def _tested(comparison: Comparison, number: Number | None, places: int | None = 
     return "; ".join(filter(None, [_text(number, places), by_days, f"over runs {p_text(comparison.test.p)}"]))
 
 
-def _simulated_j(study: BedStudy, group: Mapping[str, str], side: str) -> float | None:
-    """Return the mean of a group's simulated joules over the runs of a side."""
-    items = [one for one in study.content.predictions.of(PredictedQuantity.JOULES) if one.group == group]
-    values = [(one.predicted.value, one.n) for one in items if one.control is (side == "control")]
-    known = [(value * n, n) for value, n in values if isinstance(value, float)]
-    return sum(total for total, _n in known) / sum(n for _total, n in known) if known else None
+def _simulated_j(study: BedStudy, factor: str, level: str, side: str) -> float | None:
+    """Return the mean over the groups of a factor's level of their simulated joules, each over the runs of a side."""
+    groups: dict[tuple[str, ...], list[tuple[float, int]]] = {}
+    for one in study.content.predictions.of(PredictedQuantity.JOULES):
+        of_side = one.group.get(factor) == level and one.control is (side == "control")
+        if of_side and isinstance(one.predicted.value, float):
+            groups.setdefault(tuple(one.group.values()), []).append((one.predicted.value * one.n, one.n))
+    means = [sum(total for total, _n in known) / sum(n for _total, n in known) for known in groups.values()]
+    return sum(means) / len(means) if means else None
 
 
 def _rise(study: BedStudy) -> str:

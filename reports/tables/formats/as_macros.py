@@ -54,7 +54,7 @@ class Macro:
 
 def macros_of(content: ReportContent) -> tuple[Macro, ...]:
     """Return a macro a number of page one and of planned comparisons, but for those whose names would be the same."""
-    found = (*_counts(content), *_over_groups(content), *_by_group(content))
+    found = (*_counts(content), *_over_groups(content), *_by_group(content), *_contrasts(content))
     times = Counter(macro.name for macro in found)
     return tuple(macro for macro in found if times[macro.name] == 1)
 
@@ -126,9 +126,16 @@ def _by_group(content: ReportContent) -> Iterator[Macro]:
             yield from _number((*name, "equivalence"), tested.estimate, tested.p)
 
 
+def _contrasts(content: ReportContent) -> Iterator[Macro]:
+    for one in (each for each in content.contrasts if not each.exploratory):
+        words = (str(one.kind), one.quantity.key, one.factor, *one.levels, one.side)
+        at = () if one.at is None else ("at", f"{one.at:g}")
+        yield from _number(("contrast", *filter(None, words), *at), one.estimate, one.test.p)
+
+
 def _planned_levels(content: ReportContent) -> list[Comparison]:
     """Return the comparisons of one level with the control that the plan names."""
-    return [each for each in content.by_group if not (each.opens or each.exploratory or each.between)]
+    return [each for each in content.by_group if not (each.opens or each.exploratory)]
 
 
 def _level(content: ReportContent, comparison: Comparison) -> list[str]:

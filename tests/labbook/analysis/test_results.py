@@ -186,7 +186,7 @@ def test_a_corrected_charge_touches_the_joules_of_its_run_only(book: Book) -> No
     assert {scope(row)["run"] for row in computed if row.kind.startswith("run_")} == {"r001"}
     assert {row.kind for row in computed} <= {
         "run_energy", "condition_summary", "comparison", "comparison_by_day", "family", "decision", "decision_family",
-        "overall_savings", "pack_deviation", "energy_budget",
+        "contrast", "overall_savings", "pack_deviation", "energy_budget",
     }  # fmt: skip
     assert {scope(row).get("quantity", Outcome.JOULES) for row in computed} == {Outcome.JOULES}
 

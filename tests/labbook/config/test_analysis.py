@@ -6,8 +6,17 @@ import pytest
 
 from data_schema.errors import InputRefused
 from data_schema.outcomes import Outcome
-from data_schema.vocabulary import ReasonCode
-from labbook.config.model import AnalysisSettings, Bounds, ClaimKind, Family, HypothesisSettings, Side, UnitOfAnalysis
+from data_schema.vocabulary import ContrastKind, ReasonCode
+from labbook.config.model import (
+    AnalysisSettings,
+    Bounds,
+    ClaimKind,
+    ContrastSettings,
+    Family,
+    HypothesisSettings,
+    Side,
+    UnitOfAnalysis,
+)
 from labbook.config.parsing import parse_configuration
 from labbook.config.template import template
 from labbook.demo.files import book_toml
@@ -179,3 +188,45 @@ def test_a_saving_is_of_what_can_be_saved_and_a_group_has_levels_that_there_are(
     group = '\n[hypotheses.it]\ntext = "Most"\nclaim = "largest_saving"\ngroup = { fot = "small", k_gain = 450 }\n'
     with refuses(InputRefused, "fot", "foot", "450", "400"):
         read_hypotheses(group)
+
+
+CONTRASTS = """
+[analysis]
+contrasts = [
+  {{ kind = "difference", factor = "foot", side = "control", levels = ["small", "large"] }},
+  {{ kind = "interaction", factor = "k_gain", outcome = "apex" }},
+  {{ kind = "levels_off", at = 150 }},
+  {}
+]
+"""
+
+
+def test_contrasts_are_read() -> None:
+    found = read(CONTRASTS.format('{ kind = "pooled" }'))
+    assert found is not None
+    assert found.contrasts == (
+        ContrastSettings(ContrastKind.DIFFERENCE, Outcome.JOULES, "foot", Side.CONTROL, ("small", "large")),
+        ContrastSettings(ContrastKind.INTERACTION, Outcome.APEX, "k_gain"),
+        ContrastSettings(ContrastKind.LEVELS_OFF, Outcome.JOULES, at=150.0),
+        ContrastSettings(ContrastKind.POOLED, Outcome.JOULES),
+    )
+
+
+@pytest.mark.parametrize(
+    ("contrast", "fact"),
+    [
+        ('{ kind = "slope" }', "slope"),
+        ('{ kind = "interaction" }', "factor"),
+        ('{ kind = "interaction", factor = "feet" }', "foot"),
+        ('{ kind = "interaction", factor = "b_ad_gain" }', "k_gain"),
+        ('{ kind = "difference", factor = "foot" }', "side"),
+        ('{ kind = "interaction", factor = "foot", levels = ["small"] }', "alone"),
+        ('{ kind = "interaction", factor = "foot", levels = ["small", "lareg"] }', "large"),
+        ('{ kind = "trend", levels = [50, 51] }', "51"),
+        ('{ kind = "levels_off" }', "at"),
+        ('{ kind = "trend", at = 50 }', "at"),
+    ],
+)
+def test_a_contrast_that_asks_nothing_is_refused(contrast: str, fact: str) -> None:
+    with refuses(InputRefused, fact):
+        read(CONTRASTS.format(contrast))

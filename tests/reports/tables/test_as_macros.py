@@ -67,7 +67,7 @@ def test_the_overall_saving_comes_with_interval_p_and_days(with_overall):
 
 
 def test_each_level_that_the_plan_compares_has_its_numbers_and_an_exploratory_one_has_none(with_overall):
-    levels = [each for each in with_overall.comparisons if not each.opens and each.between is None]
+    levels = [each for each in with_overall.comparisons if not each.opens]
     first = dataclasses.replace(levels[0], exploratory="")
     others = [dataclasses.replace(each, exploratory="pooled by plan") for each in levels[1:]]
     found = parsed(macros_bytes(dataclasses.replace(with_overall, comparisons=(first, *others))))
@@ -77,7 +77,8 @@ def test_each_level_that_the_plan_compares_has_its_numbers_and_an_exploratory_on
     assert found[f"{name}DifferenceP"][1] == first.lead.difference.provenance
     assert found[f"{name}RunsControl"][0] == str(first.lead.n_control)
     assert all(
-        each.startswith((name, "labbookOverall", "labbookRuns", "labbookJumps", "labbookDays")) for each in found
+        each.startswith((name, "labbookContrast", "labbookOverall", "labbookRuns", "labbookJumps", "labbookDays"))
+        for each in found
     )
 
 

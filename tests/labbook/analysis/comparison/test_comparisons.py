@@ -14,7 +14,6 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.by_day import CONTROL, TREATED, DayComparison, compare_by_day
 from labbook.analysis.comparison.comparing import ComparisonResult, compare
 from labbook.analysis.comparison.comparisons import Compared, FamilyResult, adjust
-from labbook.analysis.comparison.deciding import fingerprints_of_contrast
 from labbook.analysis.comparison.pairing import EACH, POOLED
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.results.result_cache import ResultCache
@@ -82,20 +81,6 @@ def test_by_day_is_the_comparison_of_the_runs_with_their_days(reports: Reports) 
         assert (difference.ci_low, difference.ci_high) == contrast.interval
         assert (row.t.value, row.p.value) == (contrast.t, contrast.p)
         assert row.day_sd.value == pytest.approx(float(expected.day_variance) ** 0.5)  # type: ignore[arg-type]
-
-
-def test_only_equal_runs_of_which_rounding_made_a_scatter_are_decided_on_anew(reports: Reports) -> None:
-    """Results of before are stored under their inputs: two equal runs a day had no scatter then, either."""
-    pair = next(item.pair for item in compared(reports(), Outcome.JOULES) if item.pair.family == POOLED)
-
-    def roles(runs: int, treated_j: tuple[float, ...]) -> set[str]:
-        run, *_others = pair.b[0].runs
-        control = replace(pair.a[0], runs=(replace(pair.a[0].runs[0], value=42.0),) * runs)
-        treated = replace(pair.b[0], runs=tuple(replace(run, value=value) for value in treated_j))
-        return {row.role for row in fingerprints_of_contrast(replace(pair, a=(control,), b=(treated,)))} - {"a", "b"}
-
-    assert roles(3, (37.0, 37.0)) == {"day of equal runs"}
-    assert roles(2, (37.0, 37.0)) == roles(3, (37.0, 37.5)) == {"day"}
 
 
 def test_by_day_what_is_left_of_the_drain_lines_error_widens_the_interval(reports: Reports, cache: ResultCache) -> None:

@@ -83,7 +83,7 @@ def test_page_one_says_that_runs_of_different_days_were_compared(confounded: Mad
 def test_what_days_leave_untold_is_said_once_after_the_first_claim(confounded: MadeReport) -> None:
     content, in_full = confounded.content, "the groups were measured on one day each, and not all on the same one"
     second = content.claims[1].text.replace("\u00a0", " ")
-    says(second, "5 comparisons", "2 tests", in_full, "or an interval")
+    says(second, "4 comparisons", "2 tests", in_full, "or an interval")
     page = quick_page(content)
     assert page.count("measured on one") == 1
     assert "Conditions and days" not in page

@@ -1,0 +1,156 @@
+"""Contrasts of condition means: what the levels of a factor differ by, and what the saving depends on."""
+
+from __future__ import annotations
+
+from data_schema.vocabulary import ContrastKind, Undefined
+from reports.content import Claim, ReportContent
+from reports.display import (
+    MINUS,
+    as_shown,
+    common_places,
+    given_text,
+    in_sentence,
+    interval_text,
+    level_text,
+    list_text,
+    p_text,
+    places_of,
+    sentence_start,
+    significance_text,
+    value_text,
+    with_unit,
+)
+from reports.evidence import MeansContrast
+from reports.naming import level_names, swept_factor, title_of, treatment_name
+from reports.tables.comparisons import EXPLORATORY, reasons_note
+from reports.tables.table import (
+    PROVENANCE,
+    Cell,
+    Column,
+    Columns,
+    Table,
+    TableKind,
+    count,
+    interval_cell,
+    number_cell,
+    p_cell,
+    provenance_cell,
+    statistic_cells,
+    statistic_columns,
+    table_of,
+    value_cell,
+    words,
+)
+
+
+def contrast_name(content: ReportContent, one: MeansContrast) -> str:
+    """Name a contrast: "saving with the small foot less that with the large foot"."""
+    names = [level_names(content, {one.factor: label})[0] for label in one.levels]
+    effect = "saving" if one.quantity.has_savings else f"difference of {one.quantity}"
+    if one.kind is ContrastKind.DIFFERENCE:
+        return f"{one.quantity} with {names[1]} less {names[0]}, {one.side} runs"
+    if one.kind is ContrastKind.INTERACTION:
+        return f"{effect} with {names[1]} less that with {names[0]}"
+    if one.kind is ContrastKind.POOLED:
+        return f"{effect}, mean of all groups"
+    step = f"for each {given_text(one.per)} of the {_swept(content)}"
+    if one.at is not None:
+        return f"{effect} {step}: up to {given_text(one.at)} less from there on"
+    return f"{effect} {step}, {one.levels[0]} to {one.levels[-1]}"
+
+
+def _swept(content: ReportContent) -> str:
+    swept = swept_factor(content)
+    return "treatment's level" if swept is None else in_sentence(title_of(swept))
+
+
+def _unit(one: MeansContrast) -> str:
+    unit = as_shown(one.estimate).unit
+    return "points" if unit == "%" and one.kind is not ContrastKind.POOLED else unit
+
+
+def _make(content: ReportContent) -> Table:
+    found = content.contrasts
+    places = {
+        unit: common_places([each.estimate for each in found if _unit(each) == unit]) for unit in map(_unit, found)
+    }
+    adjusted = next((one.adjusted for one in found if one.adjusted is not None), None)
+    level = next((level_text(one.estimate) for one in found), "CI")
+    columns: Columns[MeansContrast] = (
+        (
+            Column("contrast", ("kind", "outcome", "factor", "levels", "side", "per", "at"), numeric=False),
+            lambda one: Cell(
+                contrast_name(content, one),
+                (str(one.kind), one.quantity.key, one.factor, " ".join(one.levels), one.side, one.per, one.at),
+            ),
+        ),
+        (Column("days", ("days",)), lambda one: count(len(one.days))),
+        (Column("n", ("n",)), lambda one: count(one.estimate.n)),
+        (Column("estimate", ("estimate", "unit")), lambda one: _estimate(one, places[_unit(one)])),
+        (Column(level, ("ci_low", "ci_high", "ci_level")), lambda one: interval_cell(one.estimate, places[_unit(one)])),
+        (statistic_columns("t", "t"), lambda one: statistic_cells(one.test)),
+        (
+            Column("Holm", ("holm_p",), shown=adjusted is not None),
+            lambda one: value_cell(None) if one.adjusted is None else p_cell(one.adjusted.value),
+        ),
+        (PROVENANCE, lambda one: provenance_cell(one.estimate.provenance)),
+        (EXPLORATORY, lambda one: words(one.exploratory)),
+    )
+    holm = "" if adjusted is None else f" Holm: p adjusted over the {adjusted.n} contrasts."
+    caption = (
+        "Contrasts of condition means on the days that hold what each of their effects compares: of the days' own "
+        "contrasts from four days on, within days where there are fewer. n: runs on these days. Points are percentage "
+        f"points of savings.{holm}{reasons_note(one.exploratory for one in found)}"
+    )
+    return table_of("contrasts", caption, found, columns)
+
+
+def _estimate(one: MeansContrast, places: int) -> Cell:
+    cell = number_cell(one.estimate, places)
+    text = cell.text if isinstance(one.estimate.value, Undefined) else with_unit(cell.text, _unit(one))
+    return Cell(text, (*cell.values, one.estimate.unit), cell.note)
+
+
+def contrast_claims(content: ReportContent) -> tuple[Claim, ...]:
+    """Say what the planned contrasts show, a sentence each."""
+    planned = [one for one in content.contrasts if not one.exploratory]
+    return tuple(Claim(_sentence(content, one), tuple(filter(None, (one.estimate.provenance,)))) for one in planned)
+
+
+def _sentence(content: ReportContent, one: MeansContrast) -> str:
+    number = as_shown(one.estimate)
+    name = contrast_name(content, one)
+    for undefined in (number.value, one.test.p):
+        if isinstance(undefined, Undefined):
+            return f"The {name} cannot be told: {undefined.reason}."
+    assert isinstance(number.value, float)  # noqa: S101 - it is defined
+    size = with_unit(value_text(abs(number.value), places_of(one.estimate)), _unit(one))
+    holm = [] if one.adjusted is None else [f"Holm {p_text(one.adjusted.value)}"]
+    test = ", ".join([significance_text(one.test, name=False), *holm])
+    evidence = f"{level_text(number)} {interval_text(one.estimate, unit=False)}; {test}"
+    measured = "" if one.unit == "day" else "on the days measured, "
+    signed = f"{MINUS}{size}" if number.value < 0 else size
+    clause = _shown(content, one, number.value, size) if one.rejected else f"a {name} is not shown: {signed}"
+    return f"{sentence_start(f'{measured}{clause}')} ({evidence})."
+
+
+def _shown(content: ReportContent, one: MeansContrast, value: float, size: str) -> str:
+    """Say what a contrast shows whose test rejects."""
+    names = [level_names(content, {one.factor: label})[0] for label in one.levels]
+    effect = "saving" if one.quantity.has_savings else f"difference of {one.quantity}"
+    more = "larger" if value > 0 else "smaller"
+    if one.kind is ContrastKind.DIFFERENCE:
+        return f"{one.quantity} differ between {list_text(names)} in {one.side} runs: {names[1]} {more} by {size}"
+    if one.kind is ContrastKind.INTERACTION:
+        return f"the {effect} is {more} with {names[1]} than with {names[0]}, by {size}"
+    if one.kind is ContrastKind.POOLED:
+        verb = "saves" if value > 0 else "costs"
+        return f"{treatment_name(content, {})} {verb} {size} as the mean of all groups"
+    per = f"each {given_text(one.per)} of the {_swept(content)}"
+    if one.at is not None:
+        way = "less" if value > 0 else "more"
+        return f"from {given_text(one.at)} on {per} adds {size} {way} to the {effect} than below"
+    return f"{per} {'adds' if value > 0 else 'takes'} {size} {'to' if value > 0 else 'off'} the {effect}"
+
+
+CONTRASTS = TableKind("contrasts", _make)
