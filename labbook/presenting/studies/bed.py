@@ -29,7 +29,7 @@ from reports.display import (
     value_text,
     with_unit,
 )
-from reports.evidence import POOLED
+from reports.evidence import POOLED, MeansContrast
 from reports.figures.by_level import coefficient_of, has_quantity, points_text
 from reports.naming import levels_name
 from reports.numbers import Number, Value
@@ -267,6 +267,7 @@ def as_data(study: BedStudy) -> dict[str, Any]:
         "apex_equivalent": None if heights is None else heights.tested.shown,
         "conditions": [_condition_data(study, one) for one in content.conditions],
         "comparisons": [_comparison_data(one) for one in content.comparisons],
+        "contrasts": [_contrast_data(one) for one in content.contrasts],
         "anovas": [
             {"quantity": str(one.quantity), "group": dict(one.group), "p": value_data(one.test.p)}
             for one in content.anovas
@@ -287,6 +288,21 @@ def _condition_data(study: BedStudy, condition: Condition) -> dict[str, Any]:
     }
     about = {"group": group, "level": level, "control": condition.control, "measured": means, "simulated": simulated}
     return about | {"published": published_data(study.predicted(PredictedQuantity.SAVINGS, group, level))}
+
+
+def _contrast_data(one: MeansContrast) -> dict[str, Any]:
+    return {
+        "kind": str(one.kind),
+        "quantity": str(one.quantity),
+        "factor": one.factor,
+        "levels": list(one.levels),
+        "side": one.side or None,
+        "estimate": number_data(one.estimate),
+        "unit": one.estimate.unit,
+        "p": value_data(one.test.p),
+        "days": len(one.days),
+        "exploratory": one.exploratory or None,
+    }
 
 
 def _comparison_data(one: Comparison) -> dict[str, Any]:

@@ -233,7 +233,7 @@ def test_one_outcome_in_one_family_is_planned(outcome: Outcome, family: Family) 
     ]
     name = EACH if family is Family.EACH else POOLED
     assert planned_ones == [(outcome, name)]
-    says(plan.exploratory(outcome, "between levels of the foot"), "family decided on", name)
+    says(plan.exploratory(outcome, "another family"), "family decided on", name)
     assert plan.exploratory_equivalence(name) is None
 
 
