@@ -48,4 +48,4 @@ def _flat(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
     elif name == "simulation.scene_toml" and value is not None:
         yield name, hashlib.sha256(value.encode()).hexdigest()[:12]
     else:
-        yield name, list(value) if isinstance(value, tuple) else value
+        yield name, [str(each) if is_dataclass(each) else each for each in value] if isinstance(value, tuple) else value

@@ -28,21 +28,30 @@ def apex_s(number: int) -> float:
 
 
 def hopping_log(
-    jumps: int, *, lost_s: Iterable[tuple[float, float]] = (), held_s: Iterable[tuple[float, float]] = ()
+    jumps: int,
+    *,
+    rise_m: float = RISE_M,
+    lost_s: Iterable[tuple[float, float]] = (),
+    held_s: Iterable[tuple[float, float]] = (),
 ) -> bytes:
-    """Write so many jumps and the last landing; rows in `lost_s` (from, to) are missing, in `held_s` they repeat."""
-    end_s = landing_s(jumps + 1) + 1.0
+    """Write so many jumps and the last landing; rows in `lost_s` (from, to) are missing, in `held_s` they repeat.
+
+    Each jump rises `rise_m` above the rest length; times are those of `landing_s` where that is `RISE_M`.
+    """
+    speed_m_s = math.sqrt(2 * _GRAVITY_M_S2 * rise_m)
+    flight_s = 2 * speed_m_s / _GRAVITY_M_S2
+    end_s = LEAD_IN_S + flight_s / 2 + jumps * (STANCE_S + flight_s) + 1.0
     time_s = np.arange(round(end_s * RATE_HZ)) / RATE_HZ
-    since = time_s - LEAD_IN_S - FLIGHT_S / 2
-    number, phase = np.divmod(since, STANCE_S + FLIGHT_S)
-    depth_m = _SPEED_M_S * STANCE_S / math.pi
+    since = time_s - LEAD_IN_S - flight_s / 2
+    number, phase = np.divmod(since, STANCE_S + flight_s)
+    depth_m = speed_m_s * STANCE_S / math.pi
     fly_s = phase - STANCE_S
     height = np.where(
         phase < STANCE_S,
         REST_LENGTH_M - depth_m * np.sin(math.pi * np.minimum(phase, STANCE_S) / STANCE_S),
-        REST_LENGTH_M + _SPEED_M_S * fly_s - _GRAVITY_M_S2 * fly_s**2 / 2,
+        REST_LENGTH_M + speed_m_s * fly_s - _GRAVITY_M_S2 * fly_s**2 / 2,
     )
-    height[time_s < LEAD_IN_S] = REST_LENGTH_M + RISE_M
+    height[time_s < LEAD_IN_S] = REST_LENGTH_M + rise_m
     stays = (number >= jumps) & (phase > STANCE_S / 2) | (number > jumps)
     height[stays] = REST_LENGTH_M - depth_m
     rng = np.random.default_rng(7)

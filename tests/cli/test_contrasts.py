@@ -1,0 +1,51 @@
+"""Contrasts that were decided on: from labbook.toml to the first page, the table and the plan."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+from tests.cli.shell import good, labbook
+from tests.helpers.known_campaign import KnownCampaign, shuffled
+from tests.helpers.wording import says
+
+CONTRASTS = """
+contrasts = [
+  { kind = "interaction", factor = "foot", levels = ["large", "small"] },
+  { kind = "difference", factor = "foot", side = "control" },
+]
+"""
+RUNS = {("large", 0): 1, ("large", 100): 1, ("small", 0): 1, ("small", 100): 1}
+
+
+def book_of(folder: Path, campaign: KnownCampaign) -> Path:
+    campaign.write(folder / "files", 5)
+    book = folder / "book"
+    good(labbook("init", "book", "--as", "Ada Nwosu", at=folder))
+    (book / "labbook.toml").write_bytes((folder / "files" / "labbook.toml").read_bytes())
+    good(labbook("runs", "import", "../files/runs.csv", at=book))
+    good(labbook("ingest", "../files/charges", at=book))
+    return book
+
+
+def test_a_planned_interaction_is_answered_on_the_first_page(tmp_path: Path) -> None:
+    days = shuffled(6, RUNS, 5)
+    book = book_of(tmp_path, KnownCampaign({"large": 4.0, "small": 18.0}, days, run_sd=0.02, analysis=CONTRASTS))
+    says(good(labbook("analysis", at=book)).out, "contrasts", "interaction foot", "difference foot control")
+    out = good(labbook("report", "--out", "one", at=book)).out
+    says(out, "the saving is larger with the small foot than with the large foot", "points", "Holm")
+    with (book / "one" / "tables" / "contrasts.csv").open(encoding="utf-8") as file:
+        interaction, difference = csv.DictReader(file)
+    assert interaction["exploratory"] == difference["exploratory"] == ""
+    assert float(interaction["ci_low"]) < 14.0 < float(interaction["ci_high"])
+    assert (interaction["days"], interaction["n"], interaction["t_df"]) == ("6", "24", "5.0")
+    assert float(difference["ci_low"]) < 0.0 < float(difference["ci_high"])
+
+
+def test_without_a_plan_the_contrasts_of_the_factors_are_exploratory_and_off_the_first_page(tmp_path: Path) -> None:
+    book = book_of(tmp_path, KnownCampaign({"large": 4.0, "small": 18.0}, shuffled(4, RUNS, 5), run_sd=0.02))
+    assert "larger with the small foot" not in good(labbook("report", "--out", "one", at=book)).out
+    with (book / "one" / "tables" / "contrasts.csv").open(encoding="utf-8") as file:
+        found = list(csv.DictReader(file))
+    assert [row["kind"] for row in found] == ["difference", "difference", "interaction"]
+    assert all(row["exploratory"] for row in found)
