@@ -45,8 +45,7 @@ from reports.tables.table import (
 
 def contrast_name(content: ReportContent, one: MeansContrast) -> str:
     """Name a contrast: "saving with the small foot less that with the large foot"."""
-    names = [level_names(content, {one.factor: label})[0] for label in one.levels]
-    effect = "saving" if one.quantity.has_savings else f"difference of {one.quantity}"
+    names, effect = [level_names(content, {one.factor: label})[0] for label in one.levels], _effect(one)
     if one.kind is ContrastKind.DIFFERENCE:
         return f"{one.quantity} with {names[1]} less {names[0]}, {one.side} runs"
     if one.kind is ContrastKind.INTERACTION:
@@ -118,11 +117,10 @@ def contrast_claims(content: ReportContent) -> tuple[Claim, ...]:
 
 
 def _sentence(content: ReportContent, one: MeansContrast) -> str:
-    number = as_shown(one.estimate)
-    name = contrast_name(content, one)
+    number, asked = as_shown(one.estimate), _asked(content, one)
     for undefined in (number.value, one.test.p):
         if isinstance(undefined, Undefined):
-            return f"The {name} cannot be told: {undefined.reason}."
+            return f"{sentence_start(asked)} cannot be told: {undefined.reason}."
     assert isinstance(number.value, float)  # noqa: S101 - it is defined
     size = with_unit(value_text(abs(number.value), places_of(one.estimate)), _unit(one))
     holm = [] if one.adjusted is None else [f"Holm {p_text(one.adjusted.value)}"]
@@ -130,26 +128,45 @@ def _sentence(content: ReportContent, one: MeansContrast) -> str:
     evidence = f"{level_text(number)} {interval_text(one.estimate, unit=False)}; {test}"
     measured = "" if one.unit == "day" else "on the days measured, "
     signed = f"{MINUS}{size}" if number.value < 0 else size
-    clause = _shown(content, one, number.value, size) if one.rejected else f"a {name} is not shown: {signed}"
+    clause = _shown(content, one, number.value, size) if one.rejected else f"{asked} is not shown: {signed}"
     return f"{sentence_start(f'{measured}{clause}')} ({evidence})."
+
+
+def _effect(one: MeansContrast) -> str:
+    return "saving" if one.quantity.has_savings else f"difference of {one.quantity}"
+
+
+def _levels(content: ReportContent, one: MeansContrast) -> list[str]:
+    names = (level_names(content, {one.factor: label})[0] for label in one.levels)
+    return [name if "=" in name else f"the {name}" for name in names]
+
+
+def _asked(content: ReportContent, one: MeansContrast) -> str:
+    """Say what a contrast asks, so that "is not shown" can follow."""
+    both = list_text(_levels(content, one))
+    return {
+        ContrastKind.DIFFERENCE: f"a difference of {one.quantity} between {both} in {one.side} runs",
+        ContrastKind.INTERACTION: f"that the {_effect(one)} differs between {both}",
+        ContrastKind.POOLED: f"a {_effect(one)} as the mean of all groups",
+        ContrastKind.TREND: f"a trend of the {_effect(one)} over the {_swept(content)}",
+        ContrastKind.LEVELS_OFF: f"that the {_effect(one)} levels off at {given_text(one.at or 0.0)}",
+    }[one.kind]
 
 
 def _shown(content: ReportContent, one: MeansContrast, value: float, size: str) -> str:
     """Say what a contrast shows whose test rejects."""
-    names = [level_names(content, {one.factor: label})[0] for label in one.levels]
-    effect = "saving" if one.quantity.has_savings else f"difference of {one.quantity}"
-    more = "larger" if value > 0 else "smaller"
+    names, effect, more = _levels(content, one), _effect(one), "larger" if value > 0 else "smaller"
     if one.kind is ContrastKind.DIFFERENCE:
-        return f"{one.quantity} differ between {list_text(names)} in {one.side} runs: {names[1]} {more} by {size}"
+        less = "more" if value > 0 else "less"
+        return f"{one.quantity} in {one.side} runs are {size} {less} with {names[1]} than with {names[0]}"
     if one.kind is ContrastKind.INTERACTION:
         return f"the {effect} is {more} with {names[1]} than with {names[0]}, by {size}"
     if one.kind is ContrastKind.POOLED:
-        verb = "saves" if value > 0 else "costs"
-        return f"{treatment_name(content, {})} {verb} {size} as the mean of all groups"
+        return f"{treatment_name(content, {})} {'saves' if value > 0 else 'costs'} {size} as the mean of all groups"
     per = f"each {given_text(one.per)} of the {_swept(content)}"
     if one.at is not None:
-        way = "less" if value > 0 else "more"
-        return f"from {given_text(one.at)} on {per} adds {size} {way} to the {effect} than below"
+        less = "less" if value > 0 else "more"
+        return f"from {given_text(one.at)} on {per} adds {size} {less} to the {effect} than below"
     return f"{per} {'adds' if value > 0 else 'takes'} {size} {'to' if value > 0 else 'off'} the {effect}"
 
 
