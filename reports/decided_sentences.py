@@ -198,19 +198,29 @@ def _savings_claim(content: ReportContent, overall: OverallSavings) -> Claim:
         text = f"Whether {treatment} saves energy cannot be told from these days: {savings.value.reason}."
         return Claim(text, _id(savings))
     size, signed = _sizes(savings.value, savings)
-    over = _over(scope)
+    over = f"{_over(scope)}, each counted once"
     clause = f"a saving is not shown{over}: {signed}"
     if overall.rejected:
         clause = saving_text(treatment, savings.value, size, over)
-    spread, errors = (
-        value_text(number.value, places_of(savings)) for number in (overall.spread, overall.spread_of_errors)
-    )
-    apart = f"SD between groups {with_unit(spread, '%')}, {with_unit(errors, '%')} expected from their errors"
     test = significance_text(overall.test, name=False)
-    evidence = "; ".join([*_interval(savings), test, count_text(len(scope.days), "day"), apart])
+    alike = ["the groups agree within their errors"] if overall.differ is False else []
+    evidence = "; ".join([*_interval(savings), test, count_text(len(scope.days), "day"), *alike])
     exploratory = exploratory_text(overall.exploratory, "effect")
     claim = _claim_over_groups(content, scope, f"{clause} ({evidence}){exploratory}", savings)
-    return replace(claim, text=" ".join(filter(None, (claim.text, _significant_alone(content, overall)))))
+    beside = (claim.text, _groups_that_differ(content, overall), _significant_alone(content, overall))
+    return replace(claim, text=" ".join(filter(None, beside)))
+
+
+def _groups_that_differ(content: ReportContent, overall: OverallSavings) -> str:
+    """Say that the groups saved unlike, and what each of them; "" where that is not shown."""
+    if not overall.differ:
+        return ""
+    saved = [
+        f"{with_unit(value_text(lead.savings.value, places_of(lead.savings)), '%')} ({name})"
+        for name, lead in _leads(content, overall.quantity, overall.scope).items()
+        if lead.savings is not None
+    ]
+    return f"The groups differ ({p_text(overall.heterogeneity_p.value)}): {'; '.join(saved)}."
 
 
 def _significant_alone(content: ReportContent, overall: OverallSavings) -> str:

@@ -103,7 +103,8 @@ class OverGroups:
 class OverallSavings:
     """The mean of the savings of several groups, each counted once.
 
-    `spread` is the standard deviation of the groups' savings, `spread_of_errors` what their errors alone make of it.
+    `spread` is the standard deviation of the groups' savings, `heterogeneity_p` the p of the test that all saved the
+    same; `differ` is None where that is not tested.
     `exploratory` says why the effect was not planned, "" where it was.
     """
 
@@ -111,7 +112,8 @@ class OverallSavings:
     savings: Number
     test: SignificanceTest
     spread: Number
-    spread_of_errors: Number
+    heterogeneity_p: Number
+    differ: bool | None
     rejected: bool | None
     scope: OverGroups
     exploratory: str = ""

@@ -8,6 +8,11 @@ The mean is never weighted by estimated variances. With S_g the saving of group 
 
 The degrees of freedom are Satterthwaite's over the groups, at most the days of paired groups less one. Source: derived
 and simulated for this purpose; coverage and size stand in docs/statistics.md.
+
+Whether groups differ is tested by the same errors: the squares of the S_g about their mean over what these errors alone
+make of them, as F with Box's degrees of freedom (Box 1954; Brunner, Dette and Munk 1997). With the errors' covariance V
+and M taking off the mean, F = S'MS / tr(MV), f = tr(MV)^2 / tr(MVMV) over the lesser of Satterthwaite's degrees of
+freedom and f (days - 1): two groups on the same days are a paired t-test, and it is conservative for many on few days.
 """
 
 from __future__ import annotations
@@ -17,12 +22,15 @@ import statistics
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.checks import as_level
-from stats.compare.shared_error import SharedError, joined_variance, shared_of_mean
+from stats.compare.shared_error import CANCELLED, SharedError, joined_variance, shared_of_mean
 from stats.days.decision import Bounded, Contrast, Estimate, Rule, bounds_tests, undefined_bounds, undefined_estimate
-from stats.exact.tails import t_quantile, t_two_sided
+from stats.exact.tails import f_upper, t_quantile, t_two_sided
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +50,15 @@ class Scope:
 
 
 @dataclass(frozen=True, slots=True)
+class Heterogeneity:
+    """The test that the groups' savings are all the same: F, its two degrees of freedom and the upper tail."""
+
+    f: float
+    df: tuple[float, float]
+    p: float
+
+
+@dataclass(frozen=True, slots=True)
 class OverallSavings:
     """The mean of the groups' savings in percent of each group's control."""
 
@@ -49,8 +66,8 @@ class OverallSavings:
     scope: Scope
     spread_percent: float | Undefined
     """Standard deviation of the groups' savings."""
-    spread_of_errors_percent: float | Undefined
-    """What the groups' errors alone make of it."""
+    heterogeneity: Heterogeneity | Undefined
+    """The test that all groups saved the same."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,8 +116,7 @@ def overall_savings(groups: Mapping[str, Contrast], level: float = 0.95) -> Over
         p=tail.p,
         log10_p=tail.log10_p,
     )
-    squares = math.fsum(_squared_se(one) for one in claimed.values())
-    return OverallSavings(estimate, scope, _spread(claimed), 100.0 * math.sqrt(squares / len(claimed)))
+    return OverallSavings(estimate, scope, _spread(claimed), _heterogeneity(claimed, level))
 
 
 def overall_equivalence(
@@ -173,23 +189,10 @@ def _overall(groups: Mapping[str, Contrast]) -> _Overall | Undefined:
     if not groups:
         return Undefined(Reason.NO_GROUP_WITH_CLAIM)
     count = len(groups)
-    by_day: dict[str, float] = {}
-    within = 0.0
-    for one in groups.values():
-        assert isinstance(one.control_mean, float)  # noqa: S101
-        if one.rule is Rule.WITHIN:
-            within += _squared_se(one) / count**2
-            continue
-        k = len(one.shared_days)
-        for day in one.shared_days:
-            departs = (day.treated.mean - one.ratio * day.control.mean) / one.control_mean
-            by_day[day.day] = by_day.get(day.day, 0.0) + departs / (count * math.sqrt(k * (k - 1)))
-    squares = [_squared_se(one) for one in groups.values()]
-    df = math.fsum(squares) ** 2 / math.fsum(
-        each**2 / one.df for each, one in zip(squares, groups.values(), strict=True)
-    )
+    by_day, df = _by_day(groups), _satterthwaite(groups)
+    within = math.fsum(_squared_se(one) / count**2 for one in groups.values() if one.rule is Rule.WITHIN)
     shared = shared_of_mean([one.shared(one.ratio).times(1.0 / _positive(one.control_mean)) for one in groups.values()])
-    variance = math.fsum(each**2 for each in by_day.values()) + within
+    variance = math.fsum((math.fsum(each) / count) ** 2 for each in by_day.values()) + within
     if variance == 0.0 and shared.se == 0.0:  # what days do to groups cancels
         return Undefined(Reason.GROUPS_WITHOUT_SCATTER)
     return _Overall(
@@ -198,6 +201,45 @@ def _overall(groups: Mapping[str, Contrast]) -> _Overall | Undefined:
         shared=shared,
         df=min(df, len(by_day) - 1) if by_day else df,
     )
+
+
+def _by_day(groups: Mapping[str, Contrast]) -> dict[str, list[float]]:
+    """Return what each day of paired groups adds to the error of each group's saving, as a share: 0 where nothing."""
+    found: dict[str, list[float]] = {}
+    for place, one in enumerate(groups.values()):
+        k = len(one.shared_days)
+        for day in one.shared_days if one.rule is Rule.PAIRED else ():
+            departs = (day.treated.mean - one.ratio * day.control.mean) / _positive(one.control_mean)
+            found.setdefault(day.day, [0.0] * len(groups))[place] = departs / math.sqrt(k * (k - 1))
+    return found
+
+
+def _satterthwaite(groups: Mapping[str, Contrast]) -> float:
+    parts = [(_squared_se(one), one.df) for one in groups.values()]
+    return math.fsum(square for square, _df in parts) ** 2 / math.fsum(square**2 / df for square, df in parts)
+
+
+def _heterogeneity(groups: Mapping[str, Contrast], level: float) -> Heterogeneity | Undefined:
+    """Test that the groups' savings are the same; `level` is that at which errors in common are joined."""
+    if len(groups) < 2:
+        return Undefined(Reason.ONE_GROUP)
+    by_day, df = _by_day(groups), _satterthwaite(groups)
+    own = [math.sqrt(_squared_se(one)) if one.rule is Rule.WITHIN else 0.0 for one in groups.values()]
+    errors = np.column_stack([*by_day.values(), np.diag(own)])
+    shared = [one.shared(one.ratio).times(1.0 / _positive(one.control_mean)) for one in groups.values()]
+    common = np.array([[joined_variance(one, other, level, df) for other in shared] for one in shared])
+    covariance = _centred(_centred(errors @ errors.T + common).T)
+    total = float(np.trace(covariance))
+    if total <= CANCELLED**2 * float(np.sum(errors * errors)):
+        return Undefined(Reason.GROUPS_WITHOUT_SCATTER)
+    box = total**2 / float(np.sum(covariance * covariance))
+    apart = _centred(np.array([[1.0 - one.ratio] for one in groups.values()]))
+    f, dfs = float(np.sum(apart * apart)) / total, (box, min(df, box * (len(by_day) - 1)) if by_day else df)
+    return Heterogeneity(f, dfs, f_upper(f, *dfs).p)
+
+
+def _centred(columns: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(columns - columns.mean(axis=0))
 
 
 def _positive(mean: float | Undefined) -> float:

@@ -94,7 +94,14 @@ def test_an_effect_over_groups_says_what_it_is_of(content, measured_only):
     scope = OverGroups(tuple(groups[:3]), tuple(groups[3:]), DAYS, measured_only)
     test = SignificanceTest("overall", 7.7, (13.9,), 1e-5)
     savings = OverallSavings(
-        Outcome.JOULES, Number(11.2, "%", 1.5, None, 8.1, 14.3), test, Number(4.0, "%"), Number(2.6, "%"), True, scope
+        Outcome.JOULES,
+        Number(11.2, "%", 1.5, None, 8.1, 14.3),
+        test,
+        Number(4.0, "%"),
+        Number(0.2, "1"),
+        False,
+        True,
+        scope,
     )
     change = Number(-0.4, "%", ci_low=-0.7, ci_high=-0.1, ci_level=0.9)
     heights = OverallEquivalence(Equivalence(change, -3.0, 3.0, test, test, 1e-4, True), scope)
@@ -107,7 +114,27 @@ def test_an_effect_over_groups_says_what_it_is_of(content, measured_only):
         assert "over 3\u00a0groups" in text
         says(text, "without a claim")
     assert "lost" not in kept.text  # it fell, within the bounds
-    says(saved.text, "4.0 %", "2.6 %", "their errors")
+    says(saved.text, "each counted once", "agree within their errors")
+    assert "differ" not in saved.text
+
+
+@pytest.mark.parametrize("differ", [True, None])
+def test_groups_that_differ_are_given_each(content, differ):
+    pooled = [c for c in content.pooled if c.quantity is Outcome.JOULES][:2]
+    comparisons = tuple(
+        dataclasses.replace(one, decision=dataclasses.replace(one.lead, savings=Number(value, "%", 1.0)))
+        for one, value in zip(pooled, (5.4, -1.2), strict=True)
+    )
+    test = SignificanceTest("overall", 3.1, (13.9,), 0.02)
+    savings = OverallSavings(
+        Outcome.JOULES, Number(2.1, "%", 0.7, None, 0.6, 3.6), test, Number(4.7, "%"), Number(0.0123, "1"), differ,
+        True, OverGroups(tuple(one.group for one in pooled), (), DAYS, False),
+    )  # fmt: skip
+    ((_outcome, claim),) = overall_claims(dataclasses.replace(content, comparisons=comparisons, overall=(savings,)))
+    assert "agree" not in claim.text  # nothing is said where it is not tested
+    assert ("differ" in claim.text) is bool(differ)
+    if differ:
+        says(claim.text, "5.4 % (small foot", "1.2 % (small foot", "p = .012")
 
 
 def saved_over(content, rejected, costs=(False, False)):
@@ -125,7 +152,14 @@ def saved_over(content, rejected, costs=(False, False)):
     scope = OverGroups(tuple(one.group for one in pooled), (), DAYS, False)
     test = SignificanceTest("overall", 7.7, (4.0,), 0.01)
     savings = OverallSavings(
-        Outcome.JOULES, Number(11.2, "%", 1.5, None, 8.1, 14.3), test, Number(4.0, "%"), Number(2.6, "%"), True, scope
+        Outcome.JOULES,
+        Number(11.2, "%", 1.5, None, 8.1, 14.3),
+        test,
+        Number(4.0, "%"),
+        Number(0.2, "1"),
+        False,
+        True,
+        scope,
     )
     ((_outcome, claim),) = overall_claims(dataclasses.replace(content, comparisons=comparisons, overall=(savings,)))
     return claim.text
@@ -179,7 +213,7 @@ def test_one_group_speaks_for_itself(content):
     scope = OverGroups((content.pooled[0].group,), (), DAYS, False)
     alone = OverallSavings(
         Outcome.JOULES, Number(11.2, "%"), SignificanceTest("overall", 7.7, (4.0,), 0.01), Number(4.0, "%"),
-        Number(2.6, "%"), True, scope,
+        Number(0.2, "1"), False, True, scope,
     )  # fmt: skip
     assert overall_claims(dataclasses.replace(content, overall=(alone,))) == []
 

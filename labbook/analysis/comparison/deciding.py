@@ -58,19 +58,21 @@ class DecisionResult(StoredResult):
 class OverallResult(StoredResult):
     """The mean of the groups' savings, in percent, each group counted once; groups without a claim are `left_out`.
 
-    `spread` is the standard deviation of the savings, `spread_of_errors` what the groups' errors alone make of it.
+    `spread` is the standard deviation of the savings, `heterogeneity_p` the p of the test that all groups saved the
+    same; `differ` is None where that is not tested.
     """
 
     savings: Number
     t: Number
     p: Number
     spread: Number
-    spread_of_errors: Number
+    heterogeneity_p: Number
     groups: tuple[str, ...]
     left_out: tuple[str, ...]
     days: tuple[str, ...]
     days_measured_only: bool
     rejected: bool | None
+    differ: bool | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +87,7 @@ class OverallEquivalenceResult(EquivalenceResult):
 
 DECISION = Algorithm("decision", 3, DecisionResult)
 DECISION_EQUIVALENCE = Algorithm("decision_equivalence", 2, EquivalenceResult)
-OVERALL = Algorithm("overall_savings", 2, OverallResult)
+OVERALL = Algorithm("overall_savings", 3, OverallResult)
 OVERALL_EQUIVALENCE = Algorithm("overall_equivalence", 2, OverallEquivalenceResult)
 
 
@@ -291,16 +293,18 @@ def _within(found: Bounded, bounds: Bounds, alpha: float, n: int) -> dict[str, A
 
 
 def _overall(found: OverallSavings, alpha: float) -> OverallResult:
-    estimate, scope = found.estimate, found.scope
+    estimate, scope, apart = found.estimate, found.scope, found.heterogeneity
+    p_same = apart if isinstance(apart, Undefined) else apart.p
     return OverallResult(
         savings=_number(estimate, "%", scope.n, shares_error=True),
         t=Number(estimate.t, "1", df=estimate.df, n=scope.n),
         p=Number(estimate.p, "1", df=estimate.df, n=scope.n),
         spread=Number(found.spread_percent, "%", n=len(scope.groups)),
-        spread_of_errors=Number(found.spread_of_errors_percent, "%", n=len(scope.groups)),
+        heterogeneity_p=Number(p_same, "1", n=len(scope.groups)),
         groups=scope.groups,
         left_out=scope.left_out,
         days=scope.days,
         days_measured_only=scope.days_measured_only,
         rejected=_rejected(estimate.p, alpha),
+        differ=_rejected(p_same, alpha),
     )

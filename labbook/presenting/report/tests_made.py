@@ -64,7 +64,8 @@ def deciding_test_sentences(analysis: StudyAnalysis, ratio: str) -> str:
         _savings(analysis, ratio, "", " by the same contrast"),
         _holm(analysis),
         _equivalence(analysis),
-        "The overall effect is the mean of the groups' savings by the delta method, days' errors added before squaring."
+        "The overall effect is the mean of the groups' savings (delta method), days' errors added before squaring. "
+        "Whether groups saved the same is tested by the same errors, as F with Box's degrees of freedom."
         if analysis.overall.savings
         else "",
         _levels(analysis),

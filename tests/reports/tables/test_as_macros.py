@@ -22,7 +22,7 @@ def with_overall(content):
     test = SignificanceTest("t", 7.0, (13.9,), 2e-6)
     saved = Number(11.234, "%", se=1.41, ci_low=8.12, ci_high=14.31, provenance="0abc123")
     spread = Number(4.02, "%", provenance="0abc124")
-    overall = OverallSavings(Outcome.JOULES, saved, test, spread, spread, True, scope)
+    overall = OverallSavings(Outcome.JOULES, saved, test, spread, spread, False, True, scope)
     return dataclasses.replace(content, overall=(overall,))
 
 

@@ -92,7 +92,7 @@ def test_the_row_of_all_groups_counts_their_runs_and_no_day_twice(content):
     of_joules = [each.group for each in content.pooled if each.quantity is Outcome.JOULES]
     scope = OverGroups(tuple(of_joules[:2]), (), ("2021-05-03",), False)
     saved, test = Number(11.2, "%", ci_low=8.1, ci_high=14.3), SignificanceTest("t", 7.0, (13.9,), 2e-6)
-    overall = (OverallSavings(Outcome.JOULES, saved, test, saved, saved, True, scope),)
+    overall = (OverallSavings(Outcome.JOULES, saved, test, saved, saved, False, True, scope),)
     *groups, together = csv_rows("headlines", dataclasses.replace(content, overall=overall))
     for side in ("n_control", "n_treatment"):
         assert int(together[side]) == sum(int(row[side]) for row in groups[:2])

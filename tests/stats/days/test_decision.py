@@ -285,6 +285,34 @@ def test_the_overall_effect_adds_what_a_day_does_to_all_groups_before_it_is_squa
     assert apart.estimate.value == pytest.approx(same.estimate.value)
 
 
+@pytest.mark.parametrize(("shared", "df"), [(True, 3.0), (False, 6.0)])
+def test_two_groups_are_told_apart_by_a_t_test_on_their_days(shared: bool, df: float) -> None:
+    """On the same days what a day does to both cancels; two groups with the same runs have no errors to differ by."""
+    other = [(control, [value + 1.0 - 0.3 * at for value in treated]) for at, (control, treated) in enumerate(JOULES)]
+    groups = {"a": contrast(JOULES), "b": contrast(other if shared else [([], [])] * 4 + other)}
+    found = overall_savings(groups).heterogeneity
+    assert not isinstance(found, Undefined)
+    by_day = [
+        [
+            (day.treated.mean - one.ratio * day.control.mean) / one.control_mean / math.sqrt(12)
+            for day in one.shared_days
+        ]
+        for one in groups.values()
+    ]
+    apart = groups["a"].ratio - groups["b"].ratio
+    if shared:
+        variance = sum((a - b) ** 2 for a, b in zip(*by_day, strict=True))
+    else:
+        variance = sum(each**2 for one in by_day for each in one)
+        df = variance**2 / sum(sum(each**2 for each in one) ** 2 / 3 for one in by_day)
+    assert found.f == pytest.approx(apart**2 / variance, rel=1e-9)
+    assert found.df == pytest.approx((1.0, df), rel=1e-9)
+    assert found.p == pytest.approx(2.0 * scipy_stats.t.sf(abs(apart) / math.sqrt(variance), df), rel=1e-9)
+    same = overall_savings({"a": groups["a"], "b": groups["a"]}).heterogeneity
+    assert isinstance(same, Undefined)
+    assert isinstance(overall_savings({"a": groups["a"]}).heterogeneity, Undefined)
+
+
 def test_groups_without_a_claim_are_left_out_of_the_overall_effect() -> None:
     none = contrast([([50.0, 51.0], []), ([], [44.0, 43.0])])
     overall = overall_savings({"a": contrast(JOULES[:3]), "b": none})
