@@ -13,6 +13,7 @@ from reports.display import (
     as_shown,
     common_places,
     count_text,
+    given_text,
     in_sentence,
     interval_text,
     level_text,
@@ -260,8 +261,12 @@ def _equivalence_claim(content: ReportContent, heights: OverallEquivalence) -> C
     _size, signed = _sizes(change.value, change)
     if not item.shown:
         clause = "that apex height stayed within the bounds is not shown"
+    elif isinstance(change.ci_low, float) and change.ci_low >= 0.0:
+        clause = "no apex height was lost"
+    elif item.low == -item.high:
+        clause = f"apex height changed by less than {with_unit(given_text(item.high), change.unit)}"
     else:
-        clause = "no apex height was lost" if change.value >= 0.0 else "apex height stayed within the bounds"
+        clause = f"apex height stayed within {bounds_text(item)}"
     tost = f"TOST within {bounds_text(item)}, {p_text(item.p)}"
     evidence = "; ".join([*_interval(change), tost, count_text(len(scope.days), "day")])
     sign = "+" if change.value > 0.0 else ""

@@ -54,9 +54,13 @@ def headlines(content: ReportContent) -> Table:
     what = "Apex height" if alone else "Energy"
     control, treatment = control_name(content), treatment_name(content, {})
     levels = ", all levels" if len(treated_levels(content, {})) > 1 else ""
+    adjusted = next((each.lead.adjusted for each in comparisons if each.lead.adjusted is not None), None)
+    holm = "" if adjusted is None else f", p of a group by Holm over {adjusted.n} tests"
+    nowhere = any(each.decision is not None and not each.decision.days for each in comparisons)
     caption = (
-        f"{what} of a jump with {treatment} against {control}; intervals and p {test}. "
-        f"n: {content.counted}s of {control} and of {treatment}{levels}{', on these days' if by_days else ''}."
+        f"{what} of a jump with {treatment} against {control}; intervals and p {test}{holm}. "
+        f"n: {content.counted}s of {control} and of {treatment}{levels}{', on these days' if by_days else ''}"
+        f"{', all where there is none' if nowhere else ''}."
     )
     return Table("headlines", caption, columns, tuple(rows))
 
@@ -111,7 +115,8 @@ def _effect(comparison: Comparison | None, number: Number | None, places: int) -
     """Make the cells of an effect, its interval and its p."""
     if comparison is None:
         return Cell(DASH, (None,)), Cell(DASH, (None, None, None)), Cell(DASH, (None,))
-    interval, p = interval_cell(number, places), p_cell(comparison.lead.test.p)
+    lead = comparison.lead
+    interval, p = interval_cell(number, places), p_cell(lead.test.p if lead.adjusted is None else lead.adjusted.value)
     return (
         number_cell(number, places),
         mark_confounded(interval, comparison.unsure),

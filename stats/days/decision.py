@@ -124,7 +124,7 @@ class Rule(StrEnum):
 class Contrast:
     """Means over the shared days with the variances of their errors, in the unit of the values.
 
-    Under `Rule.NONE` the means are those of all runs, and there are no variances.
+    Under `Rule.NONE` there are no variances; the means are weighted as within days, of all runs where no day is shared.
     """
 
     rule: Rule
@@ -253,9 +253,9 @@ class Contrast:
 
     @property
     def n(self) -> tuple[int, int]:
-        """Runs of the control and of the treatment that the means are of: all of them where nothing is claimed."""
+        """Runs of the control and of the treatment that the means are of: all of them where no day is shared."""
         counts = self.counts
-        if self.rule is Rule.NONE:
+        if not self.shared_days:
             return counts.control + counts.other_control, counts.treated + counts.other_treated
         return counts.control, counts.treated
 
@@ -364,9 +364,12 @@ def contrast_of_runs(runs: RunsByDay, *, paired: bool = True) -> Contrast:
     else:
         of = CONTROL if df_control < 1 else TREATED
         why = Undefined(Reason.NO_DAY_WITH_TWO, n=len(by_day), of=of)
-    control_mean, treated_mean = mean_of_runs(runs.control, CONTROL), mean_of_runs(runs.treated, TREATED)
+    control, treated = mean_of_runs(runs.control, CONTROL), mean_of_runs(runs.treated, TREATED)
+    if shared_days:
+        together = one_day(shared_days)
+        control, treated = together.control.mean, together.treated.mean
     none = SharedError()
-    return Contrast(Rule.NONE, why, shared_days, control_mean, treated_mean, 0.0, 0.0, 0.0, 0, none, none, counts, runs)
+    return Contrast(Rule.NONE, why, shared_days, control, treated, 0.0, 0.0, 0.0, 0, none, none, counts, runs)
 
 
 def _paired(days: tuple[SharedDay, ...], counts: Counts, runs: RunsByDay) -> Contrast:

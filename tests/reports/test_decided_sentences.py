@@ -118,6 +118,24 @@ def test_an_effect_over_groups_says_what_it_is_of(content, measured_only):
     assert "differ" not in saved.text
 
 
+@pytest.mark.parametrize(
+    ("low", "lower_bound", "said"),
+    [
+        (0.1, -3.0, "no apex height was lost"),
+        (-0.1, -3.0, "changed by less than 3 %"),
+        (-0.1, -2.0, "within −2 to 3 %"),
+    ],
+)
+def test_no_loss_of_height_is_said_where_the_interval_excludes_one(content, low, lower_bound, said):
+    test = SignificanceTest("overall", 7.7, (13.9,), 1e-5)
+    scope = OverGroups(tuple(c.group for c in content.pooled if c.quantity is Outcome.APEX)[:2], (), DAYS, False)
+    change = Number(0.4, "%", ci_low=low, ci_high=0.9, ci_level=0.9)
+    heights = OverallEquivalence(Equivalence(change, lower_bound, 3.0, test, test, 1e-4, True), scope)
+    ((_outcome, claim),) = overall_claims(dataclasses.replace(content, overall=(), overall_equivalence=heights))
+    opening = claim.text.replace("\u00a0", " ").partition(" over ")[0].lower()
+    assert said in opening
+
+
 @pytest.mark.parametrize("differ", [True, None])
 def test_groups_that_differ_are_given_each(content, differ):
     pooled = [c for c in content.pooled if c.quantity is Outcome.JOULES][:2]

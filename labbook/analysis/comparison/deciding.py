@@ -38,7 +38,7 @@ class DecisionResult(StoredResult):
     """A treatment against its control by `stats.days.decision`; `difference` is treatment less control.
 
     `t` and `p` are those of no difference, t positive for a saving where there are savings. `n_control` and `n_treated`
-    count the runs that the means are of: those on the shared `days`, all where nothing is claimed. `other` counts the
+    count the runs that the means are of: those on the shared `days`, all where there is none. `other` counts the
     runs that enter nothing. `rejected` is None where nothing is tested.
     """
 
@@ -85,8 +85,8 @@ class OverallEquivalenceResult(EquivalenceResult):
     days_measured_only: bool
 
 
-DECISION = Algorithm("decision", 3, DecisionResult)
-DECISION_EQUIVALENCE = Algorithm("decision_equivalence", 2, EquivalenceResult)
+DECISION = Algorithm("decision", 4, DecisionResult)
+DECISION_EQUIVALENCE = Algorithm("decision_equivalence", 3, EquivalenceResult)
 OVERALL = Algorithm("overall_savings", 3, OverallResult)
 OVERALL_EQUIVALENCE = Algorithm("overall_equivalence", 2, OverallEquivalenceResult)
 

@@ -88,6 +88,21 @@ def test_headlines_are_the_headline_comparisons_of_energy(content):
     assert len(TABLES["headlines"].make(content).rows) == 4
 
 
+def test_a_groups_p_is_holms_where_its_family_is_adjusted(content):
+    joules = [each for each in content.pooled if each.quantity is Outcome.JOULES]
+    holms = [0.012, 0.024, 0.036, 0.048]
+    decided = {"days": ("2021-05-03",)}
+    adjusted = [
+        dataclasses.replace(each, decision=dataclasses.replace(each.lead, adjusted=Number(p, "1", n=4), **decided))
+        for each, p in zip(joules, holms, strict=True)
+    ]
+    holm = dataclasses.replace(content, comparisons=tuple(adjusted))
+    assert [float(row["savings_p"]) for row in csv_rows("headlines", holm)] == holms
+    says(TABLES["headlines"].make(holm).caption, "Holm", "4 tests")
+    alone = [dataclasses.replace(each, decision=dataclasses.replace(each.lead, adjusted=None)) for each in adjusted]
+    assert "Holm" not in TABLES["headlines"].make(dataclasses.replace(content, comparisons=tuple(alone))).caption
+
+
 def test_the_row_of_all_groups_counts_their_runs_and_no_day_twice(content):
     of_joules = [each.group for each in content.pooled if each.quantity is Outcome.JOULES]
     scope = OverGroups(tuple(of_joules[:2]), (), ("2021-05-03",), False)

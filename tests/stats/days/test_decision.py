@@ -114,6 +114,15 @@ def test_without_a_claim_there_is_an_estimate_and_no_test() -> None:
     assert single.code is Reason.NO_DAY_WITH_TWO
 
 
+def test_without_a_claim_the_means_are_those_of_the_days_with_both() -> None:
+    """A fourth treated run, of a day without a control, made 10 % of what is 5 % on the days with both."""
+    found = contrast([([100.0], [95.0]), ([110.0], [104.5]), ([90.0], [85.5]), ([], [70.0])])
+    assert (found.rule, found.n, found.counts.other_treated) == (Rule.NONE, (3, 3), 1)
+    assert found.savings().value == pytest.approx(5.0)
+    assert found.difference().value == pytest.approx(-5.0)
+    assert found.equivalence(-3.0, 3.0).value == pytest.approx(-5.0)
+
+
 def test_one_day_is_welchs_t_with_the_smaller_df() -> None:
     control, treated = [42.1, 40.3, 44.0, 41.6], [37.9, 36.2, 38.8, 38.4, 39.9, 36.9]
     found = contrast_by_day(treated, control).difference()
