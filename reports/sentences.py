@@ -11,6 +11,7 @@ from reports.display import (
     EQUALS,
     MINUS,
     as_shown,
+    common_places,
     count_text,
     given_text,
     in_sentence,
@@ -34,6 +35,7 @@ from reports.naming import (
     swept_factor,
     treatment_name,
 )
+from reports.numbers import Number
 from reports.remarks import NOT_FROM_DAYS
 
 
@@ -185,6 +187,7 @@ def family_claim(content: ReportContent, planned: Sequence[Comparison], *, poole
     `pooled` tells whether these pool levels.
     """
     by_quantity, ids = [], []
+    any_planned = not all(item.exploratory for item in planned)
     for quantity in Outcome:
         family = [item for item in planned if item.quantity is quantity]
         shown = [item for item in family if item.lead.adjusted_rejected is True and not item.one_day_each]
@@ -193,12 +196,15 @@ def family_claim(content: ReportContent, planned: Sequence[Comparison], *, poole
                 item.decision.rejected is None if item.decision else bool(item.one_day_each) for item in family
             )
             why = "without a test" if family[0].decision else NOT_FROM_DAYS
-            notes = [_named(content, shown)] if 0 < len(shown) <= min(_MOST_NAMED, len(family) - 1) else []
+            saved = [item.lead.savings for item in shown if item.lead.savings is not None]
+            notes = [_named(content, shown)] if 0 < len(shown) <= min(_MOST_NAMED, len(family) - (not saved)) else []
+            notes += [f"savings of {_range_text(saved)}"] if saved and not notes else []
             notes += [f"{n_untested} {why}"] if n_untested else []
-            counted = f"{len(shown) or 'none'} of {count_text(len(family), 'comparison')}"
+            beside = "in exploratory ones " if any_planned and family[0].exploratory else ""
+            counted = f"{beside}{len(shown) or 'none'} of {count_text(len(family), 'comparison')}"
             by_quantity.append(f"{counted} of {quantity}" + (f" ({'; '.join(notes)})" if notes else ""))
             ids += [item.lead.adjusted.provenance for item in family if item.lead.adjusted is not None][:1]
-    named = "The family of comparisons is" if any(item.exploratory for item in planned) else "Decided on beforehand was"
+    named = "Decided on beforehand was" if any_planned else "The family of comparisons is"
     text = (
         f"{named} {planned[0].family}. A difference is shown, counted by Holm, in {list_text(by_quantity)}."
         f"{' The levels are pooled in what follows, which is exploratory.' if pooled else ''}"
@@ -211,9 +217,20 @@ _MOST_NAMED = 4
 
 
 def _named(content: ReportContent, comparisons: Sequence[Comparison]) -> str:
-    """Name comparisons by group and level: "small foot, 80 kg/s; small foot, 160 kg/s"."""
-    names = ((levels_name(content, each.group), "" if each.opens else level_of(content, each)) for each in comparisons)
-    return "; ".join(", ".join(filter(None, each)) for each in names)
+    """Name comparisons by group and level, with what was saved: "small foot, 80 kg/s: saving 5.1 %"."""
+    named = []
+    for each in comparisons:
+        level, savings = "" if each.opens else level_of(content, each), each.lead.savings
+        names = ", ".join(filter(None, (levels_name(content, each.group), level)))
+        named.append(names if savings is None else f"{names}: saving {_range_text([savings])}")
+    return "; ".join(named)
+
+
+def _range_text(savings: Sequence[Number]) -> str:
+    """Write savings as "5.1 %", several from the least to the greatest."""
+    values = sorted({number.value for number in savings if isinstance(number.value, float)})
+    ends = dict.fromkeys(value_text(value, common_places(savings)) for value in values[:: max(len(values) - 1, 1)])
+    return with_unit(" to ".join(ends), "%")
 
 
 def _ids(comparison: Comparison) -> tuple[str, ...]:

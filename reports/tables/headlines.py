@@ -54,13 +54,14 @@ def headlines(content: ReportContent) -> Table:
     what = "Apex height" if alone else "Energy"
     control, treatment = control_name(content), treatment_name(content, {})
     levels = ", all levels" if len(treated_levels(content, {})) > 1 else ""
+    beside_plan = content.planned and all(each.exploratory for each in comparisons)
     adjusted = next((each.lead.adjusted for each in comparisons if each.lead.adjusted is not None), None)
     holm = "" if adjusted is None else f", p of a group by Holm over {adjusted.n} tests"
     nowhere = any(each.decision is not None and not each.decision.days for each in comparisons)
     caption = (
         f"{what} of a jump with {treatment} against {control}; intervals and p {test}{holm}. "
         f"n: {content.counted}s of {control} and of {treatment}{levels}{', on these days' if by_days else ''}"
-        f"{', all where there is none' if nowhere else ''}."
+        f"{', all where there is none' if nowhere else ''}.{' All rows are exploratory.' if beside_plan else ''}"
     )
     return Table("headlines", caption, columns, tuple(rows))
 

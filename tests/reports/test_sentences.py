@@ -8,6 +8,7 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports.content import Factor, Level
 from reports.naming import level_of, levels_name
+from reports.numbers import Number
 from reports.remarks import NOT_FROM_DAYS
 from reports.sentences import difference_claim, family_claim, savings_claim
 from tests.helpers.wording import says
@@ -235,4 +236,19 @@ def test_a_family_names_the_few_comparisons_that_are_shown(content):
     )
     text = plain(family_claim(content, [first, *others]).text)
     says(text, "1 of 3", plain(levels_name(content, first.group)), plain(level_of(content, first)))
-    assert "(" not in plain(family_claim(content, [first, first]).text)
+    saved = [
+        dataclasses.replace(
+            first, decision=dataclasses.replace(first.lead, savings=Number(3.0 + at, "%", 0.2)), exploratory=""
+        )
+        for at in range(5)
+    ]
+    says(plain(family_claim(content, saved).text), "Decided on beforehand", "5 of 5", "3.00 to 7.00 %")
+    says(plain(family_claim(content, [*saved[:1], *others]).text), "1 of 3", "saving 3.00 %")
+    apex = [
+        dataclasses.replace(
+            each, quantity=Outcome.APEX, exploratory="not the primary outcome",
+            decision=dataclasses.replace(each.lead, savings=None, adjusted_rejected=False),
+        )
+        for each in others
+    ]  # fmt: skip
+    says(plain(family_claim(content, [*saved, *apex]).text), "Decided on beforehand", "exploratory ones none of 2")

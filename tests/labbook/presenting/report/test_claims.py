@@ -11,6 +11,7 @@ from labbook.actions.report_command import state_report
 from labbook.analysis.comparison.pairing import EACH, POOLED
 from reports.tables.registry import TABLES
 from tests.helpers.books import ADA, ingest_all, small_book
+from tests.helpers.charged_book import Made, charged_book
 from tests.helpers.decided import decided_book
 from tests.helpers.wording import says
 
@@ -54,3 +55,21 @@ def test_one_level_is_not_pooled_and_its_planned_comparison_is_shown_as_planned(
     assert pooled.lead.adjusted is not None
     assert pooled.lead.adjusted.n == 2  # the other foot's, which the report does not show, counts
     assert "all levels" not in TABLES["headlines"].make(small).caption
+
+
+def test_a_page_leads_with_the_planned_levels_and_what_they_saved(tmp_path: Path) -> None:
+    """Gain 100 saves nothing and gain 200 5 %: pooled, which nobody planned, that is 2.5 %."""
+    scatter = (3.0, -2.0, 1.0, -2.0)
+    joules = {0: (401.0, 396.0), 100: (400.0, 399.0), 200: (381.0, 379.0)}
+    runs = [
+        Made(day, "small", gain, value + more * (1.0 if gain else 0.5))
+        for day, more in enumerate(scatter)
+        for gain, values in joules.items()
+        for value in values
+    ]
+    with charged_book(tmp_path, runs, '\n[analysis]\nfamily = "each"\n').open() as book:
+        content = state_report(book, None, ADA, lambda _step: None).content
+    lead, pooled = (claim.text.replace("\u00a0", " ") for claim in content.claims)
+    says(lead, "Decided on beforehand", "1 of 2", "gain 200", "saving 4.")
+    says(pooled, "exploratory", "2.2")
+    says(TABLES["headlines"].make(content).caption, "exploratory")
