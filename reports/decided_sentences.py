@@ -30,6 +30,8 @@ from reports.naming import levels_name, treatment_name
 from reports.numbers import Number
 from reports.sentences import bounds_text, exploratory_text, holm_clause, sides_text, where_text
 
+_MOST_NAMED = 3
+"""Runs without a charge that a sentence names."""
 ELSEWHERE = "That it holds on other days is not shown."
 """What follows a claim that holds for the days measured; where nothing is shown there is nothing to hold."""
 
@@ -38,10 +40,22 @@ def group_claim(content: ReportContent, comparison: Comparison) -> Claim:
     """Say what the treatment did to one outcome in one group, as far as the days measured show it."""
     lead = comparison.lead
     sentences = [decided_text(lead, _words(content, comparison), exploratory_text(comparison.exploratory))]
+    sentences.append(_charge_missing(content, comparison))
     if isinstance(lead.test.p, float):
         within = lead.equivalence is not None and lead.equivalence.shown
         sentences += [_within(lead.equivalence), ELSEWHERE if lead.unit != "day" and (lead.rejected or within) else ""]
     return Claim(" ".join(filter(None, sentences)), _id(as_shown(_number(lead))))
+
+
+def _charge_missing(content: ReportContent, comparison: Comparison) -> str:
+    """Name the runs whose missing charge costs a group its claim; "" where it costs none."""
+    names = comparison.lead.charge_missing
+    if not names:
+        return ""
+    none, it = ("has no charge", "it") if len(names) == 1 else ("have no charge", "one of them")
+    more = [f"{len(names) - _MOST_NAMED} more"] if len(names) > _MOST_NAMED else []
+    listed, where = list_text([*names[:_MOST_NAMED], *more]), where_text(content, comparison)
+    return f"{listed} {none}: with {it} there would be a claim{where}."
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,7 +211,7 @@ def _savings_claim(content: ReportContent, overall: OverallSavings) -> Claim:
     treatment = treatment_name(content, {})
     if isinstance(savings.value, Undefined):
         text = f"Whether {treatment} saves energy cannot be told from these days: {savings.value.reason}."
-        return Claim(text, _id(savings))
+        return Claim(" ".join((text, *_charges_missing(content, overall))), _id(savings))
     size, signed = _sizes(savings.value, savings)
     over = f"{_over(scope)}, each counted once"
     clause = f"a saving is not shown{over}: {signed}"
@@ -208,8 +222,21 @@ def _savings_claim(content: ReportContent, overall: OverallSavings) -> Claim:
     evidence = "; ".join([*_interval(savings), test, count_text(len(scope.days), "day"), *alike])
     exploratory = exploratory_text(overall.exploratory, "effect")
     claim = _claim_over_groups(content, scope, f"{clause} ({evidence}){exploratory}", savings)
-    beside = (claim.text, _groups_that_differ(content, overall), _significant_alone(content, overall))
+    beside = (
+        claim.text,
+        *_charges_missing(content, overall),
+        _groups_that_differ(content, overall),
+        _significant_alone(content, overall),
+    )
     return replace(claim, text=" ".join(filter(None, beside)))
+
+
+def _charges_missing(content: ReportContent, overall: OverallSavings) -> list[str]:
+    """Name the runs whose missing charge leaves a group out, group by group."""
+    left_out = [
+        each for each in content.pooled if each.quantity is overall.quantity and each.group in overall.scope.left_out
+    ]
+    return [text for each in left_out if (text := _charge_missing(content, each))]
 
 
 def _groups_that_differ(content: ReportContent, overall: OverallSavings) -> str:

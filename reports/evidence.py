@@ -68,7 +68,8 @@ class Decision:
 
     `unit` says what it counts: "day" (paired on day means), "run" (within days: it holds for these days), "" where
     nothing is claimed; `test` then has the reason. `n_control` and `n_treatment` are the runs that the means are of;
-    `other` runs, on days without the other side, enter nothing. `adjusted` is p by Holm's method over the `n` tests of
+    `other` runs, on days without the other side, enter nothing. `charge_missing` names runs without a charge, with any
+    of which something would be claimed. `adjusted` is p by Holm's method over the `n` tests of
     the family.
     """
 
@@ -84,6 +85,7 @@ class Decision:
     adjusted: Number | None = None
     adjusted_rejected: bool | None = None
     equivalence: Equivalence | None = None
+    charge_missing: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

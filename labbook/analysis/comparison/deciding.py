@@ -8,6 +8,7 @@ from typing import Any
 
 from data_schema.outcomes import Outcome
 from data_schema.queries.results import InputRow
+from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.comparing import (
     EquivalenceResult,
@@ -106,6 +107,22 @@ def contrast_of(pair: Pair, *, by_day: bool = True) -> Contrast:
 
 def _runs(side: Sequence[ConditionValues]) -> list[RunNumber]:
     return [item for condition in side for item in condition.runs]
+
+
+def deciding_runs(pair: Pair, without: Sequence[RunRow]) -> tuple[str, ...]:
+    """Name the runs of a pair's group without a value any of which, had it one, would give a pair without a claim one.
+
+    Which days hold which runs decides that, whatever their values.
+    """
+    days = [[item.run.day for _levels, item in _runs(side)] for side in (pair.a, pair.b)]
+
+    def claims(more: RunRow) -> bool:
+        control, treated = ([*each, *([more.day] if more.is_control is is_control else [])]
+                            for each, is_control in zip(days, (True, False), strict=True))  # fmt: skip
+        layout = contrast_by_day([0.0] * len(treated), [0.0] * len(control), days_treated=treated, days_control=control)
+        return layout.rule is not Rule.NONE
+
+    return tuple(run.name for run in without if pair.group.items() <= run.levels.items() and claims(run))
 
 
 def decide(

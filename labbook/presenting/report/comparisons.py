@@ -6,16 +6,23 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from data_schema.outcomes import Outcome
-from data_schema.reasons import VALUE
+from data_schema.queries.runs import RunRow
+from data_schema.reasons import VALUE, Reason
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.by_day import DayComparison
 from labbook.analysis.comparison.comparing import ComparisonResult, EquivalenceResult, JumpComparison
 from labbook.analysis.comparison.comparisons import Compared, Decided
-from labbook.analysis.comparison.deciding import DecisionResult, OverallEquivalenceResult, OverallResult
+from labbook.analysis.comparison.deciding import (
+    DecisionResult,
+    OverallEquivalenceResult,
+    OverallResult,
+    deciding_runs,
+)
 from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.comparison.robustness import WITHOUT_EXCLUSIONS, Varied
 from labbook.analysis.outcomes.conditions import ConditionValues
+from labbook.analysis.outcomes.run_energy import recharge_of
 from labbook.analysis.study import StudyAnalysis
 from labbook.config.model import Family, UnitOfAnalysis
 from labbook.presenting.numbers import ShownNumbers
@@ -189,7 +196,7 @@ def _comparison(analysis: StudyAnalysis, item: Compared, shown: ShownNumbers) ->
         adjusted_rejected=None if item.adjusted is None else item.adjusted.rejected[label],
         savings_shown=result.savings_shown,
         equivalence=None if item.equivalent is None else equivalence(item.equivalent, on_units, why_not_planned),
-        decision=None if item.decided is None else _decision(item, item.decided, on_units, why_not_planned),
+        decision=None if item.decided is None else _decision(analysis, item, item.decided, on_units, why_not_planned),
         exploratory=analysis.planned.exploratory(item.quantity, item.pair.family, item.conditions) or "",
     )
 
@@ -266,14 +273,28 @@ def method_by_day(result: DayComparison) -> str:
     return exact_method(RUN if result.counted == VALUE else result.counted, result.held)
 
 
-def _decision(item: Compared, decided: Decided, shown: ShownNumbers, why_not_planned: str) -> Decision:
+def _decision(
+    analysis: StudyAnalysis, item: Compared, decided: Decided, shown: ShownNumbers, why_not_planned: str
+) -> Decision:
     family = decided.adjusted
+    missing: tuple[str, ...] = ()
+    if decided.result.rule is Rule.NONE and item.pair.family == pairing.POOLED and item.quantity.has_savings:
+        missing = deciding_runs(
+            item.pair, [run for run in analysis.evidence.runs if _only_charge_missing(analysis, run)]
+        )
     return replace(
         decision(decided.result, shown),
         adjusted=None if family is None else shown.number(family.adjusted_p[item.pair.label]),
         adjusted_rejected=None if family is None else family.rejected[item.pair.label],
         equivalence=None if decided.equivalent is None else equivalence(decided.equivalent, shown, why_not_planned),
+        charge_missing=missing,
     )
+
+
+def _only_charge_missing(analysis: StudyAnalysis, run: RunRow) -> bool:
+    why = recharge_of(run, analysis.evidence.charges.get(run.uid, []))
+    known = bool(run.duration_s and run.jumps_made)
+    return known and isinstance(why, Undefined) and why.code is Reason.NO_CHARGE
 
 
 def decision(result: DecisionResult, shown: ShownNumbers) -> Decision:

@@ -73,3 +73,22 @@ def test_a_page_leads_with_the_planned_levels_and_what_they_saved(tmp_path: Path
     says(lead, "Decided on beforehand", "1 of 2", "gain 200", "saving 4.")
     says(pooled, "exploratory", "2.2")
     says(TABLES["headlines"].make(content).caption, "exploratory")
+
+
+@pytest.mark.parametrize("small_days", [4, 1])
+def test_the_charge_that_costs_a_group_its_claim_is_named(tmp_path: Path, small_days: int) -> None:
+    """The large foot has one control run a day, and another on the last without a charge; a third is of a lone day."""
+    runs = [
+        Made(day, "small", gain, 400.0 + 3 * day + 2 * at - gain / 5)
+        for day in range(small_days)
+        for gain, several in ((0, small_days > 1), (100, True))
+        for at in range(1 + several)
+    ]
+    runs += [Made(day, "large", gain, 401.0 + 2 * day - gain / 5) for day in range(3) for gain in (0, 100, 100)]
+    missing, alone = len(runs) + 1, len(runs) + 2
+    runs += [Made(2, "large", 0, None), Made(5, "large", 0, None)]
+    with charged_book(tmp_path, runs).open() as book:
+        content = state_report(book, None, ADA, lambda _step: None).content
+    claim = content.claims[0 if small_days == 1 else 1].text.replace("\u00a0", " ")
+    says(claim, "cannot be told", f"r{missing:03d} has no charge", "large foot")
+    assert f"r{alone:03d}" not in " ".join(each.text for each in content.claims)
