@@ -235,7 +235,8 @@ class ReportContent:
     that runs of days without the other side are compared, "" where none are. `tests_beside` says what the tests in full
     are where others decide. `known_errors` has what is on record against the methods, an introduction first.
     `overall` is the effect over all groups, where there are several. `sources` are those of the methods used;
-    `outside_limits` names the runs whose joules are out of control limits; `software` names the libraries that
+    `outside_limits` names the runs whose joules are out of control limits, `exchanged_charges` pairs of them that are
+    inside with each other's charge; `software` names the libraries that
     computed it, with versions.
     `stored` tells whether the book has the report, so that its numbers can be traced.
     `warning` says what makes all numbers doubtful, "" where nothing does. `first_only` tells that the first page stands
@@ -271,6 +272,7 @@ class ReportContent:
     known_errors: tuple[str, ...] = ()
     limitations: tuple[str, ...] = ()
     outside_limits: tuple[str, ...] = ()
+    exchanged_charges: tuple[tuple[str, str], ...] = ()
     assumed: tuple[Assumed, ...] = ()
     provenance: tuple[Provenance, ...] = ()
     robots: Mapping[str, int] = field(default_factory=dict)

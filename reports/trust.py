@@ -74,7 +74,11 @@ def _odd_runs(content: ReportContent) -> str:
     lie, whose = ("lies", "its condition") if len(names) == 1 else ("lie", "their conditions")
     more = len(names) - MOST_NAMED
     listed = list_text([*names[:MOST_NAMED], *([f"{more} more"] if more > 0 else [])])
-    return f"{count_text(len(names), 'run')} {lie} outside the control limits of {whose}: {listed}."
+    swapped = "".join(
+        f" {one} and {other} lie inside with each other's charge: were two rows of the sheet exchanged?"
+        for one, other in content.exchanged_charges[:1]
+    )
+    return f"{count_text(len(names), 'run')} {lie} outside the control limits of {whose}: {listed}.{swapped}"
 
 
 def _uncertainty(content: ReportContent) -> str:

@@ -119,6 +119,7 @@ def make_report(
         known_errors=known_error_rates(uses(analysis)),
         limitations=methods.limitations(analysis),
         outside_limits=methods.outside_limits(analysis),
+        exchanged_charges=methods.exchanged_charges(analysis),
         assumed=methods.assumed(analysis),
         robots=campaign.runs_by_robot(analysis),
         predictions=predicted.predictions(analysis, shown),

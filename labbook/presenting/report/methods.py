@@ -10,8 +10,15 @@ from data_schema.queries.runs import RunRow
 from data_schema.reasons import Reason
 from data_schema.vocabulary import FileRole, Undefined
 from labbook.analysis.outcomes.conditions import run_numbers
-from labbook.analysis.outcomes.control_limits import runs_outside
-from labbook.analysis.outcomes.run_energy import above_capacity, below_drain, recharge_of, unused_idle
+from labbook.analysis.outcomes.control_limits import exchanged, runs_outside
+from labbook.analysis.outcomes.run_energy import (
+    above_capacity,
+    below_drain,
+    joules_per_mah,
+    recharge_of,
+    unused_idle,
+    usable_charge,
+)
 from labbook.analysis.outcomes.run_force import RunForce, push_off_rules
 from labbook.analysis.outdated_files import outdated_sentence
 from labbook.analysis.study import StudyAnalysis
@@ -268,9 +275,26 @@ def _impossible_charges(analysis: StudyAnalysis) -> list[str]:
 
 def outside_limits(analysis: StudyAnalysis) -> tuple[str, ...]:
     """Name the runs whose joules are out of the control limits of their condition."""
-    runs = analysis.evidence.runs
-    joules = run_numbers(runs, analysis.results[Outcome.JOULES].results, Outcome.JOULES)
-    return tuple(run.name for run in runs_outside(runs, {item.run.uid: item.value for item in joules}))
+    return tuple(run.name for run in runs_outside(analysis.evidence.runs, _joules(analysis)))
+
+
+def exchanged_charges(analysis: StudyAnalysis) -> tuple[tuple[str, str], ...]:
+    """Name pairs of runs out of their control limits that are inside with each other's charge."""
+    evidence = analysis.evidence
+
+    def with_charge_of(run: RunRow, other: RunRow) -> float:
+        charge, line = usable_charge(other, evidence.charges[other.uid]), analysis.drains[run.robot_uid].line
+        assert not isinstance(charge, Undefined)  # noqa: S101 - runs out of limits have joules
+        assert not isinstance(line, Undefined)  # noqa: S101
+        passive_mah = line.at(run.duration_s or 0.0).charge_mah
+        return joules_per_mah(evidence.study.reference_voltage_v, run.jumps_made) * (charge.charge_mah - passive_mah)
+
+    return tuple((one.name, other.name) for one, other in exchanged(evidence.runs, _joules(analysis), with_charge_of))
+
+
+def _joules(analysis: StudyAnalysis) -> dict[str, float]:
+    items = run_numbers(analysis.evidence.runs, analysis.results[Outcome.JOULES].results, Outcome.JOULES)
+    return {item.run.uid: item.value for item in items}
 
 
 def _lost_fits(analysis: StudyAnalysis) -> list[str]:

@@ -21,6 +21,7 @@ from labbook.analysis.outcomes.control_limits import limits_of, runs_outside
 from labbook.analysis.outcomes.detection import Detections
 from reports.trust import trust_sentences
 from tests.helpers.books import ADA, small_book
+from tests.helpers.charged_book import Made, charged_book
 from tests.helpers.wording import says
 
 
@@ -98,3 +99,27 @@ def test_a_run_outside_is_named_at_the_rig_in_the_day_and_in_the_report(tmp_path
     assert [day.outside_limits for day in days] == [(), ("r014",)]
     says(to_do_lines(days[1]), "control limits", "r014")
     says(list(notes), "1 run lies", "control limits", "r014")
+
+
+def test_two_slips_in_a_condition_do_not_hide_each_other(run: RunRow) -> None:
+    """Charges of two runs, ten times too large, put the upper limit above both."""
+    draws, runs = random.Random(2), [replace(run, uid=f"{n}") for n in range(10)]
+    values = {each.uid: draws.gauss(40.0, 2.0) * (10.0 if each.uid in "36" else 1.0) for each in runs}
+    assert [each.uid for each in runs_outside(runs, values)] == ["3", "6"]
+
+
+@pytest.mark.parametrize("exchanged", [True, False])
+def test_two_rows_of_a_sheet_that_were_exchanged_are_suggested(tmp_path: Path, exchanged: bool) -> None:
+    """A jump of the control takes a quarter more, and runs scatter by 1 %; else two runs of a day are odd alike."""
+    draws = random.Random(8)
+    runs = [
+        Made(day, "small", gain, draws.gauss(400.0 - 0.8 * gain, 4.0)) for day in range(4) for gain in (0, 0, 100, 100)
+    ]
+    if not exchanged:
+        runs[5:7] = [replace(runs[5], joules=480.0), replace(runs[6], joules=250.0)]
+    swapped = {"r006": "r007", "r007": "r006"} if exchanged else {}
+    with charged_book(tmp_path, runs, exchanged=swapped).open() as book:
+        content = state_report(book, None, ADA, lambda _step: None).content
+    assert content.outside_limits == ("r006", "r007")
+    assert content.exchanged_charges == ((("r007", "r006"),) if exchanged else ())
+    assert ("exchanged" in " ".join(trust_sentences(content))) is exchanged
