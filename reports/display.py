@@ -194,7 +194,8 @@ def significance_text(test: SignificanceTest, *, name: bool = True) -> str:
     title = f"{NO_BREAK.join(called.split())} " if called else ""  # a narrow screen breaks the line before the letter
     if isinstance(test.statistic, Undefined):
         return f"{title}{letter} {value_text(test.statistic)}"
-    return f"{title}{typeset(statistic_text(letter, test.statistic, test.df))}, {p_text(test.p)}"
+    one_sided = "one-sided " if test.one_sided else ""
+    return f"{title}{typeset(statistic_text(letter, test.statistic, test.df))}, {one_sided}{p_text(test.p)}"
 
 
 def count_text(count: int, noun: str, plural: str = "") -> str:

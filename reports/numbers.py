@@ -35,9 +35,10 @@ class Number:
 
 @dataclass(frozen=True, slots=True)
 class SignificanceTest:
-    """A test: `df` has one entry for t, two for F."""
+    """A test: `df` has one entry for t, two for F; `one_sided` where p is against a saving alone."""
 
     name: str
     statistic: Value
     df: tuple[Value, ...]
     p: Value
+    one_sided: bool = False

@@ -117,11 +117,13 @@ def analyse(
 ) -> StudyAnalysis:
     """Compute everything that is not stored; `progress` is called with what is being done.
 
-    `level` is that of the comparisons' intervals, alpha of their tests 1 less it; without it they are as planned.
+    `level` is that of the comparisons' intervals, and alpha of their tests follows; without it they are as planned.
     """
     planned = planned_analysis(cache.connection, evidence.configuration, [run.uid for run in evidence.selected])
-    if level is not None and not math.isclose(level, 1.0 - planned.settings.alpha):
-        planned = replace(planned, settings=replace(planned.settings, alpha=1.0 - level))
+    settings = planned.settings
+    if level is not None and not math.isclose(level, 1.0 - settings.outside):
+        settings = replace(settings, alpha=settings.alpha * (1.0 - level) / settings.outside)
+        planned = replace(planned, settings=settings)
     ahead = predictions_in_background(cache, evidence)
     progress("passive drain and joules a jump")
     drains = passive_drains(cache, evidence)
@@ -169,13 +171,12 @@ def analyse(
         biases=[
             one for outcome, found in checks.items() for one in judge(cache, conditions[outcome], found, outcome, scope)
         ],
-        hypotheses=judge_hypotheses(
-            cache, evidence.configuration.hypotheses, conditions, predicted, swept or "", planned.settings, scope
-        ),
+        hypotheses=[],
     )
+    hypotheses = evidence.configuration.hypotheses
     if swept is None:
-        return analysis
-    settings = planned.settings
+        judged = judge_hypotheses(cache, hypotheses, conditions, [], predicted, "", settings, scope)
+        return replace(analysis, hypotheses=judged)
     beside = unselected_conditions(cache, detections, evidence, conditions, scope) if planned.stated else {}
     compared = compare_all(cache, conditions, swept, settings, scope, beside)
     of_unit = unit_scope(scope, settings.unit_of_analysis)
@@ -199,7 +200,8 @@ def analyse(
             outcome: {pairing.group_label(pair.group): pair for pair in pairing.pairs_pooled(several, swept)}
             for outcome, several in conditions.items()
         }
-        effects = overall_effects(cache, groups, settings.apex_bounds, settings.alpha, scope)
+        bounds, one_sided = settings.apex_bounds, settings.one_sided
+        effects = overall_effects(cache, groups, bounds, settings.alpha, scope, one_sided=one_sided)
     values = {
         level.label: level.value
         for level in evidence.configuration.factors[swept].levels
@@ -221,5 +223,6 @@ def analyse(
         jump_tests=jump_tests,
         overall=effects,
         contrasts=contrasts,
+        hypotheses=judge_hypotheses(cache, hypotheses, conditions, compared, predicted, swept, settings, scope),
         checked=[*checked, *check_savings(cache, of_savings, predicted, of_unit)],
     )

@@ -186,7 +186,8 @@ def compare(
     the simulation itself errs by a tenth of its standard error or more. Nothing is written; the same table stands in
     the report, with ids that `labbook why` traces. The first call compiles the simulator, up to half a minute.
 
-    Hypotheses of labbook.toml come first: whether each holds, fails or cannot be told (docs/hypotheses.md). With
+    Hypotheses of labbook.toml come first, without a scene alone: whether each holds, fails or cannot be told, as in the
+    report (docs/hypotheses.md). With
     --shares, Sobol's indices say which assumed input a prediction's error comes from.
 
     The exit code is 1 where a hypothesis fails; with --check also where a prediction is not

@@ -22,6 +22,7 @@ from data_schema.outcomes import Outcome
 from data_schema.vocabulary import ContrastKind, FactorKind, ReasonCode
 from labbook.config.factors import unknown_factor
 from labbook.config.model import (
+    Alternative,
     AnalysisSettings,
     Bounds,
     ClaimKind,
@@ -57,6 +58,7 @@ def read_analysis(top: TableReader, factors: Mapping[str, FactorSettings] | None
         exclusions=_exclusions(table, default.exclusions),
         unit_of_analysis=table.word("unit_of_analysis", UnitOfAnalysis, default.unit_of_analysis),
         contrasts=tuple(_contrast(each, factors) for each in table.list_of_tables("contrasts")),
+        alternative=table.word("alternative", Alternative, default.alternative),
     )
     table.finish()
     return settings

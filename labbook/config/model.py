@@ -237,6 +237,13 @@ class UnitOfAnalysis(StrEnum):
         return "day" if self is UnitOfAnalysis.DAY else "run"
 
 
+class Alternative(StrEnum):
+    """What the test of a saving is against: any difference, or a saving alone."""
+
+    TWO_SIDED = "two-sided"
+    ONE_SIDED = "one-sided"
+
+
 @dataclass(frozen=True, slots=True)
 class Bounds:
     """The differences of apex height that are too small to matter: metres, or percent of the control's mean."""
@@ -276,7 +283,7 @@ class AnalysisSettings:
     """`[analysis]`: what was decided about the analysis before anything was measured.
 
     `exclusions` are the reasons for which a person may leave out a jump or a run; `apex_bounds` is None where no bounds
-    were set.
+    were set. `alternative` is that of savings; differences of other outcomes are tested two-sided.
     """
 
     primary_outcome: Outcome = Outcome.JOULES
@@ -286,6 +293,17 @@ class AnalysisSettings:
     exclusions: tuple[ReasonCode, ...] = tuple(ReasonCode)
     unit_of_analysis: UnitOfAnalysis = UnitOfAnalysis.SHARED_DAYS
     contrasts: tuple[ContrastSettings, ...] = ()
+    alternative: Alternative = Alternative.TWO_SIDED
+
+    @property
+    def one_sided(self) -> bool:
+        """Whether savings are tested against a saving alone."""
+        return self.alternative is Alternative.ONE_SIDED
+
+    @property
+    def outside(self) -> float:
+        """What the interval of a saving leaves out on both sides together: alpha, or 2 alpha of a one-sided test."""
+        return 2.0 * self.alpha if self.one_sided else self.alpha
 
 
 class ClaimKind(StrEnum):

@@ -13,7 +13,7 @@ from typing import Generic, NamedTuple, TypeVar
 
 from data_schema.outcomes import Outcome
 from reports.content import Comparison, ReportContent
-from reports.display import DASH, common_places, shown_unit
+from reports.display import DASH, common_places, level_text, shown_unit
 from reports.evidence import ByDay, Decision
 from reports.naming import level_of, levels_name
 from reports.numbers import Number, SignificanceTest
@@ -138,6 +138,7 @@ def _of_outcome(content: ReportContent, quantity: Outcome, name: str) -> Table:
     adjusted = next((lead.adjusted for lead in leads if lead.adjusted is not None), None)
     if adjusted is not None:
         caption += f" Holm: p adjusted over the {adjusted.n} tests of the family."
+    caption += one_sided_note(leads)
     places, savings_places = common_places(differences), common_places(savings, 1)
     columns: Columns[ComparisonRow[Decision]] = (
         (
@@ -173,6 +174,12 @@ def _of_outcome(content: ReportContent, quantity: Outcome, name: str) -> Table:
     caption += reasons_note(comparison.exploratory for comparison in comparisons)
     found = [ComparisonRow(comparison, comparison.lead) for comparison in comparisons]
     return table_of_comparisons(name, caption, content, found, columns)
+
+
+def one_sided_note(leads: Sequence[Decision]) -> str:
+    """Say which p and intervals of a table are one-sided; "" where none are."""
+    of = next((lead.savings for lead in leads if lead.test.one_sided and lead.savings is not None), None)
+    return "" if of is None else f" p of savings is one-sided, as decided, with {level_text(of)}s."
 
 
 def _of_difference(lead: Decision) -> SignificanceTest:

@@ -10,7 +10,7 @@ from reports.display import DASH, common_places, shown_unit
 from reports.evidence import OverallSavings
 from reports.naming import control_name, levels_name, treated_levels, treatment_name
 from reports.numbers import Number
-from reports.tables.comparisons import ONE_DAY_EACH, mark_confounded
+from reports.tables.comparisons import ONE_DAY_EACH, mark_confounded, one_sided_note
 from reports.tables.table import (
     PROVENANCE,
     Cell,
@@ -63,6 +63,7 @@ def headlines(content: ReportContent) -> Table:
         f"n: {content.counted}s of {control} and of {treatment}{levels}{', on these days' if by_days else ''}"
         f"{', all where there is none' if nowhere else ''}.{' All rows are exploratory.' if beside_plan else ''}"
     )
+    caption += one_sided_note([each.lead for each in comparisons])
     return Table("headlines", caption, columns, tuple(rows))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports.content import ReportContent
 from reports.display import DASH, common_places, given_text, with_unit
@@ -32,9 +33,14 @@ def verdict_sentence(content: ReportContent, one: Hypothesis) -> str:
     """Say what came of a hypothesis: "CE costs the same: cannot tell (simulated: holds; published: p > .5)"."""
     beside = [reason] if (reason := _why_undecided(content, one)) else []
     beside += ["among the selected runs"] if one.parts and content.selection else []
-    beside += [f"simulated: {one.simulated_verdict}"] if one.parts else []
+    beside += [f"simulated: {one.simulated_verdict}"] if any(map(_simulated, one.parts)) else []
     beside += [f"published: {one.published}"] if one.published else []
     return f"{one.text}: {one.verdict}" + (f" ({'; '.join(beside)})" if beside else "")
+
+
+def _simulated(part: HypothesisPart) -> bool:
+    value = part.simulated.value
+    return not isinstance(value, Undefined) or value.code is not Reason.NOT_SIMULATED
 
 
 def _why_undecided(content: ReportContent, one: Hypothesis) -> str:
@@ -76,7 +82,7 @@ def _make(content: ReportContent) -> Table:
         ),
         (text_column("published", prose=True), lambda one: Cell(one.published or DASH, (one.published,))),
     )
-    return table_of("hypotheses", "Hypotheses of the study, by one-sided tests", content.hypotheses, columns)
+    return table_of("hypotheses", "Hypotheses of the study", content.hypotheses, columns)
 
 
 def _in_full(content: ReportContent) -> Table:
@@ -101,7 +107,7 @@ def _in_full(content: ReportContent) -> Table:
     caption = (
         "Hypotheses, comparison by comparison: change of a mean in percent, or difference of savings in percentage "
         "points. A hypothesis holds where all of its comparisons do, and fails where one does, each at alpha divided "
-        "by their number (a wider interval than the one shown)."
+        "by their number (a wider interval than the one shown). That a group saves is as page one claims it, by Holm."
     )
     return table_of("hypotheses_in_full", caption, parts, columns, block=lambda row: row[0].text)
 

@@ -216,7 +216,8 @@ def interval_column(
     numbers: Iterable[Number | None], unit: str = "", slug: str = "", *, of: str = "", shown: bool = True
 ) -> Column:
     """Make a column of intervals, headed by their level: "95 % CI"; `of` and `slug` are in the fields' names."""
-    title = next((level_text(number) for number in numbers if number is not None), "CI")
+    levels = dict.fromkeys(level_text(number) for number in numbers if number is not None)
+    title = " or ".join(levels) or "CI"
     low, high = (f"{of}{end}_{slug}" if slug else f"{of}{end}" for end in ("ci_low", "ci_high"))
     return Column(title, (low, high, f"{of}ci_level"), unit, shown=shown)
 

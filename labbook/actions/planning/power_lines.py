@@ -42,7 +42,8 @@ def power_head(found: StudyPower) -> list[str]:
         lines.append(f"Scatter of apex height: {_scatter(found.apex, 'm', found)}.")
     return [
         *lines,
-        f"Compared: {FAMILY_OF[settings.family]} of {found.design.swept}, alpha {settings.alpha:g}, {decided}.",
+        f"Compared: {FAMILY_OF[settings.family]} of {found.design.swept}, alpha {settings.alpha:g}"
+        f"{' one-sided' if settings.one_sided else ''}, {decided}.",
     ]
 
 

@@ -104,17 +104,21 @@ def tests_of(
     The first is the comparison with the control: by the shared days of the layouts where these decide, else on values.
     """
     alpha, comparisons = design.settings.alpha, design.comparisons
+    one_sided = design.settings.one_sided and design.settings.primary_outcome.has_savings
+    sides = 2.0 if one_sided else 1.0  # a one-sided test at alpha rejects where the two-sided one at 2 alpha does
 
     def student(sd: float, n: int) -> Power:
-        return power_t(difference, sd, *design.sizes(n), alpha)
+        return power_t(difference, sd, *design.sizes(n), sides * alpha)
 
     def with_control(level: float) -> OfSize:
+        both = sides * level
         if design.by_shared_days:
-            return _by_layout(design, level, layouts, lambda sd, layout: power_by_day(difference, sd, layout, level))
-        return lambda sd, n: power_welch(difference, sd, sd, *design.sizes(n), level)
+            return _by_layout(design, both, layouts, lambda sd, layout: power_by_day(difference, sd, layout, both))
+        return lambda sd, n: power_welch(difference, sd, sd, *design.sizes(n), both)
 
-    name = "by shared days" if design.by_shared_days else "Welch's t"
-    found = [] if design.by_shared_days else [PlannedTest("Student's t", alpha, primary, student)]
+    side = ", one-sided" if one_sided else ""
+    name = f"by shared days{side}" if design.by_shared_days else f"Welch's t{side}"
+    found = [] if design.by_shared_days else [PlannedTest(f"Student's t{side}", alpha, primary, student)]
     found.append(PlannedTest(name, alpha, primary, with_control(alpha)))
     if comparisons > 1:
         level, note = alpha / comparisons, "rejects at this alpha whatever the other comparisons of the family give"

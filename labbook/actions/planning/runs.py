@@ -161,6 +161,7 @@ def _tested(
     if swept is None or settings.unit_of_analysis is not UnitOfAnalysis.SHARED_DAYS:
         return None, None, None
     layouts = drawn_layouts(swept, settings.family, draw)
+    level = settings.outside if settings.primary_outcome.has_savings else settings.alpha
     found = layouts(n)
     if isinstance(found, Undefined) or not found:
         return None, None, None
@@ -168,7 +169,7 @@ def _tested(
     def plan(n: int) -> Power:
         of_n = layouts(n)
         assert not isinstance(of_n, Undefined)  # noqa: S101 - a plan with so few runs is drawn as well
-        return least_of([power_by_day(1.0, 1.0, layout, settings.alpha) for layout in of_n])
+        return least_of([power_by_day(1.0, 1.0, layout, level) for layout in of_n])
 
     power = plan(n).power
     crossing = crossing_of(plan, layouts, n) if n > 1 and isinstance(power, float) else None

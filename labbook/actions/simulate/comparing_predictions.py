@@ -1,4 +1,7 @@
-"""What `labbook compare` does: the predictions of a selection beside what was measured, without writing anything."""
+"""What `labbook compare` does: predictions of a selection beside what was measured, and hypotheses; it writes nothing.
+
+Hypotheses of what was measured need no scene.
+"""
 
 from __future__ import annotations
 
@@ -63,9 +66,10 @@ class ComparedPredictions:
 
     @property
     def met(self) -> bool:
-        """Whether no hypothesis fails, and some predictions can be compared and none of these misses."""
-        agreements = [item.agrees for item in self.content.predictions.items if item.agrees is not None]
-        return not self.fails and bool(agreements) and all(agreements)
+        """Whether no hypothesis fails, and of predictions, if there are, some can be compared and none misses."""
+        items = self.content.predictions.items
+        agreements = [item.agrees for item in items if item.agrees is not None]
+        return not self.fails and (not items or bool(agreements)) and all(agreements)
 
 
 def compare_predictions(book: Book, where: str | None, step: Callable[[str], None], sample: int) -> ComparedPredictions:
@@ -73,7 +77,8 @@ def compare_predictions(book: Book, where: str | None, step: Callable[[str], Non
 
     Raises `UsageError` where there is nothing to predict or nothing to compare with, and as `shares_of_inputs` does.
     """
-    if book.configuration.simulation is None:
+    configuration = book.configuration
+    if configuration.simulation is None and not configuration.hypotheses:
         with book.reading() as connection:
             studies = [] if has_runs(connection) else studies_of_book(connection, book.configuration)
         if studies:
@@ -83,13 +88,13 @@ def compare_predictions(book: Book, where: str | None, step: Callable[[str], Non
             )
         raise UsageError(
             'labbook.toml names no scene to predict with: write scene = "bed" under [simulation], and which factor is '
-            "which parameter."
+            "which parameter; or state what you expect under [hypotheses.NAME]."
         )
     with book.reading() as connection:
         refuse_empty_selection(connection, where)
         made = make_report(connection, book.store, book.configuration, where=where, made_at=now_utc(), progress=step)
     items = made.content.predictions.items
-    if not items:
+    if not items and configuration.simulation is not None:
         raise UsageError(
             f"no run of this selection ({where or 'all runs'}) has joules or an apex height to compare with: select "
             "others, or ingest their logs and charges."
@@ -108,11 +113,10 @@ def as_lines(compared: ComparedPredictions) -> list[str]:
     """Return the tables for people, under their captions, and above them what is not simulated."""
     lines = [f"{verdict_sentence(compared.content, one)}." for one in compared.content.hypotheses]
     lines += [""] if lines else []
+    if not compared.content.predictions.items:
+        return [_plain(line).rstrip() for line in (*lines, *_tables(compared.content))]
     lines += [line for notes in scene_sentences(compared.content) for line in (notes, "")]
-    for name, title in _TABLES.items():
-        table = TABLES[name].make(compared.content)
-        if table.rows:
-            lines += [f"{title}:" if title else table.caption, "", *_table_lines(table), ""]
+    lines += _tables(compared.content)
     lines += _shares_lines(compared.shares)
     notes = (
         sentence_start(LEGEND),
@@ -121,6 +125,15 @@ def as_lines(compared: ComparedPredictions) -> list[str]:
         verdict_text(compared.content),
     )
     return [_plain(line).rstrip() for line in (*lines, *notes)]
+
+
+def _tables(content: ReportContent) -> list[str]:
+    lines: list[str] = []
+    for name, title in _TABLES.items():
+        table = TABLES[name].make(content)
+        if table.rows:
+            lines += [f"{title}:" if title else table.caption, "", *_table_lines(table), ""]
+    return lines
 
 
 def _shares_lines(shares: Sequence[Shares]) -> list[str]:

@@ -14,13 +14,14 @@ from labbook.analysis.outcomes.conditions import ConditionValues, by_day
 from labbook.analysis.outcomes.run_apexes import RunApexes
 from labbook.analysis.results.codec import Algorithm, StoredResult
 from labbook.analysis.results.result_cache import Request, ResultCache, fingerprint, interval_ends, result_fingerprint
-from labbook.config.model import Bounds, UnitOfAnalysis
+from labbook.config.model import AnalysisSettings, Bounds, UnitOfAnalysis
 from reports.numbers import Number
 from stats.compare.equivalence import equivalence
 from stats.compare.savings import Savings, percent_savings
 from stats.compare.shared_error import SharedError, SharedTest, difference_with_shared, shared_of_mean
 from stats.compare.summary import describe
 from stats.compare.two_sample import compare_two
+from stats.exact.tails import t_upper
 from stats.groups.anova import one_way_anova
 from stats.groups.variances import brown_forsythe
 
@@ -31,7 +32,8 @@ class ComparisonResult(StoredResult):
 
     `test` is what the F-test chose, "Student" or "Welch", and `t`, `p`, `difference` are its; Welch's stand beside.
     `rejected` says whether Welch's p is at most alpha, `savings_shown` whether the interval of the savings, which is
-    not that of the difference, shows a saving or a cost; None where there is no such p or interval.
+    not that of the difference, shows a saving or a cost; None where there is no such p or interval. `one_sided` where
+    Welch's p is against a saving alone: intervals have level 1 - 2 alpha, and no cost is shown.
     """
 
     f: Number
@@ -55,6 +57,7 @@ class ComparisonResult(StoredResult):
     rejected: bool | None
     savings: Number | None = None
     savings_shown: bool | None = None
+    one_sided: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,26 +72,37 @@ class AnovaResult(StoredResult):
     n: int
 
 
-COMPARISON = Algorithm("comparison", 17, ComparisonResult)
+COMPARISON = Algorithm("comparison", 18, ComparisonResult)
 ANOVA = Algorithm("anova", 16, AnovaResult)
 
 
 def compare(
-    cache: ResultCache, pairs: Sequence[Pair], quantity: Outcome, scope: Mapping[str, Any], alpha: float = 0.05
+    cache: ResultCache,
+    pairs: Sequence[Pair],
+    quantity: Outcome,
+    scope: Mapping[str, Any],
+    alpha: float = 0.05,
+    *,
+    one_sided: bool = False,
 ) -> list[ComparisonResult]:
-    """Ensure the comparison of every pair, in order; the F-test decides at alpha, intervals have level 1 - alpha."""
+    """Ensure the comparison of every pair, in order; see `compare_pair`."""
     return cache.ensure(
         [
             Request(
                 COMPARISON,
                 {"quantity": str(quantity), "family": pair.family, "label": pair.label, **scope},
                 fingerprints_of_sides(pair),
-                {"with_savings": quantity.has_savings, "alpha": alpha},
-                lambda pair=pair: compare_pair(pair, quantity, alpha),  # type: ignore[misc]
+                {"with_savings": quantity.has_savings, "alpha": alpha, "one_sided": one_sided},
+                lambda pair=pair: compare_pair(pair, quantity, alpha, one_sided=one_sided),  # type: ignore[misc]
             )
             for pair in pairs
         ]
     )
+
+
+def welch_one_sided(settings: AnalysisSettings) -> bool:
+    """Whether Welch's test of a saving is one-sided; where shared days decide, it stands beside, two-sided."""
+    return settings.one_sided and settings.unit_of_analysis is not UnitOfAnalysis.SHARED_DAYS
 
 
 def analyse_variance(
@@ -148,15 +162,24 @@ def pairs_in_units(
     return [replace(pair, a=(a,), b=(b,)) for pair, (a, b) in zip(pairs, both, strict=True)]
 
 
-def compare_pair(pair: Pair, quantity: Outcome, alpha: float) -> ComparisonResult:
-    """Compare the values of a pair, whose intervals have level 1 - alpha."""
-    a, b, level = values_of(pair.a), values_of(pair.b), 1.0 - alpha
+def compare_pair(pair: Pair, quantity: Outcome, alpha: float, *, one_sided: bool = False) -> ComparisonResult:
+    """Compare the values of a pair; the F-test decides at alpha, intervals have level 1 - alpha.
+
+    One-sided, savings are tested by Welch against a saving alone, and intervals have level 1 - 2 alpha.
+    """
+    with_savings = quantity.has_savings
+    one_sided = one_sided and with_savings
+    a, b, level = values_of(pair.a), values_of(pair.b), 1.0 - (2.0 * alpha if one_sided else alpha)
     test, spreads = compare_two(b, a, "f_then_t", alpha), brown_forsythe({"a": b, "b": a})
+    welch_ci = compare_two(b, a, "f_then_t", 1.0 - level).welch_ci if one_sided else test.welch_ci
     shared = shared_error_of_side(pair.b).minus(shared_error_of_side(pair.a))
-    chosen = difference_with_shared(test.t, test.df, test.p, test.difference_ci, shared, level)
-    welch = difference_with_shared(test.welch_t, test.welch_df, test.welch_p, test.welch_ci, shared, level)
+    chosen = difference_with_shared(test.t, test.df, test.p, test.difference_ci, shared, 1.0 - alpha)
+    welch = difference_with_shared(test.welch_t, test.welch_df, test.welch_p, welch_ci, shared, level)
+    welch_p = welch.p
+    if one_sided and isinstance(welch.t, float) and isinstance(welch.df, float):
+        welch_p = t_upper(-welch.t, welch.df).p
     saved = None
-    if quantity.has_savings:
+    if with_savings:
         saved = percent_savings(
             a,
             b,
@@ -176,11 +199,14 @@ def compare_pair(pair: Pair, quantity: Outcome, alpha: float) -> ComparisonResul
             shared_se=shared.se if quantity.shares_error or shared.se else None,
             ci_low=by.ci_low,
             ci_high=by.ci_high,
-            ci_level=level,
+            ci_level=by.level,
             df=by.df,
             n=total,
         )
 
+    shown = None if saved is None or isinstance(saved.shown, Undefined) else saved.shown
+    if one_sided and shown is not None and saved is not None and isinstance(saved.percent, float):
+        shown = shown and saved.percent > 0.0
     return ComparisonResult(
         f=tested(test.f),
         f_p=tested(test.f_p),
@@ -190,7 +216,7 @@ def compare_pair(pair: Pair, quantity: Outcome, alpha: float) -> ComparisonResul
         p=tested(chosen.p, chosen.df),
         difference=difference(chosen),
         welch_t=tested(welch.t, welch.df),
-        welch_p=tested(welch.p, welch.df),
+        welch_p=tested(welch_p, welch.df),
         welch_difference=difference(welch),
         hedges_g=tested(test.hedges_g),
         mean_a=Number(of_a.mean, quantity.unit, n=of_a.n),
@@ -200,9 +226,10 @@ def compare_pair(pair: Pair, quantity: Outcome, alpha: float) -> ComparisonResul
         test=test.test,
         n_a=len(a),
         n_b=len(b),
-        rejected=None if isinstance(welch.p, Undefined) else welch.p <= alpha,
+        rejected=None if isinstance(welch_p, Undefined) else welch_p <= alpha,
         savings=None if saved is None else _savings(saved),
-        savings_shown=None if saved is None or isinstance(saved.shown, Undefined) else saved.shown,
+        savings_shown=shown,
+        one_sided=one_sided,
     )
 
 

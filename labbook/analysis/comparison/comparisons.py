@@ -20,6 +20,7 @@ from labbook.analysis.comparison.comparing import (
     EquivalenceResult,
     compare,
     pairs_in_units,
+    welch_one_sided,
     within_bounds,
 )
 from labbook.analysis.comparison.deciding import DecisionResult, decide, decide_equivalence
@@ -30,7 +31,7 @@ from labbook.analysis.preregistration.planned import FAMILY_OF
 from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult
 from labbook.analysis.results.result_cache import Request, ResultCache, result_fingerprint
 from labbook.analysis.study_data import StudyData
-from labbook.config.model import AnalysisSettings, UnitOfAnalysis
+from labbook.config.model import AnalysisSettings, Family, UnitOfAnalysis
 from reports.numbers import Number
 from stats.exact.tails import t_two_sided
 from stats.groups.multiple import holm
@@ -177,6 +178,50 @@ class Compared:
         """The keys of the conditions compared."""
         return tuple(item.key for item in (*self.pair.a, *self.pair.b))
 
+    @property
+    def saving(self) -> Number | None:
+        """The saving that the first page claims, with the interval that it gives; None where there are no savings."""
+        return (self.result if self.decided is None else self.decided.result).savings
+
+    @property
+    def test(self) -> tuple[Number, Number]:
+        """The t and the p of the claim."""
+        if self.decided is not None:
+            return self.decided.result.t, self.decided.result.p
+        return self.result.welch_t, self.result.welch_p
+
+    @property
+    def one_sided(self) -> bool:
+        """Whether the claim is tested against a saving alone."""
+        return (self.result if self.decided is None else self.decided.result).one_sided
+
+    @property
+    def deciding(self) -> dict[str, StoredResult]:
+        """The results that decide, by their role: the test, and where there is a family of tests Holm's p."""
+        found = (self.result, self.adjusted) if self.decided is None else (self.decided.result, self.decided.adjusted)
+        return {role: one for role, one in zip(("test", "family"), found, strict=True) if one is not None}
+
+    @property
+    def shown(self) -> bool | None:
+        """Whether the first page says that the treatment saved or cost, Holm's p included; None where it cannot tell.
+
+        Welch's test over runs tells nothing from what days differ by where each side had a day of its own.
+        """
+        adjusted = self.adjusted if self.decided is None else self.decided.adjusted
+        by_holm = None if adjusted is None else adjusted.rejected[self.pair.label]
+        if self.decided is not None:
+            shown = self.decided.result.rejected
+        else:
+            days = [{item.run.day for one in side for item in one.runs} for side in (self.pair.a, self.pair.b)]
+            shown = None if days[0] != days[1] and all(len(each) == 1 for each in days) else self.result.savings_shown
+        return shown if by_holm is None or shown is None else shown and by_holm
+
+
+def as_each(compared: Sequence[Compared], settings: AnalysisSettings) -> bool:
+    """Whether comparisons of all levels are those planned level by level, as each group has one treated level."""
+    pooled = [item.pair for item in compared if item.pair.family == pairing.POOLED]
+    return settings.family is Family.EACH and bool(pooled) and all(len(pair.b) == 1 for pair in pooled)
+
 
 def compare_all(
     cache: ResultCache,
@@ -215,7 +260,8 @@ def _with_control(
     family, unit = FAMILY_OF[settings.family], settings.unit_of_analysis
     of_unit = unit_scope(scope, unit)
     further = [pair for pair in _unselected_pairs(pairs, conditions, beside, swept) if pair.family == family]
-    tested = compare(cache, pairs_in_units(cache, further, quantity, unit, scope), quantity, of_unit, settings.alpha)
+    units, one_sided = pairs_in_units(cache, further, quantity, unit, scope), welch_one_sided(settings)
+    tested = compare(cache, units, quantity, of_unit, settings.alpha, one_sided=one_sided)
     members = [
         *((item.pair, item.result) for item in found if item.pair.family == family),
         *zip(further, tested, strict=True),
@@ -241,7 +287,7 @@ def _with_decided_family(
     own = [(item.pair, item.decided.result) for item in found if item.decided and item.pair.family == family]
     if not own:
         return found
-    decisions = decide(cache, further, quantity, scope, settings.alpha)
+    decisions = decide(cache, further, quantity, scope, settings.alpha, one_sided=settings.one_sided)
     members = [*own, *zip(further, decisions, strict=True)]
     if len(members) == 1:
         return found
@@ -261,10 +307,10 @@ def _tested(
     """Test pairs on units of analysis; heights for equality too, where bounds were given."""
     unit, alpha, bounds = settings.unit_of_analysis, settings.alpha, settings.apex_bounds
     units, of_unit = pairs_in_units(cache, pairs, quantity, unit, scope), unit_scope(scope, unit)
-    results = compare(cache, units, quantity, of_unit, alpha)
+    results = compare(cache, units, quantity, of_unit, alpha, one_sided=welch_one_sided(settings))
     found = [Compared(pair, quantity, result) for pair, result in zip(pairs, results, strict=True)]
     if unit is UnitOfAnalysis.SHARED_DAYS:
-        decisions = decide(cache, pairs, quantity, scope, alpha)
+        decisions = decide(cache, pairs, quantity, scope, alpha, one_sided=settings.one_sided)
         found = [replace(item, decided=Decided(result)) for item, result in zip(found, decisions, strict=True)]
     if not quantity.has_equivalence or bounds is None:
         return found

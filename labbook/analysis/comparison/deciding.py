@@ -32,13 +32,15 @@ from stats.days.overall import (
     same_on_every_day,
     unbounded_savings,
 )
+from stats.exact.tails import t_upper
 
 
 @dataclass(frozen=True, slots=True)
 class DecisionResult(StoredResult):
     """A treatment against its control by `stats.days.decision`; `difference` is treatment less control.
 
-    `t` and `p` are those of no difference, t positive for a saving where there are savings. `n_control` and `n_treated`
+    `t` and `p` are those of no difference, t positive for a saving where there are savings; `one_sided` where p is that
+    of no saving, against a saving alone. `n_control` and `n_treated`
     count the runs that the means are of: those on the shared `days`, all where there is none. `other` counts the
     runs that enter nothing. `rejected` is None where nothing is tested.
     """
@@ -53,6 +55,7 @@ class DecisionResult(StoredResult):
     other: int
     rejected: bool | None
     savings: Number | None = None
+    one_sided: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +63,7 @@ class OverallResult(StoredResult):
     """The mean of the groups' savings, in percent, each group counted once; groups without a claim are `left_out`.
 
     `spread` is the standard deviation of the savings, `heterogeneity_p` the p of the test that all groups saved the
-    same; `differ` is None where that is not tested.
+    same; `differ` is None where that is not tested. `one_sided` as in `DecisionResult`.
     """
 
     savings: Number
@@ -74,6 +77,7 @@ class OverallResult(StoredResult):
     days_measured_only: bool
     rejected: bool | None
     differ: bool | None
+    one_sided: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +118,7 @@ def deciding_runs(pair: Pair, without: Sequence[RunRow]) -> tuple[str, ...]:
 
     Which days hold which runs decides that, whatever their values.
     """
-    days = [[item.run.day for _levels, item in _runs(side)] for side in (pair.a, pair.b)]
+    days = [[item.run.day for item in _runs(side)] for side in (pair.a, pair.b)]
 
     def claims(more: RunRow) -> bool:
         control, treated = ([*each, *([more.day] if more.is_control is is_control else [])]
@@ -126,17 +130,23 @@ def deciding_runs(pair: Pair, without: Sequence[RunRow]) -> tuple[str, ...]:
 
 
 def decide(
-    cache: ResultCache, pairs: Sequence[Pair], quantity: Outcome, scope: Mapping[str, Any], alpha: float
+    cache: ResultCache,
+    pairs: Sequence[Pair],
+    quantity: Outcome,
+    scope: Mapping[str, Any],
+    alpha: float,
+    *,
+    one_sided: bool = False,
 ) -> list[DecisionResult]:
-    """Ensure the deciding test of every pair, in order; intervals have level 1 - alpha."""
+    """Ensure the deciding test of every pair, in order; see `decide_by_contrast`."""
     return cache.ensure(
         [
             Request(
                 DECISION,
                 {"quantity": str(quantity), "family": pair.family, "label": pair.label, **scope},
                 fingerprints_of_contrast(pair),
-                {"with_savings": quantity.has_savings, "alpha": alpha},
-                lambda pair=pair: decide_pair(pair, quantity, alpha),  # type: ignore[misc]
+                {"with_savings": quantity.has_savings, "alpha": alpha, "one_sided": one_sided},
+                lambda pair=pair: decide_pair(pair, quantity, alpha, one_sided=one_sided),  # type: ignore[misc]
             )
             for pair in pairs
         ]
@@ -166,6 +176,8 @@ def overall_effects(
     bounds: Bounds | None,
     alpha: float,
     scope: Mapping[str, Any],
+    *,
+    one_sided: bool = False,
 ) -> Overall:
     """Ensure the effects over all groups; `pairs` has those of each outcome by group. One group has none."""
     several = {outcome: of_group for outcome, of_group in pairs.items() if len(of_group) > 1}
@@ -174,7 +186,7 @@ def overall_effects(
     if heights is not None and bounds is not None and bounds.percent:
         equivalent = _overall_within(cache, heights, bounds, alpha, scope)
     savings = {
-        outcome: _overall_savings(cache, of_group, outcome, scope, alpha)
+        outcome: _overall_savings(cache, of_group, outcome, scope, alpha, one_sided)
         for outcome, of_group in several.items()
         if outcome.has_savings
     }
@@ -182,18 +194,23 @@ def overall_effects(
 
 
 def _overall_savings(
-    cache: ResultCache, pairs: Mapping[str, Pair], quantity: Outcome, scope: Mapping[str, Any], alpha: float
+    cache: ResultCache,
+    pairs: Mapping[str, Pair],
+    quantity: Outcome,
+    scope: Mapping[str, Any],
+    alpha: float,
+    one_sided: bool,
 ) -> OverallResult:
-    contrasts = _contrasts(pairs)
+    contrasts, level = _contrasts(pairs), 1.0 - (2.0 * alpha if one_sided else alpha)
     # Results of before gave an interval here
-    unbounded = {"unbounded": found} if (found := unbounded_savings(contrasts, 1.0 - alpha)) else {}
+    unbounded = {"unbounded": found} if (found := unbounded_savings(contrasts, level)) else {}
     return cache.ensure_one(
         Request(
             OVERALL,
             {"quantity": str(quantity), **scope},
             _fingerprints(pairs),
-            {"alpha": alpha, **_groups(contrasts), **unbounded},
-            lambda: _overall(overall_savings(contrasts, 1.0 - alpha), alpha),
+            {"alpha": alpha, "one_sided": one_sided, **_groups(contrasts), **unbounded},
+            lambda: _overall(overall_savings(contrasts, level), alpha, one_sided),
         )
     )
 
@@ -232,32 +249,49 @@ def _fingerprints(pairs: Mapping[str, Pair]) -> tuple[InputRow, ...]:
     return tuple(one for pair in pairs.values() for one in fingerprints_of_contrast(pair))
 
 
-def decide_pair(pair: Pair, quantity: Outcome, alpha: float, contrast: Contrast | None = None) -> DecisionResult:
-    """Decide about a pair by the rule that fits its days, or by another contrast; intervals have level 1 - alpha."""
+def decide_pair(
+    pair: Pair, quantity: Outcome, alpha: float, contrast: Contrast | None = None, *, one_sided: bool = False
+) -> DecisionResult:
+    """Decide about a pair by the rule that fits its days, or by another contrast; see `decide_by_contrast`."""
     found = contrast_of(pair) if contrast is None else contrast
-    return decide_by_contrast(found, quantity.unit, alpha, quantity.has_savings, quantity.shares_error)
+    with_savings = quantity.has_savings
+    return decide_by_contrast(found, quantity.unit, alpha, with_savings, quantity.shares_error, one_sided=one_sided)
 
 
 def decide_by_contrast(
-    found: Contrast, unit: str, alpha: float, with_savings: bool, shares_error: bool
+    found: Contrast, unit: str, alpha: float, with_savings: bool, shares_error: bool, *, one_sided: bool = False
 ) -> DecisionResult:
-    """Decide by a contrast of values in `unit`; intervals have level 1 - alpha."""
-    n, level = sum(found.n), 1.0 - alpha
+    """Decide by a contrast of values in `unit`; intervals have level 1 - alpha.
+
+    One-sided, savings are tested against a saving alone, and intervals have level 1 - 2 alpha, which lie above 0 just
+    where p is below alpha.
+    """
+    one_sided = one_sided and with_savings
+    n, level = sum(found.n), 1.0 - (2.0 * alpha if one_sided else alpha)
     difference = found.difference(level)
     savings = found.savings(level) if with_savings else None
     tested = difference if savings is None else savings
+    p = p_of(tested, one_sided)
     return DecisionResult(
         rule=found.rule,
         days=found.days,
         difference=_number(difference, unit, n, shares_error=shares_error),
         t=Number(tested.t, "1", df=tested.df, n=n),
-        p=Number(tested.p, "1", df=tested.df, n=n),
+        p=Number(p, "1", df=tested.df, n=n),
         n_control=found.n[0],
         n_treated=found.n[1],
         other=found.counts.control + found.counts.treated + found.counts.other_control + found.counts.other_treated - n,
-        rejected=_rejected(tested.p, alpha),
+        rejected=_rejected(p, alpha),
         savings=None if savings is None else _number(savings, "%", n, shares_error=shares_error),
+        one_sided=one_sided,
     )
+
+
+def p_of(tested: Estimate, one_sided: bool) -> float | Undefined:
+    """Return the p of an estimate against any difference, or against one above 0 alone."""
+    if not one_sided or isinstance(tested.t, Undefined) or isinstance(tested.df, Undefined):
+        return tested.p
+    return t_upper(tested.t, tested.df).p
 
 
 def _number(found: Estimate, unit: str, n: int, *, shares_error: bool) -> Number:
@@ -309,19 +343,22 @@ def _within(found: Bounded, bounds: Bounds, alpha: float, n: int) -> dict[str, A
     }
 
 
-def _overall(found: OverallSavings, alpha: float) -> OverallResult:
-    estimate, scope, apart = found.estimate, found.scope, found.heterogeneity
+def _overall(found: OverallSavings, alpha: float, one_sided: bool) -> OverallResult:
+    estimate, scope = found.estimate, found.scope
+    p = p_of(estimate, one_sided)
+    apart = found.heterogeneity
     p_same = apart if isinstance(apart, Undefined) else apart.p
     return OverallResult(
         savings=_number(estimate, "%", scope.n, shares_error=True),
         t=Number(estimate.t, "1", df=estimate.df, n=scope.n),
-        p=Number(estimate.p, "1", df=estimate.df, n=scope.n),
+        p=Number(p, "1", df=estimate.df, n=scope.n),
         spread=Number(found.spread_percent, "%", n=len(scope.groups)),
         heterogeneity_p=Number(p_same, "1", n=len(scope.groups)),
         groups=scope.groups,
         left_out=scope.left_out,
         days=scope.days,
         days_measured_only=scope.days_measured_only,
-        rejected=_rejected(estimate.p, alpha),
+        rejected=_rejected(p, alpha),
         differ=_rejected(p_same, alpha),
+        one_sided=one_sided,
     )

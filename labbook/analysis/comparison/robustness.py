@@ -155,10 +155,10 @@ def _estimates_without(
     pairs = pairing.pairs_pooled(conditions, swept)
     whole: list[ComparisonResult | DecisionResult] = []
     if unit is UnitOfAnalysis.SHARED_DAYS:
-        whole += decide(cache, pairs, quantity, scope, alpha)
+        whole += decide(cache, pairs, quantity, scope, alpha, one_sided=settings.one_sided)
     else:
         units = pairs_in_units(cache, pairs, quantity, unit, scope)
-        whole += compare(cache, units, quantity, unit_scope(scope, unit), alpha)
+        whole += compare(cache, units, quantity, unit_scope(scope, unit), alpha, one_sided=settings.one_sided)
     contrasts = [once(partial(contrast_of, pair)) for pair in pairs]
     wanted = [
         (day, pair, result, contrast)
@@ -183,16 +183,17 @@ def _request(
     scope: Mapping[str, Any],
 ) -> Request[Any]:
     """Ask for an estimate without a day; `contrast` gives that of all days."""
-    unit, alpha = settings.unit_of_analysis, settings.alpha
+    unit, alpha, one_sided = settings.unit_of_analysis, settings.alpha, settings.one_sided
     decides = unit is UnitOfAnalysis.SHARED_DAYS
 
     def estimate() -> ComparisonResult | DecisionResult:
         if decides and not day.changes(quantity):
-            return decide_pair(pair, quantity, alpha, contrast().without(day.day))
+            return decide_pair(pair, quantity, alpha, contrast().without(day.day), one_sided=one_sided)
         rest = replace(pair, a=day.rest_of(pair.a, quantity), b=day.rest_of(pair.b, quantity))
         if unit is UnitOfAnalysis.DAY:
             rest = replace(rest, a=(_day_means(rest.a),), b=(_day_means(rest.b),))
-        return decide_pair(rest, quantity, alpha) if decides else compare_pair(rest, quantity, alpha)
+        test = decide_pair if decides else compare_pair
+        return test(rest, quantity, alpha, one_sided=one_sided)
 
     of_unit = scope if decides else unit_scope(scope, unit)
     about = {"quantity": str(quantity), "family": pair.family, "label": pair.label, **of_unit}
@@ -200,7 +201,7 @@ def _request(
         DECISION if decides else COMPARISON,
         {**about, "variant": f"without {day.day}"},
         (result_fingerprint("all days", whole), *day.inputs),
-        {"alpha": alpha},
+        {"alpha": alpha, "one_sided": one_sided},
         estimate,
     )
 
@@ -360,8 +361,9 @@ def _compared(
     pairs = pairing.pairs_pooled(conditions, swept)
     compared: list[ComparisonResult | DecisionResult] = []
     if unit is UnitOfAnalysis.SHARED_DAYS:
-        compared += decide(cache, pairs, quantity, scope, settings.alpha)
+        compared += decide(cache, pairs, quantity, scope, settings.alpha, one_sided=settings.one_sided)
     else:
         units = pairs_in_units(cache, pairs, quantity, unit, scope)
-        compared += compare(cache, units, quantity, unit_scope(scope, unit), settings.alpha)
+        of_unit = unit_scope(scope, unit)
+        compared += compare(cache, units, quantity, of_unit, settings.alpha, one_sided=settings.one_sided)
     return [Varied(pair.label, label, quantity, each) for pair, each in zip(pairs, compared, strict=True)]

@@ -2,24 +2,28 @@
 
 A hypothesis is split into comparisons; it holds where each of them does (an intersection-union test, Berger 1982: no
 correction is needed), and fails where one fails, at a level divided by their number (Bonferroni). A comparison is of
-means, in percent of the first, or of two savings, in percentage points. Measured, it holds where its interval of level
-1 - 2 alpha lies within the bounds (two one-sided tests) and fails where that of level 1 - 2 alpha / m lies outside;
-both come from the contrast that decides the study's comparisons. Simulated, two standard uncertainties of the
-prediction stand for either interval; a parameter has one value in all conditions, so that its error cancels where it
-does in what is compared.
+means, in percent of the first, or of two savings, in percentage points.
+
+That a treatment saves is asked by the first page, too: the answer is taken from there, with its p, its side and Holm's
+family. All else is measured by the contrast that decides the study's comparisons: it holds where the interval lies
+within the bounds, and fails where that of alpha / m lies outside. The interval has level 1 - 2 alpha (two one-sided
+tests) of means, and that of `[analysis]` of savings. Simulated, two standard uncertainties of the prediction stand for
+either interval; a parameter has one value in all conditions, so that its error cancels where it does in what is
+compared.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
+from labbook.analysis.comparison.comparisons import Compared, as_each
 from labbook.analysis.comparison.deciding import contrast_of, fingerprints_of_contrast
 from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.conditions import ConditionValues
@@ -35,7 +39,7 @@ from labbook.analysis.prediction.checking import (
 from labbook.analysis.prediction.predicting import error_parts, in_quadrature
 from labbook.analysis.prediction.simulating import SIMULATED
 from labbook.analysis.results.codec import Algorithm, StoredResult
-from labbook.analysis.results.result_cache import Request, ResultCache
+from labbook.analysis.results.result_cache import Request, ResultCache, result_fingerprint
 from labbook.config.model import AnalysisSettings, ClaimKind, HypothesisSettings, Side, UnitOfAnalysis
 from reports.numbers import Number
 from reports.predicted import COVERAGE_FACTOR, Verdict
@@ -47,7 +51,7 @@ from stats.days.decision import Contrast, Estimate
 class ComparisonVerdict(StoredResult):
     """One comparison of a hypothesis: what was measured and simulated, and what either says.
 
-    `measured` has an interval of level 1 - 2 alpha, `simulated` a standard uncertainty; both are in percent of the
+    `measured` has the interval that decides, `simulated` a standard uncertainty; both are in percent of the
     first mean, or in percentage points of savings. The claim is that they lie between `low` and `high`, which may be
     infinite (None). `untold` says why what was measured has no interval.
     """
@@ -61,7 +65,7 @@ class ComparisonVerdict(StoredResult):
     untold: Undefined | None
 
 
-ALGORITHM = Algorithm("hypothesis", 1, ComparisonVerdict)
+ALGORITHM = Algorithm("hypothesis", 2, ComparisonVerdict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,17 +105,37 @@ def judge_hypotheses(
     cache: ResultCache,
     hypotheses: Sequence[HypothesisSettings],
     conditions: Mapping[Outcome, Sequence[ConditionValues]],
+    compared: Sequence[Compared],
     predicted: AllPredicted,
     swept: str,
     decided: AnalysisSettings,
     scope: Mapping[str, Any],
 ) -> list[Tested]:
-    """Ensure the test of every comparison of every hypothesis, in order; `swept` is the factor with a control."""
+    """Ensure the test of every comparison of every hypothesis, in order; `swept` is the factor with a control.
+
+    `compared` are the study's comparisons, of which the first page claims whether each group saves.
+    """
+    family = pairing.EACH if as_each(compared, decided) else pairing.POOLED
+    claimed = {
+        (item.quantity, pairing.group_label(item.pair.group)): item for item in compared if item.pair.family == family
+    }
     found = []
     for settings in hypotheses:
         comparisons = _comparisons_of(settings, conditions.get(settings.outcome, ()), swept)
+        saves = settings.claim is ClaimKind.SAVES
         results = cache.ensure(
-            [_request(settings, one, predicted, decided, len(comparisons), scope) for one in comparisons]
+            [
+                _request(
+                    settings,
+                    one,
+                    claimed[settings.outcome, pairing.group_label(one.of)] if saves else None,
+                    predicted,
+                    decided,
+                    len(comparisons),
+                    scope,
+                )
+                for one in comparisons
+            ]
         )
         found.append(Tested(settings, tuple(zip(comparisons, results, strict=True))))
     return found
@@ -177,14 +201,18 @@ def _ordered(
 def _request(
     settings: HypothesisSettings,
     one: Comparison,
+    claimed: Compared | None,
     predicted: AllPredicted,
     decided: AnalysisSettings,
     n_comparisons: int,
     scope: Mapping[str, Any],
 ) -> Request[ComparisonVerdict]:
-    by_day, alpha = decided.unit_of_analysis is not UnitOfAnalysis.RUN, decided.alpha
+    by_day = decided.unit_of_analysis is not UnitOfAnalysis.RUN
+    outside = decided.outside if len(one.sides) > 2 else 2.0 * decided.alpha
     simulated = predicted if settings.outcome in SIMULATED else {}
     inputs = [row for pair in one.pairs for row in fingerprints_of_contrast(pair)]
+    if claimed is not None:
+        inputs += [result_fingerprint(role, result) for role, result in claimed.deciding.items()]
     if simulated:
         inputs += [row for side in one.sides for row in inputs_of("predicted", side_of(side, simulated))]
     return Request(
@@ -194,25 +222,37 @@ def _request(
         {
             "claim": str(settings.claim),
             "bounds": [None if math.isinf(end) else end for end in (one.low, one.high)],
-            "alpha": alpha,
+            "outside": outside,
             "comparisons": n_comparisons,
             "by_day": by_day,
         },
-        lambda: _tested(one, simulated, settings.outcome, by_day, alpha, n_comparisons),
+        lambda: _tested(one, simulated, settings.outcome, by_day, outside, n_comparisons, claimed),
     )
 
 
 def _tested(
-    one: Comparison, predicted: AllPredicted, outcome: Outcome, by_day: bool, alpha: float, n_comparisons: int
+    one: Comparison,
+    predicted: AllPredicted,
+    outcome: Outcome,
+    by_day: bool,
+    outside: float,
+    n_comparisons: int,
+    claimed: Compared | None = None,
 ) -> ComparisonVerdict:
-    contrasts = [contrast_of(pair, by_day=by_day) for pair in one.pairs]
-    (measured, no_interval), (strict, _why) = (_measured(contrasts, 1.0 - 2.0 * alpha / m) for m in (1, n_comparisons))
+    """Test a comparison whose interval leaves out `outside`; where the first page claims it, as it does."""
+    if claimed is None:
+        contrasts = [contrast_of(pair, by_day=by_day) for pair in one.pairs]
+        (measured, no_interval), (strict, _) = (_measured(contrasts, 1.0 - outside / m) for m in (1, n_comparisons))
+        verdict = _verdict(one, (measured.ci_low, measured.ci_high), (strict.ci_low, strict.ci_high))
+    else:
+        measured, no_interval = _as_claimed(claimed)
+        verdict = _verdict_of_claim(claimed, 0.5 * outside / n_comparisons)
     simulated = _simulated(one, predicted, outcome)
     ends = _ends(simulated)
     return ComparisonVerdict(
         measured,
         simulated,
-        _verdict(one, (measured.ci_low, measured.ci_high), (strict.ci_low, strict.ci_high)),
+        verdict,
         _verdict(one, ends, ends),
         None if math.isinf(one.low) else one.low,
         None if math.isinf(one.high) else one.high,
@@ -227,6 +267,31 @@ def _verdict(one: Comparison, holding: tuple[Any, Any], failing: tuple[Any, Any]
     if all(isinstance(end, float) for end in failing) and (failing[1] <= one.low or failing[0] >= one.high):
         return Verdict.FAILS
     return Verdict.CANNOT_TELL
+
+
+def _as_claimed(claimed: Compared) -> tuple[Number, Undefined | None]:
+    """Return the change in percent that is less the saving of a claim; beside it why it has no interval."""
+    saving = claimed.saving
+    assert saving is not None  # noqa: S101 - only outcomes with savings are claimed to be saved
+    value = saving.value if isinstance(saving.value, Undefined) else -saving.value
+    low, high = saving.ci_low, saving.ci_high
+    if not isinstance(low, float) or not isinstance(high, float):
+        reasons = [each for each in (value, claimed.test[0].value) if isinstance(each, Undefined)]
+        why = reasons[0] if reasons else Undefined(Reason.CONTROL_NEAR_ZERO)
+        return Number(value, "%", ci_level=saving.ci_level, n=saving.n), why
+    return replace(saving, value=value, ci_low=-high, ci_high=-low, provenance=""), None
+
+
+def _verdict_of_claim(claimed: Compared, alpha: float) -> Verdict:
+    """Return what the claim of the first page says of "it saves"; where it was one-sided, a cost is one at alpha."""
+    saving = claimed.saving
+    if claimed.shown is None or saving is None or not isinstance(saving.value, float):
+        return Verdict.CANNOT_TELL
+    if claimed.shown:
+        return Verdict.HOLDS if saving.value > 0.0 else Verdict.FAILS
+    p = claimed.test[1].value
+    cost = claimed.one_sided and isinstance(p, float) and 1.0 - p <= alpha
+    return Verdict.FAILS if cost else Verdict.CANNOT_TELL
 
 
 def _measured(contrasts: Sequence[Contrast], level: float) -> tuple[Number, Undefined | None]:

@@ -12,7 +12,7 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.by_day import DayComparison
 from labbook.analysis.comparison.comparing import ComparisonResult, EquivalenceResult, JumpComparison
-from labbook.analysis.comparison.comparisons import Compared, Decided
+from labbook.analysis.comparison.comparisons import Compared, Decided, as_each
 from labbook.analysis.comparison.deciding import (
     DecisionResult,
     OverallEquivalenceResult,
@@ -24,7 +24,7 @@ from labbook.analysis.comparison.robustness import WITHOUT_EXCLUSIONS, Varied
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.outcomes.run_energy import recharge_of
 from labbook.analysis.study import StudyAnalysis
-from labbook.config.model import Family, UnitOfAnalysis
+from labbook.config.model import UnitOfAnalysis
 from labbook.presenting.numbers import ShownNumbers
 from labbook.presenting.report.day_layout import one_day_each
 from reports.content import Anova, Comparison, ReportContent, Sensitivity, Variant
@@ -69,7 +69,7 @@ def one_level(analysis: StudyAnalysis) -> bool:
 
 def planned_as_each(analysis: StudyAnalysis) -> bool:
     """Tell whether comparisons of all levels are those that were planned level by level, for want of a second level."""
-    return analysis.planned.settings.family is Family.EACH and one_level(analysis)
+    return as_each(analysis.compared, analysis.planned.settings)
 
 
 def overall(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[OverallSavings, ...]:
@@ -78,7 +78,7 @@ def overall(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[OverallSaving
         OverallSavings(
             quantity=outcome,
             savings=shown.number(result.savings),
-            test=shown.test("overall", result.t, result.p),
+            test=replace(shown.test("overall", result.t, result.p), one_sided=result.one_sided),
             spread=shown.number(result.spread),
             heterogeneity_p=shown.number(result.heterogeneity_p),
             differ=result.differ,
@@ -185,6 +185,7 @@ def _comparison(analysis: StudyAnalysis, item: Compared, shown: ShownNumbers) ->
     return replace(
         _tested(item.pair, item.quantity, result, on_units),
         savings=None if result.savings is None else on_units.number(result.savings),
+        welch=replace(on_units.test("Welch", result.welch_t, result.welch_p), one_sided=result.one_sided),
         brown_forsythe=on_units.test("Brown-Forsythe", result.brown_forsythe, result.brown_forsythe_p, df),
         sides=(
             Side(on_units.value(result.mean_a), on_units.value(result.sd_a)),
@@ -307,7 +308,7 @@ def decision(result: DecisionResult, shown: ShownNumbers) -> Decision:
         other=result.other,
         difference=shown.number(result.difference),
         savings=None if result.savings is None else shown.number(result.savings),
-        test=shown.test("by shared days", result.t, result.p),
+        test=replace(shown.test("by shared days", result.t, result.p), one_sided=result.one_sided),
         rejected=result.rejected,
     )
 

@@ -79,7 +79,7 @@ def _departure_sentence(text: str) -> str:
 
 
 def _settings(settings: AnalysisSettings) -> str:
-    bounds = settings.apex_bounds
+    bounds, one_sided = settings.apex_bounds, " one-sided of a saving" if settings.one_sided else ""
     unit = "" if bounds is None else "% of the control's" if bounds.percent else "m"
     within = (
         "no bounds of apex height"
@@ -88,7 +88,7 @@ def _settings(settings: AnalysisSettings) -> str:
     )
     return (
         f"the primary outcome is {settings.primary_outcome}, the family "
-        f"{FAMILY_OF[settings.family]}, alpha {settings.alpha:g}, the unit "
+        f"{FAMILY_OF[settings.family]}, alpha {settings.alpha:g}{one_sided}, the unit "
         f"{_UNITS[settings.unit_of_analysis]}; {within}; {_exclusions(settings)}{_contrasts(settings)}."
     )
 

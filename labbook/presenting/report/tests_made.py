@@ -160,8 +160,11 @@ def has_savings(analysis: StudyAnalysis) -> bool:
 
 
 def _levels(analysis: StudyAnalysis) -> str:
-    alpha = analysis.planned.settings.alpha
+    settings = analysis.planned.settings
+    alpha, outside = settings.alpha, settings.outside if has_savings(analysis) else settings.alpha
     comparisons = "" if alpha == 0.05 else f", those of comparisons at {level_text(1.0 - alpha)}"
+    if outside != alpha:
+        comparisons += f", those of savings, tested one-sided, at {level_text(1.0 - outside)}"
     equivalence = any(item.equivalent is not None for item in analysis.compared)
     tost = f", those of tests of equivalence at {level_text(1.0 - 2.0 * alpha)}" if equivalence else ""
     return f"Intervals are at 95 %{comparisons}{tost}."

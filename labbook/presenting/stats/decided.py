@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -82,6 +83,7 @@ class DecidedGroups:
                 "t": result.t.value,
                 "df": result.t.df,
                 "p": result.p.value,
+                "one_sided": result.one_sided,
                 "rejected": result.rejected,
             }
             if self.family is not None:
@@ -157,15 +159,18 @@ def shared_days_decide(observed: Observations) -> bool:
 def decide_groups(observed: Observations, alpha: float, *, savings: bool = False) -> DecidedGroups | None:
     """Decide about every group by the days that it shares with the control, with savings of any quantity if asked.
 
+    At the alpha decided on, a saving of the outcome is tested against the side that was decided on.
     None where shared days do not decide.
     """
     if not shared_days_decide(observed):
         return None
-    has_savings = savings or (observed.plan is not None and observed.measured.has_savings)
+    settings, planned = observed.settings, observed.plan is not None and observed.measured.has_savings
+    has_savings = savings or planned
+    one_sided = planned and settings is not None and settings.one_sided and math.isclose(alpha, settings.alpha)
     unit, shares_error = _unit(observed), any(row.shared.se > 0.0 for row in observed.known().rows)
     results, logs = {}, {}
     for label, contrast in _contrasts(observed).items():
-        results[label] = decide_by_contrast(contrast, unit, alpha, has_savings, shares_error)
+        results[label] = decide_by_contrast(contrast, unit, alpha, has_savings, shares_error, one_sided=one_sided)
         logs[observed.name(label)] = contrast.difference(1.0 - alpha).log10_p
     if len(results) == 1:
         return DecidedGroups(observed, results, None)

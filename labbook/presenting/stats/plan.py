@@ -31,7 +31,7 @@ def plan_notes(
     family = pairing.POOLED if pooled else pairing.EACH
     beside, planned_bounds = _beside(plan, observed, beside), plan.settings.apex_bounds
     of_family = plan.reason(observed.measured, family) if bounds is None else plan.reason_of_equivalence(family)
-    reasons = [beside, _other_alpha(plan, alpha)]
+    reasons = [beside, _other_alpha(plan, alpha), "" if bounds else _other_side(plan, observed)]
     if bounds is not None and planned_bounds is not None and plan.stated and not beside:
         decided = planned_bounds.low, planned_bounds.high, planned_bounds.percent
         other = f"the bounds decided on are {_bounds_text(decided)}, and here {_bounds_text(bounds)} are used"
@@ -56,6 +56,14 @@ def _other_alpha(plan: Planned, alpha: float) -> str:
         if plan.stated and abs(alpha - decided) > 1e-12
         else ""
     )
+
+
+def _other_side(plan: Planned, observed: Observations) -> str:
+    """Say that Welch's test here is two-sided where the plan counts runs or days and tests savings one-sided."""
+    settings = plan.settings
+    welch = settings.unit_of_analysis is not UnitOfAnalysis.SHARED_DAYS
+    decided = plan.stated and settings.one_sided and observed.measured.has_savings
+    return "a saving is tested one-sided by the plan, and two-sided here" if decided and welch else ""
 
 
 def _bounds_text(bounds: Bounded) -> str:
