@@ -28,6 +28,7 @@ from reports.evidence import (
 )
 from reports.numbers import Number, SignificanceTest, Value
 from reports.predicted import Hypothesis, Predictions
+from stats.planning.group_sequential import Look
 
 __all__ = [
     "Anova",
@@ -234,6 +235,7 @@ class ReportContent:
     unit of analysis that comparisons count: "run", or "day" where they use the means of days; `different_days` says
     that runs of days without the other side are compared, "" where none are. `tests_beside` says what the tests in full
     are where others decide. `known_errors` has what is on record against the methods, an introduction first.
+    `look` is which look at the data this report is, None where none was before and one was planned.
     `overall` is the effect over all groups, where there are several. `sources` are those of the methods used;
     `outside_limits` names the runs whose joules are out of control limits, `exchanged_charges` pairs of them that are
     inside with each other's charge; `software` names the libraries that
@@ -288,6 +290,7 @@ class ReportContent:
     no_equivalence: str = ""
     counted: str = "run"
     different_days: str = ""
+    look: Look | None = None
     software: tuple[tuple[str, str], ...] = ()
     sources: tuple[Source, ...] = ()
     stored: bool = True

@@ -13,6 +13,7 @@ from reports.display import (
     count_text,
     decimal_text,
     general_text,
+    given_text,
     list_text,
     sentence_start,
     shown_unit,
@@ -47,7 +48,10 @@ def flow_sentence(content: ReportContent) -> str:
 
 
 def trust_sentences(content: ReportContent) -> tuple[str, ...]:
-    """Return how far to trust the answer: runs of different days, odd runs, the plan, one day less, its uncertainty."""
+    """Return how far to trust the answer.
+
+    That is runs of different days, looks before, odd runs, the plan, one day less, its uncertainty.
+    """
     if not content.planned:
         plan = "No analysis was decided on before the first measurement: every comparison is exploratory."
     else:
@@ -62,7 +66,37 @@ def trust_sentences(content: ReportContent) -> tuple[str, ...]:
         )
         plan = f"The analysis was decided on {when}, {what}."
     return tuple(
-        filter(None, (content.different_days, _odd_runs(content), plan, _one_day_less(content), _uncertainty(content)))
+        filter(
+            None,
+            (
+                content.different_days,
+                _looks(content),
+                _odd_runs(content),
+                plan,
+                _one_day_less(content),
+                _uncertainty(content),
+            ),
+        )
+    )
+
+
+def _looks(content: ReportContent) -> str:
+    """Say which look at the data this is; "" where it is the only one so far and one was planned."""
+    look = content.look
+    if look is None or (look.number == 1 and look.planned == 1):
+        return ""
+    if look.unplanned:
+        planned = "one" if look.planned == 1 else str(look.planned)
+        share = given_text(float(f"{100.0 * look.share_in_error:.2g}"))
+        return (
+            f"This is look {look.number} of a study planned for {planned}: with a test at each, {share} % of studies "
+            "without an effect find one."
+        )
+    of = "" if look.runs_planned is None else f", at {look.runs} of {look.runs_planned} planned runs"
+    return (
+        f"This is look {look.number} of {look.planned} planned{of}: significant is p up to "
+        f"{general_text(look.level, 3)}, and intervals are wider, so that all looks together err in "
+        f"{given_text(100.0 * look.alpha)} %."
     )
 
 

@@ -120,6 +120,11 @@ def entries_about_runs(connection: sa.Connection) -> list[EntryRow]:
     return _entries(connection, sa.and_(journal.c.entity_kind.in_(_KINDS), journal.c.action.in_(_ACTIONS)))
 
 
+def entries_about_plans(connection: sa.Connection) -> list[EntryRow]:
+    """Return the entries that state and withdraw plans, in order."""
+    return _entries(connection, journal.c.entity_kind == "plan")
+
+
 def history_of_run(connection: sa.Connection, run_uid: str, charge_uids: Sequence[str]) -> list[EntryRow]:
     """Return all statements about a run, its charges, and charges that were given to it or taken off, oldest first."""
     in_words = f'%"{run_uid}"%'

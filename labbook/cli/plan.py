@@ -17,6 +17,7 @@ _OF_DRAWING = {
     "method": "--method",
     "start": "--start",
     "idle": "--idle/--no-idle",
+    "looks": "--looks",
     "out": "--out",
 }
 """Options, by parameter, that say how a plan is drawn and written."""
@@ -30,6 +31,7 @@ def plan(
     method: Annotated[str, typer.Option("--method", help="randomised, or blocked by group.")] = "randomised",
     start: Annotated[str | None, typer.Option("--start", metavar="DATE", help="The first day; default today.")] = None,
     idle: Annotated[bool, typer.Option("--idle/--no-idle", help="Include the protocol's idle runs.")] = True,
+    looks: Annotated[int, typer.Option("--looks", help="At how many times the data are looked at.")] = 1,
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The run sheet to write.")] = Path("runs.csv"),
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Write the sheet; state nothing.")] = False,
     withdraw: Annotated[
@@ -46,6 +48,9 @@ def plan(
 
     With --withdraw, runs that are planned and not made are no longer planned; those that were made stay. The seed is
     how a plan is called: while runs of it are to be made, no other plan is drawn with that seed.
+
+    With --looks 5, reports may be made five times as the runs come in: at each, p is compared with a lower level, and
+    intervals are wider, so that all looks together err as often as one. That is decided before the first measurement.
 
     Where shared days decide the test, its power for a difference of one standard deviation of runs is said, and where
     fewer runs would find more. `labbook power` says how many runs a study needs.
@@ -66,7 +71,7 @@ def plan(
         raise UsageError("a plan needs a seed: add for example --seed 7, the same seed draws the same plan.")
     if why is not None:
         raise UsageError("--why belongs to --withdraw: leave it out, or withdraw the plan.")
-    request = PlanRequest(seed, n, per_day, method, start, idle, out, dry_run)
+    request = PlanRequest(seed, n, per_day, method, start, idle, out, dry_run, looks)
     with opened(book) as opened_book:
         done = make_plan(opened_book, request, person)
     emit(
@@ -74,6 +79,7 @@ def plan(
         [
             f"{done.runs} runs on {done.days} days, {done.controls} of them controls, {done.idle} idle.",
             *_tested(done),
+            *_looks(done),
             f"{done.sheet} to fill in, {done.printed} to print; then `labbook runs import {done.sheet}`.",
             *(f"look again: {remark}" for remark in done.remarks),
         ],
@@ -102,6 +108,13 @@ def _tested(done: "PlanMade") -> list[str]:
         found += f" Too few runs to test, {why}: give more with --n."
     lines = [f"Compared conditions share at least {days} day{'s' * (days > 1)}: the test is {test}.{found}"]
     return [*lines, *([] if done.crossing is None else [done.crossing.sentence])]
+
+
+def _looks(done: "PlanMade") -> list[str]:
+    from data_schema.rounding import p_text
+
+    at = [f"{look.runs} runs ({p_text(look.level, name=False)})" for look in done.looks]
+    return [f"{len(at)} looks, with the level that p is compared with if they are at {', '.join(at)}."] if at else []
 
 
 def _refuse_drawing(ctx: typer.Context) -> None:

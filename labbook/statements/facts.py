@@ -72,7 +72,7 @@ def _link_what_waited(context: ApplyContext, uid: str, values: Mapping[str, Any]
 _SIGNED = ("note", "day_check")
 """Kinds whose rows hold the person and time of their statement."""
 
-_BESIDE: dict[str, tuple[str, ...]] = {"condition": ("levels",), "plan": ("runs",)}
+_BESIDE: dict[str, tuple[str, ...]] = {"condition": ("levels",), "plan": ("runs", "looks")}
 """Parts of a declaration that are rows of other tables."""
 
 _FOLLOW: dict[str, Callable[[ApplyContext, str, Mapping[str, Any]], None]] = {

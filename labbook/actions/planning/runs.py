@@ -6,12 +6,13 @@ import contextlib
 import datetime
 import functools
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from zoneinfo import ZoneInfo
 
 from data_schema.disk import replace_together
 from data_schema.errors import UsageError, unknown_name
+from data_schema.queries.history import FirstMeasurement, first_measurement
 from data_schema.queries.runs import run_names
 from data_schema.queries.study import OpenPlan, open_plans, planned_runs, withdrawn_names
 from data_schema.vocabulary import Action, PlanMethod, RunKind, Undefined
@@ -33,6 +34,7 @@ from labbook.config.model import AnalysisSettings, UnitOfAnalysis
 from labbook.config.parsing import Configuration
 from labbook.plan.drawing import Plan, PlannedRun, draw_plan
 from labbook.plan.sheet import format_run_sheet_for_print, write_run_sheet
+from stats.planning.group_sequential import look_at
 from stats.planning.power import Power, power_by_day
 
 
@@ -48,6 +50,7 @@ class PlanRequest:
     idle: bool
     out: Path
     dry_run: bool
+    looks: int = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +74,15 @@ class PlanMade:
     sheet: str
     printed: str
     remarks: tuple[str, ...]
+    looks: tuple[PlannedLook, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedLook:
+    """After how many runs of jumps a look is planned, and the level that p is then compared with."""
+
+    runs: int
+    level: float
 
 
 def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
@@ -92,6 +104,11 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
         planned = {row.name for row in planned_runs(connection)}
         taken = {*run_names(connection), *planned, *withdrawn_names(connection)}
         settings = planned_analysis(connection, configuration).settings
+        measured = first_measurement(connection)
+    jumps = sum(run.condition is not None for run in drawn.runs)
+    looks = _looks(request.looks, jumps, settings, measured)
+    if looks:
+        settings = replace(settings, alpha=looks[-1].level)
     days, power, crossing = _tested(configuration, draw, request.runs_per_condition, settings)
     scheme = configuration.study.run_names
     free = 1 + max((number for name in taken if (number := scheme.number(name)) is not None), default=0)
@@ -126,7 +143,7 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
                     PlannedEntry(name, run.day, run.block, None if run.condition is None else dict(run.condition))
                     for name, run in zip(names, drawn.runs, strict=True)
                 ]
-                state_plan(session, configuration, drawn.seed, drawn.method, entries)
+                state_plan(session, configuration, drawn.seed, drawn.method, entries, request.looks)
     idle = sum(run.kind is RunKind.IDLE for run in drawn.runs)
     return PlanMade(
         runs=len(drawn.runs),
@@ -140,7 +157,30 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
         sheet=str(request.out),
         printed=str(page),
         remarks=tuple(_remarks(configuration, idle)),
+        looks=looks,
     )
+
+
+def _looks(
+    number: int, runs: int, settings: AnalysisSettings, measured: FirstMeasurement | None
+) -> tuple[PlannedLook, ...]:
+    """Return the looks of a plan at equal parts of its runs; none where one was asked for."""
+    if not 1 <= number <= runs:
+        raise UsageError(f"--looks {number} is not possible: give a number from 1 to {runs}, the runs of jumps.")
+    if number == 1:
+        return ()
+    if measured is not None:
+        raise UsageError(
+            f"looks are planned before the first measurement, which came into the book on {measured.at_utc[:10]}: "
+            "leave --looks out; the report says how many looks there were."
+        )
+    at = [round(runs * look / number) for look in range(1, number + 1)]
+    one_sided = settings.one_sided and settings.primary_outcome.has_savings
+    levels = [
+        look_at(at[:n], settings.alpha, planned=number, runs_planned=runs, one_sided=one_sided).level
+        for n in range(1, number + 1)
+    ]
+    return tuple(map(PlannedLook, at, levels))
 
 
 def draw_study_plan(
@@ -213,9 +253,14 @@ class PlannedEntry:
 
 
 def state_plan(
-    session: WriteSession, configuration: Configuration, seed: int, method: PlanMethod, entries: Sequence[PlannedEntry]
+    session: WriteSession,
+    configuration: Configuration,
+    seed: int,
+    method: PlanMethod,
+    entries: Sequence[PlannedEntry],
+    looks: int = 1,
 ) -> None:
-    """State a plan and its runs in order, making the conditions that it needs."""
+    """State a plan and its runs in order, making the conditions that it needs, and its looks where it has several."""
     study_uid = study_of(session.connection).uid
     conditions: dict[str, str] = {}
     runs = []
@@ -225,7 +270,8 @@ def state_plan(
             conditions[str(key)] = ensure_condition(session, configuration, study_uid, entry.levels)
         condition = None if key is None else conditions[key]
         runs.append({"name": entry.name, "day_number": entry.day, "block": entry.block, "condition": condition})
-    session.declare("plan", study=study_uid, seed=seed, method=str(method), created_utc=now_utc(), runs=runs)
+    further = {"looks": looks} if looks > 1 else {}
+    session.declare("plan", study=study_uid, seed=seed, method=str(method), created_utc=now_utc(), runs=runs, **further)
 
 
 @dataclass(frozen=True, slots=True)

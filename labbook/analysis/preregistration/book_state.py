@@ -9,6 +9,7 @@ The journal's entries about runs, charges and files as changes of columns, and t
 from __future__ import annotations
 
 import sys
+from bisect import bisect
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -344,6 +345,13 @@ def state_at(history: BookHistory, seq: int | None = None, *, arrivals: bool = T
     for part, log in logs.items():
         logs_of.setdefault(log.run_uid, []).append(part)
     return BookState(runs, charges, logs, charges_of, logs_of, _exclusions(history, seq, runs, logs))
+
+
+def reported_states(history: BookHistory) -> dict[int, BookState]:
+    """Return what the book held at its reports by their entries' numbers; of those that saw the same, at the last."""
+    seqs = sorted([*(entry.seq for entry, _ in history.changes), *(entry.seq for entry in history.since.values())])
+    same = {bisect(seqs, seq): seq for seq in history.reports}
+    return {seq: state_at(history, seq) for seq in same.values()}
 
 
 def _at(item: _Item, later: Collection[str]) -> _Item:

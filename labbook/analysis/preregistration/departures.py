@@ -8,7 +8,6 @@ please, so that its conditions are exploratory.
 
 from __future__ import annotations
 
-from bisect import bisect
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
@@ -113,13 +112,17 @@ _LOST_BY: Mapping[str, Collection[FileRole]] = {
 
 
 def departures_since(
-    history: BookHistory, now: BookState, first_seq: int, reported_elsewhere: Collection[str] = ()
+    history: BookHistory,
+    now: BookState,
+    reports: Mapping[int, BookState],
+    first_seq: int,
+    reported_elsewhere: Collection[str] = (),
 ) -> list[Departure]:
     """List how the book departs from what was first recorded after an entry, and from what reports saw since.
 
     Void runs named in `reported_elsewhere` are left out.
     """
-    states = _States(history, now, first_seq)
+    states = _States(history, now, reports, first_seq)
     void = _voided(states, reported_elsewhere)
     return [*_corrected(states), *_condition_changed(states), *_replaced(states), *_came_late(states), *void]
 
@@ -127,12 +130,10 @@ def departures_since(
 class _States:
     """The book as it was first recorded, as reports saw it and as it is now, and what several departures share."""
 
-    def __init__(self, history: BookHistory, now: BookState, first_seq: int) -> None:
+    def __init__(self, history: BookHistory, now: BookState, reports: Mapping[int, BookState], first_seq: int) -> None:
         self.history, self.now = history, now
         self.before = state_at(history, first_seq, arrivals=False)
-        seqs = sorted([*(entry.seq for entry, _ in history.changes), *(entry.seq for entry in history.since.values())])
-        same = {bisect(seqs, seq): seq for seq in history.reports}  # of reports that saw the same, the last one
-        self.reports = {seq: state_at(history, seq) for seq in same.values()}
+        self.reports = reports
         self.given = {uid: now.given(uid) for uid, run in now.runs.items() if run.state is not RunState.VOID}
         self.last = {(change.item, change.column): entry for entry, change in reversed(history.changes)}
         self.moves: dict[str, list[tuple[EntryRow, str, bool]]] = {}

@@ -26,7 +26,13 @@ from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import FileRole, ReasonCode, RunKind, RunState
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.pairing import place_configured
-from labbook.analysis.preregistration.book_state import BookHistory, BookState, read_history, state_at
+from labbook.analysis.preregistration.book_state import (
+    BookHistory,
+    BookState,
+    read_history,
+    reported_states,
+    state_at,
+)
 from labbook.analysis.preregistration.departures import (
     Departure,
     DepartureKind,
@@ -34,9 +40,11 @@ from labbook.analysis.preregistration.departures import (
     first_named,
     in_order,
 )
+from labbook.analysis.preregistration.looks import look_of
 from labbook.config.analysis import stored_analysis, stored_jump_rules
 from labbook.config.model import AnalysisSettings, Bounds, Configuration, Family
 from reports.display import list_text
+from stats.planning.group_sequential import Look
 
 
 def _unselected(now: BookState, configuration: Configuration, selected: Collection[str]) -> list[Departure]:
@@ -125,6 +133,8 @@ class Planned:
       which jumps count.
     - `run_before`: the day of the first run, where its own date lies before the settings were recorded. These then
       show only that the numbers were not in the book yet.
+    - `look`: which look at the data this is; None before the first. Where a selection was given, its nominal level is
+      the alpha of the settings.
     """
 
     settings: AnalysisSettings
@@ -137,6 +147,7 @@ class Planned:
     bounds_stated: bool = True
     further: tuple[Departure, ...] = ()
     run_before: str | None = None
+    look: Look | None = None
 
     def exploratory(self, quantity: Outcome, family: str, conditions: Collection[str] | None = None) -> str | None:
         """Say why a comparison of a family (a name of `pairing`) is exploratory; None where it is the planned one.
@@ -217,18 +228,19 @@ def planned_analysis(
         day = "" if since is None else f"; [analysis] was stated on {since.at_utc[:10]} by {since.person}, after it"
         departures, at_utc = ((), None) if first is None else ((NOTHING_DECIDED + day,), first.at_utc)
         planned = first is None and now is not None
-        return Planned(now or AnalysisSettings(), planned, departures, *_time_and_person(since), at_utc)
+        found = Planned(now or AnalysisSettings(), planned, departures, *_time_and_person(since), at_utc)
+        return found if first is None else _at_look(connection, found, first.seq, selected)
     history, since = read_history(connection), _since(before, stood)
-    state = state_at(history)
+    state, reports = state_at(history), reported_states(history)
     left_out = _disallowed(state, stood.exclusions)
     void_runs = [item.run for item in left_out if item.jumps is None]
-    since_first = departures_since(history, state, first.seq, void_runs)
+    since_first = departures_since(history, state, reports, first.seq, void_runs)
     since_first += _comparisons_lost(history, state, first.seq, configuration, stood, since_first)
     further = [*_changed_jump_rules(before[-1][0].text, configuration), *since_first]
     further += [] if selected is None else _unselected(state, configuration, selected)
     departing = [*_changed_settings(stood, now, configurations), *map(not_allowed, left_out)]
     late_bounds = None if stood.apex_bounds or now is None else now.apex_bounds
-    return Planned(
+    found = Planned(
         replace(stood, apex_bounds=late_bounds) if late_bounds else stood,
         True,
         (*departing, *(item.sentence for item in further)),
@@ -239,6 +251,21 @@ def planned_analysis(
         further=tuple(further),
         run_before=None if since is None else _run_before(state.runs.values(), since.at_utc),
     )
+    return _at_look(connection, found, first.seq, selected, (state, reports))
+
+
+def _at_look(
+    connection: sa.Connection,
+    planned: Planned,
+    first_seq: int,
+    selected: Collection[str] | None,
+    states: tuple[BookState, Mapping[int, BookState]] | None = None,
+) -> Planned:
+    """Add which look this is; a report or a comparison keeps to the level of its look."""
+    look = look_of(connection, first_seq, planned.settings, selected, states)
+    if look is None or selected is None:
+        return replace(planned, look=look)
+    return replace(planned, look=look, settings=replace(planned.settings, alpha=look.level))
 
 
 def not_allowed(item: DisallowedExclusion) -> str:

@@ -132,6 +132,7 @@ def make_report(
         void=preregistration.void_sentence(analysis, void_reasons(connection)),
         not_planned=preregistration.not_planned(analysis, compared),
         counted=analysis.planned.settings.unit_of_analysis.noun,
+        look=analysis.planned.look,
         different_days=comparisons.runs_of_different_days(analysis),
         no_equivalence=preregistration.no_equivalence(analysis),
     )

@@ -46,7 +46,7 @@ def decision_sentences(planned: Planned) -> tuple[str, ...]:
 
     So it is where runs are dated before the decision, which the book cannot place before their numbers.
     """
-    settings = _settings(planned.settings)
+    settings = _settings(planned)
     by = "" if planned.stated_utc is None else f" on {planned.stated_utc[:10]} by {planned.stated_by}"
     if planned.first_measured_utc is None:
         if not planned.stated:
@@ -78,7 +78,11 @@ def _departure_sentence(text: str) -> str:
     return f"Departure: {text}."
 
 
-def _settings(settings: AnalysisSettings) -> str:
+def _settings(planned: Planned) -> str:
+    settings, look = planned.settings, planned.look
+    alpha = f"{settings.alpha if look is None else look.alpha:g}"
+    if look is not None and look.planned > 1:
+        alpha += f" over {look.planned} looks by Lan and DeMets' spending of O'Brien and Fleming's type"
     bounds, one_sided = settings.apex_bounds, " one-sided of a saving" if settings.one_sided else ""
     unit = "" if bounds is None else "% of the control's" if bounds.percent else "m"
     within = (
@@ -88,7 +92,7 @@ def _settings(settings: AnalysisSettings) -> str:
     )
     return (
         f"the primary outcome is {settings.primary_outcome}, the family "
-        f"{FAMILY_OF[settings.family]}, alpha {settings.alpha:g}{one_sided}, the unit "
+        f"{FAMILY_OF[settings.family]}, alpha {alpha}{one_sided}, the unit "
         f"{_UNITS[settings.unit_of_analysis]}; {within}; {_exclusions(settings)}{_contrasts(settings)}."
     )
 

@@ -1,0 +1,79 @@
+"""Which look at the study's data this is: how many reports were made on fewer runs, and how many looks were planned."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+
+import sqlalchemy as sa
+
+from data_schema.outcomes import Outcome
+from data_schema.queries.history import entries_about_plans, reports_made
+from data_schema.vocabulary import Action, RunKind
+from labbook.analysis.preregistration.book_state import BookState, read_history, reported_states, state_at
+from labbook.config.model import AnalysisSettings
+from stats.planning.group_sequential import Look, look_at
+
+
+def look_of(
+    connection: sa.Connection,
+    first_seq: int,
+    settings: AnalysisSettings,
+    selected: Collection[str] | None,
+    states: tuple[BookState, Mapping[int, BookState]] | None = None,
+) -> Look | None:
+    """Return which look a report of the selected runs (their uids, None for all) is; None where none was before.
+
+    A report is a look where it had a control and a treatment to compare, in fewer runs than there are now; reports of
+    the same runs are one. `states` are those of the book now and at its reports, which are read where they are not
+    given. Plans count that were stated before the first measurement, the entry `first_seq`.
+    """
+    planned, runs_planned = _planned(connection, first_seq)
+    if planned == 1 and not reports_made(connection):
+        return None
+    if states is None:
+        history = read_history(connection)
+        states = state_at(history), reported_states(history)
+    now, reports = states
+    first = settings.primary_outcome
+    outcome = next((each for each in (first, *Outcome) if _compared(now, each, selected)), None)
+    if outcome is None:
+        return None
+    runs = _compared(now, outcome, selected)
+    looks = {
+        found: len(_compared(state, outcome, None))
+        for state in reports.values()
+        if (found := _compared(state, outcome, selected)) and len(found) < len(runs)
+    }
+    return look_at(
+        [*map(len, looks), len(runs)],
+        settings.alpha,
+        planned=planned,
+        runs_planned=runs_planned,
+        runs_of_all=[*looks.values(), len(_compared(now, outcome, None))],
+        one_sided=settings.one_sided and outcome.has_savings,
+    )
+
+
+def _compared(state: BookState, outcome: Outcome, selected: Collection[str] | None) -> frozenset[str]:
+    """Return the runs that gave an outcome, none where there was no control, or nothing beside it."""
+    runs = [
+        run
+        for uid, run in state.runs.items()
+        if run.kind is RunKind.JUMPS and outcome in state.given(uid) and (selected is None or uid in selected)
+    ]
+    return frozenset(run.uid for run in runs) if len({run.is_control for run in runs}) == 2 else frozenset()
+
+
+def _planned(connection: sa.Connection, first_seq: int) -> tuple[int, int]:
+    """Return the looks and the runs of jumps of the plans that stood at the first measurement."""
+    plans: dict[str, Mapping[str, object]] = {}
+    for entry in entries_about_plans(connection):
+        if entry.seq > first_seq:
+            break
+        if entry.action is Action.VOID:
+            plans.pop(entry.uid, None)
+        else:
+            plans[entry.uid] = entry.new
+    looks = max((int(str(plan.get("looks", 1))) for plan in plans.values()), default=1)
+    runs = [run for plan in plans.values() for run in plan["runs"]]  # type: ignore[attr-defined]
+    return looks, sum(run["condition"] is not None for run in runs)

@@ -1,0 +1,179 @@
+"""Tests of growing data: boundaries of group-sequential designs, and how often unplanned looks err.
+
+The information of a look is the part of the planned runs that it has, t. Under no effect z sqrt t of looks at t_1, t_2
+and so on is a Brownian motion. The boundary spends alpha as it was decided on beforehand, whatever was found (Lan and
+DeMets 1983), on each side by
+
+    f(t) = 2 - 2 Phi(z(a / 2) / sqrt t),    a = alpha / 2 of a two-sided test, alpha of a one-sided one,
+
+which is near the boundary of O'Brien and Fleming (1979): hardly anything at first looks, nearly all of alpha at the
+last. The chance to be outside for the first time at a look is integrated look by look over where the study went on
+(Armitage, McPherson and Rowe 1969) by Gauss and Legendre's rule. A look's nominal level is the p of its z, which is
+compared with the p of a t-test; intervals of level 1 less it hold at all looks together (Jennison and Turnbull 1989).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import optimize, special
+
+from data_schema.errors import InputRefused
+from stats.checks import as_level
+
+_NEGLIGIBLE = 1e-9
+"""No look has a lower nominal level: that no interval is beyond doubles costs no more than this of alpha a look."""
+_FARTHEST = 9.0
+"""A z beyond which nothing is: its chance is 1e-19."""
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
+_SDS, _MOST = 2.0, 256
+"""Standard deviations of a step between looks that a panel of the rule covers, and the most panels."""
+
+
+def nominal_levels(information: Sequence[float], alpha: float = 0.05, *, one_sided: bool = False) -> tuple[float, ...]:
+    """Return the level of p at each look.
+
+    `information` has the part of the planned runs at each look, above 0 and at most 1. A look that adds nothing has the
+    level of the one before. Raises `InputRefused` for other parts.
+    """
+    if not all(0.0 < each <= 1.0 for each in information):
+        raise InputRefused(f"looks at {list(information)} of the planned runs: give parts above 0, and at most 1.")
+    return _levels(tuple(information), as_level("alpha", alpha), one_sided)
+
+
+@lru_cache
+def _levels(information: tuple[float, ...], alpha: float, one_sided: bool) -> tuple[float, ...]:
+    sides = 1 if one_sided else 2
+    each_side = alpha / sides
+    found: list[float] = []
+    spent, before = 0.0, None
+    for t in information:
+        if before is not None and t <= before.t:
+            found.append(found[-1])
+            continue
+        to_spend = 2.0 * float(special.ndtr(special.ndtri(each_side / 2.0) / math.sqrt(t)))
+        z = _boundary(before, t, to_spend - spent)
+        spent = to_spend
+        before = _after(before, t, z, one_sided)
+        found.append(max(sides * float(special.ndtr(-z)), _NEGLIGIBLE))
+    return tuple(found)
+
+
+def share_in_error(information: Sequence[float], levels: Sequence[float], *, one_sided: bool = False) -> float:
+    """Return the share of studies without an effect in which p is at most its level at one of the looks.
+
+    `information` grows in any unit, as counts of runs; looks that add nothing count with the one before.
+    """
+    largest = max(information, default=1.0)
+    return _share(tuple(each / largest for each in information), tuple(levels), one_sided)
+
+
+@lru_cache
+def _share(information: tuple[float, ...], levels: tuple[float, ...], one_sided: bool) -> float:
+    sides = 1 if one_sided else 2
+    share, before = 0.0, None
+    for t, level in zip(information, levels, strict=True):
+        if before is not None and t <= before.t:
+            continue
+        z = -float(special.ndtri(level / sides))
+        share += sides * _outside(before, t, z)
+        before = _after(before, t, z, one_sided)
+    return share
+
+
+@dataclass(frozen=True, slots=True)
+class _Inside:
+    """The density of z sqrt t of studies that go on after a look, at the points of a rule with these weights."""
+
+    t: float
+    points: NDArray[np.float64]
+    weighted: NDArray[np.float64]
+    """Densities times weights."""
+
+
+def _boundary(before: _Inside | None, t: float, to_spend: float) -> float:
+    """Return the z that is passed on one side for the first time with this chance."""
+    if before is None:
+        return min(-float(special.ndtri(to_spend)), _FARTHEST)
+    if _outside(before, t, _FARTHEST) >= to_spend:
+        return _FARTHEST
+    return float(optimize.brentq(lambda z: _outside(before, t, z) - to_spend, 0.0, _FARTHEST, xtol=1e-12, rtol=1e-14))
+
+
+def _outside(before: _Inside | None, t: float, z: float) -> float:
+    """Return the chance to be above z at a look and at none before."""
+    if before is None:
+        return float(special.ndtr(-z))
+    step = math.sqrt(t - before.t)
+    return float(before.weighted @ special.ndtr((before.points - z * math.sqrt(t)) / step))
+
+
+def _after(before: _Inside | None, t: float, z: float, one_sided: bool) -> _Inside:
+    """Return the studies that go on after a look: those within z, on both sides or above."""
+    high, low = z * math.sqrt(t), -(_FARTHEST if one_sided else z) * math.sqrt(t)
+    step = math.sqrt(t if before is None else t - before.t)
+    panels = min(_MOST, math.ceil((high - low) / (_SDS * step)))
+    half = 0.5 * (high - low) / panels
+    points = (low + half * (2.0 * np.arange(panels)[:, None] + 1.0 + _NODES)).ravel()
+    if before is None:
+        density = np.exp(-0.5 * (points / step) ** 2)
+    else:
+        density = np.exp(-0.5 * ((points[:, None] - before.points) / step) ** 2) @ before.weighted
+    density /= math.sqrt(2.0 * math.pi) * step
+    return _Inside(t, points, np.tile(half * _WEIGHTS, panels) * density)
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """Which look at growing data this is, and at which level p is compared.
+
+    `runs` are those of the study with a number, of `runs_planned`, None where no plan says. `level` takes the place of
+    `alpha`. `share_in_error` is that of studies without an effect in which one of the looks so far finds one.
+    """
+
+    number: int
+    planned: int
+    runs: int
+    runs_planned: int | None
+    alpha: float
+    level: float
+    share_in_error: float
+
+    @property
+    def unplanned(self) -> bool:
+        """Whether there were more looks than planned."""
+        return self.number > self.planned
+
+
+def look_at(
+    runs: Sequence[int],
+    alpha: float = 0.05,
+    *,
+    planned: int = 1,
+    runs_planned: int | None = None,
+    runs_of_all: Sequence[int] | None = None,
+    one_sided: bool = False,
+) -> Look:
+    """Return the look that the last of `runs` is, the numbers of runs at each look so far.
+
+    The last planned look spends all of alpha, whether or not all planned runs were made; further ones keep its level.
+    Levels are rounded down to three digits, so that what is said of them is what decides.
+    Where the runs are a selection, `runs_of_all` are those of the study, of which the plan says how many there will be.
+    """
+    levels = [alpha] * len(runs)
+    if planned > 1 and runs_planned:
+        parts = [min(1.0, each / runs_planned) for each in runs_of_all or runs]
+        times = [*parts[: planned - 1], *([1.0] * len(parts[planned - 1 :]))]
+        levels = [_rounded_down(level) for level in nominal_levels(times, alpha, one_sided=one_sided)]
+    share = share_in_error(runs, levels, one_sided=one_sided)
+    return Look(len(runs), planned, (runs_of_all or runs)[-1], runs_planned, alpha, levels[-1], share)
+
+
+def _rounded_down(level: float) -> float:
+    unit = 10.0 ** (math.floor(math.log10(level)) - 2)
+    return float(f"{math.floor(level / unit * (1.0 + 1e-12)) * unit:.2e}")
