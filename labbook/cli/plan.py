@@ -44,7 +44,9 @@ def plan(
 ) -> None:
     """Draw the order of the experiments, write the run sheet (CSV, and HTML to print), and state the plan.
 
-    Every day has a control for each group (foot and gain) in it, and every condition reaches its n.
+    Every day has a control for each group (foot and gain) in it, and every condition reaches its n. The order of a day
+    is random, but for controls and treated runs of a group being equally early on average, as nearly as they can be: a
+    drift over the day favours neither.
 
     With --withdraw, runs that are planned and not made are no longer planned; those that were made stay. The seed is
     how a plan is called: while runs of it are to be made, no other plan is drawn with that seed.

@@ -20,6 +20,10 @@ the campaign, and shuffles each day as a whole. BLOCKED finishes one group befor
 (the factor declared first changes least often: declare the one that is hardest to change first), and shuffles the
 runs of a group within each day; idle runs stand between groups.
 
+Of either order, controls then change places with treated runs of their group and day for as long as that brings the
+mean positions of both nearer: a drift over the day favours neither. Where a group's runs follow one another, the sum of
+its controls' places ends within half a place of that expected at random.
+
 Chance that is the same for the same seed in every version of every library.
 
 Word `i` (from 0) of a seed is the first 8 bytes, big endian, of the SHA-256 of the ASCII text `labbook {seed} {i}`. A
@@ -29,10 +33,11 @@ are shuffled from the last place down (Fisher and Yates 1938; Durstenfeld, Commu
 
 from __future__ import annotations
 
+import bisect
 import hashlib
 import itertools
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -167,6 +172,51 @@ def _group_by_group(slots: list[Slot], chance: SeededChance) -> list[tuple[str, 
     return [(name, slot) for name, runs in blocks for slot in runs]
 
 
+def _balanced(
+    order: list[tuple[str, Slot]], controls: Collection[Slot | None], ahead: dict[Condition, float]
+) -> list[tuple[str, Slot]]:
+    """Exchange controls with treated runs of their group until the mean positions of both are as near as that brings.
+
+    `ahead` has by group the sum of its controls' places over the days before, about what is expected of a random order:
+    where two orders are equally good, the one that takes less of it is chosen. It is brought up to date.
+    """
+    places: dict[Condition, tuple[list[int], list[int]]] = {}
+    for place, (_block, slot) in enumerate(order):
+        if slot.group is not None:
+            places.setdefault(slot.group, ([], []))[slot not in controls].append(place)
+    found = list(order)
+    for group, (of_controls, of_treated) in places.items():
+        both, before = [*of_controls, *of_treated], ahead.get(group, 0.0)
+        off = sum(of_controls) - len(of_controls) * sum(both) / len(both)
+        while of_controls and of_treated:
+            off_by = {
+                (one, other): off + of_treated[other] - of_controls[one]
+                for one, place in enumerate(of_controls)
+                for other in _nearest(of_treated, place - off)
+            }
+            one, other = min(off_by, key=lambda pair: _cost(off_by[pair], before))
+            if _cost(off_by[one, other], before) >= _cost(off, before):
+                break
+            off = off_by[one, other]
+            here, there = of_controls[one], of_treated[other]
+            of_controls[one], of_treated[other] = there, here
+            found[here], found[there] = found[there], found[here]
+            of_treated.sort()
+        ahead[group] = before + off
+    return found
+
+
+def _cost(off: float, before: float) -> tuple[float, float]:
+    """Return what a sum of places off its expectation costs: rounded, so that equal ones are equal."""
+    return round(abs(off), 6), round(abs(before + off), 6)
+
+
+def _nearest(places: Sequence[int], wanted: float) -> range:
+    """Return where in a sorted list the places next to the one wanted stand, on either side and on it."""
+    at = bisect.bisect_left(places, wanted)
+    return range(max(0, at - 1), min(len(places), at + 2))
+
+
 def _block_name(group: Condition) -> str:
     return ", ".join(f"{factor}={level}" for factor, level in group) or "day"
 
@@ -253,8 +303,11 @@ def draw_plan(
     queue = QUEUES[method](groups, chance)
     idle = chance.shuffled(Slot(None, None, 60.0 * minutes) for minutes in idle_minutes)
     runs: list[PlannedRun] = []
+    controls = {replicates[0].control for replicates in groups}
+    ahead: dict[Condition, float] = {}
     for day, slots in enumerate(fill_days(queue, idle, runs_per_day, chance), start=1):
-        for place, (block, slot) in enumerate(ORDERS[method](slots, chance), start=1):
+        order = _balanced(ORDERS[method](slots, chance), controls, ahead)
+        for place, (block, slot) in enumerate(order, start=1):
             kind = RunKind.IDLE if slot.condition is None else RunKind.JUMPS
             runs.append(PlannedRun(len(runs) + 1, day, place, block, slot.condition, kind, slot.duration_s))
     return Plan(tuple(factors), method, seed, tuple(runs))

@@ -146,8 +146,43 @@ def test_blocked_is_randomised_within_a_block() -> None:
         )
         for seed in range(40)
     }
-    assert len(orders) > 35
-    assert {order.index("0") for order in orders} == set(range(6))  # the control has no fixed place
+    assert len(orders) > 30
+    assert {order.index("0") for order in orders} == {2, 3}  # the one control is in the middle, on either side
+
+
+def sums_off(plan: Plan) -> dict[tuple[int, Any], tuple[float, list[int], list[int]]]:
+    """By day and group: how far the sum of the controls' places is off that expected at random, and both sides."""
+    found = {}
+    for day in plan.days:
+        jumps = [run for run in day if run.condition is not None]
+        for group in {group_of(run, plan) for run in jumps}:
+            own = [run for run in jumps if group_of(run, plan) == group]
+            sides = [[run.position_in_day for run in own if is_control(run, plan) == side] for side in (True, False)]
+            expected = len(sides[0]) * sum(map(sum, sides)) / len(own)
+            found[day[0].day, group] = (sum(sides[0]) - expected, *sides)
+    return found
+
+
+@given(requests(treated=True))
+def test_no_exchange_of_a_control_brings_the_mean_places_of_a_day_nearer(request: dict[str, Any]) -> None:
+    plan = draw_plan(**request)
+    for off, controls, treated in sums_off(plan).values():
+        if treated:
+            assert all(abs(off - one + other) >= abs(off) - 1e-6 for one in controls for other in treated)
+        if treated and request["method"] is PlanMethod.BLOCKED:
+            assert abs(off) <= 0.5
+
+
+def test_controls_stand_at_many_places_and_pairs_take_turns() -> None:
+    factor = PlanFactor("b_ad_gain", ("0", "50", "100"), control="0")
+    plans = [draw_plan([factor], 20, 12, PlanMethod.RANDOMISED, seed) for seed in range(100)]
+    places = [tuple(controls) for plan in plans for _off, controls, _treated in sums_off(plan).values()]
+    assert {sum(each) for each in places} == {26}  # a mean of 6.5
+    assert len(set(places)) > 30
+    of_two = draw_plan([PlanFactor("b_ad_gain", ("0", "50"), control="0")], 8, 2, PlanMethod.RANDOMISED, 3)
+    first = [is_control(day[0], of_two) for day in of_two.days]
+    assert sum(first) == 4
+    assert all(one != other for one, other in zip(first[::2], first[1::2], strict=True))
 
 
 def test_randomised_mixes_groups_within_a_day_and_spreads_them_over_the_plan() -> None:
@@ -198,8 +233,8 @@ def test_a_plan_drawn_years_ago_is_drawn_again() -> None:
         "400/0",
         "400/100",
         "400/200",
-        "400/0",
         "400/50",
+        "400/0",
         "400/250",
         "400/150",
     ]
