@@ -115,6 +115,7 @@ class Reason(Code):
     DAYS_DIFFER_IN_SIZE = "days differ in size, or only some conditions share days"
     NO_DAY_HOLDS_BOTH = "no day holds both {a} and {b}"
     NO_DAY_HOLDS_BOTH_ALIKE = "no day holds both {a} and {b} with all other factors alike"
+    POSITION_NOT_FREE = "no day has runs alike at several positions to estimate a drift from"
     NO_DAY_WITH_TWO = "on the {n} day{s} with both, no day has two {unit}s of {of}"
     NO_GROUP_WITH_CLAIM = "in no group can treatment and control be compared within days"
     GROUP_WITHOUT_BOUNDS = "in a group the control's mean is not distinguishable from 0"

@@ -16,6 +16,7 @@ from reports.evidence import (
     BudgetItem,
     Comparison,
     DrainFit,
+    Favoured,
     IdlePoint,
     MeansContrast,
     Order,
@@ -233,7 +234,8 @@ class ReportContent:
     it, of which there are `departed`, `void` which runs are void and why, `not_planned` what was not decided at all;
     `no_equivalence` why heights were not tested for equality, "" where they were or there are none. `counted` is the
     unit of analysis that comparisons count: "run", or "day" where they use the means of days; `different_days` says
-    that runs of days without the other side are compared, "" where none are. `tests_beside` says what the tests in full
+    that runs of days without the other side are compared, "" where none are; `favoured` has the headlines
+    that the order within days favours. `tests_beside` says what the tests in full
     are where others decide. `known_errors` has what is on record against the methods, an introduction first.
     `look` is which look at the data this report is, None where none was before and one was planned.
     `overall` is the effect over all groups, where there are several. `sources` are those of the methods used;
@@ -291,6 +293,7 @@ class ReportContent:
     counted: str = "run"
     different_days: str = ""
     look: Look | None = None
+    favoured: tuple[Favoured, ...] = ()
     software: tuple[tuple[str, str], ...] = ()
     sources: tuple[Source, ...] = ()
     stored: bool = True

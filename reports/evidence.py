@@ -327,6 +327,21 @@ class Order:
 
 
 @dataclass(frozen=True, slots=True)
+class Favoured:
+    """A headline of a group, or over all (None), whose sides lie farther apart in the day than in a random order.
+
+    Mean positions of both sides within shared days, Holm's p of the order, and by outcome the headline adjusted for
+    position in the day; none where the runs leave no slope to adjust by.
+    """
+
+    group: Mapping[str, str] | None
+    control_position: float
+    treated_position: float
+    p: float
+    adjusted: Mapping[Outcome, Number]
+
+
+@dataclass(frozen=True, slots=True)
 class Variant:
     """A headline computed another way ("without exclusions", "other detector"), or without a `day`, "" elsewhere.
 

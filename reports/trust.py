@@ -8,17 +8,26 @@ from collections.abc import Iterable
 from data_schema.outcomes import Outcome
 from reports.content import Comparison, ReportContent, Sensitivity, Variant
 from reports.display import (
+    NO_BREAK,
     as_shown,
     common_places,
     count_text,
     decimal_text,
     general_text,
     given_text,
+    in_sentence,
+    interval_text,
+    level_text,
     list_text,
+    p_text,
+    places_of,
     sentence_start,
     shown_unit,
+    value_text,
     with_unit,
 )
+from reports.evidence import Favoured
+from reports.naming import levels_name
 from reports.numbers import Number
 
 MOST_NAMED = 6
@@ -48,10 +57,7 @@ def flow_sentence(content: ReportContent) -> str:
 
 
 def trust_sentences(content: ReportContent) -> tuple[str, ...]:
-    """Return how far to trust the answer.
-
-    That is runs of different days, looks before, odd runs, the plan, one day less, its uncertainty.
-    """
+    """Return how far to trust the answer: days, looks, order, odd runs, the plan, one day less, its uncertainty."""
     if not content.planned:
         plan = "No analysis was decided on before the first measurement: every comparison is exploratory."
     else:
@@ -71,6 +77,7 @@ def trust_sentences(content: ReportContent) -> tuple[str, ...]:
             (
                 content.different_days,
                 _looks(content),
+                _order_in_days(content),
                 _odd_runs(content),
                 plan,
                 _one_day_less(content),
@@ -97,6 +104,32 @@ def _looks(content: ReportContent) -> str:
         f"This is look {look.number} of {look.planned} planned{of}: significant is p up to "
         f"{general_text(look.level, 3)}, and intervals are wider, so that all looks together err in "
         f"{given_text(100.0 * look.alpha)} %."
+    )
+
+
+def _order_in_days(content: ReportContent) -> str:
+    """Say which headlines the order within days favours, and give them adjusted for it; "" where there are none."""
+    if not content.favoured:
+        return ""
+    return (
+        "Control and treated runs lie farther apart in the day than in a random order, so that a drift over the day "
+        f"passes for an effect: {'; '.join(_adjusted_text(content, each) for each in content.favoured)}."
+    )
+
+
+def _adjusted_text(content: ReportContent, item: Favoured) -> str:
+    whose = "all groups" if item.group is None else levels_name(content, item.group)
+    known = {outcome: number for outcome, number in item.adjusted.items() if isinstance(number.ci_low, float)}
+    adjusted = [
+        f"{'saving' if outcome.has_savings else f'change of {in_sentence(outcome.heading)}'} "
+        f"{value_text(as_shown(number).value, places_of(number))}{NO_BREAK}{shown_unit(number.unit)[0]} "
+        f"({level_text(number)} {interval_text(number)})"
+        for outcome, number in known.items()
+    ]
+    positions = " against ".join(decimal_text(at, 1) for at in (item.control_position, item.treated_position))
+    return (
+        f"{f'{whose}, ' if whose else ''}mean position {positions} ({p_text(item.p)}), "
+        f"{f'adjusted {list_text(adjusted)}' if adjusted else 'no adjusted estimate'}"
     )
 
 

@@ -42,6 +42,10 @@ def _run(uid: str) -> sa.Select[tuple[object, ...]]:
     return sa.select(run.c.name.label("run"), run.c.duration_s, run.c.jumps_made, run.c.state).where(run.c.uid == uid)
 
 
+def _position(uid: str) -> sa.Select[tuple[object, ...]]:
+    return sa.select(run.c.name.label("run"), run.c.position_in_day).where(run.c.uid == uid)
+
+
 def _charge(uid: str) -> sa.Select[tuple[object, ...]]:
     return (
         sa.select(
@@ -123,6 +127,7 @@ def _result(uid: str) -> sa.Select[tuple[object, ...]]:
 
 _QUERIES: dict[str, Callable[[str], sa.Select[tuple[object, ...]]]] = {
     "run": _run,
+    "position": _position,
     "charge": _charge,
     "signal": _signal,
     "detection": _detection,

@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from data_schema.outcomes import Outcome
+from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.comparing import AnovaResult, JumpComparison, analyse_variance, compare_jumps
 from labbook.analysis.comparison.comparisons import Compared, compare_all, unselected_conditions
 from labbook.analysis.comparison.contrasts import Contrasted, contrast_means
 from labbook.analysis.comparison.deciding import Overall, overall_effects
+from labbook.analysis.comparison.order import (
+    ADJUSTED,
+    OVER_GROUPS,
+    adjusted_for_position,
+    favoured_by_order,
+    fingerprints_of_positions,
+)
 from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.comparison.robustness import Variations, vary
 from labbook.analysis.outcomes.budget import JouleBudget, PackDeviation, budget, pack_deviations
@@ -36,6 +44,7 @@ from labbook.analysis.results.codec import StoredResult
 from labbook.analysis.results.result_cache import ResultCache, RunResults
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import UnitOfAnalysis
+from stats.days.order import PositionsCompared
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +70,9 @@ class StudyAnalysis:
     """Everything computed for one selection.
 
     By run uid, `judgements` says which jumps count and `apexes` what that gives; `results` and `conditions` have the
-    outcomes that every run is expected to have, and those that any of its runs has.
+    outcomes that every run is expected to have, and those that any of its runs has. `favoured` are the headlines that
+    the order within days favours, and `overall_adjusted` the effects over groups adjusted for it, where it favours
+    those.
     """
 
     evidence: StudyData
@@ -78,6 +89,8 @@ class StudyAnalysis:
     jump_tests: list[JumpsCompared]
     overall: Overall
     contrasts: list[Contrasted]
+    favoured: Mapping[str, PositionsCompared]
+    overall_adjusted: Overall
     packs: dict[str, PackDeviation]
     budget: JouleBudget | None
     predicted: dict[tuple[str, str], PredictionResult]
@@ -106,6 +119,10 @@ def _results(
         if outcome.of_every_run
         or any(isinstance(number_of(one, outcome).value, float) for one in found.results.values())
     }
+
+
+def _by_group(pairs: Mapping[Outcome, Sequence[Pair]]) -> dict[Outcome, dict[str, Pair]]:
+    return {outcome: {pairing.group_label(pair.group): pair for pair in several} for outcome, several in pairs.items()}
 
 
 def analyse(
@@ -164,6 +181,8 @@ def analyse(
         jump_tests=[],
         overall=Overall(),
         contrasts=[],
+        favoured={},
+        overall_adjusted=Overall(),
         packs=packs,
         budget=of_a_joule,
         predicted=predicted,
@@ -194,20 +213,32 @@ def analyse(
         JumpsCompared(pair, result)
         for pair, result in zip(pooled, compare_jumps(cache, pooled, scope, settings.alpha), strict=True)
     ]
-    effects = Overall()
+    of_outcomes = {outcome: pairing.pairs_pooled(several, swept) for outcome, several in conditions.items()}
+    effects, adjusted_effects = Overall(), Overall()
     if settings.unit_of_analysis is UnitOfAnalysis.SHARED_DAYS:
-        groups = {
-            outcome: {pairing.group_label(pair.group): pair for pair in pairing.pairs_pooled(several, swept)}
-            for outcome, several in conditions.items()
-        }
         bounds, one_sided = settings.apex_bounds, settings.one_sided
-        effects = overall_effects(cache, groups, bounds, settings.alpha, scope, one_sided=one_sided)
+        effects = overall_effects(cache, _by_group(of_outcomes), bounds, settings.alpha, scope, one_sided=one_sided)
     values = {
         level.label: level.value
         for level in evidence.configuration.factors[swept].levels
         if level.value is not None and level.label != evidence.configuration.factors[swept].control
     }
     contrasts = contrast_means(cache, conditions, swept, values, settings, scope)
+    favoured = favoured_by_order(
+        (pair for pairs in of_outcomes.values() for pair in pairs),
+        over_groups=bool(effects.savings) or effects.equivalent is not None,
+    )
+    if OVER_GROUPS in favoured:
+        adjusted = {outcome: adjusted_for_position(pairs) for outcome, pairs in of_outcomes.items()}
+        adjusted_effects = overall_effects(
+            cache,
+            _by_group({outcome: pairs for outcome, pairs in adjusted.items() if not isinstance(pairs, Undefined)}),
+            settings.apex_bounds,
+            settings.alpha,
+            {**scope, "variant": ADJUSTED},
+            fingerprints_of_positions,
+            one_sided=settings.one_sided,
+        )
     progress("what the headlines depend on")
     variations = vary(cache, detections, evidence, drains, results, conditions, swept, settings)
     of_savings = [
@@ -224,5 +255,7 @@ def analyse(
         overall=effects,
         contrasts=contrasts,
         hypotheses=judge_hypotheses(cache, hypotheses, conditions, compared, predicted, swept, settings, scope),
+        favoured=favoured,
+        overall_adjusted=adjusted_effects,
         checked=[*checked, *check_savings(cache, of_savings, predicted, of_unit)],
     )

@@ -120,6 +120,7 @@ def apply_correct(context: ApplyContext, entry: Entry, _prepared: object) -> lis
     if kind == "charge" and new.get("run"):
         assign_charge(context, uid, new["run"], added=bool(new.get("added")))
     changed = [("robot_body", uid)] if kind == "robot" and SCENES_REST_ON & new.keys() else []
+    changed += [("position", uid)] if kind == "run" and "position_in_day" in new else []
     if NUMBERS_REST_ON.get(kind, new.keys()) & new.keys():
         changed += [(kind, uid), *_dependents_around(context, kind, uid, new)]
         for values in (entry.old or {}, new):

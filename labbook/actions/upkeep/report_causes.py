@@ -152,6 +152,8 @@ class _Known:
     def things_touched(self, entry: EntryRow) -> Iterator[Thing]:
         """Yield those inputs of results that an entry touches."""
         yield entry.kind, entry.uid
+        if entry.kind == "run" and "position_in_day" in entry.new:
+            yield "position", entry.uid
         if entry.kind == "robot":
             yield "robot_body", entry.uid
         elif entry.kind == "run" and entry.action is Action.CORRECT and _GROUPING & entry.new.keys():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -176,17 +176,21 @@ def overall_effects(
     bounds: Bounds | None,
     alpha: float,
     scope: Mapping[str, Any],
+    rests_on: Callable[[Iterable[Pair]], tuple[InputRow, ...]] = lambda _pairs: (),
     *,
     one_sided: bool = False,
 ) -> Overall:
-    """Ensure the effects over all groups; `pairs` has those of each outcome by group. One group has none."""
+    """Ensure the effects over all groups; `pairs` has those of each outcome by group. One group has none.
+
+    `rests_on` names what pairs rest on beside their values and days.
+    """
     several = {outcome: of_group for outcome, of_group in pairs.items() if len(of_group) > 1}
     heights = several.get(Outcome.APEX)
     equivalent = None
     if heights is not None and bounds is not None and bounds.percent:
-        equivalent = _overall_within(cache, heights, bounds, alpha, scope)
+        equivalent = _overall_within(cache, heights, bounds, alpha, scope, rests_on(heights.values()))
     savings = {
-        outcome: _overall_savings(cache, of_group, outcome, scope, alpha, one_sided)
+        outcome: _overall_savings(cache, of_group, outcome, scope, alpha, one_sided, rests_on(of_group.values()))
         for outcome, of_group in several.items()
         if outcome.has_savings
     }
@@ -200,6 +204,7 @@ def _overall_savings(
     scope: Mapping[str, Any],
     alpha: float,
     one_sided: bool,
+    inputs: Sequence[InputRow],
 ) -> OverallResult:
     contrasts, level = _contrasts(pairs), 1.0 - (2.0 * alpha if one_sided else alpha)
     # Results of before gave an interval here
@@ -208,7 +213,7 @@ def _overall_savings(
         Request(
             OVERALL,
             {"quantity": str(quantity), **scope},
-            _fingerprints(pairs),
+            (*_fingerprints(pairs), *inputs),
             {"alpha": alpha, "one_sided": one_sided, **_groups(contrasts), **unbounded},
             lambda: _overall(overall_savings(contrasts, level), alpha, one_sided),
         )
@@ -216,14 +221,19 @@ def _overall_savings(
 
 
 def _overall_within(
-    cache: ResultCache, pairs: Mapping[str, Pair], bounds: Bounds, alpha: float, scope: Mapping[str, Any]
+    cache: ResultCache,
+    pairs: Mapping[str, Pair],
+    bounds: Bounds,
+    alpha: float,
+    scope: Mapping[str, Any],
+    inputs: Sequence[InputRow],
 ) -> OverallEquivalenceResult:
     contrasts = _contrasts(pairs)
     return cache.ensure_one(
         Request(
             OVERALL_EQUIVALENCE,
             {"quantity": str(Outcome.APEX), **scope},
-            _fingerprints(pairs),
+            (*_fingerprints(pairs), *inputs),
             {"alpha": alpha, "bounds": asdict(bounds), **_groups(contrasts)},
             lambda: _overall_equivalent(contrasts, bounds, alpha),
         )

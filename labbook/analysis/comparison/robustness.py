@@ -1,4 +1,5 @@
-"""Headlines computed another way: without exclusions, with the other detector, by other rules, without each day.
+"""Headlines computed another way: without exclusions, by another detector or other rules, without each day, adjusted
+for position in the day.
 
 One result is stored for each estimate and each day left out. It depends on the estimate of all days and the runs that
 were left out. Intermediate results, such as each run's joules by another drain line, are not stored: they would be
@@ -18,7 +19,15 @@ from data_schema.queries.results import InputRow
 from data_schema.vocabulary import RunKind, Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.comparing import COMPARISON, ComparisonResult, compare, compare_pair, pairs_in_units
-from labbook.analysis.comparison.deciding import DECISION, DecisionResult, contrast_of, decide, decide_pair
+from labbook.analysis.comparison.deciding import (
+    DECISION,
+    DecisionResult,
+    contrast_of,
+    decide,
+    decide_pair,
+    fingerprints_of_contrast,
+)
+from labbook.analysis.comparison.order import ADJUSTED, adjusted_for_position, fingerprints_of_positions
 from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.conditions import (
     ConditionValues,
@@ -190,10 +199,7 @@ def _request(
         if decides and not day.changes(quantity):
             return decide_pair(pair, quantity, alpha, contrast().without(day.day), one_sided=one_sided)
         rest = replace(pair, a=day.rest_of(pair.a, quantity), b=day.rest_of(pair.b, quantity))
-        if unit is UnitOfAnalysis.DAY:
-            rest = replace(rest, a=(_day_means(rest.a),), b=(_day_means(rest.b),))
-        test = decide_pair if decides else compare_pair
-        return test(rest, quantity, alpha, one_sided=one_sided)
+        return _tested(rest, quantity, settings)
 
     of_unit = scope if decides else unit_scope(scope, unit)
     about = {"quantity": str(quantity), "family": pair.family, "label": pair.label, **of_unit}
@@ -204,6 +210,41 @@ def _request(
         {"alpha": alpha, "one_sided": one_sided},
         estimate,
     )
+
+
+def _tested(pair: Pair, quantity: Outcome, settings: AnalysisSettings) -> ComparisonResult | DecisionResult:
+    """Return the test of a pair by the unit of analysis."""
+    if settings.unit_of_analysis is UnitOfAnalysis.SHARED_DAYS:
+        return decide_pair(pair, quantity, settings.alpha, one_sided=settings.one_sided)
+    if settings.unit_of_analysis is UnitOfAnalysis.DAY:
+        pair = replace(pair, a=(_day_means(pair.a),), b=(_day_means(pair.b),))
+    return compare_pair(pair, quantity, settings.alpha, one_sided=settings.one_sided)
+
+
+def _adjusted(
+    cache: ResultCache, pairs: Sequence[Pair], quantity: Outcome, settings: AnalysisSettings, selection: str
+) -> list[Varied]:
+    """Ensure the pooled comparisons adjusted for position in the day; none where the runs leave no slope."""
+    adjusted = adjusted_for_position(pairs)
+    if isinstance(adjusted, Undefined):
+        return []
+    unit = settings.unit_of_analysis
+    inputs = (*(row for pair in pairs for row in fingerprints_of_contrast(pair)), *fingerprints_of_positions(pairs))
+    algorithm = DECISION if unit is UnitOfAnalysis.SHARED_DAYS else COMPARISON
+    scope = unit_scope({"selection": selection, "variant": ADJUSTED}, unit)
+    found = cache.ensure(
+        [
+            Request(
+                algorithm,
+                {"quantity": str(quantity), "family": pair.family, "label": pair.label, **scope},
+                inputs,
+                {"alpha": settings.alpha, "one_sided": settings.one_sided},
+                partial(_tested, pair, quantity, settings),
+            )
+            for pair in adjusted
+        ]
+    )
+    return [Varied(pair.label, ADJUSTED, quantity, each) for pair, each in zip(pairs, found, strict=True)]
 
 
 def _day_means(side: Sequence[ConditionValues]) -> ConditionValues:
@@ -275,6 +316,10 @@ def vary(
         with_all = known.get(outcome) or measure(outcome, cache, detections, everything).results
         found += _compared(cache, WITHOUT_EXCLUSIONS, everything, outcome, with_all, swept, settings)
     found += _by_rules(cache, detections, evidence, results, swept, settings)
+    for outcome in (Outcome.JOULES, *of_jumps, *further):
+        found += _adjusted(
+            cache, pairing.pairs_pooled(conditions[outcome], swept), outcome, settings, evidence.selection
+        )
     days = _days_to_leave_out(evidence, drains)
     with_runs = [day for day in days if day.has_runs]
     without = {

@@ -19,6 +19,7 @@ from labbook.analysis.comparison.deciding import (
     OverallResult,
     deciding_runs,
 )
+from labbook.analysis.comparison.order import ADJUSTED, OVER_GROUPS
 from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.comparison.robustness import WITHOUT_EXCLUSIONS, Varied
 from labbook.analysis.outcomes.conditions import ConditionValues
@@ -29,11 +30,21 @@ from labbook.presenting.numbers import ShownNumbers
 from labbook.presenting.report.day_layout import one_day_each
 from reports.content import Anova, Comparison, ReportContent, Sensitivity, Variant
 from reports.display import count_text
-from reports.evidence import ByDay, Decision, Equivalence, OverallEquivalence, OverallSavings, OverGroups, Side
+from reports.evidence import (
+    ByDay,
+    Decision,
+    Equivalence,
+    Favoured,
+    OverallEquivalence,
+    OverallSavings,
+    OverGroups,
+    Side,
+)
 from reports.naming import levels_name
 from reports.numbers import Number, SignificanceTest
 from stats.days.blocked_result import MIXED_MODEL, exact_method
 from stats.days.decision import Rule
+from stats.days.order import PositionsCompared
 
 SIDES = ("the treatment", "the control")
 """What the side that is compared is called, and the one that it is compared with."""
@@ -250,6 +261,36 @@ def runs_of_different_days(analysis: StudyAnalysis) -> str:
         f"{count_text(len(days), 'day')}{per_group} hold both the control and the treatment, and what days differ by "
         "is in the differences."
     )
+
+
+def favoured(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[Favoured, ...]:
+    """Return the headlines that the order within days favours, adjusted: that over all groups, else those of groups."""
+    tests = analysis.favoured
+    if OVER_GROUPS in tests:
+        effects = analysis.overall_adjusted
+        adjusted = {outcome: shown.number(result.savings) for outcome, result in effects.savings.items()}
+        if effects.equivalent is not None:
+            adjusted[Outcome.APEX] = shown.number(effects.equivalent.estimate)
+        return (_favoured(None, tests[OVER_GROUPS], adjusted),)
+    pooled = {item.pair.label: item.pair for item in analysis.compared if item.pair.family == pairing.POOLED}
+    return tuple(
+        _favoured(
+            pair.group,
+            tests[pairing.group_label(pair.group)],
+            {
+                varied.quantity: _headline_number(varied.result, analysis, shown)
+                for varied in analysis.variations.varied
+                if varied.variant == ADJUSTED and varied.headline == label
+            },
+        )
+        for label, pair in pooled.items()
+        if pairing.group_label(pair.group) in tests
+    )
+
+
+def _favoured(group: Mapping[str, str] | None, test: PositionsCompared, adjusted: Mapping[Outcome, Number]) -> Favoured:
+    claimed = {outcome: adjusted[outcome] for outcome in (Outcome.JOULES, Outcome.APEX) if outcome in adjusted}
+    return Favoured(group, test.control, test.treated, test.p, claimed)
 
 
 def _by_day(result: DayComparison, shown: ShownNumbers) -> ByDay:

@@ -134,6 +134,7 @@ def make_report(
         counted=analysis.planned.settings.unit_of_analysis.noun,
         look=analysis.planned.look,
         different_days=comparisons.runs_of_different_days(analysis),
+        favoured=comparisons.favoured(analysis, shown),
         no_equivalence=preregistration.no_equivalence(analysis),
     )
     used = ("numpy", "scipy", "matplotlib", *(("numba",) if bare.predictions.items else ()))

@@ -59,7 +59,6 @@ def charge_of(book: Book, run: str) -> str:
 @pytest.mark.parametrize(
     ("target", "field"),
     [
-        ("r002", "position_in_day=12"),
         ("r002", "started_utc=2021-06-14T09:31:00-04:00"),
         ("r007", "position_in_day=12"),
         ("battery:A", "capacity_mah=6000"),
@@ -70,6 +69,10 @@ def charge_of(book: Book, run: str) -> str:
 )
 def test_a_column_without_numbers_on_it_names_nothing(target: str, field: str, book: Book) -> None:
     assert corrected(book, target, field) == NOTHING
+
+
+def test_the_place_of_a_jump_run_in_its_day_names_what_is_adjusted_for_it_alone(book: Book) -> None:
+    assert corrected(book, "r002", "position_in_day=12").keys() == {"decision"}
 
 
 @pytest.mark.parametrize("field", ["end_voltage_v=16.7", "duration_s=700", "stated_pack=C"])

@@ -1,0 +1,101 @@
+"""The order of runs within days: headlines that it favours, and the same adjusted for a drift over the day."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+
+from data_schema.queries.results import InputRow
+from data_schema.vocabulary import Undefined
+from labbook.analysis.comparison.pairing import Pair, group_label
+from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
+from labbook.analysis.results.result_cache import fingerprint
+from stats.compare.shared_error import SharedError
+from stats.days.order import PositionsCompared, adjust_for_position, compare_positions
+from stats.groups.multiple import holm
+
+ADJUSTED = "adjusted for position in the day"
+OVER_GROUPS = ""
+"""What the effect over all groups stands under, beside groups by their labels."""
+ALPHA = 0.04
+"""How often at most a report of runs in random order says that a headline is favoured: 5 % with room to show it."""
+
+
+def favoured_by_order(pairs: Iterable[Pair], *, over_groups: bool) -> dict[str, PositionsCompared]:
+    """Return the groups whose sides lie farther apart in the day than in a random order, by their labels.
+
+    `pairs` are those of all levels with the control, of any outcomes: a run counts once. With `over_groups` the effect
+    over all groups is tested, too. Holm's p of these tests is at most `ALPHA`.
+    """
+    runs = {
+        (group_label(pair.group), item.run.uid): (item.run, treated)
+        for pair in pairs
+        for treated, side in ((False, pair.a), (True, pair.b))
+        for condition in side
+        for item in condition.runs
+    }
+
+    def compared(groups: Iterable[str]) -> PositionsCompared | Undefined:
+        own = [
+            (f"{label} {run.day}", run, treated) for (label, _uid), (run, treated) in runs.items() if label in groups
+        ]
+        return compare_positions(
+            [run.position_in_day for _day, run, _treated in own],
+            [treated for _day, _run, treated in own],
+            [day for day, _run, _treated in own],
+        )
+
+    labels = list(dict.fromkeys(label for label, _uid in runs))
+    families = {label: {label} for label in labels}
+    if over_groups and len(labels) > 1:
+        families = {OVER_GROUPS: set(labels), **families}
+    tests = {name: found for name, own in families.items() if not isinstance(found := compared(own), Undefined)}
+    adjusted = holm({name: test.p for name, test in tests.items()}, "order of the runs", alpha=ALPHA)
+    p_of = dict(zip(adjusted.names, adjusted.adjusted_p, strict=True))
+    return {
+        name: replace(test, p=p) for name, test in tests.items() if isinstance(p := p_of[name], float) and p <= ALPHA
+    }
+
+
+def adjusted_for_position(pairs: Sequence[Pair]) -> list[Pair] | Undefined:
+    """Return the pairs of one outcome, of different groups, with every run as at the mean position of its group's day.
+
+    Undefined where the runs leave no slope to estimate.
+    """
+    rows = [
+        (f"{group_label(pair.group)} {item.run.day}", item, treated)
+        for pair in pairs
+        for treated, side in ((False, pair.a), (True, pair.b))
+        for condition in side
+        for item in condition.runs
+    ]
+    if not rows:
+        return []
+    found = adjust_for_position(
+        [item.value for _day, item, _treated in rows],
+        [item.run.position_in_day for _day, item, _treated in rows],
+        [treated for _day, _item, treated in rows],
+        [day for day, _item, _treated in rows],
+        [item.run.condition_key for _day, item, _treated in rows],
+    )
+    if isinstance(found, Undefined):
+        return found
+    adjusted = {
+        item.run.uid: replace(item, value=value, shared=_with(item.shared, shared))
+        for (_day, item, _treated), value, shared in zip(rows, found.values, found.shared, strict=True)
+    }
+    return [replace(pair, a=_side(pair.a, adjusted), b=_side(pair.b, adjusted)) for pair in pairs]
+
+
+def _with(one: SharedError, other: SharedError) -> SharedError:
+    return SharedError({**one.terms, **other.terms}, {**one.df, **other.df})
+
+
+def _side(side: Sequence[ConditionValues], adjusted: Mapping[str, RunNumber]) -> tuple[ConditionValues, ...]:
+    return tuple(replace(one, runs=tuple(adjusted[item.run.uid] for item in one.runs)) for one in side)
+
+
+def fingerprints_of_positions(pairs: Iterable[Pair]) -> tuple[InputRow, ...]:
+    """Name the position in its day of every run: what adjusted values rest on beside values and days."""
+    runs = [item.run for pair in pairs for side in (pair.a, pair.b) for one in side for item in one.runs]
+    return tuple(fingerprint("position", "position", run.uid, str(run.position_in_day)) for run in runs)
