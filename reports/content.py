@@ -36,6 +36,7 @@ __all__ = [
     "Assumed",
     "BudgetItem",
     "Claim",
+    "CoarseCharger",
     "Comparison",
     "Condition",
     "Day",
@@ -210,6 +211,14 @@ class Assumed:
     varied: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class CoarseCharger:
+    """The step in which the charger shows mAh, and how far charges scatter within conditions, in mAh."""
+
+    step_mah: float
+    scatter_mah: float
+
+
 class Source(StrEnum):
     """What a report cites for a method: keys of `templates/references.bib`."""
 
@@ -234,9 +243,10 @@ class ReportContent:
     it, of which there are `departed`, `void` which runs are void and why, `not_planned` what was not decided at all;
     `no_equivalence` why heights were not tested for equality, "" where they were or there are none. `counted` is the
     unit of analysis that comparisons count: "run", or "day" where they use the means of days; `different_days` says
-    that runs of days without the other side are compared, "" where none are; `favoured` has the headlines
-    that the order within days favours. `tests_beside` says what the tests in full
-    are where others decide. `known_errors` has what is on record against the methods, an introduction first.
+    that runs of days without the other side are compared, "" where none are; `favoured` has the headlines that the
+    order within days favours; `coarse_charger` is there where charges scatter by less than half a step of the charger,
+    so that no interval of joules can be trusted. `tests_beside` says what the tests in full are where others decide.
+    `known_errors` has what is on record against the methods, an introduction first.
     `look` is which look at the data this report is, None where none was before and one was planned.
     `overall` is the effect over all groups, where there are several. `sources` are those of the methods used;
     `outside_limits` names the runs whose joules are out of control limits, `exchanged_charges` pairs of them that are
@@ -294,6 +304,7 @@ class ReportContent:
     different_days: str = ""
     look: Look | None = None
     favoured: tuple[Favoured, ...] = ()
+    coarse_charger: CoarseCharger | None = None
     software: tuple[tuple[str, str], ...] = ()
     sources: tuple[Source, ...] = ()
     stored: bool = True

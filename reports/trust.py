@@ -57,7 +57,7 @@ def flow_sentence(content: ReportContent) -> str:
 
 
 def trust_sentences(content: ReportContent) -> tuple[str, ...]:
-    """Return how far to trust the answer: days, looks, order, odd runs, the plan, one day less, its uncertainty."""
+    """Return how far to trust the answer: days, looks, order, charger, odd runs, the plan, one day less, its uncertainty."""
     if not content.planned:
         plan = "No analysis was decided on before the first measurement: every comparison is exploratory."
     else:
@@ -78,6 +78,7 @@ def trust_sentences(content: ReportContent) -> tuple[str, ...]:
                 content.different_days,
                 _looks(content),
                 _order_in_days(content),
+                _coarse_charger(content),
                 _odd_runs(content),
                 plan,
                 _one_day_less(content),
@@ -133,6 +134,18 @@ def _adjusted_text(content: ReportContent, item: Favoured) -> str:
     )
 
 
+def _coarse_charger(content: ReportContent) -> str:
+    """Say that intervals of joules cannot be trusted, and what to do; "" where the charger's step is fine enough."""
+    found = content.coarse_charger
+    if found is None:
+        return ""
+    step, scatter = general_text(found.step_mah, 3), general_text(found.scatter_mah, 2)
+    return (
+        f"The interval of the energy cannot be trusted: charges of a condition scatter by {scatter} mAh, less than "
+        f"half the charger's step of {step} mAh; make runs longer, or take a finer meter."
+    )
+
+
 def _odd_runs(content: ReportContent) -> str:
     """Name the runs whose joules are unlike those of their condition; "" where there are none."""
     names = content.outside_limits
@@ -172,6 +185,7 @@ def _uncertainty(content: ReportContent) -> str:
         or not number.se
         or not squares
         or len(squares) < len(several)
+        or (content.coarse_charger is not None and several[0].quantity.shares_error)  # the runs' scatter is not known
     ):
         return ""
     of_runs = math.sqrt(math.fsum(squares)) / len(squares)

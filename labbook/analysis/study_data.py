@@ -16,6 +16,7 @@ from data_schema.queries.signals import CalibratedChannel, SignalRow, calibrated
 from data_schema.queries.study import FactorRow, StudyRow, factors, the_study
 from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
 from data_schema.where.compiling import compile_where
+from labbook.analysis.outcomes.charger_step import with_display_step
 from labbook.analysis.outcomes.detection import BODY_HEIGHT
 from labbook.analysis.outdated_files import outdated_files
 from labbook.config.parsing import Configuration
@@ -98,7 +99,7 @@ def gather(connection: sa.Connection, configuration: Configuration, where: str |
             for run in several
             if run.kind is kind and run.state is RunState.VOID
         ),
-        charges=charges_by_run(connection),
+        charges=with_display_step(charges_by_run(connection), configuration.protocol.charger_resolution_mah),
         logs=_signals(signals_of_runs(connection, FileRole.LOG), BODY_HEIGHT, waiting),
         forces=_signals(signals_of_runs(connection, FileRole.FORCE), VERTICAL_FORCE, waiting),
         decisions=jump_decisions(connection),

@@ -82,8 +82,9 @@ JUMP_RULES = {"exclude_first_jumps": "2", "exclude_gap_jumps": "true"}
 class ProtocolSettings:
     """`[protocol]`: how a run is made and what of it is used.
 
-    `run_duration_s` is None where runs have no set duration; `checks` are the names of those made before a day's first
-    run; `rules_given` has the `JUMP_RULES` that labbook.toml sets.
+    `run_duration_s` is None where runs have no set duration, `charger_resolution_mah` where the charges show the
+    charger's step; `checks` are the names of those made before a day's first run; `rules_given` has the `JUMP_RULES`
+    that labbook.toml sets.
     """
 
     run_duration_s: float | None
@@ -92,7 +93,7 @@ class ProtocolSettings:
     exclude_gap_jumps: bool
     onset: Onset
     take_off: TakeOff
-    charger_resolution_mah: float
+    charger_resolution_mah: float | None
     idle_minutes: tuple[float, ...]
     checks: tuple[str, ...] = ()
     rules_given: frozenset[str] = frozenset()

@@ -147,7 +147,7 @@ def _protocol(table: TableReader) -> ProtocolSettings:
         exclude_gap_jumps=table.flag("exclude_gap_jumps", True),
         onset=table.word("onset", Onset, Onset.SDS_BACK_30MS),
         take_off=table.word("take_off", TakeOff, TakeOff.FLIGHT_SDS),
-        charger_resolution_mah=table.number("charger_resolution_mah", 1.0, above=0.0),
+        charger_resolution_mah=table.optional_number("charger_resolution_mah", above=0.0),
         idle_minutes=tuple(minutes),
         checks=tuple(checks),
         rules_given=frozenset(key for key in JUMP_RULES if table.value(key) is not None),

@@ -60,7 +60,8 @@ exclude_gap_jumps = true
 # By which published rules a single jump begins and leaves a force plate (docs/your-own-data.md has others).
 onset = "5sd_back_30ms"
 take_off = "flight_5sd"
-charger_resolution_mah = 1
+# The step of the charger's mAh, where the charges themselves do not show it.
+#charger_resolution_mah = 1
 # Runs without jumps, from which the passive drain is fitted.
 idle_minutes = [20, 24, 30, 40, 50, 60]
 # What is looked at before a day's first run: `labbook today` asks for each.

@@ -132,9 +132,9 @@ def _make(content: ReportContent, quantity: Outcome, name: str) -> Table:
     )
     shared = any((mean.shared_se or 0.0) != 0.0 for mean in means)
     about = f"{quantity.heading} by condition; n counts runs."
-    caption = " ".join(
-        filter(None, (about, _SHARED_NOTE.format(quantity.common_error) if shared else "", _gains_note(content)))
-    )
+    steps = " and of the charger's steps" if content.coarse_charger and quantity.shares_error else ""
+    note = _SHARED_NOTE.format(f"{quantity.common_error}{steps}") if shared else ""
+    caption = " ".join(filter(None, (about, note, _gains_note(content))))
     return table_of(name, caption, found, columns, block=lambda row: row[0], strong=lambda row: row[1].control)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from decimal import Decimal
 
 import sqlalchemy as sa
 
@@ -54,12 +55,19 @@ def state_charge(
         run=run.uid,
         battery=find_uid(session.connection, "battery", name=run.battery),
         charge_mah=charge_mah,
-        resolution_mah=configuration.protocol.charger_resolution_mah,
+        resolution_mah=_last_digit(charge_mah),
         duration_s=None if minutes is None else minutes * 60.0,
         end_voltage_v=end_voltage_v,
         mode=str(ChargeMode.CHARGE),
         **({"added": 1} if add else {}),
     )
+
+
+def _last_digit(number: float) -> float:
+    """Return the step of the last digit of a number as it was typed, at most 1."""
+    exponent = Decimal(repr(number)).normalize().as_tuple().exponent
+    assert isinstance(exponent, int)  # noqa: S101 - of a finite number
+    return 10.0 ** min(0, exponent)
 
 
 def refuse_added_to_nothing(connection: sa.Connection, run: RunRow) -> None:

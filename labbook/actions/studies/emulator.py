@@ -64,9 +64,8 @@ def emulator_study_of(
         simulated = plain_predictions(connection, evidence, progress)
         sources = book_sources(connection, book.configuration, where or "all")
     study = book.configuration.study
-    resolution_j = book.configuration.protocol.charger_resolution_mah * joules_per_mah(
-        study.reference_voltage_v, study.jumps_nominal
-    )
+    steps_mah = [charge.resolution_mah for run in evidence.runs for charge in evidence.charges.get(run.uid, ())]
+    resolution_j = max(steps_mah, default=0.0) * joules_per_mah(study.reference_voltage_v, study.jumps_nominal)
     found = emulator_study(
         conditions,
         gain,

@@ -29,6 +29,7 @@ from labbook.analysis.comparison.deciding import (
 )
 from labbook.analysis.comparison.order import ADJUSTED, adjusted_for_position, fingerprints_of_positions
 from labbook.analysis.comparison.pairing import Pair
+from labbook.analysis.outcomes.charger_step import with_rounding_of
 from labbook.analysis.outcomes.conditions import (
     ConditionValues,
     RunNumber,
@@ -85,7 +86,7 @@ class LeftOut:
     def joules(self) -> Mapping[str, RunEnergy]:
         """The joules of the other runs by the drain lines of the other days."""
         rest = without_day(self.evidence, self.day)
-        return energies_with_drains(rest, drain_lines(rest))
+        return energies_with_drains(rest.runs, rest.charges, drain_lines(rest), rest.study.reference_voltage_v)
 
     def remains(self, side: Sequence[ConditionValues], quantity: Outcome) -> bool:
         """Whether a side of a comparison has a value left."""
@@ -114,7 +115,7 @@ class LeftOut:
         return replace(
             condition,
             runs=tuple(
-                replace(one, value=value, shared=energy.shared_error)
+                replace(one, value=value, shared=with_rounding_of(energy.shared_error, one.shared))
                 for one, energy, value in values
                 if not isinstance(value, Undefined)
             ),

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from data_schema.errors import InputRefused
 from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
+from labbook.analysis.outcomes.charger_step import rounding_in
 from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
 from labbook.analysis.outcomes.run_energy import joules_per_mah, usable_charge
 from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult
@@ -92,6 +93,7 @@ def energy_budget(
     drain_se_run_j: float,
     drain_se_mean_j: float,
     resolution_mah: float,
+    rounding_se_mean_j: float = 0.0,
     voltage_relative_se: float = 0.0,
     voltage_assumed: bool = True,
     missing: Missing = "refuse",
@@ -100,8 +102,9 @@ def energy_budget(
 
     `drain_se_run_j` and `drain_se_mean_j` are what the drain line's error makes of one run's joules and of their mean
     (`compare.shared_error`; the same at equal durations and jumps). A charger that counts in steps of `resolution_mah`
-    errs by at most half a step, standard deviation step / sqrt(12); it differs from run to run, so the scatter holds it
-    already. The voltage's relative standard error shifts all joules by one factor.
+    errs by at most half a step, standard deviation step / sqrt(12). Where that differs from run to run the scatter
+    holds it already; where repeats are rounded alike, the mean errs by `rounding_se_mean_j`. The voltage's relative
+    standard error shifts all joules by one factor.
     Raises `InputRefused` for infinite values, for NaN unless `missing` is "drop" (which leaves out runs), lengths that
     differ, counts that are not positive, or no run.
     """
@@ -115,22 +118,23 @@ def energy_budget(
     of_run = as_number("the drain fit's standard error of a run", drain_se_run_j, low=0.0)
     of_mean = as_number("the drain fit's standard error of the mean", drain_se_mean_j, low=0.0)
     voltage = relative * abs(mean)
-    of_step, of_steps, of_voltage = (
-        finite(size, _TERM) for size in (per_mah * step_sd_mah, per_mah * step_sd_mah / math.sqrt(about.n), voltage)
-    )
+    alike = rounding_se_mean_j > 0.0
+    step = per_mah * step_sd_mah
+    steps = rounding_se_mean_j if alike else step / math.sqrt(about.n)
+    of_step, of_steps, of_voltage = (finite(size, _TERM) for size in (step, steps, voltage))
     return EnergyBudget(
         n=about.n,
         mean_j=mean,
         terms=(
             BudgetTerm("scatter between runs", about.sd, about.se, shared=False, in_scatter=False, assumed=False),
             BudgetTerm("drain fit", of_run, of_mean, shared=True, in_scatter=False, assumed=False),
-            BudgetTerm("charger resolution", of_step, of_steps, shared=False, in_scatter=True, assumed=False),
+            BudgetTerm("charger resolution", of_step, of_steps, shared=alike, in_scatter=not alike, assumed=False),
             BudgetTerm(
                 "reference voltage", of_voltage, of_voltage, shared=True, in_scatter=False, assumed=voltage_assumed
             ),
         ),
-        total_one_run_j=_in_quadrature(about.sd, of_run, voltage),
-        total_mean_j=_in_quadrature(about.se, of_mean, voltage),
+        total_one_run_j=_in_quadrature(about.sd, of_run, voltage, step if alike else 0.0),
+        total_mean_j=_in_quadrature(about.se, of_mean, voltage, steps if alike else 0.0),
         joules_per_mah=per_mah,
         missing=left_out,
     )
@@ -222,13 +226,15 @@ def _resolution_mah(evidence: StudyData, condition: ConditionValues) -> float:
 
 
 def _budget(condition: ConditionValues, voltage_v: float, resolution_mah: float) -> JouleBudget:
+    drains = [rounding_in(item.shared, without=True) for item in condition.runs]
     found = energy_budget(
         condition.values,
         [item.run.jumps_made for item in condition.runs],
         reference_voltage_v=voltage_v,
-        drain_se_run_j=math.sqrt(sum(item.shared.se**2 for item in condition.runs) / len(condition.runs)),
-        drain_se_mean_j=shared_of_mean([item.shared for item in condition.runs]).se,
+        drain_se_run_j=math.sqrt(sum(drain.se**2 for drain in drains) / len(drains)),
+        drain_se_mean_j=shared_of_mean(drains).se,
         resolution_mah=resolution_mah,
+        rounding_se_mean_j=shared_of_mean([rounding_in(item.shared) for item in condition.runs]).se,
     )
 
     def numbers(sizes_j: Sequence[float | Undefined], total_j: float | Undefined) -> dict[str, Number]:

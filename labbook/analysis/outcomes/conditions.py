@@ -16,6 +16,7 @@ from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
 from data_schema.reasons import Reason
 from data_schema.vocabulary import FileRole, Undefined
+from labbook.analysis.outcomes.charger_step import ENOUGH_SCATTER, rounding_in, scatter_in_steps, with_rounding
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_apexes import ApexVariant, RunApexes, as_protocol, run_apexes
 from labbook.analysis.outcomes.run_energy import RunEnergy, passive_drains, run_energies
@@ -115,7 +116,7 @@ class ConditionValues:
 
 
 def run_numbers(runs: Sequence[RunRow], results: Mapping[str, StoredResult], quantity: Outcome) -> list[RunNumber]:
-    """Return the runs that have the quantity."""
+    """Return the runs that have the quantity; joules of repeats that a charger rounds alike share that error."""
     found = []
     for run in runs:
         result = results.get(run.uid)
@@ -123,7 +124,40 @@ def run_numbers(runs: Sequence[RunRow], results: Mapping[str, StoredResult], qua
         if result is not None and isinstance(value, float):
             shared = result.shared_error if isinstance(result, RunEnergy | RunApexes) else SharedError()
             found.append(RunNumber(run, value, shared, result))
-    return found
+    if coarse_scatter(found) is None:
+        return found
+    return [
+        replace(item, shared=with_rounding(item.shared, _step_j(item.result), _reading(item.run, item.result)))
+        if isinstance(item.result, RunEnergy)
+        else item
+        for item in found
+    ]
+
+
+def coarse_scatter(items: Sequence[RunNumber]) -> float | None:
+    """Return the scatter of charges within conditions, in steps of the charger, where that is too little to trust.
+
+    None where rounding errs from run to run, and of other values than joules.
+    """
+    energies = [(item.run, item.result) for item in items if isinstance(item.result, RunEnergy)]
+    scatter = scatter_in_steps(
+        [item.value for item in items if isinstance(item.result, RunEnergy)],
+        [_step_j(energy) for _run, energy in energies],
+        [run.condition_key for run, _energy in energies],
+        [run.day for run, _energy in energies],
+    )
+    return None if scatter is None or scatter >= ENOUGH_SCATTER else scatter
+
+
+def _step_j(energy: RunEnergy) -> float:
+    """Return what a step of the charger is worth in a run's joules a jump."""
+    se = energy.joules_per_jump.se
+    assert isinstance(se, float)  # noqa: S101 - that of rounding
+    return se * math.sqrt(12.0)
+
+
+def _reading(run: RunRow, energy: RunEnergy) -> str:
+    return f"{energy.charge_mah!r} mAh, {run.condition_key}"
 
 
 def number_of(result: StoredResult, quantity: Outcome) -> Number:
@@ -161,7 +195,7 @@ def condition_values(
             SUMMARY,
             {"quantity": str(quantity), "condition": key, **scope},
             (condition_input(items[0].run), *(result_fingerprint(item.run.name, item.result) for item in items)),
-            {},
+            _rounded_alike(items),
             lambda items=items: _summary(items, quantity),  # type: ignore[misc]
         )
         for key, items in by_condition.items()
@@ -171,6 +205,11 @@ def condition_values(
         ConditionValues(key, items[0].run.is_control, items[0].run.levels, tuple(items), summary)
         for (key, items), summary in zip(by_condition.items(), summaries, strict=True)
     ]
+
+
+def _rounded_alike(items: Sequence[RunNumber]) -> dict[str, bool]:
+    """Return what names results whose runs share the error of rounding, which runs of other conditions decide."""
+    return {"rounded_alike": True} if any(rounding_in(item.shared).se for item in items) else {}
 
 
 def _summary(items: Sequence[RunNumber], quantity: Outcome) -> ConditionSummary:
@@ -220,7 +259,7 @@ def by_day(
                     *(result_fingerprint(item.run.name, item.result) for one in side for item in one.runs),
                     *(fingerprint("day", "run", item.run.uid, item.run.day) for one in side for item in one.runs),
                 ),
-                {},
+                _rounded_alike([item for items in of_day.values() for item in items]),
                 lambda of_day=of_day: _means(of_day, quantity.unit),  # type: ignore[misc]
             )
             for side, of_day in zip(sides, days, strict=True)

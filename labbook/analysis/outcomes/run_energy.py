@@ -193,10 +193,11 @@ def _drain_fit(drain: PassiveDrain | Undefined, duration_s: float | None) -> Dra
 
 @dataclass(frozen=True, slots=True)
 class RunEnergy(StoredResult):
-    """Joules a jump of a run, and the passive charge that was taken off.
+    """Joules a jump of a run, the charge that was put back, and the passive charge that was taken off.
 
-    `drain_df` and `shared_terms_j` are the error of the drain line in joules a jump: degrees of freedom, and a signed
-    standard error a term. `extrapolated`: the run's duration lies outside those of the idle runs.
+    `step_mah` is that of the charge's rounding. `drain_df` and `shared_terms_j` are the error of the drain line in
+    joules a jump: degrees of freedom, and a signed standard error a term. `extrapolated`: the run's duration lies
+    outside those of the idle runs.
     """
 
     joules_per_jump: Number
@@ -204,6 +205,8 @@ class RunEnergy(StoredResult):
     drain_df: float
     shared_terms_j: Mapping[str, float]
     extrapolated: bool
+    charge_mah: float
+    step_mah: float
 
     @property
     def shared_error(self) -> SharedError:
@@ -212,7 +215,7 @@ class RunEnergy(StoredResult):
         return SharedError({(fit, term): size for term, size in self.shared_terms_j.items()}, {fit: self.drain_df})
 
 
-RUN_ENERGY = Algorithm("run_energy", 13, RunEnergy)
+RUN_ENERGY = Algorithm("run_energy", 14, RunEnergy)
 
 
 def usable_charge(run: RunRow, charges: list[ChargeOfRun]) -> Recharge | Undefined:
@@ -260,13 +263,18 @@ def run_energies(
     return RunResults(dict(zip(requests, cache.ensure(list(requests.values())), strict=True)), missing)
 
 
-def energies_with_drains(evidence: StudyData, lines: Mapping[str, PassiveDrain | Undefined]) -> dict[str, RunEnergy]:
-    """Return the energy of every run that has what it takes, with other lines by the robot's uid; nothing is stored."""
+def energies_with_drains(
+    runs: Sequence[RunRow],
+    charges: Mapping[str, list[ChargeOfRun]],
+    lines: Mapping[str, PassiveDrain | Undefined],
+    voltage_v: float,
+) -> dict[str, RunEnergy]:
+    """Return the energy of every run that has what it takes, with lines by the robot's uid; nothing is stored."""
     found = {}
-    for run in evidence.runs:
-        charge, line = usable_charge(run, evidence.charges.get(run.uid, [])), lines[run.robot_uid]
+    for run in runs:
+        charge, line = usable_charge(run, charges.get(run.uid, [])), lines[run.robot_uid]
         if not isinstance(charge, Undefined) and not isinstance(line, Undefined):
-            energy = _energy(run, charge, line, evidence.study.reference_voltage_v)
+            energy = _energy(run, charge, line, voltage_v)
             found[run.uid] = replace(energy, origin=Origin("", {}, (InputRow("drain", "result", run.robot_uid, ""),)))
     return found
 
@@ -311,6 +319,8 @@ def _energy(run: RunRow, charge: Recharge, drain: PassiveDrain, voltage_v: float
         drain_df=drain.df,
         shared_terms_j={term: -j_per_mah * mah for term, mah in drain.error_terms_mah(run.duration_s).items()},
         extrapolated=passive.extrapolated,
+        charge_mah=charge.charge_mah,
+        step_mah=charge.resolution_mah,
     )
 
 

@@ -135,6 +135,7 @@ def make_report(
         look=analysis.planned.look,
         different_days=comparisons.runs_of_different_days(analysis),
         favoured=comparisons.favoured(analysis, shown),
+        coarse_charger=drain.coarse_charger(analysis),
         no_equivalence=preregistration.no_equivalence(analysis),
     )
     used = ("numpy", "scipy", "matplotlib", *(("numba",) if bare.predictions.items else ()))

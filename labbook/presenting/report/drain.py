@@ -7,10 +7,11 @@ import numpy as np
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.budget import IN_ALL, BudgetSource
-from labbook.analysis.outcomes.run_energy import MAH_MIN, idle_charges
+from labbook.analysis.outcomes.conditions import coarse_scatter
+from labbook.analysis.outcomes.run_energy import MAH_MIN, RunEnergy, idle_charges
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.numbers import ShownNumbers
-from reports.content import BudgetItem, DrainFit, IdlePoint, ReportContent
+from reports.content import BudgetItem, CoarseCharger, DrainFit, IdlePoint, ReportContent
 from reports.naming import levels_name
 
 _LINE_POINTS = 61
@@ -79,6 +80,16 @@ def budget(analysis: StudyAnalysis, shown: ShownNumbers, content: ReportContent)
         f"Shown for {levels_name(content, condition.levels)} ({n} run{'' if n == 1 else 's'}), where 1 mAh is "
         f"{found.one_mah.value:.2g} J a jump."
     )
+
+
+def coarse_charger(analysis: StudyAnalysis) -> CoarseCharger | None:
+    """Return the charger's step and the scatter of charges where that is below half a step; None where it is not."""
+    runs = [item for condition in analysis.conditions[Outcome.JOULES] for item in condition.runs]
+    scatter = coarse_scatter(runs)
+    if scatter is None:
+        return None
+    step_mah = max(item.result.step_mah for item in runs if isinstance(item.result, RunEnergy))
+    return CoarseCharger(step_mah, scatter * step_mah)
 
 
 def _budget_note(term: BudgetSource) -> str:
