@@ -339,12 +339,13 @@ def _condition(twice: Sequence[int], half_range: int, degree: int) -> float:
 class SlopeThroughOrigin:
     """y = slope * x, with what groups scatter by and what all x have in common.
 
-    `se` is that of the scatter between groups, `shared_se` that of the errors that the x share; the interval `ci` holds
-    both. `groups` is their number, `n` that of the values.
+    `se` is that of the scatter between groups, with `df` degrees of freedom, `shared_se` that of the errors that the x
+    share; the interval `ci` holds both. `groups` is their number, `n` that of the values.
     """
 
     slope: float
     se: float | Undefined
+    df: float | Undefined
     shared_se: float
     ci: tuple[float, float] | Undefined
     level: float
@@ -357,9 +358,15 @@ def slope_through_origin(
 ) -> SlopeThroughOrigin:
     """Fit y = slope * x by least squares; only groups are independent of each other.
 
-    The standard error is that of the slope's scatter between groups, sqrt(G / (G - 1) sum of s_g^2) / sum(x^2), with
-    s_g = sum of x * residual in the group, and Student's interval has G - 1 degrees of freedom. For groups that have
-    the same x this is the mean of their slopes with its interval: a curve that all of them follow is no scatter.
+    The standard error is the cluster-robust CR2 and the interval has Satterthwaite's degrees of freedom, both for a
+    working model of independent values of equal variance. With h_g the group's share of sum(x^2) and s_g the sum of
+    x * residual in it, the variance is sum(s_g^2 / (1 - h_g)) / sum(x^2)^2, unbiased under that model, and
+
+        1 / df = sum(h_g^2) + sum over pairs g != j of h_g^2 h_j^2 / ((1 - h_g) (1 - h_j)),
+
+    fewer than groups less one where few groups hold most of sum(x^2). For groups that have the same x this is the mean
+    of their slopes with its interval: a curve that all of them follow is no scatter. Source: Bell and McCaffrey (2002),
+    Pustejovsky and Tipton (2018).
     Errors of x make the slope smaller by their variance over the mean square of x, 0.02 % where they are 1.5 %.
 
     Parameters
@@ -384,16 +391,18 @@ def slope_through_origin(
     error = SharedError()
     for pull, one in zip(pulls.tolist(), shared, strict=bool(shared)):
         error = error.minus(one.times(-pull))
-    names = list(dict.fromkeys(groups))
+    names = list(dict.fromkeys(group for group, value in zip(groups, across.tolist(), strict=True) if value))
     if len(names) < 2:
         none = Undefined(Reason.SINGLE_NO_SCATTER, unit="run")
-        return SlopeThroughOrigin(slope, none, error.se, none, level, len(names), across.size)
-    scores = across * (up - slope * across)
-    of_groups = np.bincount([names.index(group) for group in groups], scores)
-    df = len(names) - 1
-    se = float(np.sqrt(len(names) / df * (of_groups @ of_groups)) / squares)
+        return SlopeThroughOrigin(slope, none, none, error.se, none, level, len(names), across.size)
+    of_group = np.array([[group == name for group in groups] for name in names], dtype=np.float64)
+    shares = of_group @ across**2 / squares
+    se = float(np.sqrt(np.sum((of_group @ (across * (up - slope * across))) ** 2 / (1.0 - shares))) / squares)
+    products = np.outer(shares, shares) / np.sqrt(np.outer(1.0 - shares, 1.0 - shares))
+    np.fill_diagonal(products, shares)
+    df = 1.0 / float(np.sum(products**2))
     ci: tuple[float, float] = (slope, slope)
     if se or error.se:
         _both, half, exponent = join_errors(se, df, error, level)
         ci = slope - float(np.ldexp(half, exponent)), slope + float(np.ldexp(half, exponent))
-    return SlopeThroughOrigin(slope, se, error.se, ci, level, len(names), across.size)
+    return SlopeThroughOrigin(slope, se, df, error.se, ci, level, len(names), across.size)

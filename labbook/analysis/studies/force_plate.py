@@ -8,9 +8,9 @@ effects `motor_heat` and `drag` integrate them; as in thesis 3.2.2 no stall torq
 from the battery, less the passive drain, is its measured joules a hop.
 
 The hops of a run share its one recharge, and the runs of a day share the day, so that neither hops nor, where there are
-several days, runs are independent: the slope's interval is over days, of one day over its runs, and holds the error of
-the drain line, which all share. That the estimate may miss by more at one gain than at another is no scatter of days;
-it is listed by condition.
+several days, runs are independent: the slope's interval is over days (`slope_through_origin`), of one day over its
+runs, and holds the error of the drain line, which all share. That the estimate may miss by more at one gain than at
+another is no scatter of days; it is listed by condition.
 """
 
 from __future__ import annotations

@@ -145,6 +145,7 @@ def as_data(study: ForcePlateStudy) -> dict[str, Any]:
     return {
         "slope": slope.slope,
         "se": value_data(slope.se),
+        "df": value_data(slope.df),
         "shared_se": slope.shared_se,
         "slope_without_foot": study.slope_without_foot,
         "ci": value_data(slope.ci),

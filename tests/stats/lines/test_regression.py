@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import csv
 import datetime as dt
 import math
 from decimal import Decimal
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -283,6 +285,21 @@ def test_equal_designs_give_the_mean_of_the_groups_slopes() -> None:
     half = scipy.stats.t.ppf(0.975, 3) * scipy.stats.sem(of_groups)
     assert found.ci == pytest.approx((found.slope - half, found.slope + half))
     assert (found.groups, found.n, found.shared_se) == (4, 16, 0.0)
+
+
+def test_slopes_over_groups_of_unequal_size_are_those_of_clubsandwich() -> None:
+    """CR2 and Satterthwaite's degrees of freedom: r/slope_over_groups.R."""
+    with (Path(__file__).parent.parent / "r" / "slope_over_groups.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    for design in {row["design"] for row in rows}:
+        of_it = [row for row in rows if row["design"] == design]
+        data = [row for row in of_it if row["name"] == "data"]
+        expected = {row["name"]: float(row["x"]) for row in of_it if row["name"] != "data"}
+        x, y = ([float(row[name]) for row in data] for name in "xy")
+        found = slope_through_origin(x, y, [row["group"] for row in data])
+        assert not isinstance(found.ci, Undefined)
+        got = {"slope": found.slope, "se": found.se, "df": found.df, "low": found.ci[0], "high": found.ci[1]}
+        assert got == pytest.approx(expected, rel=1e-9), design
 
 
 def test_an_error_that_all_x_share_widens_the_interval() -> None:
