@@ -38,7 +38,7 @@ SHOWN = ((100.0, Controller.SCALED), (300.0, Controller.CONSTANT), (500.0, Contr
 
 
 def true_changes(jumps: int = JUMPS) -> dict[str, float]:
-    """Return what is true of the savings and of the apexes lost that are looked at."""
+    """Return what is true of the savings and of the apexes lost that are looked at; trends are less the true ones."""
     known = {(one.gain, one.damping_gain): one for one in truths(jumps)}
     found = {}
     for gain, controller in SHOWN:
@@ -46,11 +46,27 @@ def true_changes(jumps: int = JUMPS) -> dict[str, float]:
         control, treated = known[int(gain), 0], known[int(gain), damping]
         found[_saving(gain, controller)] = 100.0 * (1.0 - treated.joules / control.joules)
         found[_lost(gain, controller)] = 100.0 * (1.0 - treated.apex_m / control.apex_m)
-    return found
+    return {**found, **dict.fromkeys((_trend(one) for one in (Controller.CONSTANT, Controller.SCALED)), 0.0)}
+
+
+def true_slope(controller: Controller, gains: Sequence[float], jumps: int = JUMPS) -> float:
+    """Return the slope of the true savings over the true apexes, which follow no line, at these gains."""
+    known = {(one.gain, one.damping_gain): one for one in truths(jumps)}
+    apex_cm, savings = [], []
+    for gain in map(int, gains):
+        control = known[gain, 0]
+        treated = known[gain, CONSTANT if controller is Controller.CONSTANT else round(gain / RATIO)]
+        apex_cm.append(100.0 * control.apex_m)
+        savings.append(100.0 * (1.0 - treated.joules / control.joules))
+    return float(np.polyfit(apex_cm, savings, 1)[0])
 
 
 def _saving(gain: float, controller: Controller) -> str:
     return f"saving, {controller}, gain {gain:g}"
+
+
+def _trend(controller: Controller) -> str:
+    return f"trend, {controller}"
 
 
 def _lost(gain: float, controller: Controller) -> str:
@@ -64,6 +80,11 @@ def intervals(study: EmulatorStudy) -> Mapping[str, tuple[float, float] | Undefi
         if (row.gain, row.controller) in SHOWN and row.saving is not None and row.apex_loss is not None:
             found[_saving(row.gain, row.controller)] = row.saving.ci
             found[_lost(row.gain, row.controller)] = row.apex_loss.ci
+    for trend in study.trends:
+        ci = None if trend.line is None else trend.line.slope.ci
+        if trend.line is not None and isinstance(ci, tuple):
+            true = true_slope(trend.controller, [*map(float, trend.line.groups)])
+            found[_trend(trend.controller)] = ci[0] - true, ci[1] - true
     return found
 
 

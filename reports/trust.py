@@ -57,7 +57,7 @@ def flow_sentence(content: ReportContent) -> str:
 
 
 def trust_sentences(content: ReportContent) -> tuple[str, ...]:
-    """Return how far to trust the answer: days, looks, order, charger, odd runs, the plan, one day less, its uncertainty."""
+    """Return how far to trust the answer: days, looks, order, charger, odd runs, plan, one day less, uncertainty."""
     if not content.planned:
         plan = "No analysis was decided on before the first measurement: every comparison is exploratory."
     else:

@@ -94,12 +94,20 @@ def linear_contrast(
     known = [each for each in terms if isinstance(each, _Term)]
     undefined = [each for each in terms if isinstance(each, Undefined)]
     reasons = [one.why for one in found if one.why is not None] + undefined
+    if percent and any(_unbounded(one, level) for one in found):
+        reasons.append(Undefined(Reason.GROUP_WITHOUT_BOUNDS))
     value = math.fsum(each.effect.weight * each.value for each in known)
     if reasons:
         estimate = undefined_estimate(reasons[0], level, undefined[0] if undefined else value)
         return LinearContrast(Rule.NONE, days, _runs(known), estimate)
     variance, df = _by_days(known) if rule is Rule.PAIRED else _by_runs(known)
     return LinearContrast(rule, days, _runs(known), _estimate(value, variance, _shared(known), df, level))
+
+
+def _unbounded(one: Contrast, level: float) -> bool:
+    """Whether a control is too uncertain for the standard error of a ratio."""
+    ci = one.savings(level).ci
+    return isinstance(ci, Undefined) and ci.code is Reason.CONTROL_NEAR_ZERO
 
 
 def _term(effect: Effect, found: Contrast, percent: bool) -> _Term | Undefined:

@@ -16,7 +16,7 @@ import pytest
 from benchmarks.validation_document import STUDIES, covered, outside
 from benchmarks.validation_emulator import from_charges
 from labbook.actions.studies.emulator import emulator_study_of
-from labbook.analysis.studies.emulator import Controller
+from labbook.analysis.studies.emulator import Controller, Trend
 from labbook.demo.studies.emulator import emulator_campaign, make_emulator_book
 from labbook.presenting.studies.emulator import figure_data, sentences
 from reports.figures.emulator import draw_emulator
@@ -104,6 +104,20 @@ def test_a_gain_without_a_rise_is_left_out_with_all_above_it(book: Path, found: 
         assert not {*trend["gains"]} & {*generous["coarse"], 500}
 
 
+@pytest.mark.parametrize(("bound", "said"), [(0.01, "neither shown nor excluded"), (300.0, "less than 300 points")])
+def test_no_trend_is_said_only_where_one_is_excluded(bound: float, said: str) -> None:
+    """The slope's interval holds 0 in both: that alone shows nothing."""
+    study = from_charges(np.random.default_rng(4))
+    (scaled,) = (one.line for one in study.trends if one.controller is Controller.SCALED)
+    assert scaled is not None
+    change = replace(scaled.change, low=-bound, high=bound, equivalent=bound > 100.0)
+    slope = replace(scaled.slope, ci=(-1.0, 2.0))
+    line = replace(scaled, slope=slope, change=change)
+    (text,) = sentences(replace(study, trends=(Trend(Controller.SCALED, line),)))[:1]
+    says(text, said)
+    assert ("no trend" in text) is (bound > 100.0)
+
+
 def test_what_cannot_be_told_is_said_without_numbers_that_are_none(book: Path) -> None:
     one_day = good(labbook("study", "emulator", "--where", "day=2019-07-08", at=book)).out
     says(one_day, "Constant active damping saves", "no interval")
@@ -112,6 +126,7 @@ def test_what_cannot_be_told_is_said_without_numbers_that_are_none(book: Path) -
     savings = [row["saving_percent"] for row in found["gains"] if row["saving_percent"] is not None]
     assert savings
     assert all("undefined" in saving for saving in savings)
+    assert [trend["slope_points_per_cm"] for trend in found["trends"]] == [None, None]
     says(good(labbook("study", "emulator", "--ratio", "9", at=book)).out, "Scaled active damping was not run")
 
 

@@ -8,6 +8,8 @@ the rise is below a bound is shown by a one-sided test, which a mere lack of sig
 from __future__ import annotations
 
 import itertools
+import math
+import statistics
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,16 +19,21 @@ import numpy as np
 
 from data_schema.errors import InputRefused
 from data_schema.outcomes import Outcome
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.deciding import contrast_of
 from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.outcomes.run_apexes import RunApexes
 from labbook.analysis.prediction.simulating import PlainPredictions
-from stats.days.decision import Bounded, Estimate
+from stats.days.contrasts import Effect, linear_contrast
+from stats.days.decision import Bounded, Contrast, Estimate, Rule, bounds_tests, undefined_bounds
 from stats.exact.tails import t_quantile
 
 _NOTHING = PlainPredictions({})
+SAME_POINTS = 3.0
+"""Change of the saving from the lowest apex to the highest, in percentage points, below which it counts as none: what
+reports call the same height, in percent."""
 _COARSE = 0.03
 """Share of a jump's joules from which on the charger's resolution counts as coarse: at 4 % intervals cover .92."""
 
@@ -79,17 +86,26 @@ class Rise:
 
 
 @dataclass(frozen=True, slots=True)
-class Trend:
-    """The line of savings over the apex under CE at these gains, in percentage points a centimetre; None of two.
+class SavingsTrend:
+    """The least-squares line through the savings of groups over a quantity x, each group counted once.
 
-    It goes through `middle`, an apex in cm and a saving in percent.
+    `slope` is in percentage points a unit of x; `change` is that of the line from the least x to the largest, in
+    percentage points, with two one-sided tests that it lies within bounds. `middle` are the means of x and of the
+    savings, which the line goes through.
     """
 
+    groups: tuple[str, ...]
+    slope: Estimate
+    change: Bounded
+    middle: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Trend:
+    """The line of savings over the apex under CE, in percentage points a cm; None where fewer than three gains tell."""
+
     controller: Controller
-    gains: tuple[float, ...]
-    slope: float | None
-    slope_ci: tuple[float, float] | None
-    middle: tuple[float, float] | None
+    line: SavingsTrend | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,11 +206,10 @@ def emulator_study(
         if at in places and before in places
     )
     left_out = _beyond_limit(rises, gains, same_percent)
-    retained = [row for row in rows if row.gain not in left_out]
     of_ce = [row for row in rows if row.controller is Controller.CE]
     coarse = tuple(row.gain for row in of_ce if resolution_j > _COARSE * row.joules.value)
     trends = tuple(
-        _trend(controller, retained, coarse, level)
+        Trend(controller, _line(found[Outcome.JOULES], controller, rows, {*left_out, *coarse}, level))
         for controller in (Controller.CONSTANT, Controller.SCALED)
         if placed[controller]
     )
@@ -296,25 +311,57 @@ def _beyond_limit(rises: Sequence[Rise], gains: Sequence[float], same_percent: f
     return ()
 
 
-def _trend(controller: Controller, rows: Sequence[AtGain], coarse: Sequence[float], level: float) -> Trend:
-    """Fit the line over gains whose saving has an error, but for those that the charger reads too coarsely."""
-    heights = {row.gain: row.apex_m.value for row in rows if row.controller is Controller.CE}
-    own = [row for row in rows if row.controller is controller and row.saving is not None]
-    savings = [
-        (row.gain, heights[row.gain], row.saving.value, row.saving.se)
-        for row in own
-        if row.saving is not None and row.gain not in coarse
-        if isinstance(row.saving.value, float) and isinstance(row.saving.se, float) and row.saving.se > 0.0
-    ]
-    if len(savings) < 3:
-        return Trend(controller, (), None, None, None)
-    gains, height, saving, se = np.array(savings).T
-    weights = 1.0 / se**2
-    middle = 100.0 * float(np.average(height, weights=weights)), float(np.average(saving, weights=weights))
-    centred = 100.0 * height - middle[0]
-    slope = float(np.sum(weights * centred * saving) / np.sum(weights * centred**2))
-    left = saving - middle[1] - slope * centred
-    df = len(savings) - 2
-    spread = max(1.0, float(np.sum(weights * left**2)) / df)
-    half = t_quantile(level, df) * float(np.sqrt(spread / np.sum(weights * centred**2)))
-    return Trend(controller, tuple(gains.tolist()), slope, (slope - half, slope + half), middle)
+def _line(
+    joules: Mapping[_Place, ConditionValues],
+    controller: Controller,
+    rows: Sequence[AtGain],
+    without: set[float],
+    level: float,
+) -> SavingsTrend | None:
+    """Fit the savings over the apex under CE in cm; gains that the charger reads too coarsely are not in it."""
+    apex_cm = {f"{row.gain:g}": 100.0 * row.apex_m.value for row in rows if row.controller is Controller.CE}
+    contrasts = {
+        f"{row.gain:g}": contrast_of(_pair(joules[row.gain, 0.0], joules[row.gain, row.damping_gain]))
+        for row in rows
+        if row.controller is controller and row.gain not in without
+    }
+    return savings_trend(contrasts, apex_cm, SAME_POINTS, level)
+
+
+def savings_trend(
+    contrasts: Mapping[str, Contrast], x: Mapping[str, float], bound: float, level: float = 0.95
+) -> SavingsTrend | None:
+    """Fit the trend of savings over `x`, by group; None for fewer than three groups with a claim, or a single x.
+
+    `bound` is the change, in percentage points, that would still count as none; its one-sided tests have the level
+    1 - `level`.
+    """
+    claimed = {name: one for name, one in contrasts.items() if one.rule is not Rule.NONE}
+    middle = statistics.fmean(x[name] for name in claimed) if claimed else 0.0
+    away = {name: x[name] - middle for name in claimed}
+    squares = math.fsum(each * each for each in away.values())
+    if len(claimed) < 3 or squares == 0.0:
+        return None
+    reach, alpha = max(away.values()) - min(away.values()), 1.0 - level
+    runs = {f"{name} control": one.runs.control for name, one in claimed.items()}
+    runs |= {f"{name} treated": one.runs.treated for name, one in claimed.items()}
+
+    def trend(unit: float, level: float) -> Estimate:
+        effects = [Effect(unit * each / squares, f"{name} treated", f"{name} control") for name, each in away.items()]
+        return linear_contrast(runs, effects, percent=True, level=level).estimate
+
+    saved = statistics.fmean(100.0 * (1.0 - one.ratio) for one in claimed.values())
+    return SavingsTrend(
+        tuple(claimed), trend(1.0, level), _within(trend(reach, 1.0 - 2.0 * alpha), bound, alpha), (middle, saved)
+    )
+
+
+def _within(change: Estimate, bound: float, alpha: float) -> Bounded:
+    """Test that a change lies within bounds on both sides of 0; its interval has the level 1 - 2 alpha."""
+    bounds = (-bound, bound)
+    if isinstance(change.ci, Undefined) or isinstance(change.value, Undefined) or isinstance(change.df, Undefined):
+        why = change.ci if isinstance(change.ci, Undefined) else Undefined(Reason.GROUPS_WITHOUT_SCATTER)
+        return undefined_bounds(why, bounds, alpha, change.value)
+    error = (change.ci[1] - change.value) / t_quantile(change.level, change.df)
+    tests = ((change.value + bound) / error, (change.value - bound) / error)
+    return bounds_tests(change.value, bounds, change.ci, alpha, tests, change.df)

@@ -12,7 +12,17 @@ import numpy as np
 
 from data_schema.rounding import level_text
 from data_schema.vocabulary import Undefined
-from labbook.analysis.studies.emulator import AtGain, Controller, EmulatorStudy, Jumps, Rise, Trend, no_rise
+from labbook.analysis.studies.emulator import (
+    AtGain,
+    Controller,
+    EmulatorStudy,
+    Jumps,
+    Rise,
+    SavingsTrend,
+    Trend,
+    no_rise,
+)
+from labbook.presenting.numbers import value_data
 from reports.display import BESIDE, list_text
 from reports.figures.emulator import ControllerPoints
 from simulator.steady.published_results import published_numbers
@@ -134,15 +144,28 @@ def _saves(study: EmulatorStudy, trend: Trend) -> str:
         text += (
             f" At {_gains(tuple(without))} there is no interval: two runs of both on a day, or four shared days, tell."
         )
-    if trend.slope is None or trend.slope_ci is None:
+    if trend.line is None or isinstance(trend.line.slope.ci, Undefined):
         return text
-    low, high = trend.slope_ci
-    rises = "no trend with" if low <= 0.0 <= high else "it rises with" if trend.slope > 0.0 else "it falls with"
     coarse = tuple(gain for gain in savings if gain in study.coarse)
     but = f" (not {_listed(coarse)}, which the charger reads too coarsely)" if coarse else ""
+    return f"{text} Over gains {list_text(trend.line.groups)}{but}, {_trend_text(trend.line)}."
+
+
+def _trend_text(line: SavingsTrend) -> str:
+    """Say that the saving rises or falls, that it does by less than the bound, or that neither is shown."""
+    slope, change = line.slope, line.change
+    assert isinstance(slope.value, float) and not isinstance(slope.ci, Undefined)  # noqa: S101, PT018
+    low, high = slope.ci
+    interval = f"{level_text(slope.level)} CI {_fixed(low, 2)} to {_fixed(high, 2)}"
+    per_cm = f"{_fixed(slope.value, 2)} points a cm ({interval})"
+    if not low <= 0.0 <= high:
+        return f"it {'rises' if slope.value > 0.0 else 'falls'} with the apex: {per_cm}"
+    if isinstance(change.ci, Undefined) or change.equivalent is not True:
+        return f"a trend with the apex is neither shown nor excluded: {per_cm}"
+    ends = " to ".join(_fixed(end, 1, "+") for end in change.ci)
     return (
-        f"{text} Over gains {_listed(trend.gains)}{but}, {rises} the apex: {_fixed(trend.slope, 2)} points a cm "
-        f"({level_text(study.level)} CI {_fixed(low, 2)} to {_fixed(high, 2)})."
+        f"no trend with the apex: from the lowest to the highest it changes by less than {change.high:g} points "
+        f"({level_text(1.0 - 2.0 * change.alpha)} CI {ends})"
     )
 
 
@@ -266,8 +289,16 @@ def as_data(study: EmulatorStudy) -> dict[str, Any]:
             }
             for rise in study.rises
         ],
-        "trends": [{**asdict(trend), "controller": str(trend.controller)} for trend in study.trends],
+        "trends": [{"controller": str(trend.controller), **_trend_data(trend.line)} for trend in study.trends],
     }
+
+
+def _trend_data(line: SavingsTrend | None) -> dict[str, Any]:
+    if line is None:
+        return {"gains": [], "slope_points_per_cm": None, "change_points": None}
+    change = {**(_data(line.change) or {}), "bound": line.change.high, "equivalent": value_data(line.change.equivalent)}
+    slope = {**(_data(line.slope) or {}), "p": value_data(line.slope.p)}
+    return {"gains": [*map(float, line.groups)], "slope_points_per_cm": slope, "change_points": change}
 
 
 def _data(found: Estimate | Bounded | None) -> dict[str, Any] | None:
@@ -315,7 +346,8 @@ def _ends(found: Estimate | None) -> tuple[float, float, float] | None:
 
 def _drawn_trend(trend: Trend | None, heights_cm: Mapping[float, float]) -> list[tuple[float, float]]:
     """Return the ends of the line, nothing where there is none."""
-    if trend is None or trend.slope is None or trend.middle is None:
+    line = None if trend is None else trend.line
+    if line is None or isinstance(line.slope.value, Undefined):
         return []
-    across = [heights_cm[gain] for gain in trend.gains]
-    return [(x, trend.middle[1] + trend.slope * (x - trend.middle[0])) for x in (min(across), max(across))]
+    across, slope = [heights_cm[float(gain)] for gain in line.groups], line.slope.value
+    return [(x, line.middle[1] + slope * (x - line.middle[0])) for x in (min(across), max(across))]
