@@ -38,7 +38,9 @@ from labbook.demo.studies.sheets import (
 LEVEL = 0.95
 Intervals = Mapping[str, tuple[float, float] | Undefined]
 
-FRACTIONS = {"fraction, loose": LOOSE, "fraction, compacted": COMPACTED, "difference within flasks": COMPACTED - LOOSE}
+_CURVE = ", along a curve"
+_FRACTIONS = {"fraction, loose": LOOSE, "fraction, compacted": COMPACTED, "difference within flasks": COMPACTED - LOOSE}
+FRACTIONS = {f"{name}{curve}": value for curve in ("", _CURVE) for name, value in _FRACTIONS.items()}
 RESISTANCES = {"ratio within walks": WIDE / THIN, "mean, thin": THIN, "mean, wide": WIDE}
 LINES = {
     "stiffness, slope over gain": STIFFNESS[0],
@@ -108,9 +110,11 @@ def oscillations_ingested(chance: np.random.Generator) -> Characterisation:
 
 
 def of_flasks(study: Compaction) -> Intervals:
-    """Return the intervals of both fractions and of their difference."""
-    by_state = {f"fraction, {state.name}": state.unbounded.ci for state in study.states}
-    return {**by_state, "difference within flasks": study.rise.intervals()[0]}
+    """Return the intervals of both fractions and of their difference, by a line and by a curve."""
+    found = {f"fraction, {state.name}": state.unbounded.ci for state in study.states}
+    found |= {f"fraction, {state.name}{_CURVE}": state.curved_ci for state in study.states}
+    rise = "difference within flasks"
+    return {**found, rise: study.rise.intervals()[0], f"{rise}{_CURVE}": study.curved_rise_ci}
 
 
 def of_walks(study: FieldStudy) -> Intervals:

@@ -7,9 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import statsmodels.api as sm
 
 from benchmarks.validation_document import STUDIES, covered, outside
 from labbook.actions.studies.sheets import compaction_of
+from labbook.analysis.studies.compaction import Compaction, compaction
 from labbook.demo.studies.sheets import COMPACTED, FLASK_RADII_MM, GRAIN_MM, LOOSE, WALLS, flasks
 from labbook.presenting.studies.compaction import sentences
 from tests.cli.shell import good, labbook, refused
@@ -28,6 +30,39 @@ def test_without_errors_the_fractions_are_found_to_rounding() -> None:
     assert [state.unbounded.fraction for state in found.states] == pytest.approx([LOOSE, COMPACTED], rel=1e-7)
     assert [state.unbounded.wall_effect for state in found.states] == pytest.approx(WALLS, rel=1e-6)
     assert found.rise.coefficients[0] == pytest.approx(COMPACTED - LOOSE, rel=1e-6)
+
+
+def test_a_curve_s_interval_stands_beside_that_of_the_line_and_a_curve_that_shows_is_said() -> None:
+    """A line through fractions on a curve has the shorter interval, which does not hold what is true."""
+    radii_m = np.geomspace(0.015, 0.08, 12)
+    wall, errors = 3.4e-3 / radii_m, np.random.default_rng(7).normal(0.0, 1e-3, (2, 12))
+
+    def of(curvature: float) -> Compaction:
+        return compaction(
+            {
+                name: [
+                    (radius_m, phi - (0.25 - curvature * x) * x + error, 0)
+                    for radius_m, x, error in zip(radii_m.tolist(), wall.tolist(), of_state.tolist(), strict=True)
+                ]
+                for name, phi, of_state in zip(("loose", "compacted"), (LOOSE, COMPACTED), errors, strict=True)
+            },
+            3.4e-3,
+        )
+
+    straight, curved = of(0.0), of(1.5)
+    for found in (straight, curved):
+        for state, true in zip(found.states, (LOOSE, COMPACTED), strict=True):
+            assert isinstance(state.curved_ci, tuple)
+            assert state.curved_ci[0] < true < state.curved_ci[1]
+    line = curved.states[0].unbounded.ci
+    assert isinstance(line, tuple)
+    assert not line[0] < LOOSE < line[1]
+    x = sm.add_constant(np.column_stack([wall, wall**2]))
+    middle = np.mean([state.fractions for state in curved.states], axis=0)
+    assert curved.curvature_p == pytest.approx(sm.OLS(middle, x).fit().pvalues[2], rel=1e-6)
+    assert any("follow no line" in line for line in sentences(curved))
+    assert not any("follow no line" in line for line in sentences(straight))
+    says(sentences(straight)[0], "along a curve 0.6")
 
 
 def test_units_and_measured_volumes_are_those_of_the_columns() -> None:

@@ -13,6 +13,7 @@ from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.conditions import RunNumber
 from labbook.analysis.results.codec import StoredResult
+from labbook.analysis.studies.compaction import CURVED_P, compaction
 from labbook.analysis.studies.emulator import SAME_POINTS, Controller, emulator_study
 from stats.compare.shared_error import SharedError
 from stats.lines.regression import slope_through_origin
@@ -87,12 +88,45 @@ def _emulator(days: int, what: str, savings: Sequence[float]) -> World:
     return World(f"emulator, {days} days, savings {what}", f"{abs(change):.1f} points", is_trend, simulate)
 
 
+_RADII_M, _GRAIN_M = (0.02, 0.025, 0.035, 0.05, 0.07), 0.0034
+_FRACTIONS = {"loose": (0.61, -0.25), "compacted": (0.63, -0.2)}
+
+
+def _flasks(curvature: float, radii_m: Sequence[float]) -> World:
+    """Flasks err by 0.002 and fillings by 0.0015; the wall's effect has this quadratic term.
+
+    It finds that the compacted grains lie more densely, and warns that the fractions follow no line.
+    """
+
+    def simulate(chance: np.random.Generator) -> Campaign:
+        of_flasks = chance.normal(0.0, 0.002, len(radii_m))
+        measured = {}
+        for state, (fraction, wall) in _FRACTIONS.items():
+            x = _GRAIN_M / np.array(radii_m)
+            errors = of_flasks + chance.normal(0.0, 0.0015, x.size)
+            values = fraction + wall * x + curvature * x**2 + errors
+            measured[state] = [(radius_m, value, 0) for radius_m, value in zip(radii_m, values.tolist(), strict=True)]
+        found = compaction(measured, _GRAIN_M)
+        p = found.curvature_p
+        return Campaign(
+            _covers(found.states[0].curved_ci, _FRACTIONS["loose"][0]),
+            finds=_covers(found.rise.intervals()[0], 0.0) is False,
+            warns=isinstance(p, float) and p <= CURVED_P,
+        )
+
+    name = f"compaction, {len(radii_m)} flasks, quadratic term {curvature:g}"
+    return World(name, "0.61 loose", warning_needed=curvature > 0.0, simulate=simulate)
+
+
 WORLDS = (
     _plate((4, 4, 4, 4), 0.01),
     _plate((8, 4, 2, 2), 0.0),
     _plate((8, 4, 2, 2), 0.01),
     _plate((12, 1, 1, 1), 0.01),
     _plate((8, 4, 4, 2, 2, 1), 0.02),
+    _flasks(0.0, _RADII_M),
+    _flasks(0.5, _RADII_M),
+    _flasks(1.0, np.geomspace(0.015, 0.08, 12).tolist()),
     _emulator(4, "alike", (14.0,) * 4),
     _emulator(10, "alike", (14.0,) * 4),
     _emulator(4, "on a curve", (8.6, 17.5, 16.5, 14.7)),

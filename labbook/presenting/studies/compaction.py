@@ -6,12 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from data_schema.rounding import interval_text, level_text, number_text
+from data_schema.rounding import end_text, interval_text, level_text, number_text, p_text
 from data_schema.vocabulary import Undefined
-from labbook.analysis.studies.compaction import Compaction, StateOfGrains
+from labbook.analysis.studies.compaction import CURVED_P, Compaction, StateOfGrains
+from labbook.presenting.numbers import value_data
 from reports.figures.compaction import FractionLine
 from simulator.steady.published_results import published_numbers
-from stats.packing import DENSEST, WALL, UnboundedPacking
+from stats.packing import DENSEST, WALL
+from stats.results import plural
 
 PUBLISHED = {"loose": "bed.phi_loose", "compacted": "bed.phi_hard"}
 """What docs/published.md calls the fractions of 3.4 mm glass beads (thesis 5.1.2), to two digits."""
@@ -27,7 +29,7 @@ def sentences(study: Compaction) -> list[str]:
     First, where it is so, that no grains of one size lie as densely.
     """
     first, last = study.states
-    of_states = [f"{_fraction_text(state.unbounded)} {state.name}" for state in study.states]
+    of_states = [f"{_fraction_text(state)} {state.name}" for state in study.states]
     rise = study.rise
     error = 0.0 if isinstance(rise.standard_errors, Undefined) else rise.standard_errors[0]
     difference = number_text(rise.coefficients[0], error=error)
@@ -35,7 +37,8 @@ def sentences(study: Compaction) -> list[str]:
     lines = [
         f"Without walls the grains fill {' and '.join(of_states)}.",
         f"Difference, {last.name} less {first.name}: {difference} "
-        f"({interval_text(rise.intervals()[0], rise.level)}; {within}).",
+        f"({_intervals_text(rise.intervals()[0], study.curved_rise_ci, rise.level, error)}; {within}).",
+        _curve_text(study),
     ]
     if abs(study.grain_m / PUBLISHED_GRAIN_M - 1.0) < 0.05:
         known = " and ".join(f"{published_numbers()[one]:g} {name}" for name, one in PUBLISHED.items())
@@ -64,9 +67,26 @@ def sentences(study: Compaction) -> list[str]:
     return lines
 
 
-def _fraction_text(packing: UnboundedPacking) -> str:
+def _fraction_text(state: StateOfGrains) -> str:
+    packing = state.unbounded
     number = number_text(packing.fraction, error=packing.se)
-    return f"{number} ({interval_text(packing.ci, packing.level, '', packing.se)})"
+    return f"{number} ({_intervals_text(packing.ci, state.curved_ci, packing.level, packing.se)})"
+
+
+def _intervals_text(
+    line: tuple[float, float] | Undefined, curve: tuple[float, float] | Undefined, level: float, se: float
+) -> str:
+    ends = "unknown" if isinstance(curve, Undefined) else " to ".join(end_text(end, se) for end in curve)
+    return f"{interval_text(line, level, '', se)}, along a curve {ends}"
+
+
+def _curve_text(study: Compaction) -> str:
+    """Say which of the intervals hold: a slight curve is seldom seen in few flasks, and moves what lies beyond them."""
+    if isinstance(study.curvature_p, float) and study.curvature_p <= CURVED_P:
+        p = p_text(study.curvature_p, CURVED_P)
+        return f"The fractions follow no line over grain size / radius (quadratic term, {p}): those along a curve hold."
+    flasks = plural(study.rise.n, "flask")
+    return f"The first intervals take the wall's effect for a line, which {flasks} do not tell from a slight curve."
 
 
 HEAD = ("state", "flask radius (mm)", "grain / radius", "volume fraction")
@@ -89,6 +109,7 @@ def as_data(study: Compaction) -> dict[str, Any]:
             {
                 "state": state.name,
                 **state.unbounded.to_dict(),
+                "curved_ci": value_data(state.curved_ci),
                 "measurements": [
                     {"grain_over_radius": wall, "fraction": fraction}
                     for wall, fraction in zip(state.wall, state.fractions, strict=True)
@@ -97,6 +118,8 @@ def as_data(study: Compaction) -> dict[str, Any]:
             for state in study.states
         ],
         "difference": study.rise.to_dict(),
+        "difference_curved_ci": value_data(study.curved_rise_ci),
+        "curvature_p": value_data(study.curvature_p),
         "doubt": study.doubt,
     }
 
