@@ -8,14 +8,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.signal
+from numpy.typing import NDArray
 
 from benchmarks.validation_document import STUDIES, covered, outside
 from data_schema.errors import InputRefused
+from data_schema.vocabulary import Undefined
 from labbook.analysis.studies.characterisation import Oscillation, characterisation
-from labbook.demo.studies.sheets import DAMPING, STIFFNESS, oscillations, walks
+from labbook.demo.studies.sheets import DAMPING, POSITION_SD_M, STIFFNESS, VELOCITY_SD_M_S, oscillations, walks
+from labbook.presenting.studies.characterisation import sentences
 from stats.lines.stiffness import velocity_over_rate
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.study_pages import study_page
+from tests.helpers.wording import says
 
 HEAD = "file,gain,damping_gain,mass_kg,neutral_cm\n"
 
@@ -66,6 +71,40 @@ def test_an_overdamped_leg_is_found_too() -> None:
     slow = [one for one in characterisation(drawn).conditions if one.damping_gain == 0.0]
     assert slow[0].damping.value == pytest.approx(60.0, rel=0.02)
     assert slow[0].stiffness.value == pytest.approx(STIFFNESS[0] * 60.0 + STIFFNESS[1], rel=0.02)
+
+
+def correlated(chance: np.random.Generator, correlation: float) -> list[Oscillation]:
+    """Masses on one pair of gains with errors that go together along each log."""
+
+    def errors(n: int) -> NDArray[np.float64]:
+        white = chance.normal(0.0, 1.0, n + 100)
+        return np.asarray(scipy.signal.lfilter([(1.0 - correlation**2) ** 0.5], [1.0, -correlation], white)[100:])
+
+    return [
+        replace(
+            one,
+            displacement_m=one.displacement_m + POSITION_SD_M * errors(one.time_s.size),
+            velocity_m_s=one.velocity_m_s + VELOCITY_SD_M_S * errors(one.time_s.size),
+        )
+        for one in oscillations(chance, 0.0, 0.0)
+        if one.gain == 200.0
+    ]
+
+
+def test_errors_that_go_together_widen_the_interval_and_are_said() -> None:
+    """A correlation of 0.8 has the long-run variance of independent errors of (1.8 / 0.2) ** 0.5 = 3 times the SD."""
+    factors = []
+    for seed in range(6):
+        study = characterisation(correlated(np.random.default_rng(seed), 0.8))
+        (one,) = study.conditions
+        factors.append(one.widened)
+        assert isinstance(one.plane.fit.stiffness_ci, Undefined)
+        says(sentences(study)[-1], "gain 200", f"factor of {one.widened:.1f}")
+        (alike,) = characterisation(correlated(np.random.default_rng(seed), 0.0)).conditions
+        assert alike.widened < 1.25
+        assert isinstance(alike.plane.fit.stiffness_ci, tuple)
+        assert one.stiffness.se > 2.0 * alike.stiffness.se
+    assert np.mean(factors) == pytest.approx(3.0, rel=0.2)
 
 
 def test_a_leg_with_dry_friction_is_no_linear_spring() -> None:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import datetime as dt
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
+import scipy.signal
+from numpy.typing import NDArray
 
 from benchmarks.stats_evidence.worlds.world import Campaign, World
 from benchmarks.validation_emulator import conditions_of, run_row
@@ -13,8 +16,10 @@ from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.conditions import RunNumber
 from labbook.analysis.results.codec import StoredResult
+from labbook.analysis.studies.characterisation import TOGETHER, characterisation
 from labbook.analysis.studies.compaction import CURVED_P, compaction
 from labbook.analysis.studies.emulator import SAME_POINTS, Controller, emulator_study
+from labbook.demo.studies.sheets import POSITION_SD_M, STIFFNESS, VELOCITY_SD_M_S, oscillations
 from stats.compare.shared_error import SharedError
 from stats.lines.regression import slope_through_origin
 
@@ -118,12 +123,44 @@ def _flasks(curvature: float, radii_m: Sequence[float]) -> World:
     return World(name, "0.61 loose", warning_needed=curvature > 0.0, simulate=simulate)
 
 
+def _leg(what: str, correlation: float, white: float = 0.0) -> World:
+    """Two masses on one pair of gains; errors of this correlation along a log, and a share `white` of the variance.
+
+    It warns that residuals go together. Its intervals have to hold whether it does or not.
+    """
+    gain = 200.0
+
+    def errors(chance: np.random.Generator, n: int) -> NDArray[np.float64]:
+        drawn = chance.normal(0.0, 1.0, n + 200)
+        along = scipy.signal.lfilter([(1.0 - correlation**2) ** 0.5], [1.0, -correlation], drawn)[200:]
+        return np.asarray((1.0 - white) ** 0.5 * along + white**0.5 * chance.normal(0.0, 1.0, n))
+
+    def simulate(chance: np.random.Generator) -> Campaign:
+        drawn = [
+            replace(
+                one,
+                displacement_m=one.displacement_m + POSITION_SD_M * errors(chance, one.time_s.size),
+                velocity_m_s=one.velocity_m_s + VELOCITY_SD_M_S * errors(chance, one.time_s.size),
+            )
+            for one in oscillations(chance, 0.0, 0.0)
+            if one.gain == gain and one.mass_kg < 2.0
+        ]
+        (found,) = characterisation(drawn).conditions
+        covers = _covers(found.stiffness.ci, STIFFNESS[0] * gain + STIFFNESS[1])
+        return Campaign(covers, finds=found.stiffness.ci[0] > 0.0, warns=found.widened > TOGETHER)
+
+    return World(f"characterisation, errors {what}", "579.36 N/m", correlation > 0.0, simulate)
+
+
 WORLDS = (
     _plate((4, 4, 4, 4), 0.01),
     _plate((8, 4, 2, 2), 0.0),
     _plate((8, 4, 2, 2), 0.01),
     _plate((12, 1, 1, 1), 0.01),
     _plate((8, 4, 4, 2, 2, 1), 0.02),
+    _leg("independent", 0.0),
+    _leg("with a lag-1 correlation of 0.8", 0.8),
+    _leg("half white, half slow", 0.95, white=0.5),
     _flasks(0.0, _RADII_M),
     _flasks(0.5, _RADII_M),
     _flasks(1.0, np.geomspace(0.015, 0.08, 12).tolist()),

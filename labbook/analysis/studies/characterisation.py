@@ -31,8 +31,11 @@ Floats = NDArray[np.float64]
 Condition = tuple[float | None, float, float]
 """Neutral length in m, gain and damping gain: what is fitted together, whatever the mass."""
 FEWEST_GAINS = 3
+TOGETHER = 1.25
+"""Factor by which intervals are wider for residuals that go together, above which that is reported."""
 _WEIGHINGS, _LEAST = 3, 1e-12
 """Fits with weights estimated anew, and the least spread in m and m/s, of data without errors."""
+_FIXED_POINT = 30
 _OTHER_UNIT = 3.0
 """Velocity over the rate of the position, or its inverse, from which on a unit is wrong."""
 
@@ -85,7 +88,8 @@ class Plane:
 
     Forces between three samples share the error of the one in the middle, which the errors of `fit` take into account.
     `bias` is what differences, and errors of position and velocity, put on stiffness and damping on the motion that was
-    fitted. The intervals are without it: their middle is the coefficient less its bias.
+    fitted. The intervals are without it: their middle is the coefficient less its bias. Both take the errors of samples
+    for independent: there are no intervals where residuals go together.
     """
 
     fit: Stiffness
@@ -111,7 +115,8 @@ class MeasuredGains:
     """One condition: its gains, and the leg's stiffness in N/m and damping in kg/s, of all masses and of each.
 
     `masses_left_out` says why masses in kg have no fit of their own. `residual_lag1` is the correlation of neighbouring
-    velocities' residuals: above 0 the leg is no linear spring and the intervals are too short.
+    velocities' residuals: above 0 the leg is no linear spring, or the log was smoothed. The intervals are `widened` by
+    this factor, at most, for residuals that go together.
     """
 
     neutral_m: float | None
@@ -124,6 +129,7 @@ class MeasuredGains:
     stiffness: Coefficient
     damping: Coefficient
     residual_lag1: float | Undefined
+    widened: float
     plane: Plane
     motions: tuple[FittedMotion, ...]
 
@@ -206,9 +212,13 @@ def _refused_as_no_spring(several: Sequence[Oscillation]) -> Iterator[None]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Fit:
-    """Stiffness, damping and the force at no compression, the spreads of positions and velocities, and residuals."""
+    """Stiffness, damping and the force at no compression, the spreads of positions and velocities, and residuals.
+
+    `inflation` is the long-run variance of either's residuals over their variance (`_long_run_over_variance`).
+    """
 
     values: Floats
+    inflation: Floats
     spreads: tuple[float, float]
     stiffness: Coefficient
     damping: Coefficient
@@ -243,6 +253,7 @@ def _measured(several: Sequence[Oscillation], level: float) -> MeasuredGains:
         stiffness=found.stiffness,
         damping=found.damping,
         residual_lag1=autocorrelation(np.concatenate([of_one[1] for of_one in found.residuals])).r,
+        widened=float(np.sqrt(found.inflation.max())),
         plane=_with_errors(plane, several, points, found),
         motions=tuple(
             _motion(one, residuals, found.values) for one, residuals in zip(several, found.residuals, strict=True)
@@ -279,7 +290,9 @@ def _of_masses(
 def _fitted(several: Sequence[Oscillation], start: Floats, spreads: tuple[float, float], level: float) -> _Fit:
     """Fit k, d and F by least squares of residuals in their spreads; the starts of motion are projected out.
 
-    Squares of positions and of velocities each have half of the degrees of freedom.
+    Squares of positions and of velocities each have half of the degrees of freedom. Errors may go together along a
+    trajectory: what they do to the coefficients is what independent errors of their long-run variance would, as both
+    change slowly beside them. That leaves as many degrees of freedom as there are such independent errors.
     """
     scale = np.maximum(np.abs(start), (1.0, 0.1, 0.1))
 
@@ -295,16 +308,68 @@ def _fitted(several: Sequence[Oscillation], start: Floats, spreads: tuple[float,
     names = ", ".join(one.file for one in several[:3])
     if df < 1 or not np.linalg.matrix_rank(fit.jac) == start.size:
         raise InputRefused(f"the leg does not move enough in {names} to tell stiffness from damping: displace it more.")
-    covariance = np.linalg.inv(fit.jac.T @ fit.jac) * 2.0 * fit.cost / df
-    half = float(scipy.stats.t.ppf(0.5 + 0.5 * level, df))
+    at_end = left(fit.x)
+    bread = np.linalg.inv(fit.jac.T @ fit.jac)
+    of_positions = np.concatenate([np.arange(one[0].size + one[1].size) < one[0].size for one in at_end])
+    of_rows = [fit.jac[of_row].T @ fit.jac[of_row] for of_row in (of_positions, ~of_positions)]
+    each_fitted = 2.0 + 3.0 / len(several)
+    inflation = np.array(
+        [
+            _long_run_over_variance([one[row] for one in at_end], each_fitted * float(np.trace(bread @ of_row)) / 3.0)
+            for row, of_row in enumerate(of_rows)
+        ]
+    )
+    meat = inflation[0] * of_rows[0] + inflation[1] * of_rows[1]
+    covariance = bread @ meat @ bread * 2.0 * fit.cost / df
+    half = float(scipy.stats.t.ppf(0.5 + 0.5 * level, max(df / inflation.max(), 1.0)))
     stiffness, damping = (
         Coefficient(float(value), float(se), (float(value - half * se), float(value + half * se)))
         for value, se in zip((fit.x * scale)[:2], (np.sqrt(np.diag(covariance)) * scale)[:2], strict=True)
     )
-    residuals = [of_one * np.array(spreads)[:, np.newaxis] for of_one in left(fit.x)]
+    residuals = [of_one * np.array(spreads)[:, np.newaxis] for of_one in at_end]
     squares = (sum(float(of_one[row] @ of_one[row]) for of_one in residuals) for row in (0, 1))
     found = (max((2.0 * square / df) ** 0.5, _LEAST) for square in squares)
-    return _Fit(fit.x * scale, (next(found), next(found)), stiffness, damping, residuals)
+    return _Fit(fit.x * scale, inflation, (next(found), next(found)), stiffness, damping, residuals)
+
+
+_HIGHEST_ORDER = 20
+"""Of autoregressions that are tried: 67 ms at 300 Hz."""
+
+
+def _long_run_over_variance(residuals: Sequence[Floats], fitted: float) -> float:
+    """Return how much more the mean of residuals varies than if they were independent, at least 1.
+
+    That is the long-run variance of an autoregression over the variance; its order has the least of Akaike's criterion
+    (den Haan and Levin 1997). Residuals come in arrays of shape (n,), one a trajectory. Fitting `fitted` coefficients
+    to each takes so many n-ths of the long-run variance from every autocovariance, which are put back.
+    """
+    n, mean_n = sum(one.size for one in residuals), float(np.mean([one.size for one in residuals]))
+    lags = range(min(_HIGHEST_ORDER, min(one.size for one in residuals) // 4) + 1)
+    raw = np.array([sum(float(one[lag:] @ one[: one.size - lag]) for one in residuals) for lag in lags])
+    if not (np.isfinite(raw).all() and raw[0] > 0.0):
+        return 1.0
+    raw, variance, long_run = raw / raw[0], 1.0, 1.0
+    for _ in range(_FIXED_POINT):
+        variance = 1.0 + fitted / mean_n * long_run
+        before, long_run = long_run, min(_of_autoregression(raw + variance - 1.0, n), mean_n / 2.0)
+        if abs(long_run - before) < 1e-3 * before:
+            break
+    return max(long_run / variance, 1.0)
+
+
+def _of_autoregression(covariances: Floats, n: int) -> float:
+    """Return the long-run variance of the autoregression of the best order, by Levinson's recursion."""
+    innovation, weights = float(covariances[0]), np.zeros(0)
+    best, found = n * np.log(innovation), innovation
+    for order in range(1, covariances.size):
+        last = (covariances[order] - weights @ covariances[order - 1 : 0 : -1]) / innovation
+        weights = np.append(weights - last * weights[::-1], last)
+        innovation *= 1.0 - last**2
+        if innovation <= 0.0 or weights.sum() >= 1.0:
+            break
+        if (criterion := n * np.log(innovation) + 2 * order) < best:
+            best, found = criterion, innovation / (1.0 - weights.sum()) ** 2
+    return float(found)
 
 
 def _with_errors(
@@ -343,7 +408,9 @@ def _with_errors(
         raise FloatingPointError
     half = float(scipy.stats.t.ppf(0.5 + 0.5 * plane.level, plane.df))
     intervals = [
-        (value - off - half * se, value - off + half * se)
+        Undefined(Reason.RESIDUALS_TOGETHER)
+        if found.inflation.max() > TOGETHER**2
+        else (value - off - half * se, value - off + half * se)
         for value, off, se in zip((plane.stiffness_n_m, plane.damping_kg_s), bias, errors[:2], strict=True)
     ]
     fit = replace(

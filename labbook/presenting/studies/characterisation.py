@@ -7,14 +7,19 @@ from typing import Any
 
 from data_schema.rounding import error_of, interval_text, number_text
 from data_schema.vocabulary import Undefined
-from labbook.analysis.studies.characterisation import Characterisation, Coefficient, GainLines, MeasuredGains, OfMass
+from labbook.analysis.studies.characterisation import (
+    TOGETHER,
+    Characterisation,
+    Coefficient,
+    GainLines,
+    MeasuredGains,
+    OfMass,
+)
 from labbook.presenting.numbers import value_data
 from reports.figures.characterisation import OverGain, Trajectory
 from simulator.steady.published_results import published_numbers
 from stats.lines.stiffness import MINIMUM_POINTS, GainLine
 
-SHARED = 0.3
-"""Correlation of neighbouring residuals from which on a sentence reports it."""
 HEAD = ("neutral", "gain", "damping gain", "stiffness N/m", "CI", "damping kg/s", "CI", "points")
 
 
@@ -33,11 +38,11 @@ def sentences(study: Characterisation) -> list[str]:
     for one in study.conditions:
         for mass_kg, why in one.masses_left_out.items():
             texts.append(f"No coefficients of {mass_kg:g} kg alone, {_of(one)}: {why}")
-    lags = [(one, one.residual_lag1) for one in study.conditions]
-    odd = [_of(one) for one, lag1 in lags if not isinstance(lag1, Undefined) and lag1 > SHARED]
-    if odd:
+    if odd := [one for one in study.conditions if one.widened > TOGETHER]:
+        most = max(one.widened for one in odd)
         texts.append(
-            f"Neighbouring residuals go together ({'; '.join(odd)}): no linear spring; its interval is too short."
+            f"Neighbouring residuals go together ({'; '.join(map(_of, odd))}): intervals are wider for it, by up to a "
+            f"factor of {most:.1f}. If the logs were not smoothed, the leg is no linear spring."
         )
     return texts
 
@@ -138,6 +143,7 @@ def _condition(one: MeasuredGains) -> dict[str, Any]:
         "trajectories": one.trajectories,
         "n": one.n,
         "residual_lag1": value_data(one.residual_lag1),
+        "widened": one.widened,
         **_coefficients(one),
         "masses": [{"mass_kg": mass.mass_kg, "n": mass.n, **_coefficients(mass)} for mass in one.masses],
         "masses_left_out": [{"mass_kg": mass_kg, "why": why} for mass_kg, why in one.masses_left_out.items()],
