@@ -213,7 +213,8 @@ def _savings_claim(content: ReportContent, overall: OverallSavings) -> Claim:
         text = f"Whether {treatment} saves energy cannot be told from these days: {savings.value.reason}."
         return Claim(" ".join((text, *_charges_missing(content, overall))), _id(savings))
     size, signed = _sizes(savings.value, savings)
-    over = f"{_over(scope)}, each counted once"
+    unlike = f" that differ ({p_text(overall.heterogeneity_p.value)})" if overall.differ else ""
+    over = f"{_over(scope)}{unlike}, each counted once"
     clause = f"a saving is not shown{over}: {signed}"
     if overall.rejected:
         clause = saving_text(treatment, savings.value, size, over)
@@ -225,7 +226,7 @@ def _savings_claim(content: ReportContent, overall: OverallSavings) -> Claim:
     beside = (
         claim.text,
         *_charges_missing(content, overall),
-        _groups_that_differ(content, overall),
+        _group_by_group(content, overall),
         _significant_alone(content, overall),
     )
     return replace(claim, text=" ".join(filter(None, beside)))
@@ -239,8 +240,8 @@ def _charges_missing(content: ReportContent, overall: OverallSavings) -> list[st
     return [text for each in left_out if (text := _charge_missing(content, each))]
 
 
-def _groups_that_differ(content: ReportContent, overall: OverallSavings) -> str:
-    """Say that the groups saved unlike, and what each of them; "" where that is not shown."""
+def _group_by_group(content: ReportContent, overall: OverallSavings) -> str:
+    """Say what each group saved; "" where groups are not shown to differ."""
     if not overall.differ:
         return ""
     saved = [
@@ -248,7 +249,7 @@ def _groups_that_differ(content: ReportContent, overall: OverallSavings) -> str:
         for name, lead in _leads(content, overall.quantity, overall.scope).items()
         if lead.savings is not None
     ]
-    return f"The groups differ ({p_text(overall.heterogeneity_p.value)}): {'; '.join(saved)}."
+    return f"Group by group: {'; '.join(saved)}."
 
 
 def _significant_alone(content: ReportContent, overall: OverallSavings) -> str:
