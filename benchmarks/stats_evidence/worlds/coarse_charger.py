@@ -112,4 +112,4 @@ def _worlds() -> Iterator[World]:
         )
 
 
-COARSE_CHARGER = tuple(_worlds())
+WORLDS = tuple(_worlds())

@@ -51,4 +51,4 @@ def _worlds(saving: float, truth: str) -> tuple[World, ...]:
     )
 
 
-LOOKS = (*_worlds(0.0, "0 %"), *_worlds(0.05, "5 %"))
+WORLDS = (*_worlds(0.0, "0 %"), *_worlds(0.05, "5 %"))

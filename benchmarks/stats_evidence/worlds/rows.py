@@ -4,10 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from benchmarks.stats_evidence.worlds import contrasts
+from benchmarks.stats_evidence.worlds import coarse_charger, contrasts, groups, looks, order_in_day, studies
 from benchmarks.stats_evidence.worlds.world import World, holds, shares_of
 
-WORLDS: tuple[World, ...] = (*contrasts.WORLDS,)
+WORLDS: tuple[World, ...] = (
+    *order_in_day.WORLDS,
+    *coarse_charger.WORLDS,
+    *looks.WORLDS,
+    *groups.WORLDS,
+    *contrasts.WORLDS,
+    *studies.WORLDS,
+)
 CAMPAIGNS = 2000
 
 
