@@ -30,7 +30,7 @@ from labbook.statements.assigning import assign_charge, assign_file, assign_only
 def apply_declare(context: ApplyContext, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
     """Add the row, and link what waited for it."""
     values = dict(entry.new or {})
-    beside = {name: values.pop(name) for name in _BESIDE.get(entry.entity_kind, ())}
+    beside = {name: values.pop(name) for name in _BESIDE.get(entry.entity_kind, ()) if name in values}
     if entry.entity_kind in _SIGNED:
         values = with_author(context, entry, values)
     insert_fact(context.connection, entry.entity_kind, entry.entity_uid, values)
@@ -73,7 +73,7 @@ _SIGNED = ("note", "day_check")
 """Kinds whose rows hold the person and time of their statement."""
 
 _BESIDE: dict[str, tuple[str, ...]] = {"condition": ("levels",), "plan": ("runs", "looks")}
-"""Parts of a declaration that are rows of other tables."""
+"""Parts of a declaration that are rows of other tables, or are read from the journal."""
 
 _FOLLOW: dict[str, Callable[[ApplyContext, str, Mapping[str, Any]], None]] = {
     "condition": _condition_levels,

@@ -28,7 +28,7 @@ def look_of(
     given. Plans count that were stated before the first measurement, the entry `first_seq`.
     """
     planned, runs_planned = _planned(connection, first_seq)
-    if planned == 1 and not reports_made(connection):
+    if planned == 1 and not (reports_made(connection) if states is None else states[1]):
         return None
     if states is None:
         history = read_history(connection)
