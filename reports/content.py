@@ -18,6 +18,7 @@ from reports.evidence import (
     DrainFit,
     Favoured,
     IdlePoint,
+    Look,
     MeansContrast,
     Order,
     OverallEquivalence,
@@ -29,7 +30,6 @@ from reports.evidence import (
 )
 from reports.numbers import Number, SignificanceTest, Value
 from reports.predicted import Hypothesis, Predictions
-from stats.planning.group_sequential import Look
 
 __all__ = [
     "Anova",

@@ -367,3 +367,25 @@ class Sensitivity:
     variants: tuple[Variant, ...]
     rule_of_all_runs: str = ""
     group: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """Which look at growing data this is, and at which level p is compared.
+
+    `runs` are those of the study with a number, of `runs_planned`, None where no plan says. `level` takes the place of
+    `alpha`. `share_in_error` is that of studies without an effect in which one of the looks so far finds one.
+    """
+
+    number: int
+    planned: int
+    runs: int
+    runs_planned: int | None
+    alpha: float
+    level: float
+    share_in_error: float
+
+    @property
+    def unplanned(self) -> bool:
+        """Whether there were more looks than planned."""
+        return self.number > self.planned

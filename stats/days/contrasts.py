@@ -15,8 +15,8 @@ freedom are those of the days where these are shared, of effects on different da
 less than the days; within days the smallest of any condition's. Errors in common with others are added with their
 signs, so that they cancel where they do.
 
-Source: a one-sample t on the contrasts of days (Winer 1971, section 4.5: error of the single contrast, not pooled over
-contrasts); coverage by design stands in docs/statistics.md.
+The error is that of the single contrast, not pooled over contrasts: R's `lm(L ~ 1)` on the days' own contrasts L.
+Coverage by design stands in docs/statistics.md.
 """
 
 from __future__ import annotations

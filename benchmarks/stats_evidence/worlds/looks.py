@@ -12,8 +12,8 @@ import numpy as np
 
 from benchmarks.stats_evidence.worlds.world import Campaign, World
 from labbook.analysis.comparison.deciding import decide_by_contrast
+from labbook.analysis.preregistration.looks import look_at
 from stats.days.decision import contrast_by_day
-from stats.planning.group_sequential import look_at
 
 RUNS, DAY_SD, RUN_SD, MEAN = 5, 0.05, 0.10, 1.0
 

@@ -26,6 +26,7 @@ from labbook.actions.planning.power_tests import (
 )
 from labbook.actions.runs.runs_importing import plan_factors
 from labbook.analysis.comparison.pairing import swept_factor
+from labbook.analysis.preregistration.looks import look_at
 from labbook.analysis.preregistration.planned import planned_analysis
 from labbook.book.naming import condition_key, ensure_condition, refuse_empty, study_of
 from labbook.book.opening import Book
@@ -34,7 +35,6 @@ from labbook.config.model import AnalysisSettings, UnitOfAnalysis
 from labbook.config.parsing import Configuration
 from labbook.plan.drawing import Plan, PlannedRun, draw_plan
 from labbook.plan.sheet import format_run_sheet_for_print, write_run_sheet
-from stats.planning.group_sequential import look_at
 from stats.planning.power import Power, power_by_day
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+import math
+from collections.abc import Collection, Mapping, Sequence
 
 import sqlalchemy as sa
 
@@ -11,7 +12,8 @@ from data_schema.queries.history import entries_about_plans, reports_made
 from data_schema.vocabulary import Action, RunKind
 from labbook.analysis.preregistration.book_state import BookState, read_history, reported_states, state_at
 from labbook.config.model import AnalysisSettings
-from stats.planning.group_sequential import Look, look_at
+from reports.evidence import Look
+from stats.planning.group_sequential import nominal_levels, share_in_error
 
 
 def look_of(
@@ -77,3 +79,32 @@ def _planned(connection: sa.Connection, first_seq: int) -> tuple[int, int]:
     looks = max((int(str(plan.get("looks", 1))) for plan in plans.values()), default=1)
     runs = [run for plan in plans.values() for run in plan["runs"]]  # type: ignore[attr-defined]
     return looks, sum(run["condition"] is not None for run in runs)
+
+
+def look_at(
+    runs: Sequence[int],
+    alpha: float = 0.05,
+    *,
+    planned: int = 1,
+    runs_planned: int | None = None,
+    runs_of_all: Sequence[int] | None = None,
+    one_sided: bool = False,
+) -> Look:
+    """Return the look that the last of `runs` is, the numbers of runs at each look so far.
+
+    The last planned look spends all of alpha, whether or not all planned runs were made; further ones keep its level.
+    Levels are rounded down to three digits, so that what is said of them is what decides.
+    Where the runs are a selection, `runs_of_all` are those of the study, of which the plan says how many there will be.
+    """
+    levels = [alpha] * len(runs)
+    if planned > 1 and runs_planned:
+        parts = [min(1.0, each / runs_planned) for each in runs_of_all or runs]
+        times = [*parts[: planned - 1], *([1.0] * len(parts[planned - 1 :]))]
+        levels = [_rounded_down(level) for level in nominal_levels(times, alpha, one_sided=one_sided)]
+    share = share_in_error(runs, levels, one_sided=one_sided)
+    return Look(len(runs), planned, (runs_of_all or runs)[-1], runs_planned, alpha, levels[-1], share)
+
+
+def _rounded_down(level: float) -> float:
+    unit = 10.0 ** (math.floor(math.log10(level)) - 2)
+    return float(f"{math.floor(level / unit * (1.0 + 1e-12)) * unit:.2e}")

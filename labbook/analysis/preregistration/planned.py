@@ -44,7 +44,7 @@ from labbook.analysis.preregistration.looks import look_of
 from labbook.config.analysis import stored_analysis, stored_jump_rules
 from labbook.config.model import AnalysisSettings, Bounds, Configuration, Family
 from reports.display import list_text
-from stats.planning.group_sequential import Look
+from reports.evidence import Look
 
 
 def _unselected(now: BookState, configuration: Configuration, selected: Collection[str]) -> list[Departure]:

@@ -7,7 +7,8 @@ import pytest
 from scipy import special, stats
 
 from data_schema.errors import InputRefused
-from stats.planning.group_sequential import look_at, nominal_levels, share_in_error
+from labbook.analysis.preregistration.looks import look_at
+from stats.planning.group_sequential import nominal_levels, share_in_error
 from tests.helpers.wording import refuses
 
 EQUAL = [0.2, 0.4, 0.6, 0.8, 1.0]

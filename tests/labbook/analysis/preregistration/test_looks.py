@@ -8,9 +8,9 @@ import pytest
 
 from data_schema.outcomes import Outcome
 from labbook.actions.report_command import state_report
+from labbook.analysis.preregistration.looks import look_at
 from reports.content import ReportContent
 from reports.trust import trust_sentences
-from stats.planning.group_sequential import look_at
 from tests.cli.shell import good, labbook
 from tests.helpers.books import ADA, DAYS, SmallBook, small_book
 from tests.helpers.wording import says
