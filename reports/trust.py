@@ -30,6 +30,8 @@ from reports.evidence import Favoured
 from reports.naming import levels_name
 from reports.numbers import Number
 
+_MOST_FAVOURED = 2
+"""So many groups that the order favours stand on page one."""
 MOST_NAMED = 6
 """So many odd runs are named."""
 
@@ -112,9 +114,12 @@ def _order_in_days(content: ReportContent) -> str:
     """Say which headlines the order within days favours, and give them adjusted for it; "" where there are none."""
     if not content.favoured:
         return ""
+    named, more = content.favoured[:_MOST_FAVOURED], len(content.favoured) - _MOST_FAVOURED
+    texts = [_adjusted_text(content, each) for each in named]
+    texts += [f"{count_text(more, 'more group')} ({content.section('Robustness')})"] if more > 0 else []
     return (
         "Control and treated runs lie farther apart in the day than in a random order, so that a drift over the day "
-        f"passes for an effect: {'; '.join(_adjusted_text(content, each) for each in content.favoured)}."
+        f"passes for an effect: {'; '.join(texts)}."
     )
 
 

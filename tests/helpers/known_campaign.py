@@ -58,6 +58,10 @@ apex_bounds_percent = [-3, 3]
 """
 
 
+Order = Sequence[tuple[str, int]]
+"""The runs of a day in their order, each with its foot and gain."""
+
+
 @dataclass(frozen=True)
 class KnownCampaign:
     """What is true, and how runs are made.
@@ -68,7 +72,7 @@ class KnownCampaign:
     """
 
     saved_percent: Mapping[str, float]
-    days: Sequence[Sequence[tuple[str, int]]]
+    days: Sequence[Order]
     apex_percent: float = 0.0
     run_sd: float = 0.03
     day_sd: float = 0.03
@@ -111,7 +115,7 @@ class KnownCampaign:
         return f"{round(mah / self.step_mah) * self.step_mah:.10g}"
 
 
-def shuffled(days: int, runs: Mapping[tuple[str, int], int], seed: int) -> list[list[tuple[str, int]]]:
+def shuffled(days: int, runs: Mapping[tuple[str, int], int], seed: int) -> list[Order]:
     """Return so many runs of each foot and gain for every day, in random order."""
     rng = np.random.default_rng([seed, 1])
     every = [condition for condition, n in runs.items() for _ in range(n)]

@@ -7,11 +7,16 @@ import re
 
 import pytest
 
+from data_schema.outcomes import Outcome
+from reports.content import CoarseCharger
+from reports.evidence import Favoured, Look
 from reports.figures.style import TWO_COLUMNS_IN, new_figure
+from reports.numbers import Number
 from reports.page import printing
 from reports.page.printing import NO_BROWSER, browser, print_pdf
 from reports.page.study import StudyPage, study_page
 from reports.page.writing import report_files, write_report
+from reports.tables.contrasts import contrast_claims
 from tests.helpers.pages import quick_page
 from tests.helpers.wording import says
 
@@ -58,6 +63,46 @@ def is_one_sheet_of_a4(page, pdf):
 @pytest.mark.soak
 def test_page_one_is_one_sheet_of_a4(summarised, tmp_path):
     is_one_sheet_of_a4(summarised.with_name("summary.html"), tmp_path / "page.pdf")
+
+
+@pytest.fixture(scope="module")
+def with_every_warning(content):
+    """The longest first page: all that may be said of a campaign's order, charger, looks, charges and contrasts."""
+    number = Number(11.234, "%", se=1.41, ci_low=8.12, ci_high=14.31)
+    favoured = [
+        Favoured(each.group, 2.0, 6.5, 0.0012, {Outcome.JOULES: number, Outcome.APEX: number})
+        for each in content.pooled
+        if each.quantity is Outcome.JOULES
+    ]
+    names = tuple(f"r{place:03d}" for place in range(8))
+    warned = dataclasses.replace(
+        content,
+        favoured=tuple(favoured),
+        coarse_charger=CoarseCharger(10.0, 2.2),
+        look=Look(7, 1, 140, None, 0.05, 0.05, 0.166),
+        outside_limits=names,
+        exchanged_charges=((names[0], names[1]),),
+        planned=True,
+        run_before="2021-06-01",
+        departed=3,
+        different_days="The plan counts runs, so that runs of different days were compared: 3 of 17 days hold both.",
+        contrasts=tuple(dataclasses.replace(each, exploratory="") for each in content.contrasts),
+    )
+    return dataclasses.replace(warned, claims=(*warned.claims[:2], *contrast_claims(warned)))
+
+
+def test_page_one_with_every_warning_is_short(with_every_warning):
+    page = quick_page(with_every_warning)
+    answer = re.sub(r"<svg.*?</svg>", "", page[page.index('<section id="answer"') :], flags=re.DOTALL)
+    words = re.sub("<[^>]+>", " ", answer[: answer.index("</section>")]).split()
+    assert 500 < len(words) <= 1200
+
+
+@needs_browser
+@pytest.mark.soak
+def test_page_one_with_every_warning_is_one_sheet_of_a4(with_every_warning, tmp_path):
+    page = write_report(report_files(with_every_warning, summary=True), tmp_path / "warned")
+    is_one_sheet_of_a4(page.with_name("summary.html"), tmp_path / "page.pdf")
 
 
 @needs_browser
