@@ -145,8 +145,14 @@ def _results(content: ReportContent) -> Section:
             found += [Paragraph(text) for text in (content.no_equivalence,) if text]
         if found:
             parts += [Heading(outcome.heading), *found]
-    parts += [Heading("What the saving depends on"), TableHere("contrasts")] if content.contrasts else []
+    if _contrasts_planned(content):
+        parts += [Heading("What the saving depends on"), TableHere("contrasts")]
     return Section("results", "Results", tuple(parts))
+
+
+def _contrasts_planned(content: ReportContent) -> bool:
+    """Whether contrasts were decided on; else their table is folded."""
+    return any(not one.exploratory for one in content.contrasts)
 
 
 def _each_group(content: ReportContent, outcome: Outcome) -> list[Part]:
@@ -163,6 +169,8 @@ def _outcome_in_full(content: ReportContent, outcome: Outcome) -> Section:
         FigureHere(f"estimation_{outcome.key}"),
         TableHere(f"comparisons_{outcome.key}"),
     ]
+    if content.contrasts and outcome is content.contrasts[0].quantity and not _contrasts_planned(content):
+        parts.append(TableHere("contrasts"))
     return Section(f"{outcome.key.replace('_', '-')}-in-full", f"{outcome.heading}: conditions", tuple(parts), True)
 
 

@@ -14,7 +14,7 @@ from stats.compare.shared_error import SharedError
 from stats.days.order import PositionsCompared, adjust_for_position, compare_positions
 from stats.groups.multiple import holm
 
-ADJUSTED = "adjusted for position in the day"
+ADJUSTED = "adjusted for position"
 OVER_GROUPS = ""
 """What the effect over all groups stands under, beside groups by their labels."""
 ALPHA = 0.04

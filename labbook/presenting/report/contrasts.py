@@ -8,7 +8,7 @@ from labbook.presenting.numbers import ShownNumbers
 from labbook.presenting.report.comparisons import SIDES, UNITS
 from reports.evidence import MeansContrast
 
-_LEVELS = ("the level", "the one it is compared with")
+_LEVELS = ("the level", "the reference")
 
 
 def contrasts(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[MeansContrast, ...]:

@@ -65,7 +65,7 @@ def deciding_test_sentences(analysis: StudyAnalysis, ratio: str) -> str:
         _holm(analysis),
         _equivalence(analysis),
         "The overall effect is the mean of the groups' savings (delta method), days' errors added before squaring. "
-        "Whether groups saved the same is tested by the same errors, as F with Box's degrees of freedom."
+        "An F by the same errors (Box) tests whether groups agree."
         if analysis.overall.savings
         else "",
         _levels(analysis),
