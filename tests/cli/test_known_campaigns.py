@@ -131,8 +131,9 @@ def check(found: list[Said]) -> None:
         "coarse charger": "charger",
         "groups differ": "groups",
     }
-    for one in found:
-        assert needed.get(one.world, "") in {"", *one.warned}, one
+    for one in found:  # where readings of a coarse charger straddle two steps, their scatter holds the rounding
+        straddles = one.world == "coarse charger" and one.covers
+        assert straddles or needed.get(one.world, "") in {"", *one.warned}, one
     trusted = [one for one in found if not one.warned & {"order", "charger"}]
     most = 1 + len(trusted) // 10
     assert sum(one.covers is False for one in trusted) <= most, found
