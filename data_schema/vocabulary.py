@@ -204,8 +204,6 @@ class ContrastKind(StrEnum):
 
     DIFFERENCE = "difference"
     """What levels of a factor differ by, of the control's or of the treated runs."""
-    POOLED = "pooled"
-    """The mean of all groups' savings, each counted once."""
     INTERACTION = "interaction"
     """By how much the saving differs between levels of a factor."""
     TREND = "trend"

@@ -15,6 +15,7 @@ within_percent = 10
 from __future__ import annotations
 
 import tomllib
+from collections import Counter
 from collections.abc import Mapping
 
 from data_schema.errors import InputRefused, unknown_name
@@ -57,7 +58,7 @@ def read_analysis(top: TableReader, factors: Mapping[str, FactorSettings] | None
         apex_bounds=_apex_bounds(table),
         exclusions=_exclusions(table, default.exclusions),
         unit_of_analysis=table.word("unit_of_analysis", UnitOfAnalysis, default.unit_of_analysis),
-        contrasts=tuple(_contrast(each, factors) for each in table.list_of_tables("contrasts")),
+        contrasts=_contrasts(table, factors),
         alternative=table.word("alternative", Alternative, default.alternative),
     )
     table.finish()
@@ -141,12 +142,19 @@ def _exclusions(table: TableReader, default: tuple[ReasonCode, ...]) -> tuple[Re
 
 _CONTRAST_KEYS: Mapping[ContrastKind, tuple[str, ...]] = {
     ContrastKind.DIFFERENCE: ("factor", "side", "levels"),
-    ContrastKind.POOLED: (),
     ContrastKind.INTERACTION: ("factor", "levels"),
     ContrastKind.TREND: ("levels",),
     ContrastKind.LEVELS_OFF: ("at",),
 }
 """The keys of a contrast, beside `kind` and `outcome`."""
+
+
+def _contrasts(table: TableReader, factors: Mapping[str, FactorSettings] | None) -> tuple[ContrastSettings, ...]:
+    found = tuple(_contrast(each, factors) for each in table.list_of_tables("contrasts"))
+    for one, times in Counter(found).items():
+        if times > 1:
+            table.fault("contrasts", f"{one} is there {times} times: keep one.")
+    return found
 
 
 def _contrast(table: TableReader, factors: Mapping[str, FactorSettings] | None) -> ContrastSettings:
@@ -166,13 +174,19 @@ def _contrast(table: TableReader, factors: Mapping[str, FactorSettings] | None) 
                 table.fault("levels", f"{levels[0]} alone is compared with nothing: name two or more, or leave it out.")
             if kind in (ContrastKind.TREND, ContrastKind.LEVELS_OFF) and factors[factor].kind is not FactorKind.NUMBER:
                 table.fault("kind", f"the levels of {factor} are no numbers, so nothing rises with them: compare them.")
+    at = table.number("at") if "at" in keys else None
+    if at is not None and factor in (factors or {}):
+        of = (factors or {})[factor]
+        values = [each.value for each in of.levels if each.value is not None and each.label != of.control]
+        if sum(each <= at for each in values) < 2 or sum(each >= at for each in values) < 2:
+            table.fault("at", f"{at:g} has not two treated levels of {factor} on either side: name one that has.")
     found = ContrastSettings(
         kind=kind,
         outcome=_primary_outcome(table, Outcome.JOULES, "outcome"),
         factor=factor if "factor" in keys else "",
         side=table.word("side", Side) if "side" in keys else None,
         levels=levels,
-        at=table.number("at") if "at" in keys else None,
+        at=at,
     )
     table.finish()
     return found

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from data_schema.vocabulary import ContrastKind, Undefined
 from reports.content import Claim, ReportContent
 from reports.display import (
@@ -13,7 +15,6 @@ from reports.display import (
     interval_text,
     level_text,
     list_text,
-    p_text,
     places_of,
     sentence_start,
     significance_text,
@@ -21,7 +22,7 @@ from reports.display import (
     with_unit,
 )
 from reports.evidence import MeansContrast
-from reports.naming import level_names, swept_factor, title_of, treatment_name
+from reports.naming import level_names, swept_factor, title_of
 from reports.tables.comparisons import EXPLORATORY, reasons_note
 from reports.tables.table import (
     PROVENANCE,
@@ -50,12 +51,10 @@ def contrast_name(content: ReportContent, one: MeansContrast) -> str:
         return f"{one.quantity} with {names[1]} less {names[0]}, {one.side} runs"
     if one.kind is ContrastKind.INTERACTION:
         return f"{effect} with {names[1]} less that with {names[0]}"
-    if one.kind is ContrastKind.POOLED:
-        return f"{effect}, mean of all groups"
     step = f"for each {given_text(one.per)} of the {_swept(content)}"
     if one.at is not None:
         return f"{effect} {step}: up to {given_text(one.at)} less from there on"
-    return f"{effect} {step}, {one.levels[0]} to {one.levels[-1]}"
+    return f"{effect} {step}{_span(one)}"
 
 
 def _swept(content: ReportContent) -> str:
@@ -65,7 +64,7 @@ def _swept(content: ReportContent) -> str:
 
 def _unit(one: MeansContrast) -> str:
     unit = as_shown(one.estimate).unit
-    return "points" if unit == "%" and one.kind is not ContrastKind.POOLED else unit
+    return "points" if unit == "%" else unit
 
 
 def _make(content: ReportContent) -> Table:
@@ -74,6 +73,7 @@ def _make(content: ReportContent) -> Table:
         unit: common_places([each.estimate for each in found if _unit(each) == unit]) for unit in map(_unit, found)
     }
     adjusted = next((one.adjusted for one in found if one.adjusted is not None), None)
+    by_days = any(one.days for one in found)
     level = next((level_text(one.estimate) for one in found), "CI")
     columns: Columns[MeansContrast] = (
         (
@@ -83,7 +83,7 @@ def _make(content: ReportContent) -> Table:
                 (str(one.kind), one.quantity.key, one.factor, " ".join(one.levels), one.side, one.per, one.at),
             ),
         ),
-        (Column("days", ("days",)), lambda one: count(len(one.days))),
+        (Column("days", ("days",), shown=by_days), lambda one: count(len(one.days))),
         (Column("n", ("n",)), lambda one: count(one.estimate.n)),
         (Column("estimate", ("estimate", "unit")), lambda one: _estimate(one, places[_unit(one)])),
         (Column(level, ("ci_low", "ci_high", "ci_level")), lambda one: interval_cell(one.estimate, places[_unit(one)])),
@@ -96,11 +96,15 @@ def _make(content: ReportContent) -> Table:
         (EXPLORATORY, lambda one: words(one.exploratory)),
     )
     holm = "" if adjusted is None else f" Holm: p adjusted over the {adjusted.n} contrasts."
-    caption = (
-        "Contrasts of condition means on the days that hold what each of their effects compares: of the days' own "
-        "contrasts from four days on, within days where there are fewer. n: runs on these days. Points are percentage "
-        f"points of savings.{holm}{reasons_note(one.exploratory for one in found)}"
-    )
+    how = "over all runs"
+    if by_days:
+        how = (
+            "on the days that hold what each of their effects compares: of the days' own contrasts from four days on, "
+            "within days where there are fewer"
+        )
+    exploratory = reasons_note(one.exploratory for one in found)
+    legend = "n: runs that enter. Points are percentage points of savings."
+    caption = f"Contrasts of condition means {how}. {legend}{holm}{exploratory}"
     return table_of("contrasts", caption, found, columns)
 
 
@@ -123,10 +127,12 @@ def _sentence(content: ReportContent, one: MeansContrast) -> str:
             return f"{sentence_start(asked)} cannot be told: {undefined.reason}."
     assert isinstance(number.value, float)  # noqa: S101 - it is defined
     size = with_unit(value_text(abs(number.value), places_of(one.estimate)), _unit(one))
-    holm = [] if one.adjusted is None else [f"Holm {p_text(one.adjusted.value)}"]
-    test = ", ".join([significance_text(one.test, name=False), *holm])
-    evidence = f"{level_text(number)} {interval_text(one.estimate, unit=False)}; {test}"
-    measured = "" if one.unit == "day" else "on the days measured, "
+    test, holm = one.test, ""
+    if one.adjusted is not None:  # the p that decides
+        test, holm = replace(test, p=one.adjusted.value), " by Holm"
+    interval = f"{level_text(number)} {interval_text(one.estimate, unit=False)}"
+    evidence = f"{interval}; {significance_text(test, name=False)}{holm}"
+    measured = "on the days measured, " if one.unit == "run" and one.days else ""
     signed = f"{MINUS}{size}" if number.value < 0 else size
     clause = _shown(content, one, number.value, size) if one.rejected else f"{asked} is not shown: {signed}"
     return f"{sentence_start(f'{measured}{clause}')} ({evidence})."
@@ -147,10 +153,13 @@ def _asked(content: ReportContent, one: MeansContrast) -> str:
     return {
         ContrastKind.DIFFERENCE: f"a difference of {one.quantity} between {both} in {one.side} runs",
         ContrastKind.INTERACTION: f"that the {_effect(one)} differs between {both}",
-        ContrastKind.POOLED: f"a {_effect(one)} as the mean of all groups",
-        ContrastKind.TREND: f"a trend of the {_effect(one)} over the {_swept(content)}",
-        ContrastKind.LEVELS_OFF: f"that the {_effect(one)} levels off at {given_text(one.at or 0.0)}",
+        ContrastKind.TREND: f"a trend of the {_effect(one)} over the {_swept(content)}{_span(one)}",
+        ContrastKind.LEVELS_OFF: f"that the {_effect(one)} rises less from {given_text(one.at or 0.0)} on",
     }[one.kind]
+
+
+def _span(one: MeansContrast) -> str:
+    return f" from {one.levels[0]} to {one.levels[-1]}" if one.levels else ""
 
 
 def _shown(content: ReportContent, one: MeansContrast, value: float, size: str) -> str:
@@ -161,13 +170,12 @@ def _shown(content: ReportContent, one: MeansContrast, value: float, size: str) 
         return f"{one.quantity} in {one.side} runs are {size} {less} with {names[1]} than with {names[0]}"
     if one.kind is ContrastKind.INTERACTION:
         return f"the {effect} is {more} with {names[1]} than with {names[0]}, by {size}"
-    if one.kind is ContrastKind.POOLED:
-        return f"{treatment_name(content, {})} {'saves' if value > 0 else 'costs'} {size} as the mean of all groups"
     per = f"each {given_text(one.per)} of the {_swept(content)}"
     if one.at is not None:
         less = "less" if value > 0 else "more"
         return f"from {given_text(one.at)} on {per} adds {size} {less} to the {effect} than below"
-    return f"{per} {'adds' if value > 0 else 'takes'} {size} {'to' if value > 0 else 'off'} the {effect}"
+    verb, to = ("adds", "to") if value > 0 else ("takes", "off")
+    return f"{_span(one).strip()}, {per} {verb} {size} {to} the {effect}"
 
 
 CONTRASTS = TableKind("contrasts", _make)

@@ -4,10 +4,11 @@ A contrast is a weighted sum of effects, L = sum a_j E_j, and each effect compar
 both: the difference of their means, or the saving 100 (1 - T / C) in percent of the second. So what days do to all runs
 alike cancels within each effect. Which rule applies follows from which runs there are, as in `stats.days.decision`:
 
-- *paired* where every effect has four shared days or more: what each day contributes to L is added up over the effects
+- *paired* an effect of four shared days or more: what each day contributes to L is added up over the effects
   before it is squared, L and its t being those of the days' own contrasts where all effects share their days;
-- *within days* otherwise, where every effect has two runs of either condition on a shared day: the run is the unit, and
-  a condition that enters several effects enters V once, with the sum of what it has in them;
+- *within days* an effect of fewer, where it has two runs of either condition on a shared day: the run is the unit, and
+  a condition that enters several effects enters V once, with the sum of what it has in them. Where a condition enters
+  effects of both kinds, all are compared within days;
 - otherwise no claim.
 
 Savings enter by their derivatives: with rho = T / C, day i departs from E by -100 (t_i - rho c_i) / C. The degrees of
@@ -22,6 +23,7 @@ Coverage by design stands in docs/statistics.md.
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -29,11 +31,13 @@ from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.checks import as_level, as_number
-from stats.compare.shared_error import SharedError, joined_variance
+from stats.compare.shared_error import CANCELLED, SharedError, joined_variance
 from stats.days.decision import Contrast, Estimate, Rule, contrast_of_runs, undefined_estimate
 from stats.days.two_by_day import Block, Runs, RunsByDay, SharedDay, weights_of
-from stats.exact.tails import t_quantile, t_two_sided
+from stats.exact.tails import df_of_doubles, t_quantile, t_two_sided
 
+_ROUNDING = 16.0 * sys.float_info.epsilon
+"""Of the means compared: what a day departs by less is rounding."""
 RunsOfCondition = Mapping[Block, Runs]
 """The runs of a condition by day, as `stats.days.two_by_day.blocks_of_runs` gathers them."""
 
@@ -86,7 +90,7 @@ def linear_contrast(
             raise InputRefused(f"{name!r} is no condition: there are {', '.join(conditions)}.")
     pairs = [RunsByDay(conditions[each.control], conditions[each.treated]) for each in effects]
     found = [contrast_of_runs(pair) for pair in pairs]
-    if any(one.rule is not Rule.PAIRED for one in found):
+    if _shares_conditions(effects, [one.rule for one in found]):
         found = [contrast_of_runs(pair, paired=False) for pair in pairs]
     rule = min((one.rule for one in found), key=[Rule.NONE, Rule.WITHIN, Rule.PAIRED].index)
     days = tuple(sorted({day for one in found for day in one.days}))
@@ -100,8 +104,22 @@ def linear_contrast(
     if reasons:
         estimate = undefined_estimate(reasons[0], level, undefined[0] if undefined else value)
         return LinearContrast(Rule.NONE, days, _runs(known), estimate)
-    variance, df = _by_days(known) if rule is Rule.PAIRED else _by_runs(known)
-    return LinearContrast(rule, days, _runs(known), _estimate(value, variance, _shared(known), df, level))
+    by_days = _by_days([each for each in known if each.found.rule is Rule.PAIRED])
+    by_runs = _by_runs([each for each in known if each.found.rule is Rule.WITHIN])
+    df = df_of_doubles([each for each in (by_days, by_runs) if each[0] > 0.0])
+    return LinearContrast(
+        rule, days, _runs(known), _estimate(value, by_days[0] + by_runs[0], _shared(known), df, level)
+    )
+
+
+def _shares_conditions(effects: Sequence[Effect], rules: Sequence[Rule]) -> bool:
+    """Whether a condition enters an effect that is paired and another that is not: their errors go together."""
+    of_rule = [
+        {name for each, rule in zip(effects, rules, strict=True) if (rule is Rule.PAIRED) is paired
+         for name in (each.treated, each.control)}
+        for paired in (True, False)
+    ]  # fmt: skip
+    return bool(of_rule[0] & of_rule[1])
 
 
 def _unbounded(one: Contrast, level: float) -> bool:
@@ -128,14 +146,16 @@ def _days_of(term: _Term) -> list[tuple[SharedDay, float]]:
     """Return what L gains from each shared day of a paired effect, less the mean of these, over k."""
     days, (control, treated) = term.found.shared_days, (term.found.control_mean, term.found.treated_mean)
     assert isinstance(control, float) and isinstance(treated, float)  # noqa: S101, PT018
-    return [
+    rounding = _ROUNDING * (abs(term.of_control * control) + abs(term.of_treated * treated))
+    departures = [
         (day, term.of_control * (day.control.mean - control) + term.of_treated * (day.treated.mean - treated))
         for day in days
     ]
+    return [(day, departs if abs(departs) > rounding else 0.0) for day, departs in departures]
 
 
 def _by_days(terms: Sequence[_Term]) -> tuple[float, float]:
-    """Return the variance of L with its degrees of freedom where the day is the unit."""
+    """Return the variance of what paired effects give L, with its degrees of freedom; 0 of none, or what cancels."""
     by_day: dict[str, float] = {}
     squares, dfs = [], []
     for term in terms:
@@ -145,14 +165,16 @@ def _by_days(terms: Sequence[_Term]) -> tuple[float, float]:
             by_day[day] = by_day.get(day, 0.0) + departs
         squares.append(math.fsum(departs * departs for _day, departs in departures))
         dfs.append(k - 1)
-    total = math.fsum(square**2 / df for square, df in zip(squares, dfs, strict=True))
-    df = math.fsum(squares) ** 2 / total if total else math.inf
-    return math.fsum(each * each for each in by_day.values()), min(df, len(by_day) - 1)
+    variance, parts = math.fsum(each * each for each in by_day.values()), math.fsum(squares)
+    if parts == 0.0 or variance <= CANCELLED**2 * parts:
+        return 0.0, math.inf
+    df = parts**2 / math.fsum(square**2 / df for square, df in zip(squares, dfs, strict=True))
+    return variance, min(df, len(by_day) - 1)
 
 
 def _by_runs(terms: Sequence[_Term]) -> tuple[float, float]:
-    """Return the variance of L with its degrees of freedom where the run is the unit."""
-    gains: dict[str, dict[str, float]] = {}
+    """Return the variance of what effects within days give L, with its degrees of freedom; 0 as `_by_days`."""
+    gains: dict[str, dict[str, list[float]]] = {}
     runs: dict[str, dict[str, Runs]] = {}
     for term in terms:
         weights = weights_of(term.found.shared_days)
@@ -161,17 +183,18 @@ def _by_runs(terms: Sequence[_Term]) -> tuple[float, float]:
                 (term.effect.control, term.of_control, day.control),
                 (term.effect.treated, term.of_treated, day.treated),
             ):
-                by_day = gains.setdefault(name, {})
-                by_day[day.day] = by_day.get(day.day, 0.0) + weight * of_mean
+                gains.setdefault(name, {}).setdefault(day.day, []).append(weight * of_mean)
                 runs.setdefault(name, {})[day.day] = of_day
     variances, dfs = [], []
     for name, by_day in gains.items():
         df = sum(each.n - 1 for each in runs[name].values())
         of_a_run = math.fsum(each.squares for each in runs[name].values()) / df
-        part = math.fsum(gain * gain / runs[name][day].n for day, gain in by_day.items())
-        variances.append(of_a_run * part)
-        dfs += [df] if part else []
-    return math.fsum(variances), min(dfs)
+        part = math.fsum(math.fsum(each) ** 2 / runs[name][day].n for day, each in by_day.items())
+        largest = math.fsum(math.fsum(map(abs, each)) ** 2 / runs[name][day].n for day, each in by_day.items())
+        if part > CANCELLED**2 * largest:
+            variances.append(of_a_run * part)
+            dfs.append(df)
+    return math.fsum(variances), min(dfs, default=math.inf)
 
 
 def _shared(terms: Sequence[_Term]) -> SharedError:
@@ -193,9 +216,9 @@ def _runs(terms: Sequence[_Term]) -> int:
 
 
 def _estimate(value: float, variance: float, shared: SharedError, df: float, level: float) -> Estimate:
-    error = math.sqrt(variance + joined_variance(shared, shared, level, df))
     if variance == 0.0:
         return undefined_estimate(Undefined(Reason.GROUPS_WITHOUT_SCATTER), level, value)
+    error = math.sqrt(variance + joined_variance(shared, shared, level, df))
     half, tail = t_quantile(level, df) * error, t_two_sided(value / error, df)
     return Estimate(
         value, math.sqrt(variance), shared.se, (value - half, value + half), level, value / error, df, tail.p,

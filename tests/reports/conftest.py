@@ -384,7 +384,6 @@ def _contrasts(maker):
         contrast(ContrastKind.INTERACTION, ("large", "small"), estimate=points, rejected=True),
         contrast(ContrastKind.TREND, ("50", "100", "250"), estimate=points, factor="b_ad_gain", per=100.0),
         contrast(ContrastKind.LEVELS_OFF, ("50", "250"), estimate=points, factor="b_ad_gain", per=100.0, at=150.0),
-        contrast(ContrastKind.POOLED, (), estimate=points, factor="b_ad_gain"),
     )
 
 

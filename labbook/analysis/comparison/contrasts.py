@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from data_schema.outcomes import Outcome
+from data_schema.reasons import Reason
 from data_schema.vocabulary import ContrastKind, Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.comparisons import FamilyResult, Member, adjust_members
@@ -46,7 +47,8 @@ ALGORITHM = Algorithm("contrast", 1, ContrastResult)
 class MeansContrast:
     """What is asked, of which pairs of conditions with which weights.
 
-    `levels` are those that are compared, the second with the first, or that a line goes through. The estimate is in
+    `levels` are those that are compared, the second with the first, or that a line goes through; without `terms` runs
+    of it are missing. The estimate is in
     percentage points of savings (`percent`) or in the outcome's unit; a trend's is for each `per` of the factor.
     """
 
@@ -60,7 +62,7 @@ class MeansContrast:
     def label(self) -> str:
         """Its name among the contrasts of a study."""
         settings = self.settings
-        return ", ".join([str(replace(settings, levels=())), " ".join(self.levels)])
+        return ", ".join([str(replace(settings, levels=())), settings.outcome.key, " ".join(self.levels)])
 
     @property
     def conditions(self) -> tuple[str, ...]:
@@ -87,11 +89,13 @@ def contrast_means(
     scope: Mapping[str, Any],
 ) -> list[Contrasted]:
     """Ensure the contrasts of the plan, or those that the factors suggest; `values` are those of the swept levels."""
-    asked = [
+    every = (
         one
         for each in settings.contrasts or _suggested(conditions, swept, values)
         for one in contrasts_of(each, conditions.get(each.outcome, ()), swept, values)
-    ]
+        if one.terms or settings.contrasts
+    )
+    asked = list({one.label: one for one in every}.values())
     results = cache.ensure([_request(one, settings, scope) for one in asked])
     members = [Member(one.label, result, result.t, result.p) for one, result in zip(asked, results, strict=True)]
     family = adjust_members(cache, members, "contrasts", scope, settings.alpha) if len(members) > 1 else None
@@ -115,40 +119,30 @@ def _suggested(
 def contrasts_of(
     settings: ContrastSettings, conditions: Sequence[ConditionValues], swept: str, values: Mapping[str, float]
 ) -> list[MeansContrast]:
-    """Return the contrasts that were asked for: one for each further level, of a trend one; none without their runs."""
+    """Return the contrasts that were asked for; without terms where their runs are missing.
+
+    They are one for each further level, one of a trend, and beside a trend that may level off that from there on.
+    """
     percent = settings.outcome.has_savings and settings.kind is not ContrastKind.DIFFERENCE
     if settings.kind is ContrastKind.DIFFERENCE:
         side = [one for one in conditions if one.is_control is (settings.side is Side.CONTROL)]
-        pairs = [Pair("", "", of, of[settings.factor], (), tuple(each)) for of, each in _by_level(side, swept)]
-        return list(_between_levels(settings, pairs, _difference, percent))
-    if settings.kind in (ContrastKind.POOLED, ContrastKind.INTERACTION):
-        pairs = pairing.pairs_pooled(conditions, swept)
-        if settings.kind is ContrastKind.POOLED:
-            terms = tuple((1.0 / len(pairs), pair) for pair in pairs)
-            return [MeansContrast(settings, (), terms, percent)] if terms else []
+        names = [*pairing.other_factors(side, swept), swept]
+        cells = [Pair("", "", of, "", (), tuple(each)) for of, each in pairing.by_levels(side, names)]
+        return list(_between_levels(settings, cells, _difference, percent))
+    pairs = pairing.pairs_each(conditions, swept)
+    if settings.kind is ContrastKind.INTERACTION:
         return list(_between_levels(settings, pairs, _interaction, percent))
-    levels = sorted(set(settings.levels or values), key=values.__getitem__)
-    pairs = [pair for pair in pairing.pairs_each(conditions, swept) if pair.level in levels]
+    levels = sorted({each for each in settings.levels or values if each in values}, key=values.__getitem__)
     levels = [level for level in levels if any(pair.level == level for pair in pairs)]
     at = settings.at
-    stretches = [levels] if at is None else [
-        [level for level in levels if values[level] <= at], [level for level in levels if values[level] >= at]
-    ]  # fmt: skip
-    spans = [values[each[-1]] - values[each[0]] for each in stretches if len(each) > 1]
-    if len(spans) < len(stretches):
-        return []
-    per = 10.0 ** math.floor(math.log10(max(spans)))
-    terms = tuple(
-        term
-        for sign, each in zip((1.0, -1.0), stretches, strict=False)
-        for term in _slopes([pair for pair in pairs if pair.level in each], values, sign * per)
-    )
-    return [MeansContrast(settings, tuple(levels), terms, percent, per)] if terms else []
-
-
-def _by_level(side: Sequence[ConditionValues], swept: str) -> list[tuple[dict[str, str], list[ConditionValues]]]:
-    """Return the conditions of one side by their levels of the further factors."""
-    return pairing.by_levels(side, pairing.other_factors(side, swept))
+    if at is None:
+        return [_trend(settings, pairs, [levels], values, percent)]
+    below, beyond = ([each for each in levels if (values[each] - at) * sign >= 0.0] for sign in (-1.0, 1.0))
+    flat = replace(settings, kind=ContrastKind.TREND, levels=tuple(beyond), at=None)
+    return [
+        _trend(settings, pairs, [below, beyond], values, percent),
+        _trend(flat, pairs, [beyond], values, percent),
+    ]
 
 
 _Terms = list[tuple[float, Pair]]
@@ -164,14 +158,13 @@ def _between_levels(
     by_level: dict[str, dict[tuple[tuple[str, str], ...], Pair]] = {}
     for pair in pairs:
         others = tuple((name, label) for name, label in pair.group.items() if name != factor)
-        by_level.setdefault(pair.group.get(factor, ""), {})[others] = pair
+        by_level.setdefault(pair.group.get(factor, ""), {})[(*others, ("", pair.level))] = pair
     first, *further = settings.levels or sorted(by_level, key=pairing.sort_key) or [""]
     of_first = by_level.get(first, {})
     for level in further:
         both = [(of_first[others], pair) for others, pair in by_level.get(level, {}).items() if others in of_first]
         terms = tuple(term for pair in both for term in compare(*pair, 1.0 / len(both)))
-        if terms:
-            yield MeansContrast(settings, (first, level), terms, percent)
+        yield MeansContrast(settings, (first, level), terms, percent)
 
 
 def _difference(first: Pair, level: Pair, weight: float) -> _Terms:
@@ -182,18 +175,43 @@ def _interaction(first: Pair, level: Pair, weight: float) -> _Terms:
     return [(weight, level), (-weight, first)]
 
 
-def _slopes(pairs: Sequence[Pair], values: Mapping[str, float], per: float) -> _Terms:
-    """Return the weights of the least-squares slope, for each `per`, as the mean over the groups that have one."""
+def _trend(
+    settings: ContrastSettings,
+    pairs: Sequence[Pair],
+    stretches: Sequence[Sequence[str]],
+    values: Mapping[str, float],
+    percent: bool,
+) -> MeansContrast:
+    """Return the slope over one stretch of levels, or that over the first less that over the second.
+
+    It is the mean over the groups that have two levels in every stretch, for each power of ten within the longest.
+    """
+    spans = [values[each[-1]] - values[each[0]] for each in stretches if len(each) > 1]
+    per = 10.0 ** math.floor(math.log10(max(spans))) if spans else 1.0
     groups: dict[tuple[tuple[str, str], ...], list[Pair]] = {}
     for pair in pairs:
         groups.setdefault(tuple(pair.group.items()), []).append(pair)
-    several = [each for each in groups.values() if len({pair.level for pair in each}) > 1]
-    terms = []
-    for each in several:
-        middle = math.fsum(values[pair.level] for pair in each) / len(each)
-        squares = math.fsum((values[pair.level] - middle) ** 2 for pair in each)
-        terms += [(per * (values[pair.level] - middle) / squares / len(several), pair) for pair in each]
-    return terms
+    sloped = [
+        in_stretches
+        for own in groups.values()
+        for in_stretches in [[[pair for pair in own if pair.level in each] for each in stretches]]
+        if all(len(each) > 1 for each in in_stretches)
+    ]
+    terms = [
+        (sign * per * weight / len(sloped), pair)
+        for in_stretches in sloped
+        for sign, own in zip((1.0, -1.0), in_stretches, strict=False)
+        for weight, pair in _slope(own, values)
+    ]
+    levels = tuple(dict.fromkeys(level for each in stretches for level in each))
+    return MeansContrast(settings, levels, tuple(terms), percent, per)
+
+
+def _slope(pairs: Sequence[Pair], values: Mapping[str, float]) -> _Terms:
+    """Return the weights of the least-squares slope over a group's levels."""
+    middle = math.fsum(values[pair.level] for pair in pairs) / len(pairs)
+    squares = math.fsum((values[pair.level] - middle) ** 2 for pair in pairs)
+    return [((values[pair.level] - middle) / squares, pair) for pair in pairs]
 
 
 def _request(asked: MeansContrast, settings: AnalysisSettings, scope: Mapping[str, Any]) -> Request[ContrastResult]:
@@ -203,7 +221,7 @@ def _request(asked: MeansContrast, settings: AnalysisSettings, scope: Mapping[st
         {"quantity": str(asked.settings.outcome), "label": asked.label, **scope},
         tuple(dict.fromkeys(row for _weight, pair in asked.terms for row in fingerprints_of_contrast(pair))),
         {
-            "weights": [weight for weight, _pair in asked.terms],
+            "terms": [[weight, _name(pair.b), _name(pair.a)] for weight, pair in asked.terms],
             "percent": asked.percent,
             "alpha": settings.alpha,
             "by_day": by_day,
@@ -214,11 +232,16 @@ def _request(asked: MeansContrast, settings: AnalysisSettings, scope: Mapping[st
 
 def contrast_result(asked: MeansContrast, alpha: float, *, by_day: bool = True) -> ContrastResult:
     """Compute a contrast, with an interval of level 1 - alpha; without `by_day` as if all runs were of one day."""
+    outcome = asked.settings.outcome
+    if not asked.terms:
+        none = Undefined(Reason.CONTRAST_WITHOUT_RUNS)
+        missing = Number(none, "%" if asked.percent else outcome.unit)
+        return ContrastResult(missing, Number(none, "1"), Number(none, "1"), Rule.NONE, (), None)
     sides = {_name(side): side for _weight, pair in asked.terms for side in (pair.a, pair.b)}
     runs = {name: _runs(name, side, by_day) for name, side in sides.items()}
     effects = [Effect(weight, _name(pair.b), _name(pair.a)) for weight, pair in asked.terms]
     found = linear_contrast(runs, effects, percent=asked.percent, level=1.0 - alpha)
-    estimate, outcome = found.estimate, asked.settings.outcome
+    estimate = found.estimate
     low, high = interval_ends(estimate.ci)
     shared = estimate.shared_se if outcome.shares_error or estimate.shared_se else None
     return ContrastResult(
@@ -236,7 +259,7 @@ def contrast_result(asked: MeansContrast, alpha: float, *, by_day: bool = True) 
         t=Number(estimate.t, "1", df=estimate.df, n=found.n),
         p=Number(estimate.p, "1", df=estimate.df, n=found.n),
         rule=found.rule,
-        days=found.days,
+        days=found.days if by_day else (),
         rejected=None if isinstance(estimate.p, Undefined) else estimate.p <= alpha,
     )
 

@@ -179,12 +179,16 @@ class Planned:
             return Reason("no bounds of apex height were stated before the first run was ingested")
         return self._beside_the_plan(Outcome.APEX, family, conditions)
 
-    def reason_of_contrast(self, quantity: Outcome, conditions: Collection[str]) -> Reason | None:
-        """Return why a contrast of condition means is exploratory."""
+    def reason_of_contrast(
+        self, quantity: Outcome, conditions: Collection[str], *, selected: bool = False
+    ) -> Reason | None:
+        """Return why a contrast of condition means is exploratory; `selected` where it is of some of the runs."""
         if not self.stated:
             return Reason(NOTHING_DECIDED)
         if not self.settings.contrasts:
             return Reason("no contrasts were decided on")
+        if selected:
+            return Reason("contrasts were decided on for all runs, not a selection")
         return self._beside_the_plan(quantity, FAMILY_OF[self.settings.family], conditions)
 
     def exploratory_anova(self) -> str:

@@ -19,7 +19,9 @@ def contrasts(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[MeansContra
         asked, result, label = one.asked, one.result, one.asked.label
         sides = _LEVELS if asked.settings.kind is ContrastKind.DIFFERENCE else SIDES
         words = shown.of_sides(sides, planned.settings.unit_of_analysis.noun)
-        why = planned.reason_of_contrast(asked.settings.outcome, asked.conditions)
+        why = planned.reason_of_contrast(
+            asked.settings.outcome, asked.conditions, selected=bool(analysis.evidence.selection)
+        )
         found.append(
             MeansContrast(
                 kind=asked.settings.kind,

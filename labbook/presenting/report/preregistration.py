@@ -160,7 +160,9 @@ def _exploratory(analysis: StudyAnalysis, compared: Sequence[Comparison]) -> Ite
             yield reason, f"{shown.family} (equivalence of {shown.quantity})"
     for one in analysis.contrasts:
         outcome = one.asked.settings.outcome
-        if reason := planned.reason_of_contrast(outcome, one.asked.conditions):
+        if reason := planned.reason_of_contrast(
+            outcome, one.asked.conditions, selected=bool(analysis.evidence.selection)
+        ):
             yield reason, f"contrasts ({outcome})"
     for tested in analysis.anovas:
         yield Reason(planned.exploratory_anova()), f"one-way analysis of variance ({tested.quantity})"

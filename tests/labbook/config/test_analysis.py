@@ -202,13 +202,13 @@ contrasts = [
 
 
 def test_contrasts_are_read() -> None:
-    found = read(CONTRASTS.format('{ kind = "pooled" }'))
+    found = read(CONTRASTS.format('{ kind = "trend" }'))
     assert found is not None
     assert found.contrasts == (
         ContrastSettings(ContrastKind.DIFFERENCE, Outcome.JOULES, "foot", Side.CONTROL, ("small", "large")),
         ContrastSettings(ContrastKind.INTERACTION, Outcome.APEX, "k_gain"),
         ContrastSettings(ContrastKind.LEVELS_OFF, Outcome.JOULES, at=150.0),
-        ContrastSettings(ContrastKind.POOLED, Outcome.JOULES),
+        ContrastSettings(ContrastKind.TREND, Outcome.JOULES),
     )
 
 
@@ -225,6 +225,8 @@ def test_contrasts_are_read() -> None:
         ('{ kind = "trend", levels = [50, 51] }', "51"),
         ('{ kind = "levels_off" }', "at"),
         ('{ kind = "trend", at = 50 }', "at"),
+        ('{ kind = "levels_off", at = 5000 }', "5000"),
+        ('{ kind = "levels_off", at = 150 }', "2 times"),
     ],
 )
 def test_a_contrast_that_asks_nothing_is_refused(contrast: str, fact: str) -> None:

@@ -112,3 +112,37 @@ def test_without_a_shared_day_nothing_is_claimed() -> None:
 def test_what_is_no_contrast_is_refused(effects: list[Effect]) -> None:
     with pytest.raises(InputRefused):
         linear_contrast({"c": condition([1.0], ["d"]), "t": condition([1.0], ["d"])}, effects, percent=False)
+
+
+def test_what_cancels_on_every_day_has_no_test() -> None:
+    """Rounding is no scatter: two effects that are the same on every day differ by nothing."""
+    rng = np.random.default_rng(2)
+    days = [f"d{day}" for day in range(5)]
+    control = rng.normal(40.0, 3.0, 5)
+    conditions = {
+        name: condition((control - less).tolist(), days) for name, less in (("c", 0.0), ("a", 4.1), ("b", 5.3))
+    }
+    found = linear_contrast(conditions, [Effect(1.0, "b", "c"), Effect(-1.0, "a", "c")], percent=False).estimate
+    assert found.value == pytest.approx(-1.2)
+    assert isinstance(found.p, Undefined)
+    assert isinstance(linear_contrast(conditions, [Effect(1.0, "c", "c")], percent=False).estimate.p, Undefined)
+
+
+def test_effects_on_many_days_and_on_few_are_put_together() -> None:
+    rng = np.random.default_rng(6)
+    many, few = [f"d{day}" for day in range(5)], ["e1"] * 3 + ["e2"] * 3
+    conditions = {
+        name: condition(rng.normal(mean, 1.0, len(days)).tolist(), days)
+        for name, mean, days in (("c", 40.0, many), ("t", 36.0, many), ("k", 40.0, few), ("u", 37.0, few))
+    }
+    found = linear_contrast(conditions, [Effect(0.5, "t", "c"), Effect(0.5, "u", "k")], percent=False)
+    assert found.rule is Rule.WITHIN
+    one, other = (
+        linear_contrast(conditions, [Effect(0.5, *pair)], percent=False).estimate for pair in (("t", "c"), ("u", "k"))
+    )
+    assert isinstance(one.value, float)
+    assert isinstance(other.value, float)
+    assert found.estimate.value == pytest.approx(one.value + other.value)
+    assert isinstance(one.se, float)
+    assert isinstance(other.se, float)
+    assert found.estimate.se == pytest.approx(np.hypot(one.se, other.se))

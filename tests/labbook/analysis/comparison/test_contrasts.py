@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.stats_evidence.worlds.conditions import condition
 from data_schema.outcomes import Outcome
-from data_schema.vocabulary import ContrastKind
+from data_schema.vocabulary import ContrastKind, Undefined
 from labbook.analysis.comparison.contrasts import MeansContrast, contrast_result, contrasts_of
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.config.model import ContrastSettings, Side
@@ -51,10 +51,8 @@ def asked(settings: ContrastSettings, of: list[ConditionValues] | None = None) -
         (ContrastSettings(ContrastKind.INTERACTION, Outcome.JOULES, "foot"), 4.0, "%"),
         (ContrastSettings(ContrastKind.INTERACTION, Outcome.JOULES, "foot", levels=("small", "large")), -4.0, "%"),
         (ContrastSettings(ContrastKind.INTERACTION, Outcome.JOULES, "k_gain"), 0.0, "%"),
-        (ContrastSettings(ContrastKind.POOLED, Outcome.JOULES), 7.0 + 350.0 / 150.0, "%"),
         (ContrastSettings(ContrastKind.TREND, Outcome.JOULES), 2.0, "%"),
         (ContrastSettings(ContrastKind.TREND, Outcome.JOULES, levels=("100", "200")), 2.0, "%"),
-        (ContrastSettings(ContrastKind.LEVELS_OFF, Outcome.JOULES, at=100.0), 0.0, "%"),
     ],
 )
 def test_the_truth_is_found(settings: ContrastSettings, truth: float, unit: str) -> None:
@@ -76,7 +74,51 @@ def test_only_groups_that_hold_both_levels_enter_and_none_enters_where_none_does
     assert {pair.group["k_gain"] for _weight, pair in one.terms} == {"300"}
     one_foot = [each for each in conditions() if each.levels["foot"] == "large"]
     assert asked(ContrastSettings(ContrastKind.INTERACTION, Outcome.JOULES, "foot"), one_foot) == []
-    assert asked(ContrastSettings(ContrastKind.LEVELS_OFF, Outcome.JOULES, at=50.0)) == []
+    named = ContrastSettings(ContrastKind.INTERACTION, Outcome.JOULES, "foot", levels=("large", "small"))
+    (missing,) = asked(named, one_foot)
+    assert isinstance(contrast_result(missing, 0.05).p.value, Undefined)
+    off, flat = asked(ContrastSettings(ContrastKind.LEVELS_OFF, Outcome.JOULES, at=50.0))
+    assert (off.terms, len(flat.terms)) == ((), 12)
+
+
+def test_an_interaction_is_that_of_the_levels_that_both_hold_however_many_runs_each_has() -> None:
+    """Both feet save 4 % at 50 and 12 % at 200; of one foot three runs are at 50, of the other at 200."""
+    rng = np.random.default_rng(3)
+    found = []
+    for foot, runs in (("large", {"0": 1, "50": 3, "200": 1}), ("small", {"0": 1, "50": 1, "200": 3})):
+        for gain, times in runs.items():
+            saved = {"0": 0.0, "50": 4.0, "200": 12.0}[gain]
+            values = 40.0 * (1.0 - saved / 100.0) + rng.normal(0.0, 1e-6, 5 * times)
+            levels = {"foot": foot, "b_ad_gain": gain}
+            found.append(condition(levels, values.tolist(), DAYS * times, is_control=gain == "0"))
+    interaction = ContrastSettings(ContrastKind.INTERACTION, Outcome.JOULES, "foot")
+    (one,) = asked(interaction, found)
+    assert contrast_result(one, 0.05).estimate.value == pytest.approx(0.0, abs=1e-4)
+    (fewer,) = asked(interaction, found[:5])  # the small foot has no run at 200
+    assert contrast_result(fewer, 0.05).estimate.value == pytest.approx(0.0, abs=1e-4)
+    assert {pair.level for _weight, pair in fewer.terms} == {"50"}
+
+
+def test_a_saving_that_rises_straight_in_every_group_does_not_level_off() -> None:
+    """Groups rise by 1 and by 5 points for each 100; one lacks the upper levels."""
+    rng = np.random.default_rng(4)
+    gains = ("0", "100", "200", "300", "400")
+    values = {gain: float(gain) for gain in gains[1:]}
+    found = [
+        condition(
+            {"foot": foot, "b_ad_gain": gain},
+            (40.0 * (1.0 - slope * float(gain) / 1e4) + rng.normal(0.0, 1e-6, 5)).tolist(),
+            DAYS,
+            is_control=gain == "0",
+        )
+        for foot, slope, own in (("large", 1.0, gains[:3]), ("small", 5.0, gains))
+        for gain in own
+    ]
+    settings = ContrastSettings(ContrastKind.LEVELS_OFF, Outcome.JOULES, at=200.0)
+    off, flat = contrasts_of(settings, found, "b_ad_gain", values)
+    assert contrast_result(off, 0.05).estimate.value == pytest.approx(0.0, abs=1e-3)
+    assert contrast_result(flat, 0.05).estimate.value == pytest.approx(5.0, abs=1e-3)
+    assert flat.levels == ("200", "300", "400")
 
 
 def test_of_heights_differences_stand_in_place_of_savings() -> None:
