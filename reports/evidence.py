@@ -369,6 +369,10 @@ class Sensitivity:
     group: str = ""
 
 
+_MUCH = 1.02
+"""Times alpha, from which on looks err in more than was planned: less is the rounding of levels."""
+
+
 @dataclass(frozen=True, slots=True)
 class Look:
     """Which look at growing data this is, and at which level p is compared.
@@ -387,5 +391,5 @@ class Look:
 
     @property
     def unplanned(self) -> bool:
-        """Whether there were more looks than planned."""
-        return self.number > self.planned
+        """Whether there were more looks than planned, or looks after all planned runs: they err in more than alpha."""
+        return self.number > self.planned or self.share_in_error > _MUCH * self.alpha

@@ -96,7 +96,7 @@ def _looks(content: ReportContent) -> str:
     if look is None or (look.number == 1 and look.planned == 1):
         return ""
     if look.unplanned:
-        planned = "one" if look.planned == 1 else str(look.planned)
+        planned = "one" if look.planned == 1 else f"{look.planned} looks at {look.runs_planned} runs"
         share = given_text(float(f"{100.0 * look.share_in_error:.2g}"))
         return (
             f"This is look {look.number} of a study planned for {planned}: with a test at each, {share} % of studies "

@@ -1,8 +1,8 @@
 """Tests of growing data: boundaries of group-sequential designs, and how often unplanned looks err.
 
-The information of a look is the part of the planned runs that it has, t. Under no effect z sqrt t of looks at t_1, t_2
-and so on is a Brownian motion. The boundary spends alpha as it was decided on beforehand, whatever was found (Lan and
-DeMets 1983), on each side by
+The information of a look is the runs that it has, and t the part of the planned runs that they are. Under no effect
+z sqrt t of looks at t_1, t_2 and so on is a Brownian motion. The boundary spends alpha as it was decided on beforehand,
+whatever was found (Lan and DeMets 1983), on each side by
 
     f(t) = 2 - 2 Phi(z(a / 2) / sqrt t),    a = alpha / 2 of a two-sided test, alpha of a one-sided one,
 
@@ -35,29 +35,40 @@ _SDS, _MOST = 2.0, 256
 """Standard deviations of a step between looks that a panel of the rule covers, and the most panels."""
 
 
-def nominal_levels(information: Sequence[float], alpha: float = 0.05, *, one_sided: bool = False) -> tuple[float, ...]:
+def nominal_levels(
+    information: Sequence[float],
+    alpha: float = 0.05,
+    *,
+    spending: Sequence[float] | None = None,
+    one_sided: bool = False,
+) -> tuple[float, ...]:
     """Return the level of p at each look.
 
-    `information` has the part of the planned runs at each look, above 0 and at most 1. A look that adds nothing has the
-    level of the one before. Raises `InputRefused` for other parts.
+    `information` grows in any unit, as counts of runs; a look that adds nothing has the level of the one before.
+    `spending` has the part of the plan at each look, above 0 and at most 1, by which alpha is spent; without it that is
+    the information. Raises `InputRefused` for other parts.
     """
-    if not all(0.0 < each <= 1.0 for each in information):
-        raise InputRefused(f"looks at {list(information)} of the planned runs: give parts above 0, and at most 1.")
-    return _levels(tuple(information), as_level("alpha", alpha), one_sided)
+    parts = information if spending is None else spending
+    if len(parts) != len(information) or not all(0.0 < each <= 1.0 for each in parts):
+        raise InputRefused(f"looks at {list(parts)} of the planned runs: give parts above 0, and at most 1.")
+    largest = max(information, default=1.0)
+    return _levels(tuple(each / largest for each in information), tuple(parts), as_level("alpha", alpha), one_sided)
 
 
 @lru_cache
-def _levels(information: tuple[float, ...], alpha: float, one_sided: bool) -> tuple[float, ...]:
+def _levels(
+    information: tuple[float, ...], spending: tuple[float, ...], alpha: float, one_sided: bool
+) -> tuple[float, ...]:
     sides = 1 if one_sided else 2
     each_side = alpha / sides
     found: list[float] = []
     spent, before = 0.0, None
-    for t in information:
+    for t, part in zip(information, spending, strict=True):
         if before is not None and t <= before.t:
             found.append(found[-1])
             continue
-        to_spend = 2.0 * float(special.ndtr(special.ndtri(each_side / 2.0) / math.sqrt(t)))
-        z = _boundary(before, t, to_spend - spent)
+        to_spend = 2.0 * float(special.ndtr(special.ndtri(each_side / 2.0) / math.sqrt(part)))
+        z = _boundary(before, t, max(0.0, to_spend - spent))
         spent = to_spend
         before = _after(before, t, z, one_sided)
         found.append(max(sides * float(special.ndtr(-z)), _NEGLIGIBLE))

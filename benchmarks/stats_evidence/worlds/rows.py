@@ -32,7 +32,7 @@ def rows() -> Sequence[Mapping[str, str]]:
                 "coverage": "" if shares.covers is None else f"{shares.covers:.4f}",
                 "finds": f"{shares.finds:.4f}",
                 "warns": f"{shares.warns:.4f}",
-                "warning_needed": "yes" if world.warning_needed else "no",
+                "warning_needed": {True: "yes", False: "no", None: ""}[world.warning_needed],
                 "holds": "yes" if holds(world, shares) else "no",
             }
         )

