@@ -243,7 +243,8 @@ class ReportContent:
     it, of which there are `departed`, `void` which runs are void and why, `not_planned` what was not decided at all;
     `no_equivalence` why heights were not tested for equality, "" where they were or there are none. `counted` is the
     unit of analysis that comparisons count: "run", or "day" where they use the means of days; `different_days` says
-    that runs of days without the other side are compared, "" where none are; `favoured` has the headlines that the
+    that runs of days without the other side are compared, "" where none are; `without_charges` has the groups that no
+    claim is of for want of charges, with the runs that lack theirs; `favoured` has the headlines that the
     order within days favours; `coarse_charger` is there where charges scatter by less than half a step of the charger,
     so that no interval of joules can be trusted. `tests_beside` says what the tests in full are where others decide.
     `known_errors` has what is on record against the methods, an introduction first.
@@ -302,6 +303,7 @@ class ReportContent:
     no_equivalence: str = ""
     counted: str = "run"
     different_days: str = ""
+    without_charges: tuple[tuple[Mapping[str, str], tuple[str, ...]], ...] = ()
     look: Look | None = None
     favoured: tuple[Favoured, ...] = ()
     coarse_charger: CoarseCharger | None = None

@@ -30,6 +30,7 @@ from reports.evidence import Favoured
 from reports.naming import levels_name
 from reports.numbers import Number
 
+_ONE_SLOPE = " (one drift for all groups)"
 _MOST_FAVOURED = 2
 """So many groups that the order favours stand on page one."""
 MOST_NAMED = 6
@@ -78,6 +79,7 @@ def trust_sentences(content: ReportContent) -> tuple[str, ...]:
             None,
             (
                 content.different_days,
+                *_without_charges(content),
                 _looks(content),
                 _order_in_days(content),
                 _coarse_charger(content),
@@ -88,6 +90,16 @@ def trust_sentences(content: ReportContent) -> tuple[str, ...]:
             ),
         )
     )
+
+
+def _without_charges(content: ReportContent) -> list[str]:
+    """Name the groups that nothing is claimed of for want of charges."""
+    found = []
+    for group, runs in content.without_charges:
+        more = [f"{len(runs) - MOST_NAMED} more"] if len(runs) > MOST_NAMED else []
+        whose, listed = levels_name(content, group) or "all runs", list_text([*runs[:MOST_NAMED], *more])
+        found.append(f"Nothing is claimed of {whose}: {listed} {'has' if len(runs) == 1 else 'have'} no charge.")
+    return found
 
 
 def _looks(content: ReportContent) -> str:
@@ -119,7 +131,7 @@ def _order_in_days(content: ReportContent) -> str:
     texts += [f"{count_text(more, 'more group')} ({content.section('Robustness')})"] if more > 0 else []
     return (
         "Control and treated runs lie farther apart in the day than in a random order, so that a drift over the day "
-        f"passes for an effect: {'; '.join(texts)}."
+        f"passes for an effect: {'; '.join(texts)}{_ONE_SLOPE if len(content.pooled) > 2 else ''}."
     )
 
 

@@ -353,6 +353,10 @@ class SlopeThroughOrigin:
     n: int
 
 
+_ALL_OF_ONE = 1e-9
+"""What the other groups hold of the squares where one group alone tells the slope, to rounding."""
+
+
 def slope_through_origin(
     x: ArrayLike, y: ArrayLike, groups: Sequence[Hashable], shared: Sequence[SharedError] = (), level: float = 0.95
 ) -> SlopeThroughOrigin:
@@ -397,6 +401,9 @@ def slope_through_origin(
         return SlopeThroughOrigin(slope, none, none, error.se, none, level, len(names), across.size)
     of_group = np.array([[group == name for group in groups] for name in names], dtype=np.float64)
     shares = of_group @ across**2 / squares
+    if float(shares.max()) >= 1.0 - _ALL_OF_ONE:
+        none = Undefined(Reason.SINGLE_NO_SCATTER, unit="group")
+        return SlopeThroughOrigin(slope, none, none, error.se, none, level, len(names), across.size)
     se = float(np.sqrt(np.sum((of_group @ (across * (up - slope * across))) ** 2 / (1.0 - shares))) / squares)
     products = np.outer(shares, shares) / np.sqrt(np.outer(1.0 - shares, 1.0 - shares))
     np.fill_diagonal(products, shares)

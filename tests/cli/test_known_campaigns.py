@@ -15,6 +15,7 @@ from reports.content import ReportContent
 from reports.trust import trust_sentences
 from tests.cli.shell import good, labbook
 from tests.helpers.known_campaign import KnownCampaign, Order, shuffled
+from tests.helpers.wording import says
 
 ONE_FOOT = {("large", 0): 2, ("large", 100): 3}
 TWO_FEET = {("large", 0): 1, ("large", 100): 2, ("small", 0): 1, ("small", 100): 2}
@@ -61,6 +62,11 @@ class Said:
 def content_of(folder: Path, campaign: KnownCampaign, seed: int) -> ReportContent:
     """Write the files, take them into a book and make the report."""
     campaign.write(folder / "files", seed)
+    return reported(folder)
+
+
+def reported(folder: Path) -> ReportContent:
+    """Take the files of a folder into a book and make the report."""
     good(labbook("init", "book", "--as", "Ada Nwosu", at=folder))
     book = folder / "book"
     (book / "labbook.toml").write_bytes((folder / "files" / "labbook.toml").read_bytes())
@@ -154,3 +160,16 @@ def test_the_first_page_is_true_of_forty_campaigns(tmp_path: Path) -> None:
     for one in found:
         print(one)
     check(found)
+
+
+def test_a_group_without_the_charges_of_its_controls_is_named(tmp_path: Path) -> None:
+    campaign = KnownCampaign({"large": 5.0, "small": 5.0}, shuffled(4, TWO_FEET, 2))
+    campaign.write(tmp_path / "files", 2)
+    runs = (tmp_path / "files" / "runs.csv").read_text(encoding="utf-8").splitlines()
+    lost = [row.split(",")[0] for row in runs if ",small,0," in row]
+    for sheet in (tmp_path / "files" / "charges").iterdir():
+        kept = [row for row in sheet.read_text(encoding="utf-8").splitlines() if row.split(",")[0] not in lost]
+        sheet.write_text("\n".join(kept) + "\n", encoding="utf-8")
+    content = reported(tmp_path)
+    assert content.without_charges == (({"foot": "small"}, tuple(lost)),)
+    says(" ".join(trust_sentences(content)), "small foot", lost[0], lost[-1], "no charge")

@@ -29,8 +29,6 @@ from stats.days.overall import (
     OverallSavings,
     overall_equivalence,
     overall_savings,
-    same_on_every_day,
-    unbounded_savings,
 )
 from stats.exact.tails import t_upper
 
@@ -93,7 +91,7 @@ class OverallEquivalenceResult(EquivalenceResult):
 DECISION = Algorithm("decision", 4, DecisionResult)
 DECISION_EQUIVALENCE = Algorithm("decision_equivalence", 3, EquivalenceResult)
 OVERALL = Algorithm("overall_savings", 3, OverallResult)
-OVERALL_EQUIVALENCE = Algorithm("overall_equivalence", 2, OverallEquivalenceResult)
+OVERALL_EQUIVALENCE = Algorithm("overall_equivalence", 3, OverallEquivalenceResult)
 
 
 def contrast_of(pair: Pair, *, by_day: bool = True) -> Contrast:
@@ -207,14 +205,12 @@ def _overall_savings(
     inputs: Sequence[InputRow],
 ) -> OverallResult:
     contrasts, level = _contrasts(pairs), 1.0 - (2.0 * alpha if one_sided else alpha)
-    # Results of before gave an interval here
-    unbounded = {"unbounded": found} if (found := unbounded_savings(contrasts, level)) else {}
     return cache.ensure_one(
         Request(
             OVERALL,
             {"quantity": str(quantity), **scope},
             (*_fingerprints(pairs), *inputs),
-            {"alpha": alpha, "one_sided": one_sided, **_groups(contrasts), **unbounded},
+            {"alpha": alpha, "one_sided": one_sided, "groups": list(contrasts)},
             lambda: _overall(overall_savings(contrasts, level), alpha, one_sided),
         )
     )
@@ -234,16 +230,10 @@ def _overall_within(
             OVERALL_EQUIVALENCE,
             {"quantity": str(Outcome.APEX), **scope},
             (*_fingerprints(pairs), *inputs),
-            {"alpha": alpha, "bounds": asdict(bounds), **_groups(contrasts)},
+            {"alpha": alpha, "bounds": asdict(bounds), "groups": list(contrasts)},
             lambda: _overall_equivalent(contrasts, bounds, alpha),
         )
     )
-
-
-def _groups(contrasts: Mapping[str, Contrast]) -> dict[str, list[str]]:
-    """Name the groups of an effect over all, and those of them that results of before took for known exactly."""
-    same = same_on_every_day(contrasts)
-    return {"groups": list(contrasts)} | ({"same_on_every_day": same} if same else {})
 
 
 def _contrasts(pairs: Mapping[str, Pair]) -> dict[str, Contrast]:

@@ -54,15 +54,16 @@ def with_display_step(
 def display_step_mah(charges_mah: Iterable[float], typed_mah: float) -> float:
     """Return the step in mAh that charges were shown in, `typed_mah` being that of the last digit written down.
 
-    It is a coarser one, 2, 5 or 10 times and so on, where all charges are multiples of it and there are so many
-    different ones that chance alone would make them so in 1 % of books: two for 10 times, three for 5, seven for 2.
+    It is a coarser one, 2, 4, 5, 10, 20, 25 times and so on, where all charges are multiples of it and there are so
+    many different ones that chance alone would make them so in 1 % of books: two for 10 times, three for 5, seven for
+    2.
     """
     different = np.unique(np.abs(np.fromiter(charges_mah, float)))
     different = different[different > 0.0]
     step_mah = typed_mah
-    while _all_multiples(different, step_mah, 10.0):
-        step_mah *= 10.0
-    return next((step_mah * times for times in (5.0, 2.0) if _all_multiples(different, step_mah, times)), step_mah)
+    while times := next((each for each in (10.0, 5.0, 2.0) if _all_multiples(different, step_mah, each)), None):
+        step_mah *= times
+    return step_mah
 
 
 def _all_multiples(different_mah: Floats, step_mah: float, times: float) -> bool:

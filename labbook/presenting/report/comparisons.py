@@ -333,6 +333,31 @@ def _decision(
     )
 
 
+def groups_without_charges(analysis: StudyAnalysis) -> tuple[tuple[Mapping[str, str], tuple[str, ...]], ...]:
+    """Return the groups in which no control, or nothing beside it, has a charge, with the runs that lack theirs."""
+    compared = {
+        pairing.group_label(item.pair.group)
+        for item in analysis.compared
+        if item.pair.family == pairing.POOLED and item.quantity is Outcome.JOULES
+    }
+    groups: dict[str, list[RunRow]] = {}
+    for run in analysis.evidence.runs:
+        label = pairing.group_label(_without_swept(analysis, run))
+        if analysis.swept in run.levels and label not in compared:
+            groups.setdefault(label, []).append(run)
+    return tuple(
+        (_without_swept(analysis, runs[0]), names)
+        for runs in groups.values()
+        if len({run.is_control for run in runs}) == 2
+        for names in [tuple(run.name for run in runs if _only_charge_missing(analysis, run))]
+        if names
+    )
+
+
+def _without_swept(analysis: StudyAnalysis, run: RunRow) -> dict[str, str]:
+    return {name: label for name, label in run.levels.items() if name != analysis.swept}
+
+
 def _only_charge_missing(analysis: StudyAnalysis, run: RunRow) -> bool:
     why = recharge_of(run, analysis.evidence.charges.get(run.uid, []))
     known = bool(run.duration_s and run.jumps_made)

@@ -134,6 +134,7 @@ def make_report(
         counted=analysis.planned.settings.unit_of_analysis.noun,
         look=analysis.planned.look,
         different_days=comparisons.runs_of_different_days(analysis),
+        without_charges=comparisons.groups_without_charges(analysis),
         favoured=comparisons.favoured(analysis, shown),
         coarse_charger=drain.coarse_charger(analysis),
         no_equivalence=preregistration.no_equivalence(analysis),

@@ -324,6 +324,12 @@ def test_a_single_group_has_no_interval() -> None:
     assert isinstance(found.ci, Undefined)
 
 
+def test_a_group_that_alone_tells_the_slope_leaves_no_interval() -> None:
+    found = slope_through_origin([1e9, 1.0, 1.0], [1e9, 1.1, 0.9], ["a", "b", "c"])
+    assert isinstance(found.ci, Undefined)
+    assert isinstance(found.se, Undefined)
+
+
 def test_points_on_the_line_have_an_interval_without_width() -> None:
     assert slope_through_origin([1.0, 2.0], [2.0, 4.0], [0, 1]).ci == (2.0, 2.0)
 
