@@ -120,7 +120,7 @@ class Reason(Code):
     NO_GROUP_WITH_CLAIM = "in no group can treatment and control be compared within days"
     GROUP_WITHOUT_BOUNDS = "in a group the control's mean is not distinguishable from 0"
     ONE_GROUP = "there is one group only"
-    CONTRAST_WITHOUT_RUNS = "runs are missing of what it compares"
+    CONTRAST_WITHOUT_RUNS = "no runs have what it compares"
     ONE_DAY_HOLDS_BOTH = "one day only holds both {a} and {b}"
     SAME_ON_EVERY_DAY = "{a} and {b} differ by as much on every day"
     NO_SHARED_DAY = "no day holds {unit}s of both groups"

@@ -210,7 +210,8 @@ class MeansContrast:
     `levels` of the `factor` are those compared, the second with the first, or those that a line goes through, which
     levels off `at` one of them; a trend's estimate is for each `per` of the factor. `side` says of which runs a
     difference is: "control" or "treated". `unit` and `days` are as in `Decision`; `adjusted` is p by Holm's method over
-    all contrasts, and `rejected` whether it is at most alpha. `exploratory` says why it was not planned.
+    all contrasts, and `rejected` whether it is at most alpha. `exploratory` says why it was not planned; `left_out`
+    counts the combinations of other levels that one side lacks.
     """
 
     kind: ContrastKind
@@ -227,6 +228,7 @@ class MeansContrast:
     unit: str
     days: tuple[str, ...]
     exploratory: str = ""
+    left_out: int = 0
 
 
 @dataclass(frozen=True, slots=True)

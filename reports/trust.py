@@ -131,7 +131,7 @@ def _order_in_days(content: ReportContent) -> str:
     texts += [f"{count_text(more, 'more group')} ({content.section('Robustness')})"] if more > 0 else []
     return (
         "Control and treated runs lie farther apart in the day than in a random order, so that a drift over the day "
-        f"passes for an effect: {'; '.join(texts)}{_ONE_SLOPE if len(content.pooled) > 2 else ''}."
+        f"shifts the difference: {'; '.join(texts)}{_ONE_SLOPE if len(content.pooled) > 2 else ''}."
     )
 
 
@@ -193,7 +193,7 @@ def _uncertainty(content: ReportContent) -> str:
         number = overall.savings
     elif len(several) == 1:  # of several groups without an effect over all, none is the answer
         number = several[0].lead.savings or several[0].lead.difference
-    if content.counted != "run" or any(each.unsure for each in several):
+    if content.counted != "run" or content.different_days or any(each.unsure for each in several):
         return ""  # n counts days, or the error leaves out what two days differ by
     squares = [square for each in several if (square := _of_runs(each)) is not None]
     if (
@@ -245,7 +245,11 @@ def _one_day_less(content: ReportContent) -> str:
         return _none_left_out(content)
     unclaimed = measured - {one.day for _each, one in without}
     unclaimed |= {one.day for each, one in without if _loses_its_interval(each, one.label)}
-    lost = f"; {count_text(len(unclaimed), 'day')} cannot be left out, or a group has no test" if unclaimed else ""
+    lost = (
+        f"; without {count_text(len(unclaimed), 'other day')} a group has no test, or a run no joules"
+        if unclaimed
+        else ""
+    )
     moved = _moved(max(shifts), of_unit[0], 1)
     return f"Leaving out any one day moves the {_what(of_unit[0])} of a group by at most {moved}{lost}."
 

@@ -14,6 +14,7 @@ within_percent = 10
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections import Counter
 from collections.abc import Mapping
@@ -158,24 +159,29 @@ def _contrasts(table: TableReader, factors: Mapping[str, FactorSettings] | None)
 
 
 def _contrast(table: TableReader, factors: Mapping[str, FactorSettings] | None) -> ContrastSettings:
-    has_kind = table.value("kind") is not None
+    has_kind = table.value("kind") in list(ContrastKind)
     kind = table.word("kind", ContrastKind)
+    if not has_kind:  # what it needs is not known
+        return ContrastSettings(kind, Outcome.JOULES)
     keys = _CONTRAST_KEYS[kind]
     swept = next((name for name, factor in (factors or {}).items() if factor.control is not None), "")
     factor = table.text("factor") if "factor" in keys else swept
     levels = tuple(_label(level) for level in table.items("levels", "levels")) if "levels" in keys else ()
-    if factors is not None and has_kind:
+    if factors is not None:
         if factor not in factors or ("factor" in keys and factor == swept):
             others = [name for name in factors if "factor" not in keys or name != swept]
             table.fault("factor", unknown_factor(factor, others))
         else:
             _check_levels(table, "levels", factor, list(levels), factors)
-            if len(set(levels)) == 1:
+            treated = [each for each in levels if kind is not ContrastKind.TREND or each != factors[factor].control]
+            if len(treated) < len(levels):
+                table.fault("levels", f"{factors[factor].control} is the control, which saves nothing: leave it out.")
+            elif len(set(levels)) == 1:
                 table.fault("levels", f"{levels[0]} alone is compared with nothing: name two or more, or leave it out.")
             if kind in (ContrastKind.TREND, ContrastKind.LEVELS_OFF) and factors[factor].kind is not FactorKind.NUMBER:
                 table.fault("kind", f"the levels of {factor} are no numbers, so nothing rises with them: compare them.")
     at = table.number("at") if "at" in keys else None
-    if at is not None and factor in (factors or {}):
+    if at is not None and not math.isnan(at) and factor in (factors or {}):
         of = (factors or {})[factor]
         values = [each.value for each in of.levels if each.value is not None and each.label != of.control]
         if sum(each <= at for each in values) < 2 or sum(each >= at for each in values) < 2:

@@ -10,11 +10,11 @@ from reports.display import (
     MINUS,
     as_shown,
     common_places,
+    count_text,
     given_text,
     in_sentence,
     interval_text,
     level_text,
-    list_text,
     places_of,
     sentence_start,
     significance_text,
@@ -135,7 +135,8 @@ def _sentence(content: ReportContent, one: MeansContrast) -> str:
     measured = "on the days measured, " if one.unit == "run" and one.days else ""
     signed = f"{MINUS}{size}" if number.value < 0 else size
     clause = _shown(content, one, number.value, size) if one.rejected else f"{asked} is not shown: {signed}"
-    return f"{sentence_start(f'{measured}{clause}')} ({evidence})."
+    lacks = f"; {count_text(one.left_out, 'condition')} of one side alone left out" if one.left_out else ""
+    return f"{sentence_start(f'{measured}{clause}')} ({evidence}{lacks})."
 
 
 def _effect(one: MeansContrast) -> str:
@@ -149,12 +150,13 @@ def _levels(content: ReportContent, one: MeansContrast) -> list[str]:
 
 def _asked(content: ReportContent, one: MeansContrast) -> str:
     """Say what a contrast asks, so that "is not shown" can follow."""
-    both = list_text(_levels(content, one))
+    less = " less ".join(reversed(_levels(content, one)))
+    per = f"for each {given_text(one.per)} of the {_swept(content)}"
     return {
-        ContrastKind.DIFFERENCE: f"a difference of {one.quantity} between {both} in {one.side} runs",
-        ContrastKind.INTERACTION: f"that the {_effect(one)} differs between {both}",
-        ContrastKind.TREND: f"a trend of the {_effect(one)} over the {_swept(content)}{_span(one)}",
-        ContrastKind.LEVELS_OFF: f"that the {_effect(one)} rises less from {given_text(one.at or 0.0)} on",
+        ContrastKind.DIFFERENCE: f"a difference of {one.quantity} in {one.side} runs, {less},",
+        ContrastKind.INTERACTION: f"a difference of the {_effect(one)}, {less},",
+        ContrastKind.TREND: f"a trend of the {_effect(one)} {per}{_span(one)}",
+        ContrastKind.LEVELS_OFF: f"that the {_effect(one)} rises less from {given_text(one.at or 0.0)} on, {per},",
     }[one.kind]
 
 

@@ -96,6 +96,7 @@ def said_of(world: str, campaign: KnownCampaign, content: ReportContent) -> Said
         "groups": any(each.differ is True for each in content.overall),
         "no claim": all(not lead.unit for lead in leads),
     }
+    assert ("below" in content.claims[0].text) == (warned["order"] or warned["charger"])
     claims = " ".join([*(claim.text for claim in content.claims), *trust_sentences(content)])
     shown = [
         each.lead.equivalence.shown
@@ -173,3 +174,18 @@ def test_a_group_without_the_charges_of_its_controls_is_named(tmp_path: Path) ->
     content = reported(tmp_path)
     assert content.without_charges == (({"foot": "small"}, tuple(lost)),)
     says(" ".join(trust_sentences(content)), "small foot", lost[0], lost[-1], "no charge")
+
+
+def test_a_report_that_could_test_nothing_is_no_look(tmp_path: Path) -> None:
+    """The idle runs of the first day come in last: before there are no joules."""
+    KnownCampaign(alike(5.0), shuffled(3, ONE_FOOT, 2)).write(tmp_path / "files", 2)
+    good(labbook("init", "book", "--as", "Ada Nwosu", at=tmp_path))
+    book, sheets = tmp_path / "book", sorted((tmp_path / "files" / "charges").iterdir())
+    (book / "labbook.toml").write_bytes((tmp_path / "files" / "labbook.toml").read_bytes())
+    good(labbook("runs", "import", "../files/runs.csv", at=book))
+    for sheet in sheets[::-1]:
+        good(labbook("ingest", sheet, at=book))
+        good(labbook("report", "--out", sheet.stem, at=book))
+    last = (book / sheets[0].stem / "report.html").read_text(encoding="utf-8")
+    assert "saving" in last
+    assert "This is look" not in last

@@ -48,7 +48,7 @@ class MeansContrast:
     """What is asked, of which pairs of conditions with which weights.
 
     `levels` are those that are compared, the second with the first, or that a line goes through; without `terms` runs
-    of it are missing. The estimate is in
+    of it are missing, and `left_out` counts combinations of other levels that one side lacks. The estimate is in
     percentage points of savings (`percent`) or in the outcome's unit; a trend's is for each `per` of the factor.
     """
 
@@ -57,6 +57,7 @@ class MeansContrast:
     terms: tuple[tuple[float, Pair], ...]
     percent: bool
     per: float = 1.0
+    left_out: int = 0
 
     @property
     def label(self) -> str:
@@ -93,6 +94,7 @@ def contrast_means(
         one
         for each in settings.contrasts or _suggested(conditions, swept, values)
         for one in contrasts_of(each, conditions.get(each.outcome, ()), swept, values)
+        or [MeansContrast(each, each.levels, (), each.outcome.has_savings)]
         if one.terms or settings.contrasts
     )
     asked = list({one.label: one for one in every}.values())
@@ -164,7 +166,8 @@ def _between_levels(
     for level in further:
         both = [(of_first[others], pair) for others, pair in by_level.get(level, {}).items() if others in of_first]
         terms = tuple(term for pair in both for term in compare(*pair, 1.0 / len(both)))
-        yield MeansContrast(settings, (first, level), terms, percent)
+        left_out = len(of_first.keys() ^ by_level.get(level, {}).keys())
+        yield MeansContrast(settings, (first, level), terms, percent, left_out=left_out)
 
 
 def _difference(first: Pair, level: Pair, weight: float) -> _Terms:

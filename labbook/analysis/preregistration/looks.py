@@ -13,6 +13,7 @@ from data_schema.vocabulary import Action, RunKind
 from labbook.analysis.preregistration.book_state import BookState, read_history, reported_states, state_at
 from labbook.config.model import AnalysisSettings
 from reports.evidence import Look
+from stats.lines.passive_drain import why_no_line
 from stats.planning.group_sequential import nominal_levels, share_in_error
 
 
@@ -38,13 +39,13 @@ def look_of(
     now, reports = states
     first = settings.primary_outcome
     outcome = next((each for each in (first, *Outcome) if _compared(now, each, selected)), None)
-    if outcome is None:
+    if outcome is None or not _tested(now, selected):
         return None
     runs = _compared(now, outcome, selected)
     looks = {
         found: len(_compared(state, outcome, None))
         for state in reports.values()
-        if (found := _compared(state, outcome, selected)) and len(found) < len(runs)
+        if (found := _compared(state, outcome, selected)) and len(found) < len(runs) and _tested(state, selected)
     }
     return look_at(
         [*map(len, looks), len(runs)],
@@ -54,6 +55,16 @@ def look_of(
         runs_of_all=[*looks.values(), len(_compared(now, outcome, None))],
         one_sided=settings.one_sided and outcome.has_savings,
     )
+
+
+def _tested(state: BookState, selected: Collection[str] | None) -> bool:
+    """Whether a report tested anything: what idle runs correct has no number before these make a line."""
+    for outcome in Outcome:
+        idle = [run for uid, run in state.runs.items() if run.kind is RunKind.IDLE and outcome in state.given(uid)]
+        line = why_no_line([run.duration_s for run in idle if run.duration_s]) is None
+        if _compared(state, outcome, selected) and (line or not outcome.shares_error):
+            return True
+    return False
 
 
 def _compared(state: BookState, outcome: Outcome, selected: Collection[str] | None) -> frozenset[str]:

@@ -62,6 +62,18 @@ def _claims(content: ReportContent, compared: Sequence[Comparison], *, one_level
     return (*claims, *contrast_claims(content))
 
 
+def _warned(content: ReportContent, claims: tuple[Claim, ...]) -> tuple[Claim, ...]:
+    """Say behind the first claim that it cannot stand without what is said of order or charger below."""
+    why = [
+        *(["the order within days"] if content.favoured else []),
+        *(["the charger's step"] if content.coarse_charger is not None else []),
+    ]
+    if not why or not claims:
+        return claims
+    first = replace(claims[0], text=f"{claims[0].text} Read with what is said of {' and '.join(why)} below.")
+    return (first, *claims[1:])
+
+
 @dataclass(frozen=True, slots=True)
 class MadeReport:
     """A report's content, and what had to be computed for it."""
@@ -148,7 +160,7 @@ def make_report(
         budget=budget,
         budget_note=budget_note,
         sensitivity=comparisons.sensitivity(analysis, shown, bare),
-        claims=_claims(bare, compared, one_level=comparisons.one_level(analysis)),
+        claims=_warned(bare, _claims(bare, compared, one_level=comparisons.one_level(analysis))),
         provenance=provenance(shown.ids, [*cache.computed.values(), *cache.reused.values()]),
     )
     return MadeReport(content, analysis, cache, detections, tuple(shown.ids))

@@ -30,6 +30,7 @@ def contrasts(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[MeansContra
                 levels=asked.levels,
                 side=str(asked.settings.side or ""),
                 per=asked.per,
+                left_out=asked.left_out,
                 at=asked.settings.at,
                 estimate=words.number(result.estimate),
                 test=words.test("contrast", result.t, result.p),
