@@ -9,6 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from labbook.config.parsing import parse_configuration
+from labbook.demo.files import book_toml
+from labbook.demo.truth import CHAPTER_5
 from tests.cli.shell import Answer, labbook, rows
 from tests.helpers.books import SmallBook, reported_book, small_book
 
@@ -99,7 +102,11 @@ def test_a_damaged_book(book: SmallBook) -> None:
 
 @pytest.mark.soak
 def test_hypotheses_and_a_ground_of_ones_own(book: SmallBook) -> None:
-    (table,) = re.findall(r"```toml\n(.*?)```", (DOCS / "hypotheses.md").read_text(encoding="utf-8"), re.DOTALL)
+    table, contrasts = re.findall(r"```toml\n(.*?)```", (DOCS / "hypotheses.md").read_text(encoding="utf-8"), re.DOTALL)
+    bed = book_toml(CHAPTER_5, predicted=False, decided=False).decode()
+    planned = parse_configuration(bed + contrasts, "labbook.toml").analysis
+    assert planned is not None
+    assert len(planned.contrasts) == 3
     scene = '\n[simulation]\nscene = "bed"\nfactors = { foot = "foot_radius", b_ad_gain = "b_ad" }\n'
     book.toml.write_text(book.toml.read_text(encoding="utf-8") + scene + table, encoding="utf-8")
     (compare,) = commands("hypotheses.md")
