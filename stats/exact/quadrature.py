@@ -180,6 +180,8 @@ def critical_values(log_upper: LogUpper, tail: float, df: Floats, comparisons: i
     tail = min(tail, 1.0 - 2.0**-53)  # 1 is all that is left of a level near 0
     one = Fraction(tail) / (2 if two_sided else 1)
     low, high = (np.array([t_upper_quantile(part, each) for each in df.tolist()]) for part in (one, one / comparisons))
+    if comparisons == 1:
+        return low
     margin = 2.0**-30  # where both are as near as that, rounding decides on which side the root is
     bracket = low - margin * (1.0 + np.abs(low)), high + margin * (1.0 + np.abs(high))
     rows = np.arange(df.size)

@@ -180,3 +180,9 @@ def test_wrong_input():
     assert "control is empty" in dunnett([], TREATED).comparisons[0].difference.reason
     assert "no treatment" in dunnett(CONTROL, {}).critical.reason
     says(dunnett([1.0], {"a": [2.0]}).comparisons[0].p.reason, "than one value")
+
+
+@pytest.mark.parametrize("level", [2.9802322387695312e-08, 1e-9, 0.95, 1.0 - 1e-12])
+def test_of_one_comparison_the_critical_value_is_that_of_t(level):
+    found = largest_critical(1.0 - level, 52, (2,), 20.0, two_sided=False)
+    assert found == pytest.approx(scipy.stats.t.isf(1.0 - level, 20.0), rel=1e-6, abs=1e-9)
