@@ -46,15 +46,22 @@ from reports.tables.table import (
 
 def contrast_name(content: ReportContent, one: MeansContrast) -> str:
     """Name a contrast: "saving with the small foot less that with the large foot"."""
-    names, effect = [level_names(content, {one.factor: label})[0] for label in one.levels], _effect(one)
+    effect = _effect(one)
     if one.kind is ContrastKind.DIFFERENCE:
-        return f"{one.quantity} with {names[1]} less {names[0]}, {one.side} runs"
+        return f"{one.quantity} with {_less(content, one)}, {one.side} runs"
     if one.kind is ContrastKind.INTERACTION:
-        return f"{effect} with {names[1]} less that with {names[0]}"
+        return f"{effect} with {_less(content, one, ' less that with ')}"
     step = f"for each {given_text(one.per)} of the {_swept(content)}"
     if one.at is not None:
         return f"{effect} {step}: up to {given_text(one.at)} less from there on"
     return f"{effect} {step}{_span(one)}"
+
+
+def _less(content: ReportContent, one: MeansContrast, less: str = " less ") -> str:
+    """Write the second level less the first; without two of them what they are levels of."""
+    names = [level_names(content, {one.factor: label})[0] for label in reversed(one.levels)]
+    title = next((title_of(factor) for factor in content.factors if factor.name == one.factor), one.factor)
+    return less.join(names) if names else f"one level{less}another of the {in_sentence(title)}"
 
 
 def _swept(content: ReportContent) -> str:
@@ -150,7 +157,7 @@ def _levels(content: ReportContent, one: MeansContrast) -> list[str]:
 
 def _asked(content: ReportContent, one: MeansContrast) -> str:
     """Say what a contrast asks, so that "is not shown" can follow."""
-    less = " less ".join(reversed(_levels(content, one)))
+    less = " less ".join(reversed(_levels(content, one))) or _less(content, one)
     per = f"for each {given_text(one.per)} of the {_swept(content)}"
     return {
         ContrastKind.DIFFERENCE: f"a difference of {one.quantity} in {one.side} runs, {less},",

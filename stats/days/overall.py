@@ -98,7 +98,7 @@ def overall_savings(groups: Mapping[str, Contrast], level: float = 0.95) -> Over
     level = as_level("level", level)
     claimed = _claimed(groups)
     scope, found = _scope(groups, claimed), _overall(claimed)
-    if unbounded_savings(groups, level):
+    if _unbounded_savings(groups, level):
         found = Undefined(Reason.GROUP_WITHOUT_BOUNDS)
     if isinstance(found, Undefined):
         return OverallSavings(undefined_estimate(found, level, found), scope, found, found)
@@ -152,11 +152,11 @@ def _spread(groups: Mapping[str, Contrast]) -> float | Undefined:
 
 
 def _claimed(groups: Mapping[str, Contrast]) -> dict[str, Contrast]:
-    same = same_on_every_day(groups)
+    same = _same_on_every_day(groups)
     return {name: one for name, one in groups.items() if name not in same and _scatters(one)}
 
 
-def same_on_every_day(groups: Mapping[str, Contrast]) -> list[str]:
+def _same_on_every_day(groups: Mapping[str, Contrast]) -> list[str]:
     """Return the groups left out because treatment and control differ by as much on every day: their error is unknown.
 
     The saving in percent of such a group scatters with its control alone: that is not the error of the difference.
@@ -164,7 +164,7 @@ def same_on_every_day(groups: Mapping[str, Contrast]) -> list[str]:
     return [name for name, one in groups.items() if _scatters(one) and one.variance(1.0) == 0.0]
 
 
-def unbounded_savings(groups: Mapping[str, Contrast], level: float) -> list[str]:
+def _unbounded_savings(groups: Mapping[str, Contrast], level: float) -> list[str]:
     """Return the groups of an effect over all whose own savings have no interval at this level."""
     return [name for name, one in _claimed(groups).items() if isinstance(one.savings(level).ci, Undefined)]
 

@@ -57,3 +57,19 @@ def test_without_a_plan_the_contrasts_of_the_factors_are_exploratory_and_off_the
         found = list(csv.DictReader(file))
     assert [row["kind"] for row in found] == ["difference", "difference", "interaction"]
     assert all(row["exploratory"] for row in found)
+
+
+def test_planned_contrasts_of_what_was_not_measured_yet_cannot_be_told(tmp_path: Path) -> None:
+    """Only one foot was run, and no log has a height."""
+    apex = """contrasts = [
+  { kind = "trend", outcome = "apex" },
+  { kind = "difference", factor = "foot", side = "treated", outcome = "apex" },"""
+    plan = CONTRASTS.replace("contrasts = [", apex)
+    one_foot = {condition: n for condition, n in RUNS.items() if condition[0] == "large"}
+    book = book_of(tmp_path, KnownCampaign({"large": 4.0}, shuffled(4, one_foot, 5), analysis=plan))
+    good(labbook("report", "--out", "one", at=book))
+    says(page_one(book), "cannot be told", "no runs have what it compares", "foot")
+    with (book / "one" / "tables" / "contrasts.csv").open(encoding="utf-8") as file:
+        found = list(csv.DictReader(file))
+    assert len(found) == 4
+    assert all(row["estimate"] == "" for row in found)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from benchmarks.stats_evidence.worlds.conditions import condition
@@ -61,13 +63,13 @@ def campaign(conditions: list[ConditionValues], asked: ContrastSettings, truth: 
     return Campaign(covers, found.rejected is True, warns=False)
 
 
-def _world(what: str, asked: ContrastSettings, truth: float, days: int, **how: float) -> World:
+def _world(what: str, asked: ContrastSettings, truth: float, days: int, **how: Any) -> World:
     runs = 1 if days > 3 else 2
     return World(
         f"{what}, {days} days",
         f"{truth:g} points",
         False,
-        lambda rng: campaign(draw(rng, days, runs=runs, **how), asked, truth),  # type: ignore[arg-type]
+        lambda rng: campaign(draw(rng, days, runs=runs, **how), asked, truth),
     )
 
 

@@ -132,10 +132,10 @@ def fingerprints_of_sides(pair: Pair) -> tuple[InputRow, ...]:
     return tuple(result_fingerprint(role, condition.result) for role, side in sides for condition in side)
 
 
-def fingerprints_of_days(pair: Pair, role: str = "day") -> list[InputRow]:
+def fingerprints_of_days(pair: Pair) -> list[InputRow]:
     """Name the day of every run: a run's own number does not change with it."""
     runs = {item.run.uid: item.run for side in (pair.a, pair.b) for condition in side for item in condition.runs}
-    return [fingerprint(role, "run", run.uid, run.day) for run in runs.values()]
+    return [fingerprint("day", "run", run.uid, run.day) for run in runs.values()]
 
 
 def values_of(side: Sequence[ConditionValues]) -> list[float]:

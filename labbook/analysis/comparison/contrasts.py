@@ -47,7 +47,8 @@ ALGORITHM = Algorithm("contrast", 1, ContrastResult)
 class MeansContrast:
     """What is asked, of which pairs of conditions with which weights.
 
-    `levels` are those that are compared, the second with the first, or that a line goes through; without `terms` runs
+    `levels` are those that are compared, the second with the first, or that a line goes through, none where the runs
+    have fewer than two; without `terms` runs
     of it are missing, and `left_out` counts combinations of other levels that one side lacks. The estimate is in
     percentage points of savings (`percent`) or in the outcome's unit; a trend's is for each `per` of the factor.
     """
@@ -94,7 +95,6 @@ def contrast_means(
         one
         for each in settings.contrasts or _suggested(conditions, swept, values)
         for one in contrasts_of(each, conditions.get(each.outcome, ()), swept, values)
-        or [MeansContrast(each, each.levels, (), each.outcome.has_savings)]
         if one.terms or settings.contrasts
     )
     asked = list({one.label: one for one in every}.values())
@@ -162,6 +162,8 @@ def _between_levels(
         others = tuple((name, label) for name, label in pair.group.items() if name != factor)
         by_level.setdefault(pair.group.get(factor, ""), {})[(*others, ("", pair.level))] = pair
     first, *further = settings.levels or sorted(by_level, key=pairing.sort_key) or [""]
+    if not further:
+        yield MeansContrast(settings, (), (), percent)
     of_first = by_level.get(first, {})
     for level in further:
         both = [(of_first[others], pair) for others, pair in by_level.get(level, {}).items() if others in of_first]

@@ -16,7 +16,7 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.compare.shared_error import SharedError
 from stats.days.decision import Contrast, Rule, contrast_by_day
-from stats.days.overall import overall_equivalence, overall_savings, same_on_every_day, unbounded_savings
+from stats.days.overall import overall_equivalence, overall_savings
 from tests.helpers.campaigns import DESIGNS, LAYOUTS, campaign
 from tests.helpers.wording import refuses
 
@@ -336,7 +336,6 @@ def test_a_group_whose_difference_is_the_same_on_every_day_is_left_out_of_the_ov
     constant = contrast([([control], [control - 4.0]) for control in (40.0, 41.5, 39.0, 42.25, 40.5)])
     assert isinstance(constant.savings().p, Undefined)
     one = contrast(JOULES)
-    assert same_on_every_day({"a": one, "b": constant}) == ["b"]
     overall = overall_savings({"a": one, "b": constant})
     assert (overall.scope.groups, overall.scope.left_out) == (("a",), ("b",))
     assert overall.estimate == overall_savings({"a": one}).estimate
@@ -347,12 +346,10 @@ def test_there_is_no_overall_effect_where_a_group_has_savings_without_bounds() -
     slip = [([1160.5, 41.0] if not at else control, treated) for at, (control, treated) in enumerate(JOULES)]
     groups = {"a": contrast(JOULES), "b": contrast(slip)}
     assert isinstance(groups["b"].savings().ci, Undefined)
-    assert unbounded_savings(groups, 0.95) == ["b"]
     found = overall_savings(groups).estimate
     assert isinstance(found.p, Undefined)
     assert isinstance(found.ci, Undefined)
     assert found.p.code is Reason.GROUP_WITHOUT_BOUNDS
-    assert unbounded_savings(groups, 0.5) == []
     assert isinstance(overall_savings(groups, 0.5).estimate.ci, tuple)
 
 

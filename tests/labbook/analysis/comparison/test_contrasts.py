@@ -73,7 +73,8 @@ def test_only_groups_that_hold_both_levels_enter_and_none_enters_where_none_does
     (one,) = asked(ContrastSettings(ContrastKind.INTERACTION, Outcome.JOULES, "foot"), conditions(small))
     assert {pair.group["k_gain"] for _weight, pair in one.terms} == {"300"}
     one_foot = [each for each in conditions() if each.levels["foot"] == "large"]
-    assert asked(ContrastSettings(ContrastKind.INTERACTION, Outcome.JOULES, "foot"), one_foot) == []
+    (none,) = asked(ContrastSettings(ContrastKind.INTERACTION, Outcome.JOULES, "foot"), one_foot)
+    assert (none.levels, none.terms) == ((), ())
     named = ContrastSettings(ContrastKind.INTERACTION, Outcome.JOULES, "foot", levels=("large", "small"))
     (missing,) = asked(named, one_foot)
     assert isinstance(contrast_result(missing, 0.05).p.value, Undefined)
