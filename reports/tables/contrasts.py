@@ -141,7 +141,9 @@ def _sentence(content: ReportContent, one: MeansContrast) -> str:
     evidence = f"{interval}; {significance_text(test, name=False)}{holm}"
     measured = "on the days measured, " if one.unit == "run" and one.days else ""
     signed = f"{MINUS}{size}" if number.value < 0 else size
-    clause = _shown(content, one, number.value, size) if one.rejected else f"{asked} is not shown: {signed}"
+    is_slope = one.kind in (ContrastKind.TREND, ContrastKind.LEVELS_OFF)
+    per = f" for each {given_text(one.per)} of the {_swept(content)}" if is_slope else ""
+    clause = _shown(content, one, number.value, size) if one.rejected else f"{asked} is not shown: {signed}{per}"
     lacks = f"; {count_text(one.left_out, 'condition')} of one side alone left out" if one.left_out else ""
     return f"{sentence_start(f'{measured}{clause}')} ({evidence}{lacks})."
 
@@ -158,17 +160,16 @@ def _levels(content: ReportContent, one: MeansContrast) -> list[str]:
 def _asked(content: ReportContent, one: MeansContrast) -> str:
     """Say what a contrast asks, so that "is not shown" can follow."""
     less = " less ".join(reversed(_levels(content, one))) or _less(content, one)
-    per = f"for each {given_text(one.per)} of the {_swept(content)}"
     return {
         ContrastKind.DIFFERENCE: f"a difference of {one.quantity} in {one.side} runs, {less},",
         ContrastKind.INTERACTION: f"a difference of the {_effect(one)}, {less},",
-        ContrastKind.TREND: f"a trend of the {_effect(one)} {per}{_span(one)}",
-        ContrastKind.LEVELS_OFF: f"that the {_effect(one)} rises less from {given_text(one.at or 0.0)} on, {per},",
+        ContrastKind.TREND: f"a trend of the {_effect(one)} over the {_swept(content)}{_span(one)}",
+        ContrastKind.LEVELS_OFF: f"that the {_effect(one)} rises less from {given_text(one.at or 0.0)} on",
     }[one.kind]
 
 
 def _span(one: MeansContrast) -> str:
-    return f" from {one.levels[0]} to {one.levels[-1]}" if one.levels else ""
+    return f" from {one.levels[0]} to {one.levels[-1]}" if len(one.levels) > 1 else ""
 
 
 def _shown(content: ReportContent, one: MeansContrast, value: float, size: str) -> str:
