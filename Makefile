@@ -10,7 +10,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # Two of them fill two cores: threads of linear algebra would only wait for each other.
 test soak: export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo test lint types layers check soak bench system clean
+.PHONY: demo test lint types layers size check soak bench system clean
 
 demo: $(STAMP) ## make the demonstration book, ingest it, write its report
 	@if [ -f demo-book/book/reports/demo/report.html ]; then \
@@ -24,7 +24,7 @@ test: $(STAMP) system lint layers ## lint, layers, then types and all tests side
 	echo "== types"; wait $$types || failed="$$failed types"; cat .venv/types.txt; \
 	if [ "$$failed" ]; then echo "failed: $$failed"; exit 1; fi
 
-check: lint types layers
+check: lint types layers size
 
 lint: $(STAMP)
 	@echo "== lint"
@@ -38,6 +38,9 @@ types: $(STAMP)
 layers: $(STAMP)
 	@echo "== layers"
 	@$(BIN)/lint-imports --no-cache | tail -n 1
+
+size: $(STAMP) ## lines, tokens, files and circles of imports, by package
+	@$(BIN)/python scripts/house_size.py
 
 soak: $(STAMP) ## the longer tests
 	@$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "soak or hypothesis" --hypothesis-profile=many tests
