@@ -46,8 +46,6 @@ soak: $(STAMP) ## the longer tests
 	@$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "soak or hypothesis" --hypothesis-profile=many tests
 
 bench: $(STAMP) ## measure against the budgets, write docs/performance.md
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[benchmarks]' || \
-	  echo "what only benchmarks need is not installed: the compiled peer of a stance is left out"
 	@$(BIN)/python benchmarks/run.py
 
 system: ## what tests use beside Python: installed where that is wanted and allowed, else said

@@ -47,16 +47,6 @@ def big_log() -> bytes:
     return string_pot_log(log.time_ms, {**log.channels, **noisy}, DECIMALS)
 
 
-def small_logs(count: int, samples: int) -> list[bytes]:
-    """Cut a log into many short ones; no two hold the same bytes."""
-    log = full_log()
-    pieces = [slice(number * samples, (number + 1) * samples) for number in range(count)]
-    return [
-        string_pot_log(log.time_ms[piece], {name: values[piece] for name, values in log.channels.items()}, DECIMALS)
-        for piece in pieces
-    ]
-
-
 def new_book(folder: Path) -> Path:
     """Make an empty book with the demonstration's configuration."""
     folder.mkdir(parents=True)

@@ -8,12 +8,10 @@ from benchmarks import (
     channel_back,
     help_start,
     ingest_log,
-    ingest_stages,
     large_files,
     load,
     report_costs,
     runs_list,
-    small_files,
     stance,
     studies,
     sweep_million,
@@ -24,9 +22,7 @@ BENCHMARKS: dict[str, Benchmark] = {
     benchmark.name: benchmark
     for benchmark in (
         ingest_log.BENCHMARK,
-        ingest_stages.BENCHMARK,
         large_files.BENCHMARK,
-        small_files.BENCHMARK,
         channel_back.BENCHMARK,
         runs_list.BENCHMARK,
         *load.BENCHMARKS,

@@ -2,8 +2,8 @@
 
 import pytest
 
-from benchmarks.stats_evidence.worlds.rows import WORLDS
-from benchmarks.stats_evidence.worlds.world import World, holds, shares_of
+from benchmarks.worlds.rows import WORLDS
+from benchmarks.worlds.world import World, holds, shares_of
 
 FEW = 60
 OFF = 0.12

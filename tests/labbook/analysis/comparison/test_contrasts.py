@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 
-from benchmarks.stats_evidence.worlds.conditions import condition
+from benchmarks.worlds.conditions import condition
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import ContrastKind, Undefined
 from labbook.analysis.comparison.contrasts import MeansContrast, contrast_result, contrasts_of

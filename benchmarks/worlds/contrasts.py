@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.stats_evidence.worlds.conditions import condition
-from benchmarks.stats_evidence.worlds.world import Campaign, World
+from benchmarks.worlds.conditions import condition
+from benchmarks.worlds.world import Campaign, World
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import ContrastKind
 from labbook.analysis.comparison.contrasts import contrast_result, contrasts_of

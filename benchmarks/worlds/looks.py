@@ -10,7 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from benchmarks.stats_evidence.worlds.world import Campaign, World
+from benchmarks.worlds.world import Campaign, World
 from labbook.analysis.comparison.deciding import decide_by_contrast
 from labbook.analysis.preregistration.looks import look_at
 from stats.days.decision import contrast_by_day

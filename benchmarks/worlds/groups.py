@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from benchmarks.stats_evidence.worlds.world import Campaign, World
+from benchmarks.worlds.world import Campaign, World
 from data_schema.vocabulary import Undefined
 from stats.days.decision import Contrast, contrast_by_day
 from stats.days.overall import overall_savings

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from benchmarks.stats_evidence.worlds import coarse_charger, contrasts, groups, looks, order_in_day, studies
-from benchmarks.stats_evidence.worlds.world import World, holds, shares_of
+from benchmarks.worlds import coarse_charger, contrasts, groups, looks, order_in_day, studies
+from benchmarks.worlds.world import World, holds, shares_of
 
 WORLDS: tuple[World, ...] = (
     *order_in_day.WORLDS,

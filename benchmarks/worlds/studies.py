@@ -10,7 +10,7 @@ import numpy as np
 import scipy.signal
 from numpy.typing import NDArray
 
-from benchmarks.stats_evidence.worlds.world import Campaign, World
+from benchmarks.worlds.world import Campaign, World
 from benchmarks.validation_emulator import conditions_of, run_row
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined

@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from benchmarks.stats_evidence.worlds.world import Campaign, World
+from benchmarks.worlds.world import Campaign, World
 from data_schema.outcomes import Outcome
 from data_schema.queries.charges import ChargeOfRun
 from data_schema.queries.runs import RunRow

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from benchmarks.stats_evidence.worlds.world import Campaign, World
+from benchmarks.worlds.world import Campaign, World
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import PlanMethod, RunKind, RunState, Undefined
 from labbook.analysis.comparison.deciding import contrast_of
