@@ -61,7 +61,9 @@ def main(names: list[str]) -> None:
         path = FOLDER / f"{name}.csv"
         if name == DECISIONS:
             environment = {**os.environ, "LABBOOK_DECISIONS": str(path)}
-            subprocess.run([sys.executable, "-m", "pytest", "-q", "-m", "soak", _YARDSTICK], env=environment, check=True)
+            subprocess.run(
+                [sys.executable, "-m", "pytest", "-q", "-m", "soak", _YARDSTICK], env=environment, check=True
+            )
         else:
             write(path, worlds())
     PAGE.write_text(page(PAGE.read_text(encoding="utf-8")), encoding="utf-8")

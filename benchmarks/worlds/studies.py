@@ -10,8 +10,8 @@ import numpy as np
 import scipy.signal
 from numpy.typing import NDArray
 
-from benchmarks.worlds.world import Campaign, World
 from benchmarks.validation_emulator import conditions_of, run_row
+from benchmarks.worlds.world import Campaign, World
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.conditions import RunNumber

@@ -88,14 +88,12 @@ class _Euler:
 class SolveIvpAttempt:
     """A method of `solve_ivp` (`simulator.accuracy.peers.peer_run`) at one setting."""
 
-    def __init__(self, method: str, scene: Scene, setting: float, stop_after: int, *, every_tick: bool = False) -> None:
+    def __init__(self, method: str, scene: Scene, setting: float, stop_after: int) -> None:
         """Prepare `scene.jumps` jumps."""
         self._scene = scene
         system = system_for(scene.effects)
         parameters = np.array([scene[parameter.name] for parameter in system.composition.parameters])
-        self._integrate = partial(
-            peer_run, system, parameters, method, setting, scene.jumps, stop_after, every_tick=every_tick
-        )
+        self._integrate = partial(peer_run, system, parameters, method, setting, scene.jumps, stop_after)
 
     def run(self) -> None:
         """Integrate all jumps."""

@@ -65,18 +65,15 @@ def peer_run(
     rtol: float,
     jumps: int,
     stop_after: int,
-    *,
-    every_tick: bool = False,
 ) -> PeerRun:
     """Integrate some jumps by a method of `solve_ivp`; `parameters` in the order that the kernel reads.
 
-    The absolute tolerances are `rtol` times typical sizes of the states. With `every_tick` the integrator starts anew
-    at every tick of a sampled controller, also where nothing changes. Raises `PeerGaveUp` where the integrator fails or
-    takes more evaluations or segments than are allowed.
+    The absolute tolerances are `rtol` times typical sizes of the states. Raises `PeerGaveUp` where the
+    integrator fails or takes more evaluations or segments than are allowed.
     """
     work = np.zeros(system.composition.row_size)
     work[PARAMETERS : PARAMETERS + len(parameters)] = parameters
-    walk = _Walk(system, work, method, rtol, stop_after, every_tick)
+    walk = _Walk(system, work, method, rtol, stop_after)
     rows = []
     for _ in range(jumps):
         rows.append(walk.jump())
@@ -94,7 +91,6 @@ class _Walk:
     method: str
     rtol: float
     stop_after: int
-    every_tick: bool
     evaluations: int = 0
     segments: int = 0
     to_tick: bool = False
@@ -141,7 +137,7 @@ class _Walk:
             return int(system.follow(due, work, row, float(self.stop_after)))
         timer_s, must_land = system.horizon(work)
         end_s = min(LONGEST_FLIGHT_S if work[MODE] == FLIGHT else LONGEST_STANCE_S, timer_s)
-        stops = must_land or self.to_tick or (self.every_tick and WISH in guards)
+        stops = must_land or self.to_tick
         if stops:
             end_s = min(end_s, float(work[TICK] / work[system.composition.position["control_rate"]]))
         self.to_tick = False

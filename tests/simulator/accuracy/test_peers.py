@@ -30,18 +30,17 @@ def integrated(
     method: str,
     rtol: float,
     stop_after: int = STOP_AFTER_APEX,
-    every_tick: bool = False,
     most_evaluations: int = peers.MOST_EVALUATIONS,
 ) -> PeerRun:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(peers, "MOST_EVALUATIONS", most_evaluations)
-        return run_of(SCENE, method, rtol, stop_after, every_tick)
+        return run_of(SCENE, method, rtol, stop_after)
 
 
-def run_of(scene: Scene, method: str, rtol: float, stop_after: int, every_tick: bool = False) -> PeerRun:
+def run_of(scene: Scene, method: str, rtol: float, stop_after: int) -> PeerRun:
     system = system_for(scene.effects)
     parameters = np.array([scene[parameter.name] for parameter in system.composition.parameters])
-    return peer_run(system, parameters, method, rtol, scene.jumps, stop_after, every_tick=every_tick)
+    return peer_run(system, parameters, method, rtol, scene.jumps, stop_after)
 
 
 def largest_error(scene: Scene, run: PeerRun) -> float:
@@ -66,12 +65,6 @@ def test_compiled_functions_give_the_same(method: str) -> None:
     assert largest_error(SCENE, compiled) < 1e-8
 
 
-def test_starting_anew_at_every_tick_changes_nothing_but_the_work() -> None:
-    skipping, ticking = (interpreted(integrated, "DOP853", 1e-10, STOP_AFTER_APEX, each) for each in (False, True))
-    assert largest_error(SCENE, ticking) < 1e-8
-    assert ticking.evaluations > 2 * skipping.evaluations
-
-
 def test_the_stance_alone_ends_at_lift_off() -> None:
     stance = outputs_of(SCENE, interpreted(integrated, "RK45", 1e-8, STOP_AFTER_LIFTOFF).rows[-1])
     assert stance.outcome == "liftoff"
@@ -81,7 +74,7 @@ def test_the_stance_alone_ends_at_lift_off() -> None:
 
 def test_giving_up_says_where() -> None:
     with pytest.raises(PeerGaveUp, match="than 100 evaluations"):
-        interpreted(integrated, "RK45", 1e-8, STOP_AFTER_APEX, False, 100)
+        interpreted(integrated, "RK45", 1e-8, STOP_AFTER_APEX, 100)
 
 
 def last_jump(scene: Scene) -> dict[str, float | None]:
