@@ -18,7 +18,6 @@ from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.pairing import sort_key, with_control
 from labbook.analysis.outcomes.conditions import RunNumber, measure, run_numbers
 from labbook.analysis.outcomes.detection import Detections
-from labbook.analysis.outcomes.run_apexes import RunApexes
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import StudyData, gather
@@ -66,23 +65,6 @@ def pooled_over(numbers: Sequence[RunNumber], by: str, configuration: Configurat
     ]
 
 
-def why_not_planned(
-    by: str, control: str, jumps: bool, numbers: Sequence[RunNumber], configuration: Configuration
-) -> str:
-    """Say why no family that can be decided on has this comparison; "" where one has."""
-    swept = pairing.swept_factor(configuration)
-    if swept is None or by != swept:
-        other = "" if swept is None else f", its families compare levels of {swept}"
-        return f"the plan has no comparison by {by}{other}"
-    usual = configuration.factors[swept].control
-    if control != usual:
-        return f"the plan's families compare with the control {swept} {usual}, not with {control}"
-    several = _several_levels(numbers, by, configuration)
-    if several:
-        return f"the plan's families compare within one level of {' and '.join(several)}, not over several"
-    return "the unit of analysis is a run or a day's mean, not the single jump" if jumps else ""
-
-
 _OF_A_RUN: Mapping[str, Callable[[RunRow], str]] = {
     "day": lambda run: run.day,
     "robot": lambda run: run.robot,
@@ -102,7 +84,6 @@ class Observation:
     label: str
     """Of its group, as the table or the book writes it."""
     day: str = ""
-    run: str = ""
     shared: SharedError = field(default_factory=SharedError)
     pooled: tuple[str, ...] = ()
 
@@ -124,8 +105,6 @@ class Observations:
     """What rules the analysis of the book's values; None for a table."""
     measured: Outcome = Outcome.JOULES
     """Which of the book's quantities the values are."""
-    why_not_planned: str = ""
-    """Why no family of the plan has this question, where none has it."""
     configuration: Configuration | None = None
     """Of the book, which names its factors and their levels."""
     shown: Mapping[str, str] = field(default_factory=dict)
@@ -203,13 +182,12 @@ class Observations:
 
 @dataclass(frozen=True, slots=True)
 class ObservationRequest:
-    """What is asked of a book: `by` and `control` None for the study's own; `jumps` for single jumps, not run means."""
+    """What is asked of a book: `by` and `control` None for the study's own."""
 
     quantity: Outcome = Outcome.JOULES
     by: str | None = None
     control: str | None = None
     where: str | None = None
-    jumps: bool = False
 
 
 def observations_of_book(
@@ -221,8 +199,7 @@ def observations_of_book(
 ) -> Observations:
     """Read the values that a report of the same runs shows: one a run, computed or stored by the same functions.
 
-    Nothing is stored. Raises `UnknownName` for a factor or a level that is not the study's, `UsageError` for single
-    jumps of joules, which a run has one of.
+    Nothing is stored. Raises `UnknownName` for a factor or a level that is not the study's.
     """
     refuse_empty_selection(connection, asked.where)
     evidence = gather(connection, configuration, asked.where)
@@ -234,11 +211,6 @@ def observations_of_book(
     names = [*configuration.factors, *_OF_A_RUN]
     if by not in names:
         raise unknown_name("factor or column of runs", by, names)
-    if asked.jumps and asked.quantity is not Outcome.APEX:
-        raise UsageError(
-            f"a run has one value of {asked.quantity}: single jumps, within their run, are there with --quantity "
-            f"{Outcome.APEX.key}."
-        )
     numbers, missing = _numbers(connection, store, evidence, asked.quantity, step)
     if not numbers:
         why = f" ({next(iter(missing.values())).reason})" if missing else ""
@@ -246,9 +218,8 @@ def observations_of_book(
     swept = pairing.swept_factor(configuration)
     several = [name for name in _several_levels(numbers, by, configuration) if name != swept]
     rows = tuple(
-        Observation(value, _label(item.run, by), item.run.day, item.run.name, item.shared, _levels(item.run, several))
+        Observation(item.value, _label(item.run, by), item.run.day, item.shared, _levels(item.run, several))
         for item in numbers
-        for value in (_heights(item) if asked.jumps else [item.value])
     )
     factor = configuration.factors.get(by)
     control = with_control(asked.control, by, list({row.label for row in rows}), factor.control if factor else None)
@@ -262,7 +233,6 @@ def observations_of_book(
         notes=(*left_out(evidence, numbers, missing, asked.quantity), *pooled_over(numbers, by, configuration)),
         plan=planned_analysis(connection, configuration, [run.uid for run in evidence.selected]),
         measured=asked.quantity,
-        why_not_planned=why_not_planned(by, control, asked.jumps, numbers, configuration),
         configuration=configuration,
     )
 
@@ -284,7 +254,3 @@ def _label(run: RunRow, by: str) -> str:
 
 def _levels(run: RunRow, factors: Sequence[str]) -> tuple[str, ...]:
     return tuple(run.levels.get(name, "none") for name in factors)
-
-
-def _heights(item: RunNumber) -> list[float]:
-    return list(item.result.heights_m) if isinstance(item.result, RunApexes) else []

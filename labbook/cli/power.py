@@ -74,7 +74,6 @@ def power(
     ] = False,
     alpha: Annotated[float | None, typer.Option("--alpha", help="With --test: its level; default 0.05.")] = None,
     book: BookOption = None,
-    full: Annotated[bool, typer.Option("--full", help="With --test: show every field of the result, too.")] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Show how many runs of each condition the book's study needs, and on how many days, to find a saving or a
@@ -122,8 +121,8 @@ def power(
 
         sds, means, sizes = tuple(sd or ()), tuple(mean or ()), tuple(n or ())
         named = NamedTest(test, difference, sds, means, low, high, sizes, wanted, alpha, one_sided, percent)
-        data, lines, fields = plan_test(named)
-        emit(data, [*lines, *(fields if full else ())], as_json)
+        data, lines = plan_test(named)
+        emit(data, lines, as_json)
         return
     from labbook.actions.planning.power import PowerRequest, study_power
     from labbook.actions.planning.power_lines import power_foot, power_head, power_table

@@ -13,7 +13,7 @@ import typer
 
 from data_schema.outcomes import Outcome
 from labbook.cli.common import BookOption, JsonOption, with_options
-from labbook.terminal import columns, emit, progress, within_width
+from labbook.terminal import emit, progress, within_width
 
 if TYPE_CHECKING:
     from labbook.actions.stats.answering import Answer, Question
@@ -45,7 +45,6 @@ _ALPHA = typer.Option("--alpha", help="Level of the tests; default: the book's [
 _PLOT = typer.Option("--plot", metavar="FILE", help="All values and the differences: a .png, .svg or .pdf file.")
 _QQ = typer.Option("--qq", metavar="FILE", help="The residuals beside normal quantiles: a figure.")
 _RESIDUALS = typer.Option("--residuals", metavar="FILE", help="The residuals by group and by day: a figure.")
-_FULL = typer.Option("--full", help="Show every field of the results, too, and what each means.")
 
 _SHARED: dict[str, tuple[Any, Any]] = {
     "file": (Annotated[Path | None, _FILE], None),
@@ -62,7 +61,6 @@ _SHARED: dict[str, tuple[Any, Any]] = {
     "plot": (Annotated[Path | None, _PLOT], None),
     "qq": (Annotated[Path | None, _QQ], None),
     "residuals": (Annotated[Path | None, _RESIDUALS], None),
-    "full": (Annotated[bool, _FULL], False),
     "as_json": (JsonOption, False),
 }
 """The options of every command by parameter, each with its default."""
@@ -72,16 +70,21 @@ LevelOption = Annotated[
 ]
 PooledOption = Annotated[bool, typer.Option("--pooled", help="Take all groups but the control as one.")]
 RouteOption = Annotated[
-    str,
-    typer.Option("--route", metavar="NAME", help="welch, student, or f_then_t (thesis: F-test, then one of them)."),
-]
-TestRouteOption = Annotated[str, typer.Option("--route", metavar="NAME", help="welch or student.")]
-RunOption = Annotated[
     str | None,
     typer.Option(
-        "--run-within-day",
-        metavar="COLUMN",
-        help="The table's column of runs; on the book, run: every jump, within its run (--quantity apex).",
+        "--route",
+        metavar="NAME",
+        help="A test of all values, whatever their days: welch, student, or f_then_t (thesis: F-test, then either).",
+    ),
+]
+TestRouteOption = Annotated[
+    str | None,
+    typer.Option("--route", metavar="NAME", help="Tests of all values, whatever their days: welch or student."),
+]
+VariancesOption = Annotated[
+    str,
+    typer.Option(
+        "--variances", metavar="NAME", help="unequal (Welch; Games and Howell) or equal (classic, thesis; Tukey)."
     ),
 ]
 LowOption = Annotated[
@@ -107,12 +110,8 @@ class Shared:
         ask: Callable[["Question"], "Answer"],
         level: float | None = None,
         pooled: bool = False,
-        run: str | None = None,
     ) -> None:
-        """Ask it of the values and print the answer, with --full the fields behind it, and the files written.
-
-        `level`, `pooled` and `run` are options that some commands have.
-        """
+        """Ask it of the values and print the answer and the files written; not all commands have level and pooled."""
         from labbook.actions.stats.answering import answer
         from labbook.actions.stats.data import DataSource
         from labbook.cli.reading import read_text
@@ -124,17 +123,12 @@ class Shared:
             key: given[key]
             for key in ("value", "by", "control", "where", "missing", "decimal", "quantity", "book", "day")
         }
-        source = DataSource(file, text, **named, run=run)
+        source = DataSource(file, text, **named)
         alpha, files = given["alpha"], {name: given[name] for name in ("plot", "qq", "residuals")}
         pictures = {name: path for name, path in files.items() if path is not None}
         with progress(f"stats {self.command}", None, shown=not given["as_json"]) as step:
             found = answer(source, ask, alpha=alpha, level=level, pooled=pooled, pictures=pictures, step=step)
-        lines = within_width(found.lines)
-        for item in found.fields if given["full"] else ():
-            lines += (
-                within_width([item]) if isinstance(item, str) else [f"  {line}" for line in columns(item[0], item[1:])]
-            )
-        emit(found.data, [*lines, *found.files], given["as_json"])
+        emit(found.data, [*within_width(found.lines), *found.files], given["as_json"])
 
 
 def command(own: Callable[..., None]) -> None:
@@ -148,13 +142,11 @@ def command(own: Callable[..., None]) -> None:
 
 
 @command
-def compare(
-    shared: Shared, route: RouteOption = "welch", level: LevelOption = None, pooled: PooledOption = False
-) -> None:
-    """Compare groups with a control. Where days are known, by --day or in the book, the report's test by shared days
-    leads: paired on day means from four on, within days below; a plan that counts runs or days keeps its test. Then
-    Welch's t or another by --route, the difference with its interval, Hedges's g; several groups also by Holm's method.
-    --full adds an F-test and Brown and Forsythe's of the variances.
+def compare(shared: Shared, route: RouteOption = None, level: LevelOption = None, pooled: PooledOption = False) -> None:
+    """Compare groups with a control. Where days are known, by --day or in the book, by the report's test on shared
+    days: paired on day means from four on, within days below. Without days, where the plan counts runs or days, or with
+    --route, by Welch's t or another, with the difference, its interval and Hedges's g. Several groups are adjusted by
+    Holm's method.
 
     On the book the values are one a run, those of the report, and so are the numbers: joules carry the error of the
     passive drain that the groups share. Nothing is written but figures.
@@ -162,31 +154,30 @@ def compare(
     Example: labbook stats compare data.csv --value energy_J --by controller --control CE --plot energy.pdf;
     labbook stats compare --where "foot=small and k_gain=400" --pooled
     """
-    from labbook.actions.stats.comparing import compare
+    from labbook.actions.stats.answering import compare
 
     shared.answer(functools.partial(compare, route=route), level, pooled)
 
 
 @command
-def anova(shared: Shared, level: LevelOption = None) -> None:
-    """Analyse the variance of several groups: the classic F and Welch's, tests of equal variances, all pairs by Tukey
-    and by Games and Howell, each group against the control by Dunnett, and Welch's tests against it by Holm.
+def anova(shared: Shared, variances: VariancesOption = "unequal", level: LevelOption = None) -> None:
+    """Analyse the variance of several groups: F, all pairs with simultaneous intervals, and whether the groups scatter
+    alike (Brown and Forsythe). Days are left out.
 
     On the book the values are one a run, those of the report.
 
     Example: labbook stats anova data.csv --value energy_J --by gain --control 0 --plot energy.pdf;
-    labbook stats anova --where "foot=small and k_gain=400" --quantity apex
+    labbook stats anova --where "foot=small and k_gain=400" --quantity apex --variances equal
     """
-    from labbook.actions.stats.anova import analyse
+    from labbook.actions.stats.answering import analyse
 
-    shared.answer(analyse, level)
+    shared.answer(functools.partial(analyse, variances=variances), level)
 
 
 @command
 def savings(shared: Shared, level: LevelOption = None, pooled: PooledOption = False) -> None:
-    """Show what groups save, (control - group) / control in percent, with Fieller's interval. Where days are known, by
-    --day or in the book, the report's savings by shared days lead, as in `stats compare`; then those of all values,
-    ignoring days. --full adds their delta interval and that of the logarithm.
+    """Show what groups save, (control - group) / control in percent, with Fieller's interval: by shared days where
+    these are known, by --day or in the book, as in `stats compare`, else of all values.
 
     On the book the values are the joules of its runs, with the error of the passive drain that they share, as in the
     report.
@@ -194,7 +185,7 @@ def savings(shared: Shared, level: LevelOption = None, pooled: PooledOption = Fa
     Example: labbook stats savings data.csv --value energy_J --by controller --control CE;
     labbook stats savings --where "foot=small and k_gain=400" --pooled --plot savings.pdf
     """
-    from labbook.actions.stats.comparing import save
+    from labbook.actions.stats.answering import save
 
     shared.answer(save, level, pooled)
 
@@ -205,12 +196,12 @@ def equivalence(
     low: LowOption = None,
     high: HighOption = None,
     percent: PercentOption = False,
-    route: TestRouteOption = "welch",
+    route: TestRouteOption = None,
     pooled: PooledOption = False,
 ) -> None:
     """Test whether groups differ from the control by less than what matters: two one-sided t-tests (TOST), or one for a
-    single bound. The interval has level 1 - 2 alpha. Where days are known the report's test by shared days leads, as in
-    `stats compare`; a single bound is tested ignoring days.
+    single bound. The interval has level 1 - 2 alpha. Where days are known the test is the report's by shared days, as
+    in `stats compare`; a single bound is tested on all values.
 
     On the book the values are one a run, those of the report; for its apex heights (in metres) the bounds of its
     [analysis] are taken where none are given.
@@ -218,25 +209,6 @@ def equivalence(
     Example: labbook stats equivalence data.csv --value apex_mm --by controller --control CE --low -5 --high 5;
     labbook stats equivalence --quantity apex --low -3 --percent --pooled --plot apex.pdf
     """
-    from labbook.actions.stats.equivalence import equal
+    from labbook.actions.stats.answering import equal
 
     shared.answer(functools.partial(equal, given=(low, high, percent), route=route), pooled=pooled)
-
-
-@command
-def blocked(shared: Shared, run: RunOption = None, level: LevelOption = None, pooled: PooledOption = False) -> None:
-    """Compare groups over days, the day being a random effect: y ~ group + (1 | day) by REML with Satterthwaite's
-    degrees of freedom, as lmerTest does, and the exact F-test where the design has one. Groups that share no day
-    are confounded with their days; what follows is said.
-
-    On the book the values are one a run, those of the report, on the runs' days.
-
-    Example: labbook stats blocked data.csv --value energy_J --by controller --control CE --day date;
-    labbook stats blocked --quantity apex --run-within-day run --where "foot=small and k_gain=400"
-    """
-    from data_schema.errors import UsageError
-    from labbook.actions.stats.blocked import block
-
-    if shared.options["file"] is not None and shared.options["day"] is None:
-        raise UsageError("comparing over days needs the table's column of days: add --day COLUMN.")
-    shared.answer(block, level, pooled, run)

@@ -83,7 +83,6 @@ ELSEWHERE = {
     "stats anova": "tests/cli/test_stats.py",
     "stats savings": "tests/cli/test_stats.py",
     "stats equivalence": "tests/cli/test_stats.py",
-    "stats blocked": "tests/cli/test_stats.py",
     "power": "tests/cli/test_power.py",
 }
 

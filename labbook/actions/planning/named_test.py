@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from data_schema.errors import UsageError, unknown_name
-from data_schema.vocabulary import Undefined
-from labbook.presenting.stats.fields import field_lines
 from stats.planning.power import Power, power_anova, power_equivalence, power_t, power_welch, sample_size
 from stats.planning.power_percent import power_percent_equivalence
 from stats.results import as_dict
@@ -38,8 +36,8 @@ Plan = Callable[[int, int], Power]
 """The power of so many values in the first and in the second group."""
 
 
-def plan_test(request: NamedTest) -> tuple[dict[str, Any], list[str], list[str]]:
-    """Return the plan with the n given, or the smallest n that reaches the power: as data, in words, field by field."""
+def plan_test(request: NamedTest) -> tuple[dict[str, Any], list[str]]:
+    """Return the plan with the n given, or the smallest n that reaches the power: as data and in words."""
     if request.test not in _TESTS:
         raise unknown_name("test", request.test, _TESTS)
     if request.n and request.power is not None:
@@ -50,10 +48,9 @@ def plan_test(request: NamedTest) -> tuple[dict[str, Any], list[str], list[str]]
     if request.n:
         sizes = _some("--n", request.n, 1 if request.test == "anova" else 2)
         found = plan(sizes[0], sizes[-1])
-        return {"plan": as_dict(found)}, [found.sentence()], field_lines(found)
+        return {"plan": as_dict(found)}, [found.sentence()]
     smallest = sample_size(lambda n: plan(n, n), USUAL_POWER if request.power is None else request.power)
-    fields = [] if isinstance(smallest.plan, Undefined) else field_lines(smallest.plan)
-    return smallest.to_dict(), [smallest.sentence()], fields
+    return smallest.to_dict(), [smallest.sentence()]
 
 
 def _t(request: NamedTest, alpha: float) -> Plan:

@@ -1,30 +1,48 @@
-"""What the commands of `labbook stats` have in common: values are observed, a question is asked of them, its answer is
-put into lines and data, and its figures are drawn.
+"""`labbook stats`: values are read, one function of `stats` is called for each comparison, and what it found is shown.
+
+Where days are known the contrast by shared days answers, as in a report; `--route` asks for a test of all values.
 """
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
-from data_schema.errors import UsageError
-from data_schema.rounding import alpha_of_level
+from data_schema.errors import UsageError, unknown_name
+from data_schema.rounding import alpha_of_level, error_of, interval_text, number_text, p_text, statistic_text
+from data_schema.vocabulary import Undefined
 from labbook.actions.stats.data import DataSource, observe
+from labbook.actions.stats.figures import (
+    as_shown_to_people,
+    difference_number,
+    draw_pictures,
+    estimation_of,
+)
 from labbook.analysis.observations import Observations
-from labbook.presenting.stats.fields import field_lines, field_lines_of_each, reasons_of, table_of
-from labbook.presenting.stats.figures import as_drawn, as_shown_to_people, quantiles_of, residual_plot_of, residuals_of
+from labbook.config.model import Bounds, UnitOfAnalysis
 from reports.figures.estimation import Estimation
 from reports.figures.kind import check_form
-from stats.checks import as_level
+from stats.checks import Missing, as_level
+from stats.compare.equivalence import equivalence
+from stats.compare.savings import percent_savings
+from stats.compare.shared_error import difference_with_shared
+from stats.compare.two_sample import ROUTES, Route, TwoSample, compare_two
+from stats.days.decision import Bounded, Contrast, Estimate, Rule, contrast_by_day
+from stats.exact.numbers import as_interval
+from stats.exact.tails import t_upper
+from stats.groups.anova import one_way_anova, welch_anova
+from stats.groups.multiple import HolmFamily, holm
+from stats.groups.tukey import VARIANCES, compare_all_pairs
+from stats.groups.variances import brown_forsythe
+from stats.results import as_dict, with_unit
 
 ALPHA = 0.05
-SHARED_NOTE = "The error of the passive drain, which groups share in part, is left out of this."
-
-Rows = list[list[str]]
-"""A table as texts, its heads first."""
+DAYS_LEFT_OUT = "Days are left out of this test; `labbook stats compare` compares within days."
+MOST_GROUPS_IN_PAIRS = 50
+"""Of more groups only F is shown: their pairs are thousands."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,10 +50,8 @@ class Question:
     """The values that a test is asked about, and its level; they are `scale` times what was read."""
 
     observed: Observations
-    source: DataSource
+    missing: Missing
     alpha: float
-    pooled: bool
-    step: Callable[[str], None]
     scale: float = 1.0
 
     @property
@@ -43,57 +59,33 @@ class Question:
         """The level of intervals, 1 - alpha."""
         return 1.0 - self.alpha
 
+    def name(self, label: str) -> str:
+        """Return a group's name."""
+        return self.observed.name(label)
+
     @property
     def control(self) -> str:
         """The control's name."""
-        return self.observed.name(self.observed.control)
-
-    @property
-    def has_shared_errors(self) -> bool:
-        """Whether values share an error, as joules corrected by one drain line do."""
-        return any(row.shared.se > 0.0 for row in self.observed.rows)
+        return self.name(self.observed.control)
 
 
-@dataclass
+@dataclass(frozen=True, slots=True)
 class Answer:
-    """Sentences and notes; `fields` are what stands behind them, shown on request; `data` all of it for programs.
-
-    `drawn` makes the estimation plot, whose intervals are those of the test; `quantile_level` is that of the band of
-    normal quantiles; with `by_day` residuals are those of the model with days.
-    """
+    """Sentences and notes for people, data for programs, and the function that makes the estimation plot."""
 
     sentences: list[str]
     data: dict[str, Any]
     drawn: Callable[[], Estimation]
     notes: Sequence[str] = ()
-    fields: list[str | Rows] = field(default_factory=list)
-    quantile_level: float = 0.95
-    by_day: bool = False
-
-    def add_fields(self, title: str, result: Any) -> None:
-        """Add all fields of a result under a title."""
-        self.fields += ["", f"{title}:", *field_lines(result)]
-
-    def add_fields_of_each(self, titled: Iterable[tuple[str, Any]]) -> None:
-        """Add the fields of several results, with the meaning of each field once."""
-        titles, results = zip(*titled, strict=True)
-        for title, lines in zip(titles, field_lines_of_each(results), strict=True):
-            self.fields += ["", f"{title}:", *lines]
-
-    def add_table(self, title: str, results: Sequence[Any], left_out: Sequence[str] = ()) -> None:
-        """Add results of one class as a table, and why fields of theirs are undefined."""
-        if results:
-            self.fields += ["", f"{title}:", table_of(results, left_out), *reasons_of(results, left_out)]
 
 
 @dataclass(frozen=True, slots=True)
 class CommandOutput:
-    """Data for programs; sentences and notes for people, the fields behind them, and the files that were written."""
+    """Data for programs; lines for people, and the files that were written."""
 
     data: dict[str, Any]
     lines: Sequence[str]
-    fields: Sequence[str | Rows] = ()
-    files: Sequence[str] = ()
+    files: Sequence[str] = field(default=())
 
 
 def answer(
@@ -117,14 +109,14 @@ def answer(
     observed = observe(source, step)
     if pooled:
         observed = observed.pooled()
-    question = Question(observed, source, _alpha_of(alpha, level, observed), pooled, step)
+    question = Question(observed, cast(Missing, source.missing), _alpha_of(alpha, level, observed))
+    observed.others()
     found = ask(question)
     step("figures" if pictures else "tables")
-    _draw(pictures, observed, found)
+    draw_pictures(pictures, observed, found.drawn, question.level)
     shown = as_shown_to_people(observed.in_small_units())
     scale = 1.0 if shown.unit == observed.unit else 1000.0
     as_shown = found if shown is observed else ask(replace(question, observed=shown, scale=scale))
-    notes = [*shown.notes, *as_shown.notes]
     known = observed.known()
     files = {name: str(path) for name, path in pictures.items()}
     data = {
@@ -138,8 +130,9 @@ def answer(
         **found.data,
         "files": files,
     }
+    notes = [*shown.notes, *as_shown.notes]
     lines = [*as_shown.sentences, *([""] if notes else []), *(f"note: {note}" for note in notes)]
-    return CommandOutput(data, lines, as_shown.fields, [*files.values()])
+    return CommandOutput(data, lines, [*files.values()])
 
 
 def _alpha_of(alpha: float | None, level: float | None, observed: Observations) -> float:
@@ -161,26 +154,413 @@ def _alpha_of(alpha: float | None, level: float | None, observed: Observations) 
     return ALPHA if observed.settings is None else observed.settings.alpha
 
 
-def _draw(pictures: Mapping[str, Path], observed: Observations, found: Answer) -> None:
-    """Draw and write what is wanted."""
-    if not pictures:
-        return
-    from reports.figures.estimation import draw_estimation
-    from reports.figures.kind import write_figure
-    from reports.figures.quantiles import draw_quantiles
-    from reports.figures.residuals import draw_residuals
-    from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
-
-    width_in = ONE_COLUMN_IN if len(observed.labels) <= 2 else TWO_COLUMNS_IN
-    has_days = any(row.day for row in observed.rows)
-    drawn = as_drawn(observed)
-    residuals = functools.cache(lambda by_day: residuals_of(drawn, by_day=by_day))
-    draw = {
-        "plot": lambda: draw_estimation(found.drawn(), width_in),
-        "qq": lambda: draw_quantiles(quantiles_of(drawn, residuals(found.by_day), found.quantile_level)),
-        "residuals": lambda: draw_residuals(
-            residual_plot_of(drawn, residuals(False)), TWO_COLUMNS_IN if has_days else width_in
+def compare(question: Question, route: str | None) -> Answer:
+    """Compare every group with the control, by shared days where these are known, else by the t-test of the route."""
+    if route is not None and route not in ROUTES:
+        raise unknown_name("route", route, ROUTES)
+    if route is None and days_decide(question.observed):
+        return _by_days(question)
+    found = {label: _compared(question, label, route or "welch") for label in question.observed.others()}
+    answer = Answer(
+        [result.sentence(unit=question.observed.unit) for result in found.values()],
+        {
+            "comparisons": [
+                {"a": question.name(label), "b": question.control, **as_dict(result)} for label, result in found.items()
+            ]
+        },
+        lambda: estimation_of(
+            question.observed,
+            {
+                label: difference_number(
+                    result.difference, result.difference_ci, question.level, question.observed.unit
+                )
+                for label, result in found.items()
+            },
+            interval=" or ".join(f"{test}'s t" for test in sorted({result.test for result in found.values()})),
         ),
+        _days_left_out(question.observed),
+    )
+    if len(found) > 1:
+        family = _adjusted(question, {label: result.p for label, result in found.items()})
+        answer.sentences.append(family.sentence())
+        answer.data["holm"] = as_dict(family)
+    return answer
+
+
+def _compared(question: Question, label: str, route: Route) -> TwoSample:
+    """Compare a group with the control by a t-test of all values, with what is left of an error that both share."""
+    observed = question.observed
+    found = compare_two(
+        observed.values(label),
+        observed.values(observed.control),
+        route=route,
+        alpha=question.alpha,
+        missing=question.missing,
+        names=(question.name(label), question.control),
+    )
+    shared = observed.shared(label).minus(observed.shared(observed.control))
+    if shared.se == 0.0:
+        return found
+    test = difference_with_shared(found.t, found.df, found.p, found.difference_ci, shared, question.level)
+    ci = as_interval(test.ci_low, test.ci_high)
+    return replace(found, t=test.t, df=test.df, p=test.p, log10_p=test.log10_p, difference_ci=ci)
+
+
+def _adjusted(question: Question, p_values: Mapping[str, float | Undefined]) -> HolmFamily:
+    named = {question.name(label): p for label, p in p_values.items()}
+    return holm(named, f"against {question.control}", alpha=question.alpha)
+
+
+def _by_days(question: Question, *, savings: bool = False) -> Answer:
+    """Compare every group with the control by the days that both share; several are a family, adjusted by Holm.
+
+    At the alpha decided on, a saving of the book's outcome is tested against the side that was decided on.
+    """
+    observed, alpha = question.observed, question.alpha
+    settings, of_plan = observed.settings, observed.plan is not None and observed.measured.has_savings
+    one_sided = of_plan and settings is not None and settings.one_sided and math.isclose(alpha, settings.alpha)
+    level = 1.0 - (2.0 * alpha if one_sided else alpha)
+    contrasts = _contrasts(observed)
+    tested = {
+        label: one.savings(level) if savings or of_plan else one.difference(level) for label, one in contrasts.items()
     }
-    for name, path in pictures.items():
-        write_figure(draw[name](), path)
+    p_values = {label: _p_of(one, one_sided) for label, one in tested.items()}
+    family = _adjusted(question, p_values) if len(contrasts) > 1 else None
+    answers, sentences = [], []
+    for at, (label, contrast) in enumerate(contrasts.items()):
+        difference, p = contrast.difference(level), p_values[label]
+        data: dict[str, Any] = {
+            **_described(question, label, contrast),
+            **_estimate("difference", difference),
+            **(_estimate("savings_percent", tested[label]) if savings or of_plan else {}),
+            "t": tested[label].t,
+            "df": tested[label].df,
+            "p": p,
+            "one_sided": one_sided,
+            "rejected": None if isinstance(p, Undefined) else p <= alpha,
+        }
+        adjusted = None
+        if family is not None:
+            data["adjusted_p"] = adjusted = family.adjusted_p[at]
+        answers.append(data)
+        what = "saves" if savings else "minus"
+        value = tested[label] if savings else difference
+        test = replace(tested[label], p=p)
+        sentences.append(_sentence(question, label, contrast, what, value, test, adjusted, one_sided))
+    unit = "%" if savings else observed.unit
+    shown = tested if savings else {label: one.difference(level) for label, one in contrasts.items()}
+    return Answer(
+        sentences,
+        {"decisions": answers},
+        lambda: estimation_of(
+            observed,
+            {label: difference_number(one.value, one.ci, level, unit) for label, one in shown.items()},
+            difference="Savings against" if savings else "",
+            interval=f"{'Fieller' if savings else 't'}, by shared days",
+        ),
+    )
+
+
+def _p_of(tested: Estimate, one_sided: bool) -> float | Undefined:
+    """Return the p of an estimate against any difference, or against one above 0 alone."""
+    if not one_sided or isinstance(tested.t, Undefined) or isinstance(tested.df, Undefined):
+        return tested.p
+    return t_upper(tested.t, tested.df).p
+
+
+def _described(question: Question, label: str, contrast: Contrast) -> dict[str, Any]:
+    counts = contrast.counts
+    every = counts.control + counts.treated + counts.other_control + counts.other_treated
+    return {
+        "a": question.name(label),
+        "b": question.control,
+        "rule": str(contrast.rule),
+        "days": list(contrast.days),
+        "n_a": contrast.n[1],
+        "n_b": contrast.n[0],
+        "other_days": every - sum(contrast.n),
+    }
+
+
+def _estimate(name: str, found: Estimate | Bounded) -> dict[str, Any]:
+    return {name: found.value, f"{name}_ci": found.ci}
+
+
+def _sentence(
+    question: Question,
+    label: str,
+    contrast: Contrast,
+    what: str,
+    shown: Estimate,
+    test: Estimate,
+    adjusted: float | Undefined | None,
+    one_sided: bool,
+) -> str:
+    """Say by which rule a group is compared with the control: estimate, interval, t, p, n and what is left out."""
+    unit = "%" if what == "saves" else question.observed.unit
+    sides = f"{question.name(label)} minus {question.control}"
+    verb = "are" if what == "saves" else "is"
+    if what == "saves":
+        sides = f"the savings of {question.name(label)} against {question.control}"
+    head = f"{_rule_text(contrast)}: {sides}"
+    if isinstance(shown.value, Undefined):
+        return f"{head} cannot be told: {shown.value.reason}."
+    value = f"{number_text(shown.value, error=error_of(shown.ci))}{with_unit(unit)}"
+    if isinstance(test.p, Undefined) or isinstance(test.df, Undefined):
+        why = test.p.reason if isinstance(test.p, Undefined) else "there are no degrees of freedom"
+        return f"{head} {verb} {value}; no test, because {why}."
+    evidence = [
+        interval_text(shown.ci, shown.level, unit),
+        f"{statistic_text('t', test.t, (test.df,))}, {p_text(test.p, question.alpha)}",
+    ]
+    if one_sided:
+        evidence[-1] += " one-sided"
+    if adjusted is not None:
+        evidence.append(f"after Holm {p_text(adjusted, question.alpha)}")
+    return f"{head} {verb} {value} ({'; '.join([*evidence, _counted(contrast)])})."
+
+
+def _rule_text(contrast: Contrast) -> str:
+    days = len(contrast.days)
+    count = f", {days} day{'' if days == 1 else 's'}" if days else ""
+    only = "; holds for the days measured" if contrast.rule is Rule.WITHIN else ""
+    return f"By shared days ({contrast.rule}{count}{only})"
+
+
+def _counted(contrast: Contrast) -> str:
+    other = contrast.counts.other_control + contrast.counts.other_treated
+    left_out = f", {other} on other days left out" if other else ""
+    return f"n = {contrast.n[1]} against {contrast.n[0]}{left_out}"
+
+
+def days_decide(observed: Observations) -> bool:
+    """Tell whether every value has a day, days are not the groups, and the plan leaves the test to shared days."""
+    settings = observed.settings
+    rows = observed.known().rows
+    has_days = observed.by != "day" and all(row.day for row in rows) and any(row.day != row.label for row in rows)
+    return has_days and (settings is None or settings.unit_of_analysis is UnitOfAnalysis.SHARED_DAYS)
+
+
+def _days_left_out(observed: Observations) -> list[str]:
+    return [DAYS_LEFT_OUT] if days_decide(observed) else []
+
+
+def _contrasts(observed: Observations) -> dict[str, Contrast]:
+    """Return the contrast of every group with the control by the days that both share, by label."""
+    known = observed.known()
+    control = [row for row in known.rows if row.label == known.control]
+    found = {}
+    for label in observed.others():
+        treated = [row for row in known.rows if row.label == label]
+        found[label] = contrast_by_day(
+            [float(value) for value in known.values(label)],
+            [float(value) for value in known.values(known.control)],
+            days_treated=[row.day for row in treated],
+            days_control=[row.day for row in control],
+            shared_treated=[row.shared for row in treated],
+            shared_control=[row.shared for row in control],
+            strata_treated=[", ".join(row.pooled) or "all" for row in treated],
+            strata_control=[", ".join(row.pooled) or "all" for row in control],
+        )
+    return found
+
+
+def save(question: Question) -> Answer:
+    """Return the savings of every group, by shared days where these are known."""
+    observed, notes = question.observed, []
+    if observed.plan is not None and not observed.measured.has_savings:
+        notes.append(
+            f"Savings are of what is consumed, and {observed.measured} is not: these are percent of the control's that "
+            "are lost."
+        )
+    if days_decide(observed):
+        return replace(_by_days(question, savings=True), notes=notes)
+    found = {
+        label: percent_savings(
+            observed.values(observed.control),
+            observed.values(label),
+            shared_in_control=observed.shared(observed.control),
+            shared_in_treated=observed.shared(label),
+            level=question.level,
+            missing=question.missing,
+            names=(question.control, question.name(label)),
+        )
+        for label in observed.others()
+    }
+    return Answer(
+        [result.sentence() for result in found.values()],
+        {
+            "savings": [
+                {"treated": question.name(label), "control": question.control, **as_dict(result)}
+                for label, result in found.items()
+            ]
+        },
+        lambda: estimation_of(
+            observed,
+            {
+                label: difference_number(result.percent, result.percent_ci, question.level, "%")
+                for label, result in found.items()
+            },
+            difference="Savings against",
+            interval="Fieller's",
+        ),
+        notes,
+    )
+
+
+Limits = tuple[float | None, float | None, bool]
+"""Both bounds, None for one that is not there, and whether they are in percent."""
+
+
+def equal(question: Question, given: Limits, route: str | None = None) -> Answer:
+    """Test every group against the bounds, by shared days where these are known; in the values' unit or in percent."""
+    observed = question.observed
+    if route not in (None, "welch", "student"):
+        raise unknown_name("route", str(route), ("welch", "student"))
+    low, high, percent = _bounds(given, question)
+    if not percent:
+        low, high = (None if end is None else question.scale * end for end in (low, high))
+    unit, level = "%" if percent else observed.unit, 1.0 - 2.0 * question.alpha
+    ends = [bound for bound in (low, high) if bound is not None]
+    if route is None and low is not None and high is not None and days_decide(observed):
+        contrasts = _contrasts(observed)
+        bounded = {
+            label: one.equivalence(low, high, question.alpha, percent=percent) for label, one in contrasts.items()
+        }
+        return Answer(
+            [_bounded_sentence(question, label, contrasts[label], one, unit) for label, one in bounded.items()],
+            {
+                "decisions": [
+                    {
+                        **_described(question, label, contrasts[label]),
+                        **_estimate("estimate", one),
+                        "t_low": one.t_low,
+                        "t_high": one.t_high,
+                        "df": one.df,
+                        "p": one.p,
+                        "equivalent": one.equivalent,
+                    }
+                    for label, one in bounded.items()
+                ]
+            },
+            lambda: estimation_of(
+                observed,
+                {label: difference_number(one.value, one.ci, level, unit) for label, one in bounded.items()},
+                ends,
+                interval="both one-sided tests by shared days",
+            ),
+        )
+    found = {
+        label: equivalence(
+            observed.values(label),
+            observed.values(observed.control),
+            low=low,
+            high=high,
+            bounds="percent" if percent else "raw",
+            route="student" if route == "student" else "welch",
+            alpha=question.alpha,
+            missing=question.missing,
+            names=(question.name(label), question.control),
+        )
+        for label in observed.others()
+    }
+    one_bound = " Give both bounds for the test by shared days." if len(ends) == 1 else ""
+    notes = [f"{note}{one_bound}" for note in _days_left_out(observed)]
+    return Answer(
+        [result.sentence(unit=observed.unit) for result in found.values()],
+        {
+            "equivalence": [
+                {"a": question.name(label), "b": question.control, **as_dict(result)} for label, result in found.items()
+            ]
+        },
+        lambda: estimation_of(
+            observed,
+            {
+                label: difference_number(result.estimate, result.estimate_ci, level, unit)
+                for label, result in found.items()
+            },
+            ends,
+            interval=f"both one-sided tests ({(route or 'welch').capitalize()})",
+        ),
+        notes,
+    )
+
+
+def _bounded_sentence(question: Question, label: str, contrast: Contrast, found: Bounded, unit: str) -> str:
+    head = f"{_rule_text(contrast)}: {question.name(label)} minus {question.control}"
+    bounds = f"{number_text(found.low)} to {number_text(found.high)}{with_unit(unit)}"
+    if isinstance(found.p, Undefined) or isinstance(found.value, Undefined) or isinstance(found.df, Undefined):
+        why = next(each for each in (found.value, found.p, found.df) if isinstance(each, Undefined))
+        return f"{head}: whether it lies within {bounds} cannot be told: {why.reason}."
+    value = f"{number_text(found.value, error=error_of(found.ci))}{with_unit(unit)}"
+    verdict = f"is {'shown' if found.equivalent is True else 'not shown'} to lie within {bounds}"
+    tests = " and ".join(statistic_text("t", t, (found.df,)) for t in (found.t_low, found.t_high))
+    interval = interval_text(found.ci, 1.0 - 2.0 * found.alpha, unit)
+    return f"{head}: {value} {verdict} ({interval}; {tests}, {p_text(found.p, question.alpha)}; {_counted(contrast)})."
+
+
+def _bounds(given: Limits, question: Question) -> Limits:
+    """Return the bounds given or, for the outcome that the book's [analysis] has bounds of, those."""
+    observed = question.observed
+    if given[:2] != (None, None):
+        _refuse_millimetres(given, question)
+        return given
+    planned: Bounds | None = None
+    if observed.settings is not None and observed.measured.has_equivalence:
+        planned = observed.settings.apex_bounds
+    if planned is None:
+        raise UsageError(
+            "there are no bounds: add --low and --high, or one of them for non-inferiority, in the values' unit or, "
+            "with --percent, in percent of the control's mean."
+        )
+    return planned.low, planned.high, planned.percent
+
+
+def _refuse_millimetres(given: Limits, question: Question) -> None:
+    """Raise `UsageError` for bounds of heights that no height lies beyond: they are metres, whatever is printed."""
+    observed, (low, high, percent) = question.observed, given
+    if observed.plan is None or observed.measured.unit != "m" or percent:
+        return
+    heights = [abs(float(row.value)) / question.scale for row in observed.rows if row.value is not None]
+    for option, bound in (("--low", low), ("--high", high)):
+        if bound is not None and heights and abs(bound) > max(heights):
+            raise UsageError(
+                f"{option} {bound:g} is in metres, and no {observed.measured} is above {number_text(max(heights))} m: "
+                f"for {bound:g} mm write {option} {bound / 1000:g}."
+            )
+
+
+def analyse(question: Question, variances: str) -> Answer:
+    """Analyse the variance of all groups and compare all pairs, with one variance for all or each group's own."""
+    if variances not in VARIANCES:
+        raise unknown_name("assumption on variances", variances, VARIANCES)
+    observed, level, missing = question.observed, question.level, question.missing
+    groups, equal_variances = observed.groups(), variances == "equal"
+    analysed = (one_way_anova if equal_variances else welch_anova)(groups, level=level, missing=missing)
+    scatter = brown_forsythe(groups, missing=missing)
+    sentences, notes = [analysed.sentence(observed.shown_by or observed.by), scatter.sentence()], []
+    data = {"one_way" if equal_variances else "welch": as_dict(analysed), "variances": as_dict(scatter)}
+    differences = {}
+    if len(groups) <= MOST_GROUPS_IN_PAIRS:
+        pairs = compare_all_pairs(groups, variances=variances, level=level, missing=missing)
+        sentences.append(pairs.sentence(observed.unit))
+        data["pairs"] = as_dict(pairs)
+        of_control = {pair.b: pair for pair in pairs.pairs if pair.a == question.control}
+        for label in observed.others():
+            pair = of_control.get(question.name(label))
+            if pair is not None and not isinstance(pair.difference, Undefined):
+                ci = pair.difference_ci
+                reversed_ci = ci if isinstance(ci, Undefined) else (-ci[1], -ci[0])
+                differences[label] = difference_number(-pair.difference, reversed_ci, level, observed.unit)
+    else:
+        notes.append(
+            f"Pairs are compared of up to {MOST_GROUPS_IN_PAIRS} groups, and there are {len(groups)}: choose with "
+            "--where."
+        )
+    method = "Tukey" if equal_variances else "Games and Howell"
+    return Answer(
+        sentences,
+        data,
+        lambda: estimation_of(observed, differences, interval=method),
+        [*notes, *_days_left_out(observed)],
+    )

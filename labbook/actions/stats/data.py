@@ -106,15 +106,13 @@ def _refuse_letters(comparison: Operator, value: str | Decimal, name: Word, cell
 
 
 QUANTITIES = {outcome.key: outcome for outcome in Outcome}
-RUN = "run"
-"""What `--run-within-day` names in a book: its runs, whose jumps are then the values."""
 
 
 @dataclass(frozen=True, slots=True)
 class DataSource:
     """Where the values come from, as options give it; without `file` they are the book's.
 
-    `value`, `by`, `day` and `run` name columns of a table, `by` a factor of the book; `text` is the table's.
+    `value`, `by` and `day` name columns of a table, `by` a factor of the book; `text` is the table's.
     """
 
     file: Path | None = None
@@ -128,7 +126,6 @@ class DataSource:
     quantity: str | None = None
     book: Path | None = None
     day: str | None = None
-    run: str | None = None
 
 
 def observe(given: DataSource, step: Callable[[str], None]) -> Observations:
@@ -151,9 +148,7 @@ def _of_book(given: DataSource, step: Callable[[str], None]) -> Observations:
     quantity = given.quantity or "joules"
     if quantity not in QUANTITIES:
         raise unknown_name("quantity", quantity, QUANTITIES)
-    if given.run not in (None, RUN):
-        raise unknown_name("unit within the book's days (for --run-within-day)", str(given.run), [RUN])
-    asked = ObservationRequest(QUANTITIES[quantity], given.by, given.control, given.where, jumps=given.run is not None)
+    asked = ObservationRequest(QUANTITIES[quantity], given.by, given.control, given.where)
     with opened(given.book) as book, book.reading() as connection:
         return observations_of_book(connection, book.store, book.configuration, asked, step)
 
@@ -169,15 +164,15 @@ def _of_table(given: DataSource, file: Path) -> Observations:
             f"a table needs --value and --by, the columns of values and of groups: {own_name(file)} has {columns}."
         )
     value, by = given.value, given.by
-    labels, days, runs = (
+    labels, days = (
         ("",) * len(table.lines) if name is None else table.cells(name, option)
-        for name, option in ((by, "--by"), (given.day, "--day"), (given.run, "--run-within-day"))
+        for name, option in ((by, "--by"), (given.day, "--day"))
     )
     selected = [*range(len(table.lines))]
     if given.where is not None:
         selected = [*itertools.compress(selected, rows_where(given.where, table.columns, given.decimal))]
     numbers = dict(zip(selected, numbers_of(table, value, "--value", given.decimal, selected), strict=True))
-    named = [cells for cells, name in ((labels, by), (days, given.day), (runs, given.run)) if name is not None]
+    named = [cells for cells, name in ((labels, by), (days, given.day)) if name is not None]
     lacking = [place for place in selected if numbers[place] is None or not all(cells[place] for cells in named)]
     if lacking and given.missing == "refuse":
         raise InputRefused(
@@ -185,7 +180,7 @@ def _of_table(given: DataSource, file: Path) -> Observations:
             f"{table.lines[lacking[0]]}: fill them in, or leave them out with --missing drop."
         )
     rows = tuple(
-        Observation(numbers[place], labels[place], days[place], runs[place])
+        Observation(numbers[place], labels[place], days[place])
         for place in selected
         if all(cells[place] for cells in named)
     )
@@ -207,7 +202,7 @@ def _about(
 ) -> list[str]:
     notes = []
     if lacking:
-        named = [name for name in (given.by, given.day, given.run) if name is not None]
+        named = [name for name in (given.by, given.day) if name is not None]
         notes.append(_lacking_text(len(lacking), len(selected), sum(row.value is None for row in rows), named))
     if given.control is None and rows:
         notes.append(f"The control is taken to be {control!r}, the first in order: name another with --control.")

@@ -1,1 +1,0 @@
-"""What `labbook stats` says and draws."""
