@@ -32,6 +32,8 @@ NO_BREAK = "\u00a0"
 DASH = "\u2013"
 EQUALS = f"{NO_BREAK}={NO_BREAK}"
 
+SAVINGS = "savings"
+"""What the page calls the part of the control's value that a treatment saves."""
 BESIDE = ("quantity", "measured", "simulated", "published")
 """Heads of a study's table of what was measured beside what the simulator gives and what the thesis says."""
 

@@ -8,6 +8,8 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Self
 
 from data_schema.vocabulary import Undefined
+from reports import display
+from reports.display import sentence_start
 from reports.numbers import Number, Value
 
 if TYPE_CHECKING:
@@ -87,7 +89,7 @@ class PredictedQuantity(StrEnum):
     APEX = "apex height", "m", "Apex height", "apex"
     CONTACT_TIME = "contact time", "s", "Contact time", "contact"
     IMPULSE_HEIGHT = "jump height from impulse", "m", "Jump height from impulse", "impulse height"
-    SAVINGS = "savings", "%", "Savings against the control", "savings"
+    SAVINGS = "savings", "%", f"{sentence_start(display.SAVINGS)} against the control", display.SAVINGS
 
     def __new__(cls, name: str, unit: str = "", heading: str = "", short: str = "") -> Self:
         """Make the member whose value is its name; called with a name alone, the enumeration looks it up."""

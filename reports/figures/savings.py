@@ -9,8 +9,17 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from data_schema.vocabulary import Undefined
+from reports import display
 from reports.content import Comparison, ReportContent
-from reports.display import EQUALS, as_shown, common_places, interval_text, level_text, value_text
+from reports.display import (
+    EQUALS,
+    as_shown,
+    common_places,
+    interval_text,
+    level_text,
+    sentence_start,
+    value_text,
+)
 from reports.figures.kind import FigureKind, levels_alone
 from reports.figures.style import BLACK, BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure, plain_ticks
 from reports.naming import level_of, levels_name, swept_factor, swept_words, treated_levels, treatment_label
@@ -133,7 +142,9 @@ def draw(content: ReportContent, width_in: float) -> Figure:
         label_text.set_fontsize(6 if narrow else 7)
     tidy_rows(axes, len(ticks))
     called = swept_words(swept_factor(content))
-    axes.set_xlabel(f"Savings ({called.control} − {treatment_label(content)}) / {called.control} (%)")
+    axes.set_xlabel(
+        f"{sentence_start(display.SAVINGS)} ({called.control} − {treatment_label(content)}) / {called.control} (%)"
+    )
     axes.xaxis.set_major_locator(plain_ticks(5))
     light_grid(axes, "x")
     return figure
@@ -165,7 +176,8 @@ def caption(content: ReportContent) -> str:
     several = len(treated_levels(content, {})) > 1
     marks = f"diamonds, all levels of the {called.coefficient} pooled; circles, each; " if several else ""
     return (
-        f"Savings, ({called.control} − {treatment_label(content)}) / {called.control}, with {level} (Fieller): "
+        f"{sentence_start(display.SAVINGS)}, ({called.control} − {treatment_label(content)}) / {called.control}, "
+        f"with {level} (Fieller): "
         f"{marks}right, percent (interval) and {content.counted}s."
     )
 
@@ -178,7 +190,7 @@ def alternative(content: ReportContent) -> str:
         for row in found
         if row.opens
     ]
-    return f"Forest plot of savings in percent. {'; '.join(parts)}."
+    return f"Forest plot of {display.SAVINGS} in percent. {'; '.join(parts)}."
 
 
 def absent(content: ReportContent) -> str | None:
@@ -195,4 +207,4 @@ def shows(content: ReportContent) -> dict[str, object]:
     return {**shown, "overall": content.overall}
 
 
-SAVINGS = FigureKind("savings", "Savings", draw, caption, alternative, absent, shows)
+SAVINGS = FigureKind("savings", sentence_start(display.SAVINGS), draw, caption, alternative, absent, shows)

@@ -12,8 +12,9 @@ from dataclasses import replace
 from typing import Generic, NamedTuple, TypeVar
 
 from data_schema.outcomes import Outcome
+from reports import fields
 from reports.content import Comparison, ReportContent
-from reports.display import DASH, common_places, level_text, shown_unit
+from reports.display import DASH, SAVINGS, common_places, level_text
 from reports.evidence import ByDay, Decision
 from reports.naming import level_of, levels_name
 from reports.numbers import Number, SignificanceTest
@@ -26,6 +27,7 @@ from reports.tables.table import (
     Row,
     Table,
     count,
+    in_unit,
     interval_cell,
     interval_column,
     number_cell,
@@ -35,14 +37,14 @@ from reports.tables.table import (
     statistic_columns,
     table_of,
     tables_of_outcomes,
-    unit_slug,
+    text_column,
     words,
 )
 
-COMPARISON = Column("comparison", ("family", "group", "level"), numeric=False)
-EXPLORATORY = Column("exploratory", ("exploratory",), numeric=False, shown=False)
+COMPARISON = text_column("comparison", fields.COMPARISON)
+EXPLORATORY = text_column("exploratory", fields.EXPLORATORY, shown=False)
 """Why a comparison is exploratory; the page says so in the heading of its block and in the caption."""
-ONE_DAY_EACH = Column("one day each", ("one_day_each",), numeric=False, shown=False)
+ONE_DAY_EACH = text_column("one day each", fields.ONE_DAY_EACH, shown=False)
 """Why the row's p and intervals are confounded with days; the page marks them in a footnote."""
 
 
@@ -104,8 +106,7 @@ def over_runs(test: SignificanceTest, one_day_each: str, degrees: int = 1) -> tu
 
 def difference_columns(numbers: Sequence[Number], unit: str) -> tuple[Column, Column]:
     """Make the columns of differences in a stored unit and of their intervals."""
-    slug, shown = unit_slug(unit), shown_unit(unit)[0]
-    return Column("difference", (f"difference_{slug}",), shown), interval_column(numbers, shown, slug)
+    return in_unit("difference", fields.DIFFERENCE, unit), interval_column(numbers, unit)
 
 
 def reasons_note(given: Iterable[str]) -> str:
@@ -142,10 +143,10 @@ def _of_outcome(content: ReportContent, quantity: Outcome, name: str) -> Table:
     places, savings_places = common_places(differences), common_places(savings, 1)
     columns: Columns[ComparisonRow[Decision]] = (
         (
-            Column("days", ("days",), shown=decided),
+            Column("days", fields.DAYS, shown=decided),
             lambda row: words("") if row.comparison.decision is None else count(len(row.shown.days)),
         ),
-        (Column("n", ("n_control", "n_treatment")), lambda row: count(row.shown.n_control, row.shown.n_treatment)),
+        (Column("n", fields.N_OF_SIDES), lambda row: count(row.shown.n_control, row.shown.n_treatment)),
         (
             difference_columns(differences, quantity.unit),
             lambda row: (
@@ -155,18 +156,18 @@ def _of_outcome(content: ReportContent, quantity: Outcome, name: str) -> Table:
         ),
         (statistic_columns("t", "t"), lambda row: over_runs(_of_difference(row.shown), row.comparison.unsure)),
         (
-            Column("Holm", ("holm_p", "holm_tests", "holm_provenance"), shown=adjusted is not None),
+            Column("Holm", fields.HOLM, shown=adjusted is not None),
             lambda row: mark_confounded(_adjusted_cell(row.shown.adjusted), row.comparison.unsure),
         ),
         (
-            Column("savings", ("savings_percent",), "%", shown=with_savings),
+            Column(SAVINGS, fields.SAVINGS, "%", shown=with_savings),
             lambda row: number_cell(row.shown.savings, savings_places),
         ),
         (
-            interval_column(savings, "%", "percent", of="savings_", shown=with_savings),
+            interval_column(savings, "%", of="savings_", shown=with_savings),
             lambda row: mark_confounded(interval_cell(row.shown.savings, savings_places), row.comparison.unsure),
         ),
-        (Column("unit", ("unit",), numeric=False, shown=False), lambda row: words(row.shown.unit)),
+        (text_column("unit", fields.UNIT, shown=False), lambda row: words(row.shown.unit)),
         (PROVENANCE, lambda row: provenance_cell((row.shown.savings or row.shown.difference).provenance)),
         (EXPLORATORY, lambda row: words(row.comparison.exploratory)),
         (ONE_DAY_EACH, lambda row: words(row.comparison.one_day_each)),
@@ -206,7 +207,6 @@ def _by_day(content: ReportContent, quantity: Outcome, name: str) -> Table:
         for comparison in content.comparisons
         if comparison.quantity is quantity and comparison.by_day is not None
     ]
-    slug, shown = unit_slug(quantity.unit), shown_unit(quantity.unit)[0]
     differences = [by_day.difference for _, by_day in found]
     places = common_places(differences)
 
@@ -214,7 +214,7 @@ def _by_day(content: ReportContent, quantity: Outcome, name: str) -> Table:
         return mark_confounded(cell, row.comparison.one_day_each, dash=True)
 
     columns: Columns[ComparisonRow[ByDay]] = (
-        (Column("days", ("days",)), lambda row: count(row.shown.days)),
+        (Column("days", fields.DAYS), lambda row: count(row.shown.days)),
         (
             difference_columns(differences, quantity.unit),
             lambda row: (
@@ -227,14 +227,17 @@ def _by_day(content: ReportContent, quantity: Outcome, name: str) -> Table:
             lambda row: tuple(of_days(cell, row) for cell in statistic_cells(row.shown.test)),
         ),
         (
-            Column("day SD", (f"day_sd_{slug}",), shown),
+            in_unit("day SD", fields.DAY_SD, quantity.unit),
             lambda row: of_days(number_cell(row.shown.day_sd, places), row),
         ),
-        (Column("run SD", (f"run_sd_{slug}",), shown, shown=False), lambda row: number_cell(row.shown.run_sd, places)),
-        (Column("test", ("method",), numeric=False), lambda row: Cell(row.shown.kind, (row.shown.method,))),
+        (
+            in_unit("run SD", fields.RUN_SD, quantity.unit, shown=False),
+            lambda row: number_cell(row.shown.run_sd, places),
+        ),
+        (text_column("test", fields.METHOD), lambda row: Cell(row.shown.kind, (row.shown.method,))),
         (PROVENANCE, lambda row: provenance_cell(row.shown.difference.provenance)),
         (EXPLORATORY, lambda row: words(row.comparison.exploratory)),
-        (Column("confounding", ("confounding",), numeric=False, shown=False), lambda row: words(row.shown.confounding)),
+        (text_column("confounding", fields.CONFOUNDING, shown=False), lambda row: words(row.shown.confounding)),
     )
     caption = (
         f"The comparisons of {quantity} with the control by day: runs of one day have the day in common (day as a "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from data_schema.outcomes import Outcome
+from reports import fields
 from reports.content import Condition, Factor, ReportContent, RunValue, Summary
 from reports.display import DASH, common_places, general_text, given_text, sentence_start, shown_unit
 from reports.naming import formula_text, group_name, is_number, level_value, swept_factor, swept_words
@@ -14,6 +15,7 @@ from reports.tables.table import (
     Table,
     TableKind,
     count,
+    in_unit,
     interval_cell,
     interval_column,
     number_cell,
@@ -21,7 +23,6 @@ from reports.tables.table import (
     table_of,
     tables_of_outcomes,
     text_column,
-    unit_slug,
     value_cell,
     words,
 )
@@ -36,17 +37,18 @@ def factor_columns(content: ReportContent) -> tuple[Column, ...]:
 
 
 def _columns(content: ReportContent, factor: Factor) -> tuple[Column, Column]:
-    physical = (f"{factor.name}_{unit_slug(factor.unit)}" if factor.unit else f"{factor.name}_value",)
+    physical = fields.PHYSICAL if factor.unit else fields.PHYSICAL_WITHOUT_UNIT
     title = factor.symbol if factor.symbol and _has_gain(content, factor) else factor.title
     shown = factor.swept or swept_factor(content) is None
     value = Column(
         sentence_start(title) if title == factor.title else title,
-        physical,
+        fields.named(physical, of=factor.name, unit=factor.unit),
         factor.unit,
         numeric=_is_numeric(content, factor),
         shown=shown,
     )
-    return value, Column("gain", (factor.name,), shown=shown and _has_gain(content, factor))
+    gain = Column("gain", fields.named(fields.LEVEL, of=factor.name), shown=shown and _has_gain(content, factor))
+    return value, gain
 
 
 def block_of(content: ReportContent, condition: Condition) -> str:
@@ -108,26 +110,25 @@ def _make(content: ReportContent, quantity: Outcome, name: str) -> Table:
     ]
     means = [summary.mean for _, _, summary in found]
     places = common_places(means)
-    unit, factor = shown_unit(quantity.unit)
-    slug = unit_slug(quantity.unit)
+    unit, factor = quantity.unit, shown_unit(quantity.unit)[1]
     jumps = any(summary.jumps is not None for _, _, summary in found)
     several = len(content.robots) > 1
     columns: Columns[tuple[str, Condition, Summary]] = (
         (factor_columns(content), lambda row: factor_cells(content, row[1])),
-        (Column("n", ("n_runs",)), lambda row: count(row[2].mean.n)),
-        (Column("jumps", ("n_jumps",), shown=jumps), lambda row: count(row[2].jumps)),
+        (Column("n", fields.N_RUNS), lambda row: count(row[2].mean.n)),
+        (Column("jumps", fields.N_JUMPS, shown=jumps), lambda row: count(row[2].jumps)),
         (
-            text_column("robots", shown=several),
+            text_column("robots", fields.ROBOTS, shown=several),
             lambda row: words(", ".join(f"{robot} {runs}" for robot, runs in row[2].robots.items())),
         ),
-        (Column("mean", (f"mean_{slug}",), unit), lambda row: number_cell(row[2].mean, places)),
-        (Column("SD", (f"sd_{slug}",), unit), lambda row: value_cell(row[2].sd, places, factor)),
-        (Column("SE", (f"se_{slug}",), unit), lambda row: value_cell(row[2].mean.se, places, factor)),
+        (in_unit("mean", fields.MEAN, unit), lambda row: number_cell(row[2].mean, places)),
+        (in_unit("SD", fields.SD, unit), lambda row: value_cell(row[2].sd, places, factor)),
+        (in_unit("SE", fields.SE, unit), lambda row: value_cell(row[2].mean.se, places, factor)),
         (
-            Column("shared SE", (f"shared_se_{slug}",), unit, shown=False),
+            in_unit("shared SE", fields.SHARED_SE, unit, shown=False),
             lambda row: value_cell(row[2].mean.shared_se, places, factor),
         ),
-        (interval_column(means, unit, slug), lambda row: interval_cell(row[2].mean, places)),
+        (interval_column(means, unit), lambda row: interval_cell(row[2].mean, places)),
         (PROVENANCE, lambda row: provenance_cell(row[2].mean.provenance)),
     )
     shared = any((mean.shared_se or 0.0) != 0.0 for mean in means)
@@ -147,9 +148,9 @@ def run_values(content: ReportContent) -> Table:
 
     columns: Columns[tuple[str, Condition, Outcome, RunValue]] = (
         (factor_columns(content), lambda row: factor_cells(content, row[1])),
-        (text_column("quantity"), lambda row: words(row[2])),
-        (text_column("run"), lambda row: words(row[3].run)),
-        (Column("value", ("value", "unit")), lambda row: value(row[3], row[2])),
+        (text_column("quantity", fields.QUANTITY), lambda row: words(row[2])),
+        (text_column("run", fields.RUN), lambda row: words(row[3].run)),
+        (Column("value", fields.VALUE_AND_UNIT), lambda row: value(row[3], row[2])),
     )
     rows = [
         (block, condition, quantity, run)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from data_schema.vocabulary import ContrastKind, Undefined
+from reports import fields
 from reports.content import Claim, ReportContent
 from reports.display import (
     MINUS,
@@ -84,19 +85,19 @@ def _make(content: ReportContent) -> Table:
     level = next((level_text(one.estimate) for one in found), "CI")
     columns: Columns[MeansContrast] = (
         (
-            Column("contrast", ("kind", "outcome", "factor", "levels", "side", "per", "at"), numeric=False),
+            Column("contrast", fields.CONTRAST, numeric=False),
             lambda one: Cell(
                 contrast_name(content, one),
                 (str(one.kind), one.quantity.key, one.factor, " ".join(one.levels), one.side, one.per, one.at),
             ),
         ),
-        (Column("days", ("days",), shown=by_days), lambda one: count(len(one.days))),
-        (Column("n", ("n",)), lambda one: count(one.estimate.n)),
-        (Column("estimate", ("estimate", "unit")), lambda one: _estimate(one, places[_unit(one)])),
-        (Column(level, ("ci_low", "ci_high", "ci_level")), lambda one: interval_cell(one.estimate, places[_unit(one)])),
+        (Column("days", fields.DAYS, shown=by_days), lambda one: count(len(one.days))),
+        (Column("n", fields.N), lambda one: count(one.estimate.n)),
+        (Column("estimate", fields.ESTIMATE), lambda one: _estimate(one, places[_unit(one)])),
+        (Column(level, fields.named(fields.INTERVAL)), lambda one: interval_cell(one.estimate, places[_unit(one)])),
         (statistic_columns("t", "t"), lambda one: statistic_cells(one.test)),
         (
-            Column("Holm", ("holm_p",), shown=adjusted is not None),
+            Column("Holm", fields.HOLM_P, shown=adjusted is not None),
             lambda one: value_cell(None) if one.adjusted is None else p_cell(one.adjusted.value),
         ),
         (PROVENANCE, lambda one: provenance_cell(one.estimate.provenance)),

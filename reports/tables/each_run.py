@@ -11,22 +11,23 @@ from collections.abc import Mapping, Sequence
 from html import escape
 
 from data_schema.outcomes import Outcome
+from reports import fields
 from reports.content import Condition, ReportContent, RunValue
 from reports.display import DASH, decimal_text, general_text, shown_unit
 from reports.figures.series import series_of
 from reports.tables.conditions import by_group, factor_cells, factor_columns
-from reports.tables.table import Cell, Column, Row, Table, TableKind, words
+from reports.tables.table import Cell, Row, Table, TableKind, in_unit, text_column, words
 
 
 def each_run(content: ReportContent) -> Table:
     """Make the table of each run, in the order of conditions."""
     outcomes = content.outcomes
     columns = (
-        Column("run", ("run",), numeric=False),
-        Column("day", ("day",), numeric=False),
+        text_column("run", fields.RUN),
+        text_column("day", fields.DAY),
         *factor_columns(content),
-        *(Column(one.heading, (f"{one.key}_{one.unit}",), shown_unit(one.unit)[0]) for one in outcomes),
-        Column("jumps", ("jumps_analysed", "lowest_m", "highest_m"), numeric=False),
+        *(in_unit(one.heading, fields.OUTCOME, one.unit, of=f"{one.key}_{one.unit}") for one in outcomes),
+        text_column("jumps", fields.JUMPS),
     )
     heights: dict[str, list[float]] = {}
     for block, condition in by_group(content):

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from data_schema.outcomes import Outcome
+from reports import fields
 from reports.content import Comparison, ReportContent
-from reports.display import DASH, common_places, shown_unit
+from reports.display import DASH, SAVINGS, common_places
 from reports.evidence import OverallSavings
 from reports.naming import control_name, levels_name, treated_levels, treatment_name
 from reports.numbers import Number
@@ -19,12 +20,13 @@ from reports.tables.table import (
     Table,
     TableKind,
     count,
+    in_unit,
     interval_cell,
     interval_column,
     number_cell,
     p_cell,
     provenance_cell,
-    unit_slug,
+    text_column,
     words,
 )
 
@@ -38,12 +40,12 @@ def headlines(content: ReportContent) -> Table:
     alone = not any(saved)  # the page has what fits a narrow one, the file both outcomes
     by_days = any(each.decision is not None for each in comparisons)
     columns = (
-        Column("group", ("group",), numeric=False),
-        Column("days", ("days",), shown=by_days),
-        Column("n", ("n_control", "n_treatment")),
-        *_columns("savings", "savings", saved, "%", shown=not alone),
-        *_columns("apex", "apex_difference", heights, "m", shown=alone),
-        Column("apex n", ("apex_days", "apex_n_control", "apex_n_treatment"), shown=False),
+        text_column("group", fields.GROUP),
+        Column("days", fields.DAYS, shown=by_days),
+        Column("n", fields.N_OF_SIDES),
+        *_columns(SAVINGS, fields.SAVINGS, saved, "%", of="savings", shown=not alone),
+        *_columns("apex", fields.APEX_DIFFERENCE, heights, "m", of="apex", shown=alone),
+        Column("apex n", fields.APEX_COUNTS, shown=False),
         PROVENANCE,
         ONE_DAY_EACH,
     )
@@ -68,14 +70,13 @@ def headlines(content: ReportContent) -> Table:
 
 
 def _columns(
-    title: str, field: str, numbers: Sequence[Number | None], unit: str, *, shown: bool
+    title: str, names: fields.Fields, numbers: Sequence[Number | None], unit: str, *, of: str, shown: bool
 ) -> tuple[Column, Column, Column]:
     """Make the columns of an effect in a stored unit, its interval and its p."""
-    slug, on_page = unit_slug(unit), shown_unit(unit)[0]
     return (
-        Column(title, (f"{field}_{slug}",), on_page, shown=shown),
-        interval_column(numbers, on_page, slug, of=f"{title}_", shown=shown),
-        Column("p", (f"{title}_p",), shown=shown),
+        in_unit(title, names, unit, shown=shown),
+        interval_column(numbers, unit, of=f"{of}_", shown=shown),
+        Column("p", fields.named(fields.P_OF_TEST, of=of), shown=shown),
     )
 
 

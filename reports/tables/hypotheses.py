@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
+from reports import fields
 from reports.content import ReportContent
 from reports.display import DASH, common_places, given_text, with_unit
 from reports.naming import control_name, levels_name, treatment_name
@@ -15,6 +16,7 @@ from reports.tables.table import (
     Columns,
     Table,
     TableKind,
+    in_unit,
     interval_cell,
     interval_column,
     number_cell,
@@ -25,7 +27,7 @@ from reports.tables.table import (
     words,
 )
 
-_NAME = Column("name", ("name",), shown=False)
+_NAME = Column("name", fields.NAME, shown=False)
 _NOTHING = "runs are missing of what it compares"
 
 
@@ -69,18 +71,21 @@ def _make(content: ReportContent) -> Table:
     columns: Columns[Hypothesis] = (
         (_NAME, lambda one: Cell("", (one.name,))),
         (
-            Column("hypothesis", ("claim", "source"), numeric=False, prose=True),
+            text_column("hypothesis", fields.CLAIM_AND_SOURCE, prose=True),
             lambda one: Cell(f"{one.text} ({one.source})" if one.source else one.text, (one.text, one.source)),
         ),
         (
-            text_column("measured", "verdict"),
+            text_column("measured", fields.VERDICT),
             lambda one: Cell(str(one.verdict), (str(one.verdict),), note=_why_undecided(content, one)),
         ),
         (
-            text_column("simulated", "simulated_verdict"),
+            text_column("simulated", fields.SIMULATED_VERDICT),
             lambda one: Cell(str(one.simulated_verdict) if one.parts else DASH, (str(one.simulated_verdict),)),
         ),
-        (text_column("published", prose=True), lambda one: Cell(one.published or DASH, (one.published,))),
+        (
+            text_column("published", fields.PUBLISHED, prose=True),
+            lambda one: Cell(one.published or DASH, (one.published,)),
+        ),
     )
     return table_of("hypotheses", "Hypotheses of the study", content.hypotheses, columns)
 
@@ -91,17 +96,17 @@ def _in_full(content: ReportContent) -> Table:
     with_interval = [part.measured for _, part in parts if part.no_interval is None]
     columns: Columns[tuple[Hypothesis, HypothesisPart]] = (
         (_NAME, lambda row: Cell("", (row[0].name,))),
-        (Column("compared", ("of", "against"), numeric=False), lambda row: _compared(content, row[1])),
+        (text_column("compared", fields.COMPARED), lambda row: _compared(content, row[1])),
         (
-            Column("true if", ("low_percent", "high_percent"), numeric=False),
+            text_column("true if", fields.TRUE_BETWEEN),
             lambda row: Cell(_bounds_text(row[1]), (row[1].low, row[1].high)),
         ),
-        (Column("measured", ("measured_percent",), "%"), lambda row: number_cell(row[1].measured, places)),
-        (interval_column(with_interval, "%", "percent"), lambda row: _interval(content, row[1], places)),
-        (text_column("verdict"), lambda row: words(str(row[1].verdict))),
-        (Column("simulated", ("simulated_percent",), "%"), lambda row: number_cell(row[1].simulated, places)),
-        (Column("std. error", ("simulated_se_percent",), "%"), lambda row: _simulated_error(row[1], places)),
-        (text_column("verdict", "simulated_verdict"), lambda row: words(str(row[1].simulated_verdict))),
+        (in_unit("measured", fields.MEASURED, "%"), lambda row: number_cell(row[1].measured, places)),
+        (interval_column(with_interval, "%"), lambda row: _interval(content, row[1], places)),
+        (text_column("verdict", fields.VERDICT), lambda row: words(str(row[1].verdict))),
+        (in_unit("simulated", fields.SIMULATED, "%"), lambda row: number_cell(row[1].simulated, places)),
+        (in_unit("std. error", fields.SIMULATED_SE, "%"), lambda row: _simulated_error(row[1], places)),
+        (text_column("verdict", fields.SIMULATED_VERDICT), lambda row: words(str(row[1].simulated_verdict))),
         (PROVENANCE, lambda row: provenance_cell(row[1].measured.provenance)),
     )
     caption = (

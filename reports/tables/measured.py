@@ -8,6 +8,7 @@ from dataclasses import replace
 from data_schema.outcomes import Outcome
 from data_schema.rounding import decimals_for
 from data_schema.vocabulary import Undefined
+from reports import fields
 from reports.content import (
     Assumed,
     BudgetItem,
@@ -35,6 +36,7 @@ from reports.tables.table import (
     Table,
     TableKind,
     count,
+    in_unit,
     interval_cell,
     interval_column,
     number_cell,
@@ -53,16 +55,16 @@ def _days(content: ReportContent) -> Table:
             of_run.setdefault(name, []).append(place)
     noted = any(day.note for day in content.days)
     checked = any(day.checks_made or day.checks_not_made for day in content.days)
-    made = text_column("checks made", "checks_made", prose=True, shown=checked)
-    not_made = text_column("checks not made", "checks_not_made", prose=True, shown=checked)
+    made = text_column("checks made", fields.CHECKS_MADE, prose=True, shown=checked)
+    not_made = text_column("checks not made", fields.CHECKS_NOT_MADE, prose=True, shown=checked)
     columns: Columns[Day] = (
-        (text_column("day"), lambda day: words(day.date)),
-        (Column("runs", ("n_runs", "runs")), lambda day: Cell(str(len(day.runs)), (len(day.runs), " ".join(day.runs)))),
-        (text_column("conditions", prose=True), lambda day: _conditions_cell(content, day, of_run)),
-        (text_column("packs", prose=True), lambda day: _names_cell(day.packs)),
+        (text_column("day", fields.DAY), lambda day: words(day.date)),
+        (Column("runs", fields.RUNS_OF_DAY), lambda day: Cell(str(len(day.runs)), (len(day.runs), " ".join(day.runs)))),
+        (text_column("conditions", fields.CONDITIONS, prose=True), lambda day: _conditions_cell(content, day, of_run)),
+        (text_column("packs", fields.PACKS, prose=True), lambda day: _names_cell(day.packs)),
         (made, lambda day: _names_cell(day.checks_made)),
         (not_made, lambda day: _names_cell(day.checks_not_made)),
-        (text_column("note", prose=True, shown=noted), lambda day: words(day.note)),
+        (text_column("note", fields.NOTE, prose=True, shown=noted), lambda day: words(day.note)),
     )
     return table_of("days", "What was measured and when.", content.days, columns)
 
@@ -102,10 +104,10 @@ def _levels_text(swept: Factor | None, conditions: list[Condition]) -> str:
 
 def _flow(content: ReportContent) -> Table:
     columns: Columns[tuple[Outcome, Step]] = (
-        (text_column("analysis"), lambda row: words(str(row[0]))),
-        (text_column("step"), lambda row: words(row[1].name)),
-        (Column("count", ("count",)), lambda row: count(row[1].count)),
-        (text_column("left out before it", "left_out", prose=True), lambda row: words("; ".join(row[1].leaving))),
+        (text_column("analysis", fields.ANALYSIS), lambda row: words(str(row[0]))),
+        (text_column("step", fields.STEP), lambda row: words(row[1].name)),
+        (Column("count", fields.COUNT), lambda row: count(row[1].count)),
+        (text_column("left out before it", fields.LEFT_OUT, prose=True), lambda row: words("; ".join(row[1].leaving))),
     )
     steps = [(quantity, step) for quantity, steps in flow_lines(content.flow).items() for step in steps]
     return table_of("flow", "Runs and jumps, from what was planned to what was analysed.", steps, columns)
@@ -113,19 +115,19 @@ def _flow(content: ReportContent) -> Table:
 
 def _assumed(content: ReportContent) -> Table:
     columns: Columns[Assumed] = (
-        (text_column("parameter", prose=True), lambda one: words(one.name)),
-        (text_column("value"), lambda one: words(one.value)),
-        (text_column("why", prose=True), lambda one: words(one.why)),
-        (text_column("varied", prose=True), lambda one: words(one.varied or DASH)),
+        (text_column("parameter", fields.PARAMETER, prose=True), lambda one: words(one.name)),
+        (text_column("value", fields.VALUE), lambda one: words(one.value)),
+        (text_column("why", fields.WHY, prose=True), lambda one: words(one.why)),
+        (text_column("varied", fields.VARIED, prose=True), lambda one: words(one.varied or DASH)),
     )
     return table_of("assumed", "Parameters without a source.", content.assumed, columns)
 
 
 def _provenance(content: ReportContent) -> Table:
     columns: Columns[Provenance] = (
-        (text_column("id"), lambda source: provenance_cell(source.id)),
-        (text_column("number", "what", prose=True), lambda source: words(source.what)),
-        (Column("inputs", ("n_inputs",)), lambda source: count(source.inputs)),
+        (text_column("id", fields.ID), lambda source: provenance_cell(source.id)),
+        (text_column("number", fields.WHAT, prose=True), lambda source: words(source.what)),
+        (Column("inputs", fields.N_INPUTS), lambda source: count(source.inputs)),
     )
     caption = "Where each number came from; `labbook why ID` follows it down to the files."
     return table_of("provenance", caption, content.provenance, columns)
@@ -150,14 +152,14 @@ def _budget(content: ReportContent) -> Table:
     several = len(content.robots) > 1
     traced = any(item.provenance for item in content.budget)
     columns: Columns[BudgetItem] = (
-        (text_column("component", prose=True), lambda item: words(item.component)),
-        (Column("one run", ("uncertainty_j",), "J a jump"), lambda item: _budget_cell(item.joules)),
-        (Column("mean of the runs", ("uncertainty_of_mean_j",), "J a jump"), lambda item: _budget_cell(item.of_mean)),
+        (text_column("component", fields.COMPONENT, prose=True), lambda item: words(item.component)),
+        (Column("one run", fields.UNCERTAINTY, "J a jump"), lambda item: _budget_cell(item.joules)),
+        (Column("mean of the runs", fields.UNCERTAINTY_OF_MEAN, "J a jump"), lambda item: _budget_cell(item.of_mean)),
         (
-            text_column("shared by" if several else "shared by all runs", "shared"),
+            text_column("shared by" if several else "shared by all runs", fields.SHARED),
             lambda item: Cell("", (None,)) if item.total else words(_shared_text(item, several_robots=several)),
         ),
-        (text_column("note", prose=True), lambda item: words(item.note)),
+        (text_column("note", fields.NOTE, prose=True), lambda item: words(item.note)),
         (replace(PROVENANCE, shown=traced), lambda item: provenance_cell(item.provenance)),
     )
     caption = (
@@ -175,11 +177,11 @@ def _budget_cell(value: Value | None) -> Cell:
 def _drain(content: ReportContent) -> Table:
     fits = content.drains
     columns = (
-        Column("quantity", ("quantity",), numeric=False),
-        Column("value", ("value",)),
-        Column("SE", ("se",), shown=any(fit.at_run.se is not None or fit.slope.se is not None for fit in fits)),
+        text_column("quantity", fields.QUANTITY),
+        Column("value", fields.VALUE),
+        Column("SE", fields.PLAIN_SE, shown=any(fit.at_run.se is not None or fit.slope.se is not None for fit in fits)),
         interval_column(fit.at_run for fit in fits),
-        Column("unit", ("unit",), numeric=False),
+        text_column("unit", fields.UNIT),
         PROVENANCE,
     )
     rows = tuple(row for fit in fits for row in _drain_rows(fit, fit.robot if len(fits) > 1 else ""))
@@ -221,9 +223,9 @@ def _named_cells(name: str, number: Number) -> tuple[Cell, ...]:
 def _idle_runs(content: ReportContent) -> Table:
     fits = content.drains
     columns: Columns[tuple[DrainFit, IdlePoint]] = (
-        (text_column("run"), lambda row: words(row[1].run)),
-        (Column("duration", ("duration_min",), "min"), lambda row: value_cell(row[1].duration_min)),
-        (Column("charge", ("charge_mah",), "mAh"), lambda row: value_cell(row[1].charge_mah)),
+        (text_column("run", fields.RUN), lambda row: words(row[1].run)),
+        (Column("duration", fields.DURATION, "min"), lambda row: value_cell(row[1].duration_min)),
+        (Column("charge", fields.CHARGE, "mAh"), lambda row: value_cell(row[1].charge_mah)),
     )
     points = [(fit, point) for fit in fits for point in fit.points]
     caption = "Idle runs that the passive drain is fitted to."
@@ -232,16 +234,16 @@ def _idle_runs(content: ReportContent) -> Table:
 
 def _runs(content: ReportContent) -> Table:
     columns: Columns[RunPoint] = (
-        (text_column("run"), lambda point: words(point.run)),
-        (text_column("day"), lambda point: words(point.day)),
-        (Column("position", ("position",)), lambda point: count(point.position)),
-        (text_column("pack"), lambda point: words(point.pack)),
-        (Column("energy", ("joules_a_jump",), "J a jump"), lambda point: value_cell(point.joules, 2)),
+        (text_column("run", fields.RUN), lambda point: words(point.run)),
+        (text_column("day", fields.DAY), lambda point: words(point.day)),
+        (Column("position", fields.POSITION), lambda point: count(point.position)),
+        (text_column("pack", fields.PACK), lambda point: words(point.pack)),
+        (Column("energy", fields.RUN_JOULES, "J a jump"), lambda point: value_cell(point.joules, 2)),
         (
-            Column("difference from condition", ("deviation_j",), "J a jump"),
+            Column("difference from condition", fields.DEVIATION, "J a jump"),
             lambda point: value_cell(point.deviation_j, 2),
         ),
-        (text_column("control"), lambda point: words("yes" if point.control else "no")),
+        (text_column("control", fields.CONTROL), lambda point: words("yes" if point.control else "no")),
     )
     caption = "Every analysed run by day and position in the day."
     return table_of("runs", caption, content.order.points, columns)
@@ -250,13 +252,13 @@ def _runs(content: ReportContent) -> Table:
 def _packs(content: ReportContent) -> Table:
     means = [summary.mean for summary in content.order.packs]
     places = common_places(means)
-    unit = shown_unit(means[0].unit)[0] if means else ""
+    unit = means[0].unit if means else ""
     traced = any(mean.provenance for mean in means)
     columns: Columns[PackMean] = (
-        (text_column("pack"), lambda summary: words(summary.pack)),
-        (Column("n", ("n_runs",)), lambda summary: count(summary.mean.n)),
-        (Column("mean", ("mean",), unit), lambda summary: number_cell(summary.mean, places)),
-        (interval_column(means, unit), lambda summary: interval_cell(summary.mean, places)),
+        (text_column("pack", fields.PACK), lambda summary: words(summary.pack)),
+        (Column("n", fields.N_RUNS), lambda summary: count(summary.mean.n)),
+        (in_unit("mean", fields.PLAIN_MEAN, unit), lambda summary: number_cell(summary.mean, places)),
+        (interval_column(means, unit, named_unit=False), lambda summary: interval_cell(summary.mean, places)),
         (replace(PROVENANCE, shown=traced), lambda summary: provenance_cell(summary.mean.provenance)),
     )
     return table_of("packs", "Joules a jump by battery pack, as in the figure.", content.order.packs, columns)
@@ -265,11 +267,11 @@ def _packs(content: ReportContent) -> Table:
 def _sensitivity(content: ReportContent) -> Table:
     # CSV has the stored unit beside the stored value, the page the unit shown.
     columns: Columns[tuple[Sensitivity, str, Number]] = (
-        (text_column("computed", "variant"), lambda row: words(row[1])),
-        (Column("n", ("n",)), lambda row: count(row[2].n)),
-        (Column("value", ("value",)), lambda row: number_cell(row[2], common_places([row[0].as_reported]))),
+        (text_column("computed", fields.VARIANT), lambda row: words(row[1])),
+        (Column("n", fields.N), lambda row: count(row[2].n)),
+        (Column("value", fields.VALUE), lambda row: number_cell(row[2], common_places([row[0].as_reported]))),
         (interval_column(()), lambda row: interval_cell(row[2], common_places([row[0].as_reported]))),
-        (text_column("unit"), lambda row: Cell(shown_unit(row[2].unit)[0], (row[2].unit,))),
+        (text_column("unit", fields.UNIT), lambda row: Cell(shown_unit(row[2].unit)[0], (row[2].unit,))),
         (PROVENANCE, lambda row: provenance_cell(row[2].provenance)),
     )
     rows = [

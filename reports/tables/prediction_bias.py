@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from data_schema.vocabulary import Undefined
+from reports import fields
 from reports.content import ReportContent
 from reports.display import (
     EQUALS,
@@ -170,27 +171,30 @@ def _where(content: ReportContent, groups: Sequence[JudgedGroup], chosen: Sequen
 
 def _make(content: ReportContent) -> Table:
     columns: Columns[tuple[Judged, JudgedGroup]] = (
-        (text_column("quantity"), lambda row: words(str(row[0].quantity))),
-        (text_column("group"), lambda row: words(levels_name(content, row[1].group) or "all runs")),
-        (Column("days", ("days",)), lambda row: count(row[1].days)),
-        (Column("runs", ("n",), shown=False), lambda row: count(row[1].bias.n)),
-        (Column("measured", ("measured",), shown=False), lambda row: Cell("", (row[1].measured.value,))),
-        (Column("predicted", ("predicted",), shown=False), lambda row: Cell("", (row[1].predicted.value,))),
-        (Column("bias", ("bias", "unit")), lambda row: _bias(row[1].bias, _places_of_biases(row[0]))),
+        (text_column("quantity", fields.QUANTITY), lambda row: words(str(row[0].quantity))),
+        (text_column("group", fields.GROUP), lambda row: words(levels_name(content, row[1].group) or "all runs")),
+        (Column("days", fields.DAYS), lambda row: count(row[1].days)),
+        (Column("runs", fields.N, shown=False), lambda row: count(row[1].bias.n)),
+        (Column("measured", fields.PLAIN_MEASURED, shown=False), lambda row: Cell("", (row[1].measured.value,))),
+        (Column("predicted", fields.PLAIN_PREDICTED, shown=False), lambda row: Cell("", (row[1].predicted.value,))),
+        (Column("bias", fields.BIAS), lambda row: _bias(row[1].bias, _places_of_biases(row[0]))),
         (
-            Column(_CI, ("ci_low", "ci_high")),
+            Column(_CI, fields.BIAS_INTERVAL),
             lambda row: Cell(
                 interval_text(row[1].bias, _places_of_biases(row[0])), (row[1].bias.ci_low, row[1].bias.ci_high)
             ),
         ),
         (
-            Column("by measurement alone", ("ci_low_measured", "ci_high_measured"), shown=False),
+            Column("by measurement alone", fields.INTERVAL_OF_MEASURED, shown=False),
             lambda row: Cell("", (row[1].of_measured.ci_low, row[1].of_measured.ci_high)),
         ),
-        (Column("p", ("p",)), lambda row: p_cell(row[1].p.value)),
-        (text_column("verdict", prose=True), lambda row: words(_group_verdict(row[1], _places_of_biases(row[0])))),
+        (Column("p", fields.P), lambda row: p_cell(row[1].p.value)),
         (
-            Column("joint test", ("joint_p", "kendall_tau", "joint_id", "kendall_tau_id"), shown=False),
+            text_column("verdict", fields.VERDICT, prose=True),
+            lambda row: words(_group_verdict(row[1], _places_of_biases(row[0]))),
+        ),
+        (
+            Column("joint test", fields.JOINT_TEST, shown=False),
             lambda row: _joint(row[0]),
         ),
         (PROVENANCE, lambda row: provenance_cell(row[1].bias.provenance)),
@@ -228,12 +232,12 @@ PREDICTION_BIAS = TableKind("prediction_bias", _make)
 
 def _limits_of_agreement(content: ReportContent) -> Table:
     columns: Columns[tuple[Judged, Limits]] = (
-        (text_column("quantity"), lambda row: words(str(row[0].quantity))),
-        (text_column("unit"), lambda row: words(shown_unit(row[1].mean.unit)[0])),
-        (Column("conditions", ("n",)), lambda row: count(row[1].mean.n)),
-        (_limit_columns("mean", "mean"), lambda row: _limit_cells(row[1], row[1].mean)),
-        (_limit_columns("lower limit", "low"), lambda row: _limit_cells(row[1], row[1].low)),
-        (_limit_columns("upper limit", "high"), lambda row: _limit_cells(row[1], row[1].high)),
+        (text_column("quantity", fields.QUANTITY), lambda row: words(str(row[0].quantity))),
+        (text_column("unit", fields.UNIT), lambda row: words(shown_unit(row[1].mean.unit)[0])),
+        (Column("conditions", fields.N), lambda row: count(row[1].mean.n)),
+        (_limit_columns("mean", of="mean"), lambda row: _limit_cells(row[1], row[1].mean)),
+        (_limit_columns("lower limit", of="low"), lambda row: _limit_cells(row[1], row[1].low)),
+        (_limit_columns("upper limit", of="high"), lambda row: _limit_cells(row[1], row[1].high)),
         (PROVENANCE, lambda row: provenance_cell(row[1].mean.provenance)),
     )
     caption = (
@@ -244,8 +248,9 @@ def _limits_of_agreement(content: ReportContent) -> Table:
     return table_of("limits_of_agreement", caption, found, columns)
 
 
-def _limit_columns(title: str, field: str) -> tuple[Column, Column]:
-    return Column(title, (field,)), Column(_CI, (f"{field}_ci_low", f"{field}_ci_high", f"{field}_ci_level"))
+def _limit_columns(title: str, *, of: str) -> tuple[Column, Column]:
+    interval = Column(_CI, fields.named(fields.INTERVAL, of=f"{of}_"))
+    return Column(title, fields.named(fields.LIMIT, of=of)), interval
 
 
 def _limit_cells(limits: Limits, number: Number) -> tuple[Cell, Cell]:

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from data_schema.vocabulary import Undefined
+from reports import fields
 from reports.content import ReportContent
 from reports.display import DASH, common_places, given_text, shown_unit, with_unit
 from reports.evidence import POOLED
@@ -20,13 +21,13 @@ from reports.tables.table import (
     Table,
     TableKind,
     count,
+    in_unit,
     interval_cell,
     interval_column,
     number_cell,
     provenance_cell,
     table_of,
     text_column,
-    unit_slug,
     value_cell,
     words,
 )
@@ -110,29 +111,28 @@ def _published(found: PublishedResult | None) -> Cell:
 
 def _make(content: ReportContent, quantity: PredictedQuantity, name: str) -> Table:
     items = content.predictions.of(quantity)
-    traced = Column("published (thesis)", ("published", "published_unit", "published_in"), numeric=False)
-    unit, slug = shown_unit(quantity.unit)[0], unit_slug(quantity.unit)
+    traced = text_column("published (thesis)", fields.PUBLISHED_RESULT)
     measured = [item.measured for item in items]
     places = common_places(measured)
     finer = max(places, common_places([item.predicted for item in items], places))
     columns: Columns[Prediction] = (
         (
-            Column("condition", ("group", "level"), numeric=False),
+            text_column("condition", fields.CONDITION),
             lambda item: Cell(level_text_of(content, item), (levels_name(content, item.group), item.level)),
         ),
-        (Column("n", ("n_runs",)), lambda item: count(item.n)),
-        (Column("measured", (f"measured_{slug}",), unit), lambda item: number_cell(item.measured, places)),
-        (interval_column(measured, unit, slug), lambda item: interval_cell(item.measured, places)),
-        (Column("predicted", (f"predicted_{slug}",), unit), lambda item: _predicted(item, finer)),
-        (Column("std. error", (f"predicted_se_{slug}",), unit), lambda item: _error(item.predicted, finer)),
+        (Column("n", fields.N_RUNS), lambda item: count(item.n)),
+        (in_unit("measured", fields.MEASURED, quantity.unit), lambda item: number_cell(item.measured, places)),
+        (interval_column(measured, quantity.unit), lambda item: interval_cell(item.measured, places)),
+        (in_unit("predicted", fields.PREDICTED, quantity.unit), lambda item: _predicted(item, finer)),
+        (in_unit("std. error", fields.PREDICTED_SE, quantity.unit), lambda item: _error(item.predicted, finer)),
         (
-            Column("numerical error", (f"numerical_error_{slug}",), unit, shown=False),
+            in_unit("numerical error", fields.NUMERICAL_ERROR, quantity.unit, shown=False),
             lambda item: Cell("", (item.numerical_error,)),
         ),
-        (Column("difference", (f"difference_{slug}",), unit), lambda item: number_cell(item.difference, places)),
-        (Column("ratio", ("error_ratio",)), lambda item: value_cell(item.error_ratio, 2)),
+        (in_unit("difference", fields.DIFFERENCE, quantity.unit), lambda item: number_cell(item.difference, places)),
+        (Column("ratio", fields.ERROR_RATIO), lambda item: value_cell(item.error_ratio, 2)),
         (
-            text_column("agree", "agrees"),
+            text_column("agree", fields.AGREES),
             lambda item: _UNSURE if item.unsure and item.agrees is None else _VERDICTS[item.agrees],
         ),
         *(((traced, lambda item: _published(item.published)),) if any(item.published for item in items) else ()),
@@ -150,18 +150,16 @@ def _make(content: ReportContent, quantity: PredictedQuantity, name: str) -> Tab
 
 def _assumed(content: ReportContent) -> Table:
     quantities = [of for of in PredictedQuantity if of in _ALWAYS or content.predictions.of(of)]
-    changed = tuple(
-        Column(of.short, (f"{of.name.lower()}_{unit_slug(of.unit)}",), shown_unit(of.unit)[0]) for of in quantities
-    )
+    changed = tuple(in_unit(of.short, fields.CHANGE, of.unit, of=of.name.lower()) for of in quantities)
     columns: Columns[AssumedInput] = (
-        (text_column("input"), lambda one: words(one.name)),
+        (text_column("input", fields.INPUT), lambda one: words(one.name)),
         (
-            Column("value", ("value", "unit"), numeric=False),
+            text_column("value", fields.VALUE_AND_UNIT),
             lambda one: Cell(with_unit(given_text(one.value), one.unit), (one.value, one.unit)),
         ),
-        (text_column("why", prose=True), lambda one: words(one.why)),
+        (text_column("why", fields.WHY, prose=True), lambda one: words(one.why)),
         (
-            Column("varied by", ("varied_by",), "%"),
+            Column("varied by", fields.VARIED_BY, "%"),
             lambda one: Cell(given_text(100.0 * one.varied_by), (one.varied_by,)),
         ),
         (changed, lambda one: tuple(_change(one, of) for of in quantities)),

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import itertools
-import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias, TypeVar
 
 from data_schema.notebook import table_html
 from data_schema.vocabulary import Undefined
+from reports import fields
 from reports.content import Outcome, ReportContent
 from reports.display import DASH, decimal_text, degrees_text, interval_text, level_text, p_text, shown_unit, value_text
 from reports.numbers import Number, SignificanceTest, Value
@@ -20,13 +20,13 @@ Raw = str | int | float | Undefined | None
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """A column: `title` and `unit` head it on the page, `fields` are its CSV names (unit in the name).
+    """A column: `title` and `unit` head it on the page, `fields` are its names in CSV and JSON (`reports.fields`).
 
     A column that is not `shown` is in CSV only; one of `prose` may break its lines on the page.
     """
 
     title: str
-    fields: tuple[str, ...]
+    fields: fields.Fields
     unit: str = ""
     numeric: bool = True
     shown: bool = True
@@ -89,7 +89,7 @@ class Table:
     @property
     def records(self) -> list[dict[str, Raw]]:
         """Return the values of each row by field."""
-        names = [field for column in self.columns for field in column.fields]
+        names = [name for column in self.columns for name in column.fields]
         values = ([value for cell in row.cells for value in cell.values] for row in self.rows)
         return [dict(zip(names, of_row, strict=True)) for of_row in values]
 
@@ -174,9 +174,14 @@ def tables_of_outcomes(name: str, make: Callable[[ReportContent, Outcome, str], 
     return tuple(map(of, Outcome))
 
 
-def text_column(title: str, field: str = "", *, prose: bool = False, shown: bool = True) -> Column:
-    """Make a column of words; its field is its title if not given."""
-    return Column(title, (field or title,), numeric=False, prose=prose, shown=shown)
+def text_column(title: str, names: fields.Fields, *, prose: bool = False, shown: bool = True) -> Column:
+    """Make a column of words."""
+    return Column(title, names, numeric=False, prose=prose, shown=shown)
+
+
+def in_unit(title: str, names: fields.Fields, unit: str, *, of: str = "", shown: bool = True) -> Column:
+    """Make a column of numbers in a stored unit, which its fields name; the page has the unit that people read."""
+    return Column(title, fields.named(names, of=of, unit=unit), shown_unit(unit)[0], shown=shown)
 
 
 def words(text: str) -> Cell:
@@ -213,13 +218,15 @@ def interval_cell(number: Number | None, places: int | None = None) -> Cell:
 
 
 def interval_column(
-    numbers: Iterable[Number | None], unit: str = "", slug: str = "", *, of: str = "", shown: bool = True
+    numbers: Iterable[Number | None], unit: str = "", *, of: str = "", named_unit: bool = True, shown: bool = True
 ) -> Column:
-    """Make a column of intervals, headed by their level: "95 % CI"; `of` and `slug` are in the fields' names."""
+    """Make a column of intervals in a stored unit, headed by their level: "95 % CI".
+
+    `of` is in its fields' names, and the unit where it is `named_unit`.
+    """
     levels = dict.fromkeys(level_text(number) for number in numbers if number is not None)
-    title = " or ".join(levels) or "CI"
-    low, high = (f"{of}{end}_{slug}" if slug else f"{of}{end}" for end in ("ci_low", "ci_high"))
-    return Column(title, (low, high, f"{of}ci_level"), unit, shown=shown)
+    names = fields.INTERVAL_IN_UNIT if unit and named_unit else fields.INTERVAL
+    return in_unit(" or ".join(levels) or "CI", names, unit, of=of, shown=shown)
 
 
 def p_cell(p: Value) -> Cell:
@@ -234,10 +241,10 @@ def provenance_cell(identity: str) -> Cell:
     return Cell(identity or DASH, (identity,), provenance=bool(identity))
 
 
-def statistic_columns(title: str, field: str, degrees: int = 1) -> tuple[Column, Column]:
+def statistic_columns(title: str, of: str, degrees: int = 1) -> tuple[Column, Column]:
     """Make the columns of a test: the statistic with its degrees of freedom (t has one, F two), and p."""
-    df = (f"{field}_df",) if degrees == 1 else tuple(f"{field}_df_{index + 1}" for index in range(degrees))
-    return Column(f"{title} (df)", (f"{field}_statistic", *df)), Column("p", (f"{field}_p",))
+    names = fields.STATISTIC_OF_T if degrees == 1 else fields.STATISTIC_OF_F
+    return Column(f"{title} (df)", fields.named(names, of=of)), Column("p", fields.named(fields.P_OF_TEST, of=of))
 
 
 def statistic_cells(test: SignificanceTest | None, degrees: int = 1) -> tuple[Cell, Cell]:
@@ -251,13 +258,5 @@ def statistic_cells(test: SignificanceTest | None, degrees: int = 1) -> tuple[Ce
     return Cell(text, (test.statistic, *df)), p_cell(test.p)
 
 
-PROVENANCE = Column("id", ("provenance",), numeric=False)
+PROVENANCE = Column("id", fields.PROVENANCE, numeric=False)
 """The column that says where a row's numbers came from."""
-
-
-def unit_slug(unit: str) -> str:
-    """Write a unit so that it can end a field's name: "kg/s" -> "kg_s"."""
-    return _UNIT_SLUGS.get(unit) or re.sub(r"[^a-z0-9]+", "_", unit.lower()).strip("_")
-
-
-_UNIT_SLUGS = {"%": "percent", "mAh": "mah"}

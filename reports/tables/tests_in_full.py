@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
+from reports import fields
 from reports.content import Anova, Comparison, ReportContent
 from reports.display import DASH, common_places, level_text
 from reports.evidence import Equivalence
@@ -32,6 +33,7 @@ from reports.tables.table import (
     TableKind,
     count,
     interval_cell,
+    interval_column,
     number_cell,
     p_cell,
     provenance_cell,
@@ -39,12 +41,11 @@ from reports.tables.table import (
     statistic_columns,
     table_of,
     tables_of_outcomes,
-    unit_slug,
     words,
 )
 
 _BY_RUNS: Columns[ComparisonRow[Comparison]] = (
-    (Column("chosen", ("test",), numeric=False), lambda row: words(row.shown.test.name)),
+    (Column("chosen", fields.CHOSEN_TEST, numeric=False), lambda row: words(row.shown.test.name)),
     (statistic_columns("t", "t"), lambda row: over_runs(row.shown.test, row.shown.one_day_each)),
     (statistic_columns("Welch t", "welch"), lambda row: over_runs(row.shown.welch, row.shown.one_day_each)),
 )
@@ -52,7 +53,6 @@ _BY_RUNS: Columns[ComparisonRow[Comparison]] = (
 
 def _tests(content: ReportContent, quantity: Outcome, name: str) -> Table:
     found = [ComparisonRow(each, each) for each in content.comparisons if each.quantity is quantity]
-    slug = unit_slug(quantity.unit)
     spread, spread_p = statistic_columns("Brown-Forsythe F", "brown_forsythe", 2)
     spread_tested = any(comparison.brown_forsythe is not None for comparison, _ in found)
     columns: Columns[ComparisonRow[Comparison]] = (
@@ -63,7 +63,7 @@ def _tests(content: ReportContent, quantity: Outcome, name: str) -> Table:
         ),
         *_BY_RUNS,
         (
-            Column("Welch CI", (f"welch_ci_low_{slug}", f"welch_ci_high_{slug}", "welch_ci_level"), shown=False),
+            interval_column((), quantity.unit, of="welch_", shown=False),
             lambda row: interval_cell(row.shown.welch_difference),
         ),
         (ONE_DAY_EACH, lambda row: words(row.shown.one_day_each)),
@@ -78,7 +78,7 @@ def _tests(content: ReportContent, quantity: Outcome, name: str) -> Table:
 
 def _jump_tests(content: ReportContent) -> Table:
     columns: Columns[ComparisonRow[Comparison]] = (
-        (Column("jumps", ("n_control", "n_treatment")), lambda row: count(row.shown.n_control, row.shown.n_treatment)),
+        (Column("jumps", fields.N_OF_SIDES), lambda row: count(row.shown.n_control, row.shown.n_treatment)),
         (statistic_columns("F", "f", 2), lambda row: statistic_cells(row.shown.variance_test, 2)),
         *_BY_RUNS,
         (EXPLORATORY, lambda row: words(row.shown.exploratory)),
@@ -97,10 +97,10 @@ def _jump_tests(content: ReportContent) -> Table:
 def _anovas(content: ReportContent) -> Table:
     columns: Columns[Anova] = (
         (
-            Column("group", ("group",), numeric=False),
+            Column("group", fields.GROUP, numeric=False),
             lambda anova: words(levels_name(content, anova.group) or anova.label),
         ),
-        (Column("n", ("n_runs",)), lambda anova: count(anova.n)),
+        (Column("n", fields.N_RUNS), lambda anova: count(anova.n)),
         (statistic_columns("F", "f", 2), lambda anova: over_runs(anova.test, anova.one_day_each, 2)),
         (PROVENANCE, lambda anova: provenance_cell(anova.provenance)),
         (EXPLORATORY, lambda anova: words(anova.exploratory)),
@@ -135,7 +135,7 @@ def _equivalence(content: ReportContent) -> Table:
         return Table("equivalence", "Apex heights are not tested for equivalence.", (COMPARISON,), ())
     estimates = [item.estimate for _, item in found]
     unit = estimates[0].unit
-    slug, places = unit_slug(unit), common_places(estimates)
+    places = common_places(estimates)
 
     def one_sided(side: str) -> tuple[Column, ...]:
         of_side = statistic_columns(f"t, {side}", "t_low" if side == "lower" else "t_high")
@@ -143,7 +143,7 @@ def _equivalence(content: ReportContent) -> Table:
 
     columns: Columns[ComparisonRow[Equivalence]] = (
         (
-            Column("n", ("n_control", "n_treatment")),
+            Column("n", fields.N_OF_SIDES),
             lambda row: count(row.comparison.lead.n_control, row.comparison.lead.n_treatment),
         ),
         (
@@ -155,10 +155,13 @@ def _equivalence(content: ReportContent) -> Table:
         ),
         (one_sided("lower"), lambda row: statistic_cells(row.shown.at_low)),
         (one_sided("upper"), lambda row: statistic_cells(row.shown.at_high)),
-        (Column("p", ("tost_p",)), lambda row: mark_confounded(p_cell(row.shown.p), row.comparison.unsure)),
-        (Column("equivalence", ("equivalent",), numeric=False), lambda row: _verdict(row.shown, row.comparison.unsure)),
+        (Column("p", fields.TOST_P), lambda row: mark_confounded(p_cell(row.shown.p), row.comparison.unsure)),
         (
-            Column("bounds", (f"bound_low_{slug}", f"bound_high_{slug}"), shown=False),
+            Column("equivalence", fields.EQUIVALENT, numeric=False),
+            lambda row: _verdict(row.shown, row.comparison.unsure),
+        ),
+        (
+            Column("bounds", fields.named(fields.BOUNDS, unit=unit), shown=False),
             lambda row: Cell(bounds_text(row.shown), (row.shown.low, row.shown.high)),
         ),
         (PROVENANCE, lambda row: provenance_cell(row.shown.estimate.provenance)),

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
+from reports import fields
 from reports.display import DASH, decimal_text, general_text, given_text, with_unit
 from reports.tables.table import Cell, Column, Columns, Table, table_of, text_column, words
 from simulator.steady.published_results import CONTRADICTED, VERDICTS, JudgedResult, PublishedResult
@@ -17,30 +18,30 @@ _CLAIMS_CAPTION = (
     "limits: both are labbook's own, the ranges those of the figures' axes; about a number is within a quarter of it."
 )
 _CLAIM_COLUMNS: Columns[Finding] = (
-    (text_column("Claim", "claim"), lambda found: words(found.claim.id)),
-    (text_column("Where", "where"), lambda found: words(found.claim.where)),
-    (text_column("Statement", "statement", prose=True), lambda found: words(found.claim.statement)),
+    (text_column("Claim", fields.CLAIM), lambda found: words(found.claim.id)),
+    (text_column("Where", fields.WHERE), lambda found: words(found.claim.where)),
+    (text_column("Statement", fields.STATEMENT, prose=True), lambda found: words(found.claim.statement)),
     (
-        Column("Measured", ("measure", "unit"), numeric=False, prose=True),
+        text_column("Measured", fields.MEASURE, prose=True),
         lambda found: Cell(found.claim.measure, (found.claim.measure, found.claim.unit)),
     ),
     (
-        Column("Thesis", ("published",)),
+        Column("Thesis", fields.PUBLISHED),
         lambda found: Cell(_number(found.claim.published, found.claim.unit), (found.claim.published,)),
     ),
     (
-        Column("Simulated", ("lowest", "median", "highest")),
+        Column("Simulated", fields.RANGE),
         lambda found: Cell(range_text(found), (found.lowest, found.median, found.highest)),
     ),
     (
-        Column("Holds if", ("at_least", "at_most")),
+        Column("Holds if", fields.LIMITS),
         lambda found: Cell(_limits_text(found.claim), (found.claim.at_least, found.claim.at_most)),
     ),
     (
-        Column("Points within", ("n_within", "n")),
+        Column("Points within", fields.POINTS_WITHIN),
         lambda found: Cell(f"{found.n_within} of {found.n}", (found.n_within, found.n)),
     ),
-    (Column("Holds at", ("share_within",)), lambda found: Cell(_share_text(found), (found.share_within,))),
+    (Column("Holds at", fields.SHARE_WITHIN), lambda found: Cell(_share_text(found), (found.share_within,))),
 )
 
 
@@ -94,19 +95,19 @@ def short_rows(table: Table) -> list[list[str]]:
 
 
 _COLUMNS: Columns[JudgedResult] = (
-    (text_column("Result", "result"), lambda item: words(item.result.id)),
-    (text_column("Where", "where"), lambda item: words(item.result.where)),
-    (text_column("What", "statement", prose=True), lambda item: words(item.statement)),
+    (text_column("Result", fields.RESULT), lambda item: words(item.result.id)),
+    (text_column("Where", fields.WHERE), lambda item: words(item.result.where)),
+    (text_column("What", fields.STATEMENT, prose=True), lambda item: words(item.statement)),
     (
-        Column("Published", ("published", "unit", "relation")),
+        Column("Published", fields.PUBLISHED_NUMBER),
         lambda item: Cell(
             _published_text(item.result), (item.result.published, item.result.unit, item.result.relation)
         ),
     ),
-    (Column("Simulated", ("lowest", "median", "highest", "saving")), lambda item: _simulated(item)),
-    (Column("Reproduced if", ("at_least", "at_most")), lambda item: _limits(item.finding)),
-    (Column("Verdict", ("verdict", "n_within", "n"), numeric=False), lambda item: _verdict(item)),
-    (text_column("Remark", "remark", prose=True), lambda item: words(item.remark)),
+    (Column("Simulated", fields.RANGE_AND_SAVING), lambda item: _simulated(item)),
+    (Column("Reproduced if", fields.LIMITS), lambda item: _limits(item.finding)),
+    (text_column("Verdict", fields.JUDGED), lambda item: _verdict(item)),
+    (text_column("Remark", fields.REMARK, prose=True), lambda item: words(item.remark)),
 )
 _CAPTION = (
     "A result is reproduced where all that is simulated for it lies within the limits, and contradicted where any "

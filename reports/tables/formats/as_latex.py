@@ -10,6 +10,7 @@ from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 
 from reports.display import NO_BREAK
+from reports.fields import PROVENANCE
 from reports.tables.table import Cell, Column, Row, Table
 
 PAGE_LINES = 48
@@ -147,7 +148,7 @@ def latex_bytes(table: Table) -> bytes:
 
     Letters that pdfLaTeX has no glyph for (a pack called "包") are left as they are, for XeLaTeX and LuaLaTeX.
     """
-    columns = [column for column in table.heads if column.fields != _PROVENANCE or table.name == "provenance"]
+    columns = [column for column in table.heads if column.fields != PROVENANCE or table.name == "provenance"]
     layout = layout_of(table, columns)
     spec = "@{}" + "".join(_type(column, layout) for column in columns) + "@{}"
     long = layout.lines > PAGE_LINES
@@ -189,9 +190,6 @@ def latex_bytes(table: Table) -> bytes:
             r"\end{table}",
         ]
     return ("\n".join([rf"% needs \usepackage{{{packages}}}", *lines]) + "\n").encode("utf-8")
-
-
-_PROVENANCE = ("provenance",)
 
 
 def _type(column: Column, layout: Layout) -> str:

@@ -10,9 +10,9 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports.content import Number, SignificanceTest
 from reports.evidence import OverallSavings, OverGroups
+from reports.fields import unit_slug
 from reports.tables.formats.as_csv import csv_bytes
 from reports.tables.registry import TABLES
-from reports.tables.table import unit_slug
 from tests.helpers.pages import with_summary
 from tests.helpers.wording import says
 
