@@ -1,7 +1,7 @@
 """One engine factory for both databases: settings are made, then read back.
 
 SQLite: write-ahead log, `synchronous=FULL`, foreign keys and recursive triggers on, and our own BEGIN, because the
-driver's legacy mode lets half a migration survive a rollback. A writing transaction starts with BEGIN IMMEDIATE: one
+driver's legacy mode lets new tables survive a rollback. A writing transaction starts with BEGIN IMMEDIATE: one
 that only becomes a writer later fails at once when another has written meanwhile, whatever the busy timeout.
 Who may only read a book opens its file for reading. SQLite would keep its notes for readers in files beside it, which
 that person cannot make; where none are there, nobody writes, and the file is read as one that does not change. That it

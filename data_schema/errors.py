@@ -8,7 +8,7 @@
         ├── BookMissing       2  no book here (nothing is damaged)
         ├── BookBusy          3  another program holds the book
         ├── BookReadOnly      3  who gave the command may not write to the book
-        ├── BookVersion       3  made by an older or newer labbook, or by another program
+        ├── BookVersion       3  has another schema, or was made by another program
         └── BookDamaged       3  what is stored contradicts itself
 
 The message is one sentence: what was given, what is allowed or nearest, what to do.

@@ -8,7 +8,7 @@ database lacks was cut off between the two and is applied when the book is next 
 The statements of one command are accepted or refused as a whole, so every entry also counts how many of its command
 follow. A power cut can leave the first lines of a command in the file; they do not count, as half a line does not, and
 the next command sets them aside. Such a command never reported success, for its database transaction never began to
-commit.
+commit. The first line carries the number of the form that all of them have.
 """
 
 from __future__ import annotations
@@ -22,10 +22,12 @@ from typing import Any, Self
 
 import sqlalchemy as sa
 
-from data_schema.errors import BookDamaged
+from data_schema.errors import BookDamaged, BookVersion
 from data_schema.tables.journal import journal, person
 from data_schema.vocabulary import Action
 
+JOURNAL_SCHEMA = 1
+"""The number of the form of a journal's lines: rises with what an earlier labbook could not read."""
 GENESIS = "0" * 64
 """The hash that the first entry follows."""
 
@@ -41,7 +43,7 @@ class Entry:
     `old` and `new` hold columns by name; a reference to another row is that row's uid. `following` is the number of
     entries of the same command that come after this one. Until its command is complete, an entry has no place in the
     chain; `chain_entries` gives it one. `origin` is number and hash of the entry of another book that this one was
-    merged from; a line that has none does not name it, so that the lines of earlier labbooks keep their hashes.
+    merged from. `schema` stands in the first entry alone. A line names neither where there is none.
     """
 
     seq: int
@@ -56,12 +58,13 @@ class Entry:
     reason: str | None
     prev_hash: str
     origin: Mapping[str, Any] | None = None
+    schema: int | None = None
 
     @cached_property
     def hash(self) -> str:
         """SHA-256 over the canonical line without the hash itself."""
         before, after = self._halves
-        return hashlib.sha256(f"{before},{after}".encode()).hexdigest()
+        return _sha256(f"{before},{after}")
 
     @property
     def line(self) -> str:
@@ -71,10 +74,18 @@ class Entry:
 
     @classmethod
     def from_line(cls, text: str, remedy: str = MEND_FILE) -> Self:
-        """Read a line back; raises `BookDamaged`, with the `remedy`, when it is not what was written."""
+        """Read a line back; raises `BookDamaged`, with the `remedy`, when it is not what was written.
+
+        Raises `BookVersion` for the first line of a journal of another form.
+        """
         try:
             record = json.loads(text)
-            recorded = record.pop("hash")
+            recorded, schema = record.pop("hash"), record.get("schema")
+            if record["seq"] == 1 and schema != JOURNAL_SCHEMA and _sha256(canonical(record)) == recorded:
+                raise BookVersion(
+                    f"journal.jsonl has schema {'none' if schema is None else schema}, and this labbook reads schema "
+                    f"{JOURNAL_SCHEMA}: work with the labbook that wrote it, or name another book."
+                )
             entry = cls(**{**record, "action": Action(record["action"])})
             changed = entry.hash != recorded or entry.line != text
         except (ValueError, KeyError, TypeError, AttributeError) as error:
@@ -88,12 +99,19 @@ class Entry:
     @cached_property
     def _halves(self) -> tuple[str, str]:
         """The canonical texts of the fields whose names come before "hash" and after it; writing them takes longest."""
-        body = {name: getattr(self, name) for name in _FIELDS if name != "origin" or self.origin is not None}
+        body = {name: getattr(self, name) for name in _FIELDS}
+        for name in ("origin", "schema"):
+            if body[name] is None:
+                del body[name]
         before, after = ({name: body[name] for name in body if (name < "hash") is first} for first in (True, False))
         return canonical(before)[:-1], canonical(after)[1:]
 
 
 _FIELDS = tuple(field.name for field in fields(Entry))
+
+
+def _sha256(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def canonical(value: object) -> str:
@@ -108,8 +126,10 @@ def chain_entries(entries_of_command: Sequence[Entry], after: tuple[int, str]) -
     """Give the entries of one complete command their places after an entry of this number and hash."""
     seq, previous = after
     entries: list[Entry] = []
-    for number, entry in enumerate(entries_of_command, start=1):
-        entries.append(replace(entry, seq=seq + number, following=len(entries_of_command) - number, prev_hash=previous))
+    for number, entry in enumerate(entries_of_command, start=seq + 1):
+        following = seq + len(entries_of_command) - number
+        schema = JOURNAL_SCHEMA if number == 1 else None
+        entries.append(replace(entry, seq=number, following=following, prev_hash=previous, schema=schema))
         previous = entries[-1].hash
     return entries
 
@@ -236,4 +256,5 @@ def _entry_of(row: Any) -> Entry:
         reason=row.reason,
         prev_hash=row.prev_hash,
         origin=None if row.origin_json is None else json.loads(row.origin_json),
+        schema=JOURNAL_SCHEMA if row.seq == 1 else None,
     )

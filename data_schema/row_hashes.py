@@ -113,16 +113,6 @@ def hashing_written_rows(connection: sa.Connection) -> Iterator[None]:
         del connection.info[_WRITTEN]
 
 
-def has_hashes(connection: sa.Connection) -> bool:
-    """Tell whether the rows have hashes: a migration writes none, the rebuild after it does.
-
-    The first configuration is written before all else and never changed: what came after a migration gives it no hash.
-    """
-    first = sa.select(config.c.uid).order_by(config.c.id).limit(1).scalar_subquery()
-    found = sa.select(row_hash.c.uid).where(row_hash.c.kind == config.name, row_hash.c.uid == first)
-    return connection.execute(found).first() is not None
-
-
 def altered_rows(connection: sa.Connection) -> list[Altered]:
     """Hash all rows anew and return those that do not fit the hash stored when they were written."""
     found = []

@@ -1,14 +1,12 @@
-"""Databases for tests: each engine that labbook stores to, empty or with the tables that the migrations make."""
+"""Databases for tests: each engine that labbook stores to, empty or with all tables."""
 
 from __future__ import annotations
 
 import gc
 import os
 import shutil
-import sqlite3
 import tempfile
 from collections.abc import Collection, Iterator
-from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -19,13 +17,12 @@ import typer.main
 from sqlalchemy.dialects.postgresql.psycopg import PGDialect_psycopg
 from sqlalchemy.dialects.sqlite.pysqlite import SQLiteDialect_pysqlite
 
-from data_schema.engine import postgres_engine, sqlite_engine, translated_errors
-from labbook.book.making import make_tables
+from data_schema.engine import postgres_engine, sqlite_engine
 from labbook.cli.main import GARBAGE_AFTER, GROUPS, application
 from tests.helpers.advice import AdviceTaken
 from tests.helpers.books import SmallBook, small_book
 from tests.helpers.commands import Commands, running_commands
-from tests.helpers.databases import ENGINES, make_empty_sqlite, migrate, statements_of
+from tests.helpers.databases import ENGINES, make_all_tables, make_empty_sqlite
 from tests.helpers.folders import folder_in_memory
 from tests.helpers.once import SHARED, made_once
 from tests.helpers.postgres import Cluster, NoServer, running_cluster
@@ -49,11 +46,11 @@ def with_all_tables() -> Path:
         path = folder / "labbook.db"
         make_empty_sqlite(path)
         engine = sqlite_engine(path)
-        migrate(engine)
+        make_all_tables(engine)
         engine.dispose()
         return path
 
-    return made_once("migrated", make)
+    return made_once("with_tables", make)
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -105,42 +102,19 @@ def postgres_url(cluster: Cluster) -> Iterator[str]:
 
 
 @pytest.fixture(scope="session")
-def migrated_template(cluster: Cluster) -> str:
+def template_with_tables(cluster: Cluster) -> str:
     """A PostgreSQL database with all tables, to be copied."""
     name = cluster.fresh()
     engine = postgres_engine(cluster.url(name))
-    migrate(engine)
+    make_all_tables(engine)
     engine.dispose()
     return name
 
 
 @pytest.fixture(scope="session")
-def migrated_sqlite() -> Path:
+def sqlite_with_tables() -> Path:
     """A SQLite file with all tables, to be copied."""
     return with_all_tables()
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _tables_are_copied() -> Iterator[None]:
-    """Books get the tables that all migrations made once; processes of their own run the migrations, as does
-    `tests/data_schema/test_migrations.py`.
-    """
-    on_server: list[str] = []
-
-    def copied(engine: sa.Engine) -> None:
-        if engine.dialect.name == "sqlite":
-            with closing(sqlite3.connect(with_all_tables())) as made, closing(engine.raw_connection()) as to:
-                made.backup(to.driver_connection)
-        elif on_server:
-            with translated_errors(), engine.begin() as connection:
-                connection.exec_driver_sql(";".join(on_server), execution_options={"no_parameters": True})
-        else:
-            on_server.extend(statements_of(engine, make_tables))
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("labbook.book.making.make_tables", copied)
-        patch.setattr("labbook.book.replacing_postgres.make_tables", copied)
-        yield
 
 
 ADVICE = AdviceTaken()
@@ -230,7 +204,7 @@ def engine(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[sa.Engine
         fresh.dispose()
         return
     cluster: Cluster = request.getfixturevalue("cluster")
-    name = cluster.fresh(request.getfixturevalue("migrated_template"))
+    name = cluster.fresh(request.getfixturevalue("template_with_tables"))
     fresh = postgres_engine(cluster.url(name))
     yield fresh
     fresh.dispose()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -202,7 +201,7 @@ def parts_of_file(connection: sa.Connection, file_uid: str) -> list[str]:
     waiting = sa.and_(ingest.c.file == file.c.id, ingest.c.status == str(IngestStatus.WAITING))
     sha256 = connection.execute(sa.select(file.c.sha256).join(ingest, waiting).where(file.c.uid == file_uid)).scalar()
     if sha256 is not None:
-        return parts_named(reading_entries(connection, sha256)[-1])
+        return reading_entries(connection, sha256)[-1]["parts"] or [""]
     query = (
         sa.select(signal.c.part)
         .join(file, signal.c.file == file.c.id)
@@ -217,18 +216,7 @@ def parts_of_file(connection: sa.Connection, file_uid: str) -> list[str]:
 def recorded_parts(connection: sa.Connection, file_uid: str) -> list[str]:
     """Return the parts of all readings of a file, as the journal recorded them."""
     sha256 = connection.execute(sa.select(file.c.sha256).where(file.c.uid == file_uid)).scalar_one()
-    return list(dict.fromkeys(part for new in reading_entries(connection, sha256) for part in parts_named(new)))
-
-
-def parts_named(new: Mapping[str, Any]) -> list[str]:
-    """Return the parts that the entry of a reading names; the first labbook did not write them down."""
-    if "parts" in new:
-        return list(new["parts"]) or [""]
-    places = range(1, len(new.get("signals", [])) + 1)
-    if new["reader"] == "icharger_log":
-        return [f"channel_{place}" for place in places] or [""]
-    first = "force" if new["reader"] == "bertec_text" else "log"
-    return [first if place == 1 else f"{first}_segment_{place}" for place in places] or [""]
+    return list(dict.fromkeys(part for new in reading_entries(connection, sha256) for part in new["parts"] or [""]))
 
 
 def unassigned_charges_of_file(connection: sa.Connection, file_uid: str) -> list[str]:
@@ -306,14 +294,11 @@ def _loose_parts(connection: sa.Connection) -> list[InboxItem]:
     ]
 
 
-def waiting_for_run(connection: sa.Connection, run_name: str) -> tuple[list[tuple[str, str]], list[tuple[str, bool]]]:
-    """Return the unassigned files (uid, role) and charges that name a run of this name.
-
-    Charges are (uid, whether it may be the second of its run): earlier labbooks gave a run all that named it.
-    """
+def waiting_for_run(connection: sa.Connection, run_name: str) -> tuple[list[tuple[str, str]], list[str]]:
+    """Return the unassigned files (uid, role) and the uids of the charges that name a run of this name."""
     files = connection.execute(_WAITING_FILES, {"named": run_name}).all()
-    charges = connection.execute(_WAITING_CHARGES, {"named": run_name}).all()
-    return [(row.uid, row.role) for row in files], [(row.uid, row.declared_json is None) for row in charges]
+    charges = connection.execute(_WAITING_CHARGES, {"named": run_name}).scalars()
+    return [(row.uid, row.role) for row in files], list(charges)
 
 
 # Built once: a sheet states thousands of runs, and each is asked for what waits for it.
@@ -326,8 +311,7 @@ _WAITING_FILES = (
 )
 
 _WAITING_CHARGES = (
-    sa.select(charge.c.uid, ingest.c.declared_json)
-    .outerjoin(ingest, sa.and_(ingest.c.file == charge.c.file, IN_USE))
+    sa.select(charge.c.uid)
     .where(
         charge.c.stated_run == sa.bindparam("named"),
         charge.c.run.is_(None),

@@ -63,14 +63,14 @@ def first_import(connection: sa.Connection, sha256: str) -> FirstImport | None:
 
 
 def refused_with(connection: sa.Connection, sha256: str, reader: str, options_json: str) -> list[Any]:
-    """Return the settings of each refusal of these bytes by a reader under these options; None where not recorded."""
+    """Return the settings of each refusal of these bytes by a reader under these options."""
     query = sa.select(ingest.c.declared_json).where(
         ingest.c.sha256 == sha256,
         ingest.c.status == str(IngestStatus.REFUSED),
         ingest.c.reader == reader,
         ingest.c.options_json == options_json,
     )
-    return [None if text is None else json.loads(text) for text in connection.execute(query).scalars()]
+    return [json.loads(text) for text in connection.execute(query).scalars()]
 
 
 def add_file(connection: sa.Connection, *, uid: str, sha256: str, n_bytes: int, store_path: str) -> int:

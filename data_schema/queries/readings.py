@@ -24,8 +24,8 @@ from data_schema.vocabulary import Action, IngestStatus, Severity, Undefined
 class ReadingRow:
     """One reading of a file.
 
-    `settings_json` is all that it depended on, None where an earlier labbook read; then `config_text` is the
-    labbook.toml that was in force. `why` is the reason of the person who had the file read again.
+    `settings_json` is all that it depended on, `config_text` the labbook.toml that was in force. `why` is the reason of
+    the person who had the file read again.
     """
 
     uid: str
@@ -38,7 +38,7 @@ class ReadingRow:
     reader: str
     reader_version: int
     options_json: str
-    settings_json: str | None
+    settings_json: str
     config_text: str
     role: str | None
     stated_run: str | None
@@ -115,7 +115,6 @@ def settings_under(connection: sa.Connection, config_key: int) -> list[tuple[str
     query = (
         sa.select(ingest.c.original_name, ingest.c.declared_json)
         .where(ingest.c.status == str(IngestStatus.IMPORTED), ingest.c.config == config_key)
-        .where(ingest.c.declared_json.is_not(None))
         .order_by(ingest.c.id)
     )
     return [(name, settings) for name, settings in connection.execute(query)]

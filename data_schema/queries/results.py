@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from operator import attrgetter
 
 import sqlalchemy as sa
@@ -57,12 +57,6 @@ class ResultRow:
     stale: bool
     numbers: tuple[NumberRow, ...]
     inputs: tuple[InputRow, ...]
-
-    def same_but_payload(self, other: ResultRow) -> bool:
-        """Tell whether both are the same result with the same numbers and inputs, whatever the form of the payload."""
-        one, same = (replace(row, payload_json="", stale=False, numbers=(), inputs=()) for row in (self, other))
-        rows = [(set(row.numbers), set(row.inputs)) for row in (self, other)]
-        return one == same and rows[0] == rows[1]
 
 
 _HEAD = ("uid", "kind", "scope_json", "key", "algorithm", "version", "payload_json")
@@ -127,13 +121,6 @@ def add_results(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
         inputs = [(owners[row.key], *input_values(item)) for row in some for item in row.inputs]
         insert_texts(connection, result_input, ("result", *InputRow.__slots__), inputs)
         note_written(connection, "result", [row.uid for row in some])
-
-
-def rewrite_payloads(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
-    """Replace the payloads of stored results by the same content in the form that labbook reads now."""
-    for row in rows:
-        connection.execute(result.update().where(result.c.key == row.key).values(payload_json=row.payload_json))
-    note_written(connection, "result", [row.uid for row in rows])
 
 
 def mark_current(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:

@@ -1,7 +1,7 @@
 """Column types and helpers that every table and query shares.
 
 SQLite tables are STRICT, so only INTEGER, REAL and TEXT appear there; PostgreSQL gets BIGINT and DOUBLE PRECISION.
-Every constraint is named, because a migration can only keep what has a name.
+Every constraint is named, so that what it refuses can be put in words.
 """
 
 from __future__ import annotations

@@ -48,7 +48,7 @@ ingest = table(
     reference("config"),
     reference("person"),
     text_column("at_utc"),
-    text_column("declared_json", optional=True),
+    text_column("declared_json"),
     one_of("status", IngestStatus),
     one_of("role", FileRole, optional=True),
     sa.CheckConstraint("status <> 'imported' OR file IS NOT NULL", name="imported_has_file"),

@@ -1,13 +1,18 @@
 """The journal: people, their statements, the configuration in force, and hashes of rows as they were written.
 
+Triggers let nobody change or delete an entry.
+
 The hashes reveal a row that was altered outside labbook.
 """
 
 from __future__ import annotations
 
+from typing import Any
+
 import sqlalchemy as sa
 
 from data_schema.tables.base import (
+    WHOLE,
     key_column,
     one_of,
     reference,
@@ -17,6 +22,9 @@ from data_schema.tables.base import (
     whole_column,
 )
 from data_schema.vocabulary import Action
+
+labbook = table("labbook", sa.Column("schema", WHOLE, primary_key=True, autoincrement=False))
+"""One row: the number of the form of the database."""
 
 person = table(
     "person",
@@ -47,6 +55,31 @@ journal = table(
     sa.Index("ix_journal_entity", "entity_kind", "entity_uid"),
     sa.Index("ix_journal_entity_uid", "entity_uid"),
 )
+
+_ONLY_ADDED_TO = "the journal is only ever added to"
+SQLITE_TRIGGERS = {
+    name: f"CREATE TRIGGER {name} BEFORE {event} ON journal BEGIN SELECT RAISE(ABORT, '{_ONLY_ADDED_TO}'); END"
+    for name, event in (("journal_never_changed", "UPDATE"), ("journal_never_deleted", "DELETE"))
+}
+"""What SQLite has of the triggers of the journal, by their names."""
+POSTGRES_FUNCTION = f"BEGIN RAISE EXCEPTION '{_ONLY_ADDED_TO}'; END"
+"""What the trigger `journal_never_changed` does on PostgreSQL."""
+
+_TRIGGERS = {
+    "sqlite": (*SQLITE_TRIGGERS.values(),),
+    "postgresql": (
+        f"CREATE FUNCTION journal_is_append_only() RETURNS trigger LANGUAGE plpgsql AS $$ {POSTGRES_FUNCTION} $$",
+        "CREATE TRIGGER journal_never_changed BEFORE UPDATE OR DELETE OR TRUNCATE ON journal "
+        "FOR EACH STATEMENT EXECUTE FUNCTION journal_is_append_only()",
+    ),
+}
+
+
+@sa.event.listens_for(journal, "after_create")
+def _make_triggers(_table: sa.Table, connection: sa.Connection, **_options: Any) -> None:
+    for statement in _TRIGGERS[connection.dialect.name]:
+        connection.exec_driver_sql(statement)
+
 
 config = table(
     "config",

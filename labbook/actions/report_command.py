@@ -18,7 +18,7 @@ from data_schema import journal
 from data_schema.disk import make_folder, sync_all
 from data_schema.errors import BookReadOnly, UsageError, unknown_name
 from data_schema.queries.runs import refuse_empty_selection
-from data_schema.row_hashes import altered_rows, has_hashes
+from data_schema.row_hashes import altered_rows
 from data_schema.second_process import has_core, run_in_fork
 from data_schema.vocabulary import Action
 from ingest.store import STORED
@@ -32,10 +32,6 @@ from reports.page.printing import print_pdf
 from reports.page.writing import refuse_foreign, report_files, write_report
 
 _ATTEMPTS = 5
-NO_HASHES = (
-    "the rows of the database have no hashes, so that nobody can tell whether they were altered: `labbook rebuild` "
-    "makes them."
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -224,7 +220,7 @@ def _head_and_warning(book: Book) -> tuple[tuple[int, str], str]:
 
 
 def _warning(connection: sa.Connection) -> str:
-    return _altered_warning(len(altered_rows(connection))) if has_hashes(connection) else NO_HASHES
+    return _altered_warning(len(altered_rows(connection)))
 
 
 def _refuse_store(out: Path) -> None:

@@ -1,1 +1,1 @@
-"""A book: opening it, writing to it, making, upgrading and rebuilding it."""
+"""A book: opening it, writing to it, making and rebuilding it."""

@@ -14,12 +14,10 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.queries.reports import reports_depending_on
-from data_schema.queries.results import ResultRow, results_by_uid, unshown_results
+from data_schema.queries.results import unshown_results
 from data_schema.row_hashes import GROUPS, STALE, Altered, Misfit, row_hashes, rows_of, stored_hashes
 from data_schema.tables import FACTS, design
 from data_schema.tables.runs import run
-from labbook.analysis.algorithms import ALGORITHMS
-from labbook.analysis.results.codec import UnreadablePayload, decode
 
 MOST_NAMED = 20
 """So many groups of rows are compared value by value; a careless command alters all there are."""
@@ -92,8 +90,7 @@ def describe_altered(
 def differing(book: sa.Connection, fresh: sa.Connection) -> list[Altered]:
     """Hash all rows of a book and return where they differ from those of one just made, by the hashes it has.
 
-    A result that no report shows may be missing: it is computed again when it is wanted. One whose payload another
-    version of labbook wrote in another form, and that is the same otherwise, is no difference.
+    A result that no report shows may be missing: it is computed again when it is wanted.
     """
     found = []
     unshown = set(unshown_results(fresh))
@@ -104,28 +101,7 @@ def differing(book: sa.Connection, fresh: sa.Connection) -> list[Altered]:
             if here.get(uid) != there.get(uid) and not pruned:
                 how = Misfit.REMOVED if uid not in here else Misfit.ADDED if uid not in there else Misfit.ALTERED
                 found.append(Altered(kind, uid, how))
-    other_form = _of_another_form(book, fresh, [item.uid for item in found if item.kind == "result"])
-    return [item for item in found if item.kind != "result" or item.uid not in other_form]
-
-
-def _of_another_form(book: sa.Connection, fresh: sa.Connection, uids: Sequence[str]) -> set[str]:
-    """Return the results that differ by a payload alone, of a form that labbook does not read and computes anew."""
-    there = results_by_uid(fresh, uids)
-    return {
-        uid
-        for uid, row in results_by_uid(book, uids).items()
-        if uid in there and row.same_but_payload(there[uid]) and not _is_readable(row)
-    }
-
-
-def _is_readable(row: ResultRow) -> bool:
-    algorithm = next((item for item in ALGORITHMS if item.kind == row.algorithm), None)
-    try:
-        if algorithm is not None:
-            decode(row, algorithm.result)
-    except UnreadablePayload:
-        return False
-    return True
+    return found
 
 
 def _wrong_values(book: sa.Connection, fresh: sa.Connection, item: Altered) -> Iterable[WrongValue]:

@@ -10,18 +10,19 @@ from pathlib import Path
 
 import sqlalchemy as sa
 
-from data_schema import journal, migrations
+from data_schema import journal
 from data_schema.disk import make_folder, path_in_errors, sync
 from data_schema.engine import reading, sqlite_engine, translated_errors
 from data_schema.errors import UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
 from data_schema.queries.study import config_in_force
+from data_schema.schema import create_tables
 from labbook.book.opening import (
     CONFIGURATION,
     DATABASE,
     JOURNAL,
-    check_revision,
+    check_schema,
     engine_of,
     journal_path,
     open_book,
@@ -94,7 +95,7 @@ def _first_configuration(folder: Path, person: str | None, database_url: str | N
 def _configuration_of(database: Path) -> str | None:
     engine = sqlite_engine(database)
     try:
-        check_revision(engine)
+        check_schema(engine)
         with reading(engine) as connection:
             row = config_in_force(connection)
     finally:
@@ -143,7 +144,7 @@ def _database_stands(folder: Path, configuration: Configuration, *, empty: bool)
 
 
 def make_database(folder: Path, configuration: Configuration) -> None:
-    """Make an empty database of this labbook's revision; a SQLite file appears complete or not at all."""
+    """Make an empty database; a SQLite file appears complete or not at all."""
     if not configuration.database_url:
         make_sqlite(folder / DATABASE)
         return
@@ -155,7 +156,7 @@ def make_database(folder: Path, configuration: Configuration) -> None:
 
 
 def make_sqlite(path: Path) -> None:
-    """Make an empty database file of this labbook's revision under a temporary name, then rename it."""
+    """Make an empty database file under a temporary name, then rename it."""
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
     with path_in_errors(path):
         try:
@@ -167,7 +168,7 @@ def make_sqlite(path: Path) -> None:
 
 
 def fill_sqlite(path: Path) -> None:
-    """Make an empty database of this labbook's revision in a file that is not there yet, step by step."""
+    """Make an empty database in a file that is not there yet, step by step."""
     path.touch()  # where that is not allowed, the system's error explains why
     with translated_errors(), closing(sqlite3.connect(path)) as fresh:
         fresh.execute("PRAGMA journal_mode = wal")
@@ -181,4 +182,4 @@ def fill_sqlite(path: Path) -> None:
 def make_tables(engine: sa.Engine) -> None:
     """Make all tables in an empty database."""
     with translated_errors(), engine.connect().execution_options(labbook_writes=True) as connection, connection.begin():
-        migrations.upgrade(connection)
+        create_tables(connection)

@@ -1,7 +1,6 @@
 """A book: the folder, its configuration, its database, its store and its journal.
 
-Opening never creates and never upgrades. `labbook init` makes a book, `labbook db upgrade` brings its database to this
-labbook's revision, `labbook rebuild` makes the database anew; each is its own command.
+Opening never creates and never changes. `labbook init` makes a book, `labbook rebuild` makes its database anew.
 """
 
 from __future__ import annotations
@@ -13,10 +12,10 @@ from pathlib import Path
 
 import sqlalchemy as sa
 
-from data_schema import migrations
 from data_schema.engine import postgres_engine, reading, sqlite_engine
 from data_schema.errors import BookMissing, BookVersion, UsageError, unknown_name
 from data_schema.journal_file import JournalFile
+from data_schema.schema import SCHEMA, schema_of
 from ingest.store import Store
 from labbook.book.proposing import propose
 from labbook.book.write_session import WriteSession, write_session_of
@@ -127,11 +126,11 @@ def _without_configuration(folder: Path) -> BookMissing:
 
 
 def open_book(folder: Path) -> Book:
-    """Open the book in a folder; raises when it is not there, or not of this labbook's revision."""
+    """Open the book in a folder; raises when it is not there, or its database has another schema."""
     configuration = read_configuration(folder)
     engine = engine_of(folder, configuration)
     try:
-        check_revision(engine)
+        check_schema(engine)
     except BaseException:
         engine.dispose()
         raise
@@ -180,34 +179,22 @@ def journal_path(folder: Path, configuration: Configuration) -> Path:
     return store_of(folder, configuration).root / JOURNAL
 
 
-def check_revision(engine: sa.Engine, versions: Path = migrations.VERSIONS, *, older: bool = False) -> None:
-    """Refuse a database that is not labbook's, is older, or is newer, with the next command to give.
-
-    An `older` one can be let through, by who makes it anew.
-    """
+def check_schema(engine: sa.Engine) -> None:
+    """Refuse a database that is not labbook's, or has another schema, with the next command to give."""
     with reading(engine) as connection:
-        tables = set(sa.inspect(connection).get_table_names())
-        revision = migrations.current(connection)
-    if revision is None or "journal" not in tables:
-        what = "is empty" if not tables else f"was not made by labbook (it holds {', '.join(sorted(tables)[:3])})"
+        found = schema_of(connection)
+        tables = sorted(sa.inspect(connection).get_table_names())
+    if found is None or "journal" not in tables:
+        what = "is empty" if not tables else f"was not made by labbook (it holds {', '.join(tables[:3])})"
         raise BookVersion(
             f"the database {shown(engine)} {what}: make a book with `labbook init DIR`, make it anew from "
             "journal.jsonl with `labbook rebuild`, or point [database] url in labbook.toml to the right one."
         )
-    newest = migrations.newest(versions)
-    if revision == newest:
-        return
-    if migrations.known(revision, versions):
-        if older:
-            return
+    if found != SCHEMA:
         raise BookVersion(
-            f"the database {shown(engine)} has revision {revision}, this labbook writes {newest}: run "
-            "`labbook db upgrade` (it makes a backup first)."
+            f"the database {shown(engine)} has schema {found}, and this labbook works with schema {SCHEMA}: make it "
+            "anew from journal.jsonl with `labbook rebuild`, which keeps the old one."
         )
-    raise BookVersion(
-        f"the database {shown(engine)} has revision {revision}, which this labbook does not know: it was made by a "
-        "newer labbook; install that one with `pip install --upgrade robot-labbook`."
-    )
 
 
 def shown(engine: sa.Engine) -> str:

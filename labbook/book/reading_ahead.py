@@ -89,8 +89,7 @@ class ReadingAhead:
             reader.close()
 
     def _is_wanted(self, entry: Entry) -> bool:
-        has_settings = entry.action in (Action.INGEST, Action.READ) and "settings" in (entry.new or {})
-        return has_settings and entry.seq not in self.left_out
+        return entry.action in (Action.INGEST, Action.READ) and entry.seq not in self.left_out
 
     def _start(self) -> bool:
         """Start processes where there are processors for them; one alone reads no faster than this."""

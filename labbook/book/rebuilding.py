@@ -22,14 +22,14 @@ from data_schema.engine import postgres_engine, reading, sqlite_engine, writing
 from data_schema.errors import BookDamaged, BookError, UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile, LeftOut
-from data_schema.row_hashes import altered_rows, has_hashes
-from data_schema.tables.journal import row_hash
+from data_schema.row_hashes import altered_rows
+from data_schema.schema import SCHEMA, schema_of
 from labbook.book.altered import MOST_NAMED, AlteredRows, describe_altered, differing
 from labbook.book.differing import Differences, differences
 from labbook.book.making import fill_sqlite
 from labbook.book.opening import (
     DATABASE,
-    check_revision,
+    check_schema,
     engine_of,
     journal_path,
     read_configuration,
@@ -99,7 +99,7 @@ def rebuild_database(folder: Path, step: Callable[[str], None]) -> Rebuilt:
 def _altered(
     folder: Path, configuration: Configuration, old: str | None, fresh: sa.Connection, found: Differences
 ) -> tuple[int, tuple[AlteredRows, ...]]:
-    """Compare rows of the old database with the new ones; none where it is too damaged, or too old.
+    """Compare rows of the old database with the new ones; none where it is too damaged, or of another schema.
 
     Where other versions made them, only those that do not fit their hashes.
     """
@@ -109,9 +109,9 @@ def _altered(
     engine = postgres_engine(url, schema=old) if url else sqlite_engine(folder / old)
     try:
         with reading(engine) as connection:
-            if not sa.inspect(connection).has_table(row_hash.name):
+            if schema_of(connection) != SCHEMA:
                 return 0, ()
-            suspected = altered_rows(connection) if has_hashes(connection) else []
+            suspected = altered_rows(connection)
             if not found.other_versions:  # a hash may have been altered with its row
                 suspected = list(dict.fromkeys((*suspected, *differing(connection, fresh))))
             return len(suspected), tuple(describe_altered(connection, fresh, suspected[:MOST_NAMED]))
@@ -154,7 +154,7 @@ def rewrite_journal(folder: Path) -> int:
     path = journal_path(folder, configuration)
     engine = engine_of(folder, configuration)
     try:
-        check_revision(engine)
+        check_schema(engine)
         with writing(engine) as connection:  # alone, so that nobody appends to the old file meanwhile
             remedy = journal.MEND_BOTH if path.exists() and _known(path) is None else journal.MEND_TABLE
             entries = list(journal.verified_chain(journal.stored(connection), remedy=remedy))

@@ -22,10 +22,10 @@ from data_schema import journal
 from data_schema.disk import stamp
 from data_schema.engine import postgres_engine, reading, translated_errors
 from data_schema.errors import UsageError
-from data_schema.migrations import current
+from data_schema.schema import schema_of
 from data_schema.tables import METADATA
 from labbook.book.making import make_tables
-from labbook.book.opening import check_revision, shown
+from labbook.book.opening import shown
 
 INSUFFICIENT_PRIVILEGE = "42501"
 """How the server names a refusal, in its own list of conditions."""
@@ -111,7 +111,7 @@ def _dependent_views(
 FRESH = "labbook_rebuild"
 """The schema in which new tables grow; what an interrupted rebuild left there is removed by the next."""
 
-_OWN = {*METADATA.tables, "alembic_version"}
+_OWN = set(METADATA.tables)
 
 
 def replace_postgres(
@@ -153,9 +153,8 @@ def _refuse_foreign(engine: sa.Engine) -> None:
     with reading(engine) as connection:
         tables = _tables(connection, _schema_of_book(connection))
         others = sorted(set(sa.inspect(connection).get_table_names()) - set(tables))
-        revision = current(connection)
-    if revision is not None and "journal" in tables:
-        check_revision(engine, older=True)
+        found = schema_of(connection)
+    if found is not None and "journal" in tables:
         with reading(engine) as connection:  # now, and not only when all is computed anew
             refuse_what_cannot_follow(connection, _schema_of_book(connection), tables)
     elif tables or others:

@@ -80,32 +80,25 @@ def prune_command(
 
 @app.command("status")
 def status_command(book: BookOption = None, as_json: JsonOption = False) -> None:
-    """Show the database's revision and its rows by table, and when the last backup was made.
+    """Show the database's schema number and its rows by table, and when the last backup was made.
 
     Example: labbook db status
     """
-    from data_schema import migrations
     from data_schema.engine import reading
+    from data_schema.schema import SCHEMA, count_rows, schema_of
     from labbook.book.copies.backing_up import backup_line, last_backup
     from labbook.book.opening import engine_of, find_folder, read_configuration, shown, store_of
-    from labbook.book.upgrading import count_rows
 
     folder = find_folder(book or Path.cwd())
     configuration = read_configuration(folder)
     engine = engine_of(folder, configuration)
     with reading(engine) as connection:
-        revision = migrations.current(connection)
-        rows = count_rows(connection)
+        schema = schema_of(connection)
+        rows = count_rows(connection) if schema == SCHEMA else {}
     engine.dispose()
     last = last_backup(store_of(folder, configuration))
-    found = {
-        "database": shown(engine),
-        "revision": revision,
-        "newest": migrations.newest(),
-        "rows": rows,
-        "last_backup": last,
-    }
-    lines = [f"{found['database']}: revision {revision}, newest {found['newest']}."]
+    found = {"database": shown(engine), "schema": schema, "rows": rows, "last_backup": last}
+    lines = [f"{found['database']}: schema {schema}, this labbook works with schema {SCHEMA}."]
     lines += [f"  {name}: {count}" for name, count in rows.items() if count]
     emit(found, [*lines, backup_line(last, rows.get("journal", 0))], as_json)
 
@@ -156,31 +149,3 @@ def check_command(
     emit(found, lines, as_json)
     if not found.whole:
         raise typer.Exit(BookDamaged.exit_code)
-
-
-@app.command("upgrade")
-def upgrade_command(book: BookOption = None, as_json: JsonOption = False) -> None:
-    """Bring the database to this labbook's revision: backup first, rows counted before and after, then a rebuild.
-
-    The rebuild brings what the earlier labbook did not keep, from the raw copies and the journal; where one is lost,
-    the upgraded database is in use all the same, and `labbook rebuild` does it later.
-
-    Example: labbook db upgrade
-    """
-    from labbook.book.opening import engine_of, find_folder, read_configuration
-    from labbook.book.rebuilding import rebuild_database
-    from labbook.book.upgrading import upgrade_database
-
-    folder = find_folder(book or Path.cwd())
-    engine = engine_of(folder, read_configuration(folder))
-    try:
-        done = upgrade_database(folder, engine)
-    finally:
-        engine.dispose()
-    if done.before == done.after:
-        emit(done, [f"revision {done.after} already, nothing to do."], as_json)
-        return
-    line = f"upgraded from {done.before} to {done.after}; backup: {done.backup or 'yours (PostgreSQL)'}."
-    with progress("rebuilding", None, shown=not as_json) as step:
-        rebuilt = rebuild_database(folder, step)
-    emit(done, [line, f"rebuilt from {rebuilt.entries} entries.", *rebuilt.sentences], as_json)

@@ -64,8 +64,8 @@ def _link_what_waited(context: ApplyContext, uid: str, values: Mapping[str, Any]
         assign_file(context, file_uid, uid, FileRole(role))
         if not charges_of_run(context.connection, uid):
             assign_only_charge(context, file_uid, uid, FileRole(role))
-    for charge_uid, may_be_second in charges:
-        if may_be_second or not charges_of_run(context.connection, uid):
+    for charge_uid in charges:
+        if not charges_of_run(context.connection, uid):
             assign_charge(context, charge_uid, uid)
 
 

@@ -106,6 +106,7 @@ def as_read(done: PreparedImport) -> dict[str, Any]:
         "signals": [part.sha256 for part in done.parts],
         "times": [part.time_sha256 for part in done.parts],
         "charge_lines": [row.line for row in read.charges],
+        "charge_numbers": list(range(1, len(members) + 1)),
         **({"charge_members": members} if any(members) else {}),
     }
 
@@ -143,9 +144,9 @@ def _with_values(part: SignalPart, values: FloatArray) -> SignalPart:
     return replace(part, time_s=values, channels=channels)
 
 
-def without_name(settings: Mapping[str, Any] | None) -> Mapping[str, Any] | None:
+def without_name(settings: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return the settings of a reading without the name that the file came under: that alone makes no other reading."""
-    return None if settings is None else {**settings, "declared": {**settings["declared"], "file_name": None}}
+    return {**settings, "declared": {**settings["declared"], "file_name": None}}
 
 
 def times_sha256(time_s: FloatArray) -> str:

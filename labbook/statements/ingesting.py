@@ -9,16 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from data_schema.errors import BookBusy, BookDamaged, BookError, InputRefused, UsageError
+from data_schema.errors import BookBusy, BookError, InputRefused, UsageError
 from data_schema.journal import Entry, canonical
 from data_schema.queries import imports
 from data_schema.queries.charges import charge_contents, rows_of_file
 from data_schema.queries.detections import NewDetection, add_detections
 from data_schema.queries.facts import read_fact
-from data_schema.queries.imported_files import links_of_file, parts_named, parts_of_file
+from data_schema.queries.imported_files import links_of_file, parts_of_file
 from data_schema.queries.readings import ReadingRow, last_reading, parts_of_reading, set_status
 from data_schema.queries.results import mark_stale
-from data_schema.queries.study import config_in_force
 from data_schema.vocabulary import FileRole, IngestStatus, RunKind, Severity
 from ingest.declared import flag_of
 from ingest.formats.format import UNKNOWN
@@ -27,17 +26,13 @@ from ingest.read import read_file
 from ingest.store import raw_path
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, detection_rows, jumps_found
 from labbook.analysis.outcomes.log_dates import day_notes
-from labbook.config.parsing import Configuration, parse_configuration
 from labbook.statements.apply_context import ApplyContext, derived_uid, inputs_around_run, run_named
-from labbook.statements.assigning import assign_file, assign_only_charge, link_parts_again
+from labbook.statements.assigning import assign_file, link_parts_again
 from labbook.statements.importing import (
     PreparedImport,
     ReadSettings,
-    StoredPart,
-    current_settings,
     finding_values,
     store_reading,
-    times_sha256,
 )
 from labbook.statements.sheet_charges import charge_numbers, keys_of, mark_charges_gone, update_charges
 
@@ -46,8 +41,6 @@ RUN_CONTRADICTS = "run_contradicts"
 
 _ZERO_SE_M = 0.005
 """Standard error of a zero that a standing body shows: its leg gives way by some millimetres, more in some logs."""
-_ROLES = {"charger_sheet": FileRole.CHARGE, "icharger_log": FileRole.CHARGE, "bertec_text": FileRole.FORCE}
-"""The roles of files that earlier labbooks read, whose entries lack them."""
 
 
 def apply_ingest(context: ApplyContext, entry: Entry, prepared: object) -> list[tuple[str, str]]:
@@ -75,14 +68,12 @@ def apply_ingest(context: ApplyContext, entry: Entry, prepared: object) -> list[
         touched.append(run_uid)
     if not done.read.refused:
         add_signals(context, file_key, ingest_key, done, new, None)
-        of_file = run_uid if role is FileRole.CHARGE and "settings" in new else None
+        of_file = run_uid if role is FileRole.CHARGE else None
         if done.read.charges:
             touched += _update_charges(context, ingest_key, file_uid, done, new, of_file)
     contradicting = runs_contradict(new.get("stated_runs", ()), new["original_name"])
     imports.add_findings(context.connection, ingest_key, [finding_values(finding) for finding in contradicting])
     if run_uid:
-        if "settings" not in new:  # an earlier labbook gave a run its file's charge whatever charge it had
-            assign_only_charge(context, file_uid, run_uid, role)
         imports.add_findings(context.connection, ingest_key, _against_run(context, run_uid, done))
     return mark_stale(
         context.connection, (changed for uid in dict.fromkeys(touched) for changed in inputs_around_run(context, uid))
@@ -156,26 +147,19 @@ def _update_charges(
     new: Mapping[str, Any],
     of_file: str | None,
 ) -> list[str]:
-    numbers = charge_numbers(context.connection, file_uid, new, keys_of(done.read.charges))
+    numbers = charge_numbers(context.connection, done.sha256, keys_of(done.read.charges), new)
     return update_charges(context, ingest_key, file_uid, done.read, numbers, of_file)
 
 
 def _parts(new: Mapping[str, Any], done: PreparedImport) -> list[str]:
     """Return the parts of a reading; of one that is refused now, those that it gave when it was made."""
-    return parts_named(new) if done.read.refused else [part.part for part in done.read.parts] or [""]
+    return (new["parts"] if done.read.refused else [part.part for part in done.read.parts]) or [""]
 
 
 def apply_refuse(context: ApplyContext, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
     """Add the row with the findings of a refused file; they stand in the entry, for no copy is stored."""
     add_refusal(context, entry)
     return []
-
-
-def configuration_in_force(context: ApplyContext) -> Configuration:
-    """Return the configuration under which the book stands at this point of its journal."""
-    row = config_in_force(context.connection)
-    assert row is not None, "a configuration is declared before any file is read"  # noqa: S101
-    return parse_configuration(row.text, "the book's configuration")
 
 
 def _still_there(context: ApplyContext, prepared: PreparedImport) -> PreparedImport:
@@ -187,12 +171,8 @@ def _still_there(context: ApplyContext, prepared: PreparedImport) -> PreparedImp
 
 
 def _read_again(context: ApplyContext, new: Mapping[str, Any]) -> PreparedImport:
-    """Read the stored copy with the entry's settings; earlier labbooks recorded configuration and options instead."""
-    sha256 = new["sha256"]
-    if "settings" in new:
-        settings = ReadSettings.from_json(new["settings"])
-    else:
-        settings = current_settings(configuration_in_force(context), new["options"], new["original_name"])
+    """Read the stored copy with the entry's settings."""
+    sha256, settings = new["sha256"], ReadSettings.from_json(new["settings"])
     data = context.store.raw(raw_path(sha256), sha256)
     try:
         return store_reading(context.store, data, sha256, read_file(data, settings.declared), settings, anew=True)
@@ -218,7 +198,7 @@ def _unread(new: Mapping[str, Any], n_bytes: int, settings: ReadSettings, rule: 
 def _role(new: Mapping[str, Any], done: PreparedImport) -> FileRole:
     if not done.read.refused:
         return done.read.role or FileRole.LOG
-    return FileRole(new["role"]) if "role" in new else _ROLES.get(new["reader"], FileRole.LOG)
+    return FileRole(new["role"])
 
 
 def _against_run(context: ApplyContext, run_uid: str, done: PreparedImport) -> list[dict[str, Any]]:
@@ -298,10 +278,10 @@ def add_reading(context: ApplyContext, entry: Entry, done: PreparedImport, file_
 
     A file that is refused now and was read when the statement was made waits for a declaration.
     """
-    read, new = done.read, entry.new or {}
+    read = done.read
     status = IngestStatus.WAITING if read.refused else IngestStatus.IMPORTED
     counts = {name: getattr(read, f"rows_{name}") for name in ("read", "kept", "rejected")}
-    key = _add(context, entry, status, file_key, (read.format, read.reader_version), role, counts, new.get("settings"))
+    key = _add(context, entry, status, file_key, (read.format, read.reader_version), role, counts)
     imports.add_findings(context.connection, key, [finding_values(finding) for finding in read.findings])
     return key
 
@@ -310,7 +290,7 @@ def add_refusal(context: ApplyContext, entry: Entry) -> None:
     """Add the findings for which bytes were refused, from the entry."""
     new = entry.new or {}
     reader = (new["reader"], new["reader_version"])
-    key = _add(context, entry, IngestStatus.REFUSED, None, reader, None, new["rows"], new.get("settings"))
+    key = _add(context, entry, IngestStatus.REFUSED, None, reader, None, new["rows"])
     imports.add_findings(context.connection, key, new["findings"])
 
 
@@ -322,7 +302,6 @@ def _add(
     reader: tuple[str, int],
     role: FileRole | None,
     counts: Mapping[str, int],
-    settings: Mapping[str, Any] | None,
 ) -> int:
     new = entry.new or {}
     return imports.add_ingest(
@@ -341,7 +320,7 @@ def _add(
             "role": None if role is None else str(role),
             "stated_run": new["stated_run"],
             "at_utc": entry.at_utc,
-            "declared_json": None if settings is None else canonical(settings),
+            "declared_json": canonical(new["settings"]),
             **{f"rows_{name}": count for name, count in counts.items()},
         },
     )
@@ -356,7 +335,7 @@ def add_signals(
     reading_uid: str | None,
 ) -> None:
     """Add the parts of a reading; those of a first reading (`reading_uid` None) are named after their file alone."""
-    recorded = _recorded(context, done, new)
+    recorded = _recorded(done, new)
     for part, stored in zip(done.read.parts, done.parts, strict=True):
         named = (done.sha256, part.part, done.read.reader_version)
         uid = derived_uid("signal", *(named if reading_uid is None else (reading_uid, part.part)))
@@ -381,35 +360,19 @@ def add_signals(
             add_detections(context.connection, [NewDetection(uid, found, jumps)])
 
 
-def _recorded(context: ApplyContext, done: PreparedImport, new: Mapping[str, Any]) -> dict[str, str]:
+def _recorded(done: PreparedImport, new: Mapping[str, Any]) -> dict[str, str]:
     """Return, by part, the hash of its samples in the journal, where they are sampled at the same times now.
 
-    Verdicts of people name that hash. Whether the times are the same is asked of the entry. The first labbook did not
-    write that down; then, and only then, a rebuild asks a derived file, the samples of that hash where they are still
-    stored, for a reader that corrects times keeps the number of rows. Without the samples that number decides.
+    Verdicts of people name that hash.
     """
-    signals = new.get("signals", [])
-    if len(signals) != len(done.parts):
+    recorded = zip(new["signals"], new["times"], strict=True)
+    if len(new["signals"]) != len(done.parts):
         return {}
-    pairs = zip(done.parts, signals, strict=True)
-    times = new.get("times") or [_stored_times(context, done.read, stored, sha256, new) for stored, sha256 in pairs]
     return {
         part.part: sha256
-        for part, stored, sha256, time_sha256 in zip(done.read.parts, done.parts, signals, times, strict=True)
+        for part, stored, (sha256, time_sha256) in zip(done.read.parts, done.parts, recorded, strict=True)
         if time_sha256 == stored.time_sha256
     }
-
-
-def _stored_times(
-    context: ApplyContext, read: ReadFile, stored: StoredPart, sha256: str, new: Mapping[str, Any]
-) -> str | None:
-    if sha256 == stored.sha256:
-        return stored.time_sha256
-    try:
-        stored_samples = context.store.samples(f"signals/{sha256[:2]}/{sha256}.parquet", [])
-    except BookDamaged:
-        return stored.time_sha256 if new.get("rows", {}).get("kept") == read.rows_kept else None
-    return times_sha256(stored_samples["time"])
 
 
 def _channels(part: SignalPart) -> list[dict[str, Any]]:

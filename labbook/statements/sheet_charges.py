@@ -7,6 +7,7 @@ the charges of a run counts is decided by `counted_charges`.
 
 from __future__ import annotations
 
+import itertools
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, replace
@@ -50,9 +51,7 @@ def update_charges(
     known = {row.row_number: row for row in standing.values()}
     uids = {}
     for key, row in zip(keys_of(read.charges), read.charges, strict=True):
-        before = known.get(row.row_number)
-        unnamed = numbers[key] not in known and before is not None and before.line is None
-        number = row.row_number if unnamed else numbers[key]
+        number = numbers[key]
         uids[known.pop(number).uid if number in known else _uid(file_uid, number)] = (row, number)
     assert len(uids) == len(read.charges), "two charges of a file have one number"  # noqa: S101
     manual = manual_changes(context, list(uids))
@@ -98,21 +97,14 @@ def mark_charges_gone(context: ApplyContext, file_uid: str) -> list[str]:
     return placed.runs
 
 
-def restore_charges(
-    context: ApplyContext, file_uid: str, ingest_key: int, reading: Mapping[str, Any], *, first: bool
-) -> list[str]:
+def restore_charges(context: ApplyContext, file_uid: str, ingest_key: int, reading: Mapping[str, Any]) -> list[str]:
     """Let the charges of a restored file count as before; returns the runs that it concerns.
 
-    `reading` is the entry of the reading in force, the `first` of the file or not; charges that it lacks stay gone.
+    `reading` is the entry of the reading in force; charges that it lacks stay gone.
     """
     placed = Placement()
-    rows = [row for row in rows_of_file(context.connection, file_uid) if row.state is ChargeState.GONE]
-    lines, numbers = reading.get("charge_lines"), recorded_numbers(reading, first=first)
-    if numbers is not None:
-        rows = [row for row in rows if row.row_number in numbers]
-    elif lines is not None:
-        rows = [row for row in rows if row.line in lines]
-    uids = [row.uid for row in rows]
+    gone = [row for row in rows_of_file(context.connection, file_uid) if row.state is ChargeState.GONE]
+    uids = [row.uid for row in gone if row.row_number in reading["charge_numbers"]]
     place_charges(context, uids, placed, back=frozenset(uids))
     imports.add_findings(context.connection, ingest_key, placed.all_findings())
     return placed.runs
@@ -194,66 +186,30 @@ def keys_of(charges: Sequence[ChargeRow]) -> list[Key]:
 
 def entry_keys(content: Mapping[str, Any]) -> list[Key]:
     """Return the places of the charges that the entry of a reading names."""
-    return _keys(content.get("charge_lines") or [], content.get("charge_members") or repeat(None))
+    return _keys(content["charge_lines"], content.get("charge_members") or repeat(None))
 
 
 def charge_numbers(
-    connection: sa.Connection, file_uid: str, new: Mapping[str, Any], keys: Sequence[Key]
+    connection: sa.Connection, sha256: str, keys: Sequence[Key], new: Mapping[str, Any] | None = None
 ) -> dict[Key, int]:
     """Return the row numbers of a file's charges, no two of them the same.
 
-    A charge keeps the number that it had first: what an entry says comes before what the book holds, and that before
-    what follows from the order of readings, for an earlier labbook did not write numbers down; those of a first reading
-    are the places of its charges. `new` is the entry of the reading that gave `keys`.
+    A charge keeps the number that it had first, by the entries of the file's readings; `new` is that of the reading
+    which gave `keys`. Others follow the highest.
     """
-    members = dict(zip(_without_members(keys), keys, strict=True))  # earlier labbooks named no members
     numbers: dict[Key, int] = {}
-    taken: set[int] = set()
-
-    def assign_number(key: Key, number: int) -> None:
-        if key not in numbers and number not in taken:
-            numbers[key] = number
-            taken.add(number)
-
-    recorded: list[Key] = []
-    for earlier, content in enumerate([*reading_entries(connection, new["sha256"]), new]):
-        keys_of_entry = entry_keys(content)
-        if "charge_members" not in content:
-            keys_of_entry = [members.get(key, key) for key in keys_of_entry]
-        given = content.get("charge_numbers") or (range(1, len(keys_of_entry) + 1) if earlier == 0 else None)
-        recorded += keys_of_entry
-        for key, number in zip(keys_of_entry, given or (), strict=given is not None):
-            assign_number(key, number)
-    rows = rows_of_file(connection, file_uid)
-    standing = _keys((row.line for row in rows), repeat(None), [row.row_number for row in rows])
-    for key, row in zip(standing, rows, strict=True):
-        assign_number(members.get(key, key), row.row_number)
-    following = 1 + max(taken, default=0)
-    for key in (*recorded, *keys):
-        if key not in numbers:
-            assign_number(key, following)
-            following += 1
-    return numbers
+    for content in [*reading_entries(connection, sha256), *([] if new is None else [new])]:
+        for key, number in zip(entry_keys(content), content["charge_numbers"], strict=True):
+            if key not in numbers and number not in numbers.values():
+                numbers[key] = number
+    following = itertools.count(1 + max(numbers.values(), default=0))
+    return numbers | {key: next(following) for key in keys if key not in numbers}
 
 
-def recorded_numbers(content: Mapping[str, Any], *, first: bool) -> set[int] | None:
-    """Return the numbers of the charges that a reading holds by its entry; None where an earlier labbook made it and
-    did not write them down, or gave one number to several charges.
-    """
-    lines = content.get("charge_lines")
-    numbers = content.get("charge_numbers") or (range(1, len(lines) + 1) if first and lines is not None else None)
-    return None if numbers is None or len(set(numbers)) < len(numbers) else set(numbers)
-
-
-def _without_members(keys: Sequence[Key]) -> list[Key]:
-    return _numbered([("", line) for _, line, _ in keys])
-
-
-def _keys(lines: Iterable[int | None], members: Iterable[str | None], places: Sequence[int] | None = None) -> list[Key]:
-    listed = list(lines)
+def _keys(lines: Iterable[int | None], members: Iterable[str | None]) -> list[Key]:
     return _numbered(
-        (member or "", -place_charges if line is None else line)
-        for line, member, place_charges in zip(listed, members, places or range(1, len(listed) + 1), strict=False)
+        (member or "", -place if line is None else line)
+        for place, (line, member) in enumerate(zip(lines, members, strict=False), start=1)
     )
 
 

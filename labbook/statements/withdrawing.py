@@ -46,9 +46,9 @@ def _use(context: ApplyContext, file_uid: str, status: IngestStatus) -> list[tup
     if status is IngestStatus.WITHDRAWN:
         touched += mark_charges_gone(context, file_uid)
     elif status is IngestStatus.IMPORTED:
-        entries = reading_entries(context.connection, sha256)
+        entry = reading_entries(context.connection, sha256)[-1]
         key = imports.ingest_key(context.connection, reading.uid)
-        touched += restore_charges(context, file_uid, key, entries[-1], first=len(entries) == 1)
+        touched += restore_charges(context, file_uid, key, entry)
     changed = [("file", file_uid)]
     changed += [("signal", part.sha256) for part in parts_of_reading(context.connection, reading.uid)]
     for run_uid in dict.fromkeys(touched):

@@ -26,7 +26,7 @@ def execute(database: Path, *statements: str) -> None:
         connection.commit()
 
 
-@pytest.mark.parametrize("words", [*READING, *WRITING, "db upgrade", "rebuild"])
+@pytest.mark.parametrize("words", [*READING, *WRITING, "rebuild"])
 def test_where_no_book_is_it_says_how_to_make_one(words: str, tmp_path: Path) -> None:
     refused(labbook(*words.split(), at=tmp_path), 2, "no book", "--book DIR", "labbook init DIR")
     assert list(tmp_path.iterdir()) == []
@@ -106,7 +106,7 @@ def test_a_lost_configuration_is_named_by_every_command_with_the_command_that_wr
     stated.toml.unlink()
     for root in (stated.folder, below):
         with unchanged(stated.folder):
-            for words in (*READING, *WRITING, "db upgrade", "db check", "rebuild", "backup ../copy", "files list"):
+            for words in (*READING, *WRITING, "db check", "rebuild", "backup ../copy", "files list"):
                 refused(labbook(*words.split(), at=root), 2, "labbook.toml", f"labbook init {stated.folder}")
     with refuses(BookMissing, "labbook.toml", "labbook init"):
         open_book(stated.folder)
@@ -150,7 +150,7 @@ def test_missing_database_is_named_with_the_command_that_makes_it(stated: SmallB
     kept = rows(stated.folder, "SELECT name FROM run ORDER BY name")
     for piece in stated.folder.glob("labbook.db*"):
         piece.unlink()
-    for words in (*READING, *WRITING, "db upgrade"):
+    for words in (*READING, *WRITING):
         refused(labbook(*words.split(), at=stated.folder), 2, "labbook.db is missing", "labbook rebuild")
     assert not stated.database.exists()
     good(labbook("rebuild", at=stated.folder))
@@ -160,11 +160,11 @@ def test_missing_database_is_named_with_the_command_that_makes_it(stated: SmallB
 @pytest.mark.parametrize(
     ("statement", "said"),
     [
-        ("UPDATE alembic_version SET version_num = '9999'", ("9999", "newer labbook", "pip install --upgrade")),
+        ("UPDATE labbook SET schema = 9999", ("9999", "labbook rebuild")),
         ("DROP TABLE journal", ("was not made by labbook",)),
-        ("DELETE FROM alembic_version", ("was not made by labbook",)),
+        ("DELETE FROM labbook", ("was not made by labbook",)),
     ],
-    ids=["newer", "without journal", "without revision"],
+    ids=["of another schema", "without journal", "without schema"],
 )
 def test_database_of_another_making_is_refused(statement: str, said: tuple[str, ...], stated: SmallBook) -> None:
     execute(stated.database, "PRAGMA foreign_keys = off", statement)
@@ -181,7 +181,6 @@ def test_database_of_another_program_or_empty_is_refused(stated: SmallBook) -> N
     execute(stated.database, "CREATE TABLE songs (title TEXT)")
     with unchanged(stated.folder):
         refused(labbook("note", "r001", "x", at=stated.folder), 3, "was not made by labbook (it holds songs)")
-        refused(labbook("db", "upgrade", at=stated.folder), 3, "was not made by labbook")
 
 
 @pytest.mark.parametrize("where", ["header", "pages", "end"])
@@ -240,7 +239,6 @@ def test_empty_book_answers_every_question(fresh: SmallBook) -> None:
         assert good(labbook("runs", "list", at=fresh.folder)).out == "no runs.\n"
         assert good(labbook("runs", "inbox", at=fresh.folder)).out == "the inbox is empty.\n"
         assert "0 runs" in good(labbook("today", at=fresh.folder)).out
-        assert "revision" in good(labbook("db", "status", at=fresh.folder)).out
-        assert "nothing to do" in good(labbook("db", "upgrade", at=fresh.folder)).out
+        assert "schema" in good(labbook("db", "status", at=fresh.folder)).out
         refused(labbook("show", "r001", at=fresh.folder), 2, "there is no run yet")
         refused(labbook("why", "0123", at=fresh.folder), 2, "0123")

@@ -39,10 +39,9 @@ IN_ORDER = {
     "void": ("void r002 --reason 'foot came loose'", {"run", "stale"}),
     "backup": ("backup ../backup", {"last", "raw", "remarks"}),
     "restore": ("restore ../backup ../restored", {"folder", "entries", "raw", "differences", "moved"}),
-    "db status": ("db status", {"database", "revision", "newest", "rows", "last_backup"}),
+    "db status": ("db status", {"database", "schema", "rows", "last_backup"}),
     "db copy": ("db copy . ../empty", {"database", "rows", "to_do"}),
     "db prune": ("db prune", {"removed", "leftovers"}),
-    "db upgrade": ("db upgrade", {"before", "after", "backup"}),
     "db check": ("db check", {"whole", "problems", "orphans"}),
     "rebuild": ("rebuild", {"entries", "old", "differences"}),
 }

@@ -34,12 +34,12 @@ def impatient(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[tuple[
     """Two engines on one database with all tables, that wait for each other for a twentieth of a second."""
     if request.param == "sqlite":
         path = tmp_path / "labbook.db"
-        path.write_bytes(request.getfixturevalue("migrated_sqlite").read_bytes())
+        path.write_bytes(request.getfixturevalue("sqlite_with_tables").read_bytes())
         engines = [sqlite_engine(path, busy_timeout_s=0.05) for _ in range(2)]
         name = None
     else:
         cluster: Cluster = request.getfixturevalue("cluster")
-        name = cluster.fresh(request.getfixturevalue("migrated_template"))
+        name = cluster.fresh(request.getfixturevalue("template_with_tables"))
         engines = [postgres_engine(cluster.url(name), busy_timeout_s=0.05) for _ in range(2)]
     yield engines[0], engines[1]
     for engine in engines:
@@ -144,10 +144,10 @@ def test_the_driver_alone_would_leave_them(tmp_path: Path) -> None:
         assert connection.execute("SELECT name FROM sqlite_master").fetchall() == [("half",)]
 
 
-def test_a_reader_that_becomes_a_writer_fails_whatever_the_timeout(migrated_sqlite: Path, tmp_path: Path) -> None:
+def test_a_reader_that_becomes_a_writer_fails_whatever_the_timeout(sqlite_with_tables: Path, tmp_path: Path) -> None:
     """The trap itself: a deferred transaction that has read, when another has written meanwhile."""
     path = tmp_path / "labbook.db"
-    path.write_bytes(migrated_sqlite.read_bytes())
+    path.write_bytes(sqlite_with_tables.read_bytes())
     engine = sqlite_engine(path, busy_timeout_s=3600)
     with engine.connect() as deferred, deferred.begin():
         people(deferred)

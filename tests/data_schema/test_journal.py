@@ -18,13 +18,12 @@ from hypothesis import strategies as st
 
 from data_schema import journal
 from data_schema.engine import reading, writing
-from data_schema.errors import BookDamaged
-from data_schema.journal import GENESIS, Entry, canonical, chain_entries, commands, verified_chain
+from data_schema.errors import BookDamaged, BookVersion
+from data_schema.journal import GENESIS, JOURNAL_SCHEMA, Entry, canonical, chain_entries, commands, verified_chain
 from data_schema.journal_file import NOTHING, JournalFile, LeftOut
 from data_schema.tables.journal import journal as table
 from data_schema.vocabulary import Action
 from tests.helpers.journals import chain, entry, renumbered, write_all
-from tests.helpers.old_book import unpack
 from tests.helpers.wording import refuses
 
 TEXT = st.text(st.characters(exclude_categories=["Cs"]))
@@ -72,12 +71,12 @@ def test_an_entry_comes_back_from_its_line(said: dict[str, Any], seq: int) -> No
     assert "\n" not in one.line
 
 
-def test_lines_that_earlier_labbooks_wrote_are_valid_byte_for_byte(tmp_path: Path) -> None:
-    unpack(tmp_path, None)
-    path = tmp_path / "journal.jsonl"
-    entries = list(JournalFile(path).entries())
-    assert "".join(one.line + "\n" for one in entries).encode() == path.read_bytes()
-    assert '"origin"' not in path.read_text()
+@pytest.mark.parametrize("schema", [None, JOURNAL_SCHEMA + 1])
+def test_a_journal_of_another_schema_is_refused(mirror: JournalFile, schema: int | None) -> None:
+    written(mirror, [entry(1, GENESIS, schema=schema)])
+    for read in (lambda: list(mirror.entries()), mirror.last, mirror.damage):
+        with refuses(BookVersion, "schema", str(schema or "none"), str(JOURNAL_SCHEMA)):
+            read()
 
 
 @given(CHAINS)

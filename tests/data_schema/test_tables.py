@@ -47,7 +47,7 @@ def refused(engine: sa.Engine, table: sa.Table, match: str, **values: object) ->
 # --- names, types and references, of all tables
 
 
-def test_every_rule_has_a_name_because_a_migration_keeps_only_what_has_one(engine: sa.Engine) -> None:
+def test_every_rule_has_a_name_by_which_it_is_put_in_words(engine: sa.Engine) -> None:
     with reading(engine) as connection:
         found = sa.inspect(connection)
         for table in TABLES:
@@ -61,12 +61,12 @@ def test_every_rule_has_a_name_because_a_migration_keeps_only_what_has_one(engin
             assert {rule["name"] for rule in rules} == {constraint.name for constraint in table.constraints}
 
 
-def test_every_table_is_strict_on_sqlite(migrated_sqlite: Path) -> None:
-    with closing(sqlite3.connect(migrated_sqlite)) as connection:
+def test_every_table_is_strict_on_sqlite(sqlite_with_tables: Path) -> None:
+    with closing(sqlite3.connect(sqlite_with_tables)) as connection:
         listed = connection.execute("SELECT name, strict FROM pragma_table_list WHERE schema = 'main'").fetchall()
     strict = {name for name, is_strict in listed if is_strict}
     assert {table.name for table in TABLES} <= strict
-    assert {name for name, is_strict in listed if not is_strict} <= {"sqlite_schema", "alembic_version"}
+    assert {name for name, is_strict in listed if not is_strict} <= {"sqlite_schema"}
 
 
 def test_only_types_that_both_engines_keep_exactly(engine: sa.Engine) -> None:
@@ -243,11 +243,11 @@ def test_nothing_changes_a_journal_entry(engine: sa.Engine) -> None:
 
 
 def test_a_writer_without_our_settings_gets_past_the_triggers_but_not_past_the_hashes(
-    migrated_sqlite: Path, tmp_path: Path
+    sqlite_with_tables: Path, tmp_path: Path
 ) -> None:
     """The trap itself: INSERT OR REPLACE deletes without a trigger unless recursive_triggers is on."""
     path = tmp_path / "labbook.db"
-    path.write_bytes(migrated_sqlite.read_bytes())
+    path.write_bytes(sqlite_with_tables.read_bytes())
     engine = sqlite_engine(path)
     with writing(engine) as connection:
         write_all(connection, chain([{}, {}, {}]))

@@ -18,7 +18,6 @@ import sys
 from pathlib import Path
 from typing import Any, NoReturn
 
-import alembic.command
 import matplotlib.backends.backend_svg
 import mpmath
 import pandas as pd
@@ -38,7 +37,6 @@ import reports.figures.log
 from labbook.cli.main import run
 
 LOADED = (
-    alembic.command,
     matplotlib.backends.backend_svg,
     mpmath,
     pd,

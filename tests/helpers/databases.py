@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 import sqlalchemy as sa
 
-from data_schema import migrations
+from data_schema.schema import create_tables
 from data_schema.tables import METADATA
 
 ENGINES = ("sqlite", "postgresql")
@@ -32,27 +32,10 @@ def make_empty_sqlite(path: Path) -> None:
         fresh.execute("PRAGMA journal_mode = wal")
 
 
-def migrate(engine: sa.Engine) -> None:
-    """Run all migrations."""
+def make_all_tables(engine: sa.Engine) -> None:
+    """Make the tables in an empty database."""
     with engine.connect().execution_options(labbook_writes=True) as connection, connection.begin():
-        migrations.upgrade(connection)
-
-
-def statements_of(engine: sa.Engine, work: Callable[[sa.Engine], None]) -> list[str]:
-    """Let `work` change a database; returns all statements but those that only ask: they do the same to another."""
-    said: list[str] = []
-
-    def keep(_connection: object, _cursor: object, statement: str, parameters: object, *_how: object) -> None:
-        if not statement.lstrip().upper().startswith("SELECT"):
-            assert not parameters, statement
-            said.append(statement)
-
-    sa.event.listen(engine, "before_cursor_execute", keep)
-    try:
-        work(engine)
-    finally:
-        sa.event.remove(engine, "before_cursor_execute", keep)
-    return said
+        create_tables(connection)
 
 
 def all_rows(engine: sa.Engine) -> dict[str, Rows]:

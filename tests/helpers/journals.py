@@ -9,7 +9,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema import journal
-from data_schema.journal import GENESIS, Entry
+from data_schema.journal import GENESIS, JOURNAL_SCHEMA, Entry
 from data_schema.tables.journal import person
 from data_schema.vocabulary import Action
 
@@ -28,6 +28,7 @@ def entry(seq: int, prev_hash: str, **said: Any) -> Entry:
         "old": None,
         "new": {"text": f"remark {seq}"},
         "reason": None,
+        "schema": JOURNAL_SCHEMA if seq == 1 else None,
     }
     return Entry(seq=seq, prev_hash=prev_hash, **{**values, **said})
 
@@ -44,7 +45,14 @@ def renumbered(entries: Sequence[Entry]) -> list[Entry]:
     """The same statements in the order given, numbered and chained anew: a forger's journal."""
     forged: list[Entry] = []
     for seq, one in enumerate(entries, start=1):
-        forged.append(replace(one, seq=seq, prev_hash=forged[-1].hash if forged else GENESIS))
+        forged.append(
+            replace(
+                one,
+                seq=seq,
+                prev_hash=forged[-1].hash if forged else GENESIS,
+                schema=JOURNAL_SCHEMA if seq == 1 else None,
+            )
+        )
     return forged
 
 

@@ -30,23 +30,3 @@ def schema_lines(connection: sa.Connection) -> list[str]:
     else:
         found = connection.exec_driver_sql(_POSTGRES).scalars().all()
     return sorted(re.sub(r"\s+", " ", line).strip() for line in found)
-
-
-def rules(connection: sa.Connection) -> dict[str, list[str]]:
-    """Columns and rules of every table as SQLAlchemy sees them, in no order: what two ways of making it must share."""
-    found = sa.inspect(connection)
-    tables = [name for name in found.get_table_names() if name != "alembic_version"]
-    return {
-        table: sorted(
-            str(sorted((key, str(value)) for key, value in item.items() if key not in ("comment", "dialect_options")))
-            for item in (
-                *found.get_columns(table),
-                found.get_pk_constraint(table),
-                *found.get_unique_constraints(table),
-                *found.get_check_constraints(table),
-                *found.get_foreign_keys(table),
-                *found.get_indexes(table),
-            )
-        )
-        for table in tables
-    }

@@ -11,9 +11,9 @@ import pytest
 from tests.helpers.books import small_book
 
 PROJECT = Path(__file__).parents[2]
-HEAVY = ("numpy", "scipy", "pandas", "pyarrow", "matplotlib", "sqlalchemy", "alembic", "pint", "xarray", "jinja2")
+HEAVY = ("numpy", "scipy", "pandas", "pyarrow", "matplotlib", "sqlalchemy", "pint", "xarray", "jinja2")
 DATABASE_FREE = ("stats", "simulator", "reports")
-NO_DATABASE = ("sqlalchemy", "alembic", "data_schema.tables", "data_schema.queries", "data_schema.engine")
+NO_DATABASE = ("sqlalchemy", "data_schema.tables", "data_schema.queries", "data_schema.engine")
 
 
 def loaded_by(code: str, names: tuple[str, ...]) -> set[str]:

@@ -49,7 +49,7 @@ from labbook.statements.importing import (
     with_used_profile,
     without_storing,
 )
-from labbook.statements.sheet_charges import charge_numbers, entry_keys
+from labbook.statements.sheet_charges import charge_numbers, keys_of
 
 OUTDATED = "labbook.toml would have it read otherwise now: `labbook files reread --all` reads such files again."
 """What is said of a file that the book has, where it would be read otherwise now."""
@@ -147,7 +147,7 @@ def would_differ(book: Book, row: ReadingRow) -> bool:
         return False
     data = book.store.raw(raw_path(row.sha256), row.sha256)
     now, read = read_on_day_of(book, data, now, read_file(data, now.declared), _run_of(book, row))
-    return _without_checks(settings_of(book, row)) != _without_checks(with_used_profile(now, read))
+    return _without_checks(_recorded_settings(row)) != _without_checks(with_used_profile(now, read))
 
 
 def _run_of(book: Book, row: ReadingRow) -> str | None:
@@ -158,7 +158,7 @@ def _run_of(book: Book, row: ReadingRow) -> str | None:
 
 def _is_of_other_day(book: Book, row: ReadingRow, now: ReadSettings) -> bool:
     """Whether a log was read by the date of its run, and its run has another one now."""
-    recorded = settings_of(book, row).declared.day
+    recorded = _recorded_settings(row).declared.day
     if recorded is None or now.declared.day is not None:
         return False
     run = _run_of(book, row)
@@ -172,12 +172,8 @@ def _without_checks(settings: ReadSettings) -> ReadSettings:
     return replace(settings, declared=replace(settings.declared, robots=(), limits=DEFAULT_LIMITS))
 
 
-def settings_of(book: Book, row: ReadingRow) -> ReadSettings:
-    """Return the settings of a reading; those that an earlier labbook did not record are worked out again."""
-    if row.settings_json is not None:
-        return ReadSettings.from_json(json.loads(row.settings_json))
-    settings = _settings(_configuration(row.config_text), row)
-    return with_used_profile(settings, read_file(book.store.raw(raw_path(row.sha256), row.sha256), settings.declared))
+def _recorded_settings(row: ReadingRow) -> ReadSettings:
+    return ReadSettings.from_json(json.loads(row.settings_json))
 
 
 def _settings(configuration: Configuration, row: ReadingRow) -> ReadSettings:
@@ -211,10 +207,9 @@ def _state(session: WriteSession, row: ReadingRow, request: RereadRequest, prepa
     old = ReadingContents.of(connection, before)
     waited = set(verdicts_waiting(connection))
     uid = new_uid()
-    new = {**_entry(before, request), **as_read(prepared)}
-    if keys := entry_keys(new):
-        numbers = charge_numbers(connection, before.file_uid or "", new, keys)
-        new["charge_numbers"] = [numbers[key] for key in keys]
+    keys = keys_of(prepared.read.charges)
+    numbers = charge_numbers(connection, row.sha256, keys)
+    new = {**_entry(before, request), **as_read(prepared), "charge_numbers": [numbers[key] for key in keys]}
     session.state(Statement(Action.READ, "ingest", uid, new=new, reason=request.why, prepared=prepared))
     after = last_reading(connection, row.sha256)
     assert after is not None  # noqa: S101 - it was stated just now
@@ -245,8 +240,7 @@ class ReadingContents:
         parts = {part.part: part for part in parts_of_reading(connection, row.uid)}
         contents = charge_contents(connection, row.file_uid or "")
         rows = {item.uid: (item, contents[item.uid]) for item in rows_of_file(connection, row.file_uid or "")}
-        detector = None if row.settings_json is None else json.loads(row.settings_json)["detector"]
-        return cls(row, parts, jumps_found(connection, row.uid, detector), rows)
+        return cls(row, parts, jumps_found(connection, row.uid, _recorded_settings(row).detector), rows)
 
 
 def changes(old: ReadingContents, new: ReadingContents) -> list[str]:

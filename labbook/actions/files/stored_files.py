@@ -324,9 +324,8 @@ def _declared(row: ReadingRow) -> str:
     declared = [
         f"{name} {json.dumps(value, ensure_ascii=False)}" for name, value in json.loads(row.options_json).items()
     ]
-    if row.settings_json is not None:
-        profiles = json.loads(row.settings_json)["declared"]["profiles"]
-        declared += [f"profile {profile['name']}" for profile in profiles]
+    profiles = json.loads(row.settings_json)["declared"]["profiles"]
+    declared += [f"profile {profile['name']}" for profile in profiles]
     return "; ".join(declared) or "nothing"
 
 

@@ -126,7 +126,7 @@ def sheet_source(
 
 def _declared(reading: ReadingRow) -> tuple[str, str | None]:
     """Return the page that a file was ingested with, and its decimal sign."""
-    declared = json.loads(reading.settings_json or "{}").get("declared", {})
+    declared = json.loads(reading.settings_json)["declared"]
     return declared.get("encoding") or DEFAULT_PAGE, declared.get("decimal_sign")
 
 

@@ -28,33 +28,20 @@ from data_schema.journal_file import NOTHING, JournalFile, LeftOut
 from data_schema.queries.detections import verdicts_waiting
 from data_schema.queries.imports import StoredFile, raw_copies, signal_files
 from data_schema.queries.readings import waiting_files
-from data_schema.row_hashes import Altered, altered_rows, has_hashes
+from data_schema.row_hashes import Altered, altered_rows
 from data_schema.tables import FACTS
+from data_schema.tables.journal import POSTGRES_FUNCTION, SQLITE_TRIGGERS
 from data_schema.vocabulary import Action
 from ingest.store import Store, raw_path
 from labbook.actions.upkeep.reports_made import altered_reports, made_with_other_settings
 from labbook.book.altered import MOST_NAMED, describe_altered, differing
 from labbook.book.copies.copying import Counted
 from labbook.book.differing import differences
-from labbook.book.opening import check_revision, engine_of, journal_path, read_configuration, store_of
+from labbook.book.opening import check_schema, engine_of, journal_path, read_configuration, store_of
 from labbook.book.replaying import Replay, replayed
 from labbook.statements.apply_context import derived_uid
 
-NO_HASHES = (
-    "the rows of the database have no hashes: `labbook db check --deep` compares them all the same, `labbook rebuild` "
-    "makes hashes, and names what was altered."
-)
-_GUARD = "CREATE TRIGGER {} BEFORE {} ON journal {}"
-_ABORTS = "BEGIN SELECT RAISE(ABORT, 'the journal is only ever added to'); END"
-GUARDS = {
-    "sqlite": {
-        "journal_never_changed": _GUARD.format("journal_never_changed", "UPDATE", _ABORTS),
-        "journal_never_deleted": _GUARD.format("journal_never_deleted", "DELETE", _ABORTS),
-    },
-    "postgresql": {
-        "journal_never_changed": "O BEGIN RAISE EXCEPTION 'the journal is only ever added to'; END",
-    },
-}
+GUARDS = {"sqlite": SQLITE_TRIGGERS, "postgresql": {"journal_never_changed": f"O {POSTGRES_FUNCTION}"}}
 """The triggers that labbook makes, with what they do: on PostgreSQL their function, after O for one that is enabled."""
 _TRIGGERS = {
     "sqlite": "SELECT name, sql FROM sqlite_master WHERE type = 'trigger'",
@@ -185,7 +172,7 @@ def _attempt(problems: list[str], work: Callable[[], _T]) -> _T | None:
 
 def _read_database(engine: sa.Engine, replayed_journal: _ReplayedJournal, deep: bool) -> _Database:
     try:
-        check_revision(engine)
+        check_schema(engine)
         problems: list[str] = []
         with reading(engine) as connection:
             damage = _damage_of_sqlite(connection) if engine.dialect.name == "sqlite" else []
@@ -204,9 +191,8 @@ def _read_database(engine: sa.Engine, replayed_journal: _ReplayedJournal, deep: 
 
 def _altered(connection: sa.Connection, entries: int, replayed_journal: _ReplayedJournal, deep: bool) -> list[str]:
     """Return which rows are not as labbook wrote them, what they should be, and which reports depend on them."""
-    hashed = has_hashes(connection)
-    suspected = altered_rows(connection) if hashed else []
-    problems = [] if hashed else [NO_HASHES]
+    suspected = altered_rows(connection)
+    problems: list[str] = []
     if not suspected and not deep:
         return problems
     needless = frozenset() if deep else needless_entries(list(_entries_of_table(connection)), suspected[:MOST_NAMED])
@@ -324,8 +310,7 @@ def _logs(entries: Iterable[Entry]) -> set[str]:
     for entry in entries:
         if entry.action in (Action.INGEST, Action.READ):
             new = entry.new or {}
-            # an earlier labbook did not record whether there were any
-            gave_charges[new["sha256"]] = gave_charges.get(new["sha256"], False) or new.get("charge_lines") != []
+            gave_charges[new["sha256"]] = gave_charges.get(new["sha256"], False) or bool(new["charge_lines"])
     return {sha256 for sha256, charges in gave_charges.items() if not charges}
 
 

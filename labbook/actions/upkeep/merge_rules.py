@@ -229,16 +229,13 @@ def _read(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
 
 def how_read(entry: Entry) -> str:
     """Return an entry's settings of reading in a form to compare; the file's name does not count."""
-    new = entry.new or {}
-    if "settings" not in new:
-        return canonical(new["options"])
-    return canonical(without_name(new["settings"]))
+    return canonical(without_name((entry.new or {})["settings"]))
 
 
 def _refuse(here: TargetBook, entry: Entry) -> AlreadyHere | None:
     new = entry.new or {}
     before = refused_with(here.connection, new["sha256"], new["reader"], canonical(new["options"]))
-    return AlreadyHere() if without_name(new.get("settings")) in map(without_name, before) else None
+    return AlreadyHere() if without_name(new["settings"]) in map(without_name, before) else None
 
 
 def _assign(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:

@@ -260,6 +260,7 @@ class _Merging:
             old=_substituted(entry.old, self.uids),
             new=_substituted(entry.new, self.uids),
             origin=entry.origin or {"seq": entry.seq, "hash": entry.hash},
+            schema=None,
         )
 
     def _find_link(self, uid: str) -> None:

@@ -97,8 +97,7 @@ def _file(book: Book, path: Path, what: str, by_name_only: bool = False) -> Left
 
 
 def _files(book: Book, connection: sa.Connection) -> Iterator[tuple[Path, str]]:
-    for pattern in (f"{DATABASE}.before-rebuild.*", f"{DATABASE}.*.backup*"):
-        yield from ((path, _OLD) for path in sorted(book.folder.glob(pattern)))
+    yield from ((path, _OLD) for path in sorted(book.folder.glob(f"{DATABASE}.before-rebuild.*")))
     begun = [*book.folder.glob(f".{DATABASE}.*"), *(book.folder / "reports").rglob(".*.part")]
     begun += [*book.store.root.glob(f".{JOURNAL}.*"), *book.store.root.glob(".last-backup.json.*")]
     yield from ((path, _CUT_OFF) for path in sorted(begun) if _is_quiet(path))

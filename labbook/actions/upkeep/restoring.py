@@ -38,7 +38,7 @@ from labbook.book.opening import (
     CONFIGURATION,
     JOURNAL,
     UNFINISHED_RESTORE,
-    check_revision,
+    check_schema,
     engine_of,
     read_configuration,
     shown,
@@ -189,7 +189,7 @@ def _existing_differences(folder: Path, last: Entry) -> Differences | None:
     try:
         engine = engine_of(folder, read_configuration(folder))
         try:
-            check_revision(engine)
+            check_schema(engine)
             with reading(engine) as connection:
                 reached = journal.head(connection) == (last.seq, last.hash)
                 return differences(connection, journal.stored(connection)) if reached else None

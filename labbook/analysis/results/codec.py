@@ -19,6 +19,7 @@ from functools import cache
 from types import NoneType, UnionType
 from typing import Any, Generic, TypeVar
 
+from data_schema.errors import BookDamaged
 from data_schema.journal import canonical
 from data_schema.queries.results import InputRow, NumberRow, ResultRow
 from data_schema.reasons import Code, Limit, Reason
@@ -29,8 +30,8 @@ _UNDEFINED = "undefined"
 """Where the payload has, by the names of numbers that do not exist, the codes and parameters of their reasons."""
 
 
-class UnreadablePayload(Exception):
-    """A stored payload is not that of the class it is read as: another version of labbook wrote it."""
+class UnreadablePayload(ValueError):
+    """A stored payload is not that of the class it is read as."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,11 +102,14 @@ def encode(result: StoredResult, algorithm: Algorithm[Any], origin: Origin) -> R
 
 
 def decode(row: ResultRow, result: type[T]) -> T:
-    """Return a stored result as what it was computed as; raises `UnreadablePayload`."""
+    """Return a stored result as what it was computed as; raises `BookDamaged` where it is not of that form."""
     try:
         return _decoded(row, result)
     except (AttributeError, KeyError, TypeError, ValueError) as error:
-        raise UnreadablePayload(f"the payload of {row.kind} is of another form: {error}") from error
+        raise BookDamaged(
+            f"result {row.uid} of the database is not as labbook stores a {row.kind} ({error}): run `labbook rebuild` "
+            "to make the database anew from the raw copies and the journal."
+        ) from error
 
 
 def _decoded(row: ResultRow, result: type[T]) -> T:

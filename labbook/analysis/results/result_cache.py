@@ -25,12 +25,11 @@ from data_schema.queries.results import (
     add_results,
     mark_current,
     results_by_key,
-    rewrite_payloads,
 )
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import SignalRow
 from data_schema.vocabulary import Undefined
-from labbook.analysis.results.codec import Algorithm, Origin, StoredResult, T, UnreadablePayload, decode, encode
+from labbook.analysis.results.codec import Algorithm, Origin, StoredResult, T, decode, encode
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +57,7 @@ class Request(Generic[T]):
 
 @dataclass
 class ResultCache:
-    """Gives results, computing only those that are not stored, or that another version of labbook stored otherwise."""
+    """Gives results, computing only those that are not stored."""
 
     connection: sa.Connection
     computed: dict[str, ResultRow] = field(default_factory=dict)
@@ -78,10 +77,7 @@ class ResultCache:
     def _result(self, key: str, request: Request[T]) -> T:
         kind = request.algorithm.result
         if key in self.reused:
-            try:
-                return decode(self.reused[key], kind)
-            except UnreadablePayload:
-                del self.reused[key]
+            return decode(self.reused[key], kind)
         if key not in self.computed:
             inputs = sorted(request.inputs, key=lambda row: (row.role, row.input_kind, row.input_uid))
             origin = Origin(key, request.scope, tuple(inputs))
@@ -90,18 +86,9 @@ class ResultCache:
 
 
 def keep(connection: sa.Connection, cache: ResultCache) -> int:
-    """Store what a cache computed, in a writing transaction; returns how many results are new.
-
-    Of results that were stored in another form the payload is written anew, and with it their hash: not where a number
-    or an input is another one, which was altered outside labbook.
-    """
+    """Store what a cache computed, in a writing transaction; returns how many results are new."""
     stored = results_by_key(connection, list(cache.computed))
     add_results(connection, [row for key, row in cache.computed.items() if key not in stored])
-    known = [(cache.computed[key], row) for key, row in stored.items()]
-    rewrite_payloads(
-        connection,
-        [now for now, before in known if now.payload_json != before.payload_json and now.same_but_payload(before)],
-    )
     mark_current(connection, [row for row in (cache.reused | stored).values() if row.stale])
     return len(cache.computed) - len(stored)
 

@@ -34,7 +34,7 @@ from labbook.book.copies.copying import (
 from labbook.book.opening import (
     CONFIGURATION,
     JOURNAL,
-    check_revision,
+    check_schema,
     engine_of,
     journal_path,
     read_configuration,
@@ -172,7 +172,7 @@ def _journal_of_book(folder: Path, configuration: Configuration) -> tuple[list[E
 def _head(folder: Path, configuration: Configuration) -> tuple[int, str]:
     engine = engine_of(folder, configuration)
     try:
-        check_revision(engine, older=True)
+        check_schema(engine)
         with reading(engine) as connection:
             return journal.head(connection)
     finally:

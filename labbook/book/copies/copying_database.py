@@ -16,16 +16,17 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema import migrations
 from data_schema.disk import move_to_new_name, sync
 from data_schema.engine import postgres_engine, reading, sqlite_engine, translated_errors
 from data_schema.errors import BookDamaged, UsageError
+from data_schema.schema import create_tables
 from data_schema.tables import METADATA
+from data_schema.tables.journal import labbook
 from labbook.book.making import fill_sqlite
 from labbook.book.opening import (
     CONFIGURATION,
     DATABASE,
-    check_revision,
+    check_schema,
     engine_of,
     find_folder,
     read_configuration,
@@ -49,7 +50,7 @@ def copy_database(source: str, target: str, step: Callable[[str], None]) -> Copi
     """Copy the database of a book's folder, or of a PostgreSQL address, into an empty one, or into labbook.db there."""
     old = _source(source)
     try:
-        check_revision(old)
+        check_schema(old)
         if _ADDRESS in target:
             return _into_postgres(old, target, step)
         return _into_sqlite(old, Path(target), step)
@@ -73,7 +74,7 @@ def _into_postgres(old: sa.Engine, url: str, step: Callable[[str], None]) -> Cop
                 raise UsageError(
                     f"the database {shown(engine)} is not empty (it holds {', '.join(tables[:3])}): name an empty one."
                 )
-            migrations.upgrade(connection)
+            create_tables(connection)
             rows = _copy_rows(old, connection, step)
             for table in METADATA.sorted_tables:
                 if "id" in table.c:
@@ -129,6 +130,8 @@ def _copy_rows(old: sa.Engine, to: sa.Connection, step: Callable[[str], None]) -
     counts = {}
     with reading(old) as connection:
         for table in METADATA.sorted_tables:
+            if table is labbook:  # which the new database has
+                continue
             step(f"copying {table.name}")
             counts[table.name] = 0
             for some in _rows(connection, table).mappings().partitions(ROWS_AT_ONCE):

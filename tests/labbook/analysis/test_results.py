@@ -12,12 +12,12 @@ from typing import Annotated, Any
 
 import pytest
 
+from data_schema.errors import BookDamaged
 from data_schema.journal import canonical
 from data_schema.outcomes import Outcome
 from data_schema.queries.facts import find_uid
-from data_schema.queries.results import ResultRow, results_by_key, rewrite_payloads
+from data_schema.queries.results import ResultRow, results_by_key
 from data_schema.reasons import Reason
-from data_schema.row_hashes import altered_rows
 from data_schema.vocabulary import Undefined
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct, void
@@ -28,6 +28,7 @@ from labbook.book.opening import Book
 from labbook.book.write_session import WriteSession
 from reports.numbers import Number
 from tests.helpers.books import ADA, SmallBook, reported_book, small_book
+from tests.helpers.wording import refuses
 
 Stale = list[tuple[str, dict[str, Any]]]
 
@@ -290,31 +291,13 @@ def test_a_result_is_computed_once_and_comes_back_as_it_was(made: SmallBook) -> 
     "payload",
     ["{}", "[]", '{"undefined":[]}', '{"of":[1,"2.5"]}', '{"of":[1,"2.5",null]}', '{"of":[1,2.5,null],"further":1}'],
 )
-def test_a_result_that_was_stored_in_another_form_is_computed_again_under_its_key(
-    made: SmallBook, payload: str
-) -> None:
+def test_a_result_that_is_not_of_its_form_is_damage(made: SmallBook, payload: str) -> None:
     with made.open() as book:
-        first, _computed = ensure(book, trial)
-        whole = stored(book)[first.origin.key]
-        with book.session(ADA) as session:
-            rewrite_payloads(session.connection, [replace(whole, payload_json=payload)])
-        again, computed = ensure(book, trial)
-        assert (again, computed) == (first, 1)
-        assert stored(book)[first.origin.key] == whole
-        _back, computed = ensure(book, lambda: pytest.fail("computed again"))
-        assert computed == 0
-
-
-def test_a_number_altered_with_its_payload_gets_no_fitting_hash(made: SmallBook) -> None:
-    with made.open() as book:
-        first, _computed = ensure(book, trial)
+        ensure(book, trial)
         with contextlib.closing(sqlite3.connect(made.database)) as connection, connection:
-            connection.execute("UPDATE result SET payload_json = '{}' WHERE key = ?", (first.origin.key,))
-            connection.execute("UPDATE result_number SET value = 99 WHERE uid = ?", (first.height.provenance,))
-        again, _computed = ensure(book, trial)
-        assert again == first
-        with book.reading() as connection:
-            assert [item.uid for item in altered_rows(connection)] == [first.origin.uid]
+            connection.execute("UPDATE result SET payload_json = ?", (payload,))
+        with refuses(BookDamaged, "result", "labbook rebuild"):
+            ensure(book, trial)
 
 
 @pytest.mark.parametrize("name", DIFFERENCES)

@@ -17,7 +17,6 @@ from data_schema.engine import postgres_engine, sqlite_engine, writing
 from data_schema.errors import BookDamaged
 from data_schema.journal import Entry
 from data_schema.queries.facts import update_fact
-from data_schema.queries.results import results_by_key, rewrite_payloads
 from data_schema.row_hashes import note_written
 from data_schema.vocabulary import Action
 from ingest.store import Store
@@ -172,15 +171,6 @@ def test_the_reports_that_rest_on_an_altered_row_are_named(whole: SmallBook) -> 
     assert set(named) == {f"{row[0]} ({json.loads(row[1])['where'] or 'all runs'})" for row in made}
 
 
-@pytest.mark.soak
-def test_a_payload_of_an_earlier_labbook_is_no_alteration(whole: SmallBook) -> None:
-    with whole.open() as book, book.session(ADA) as session:
-        rows = list(results_by_key(session.connection).values())
-        rewrite_payloads(session.connection, [replace(row, payload_json="[]") for row in rows])
-    assert check(whole, deep=True).problems == ()
-    assert rebuild_database(whole.folder, lambda _step: None).n_altered == 0
-
-
 def test_a_flipped_bit_of_a_stored_value_is_found(judged: SmallBook) -> None:
     """In the file itself, where SQLite sees nothing wrong: a REAL is eight bytes there, the highest first."""
     engine = engine_of(judged)
@@ -242,18 +232,6 @@ def test_rows_that_other_versions_made_are_no_alterations(judged: SmallBook) -> 
     (problem,) = check(judged, deep=True).problems
     says(problem, "come out otherwise")
     rebuild_database(judged.folder, lambda _step: None)
-    assert check(judged, deep=True).whole
-
-
-def test_rows_without_hashes_are_named_with_the_remedy(judged: SmallBook) -> None:
-    execute(engine_of(judged), "DELETE FROM row_hash")
-    (problem,) = check(judged).problems
-    assert "have no hashes" in problem
-    with judged.open() as book, book.session(ADA) as session:
-        note(session, "written before a rebuild", "r001")
-    (problem,) = check(judged).problems
-    assert "have no hashes" in problem
-    assert rebuild_database(judged.folder, lambda _step: None).n_altered == 0
     assert check(judged, deep=True).whole
 
 

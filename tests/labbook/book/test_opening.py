@@ -11,7 +11,7 @@ import sqlalchemy as sa
 
 from data_schema.engine import postgres_engine, reading
 from data_schema.errors import BookDamaged, BookVersion, UnknownName, UsageError
-from labbook.book.opening import check_revision
+from labbook.book.opening import check_schema
 from tests.helpers.books import ADA, BEN, SmallBook, small_book, small_toml
 from tests.helpers.folders import contents
 from tests.helpers.wording import refuses
@@ -35,7 +35,7 @@ def test_opening_and_reading_change_no_byte(book: SmallBook) -> None:
 
 def test_an_empty_database_is_no_book(empty_engine: sa.Engine) -> None:
     with refuses(BookVersion, "is empty", "labbook init DIR", "labbook rebuild", "url"):
-        check_revision(empty_engine)
+        check_schema(empty_engine)
     with reading(empty_engine) as connection:
         assert sa.inspect(connection).get_table_names() == []
 
@@ -43,17 +43,15 @@ def test_an_empty_database_is_no_book(empty_engine: sa.Engine) -> None:
 def test_a_database_of_another_program_is_refused(empty_engine: sa.Engine) -> None:
     with empty_engine.begin() as connection:
         connection.exec_driver_sql("CREATE TABLE recipes (name TEXT)")
-        connection.exec_driver_sql("CREATE TABLE alembic_version (version_num TEXT)")
-        connection.exec_driver_sql("INSERT INTO alembic_version VALUES ('0001')")
-    with refuses(BookVersion, "alembic_version", "labbook init"):
-        check_revision(empty_engine)
+    with refuses(BookVersion, "recipes", "labbook init"):
+        check_schema(empty_engine)
 
 
-def test_a_newer_database_is_refused_with_the_way_to_a_newer_labbook(engine: sa.Engine) -> None:
+def test_a_database_of_another_schema_is_refused_with_what_mends_it(engine: sa.Engine) -> None:
     with engine.begin() as connection:
-        connection.exec_driver_sql("UPDATE alembic_version SET version_num = '4711'")
-    with refuses(BookVersion, "revision", "4711", "newer labbook", "pip install --upgrade") as caught:
-        check_revision(engine)
+        connection.exec_driver_sql("UPDATE labbook SET schema = 4711")
+    with refuses(BookVersion, "schema", "4711", "labbook rebuild") as caught:
+        check_schema(engine)
     assert caught.value.exit_code == 3
 
 
@@ -61,7 +59,7 @@ def test_a_password_is_never_shown(postgres_url: str) -> None:
     with_password = postgres_url.replace("labbook@", "labbook:secret@")
     engine = postgres_engine(with_password)
     with pytest.raises(BookVersion, match="is empty") as caught:
-        check_revision(engine)
+        check_schema(engine)
     engine.dispose()
     assert "secret" not in str(caught.value)
     assert "***" in str(caught.value)

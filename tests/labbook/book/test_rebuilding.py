@@ -241,16 +241,15 @@ def test_what_cannot_follow_to_new_tables_is_named_before_anything_is_done(
     engine.dispose()
 
 
-def test_another_program_with_migrations_of_its_own_is_not_taken_for_a_book(
+def test_another_program_with_tables_of_the_same_names_is_not_taken_for_a_book(
     postgres_url: str, judged: SmallBook
 ) -> None:
     engine = postgres_engine(postgres_url)
     with engine.begin() as connection:
-        connection.exec_driver_sql("CREATE TABLE alembic_version (version_num TEXT)")
-        connection.exec_driver_sql("INSERT INTO alembic_version VALUES ('0001')")
+        connection.exec_driver_sql("CREATE TABLE recipes (name TEXT)")
         connection.exec_driver_sql("CREATE TABLE run (theirs TEXT)")
     moved(judged, "[batteries.A]", f'[database]\nurl = "{postgres_url}"\n\n[batteries.A]')
-    with refuses(UsageError, "alembic_version"):
+    with refuses(UsageError, "recipes"):
         rebuild(judged)
     engine.dispose()
 

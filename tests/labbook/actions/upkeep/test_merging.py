@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from data_schema.errors import BookDamaged, BookMissing, BookVersion, InputRefused, UsageError
+from data_schema.errors import BookDamaged, BookMissing, InputRefused, UsageError
 from data_schema.queries.charges import charges_by_run
 from data_schema.queries.detections import jump_decisions
 from data_schema.queries.readings import last_reading
@@ -41,10 +41,9 @@ from labbook.book.rebuilding import rebuild_database
 from tests.cli.shell import contents
 from tests.helpers.books import ADA, BEN, SmallBook, copy_of, instrument_files, small_book, small_toml
 from tests.helpers.databases import all_rows_by_name
-from tests.helpers.old_book import unpack
 from tests.helpers.once import made_once
 from tests.helpers.statements import in_table, note, said_alike
-from tests.helpers.wording import refuses, says
+from tests.helpers.wording import says
 
 HEAD, *ROWS = instrument_files()["runs.csv"].decode().splitlines(keepends=True)
 FIRST_DAY, SECOND_DAY = ROWS[:8], ROWS[8:]
@@ -581,12 +580,6 @@ def test_a_journal_cut_there_is_refused(lab: SmallBook, laptop: SmallBook) -> No
     with pytest.raises(BookDamaged, match="rebuild --journal"):
         merged(lab, laptop)
     assert contents(lab.folder) == before
-
-
-def test_a_book_of_an_earlier_labbook_is_refused(lab: SmallBook, tmp_path: Path) -> None:
-    unpack(tmp_path / "old", None)
-    with refuses(BookVersion, "old", "labbook db upgrade"):
-        merged(lab, SmallBook(tmp_path / "old", lab.instruments))
 
 
 def test_what_is_no_other_book_is_refused(lab: SmallBook, tmp_path: Path) -> None:
