@@ -14,7 +14,6 @@ from reports.figures.kind import figures_of_outcomes, levels_alone
 from reports.figures.series import Axis, Series, axis_of, drawn_factor, series_lie_apart, series_of
 from reports.figures.style import GREY, TWO_COLUMNS_IN, is_narrow, light_grid, new_figure, publication_style, spread
 from reports.naming import control_name, swept_factor, swept_words, treatment_name
-from reports.numbers import Number
 from reports.sentences import absence_text
 
 if TYPE_CHECKING:
@@ -49,33 +48,16 @@ def points_text(content: ReportContent, quantity: Outcome) -> str:
     counts = [summary.mean.n for _, summary in found if summary.mean.n is not None]
     sentences = []
     if any(condition.control for condition, _ in found):
-        sentences.append(_control_text(content))
-    sentences.append("Vertical axis not from zero.")
+        axis = axis_of(content)
+        at = f"at {given_text(axis.control_position)}" if axis.continuous else "first"
+        sentences.append(f"{sentence_start(control_name(content))} stands {at}.")
     if counts:
         low, high = min(counts), max(counts)
         runs = count_text(low, "run") if low == high else f"{low} to {count_text(high, 'run')}"
-        if high == 1:
-            sentences.append("Circles: the only run of a condition, which gives no interval.")
-        else:
-            bars = level_text(found[0][1].mean)
-            shared = any(_shares_error(summary.mean) for _, summary in found)
-            drain = f", {quantity.common_error} error included" if shared else ""
-            sentences.append(f"Circles: means ({runs}); bars: {bars}{drain}; dots: runs.")
-    if series_lie_apart(content, quantity):
-        sentences.append("Each group has its panel; the vertical axes have one span.")
-    elif len(series_of(content)) > 1:
-        sentences.append("Levels are drawn side by side.")
+        shared = any(isinstance(one.mean.shared_se, float) and one.mean.shared_se > 0.0 for _, one in found)
+        error = f", {quantity.common_error} error included" if shared else ""
+        sentences.append(f"Circles: means ({runs}); bars: {level_text(found[0][1].mean)}{error}; dots: runs.")
     return " ".join(sentences)
-
-
-def _shares_error(mean: Number) -> bool:
-    return isinstance(mean.shared_se, float) and mean.shared_se > 0.0
-
-
-def _control_text(content: ReportContent) -> str:
-    """Say where the control stands: at its value, or before the levels that have none."""
-    name, axis = sentence_start(control_name(content)), axis_of(content)
-    return f"{name} stands {f'at {given_text(axis.control_position)}' if axis.continuous else 'first'}."
 
 
 def range_text(content: ReportContent, quantity: Outcome) -> str:
@@ -116,7 +98,10 @@ class _Marks:
     runs: list[tuple[float, float]]
 
     def range(self) -> tuple[float, float]:
-        values = [value for _, value in self.runs] + [mean for _, mean, _, _ in self.means]
+        """Return the lowest and the highest of all that is drawn, intervals too."""
+        values = [value for _, value in self.runs]
+        for _, mean, below, above in self.means:
+            values += [mean, *(end for end in (mean - below, mean + above) if math.isfinite(end))]
         return min(values), max(values)
 
 

@@ -1,35 +1,18 @@
-"""Estimation plots: every value of every group, and beside them the differences with their intervals.
+"""Estimation plots: every value of each group with mean and SD, and in a panel below the differences with intervals.
 
-Two groups are drawn as Gardner and Altman do (1986, "Confidence intervals rather than P values"): the difference has
-an axis of its own at the right, whose zero lies at the mean of the reference. More groups are drawn as Cumming does
-("Understanding the New Statistics", 2012): the differences lie in a panel below. So are two where the difference is in
-another unit than the values, or where its interval is so wide that the values would be squashed.
+As Cumming draws them ("Understanding the New Statistics", 2012).
 """
 
 from __future__ import annotations
 
 import math
+import statistics
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from matplotlib.figure import Figure
-
-from data_schema.vocabulary import Undefined
-from reports.display import NO_BREAK, as_shown, level_text, shown_unit
-from reports.figures.estimation_parts import (
-    SD_AT,
-    DrawnGroup,
-    axis_values,
-    draw_difference,
-    draw_groups,
-    has_interval,
-    named_with_unit,
-    part_text,
-    put_above,
-    set_limits,
-    set_names,
-)
+from reports.display import EQUALS, as_shown, level_text, shown_unit
 from reports.figures.style import (
     BLACK,
     BLUE,
@@ -41,26 +24,34 @@ from reports.figures.style import (
     new_figure,
     plain_ticks,
     publication_style,
+    spread,
 )
 from reports.numbers import Number
-from stats.compare.summary import describe
 
-_SQUASHED = 3.0
-"""An interval so many times wider than the values' range gets a panel of its own."""
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
-_LETTERS_BESIDE, _LETTERS_ABOVE, _LETTERS_BELOW = 34, 26, 20
-"""Letters that fit into a line along the axis: beside values, of values with differences below them, of these."""
-_SHORT = 13
-"""Letters from which on a name can be broken."""
+_ROW_IN = 3.3
+_LABEL_LETTERS = 22
+"""As many letters fit beside a panel."""
+_WIDTH = 0.5
+"""How much of a group's place its points take; mean and SD stand beside them."""
+_SD_AT = 0.38
+_GAP = 0.012
+"""Half of the gap at the mean, as a part of the axis."""
+_NAME_PT, _LINE_PT = 4.3, 3.6
+"""Widths of a letter of the groups' names, and of the line above a figure."""
+_UPRIGHT_LETTERS, _UPRIGHT_IN = 24, 0.8
+"""Letters in a line of a name that stands upright, and the height that such names add."""
 
 
 @dataclass(frozen=True, slots=True)
 class EstimationGroup:
-    """A group's values; `labels` names what each belongs to (its day), drawn with a mark for each of up to six."""
+    """A group and its values."""
 
     name: str
     values: tuple[float, ...]
-    labels: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,8 +60,8 @@ class Estimation:
 
     Values are in `unit` ("J", "m"); `reference` is the place of the group that the others are compared with, and
     `differences` has one number a group, in `unit` or "%", None for the reference. `bounds` are differences that
-    matter, in the unit of `differences`. `difference` names these where they are no plain differences ("Savings");
-    `interval` says by which method their intervals are, which a line above the figure repeats.
+    matter, in the unit of `differences`, and `tested` the interval that is held against them. `difference` names the
+    differences ("Savings"), `interval` the method of their intervals, which a line above the figure repeats.
     """
 
     quantity: str
@@ -81,29 +72,14 @@ class Estimation:
     bounds: tuple[float, ...] = ()
     difference: str = ""
     interval: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class _Drawn:
-    """An estimation in the units that are shown."""
-
-    groups: tuple[DrawnGroup, ...]
-    reference: DrawnGroup
-    differences: tuple[Number | None, ...]
-    lone: Number | None
-    """The first of the differences."""
-    bounds: tuple[float, ...]
-    quantity: str
-    difference: str
-    line: str
-    """What stands above the figure."""
+    title: str = ""
+    tested: tuple[float, float] | None = None
 
 
 def draw_estimation(estimation: Estimation, width_in: float = TWO_COLUMNS_IN) -> Figure:
-    """Draw all values, mean and SD of each group, and the differences with their intervals.
+    """Draw all values, mean and SD of each group, and below them the differences with their intervals.
 
-    Two groups are drawn side by side (Gardner and Altman 1986), more with the differences in a panel below (Cumming
-    2012). `width_in` is the figure's width in inches. Returns a matplotlib figure that belongs to no window.
+    `width_in` is the figure's width in inches. Returns a matplotlib figure that belongs to no window.
 
     >>> ce, ad = EstimationGroup("CE", (44.1, 42.8, 43.9)), EstimationGroup("AD", (38.0, 39.2, 37.5))
     >>> saved = Number(-5.37, "J", ci_low=-6.98, ci_high=-3.75)
@@ -111,139 +87,160 @@ def draw_estimation(estimation: Estimation, width_in: float = TWO_COLUMNS_IN) ->
     >>> figure.savefig("energy.pdf")  # doctest: +SKIP
     """
     with publication_style():
-        drawn = _drawn(estimation)
-        if _fits_beside(drawn, estimation):
-            return _gardner_altman(drawn, width_in)
-        return _cumming(drawn, width_in)
+        figure = draw_estimations([estimation], width_in)
+        if estimation.interval:
+            bounds = " Dashed: bounds of equivalence." if estimation.bounds else ""
+            put_above(figure, f"Gapped line: mean and SD. Interval: {estimation.interval}.{bounds}", width_in)
+        return figure
 
 
-def _drawn(estimation: Estimation) -> _Drawn:
-    unit, factor = shown_unit(estimation.unit)
-    groups = []
-    for place, group in enumerate(estimation.groups):
-        values = tuple(value * factor for value in group.values)
-        about = describe(values)
-        mean = about.mean if isinstance(about.mean, float) else None
-        sd = about.sd if isinstance(about.sd, float) else None
-        colour = VERMILLION if place == estimation.reference else BLUE
-        groups.append(DrawnGroup(group.name, values, group.labels, mean, sd, colour))
-    stored = next((number for number in estimation.differences if number is not None), None)
-    lone = None if stored is None else as_shown(stored)
-    of_bounds = 1.0 if stored is None else shown_unit(stored.unit)[1]
-    reference = groups[estimation.reference]
-    difference = _whole(estimation.difference, reference.name)
-    difference = difference or _whole(f"Mean difference from {reference.name}", reference.name)
-    return _Drawn(
-        groups=tuple(groups),
-        reference=reference,
-        differences=tuple(None if number is None else as_shown(number) for number in estimation.differences),
-        lone=lone,
-        bounds=tuple(bound * of_bounds for bound in estimation.bounds),
-        quantity=named_with_unit(estimation.quantity, unit),
-        difference=difference if lone is None else named_with_unit(difference, lone.unit),
-        line=_line(estimation, groups),
-    )
-
-
-def _whole(text: str, name: str) -> str:
-    """Keep a short name in one line, with the word before it."""
-    if len(name) >= _SHORT:
-        return text
-    return text.replace(f" {name}", f" {name}".replace(" ", NO_BREAK))
-
-
-def _line(estimation: Estimation, groups: Sequence[DrawnGroup]) -> str:
-    """Say what is drawn, where the method of the intervals is known or where not every value is."""
-    parts = []
-    if estimation.interval:
-        with_mean = [group for group in groups if group.mean is not None]
-        parts.append("Gapped line: mean and SD." if any(group.sd for group in with_mean) else "")
-        parts.append("" if all(group.sd for group in with_mean) else "Short line: mean without an SD.")
-        parts.append(f"Interval: {estimation.interval}." if any(map(has_interval, estimation.differences)) else "")
-        parts.append("Dashed: bounds of equivalence." if estimation.bounds else "")
-    parts.append(part_text(len(group.values) for group in estimation.groups))
-    return " ".join(part for part in parts if part)
-
-
-def _broken(text: str, letters: int) -> str:
-    """Break a text into lines between words only, a unit staying with the word before it."""
-    whole = text.replace(" (", f"{NO_BREAK}(")
-    lines = textwrap.fill(whole, letters, break_long_words=False, break_on_hyphens=False)
-    return lines.replace(NO_BREAK, " ")
-
-
-def _heighten(figure: Figure, more_in: float) -> None:
-    figure.set_figheight(figure.get_figheight() + more_in)
-
-
-def _fits_beside(drawn: _Drawn, estimation: Estimation) -> bool:
-    ends = axis_values(drawn.lone)
-    same_unit = drawn.lone is not None and drawn.lone.unit == shown_unit(estimation.unit)[0]
-    if len(drawn.groups) != 2 or not same_unit or not ends or drawn.reference.mean is None:
-        return False
-    values = [value for group in drawn.groups for value in group.values]
-    return max(0.0, *ends) - min(0.0, *ends) <= _SQUASHED * (max(values) - min(values))
-
-
-def _gardner_altman(drawn: _Drawn, width_in: float) -> Figure:
-    number, zero = drawn.lone, drawn.reference.mean or 0.0
-    order = sorted(drawn.groups, key=lambda group: group is not drawn.reference)
-    figure = new_figure(width_in, 2.7 if is_narrow(width_in) else 3.3)
-    put_above(figure, drawn.line, width_in)
-    axes = figure.add_subplot()
-    values = [value for group in order for value in group.values]
-    set_limits(axes, values + [zero + end for end in (*axis_values(number), *drawn.bounds)])
-    axes.set_xlim(-0.55, 2.5)
-    third = f"difference\n({level_text(number)})" if number is not None and has_interval(number) else "difference"
-    _heighten(figure, set_names(axes, order, [third], width_in))
-    axes.set_ylabel(_broken(drawn.quantity, _LETTERS_BESIDE))
-    for place, group in enumerate(order):
-        if group.mean is not None and (group is drawn.reference or _is_of_means(number, group.mean - zero)):
-            axes.plot([place + SD_AT, 2.5], [group.mean, group.mean], color=GREY, linewidth=0.6, zorder=1)
-    right = axes.twinx()
-    right.set_ylim(*(end - zero for end in axes.get_ylim()))
-    right.yaxis.set_major_locator(plain_ticks())
-    right.spines["right"].set_visible(True)
-    right.set_ylabel(_broken(drawn.difference, _LETTERS_BESIDE))
-    for bound in drawn.bounds:
-        axes.plot([1.7, 2.5], [zero + bound, zero + bound], color=BLACK, linewidth=0.8, linestyle="--", zorder=2)
-    if number is not None:
-        draw_difference(axes, number, 2.0, zero)
-    draw_groups(figure, axes, order)
-    return figure
-
-
-def _is_of_means(number: Number | None, difference: float) -> bool:
-    """Tell whether a difference is that of both means, to which a line leads; within days it is another one."""
-    if number is None or isinstance(number.value, Undefined):
-        return True
-    return math.isclose(number.value, difference, rel_tol=1e-6, abs_tol=1e-9)
-
-
-def _cumming(drawn: _Drawn, width_in: float) -> Figure:
-    figure = new_figure(width_in, 3.9 if is_narrow(width_in) else 4.4)
-    put_above(figure, drawn.line, width_in)
-    upper, lower = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": (3, 2)})
-    groups = drawn.groups
-    set_limits(upper, [value for group in groups for value in group.values])
-    upper.set_ylabel(_broken(drawn.quantity, _LETTERS_ABOVE))
-    upper.tick_params(axis="x", length=0)
-    set_limits(lower, [0.0, *drawn.bounds, *(end for number in drawn.differences for end in axis_values(number))])
-    lower.axhline(0.0, color=GREY, linewidth=0.8, zorder=1)
-    for bound in drawn.bounds:
-        lower.axhline(bound, color=BLACK, linewidth=0.8, linestyle="--", zorder=2)
-    difference = _broken(drawn.difference, _LETTERS_BELOW)
-    shown = next((number for number in drawn.differences if number is not None and has_interval(number)), None)
-    lower.set_ylabel(difference if shown is None else f"{difference}\n({level_text(shown)})")
-    lower.set_xlim(-0.6, len(groups) - 0.4)
-    _heighten(figure, set_names(lower, groups, (), width_in))
-    for place, (group, number) in enumerate(zip(groups, drawn.differences, strict=True)):
-        if number is not None:
-            draw_difference(lower, number, float(place), 0.0)
-        elif group is drawn.reference:
-            lower.plot([place], [0.0], "o", color=GREY, markersize=3.0, zorder=3)
-    for axes in (upper, lower):
-        light_grid(axes)
+def draw_estimations(panels: Sequence[Estimation], width_in: float, *, share_values: bool = False) -> Figure:
+    """Draw estimations beside each other on one axis of differences, with `share_values` on one of values too."""
+    across = min(len(panels), 2 if is_narrow(width_in) else 4)
+    rows = -(-len(panels) // across)
+    figure = new_figure(width_in, _ROW_IN * rows)
+    ratios = (3, 3 if any(one.bounds for one in panels) else 2)  # bounds make the intervals small
+    grid = figure.subplots(2 * rows, across, squeeze=False, gridspec_kw={"height_ratios": ratios * rows})
+    values = [_values(one) for one in panels]
+    differences = [end for one in panels for end in _ends(one)]
+    for axes in grid.flat:
+        axes.set_visible(False)
+    for place, one in enumerate(panels):
+        row, column = divmod(place, across)
+        upper, lower = grid[2 * row][column], grid[2 * row + 1][column]
+        set_limits(upper, [value for each in values for value in each] if share_values else values[place])
+        set_limits(lower, [0.0, *differences])
+        _draw_values(upper, one)
+        _draw_differences(lower, one)
+        names = [f"{group.name}\nn{EQUALS}{len(group.values)}" for group in one.groups]
+        upright = set_names(lower, names, width_in / across)
+        if upright and len(panels) == 1:
+            figure.set_figheight(figure.get_figheight() + _UPRIGHT_IN)
+        upper.set_title(one.title, fontsize=7)
+        for axes in (upper, lower):
+            axes.set_visible(True)
+            axes.set_xlim(-0.6, len(one.groups) - 0.4)
+            light_grid(axes)
+        upper.set_xticks([])
+        if column == 0:
+            _label(upper, lower, one)
     figure.align_ylabels()
-    draw_groups(figure, upper, groups)
     return figure
+
+
+def _factors(one: Estimation) -> tuple[float, float]:
+    """Return the factors from stored values, and from bounds, to those shown."""
+    unit = next((number.unit for number in one.differences if number is not None), one.unit)
+    return shown_unit(one.unit)[1], shown_unit(unit)[1]
+
+
+def _values(one: Estimation) -> list[float]:
+    return [_factors(one)[0] * value for group in one.groups for value in group.values]
+
+
+def _ends(one: Estimation) -> list[float]:
+    """Return all that the axis of differences holds: estimates, finite ends, bounds, and what is held against them."""
+    factor = _factors(one)[1]
+    found = [end for number in one.differences if number is not None for end in axis_values(as_shown(number))]
+    return [*found, *(factor * end for end in (*one.bounds, *(one.tested or ())))]
+
+
+def _label(upper: Axes, lower: Axes, one: Estimation) -> None:
+    upper.set_ylabel(textwrap.fill(named_with_unit(one.quantity, shown_unit(one.unit)[0]), _LABEL_LETTERS))
+    shown = [as_shown(number) for number in one.differences if number is not None]
+    unit, level = (shown[0].unit, f"\n({level_text(shown[0])})") if shown else (shown_unit(one.unit)[0], "")
+    difference = one.difference or f"Mean difference from {one.groups[one.reference].name}"
+    called = named_with_unit(difference, unit)
+    lower.set_ylabel(f"{textwrap.fill(called, _LABEL_LETTERS)}{level}")
+
+
+def _draw_values(axes: Axes, one: Estimation) -> None:
+    """Draw every value, and beside each group its mean as a gap in the line of its SD."""
+    factor = _factors(one)[0]
+    size = marker_pt(max(len(group.values) for group in one.groups))
+    low, high = axes.get_ylim()
+    for place, group in enumerate(one.groups):
+        colour = VERMILLION if place == one.reference else BLUE
+        values = [factor * value for value in group.values]
+        beside = [place - 0.1 + _WIDTH * x for x in spread(len(values))]
+        axes.plot(beside, values, "o", color=colour, markersize=size, markeredgewidth=0, alpha=0.75, zorder=3)
+        if not values:
+            continue
+        mean, sd = statistics.fmean(values), statistics.stdev(values) if len(values) > 1 else 0.0
+        gap = _GAP * (high - low)
+        if sd <= gap:
+            axes.plot([place + _SD_AT], [mean], "_", color=colour, markersize=5, zorder=4)
+            continue
+        for side in (-1.0, 1.0):
+            ends = [mean + side * gap, mean + side * sd]
+            axes.plot([place + _SD_AT] * 2, ends, color=colour, linewidth=1.6, solid_capstyle="butt", zorder=4)
+
+
+def _draw_differences(axes: Axes, one: Estimation) -> None:
+    """Draw each difference as a stroke across its interval, which a dot would hide where the bounds are far apart.
+
+    The interval that is held against the bounds lies behind it as a thicker line. Where a difference or its interval
+    does not exist, words say so in its place.
+    """
+    factor = _factors(one)[1]
+    axes.axhline(0.0, color=GREY, linewidth=0.8, zorder=1)
+    for bound in one.bounds:
+        axes.axhline(factor * bound, color=BLACK, linewidth=0.8, linestyle="--", zorder=2)
+    for place, number in enumerate(one.differences):
+        if number is None:
+            continue
+        shown = as_shown(number)
+        found = axis_values(shown)
+        if not isinstance(shown.value, int | float):
+            axes.text(place, 0.0, "undefined", color=GREY, fontsize=6.5, ha="center", va="bottom")
+            continue
+        if len(found) == 3:
+            axes.plot([place] * 2, found[1:], color=BLACK, linewidth=1.2, solid_capstyle="butt", zorder=5)
+        else:
+            axes.text(place, shown.value, "no interval", color=GREY, fontsize=6.5, ha="center", va="bottom")
+        if one.tested is not None:
+            tested = [factor * end for end in one.tested]
+            axes.plot([place] * 2, tested, color=GREY, linewidth=5.0, solid_capstyle="butt", zorder=4)
+        axes.plot([place], [shown.value], "_", color=BLACK, markersize=12.0, markeredgewidth=0.9, zorder=6)
+
+
+def axis_values(number: Number) -> list[float]:
+    """Return what of a number takes place on its axis: estimate and finite ends."""
+    found = (number.value, number.ci_low, number.ci_high)
+    return [value for value in found if isinstance(value, int | float) and math.isfinite(value)]
+
+
+def marker_pt(most: int) -> float:
+    """Return the diameter of marks, in points, where the largest group has `most` values."""
+    return 4.0 if most <= 40 else 3.0 if most <= 120 else 1.8
+
+
+def set_limits(axes: Axes, values: Sequence[float]) -> None:
+    """Let the axis of values hold all of these, with some room."""
+    low, high = min(values, default=0.0), max(values, default=1.0)
+    room = 0.07 * (high - low) or 0.05 * abs(high) or 1.0
+    axes.set_ylim(low - room, high + room)
+    axes.yaxis.set_major_locator(plain_ticks())
+
+
+def set_names(axes: Axes, names: Sequence[str], width_in: float) -> bool:
+    """Write names below their places, broken so that neighbours do not touch; return whether they stand upright.
+
+    They do where a word is too long for its place.
+    """
+    letters = max(1, int((72.0 * width_in - 60.0) / len(names) / _NAME_PT))
+    upright = any(len(word) > letters for name in names for word in name.split())
+    lines = _UPRIGHT_LETTERS if upright else letters
+    broken = ["\n".join(textwrap.fill(part, lines) for part in name.split("\n")) for name in names]
+    axes.set_xticks(range(len(names)), broken, rotation=90 if upright else 0)
+    return upright
+
+
+def put_above(figure: Figure, line: str, width_in: float) -> None:
+    """Write a line above the figure."""
+    figure.suptitle(textwrap.fill(line, int(72.0 * width_in / _LINE_PT)), x=0.01, ha="left", fontsize=6.5)
+
+
+def named_with_unit(quantity: str, unit: str) -> str:
+    """Return what stands at an axis: "Energy (J)"; the unit "1" is not written."""
+    return quantity if unit in ("", "1") else f"{quantity} ({unit})"

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from reports.content import ReportContent
 from reports.display import count_text, general_text, given_text, level_text, sentence_start, shown_unit
 from reports.evidence import POOLED
+from reports.figures.forest import draw_estimate, name_rows
 from reports.figures.kind import FigureKind, levels_alone
-from reports.figures.savings import draw_estimate, tidy_rows
-from reports.figures.style import BLACK, VERMILLION, is_narrow, light_grid, new_figure
+from reports.figures.style import BLACK, VERMILLION, is_narrow, light_grid, new_figure, plain_ticks
 from reports.naming import levels_name
 from reports.numbers import Number
 from reports.predicted import COVERAGE_FACTOR, PredictedQuantity, Prediction, Predictions
@@ -19,7 +19,6 @@ from reports.tables.predictions import block_of, level_text_of
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
 
 _ROW_IN = 0.175
 _APART = 0.17
@@ -62,31 +61,23 @@ def draw(content: ReportContent, width_in: float) -> Figure:
     places = {key: place for place, (key, _text) in enumerate(rows) if key is not None}
     for axes, quantity in zip(panels, quantities, strict=True):
         _draw_panel(axes, content, quantity, places, narrow)
-        tidy_rows(axes, len(rows))
-    panels[0].set_yticks(range(len(rows)), [text for _key_, text in rows])
-    for label, (key, _text) in zip(panels[0].get_yticklabels(), rows, strict=True):
-        label.set_fontweight("bold" if key is None else "normal")
-        label.set_fontsize(5.5 if narrow else 7)
-    handles = [
-        _handle("measured", BLACK, "o", narrow),
-        _handle("predicted", VERMILLION, "D", narrow),
-    ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=2)
+        name_rows(axes, [(text, key is None) for key, text in rows], 5.5 if narrow else 7)
+    for label, colour, marker in (("measured", BLACK, "o"), ("predicted", VERMILLION, "D")):
+        panels[0].plot([], [], color=colour, marker=marker, markersize=4.0, linewidth=1.1, label=label)
+    figure.legend(loc="outside lower center", ncols=2)
     return figure
 
 
 def _draw_panel(
     axes: Axes, content: ReportContent, quantity: PredictedQuantity, places: dict[_RowKey, int], narrow: bool
 ) -> None:
-    from matplotlib.ticker import MaxNLocator
-
     scale = 0.7 if narrow else 1.0
     for item in content.predictions.of(quantity):
         place = places[_key(content, item)]
         draw_estimate(axes, item.measured, place - _APART, scale=scale)
-        draw_estimate(axes, _expanded(item.predicted), place + _APART, colour=VERMILLION, marker="D", scale=0.8 * scale)
+        draw_estimate(axes, _expanded(item.predicted), place + _APART, VERMILLION, "D", 0.8 * scale)
     axes.set_xlabel(("\n" if narrow else " ").join([*sentence_start(quantity.short).split(), f"({_unit(quantity)})"]))
-    axes.xaxis.set_major_locator(MaxNLocator(3 if narrow else 5))
+    axes.xaxis.set_major_locator(plain_ticks(3 if narrow else 5))
     axes.margins(x=0.08)
     light_grid(axes, "x")
 
@@ -97,12 +88,6 @@ def _expanded(number: Number) -> Number:
         return number
     half = COVERAGE_FACTOR * number.se
     return replace(number, ci_low=number.value - half, ci_high=number.value + half)
-
-
-def _handle(label: str, colour: str, marker: str, narrow: bool) -> Line2D:
-    from matplotlib.lines import Line2D
-
-    return Line2D([], [], color=colour, marker=marker, markersize=3.0 if narrow else 4.0, linewidth=1.1, label=label)
 
 
 def caption(content: ReportContent) -> str:

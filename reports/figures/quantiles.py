@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from data_schema.rounding import level_text
 from data_schema.vocabulary import Undefined
 from reports.display import NO_BREAK, in_sentence, shown_unit
-from reports.figures.estimation_parts import MARKS, MOST_DRAWN, columns_of, marker_pt, named_with_unit, put_above
+from reports.figures.estimation import marker_pt, named_with_unit
 from reports.figures.kind import draw_words
 from reports.figures.style import (
     BLUE,
@@ -27,6 +23,9 @@ from reports.figures.style import (
     publication_style,
 )
 from stats.groups.residuals import NormalQuantiles
+
+_MARKS = ("o", "s", "^", "D", "v", "P")
+"""Marks of groups: more than these are not distinguishable."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,81 +49,43 @@ def draw_quantiles(quantiles: Quantiles, width_in: float = ONE_COLUMN_IN) -> Fig
     `quantiles.found` is what `stats.normal_quantiles` returns; `width_in` is the figure's width in inches. Returns a
     matplotlib figure; where all residuals are 0 it says that there is nothing to draw.
     """
-    about = in_sentence(quantiles.quantity)
-    if not any(quantiles.found.observed):
+    about, found = in_sentence(quantiles.quantity), quantiles.found
+    if not any(found.observed):
         return draw_words(f"Nothing to draw: all residuals of {about} are 0.", width_in)
     with publication_style():
-        found, (unit, factor) = quantiles.found, shown_unit(quantiles.unit)
+        unit, factor = shown_unit(quantiles.unit)
         figure = new_figure(width_in, min(0.85 * width_in, 3.6))
         axes = figure.add_subplot()
-        indices = _drawn_indices(found.expected)
-        expected = [found.expected[place] for place in indices]
 
-        def drawn(values: tuple[float, ...]) -> list[float]:
-            return [factor * values[place] for place in indices]
+        def shown(values: tuple[float, ...]) -> list[float]:
+            return [factor * value for value in values]
 
         if not isinstance(found.middle, Undefined):
             label = "median of each place, if normal"
-            axes.plot(expected, drawn(found.middle), color=GREY, linewidth=0.9, label=label, zorder=2)
+            axes.plot(found.expected, shown(found.middle), color=GREY, linewidth=0.9, label=label, zorder=2)
         if not isinstance(found.low, Undefined) and not isinstance(found.high, Undefined):
-            level = level_text(found.level).replace(" ", NO_BREAK)
-            band = f"{level} of each place, if normal"
-            axes.fill_between(
-                expected, drawn(found.low), drawn(found.high), color=PALE, linewidth=0, label=band, zorder=1
+            band = f"{level_text(found.level).replace(' ', NO_BREAK)} of each place, if normal"
+            ends = shown(found.low), shown(found.high)
+            axes.fill_between(found.expected, *ends, color=PALE, linewidth=0, label=band, zorder=1)
+        several = 1 < len(quantiles.order) <= len(_MARKS)
+        for name, mark in zip(quantiles.order if several else ("",), _MARKS, strict=False):
+            places = [place for place, _ in enumerate(found.observed) if not several or quantiles.groups[place] == name]
+            axes.plot(
+                [found.expected[place] for place in places],
+                [factor * found.observed[place] for place in places],
+                mark,
+                color=VERMILLION if several and name == quantiles.order[0] else BLUE,
+                markersize=marker_pt(len(found.observed)),
+                markeredgewidth=0,
+                alpha=0.8,
+                label=name,
+                zorder=3,
             )
-        marks = _draw_marks(axes, quantiles, indices, expected, drawn(found.observed))
-        if len(marks) > 1:
-            _name_marks(figure, marks, width_in)
-        put_above(figure, _part_text(len(indices), len(found.observed)), width_in)
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_locator(plain_ticks())
         axes.set_xlabel("Normal quantile (standard deviations)")
         axes.set_ylabel(named_with_unit(f"Residual of {about}", unit))
         light_grid(axes, "both")
         if axes.get_legend_handles_labels()[1]:
-            axes.legend(loc="upper left")
+            figure.legend(loc="outside lower center", ncols=2)
         return figure
-
-
-def _draw_marks(
-    axes: Axes, quantiles: Quantiles, indices: Sequence[int], expected: Sequence[float], values: Sequence[float]
-) -> dict[str, str]:
-    """Draw the residuals at `indices`, and return the mark of each group; one for all where groups have none."""
-    size = marker_pt(len(quantiles.found.observed))
-    marks = dict(zip(quantiles.order, MARKS, strict=False)) if 1 < len(quantiles.order) <= len(MARKS) else {"": "o"}
-    names = [quantiles.groups[place] for place in indices] if len(marks) > 1 else [""] * len(indices)
-    for name, mark in marks.items():
-        colour = VERMILLION if len(marks) > 1 and name == quantiles.order[0] else BLUE
-        axes.plot(
-            [at for at, own in zip(expected, names, strict=True) if own == name],
-            [value for value, own in zip(values, names, strict=True) if own == name],
-            mark,
-            color=colour,
-            markersize=size,
-            markeredgewidth=0,
-            alpha=0.8,
-            zorder=3,
-        )
-    return marks
-
-
-def _drawn_indices(expected: tuple[float, ...]) -> list[int]:
-    """Return which values are drawn: all, or of many those at even steps of the normal value, both ends among them."""
-    if len(expected) <= MOST_DRAWN:
-        return list(range(len(expected)))
-    steps = np.linspace(expected[0], expected[-1], MOST_DRAWN)
-    return sorted({int(place) for place in np.searchsorted(expected, steps).clip(0, len(expected) - 1)})
-
-
-def _part_text(drawn: int, n: int) -> str:
-    return "" if drawn == n else f"{drawn} of {n} residuals are drawn, evenly along the axis, with the ends."
-
-
-def _name_marks(figure: Figure, marks: Mapping[str, str], width_in: float) -> None:
-    """Write below the axes which mark is which group's; the first is the control's."""
-    handles = [
-        Line2D([], [], linestyle="none", marker=mark, color=BLUE if place else VERMILLION, markersize=4)
-        for place, mark in enumerate(marks.values())
-    ]
-    names = list(marks)
-    figure.legend(handles, names, loc="outside lower center", ncols=columns_of(names, width_in), handletextpad=0.1)

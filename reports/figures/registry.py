@@ -5,10 +5,9 @@ from __future__ import annotations
 from reports.content import ReportContent
 from reports.figures.by_level import BY_LEVEL
 from reports.figures.estimation_of_report import ESTIMATIONS
-from reports.figures.flow import FLOW
 from reports.figures.kind import FigureKind
 from reports.figures.limits_of_agreement import LIMITS_OF_AGREEMENT
-from reports.figures.order import DAY_ORDER, PACKS
+from reports.figures.order import DAY_ORDER
 from reports.figures.passive_drain import PASSIVE_DRAIN
 from reports.figures.predictions import PREDICTIONS
 from reports.figures.savings import SAVINGS
@@ -21,10 +20,8 @@ FIGURES: dict[str, FigureKind] = {
         *(kind for of_outcome in zip(BY_LEVEL, ESTIMATIONS, strict=True) for kind in of_outcome),
         PREDICTIONS,
         LIMITS_OF_AGREEMENT,
-        FLOW,
         PASSIVE_DRAIN,
         DAY_ORDER,
-        PACKS,
         SENSITIVITY,
     )
 }

@@ -243,30 +243,13 @@ def _certainty(content: ReportContent) -> Section:
     parts += [FigureHere("passive_drain"), TableHere("passive_drain")]
     parts.append(Heading("Order of the day and battery packs"))
     parts += [Paragraph(sentence) for sentence in content.order.sentences]
-    parts += [FigureHere("day_order"), FigureHere("packs"), TableHere("packs")]
+    parts += [FigureHere("day_order"), TableHere("packs")]
     parts += [Heading("The headlines computed another way"), FigureHere("sensitivity")]
     return Section("certainty", "Uncertainty, drain, packs, order of the day", tuple(parts), folded=True)
 
 
 def _measured(content: ReportContent) -> Section:
-    flow = content.flow
     parts: list[Part] = []
-    if flow.runs_done:
-        days = f" on {count_text(len(content.days), 'day')}" if content.days else ""
-        who = f" People of the book: {list_text(content.people)}." if content.people else ""
-        made = "was" if flow.runs_done == 1 else "were"
-        used = [f"{outcome.plural} from {flow.runs_with[outcome]}" for outcome in content.outcomes]
-        jumps = (
-            f"; {count_text(flow.jumps_analysed, 'jump')} of {flow.jumps_made} made are analysed"
-            if flow.runs_with[Outcome.APEX]
-            else ""
-        )
-        parts.append(
-            Paragraph(
-                f"{count_text(flow.runs_done, 'run')} of this selection {made} made{days}; "
-                f"{', '.join(used)}{jumps}.{who}"
-            )
-        )
     if len(content.robots) > 1:
         counts = list_text([f"{count_text(runs, 'run')} of {robot}" for robot, runs in content.robots.items()])
         parts.append(
@@ -275,7 +258,7 @@ def _measured(content: ReportContent) -> Section:
                 "of all robots together; the tables of conditions count each robot's."
             )
         )
-    parts += [FigureHere("flow"), TableHere("days")]
+    parts += [TableHere("flow"), TableHere("days")]
     if run_anchors(content):
         parts.append(TableHere("each_run"))
     return Section("measured", "Days and runs", tuple(parts), folded=True)

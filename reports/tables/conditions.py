@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from data_schema.outcomes import Outcome
 from reports import fields
-from reports.content import Condition, Factor, ReportContent, RunValue, Summary
-from reports.display import DASH, common_places, general_text, given_text, sentence_start, shown_unit
+from reports.content import Condition, Factor, ReportContent, Summary
+from reports.display import DASH, common_places, given_text, sentence_start, shown_unit
 from reports.naming import formula_text, group_name, is_number, level_value, swept_factor, swept_words
 from reports.tables.table import (
     PROVENANCE,
@@ -13,7 +13,6 @@ from reports.tables.table import (
     Column,
     Columns,
     Table,
-    TableKind,
     count,
     in_unit,
     interval_cell,
@@ -139,29 +138,5 @@ def _make(content: ReportContent, quantity: Outcome, name: str) -> Table:
     return table_of(name, caption, found, columns, block=lambda row: row[0], strong=lambda row: row[1].control)
 
 
-def run_values(content: ReportContent) -> Table:
-    """Make the table of what every run contributed to its condition."""
-
-    def value(run: RunValue, quantity: Outcome) -> Cell:
-        unit, factor = shown_unit(quantity.unit)
-        return Cell(f"{general_text(run.value * factor, 5)} {unit}", (run.value, quantity.unit))
-
-    columns: Columns[tuple[str, Condition, Outcome, RunValue]] = (
-        (factor_columns(content), lambda row: factor_cells(content, row[1])),
-        (text_column("quantity", fields.QUANTITY), lambda row: words(row[2])),
-        (text_column("run", fields.RUN), lambda row: words(row[3].run)),
-        (Column("value", fields.VALUE_AND_UNIT), lambda row: value(row[3], row[2])),
-    )
-    rows = [
-        (block, condition, quantity, run)
-        for block, condition in by_group(content)
-        for quantity, summary in condition.summaries.items()
-        for run in summary.runs
-    ]
-    caption = "What each run contributed to its condition."
-    return table_of("run_values", caption, rows, columns, block=lambda row: row[0])
-
-
 BY_CONDITION = tables_of_outcomes("{}_by_condition", _make)
 """A table an outcome."""
-RUN_VALUES = TableKind("run_values", run_values, by_run=True)

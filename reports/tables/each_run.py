@@ -8,64 +8,80 @@ from __future__ import annotations
 import re
 import shlex
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from html import escape
 
 from data_schema.outcomes import Outcome
 from reports import fields
-from reports.content import Condition, ReportContent, RunValue
+from reports.content import Condition, ReportContent, RunPoint, RunValue
 from reports.display import DASH, decimal_text, general_text, shown_unit
 from reports.figures.series import series_of
 from reports.tables.conditions import by_group, factor_cells, factor_columns
-from reports.tables.table import Cell, Row, Table, TableKind, in_unit, text_column, words
+from reports.tables.table import Cell, Column, Columns, Table, TableKind, in_unit, table_of, text_column, words
+
+
+@dataclass(frozen=True, slots=True)
+class _Run:
+    """An analysed run: its condition, its value by outcome, and its place in the day."""
+
+    name: str
+    block: str
+    condition: Condition
+    values: Mapping[Outcome, RunValue]
+    point: RunPoint | None
+
+    @property
+    def jumps(self) -> RunValue:
+        """The value that comes from jumps; one without any where none does."""
+        return next((run for run in self.values.values() if run.jumps_m), RunValue(self.name, 0.0))
+
+
+def _each(content: ReportContent) -> list[_Run]:
+    """Return the runs in the order of conditions."""
+    points = {point.run: point for point in content.order.points}
+    found = []
+    for block, condition in by_group(content):
+        values: dict[str, dict[Outcome, RunValue]] = {}
+        for outcome, summary in condition.summaries.items():
+            for run in summary.runs:
+                values.setdefault(run.run, {})[outcome] = run
+        found += [_Run(name, block, condition, of_run, points.get(name)) for name, of_run in values.items()]
+    return found
 
 
 def each_run(content: ReportContent) -> Table:
-    """Make the table of each run, in the order of conditions."""
-    outcomes = content.outcomes
-    columns = (
-        text_column("run", fields.RUN),
-        text_column("day", fields.DAY),
-        *factor_columns(content),
-        *(in_unit(one.heading, fields.OUTCOME, one.unit, of=f"{one.key}_{one.unit}") for one in outcomes),
-        text_column("jumps", fields.JUMPS),
-    )
+    """Make the table of each run, in the order of conditions; what figures by day show of it is in CSV alone."""
+    runs, days, anchors = _each(content), run_days(content), run_anchors(content)
     heights: dict[str, list[float]] = {}
-    for block, condition in by_group(content):
-        heights.setdefault(block, []).extend(height for _, run in _runs(condition) for height in run.jumps_m)
-    spans = {block: (min(of_group), max(of_group)) for block, of_group in heights.items() if of_group}
-    days, anchors = run_days(content), run_anchors(content)
-    rows = []
-    for block, condition in by_group(content):
-        levels = factor_cells(content, condition)
-        found: dict[str, dict[Outcome, RunValue]] = {}
-        for outcome, run in _runs(condition):
-            found.setdefault(run.run, {})[outcome] = run
-        rows += [
-            Row(
-                (
-                    words(name),
-                    words(days.get(name, DASH)),
-                    *levels,
-                    *(_value(values.get(outcome), outcome, shown=bool(anchors)) for outcome in outcomes),
-                    _jumps(
-                        next((run for run in values.values() if run.jumps_m), RunValue(name, 0.0)),
-                        spans.get(block, (0.0, 0.0)),
-                    ),
-                ),
-                block=block,
-                anchor=anchors.get(name, ""),
-            )
-            for name, values in found.items()
-        ]
+    for run in runs:
+        heights.setdefault(run.block, []).extend(run.jumps.jumps_m)
+    spans = {block: (min(found), max(found)) for block, found in heights.items() if found}
+    outcomes = tuple(
+        in_unit(one.heading, fields.OUTCOME, one.unit, of=f"{one.key}_{one.unit}") for one in content.outcomes
+    )
+    columns: Columns[_Run] = (
+        (text_column("run", fields.RUN), lambda run: words(run.name)),
+        (text_column("day", fields.DAY), lambda run: words(days.get(run.name, DASH))),
+        (
+            Column("in the day", fields.IN_DAY, shown=False),
+            lambda run: Cell(
+                "", (None,) * 3 if run.point is None else (run.point.position, run.point.pack, run.point.deviation_j)
+            ),
+        ),
+        (factor_columns(content), lambda run: factor_cells(content, run.condition)),
+        (
+            outcomes,
+            lambda run: tuple(_value(run.values.get(one), one, shown=bool(anchors)) for one in content.outcomes),
+        ),
+        (text_column("jumps", fields.JUMPS), lambda run: _jumps(run.jumps, spans.get(run.block, (0.0, 0.0)))),
+    )
     caption = (
         "Each run and its analysed jumps in turn, drawn from the lowest to the highest apex of its group. Unfolded: "
         "each jump's number and apex (mm), and the command that draws the run's trace."
     )
-    return Table("each_run", caption, columns, tuple(rows))
-
-
-def _runs(condition: Condition) -> list[tuple[Outcome, RunValue]]:
-    return [(outcome, run) for outcome, summary in condition.summaries.items() for run in summary.runs]
+    table = table_of("each_run", caption, runs, columns, block=lambda run: run.block)
+    rows = tuple(replace(row, anchor=anchors.get(run.name, "")) for row, run in zip(table.rows, runs, strict=True))
+    return replace(table, rows=rows)
 
 
 def _value(run: RunValue | None, outcome: Outcome, *, shown: bool) -> Cell:

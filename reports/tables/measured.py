@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from data_schema.outcomes import Outcome
 from data_schema.rounding import decimals_for
 from data_schema.vocabulary import Undefined
 from reports import fields
@@ -20,11 +19,9 @@ from reports.content import (
     PackMean,
     Provenance,
     ReportContent,
-    RunPoint,
     Sensitivity,
 )
 from reports.display import DASH, EQUALS, common_places, general_text, places_of, shown_unit, with_unit
-from reports.flow_steps import Step, flow_lines
 from reports.naming import group_name, level_value, swept_factor, swept_words
 from reports.numbers import Number, Value
 from reports.tables.table import (
@@ -102,17 +99,6 @@ def _levels_text(swept: Factor | None, conditions: list[Condition]) -> str:
     return ", ".join(names)
 
 
-def _flow(content: ReportContent) -> Table:
-    columns: Columns[tuple[Outcome, Step]] = (
-        (text_column("analysis", fields.ANALYSIS), lambda row: words(str(row[0]))),
-        (text_column("step", fields.STEP), lambda row: words(row[1].name)),
-        (Column("count", fields.COUNT), lambda row: count(row[1].count)),
-        (text_column("left out before it", fields.LEFT_OUT, prose=True), lambda row: words("; ".join(row[1].leaving))),
-    )
-    steps = [(quantity, step) for quantity, steps in flow_lines(content.flow).items() for step in steps]
-    return table_of("flow", "Runs and jumps, from what was planned to what was analysed.", steps, columns)
-
-
 def _assumed(content: ReportContent) -> Table:
     columns: Columns[Assumed] = (
         (text_column("parameter", fields.PARAMETER, prose=True), lambda one: words(one.name)),
@@ -134,7 +120,6 @@ def _provenance(content: ReportContent) -> Table:
 
 
 DAYS = TableKind("days", _days)
-FLOW = TableKind("flow", _flow)
 ASSUMED = TableKind("assumed", _assumed)
 PROVENANCE_IDS = TableKind("provenance", _provenance)
 
@@ -232,23 +217,6 @@ def _idle_runs(content: ReportContent) -> Table:
     return table_of("idle_runs", caption, points, columns, block=lambda row: row[0].robot if len(fits) > 1 else "")
 
 
-def _runs(content: ReportContent) -> Table:
-    columns: Columns[RunPoint] = (
-        (text_column("run", fields.RUN), lambda point: words(point.run)),
-        (text_column("day", fields.DAY), lambda point: words(point.day)),
-        (Column("position", fields.POSITION), lambda point: count(point.position)),
-        (text_column("pack", fields.PACK), lambda point: words(point.pack)),
-        (Column("energy", fields.RUN_JOULES, "J a jump"), lambda point: value_cell(point.joules, 2)),
-        (
-            Column("difference from condition", fields.DEVIATION, "J a jump"),
-            lambda point: value_cell(point.deviation_j, 2),
-        ),
-        (text_column("control", fields.CONTROL), lambda point: words("yes" if point.control else "no")),
-    )
-    caption = "Every analysed run by day and position in the day."
-    return table_of("runs", caption, content.order.points, columns)
-
-
 def _packs(content: ReportContent) -> Table:
     means = [summary.mean for summary in content.order.packs]
     places = common_places(means)
@@ -261,7 +229,12 @@ def _packs(content: ReportContent) -> Table:
         (interval_column(means, unit, named_unit=False), lambda summary: interval_cell(summary.mean, places)),
         (replace(PROVENANCE, shown=traced), lambda summary: provenance_cell(summary.mean.provenance)),
     )
-    return table_of("packs", "Joules a jump by battery pack, as in the figure.", content.order.packs, columns)
+    return table_of(
+        "packs",
+        "Joules a jump by battery pack, less the mean of each run's condition where all have one.",
+        content.order.packs,
+        columns,
+    )
 
 
 def _sensitivity(content: ReportContent) -> Table:
@@ -292,6 +265,5 @@ def _sensitivity(content: ReportContent) -> Table:
 UNCERTAINTY_BUDGET = TableKind("uncertainty_budget", _budget)
 PASSIVE_DRAIN = TableKind("passive_drain", _drain)
 IDLE_RUNS = TableKind("idle_runs", _idle_runs)
-RUNS = TableKind("runs", _runs, by_run=True)
 PACKS = TableKind("packs", _packs)
 SENSITIVITY = TableKind("sensitivity", _sensitivity)

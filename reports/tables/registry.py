@@ -4,20 +4,19 @@ from __future__ import annotations
 
 from reports.content import ReportContent
 from reports.tables.comparisons import BY_DAY, COMPARISONS
-from reports.tables.conditions import BY_CONDITION, RUN_VALUES
+from reports.tables.conditions import BY_CONDITION
 from reports.tables.contrasts import CONTRASTS
 from reports.tables.each_run import EACH_RUN
+from reports.tables.flow import FLOW
 from reports.tables.headlines import HEADLINES
 from reports.tables.hypotheses import HYPOTHESES, HYPOTHESES_IN_FULL
 from reports.tables.measured import (
     ASSUMED,
     DAYS,
-    FLOW,
     IDLE_RUNS,
     PACKS,
     PASSIVE_DRAIN,
     PROVENANCE_IDS,
-    RUNS,
     SENSITIVITY,
     UNCERTAINTY_BUDGET,
 )
@@ -48,10 +47,8 @@ TABLES: dict[str, TableKind] = {
         DAYS,
         ASSUMED,
         PROVENANCE_IDS,
-        RUN_VALUES,
         EACH_RUN,
         IDLE_RUNS,
-        RUNS,
         FLOW,
         SENSITIVITY,
     )

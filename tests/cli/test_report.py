@@ -88,7 +88,7 @@ def test_the_drain_line_is_shown_where_the_protocol_has_no_run_duration(whole: S
 
 def test_numbers_are_those_of_the_instruments_files(reported: Reported) -> None:
     joules = joules_by_hand(reported.book)
-    values = {row["run"]: float(row["value"]) for row in reported.table("run_values") if row["unit"] == "J"}
+    values = {row["run"]: float(row["joules_J"]) for row in reported.table("each_run") if row["joules_J"]}
     assert values == pytest.approx({run: joules[run] for run in SELECTED})
     control = [joules[run] for run in ("r001", "r006", "r009", "r014")]
     treated = [joules[run] for run in ("r002", "r004", "r010", "r012")]
@@ -130,7 +130,7 @@ def test_page_needs_nothing_beside_itself_and_every_figure_and_table_lies_there(
     assert figures == {f"{Path(name).stem}.svg" for name in figures}
     tables = {path.name for path in (reported.out / "tables").iterdir()}
     assert tables == {f"{Path(name).stem}{ending}" for name in tables for ending in (".csv", ".tex")}
-    for name in ("joules_by_b_ad_gain_one_column", "apex_by_b_ad_gain_one_column", "passive_drain", "flow"):
+    for name in ("joules_by_b_ad_gain_one_column", "apex_by_b_ad_gain_one_column", "passive_drain"):
         assert f"{name}.svg" in figures
 
 

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import itertools
-import re
 from collections.abc import Callable
 from decimal import Decimal
 from pathlib import Path
 
-import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
@@ -16,14 +14,12 @@ from labbook.actions.stats.answering import Answer, Question, compare, equal
 from labbook.actions.stats.figures import drawn_name, in_groups, quantiles_of, residual_plot_of
 from labbook.analysis.observations import Observation, ObservationRequest, Observations, observations_of_book
 from reports.figures.estimation import Estimation, EstimationGroup, draw_estimation
-from reports.figures.estimation_parts import MOST_DRAWN
 from reports.figures.quantiles import draw_quantiles
 from reports.figures.residuals import draw_residuals
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from reports.numbers import Number
 from stats.groups.residuals import residuals_of_groups
 from tests.helpers.books import small_book
-from tests.helpers.wording import says
 
 
 def table(groups: dict[str, list[Decimal | float]], unit: str = "J") -> Observations:
@@ -49,27 +45,7 @@ def test_groups_stand_in_the_order_of_their_numbers() -> None:
     assert table({f"foot {level}": [1.0] for level in (1, 10, 2)}).labels == ["foot 1", "foot 2", "foot 10"]
 
 
-def test_of_a_large_group_a_part_of_the_same_shape_is_drawn_and_said() -> None:
-    values = np.random.default_rng(1).normal(size=5 * MOST_DRAWN)
-    groups = (EstimationGroup("A", tuple(values.tolist())), EstimationGroup("B", (0.0, 1.0)))
-    figure = draw_estimation(Estimation("Energy", "J", groups, 0, (None, Number(0.5, "J", ci_low=0.0, ci_high=1.0))))
-    drawn = [line.get_ydata() for line in figure.axes[0].lines if line.get_alpha() == 0.75]
-    assert [len(part) for part in drawn] == [MOST_DRAWN, 2]
-    assert (min(drawn[0]), max(drawn[0])) == (values.min(), values.max())
-    shares = (0.05, 0.25, 0.5, 0.75, 0.95)
-    assert np.quantile(drawn[0], shares) == pytest.approx(np.quantile(values, shares), abs=0.01)
-    assert f"Of larger groups {MOST_DRAWN} values are drawn" in figure.get_suptitle()
-
-
-def test_the_method_of_the_intervals_stands_above_and_names_stay_whole() -> None:
-    groups = tuple(EstimationGroup(name, (1.0, 2.0, 4.0)) for name in ("b_ad_gain 0", "b_ad_gain 100", "b_ad_gain 200"))
-    number = Number(0.5, "J", ci_low=0.0, ci_high=1.0)
-    figure = draw_estimation(Estimation("Energy", "J", groups, 0, (None, number, number), interval="Welch's t"))
-    says(figure.get_suptitle(), "mean and SD")
-    says(figure.axes[1].get_ylabel().split("\n"), "b_ad_gain", "0")
-
-
-@pytest.mark.parametrize("n_groups", [11, 24, pytest.param(90, marks=pytest.mark.soak)])
+@pytest.mark.parametrize("n_groups", [11, 24])
 def test_counts_of_many_groups_do_not_touch(n_groups: int) -> None:
     groups = tuple(EstimationGroup(str(level), (1.0, 2.0)) for level in range(n_groups))
     number = Number(0.5, "J", ci_low=0.0, ci_high=1.0)
@@ -96,23 +72,11 @@ def test_residuals_are_named_as_in_the_report(tmp_path: Path) -> None:
         observed = observations_of_book(connection, book.store, book.configuration, ObservationRequest())
     quantiles, residuals = residual_figures(observed)
     (legend,) = quantiles.legends
-    assert [text.get_text().replace("\xa0", " ") for text in legend.get_texts()] == ["CE", "d = 352 kg/s"]
+    assert [text.get_text().replace("\xa0", " ") for text in legend.get_texts()][-2:] == ["CE", "d = 352 kg/s"]
     sizes = [len(line.get_xdata()) for line in quantiles.axes[0].lines if line.get_marker() in ("o", "s")]
     assert sizes == [len(observed.values(label)) for label in observed.labels]
     assert ticks(residuals)[:2] == ["CE", "d = 352 kg/s"]
     assert residuals.axes[0].get_xlabel() == "Active-damping coefficient"
-
-
-def test_of_many_residuals_a_part_is_drawn_and_said() -> None:
-    values = np.random.default_rng(1).normal(size=3 * MOST_DRAWN).tolist()
-    for figure in residual_figures(table({"a": values, "b": values})):
-        drawn = [line for line in figure.axes[0].lines if line.get_marker() in ("o", "s")]
-        assert 2 * MOST_DRAWN >= sum(len(line.get_xdata()) for line in drawn) > MOST_DRAWN / 2
-        assert re.search("(values|residuals) are drawn, evenly", figure.get_suptitle())
-        ends = [line.get_ydata() for line in drawn]
-        residuals = np.sort(np.asarray(values) - np.mean(values))
-        assert np.max(np.concatenate(ends)) == pytest.approx(residuals[-1])
-        assert np.min(np.concatenate(ends)) == pytest.approx(residuals[0])
 
 
 def test_long_names_leave_room_for_the_values() -> None:
@@ -127,14 +91,6 @@ def test_long_names_leave_room_for_the_values() -> None:
         assert box.height > 100.0
         labels = [label.get_window_extent() for label in figure.axes[0].get_xticklabels() if label.get_text()]
         assert all(label.y0 >= 0.0 for label in labels)
-
-
-def test_the_axis_of_differences_says_of_what_they_are() -> None:
-    number = Number(0.004, "m", ci_low=0.001, ci_high=0.007)
-    groups = tuple(EstimationGroup(name, (0.3, 0.31, 0.32)) for name in ("CE", "AD", "other"))
-    figure = draw_estimation(Estimation("Apex height", "m", groups, 0, (None, number, number)))
-    words = figure.axes[1].get_ylabel().replace("\xa0", " ").replace("\n", " ")
-    says(words, "difference from CE", "95 %")
 
 
 @pytest.mark.parametrize("asked", [lambda it: compare(it, None), lambda it: equal(it, (-9, 9, False))])

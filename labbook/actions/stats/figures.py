@@ -73,12 +73,10 @@ def estimation_of(
     `difference` begins what these are called, `interval` says which method their intervals are of.
     """
     known = observed.known()
-    has_days = any(row.day for row in known.rows)
     groups = tuple(
         EstimationGroup(
             drawn_name(observed, label),
             tuple(float(row.value) for row in known.rows if row.label == label and row.value is not None),
-            tuple(row.day for row in known.rows if row.label == label) if has_days else (),
         )
         for label in observed.labels
     )

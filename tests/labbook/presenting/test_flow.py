@@ -13,7 +13,6 @@ from labbook.actions.files.assigning import assign
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.jump_review import decide
 from labbook.presenting.report.content import MadeReport
-from reports.figures.registry import FIGURES
 from reports.tables.formats.as_csv import csv_bytes
 from reports.tables.registry import TABLES
 from tests.helpers.books import ADA, JUMPS, small_book
@@ -55,15 +54,13 @@ def test_jumps_are_those_of_the_runs_with_heights(made: MadeReport) -> None:
     assert not any("misfire" in reason for reason in flow.jumps_excluded)
 
 
-def test_figure_table_and_page_give_both_counts(made: MadeReport) -> None:
+def test_table_and_page_give_both_counts(made: MadeReport) -> None:
     content = made.content
     rows = list(csv.DictReader(io.StringIO(csv_bytes(TABLES["flow"].make(content)).decode())))
     counts = {row["step"]: (row["count"], row["left_out"]) for row in rows}
     idle = f"{IDLE} idle, for the passive drain"
     says(counts["runs with joules"], "11", idle, "1 excluded", "no charge")
     assert counts["runs with apex heights"][0] == "10"
-    words = FIGURES["flow"].alternative(content)
-    says(words, "11 runs", idle, "1 excluded")
     page = re.sub(r"\s+", " ", quick_page(content)).replace("\u00a0", " ")
     says(page, "16 runs", "2 days", "11", "10")
     assert "12 of 16" not in page

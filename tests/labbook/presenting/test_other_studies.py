@@ -62,7 +62,7 @@ def test_the_control_stands_first_on_an_axis_of_labels(surfaces: Told) -> None:
     assert "control (sand) " in FIGURES["joules_by_level"].alternative(content)
 
 
-@pytest.mark.parametrize("name", ["joules_by_condition", "apex_by_condition", "run_values"])
+@pytest.mark.parametrize("name", ["joules_by_condition", "apex_by_condition"])
 def test_control_and_treatment_of_a_group_stand_under_one_heading(surfaces: Told, name: str) -> None:
     blocks = TABLES[name].make(surfaces.made.content).blocks
     assert [block.replace("\u00a0", " ") for block, _ in blocks] == ["drop height = 30 cm", "drop height = 45 cm"]

@@ -1,4 +1,5 @@
 import dataclasses
+import statistics
 
 import pytest
 
@@ -6,7 +7,6 @@ from data_schema.outcomes import Outcome
 from reports.figures.kind import draw_figure
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
-from tests.helpers.wording import says
 
 
 @pytest.fixture(scope="module")
@@ -42,8 +42,6 @@ def intervals(axes):
 def test_every_run_of_control_and_treatment_is_drawn(content, drawn, name, quantity, factor):
     uppers, lowers = panels(drawn[name])
     assert len(uppers) == len(lowers) == 4
-    titles = [axes.get_title().replace("\u00a0", " ").split("\n") for axes in uppers]
-    assert titles[0] == ["small foot", "k = 835 N/m"]
     for axes, (foot, gain) in zip(
         uppers, [("small", 300), ("small", 400), ("large", 300), ("large", 400)], strict=True
     ):
@@ -63,9 +61,6 @@ def test_every_run_of_control_and_treatment_is_drawn(content, drawn, name, quant
         assert intervals(axes)[0] == pytest.approx([factor * difference.ci_low, factor * difference.ci_high])
     assert len({axes.get_ylim() for axes in lowers}) == 1
     assert len({axes.get_ylim() for axes in uppers}) == (1 if quantity is Outcome.JOULES else 4)
-    said = FIGURES[name].caption(content)
-    assert ("upper panels share" in said) == (quantity is Outcome.JOULES)
-    assert ("each upper one" in said) == (quantity is Outcome.APEX)
 
 
 def test_bounds_are_drawn_in_the_unit_of_the_difference(content, drawn):
@@ -87,15 +82,21 @@ def test_bounds_are_drawn_in_the_unit_of_the_difference(content, drawn):
         for c in content.comparisons
     )
     changed = dataclasses.replace(content, comparisons=percent)
-    means_m = [c.sides[0].mean for c in percent if c.opens and c.quantity is Outcome.APEX]
+    controls = [
+        [
+            run.value
+            for one in content.conditions
+            if one.control and c.group.items() <= {level.factor: level.label for level in one.levels}.items()
+            for run in one.summary(Outcome.APEX).runs
+        ]
+        for c in percent
+        if c.opens and c.quantity is Outcome.APEX
+    ]
+    means_m = [statistics.fmean(values) for values in controls]
     for found, mean_m in zip(
         dashed(draw_figure(FIGURES["estimation_apex"], changed, TWO_COLUMNS_IN)), means_m, strict=True
     ):
         assert found == pytest.approx([-30.0 * mean_m, 30.0 * mean_m])
-    caption = FIGURES["estimation_apex"].caption(content).replace("\u00a0", " ")
-    assert "Dashed: the bounds" in caption
-    says(caption, "90 %", "thick grey line")
-    assert "Dashed" not in FIGURES["estimation_joules"].caption(content)
 
 
 def test_the_interval_of_the_test_lies_thick_behind_that_of_the_difference(content, drawn):

@@ -18,7 +18,7 @@ from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from tests.helpers.pages import FIGURE_NAMES
 
 PROJECT = Path(__file__).parents[3]
-FEW = ["savings", "passive_drain", "joules_by_level", "flow"]
+FEW = ["savings", "passive_drain", "joules_by_level", "day_order"]
 OTHERS = [name for name in FIGURE_NAMES if name != FEW[0]]
 """What is kept of a figure does not depend on what it shows; each is drawn twice in a soak of `test_registry`."""
 
@@ -89,11 +89,11 @@ def test_one_changed_number_draws_the_figures_anew_that_show_it(content, cache, 
 
 
 def test_a_format_asked_for_later_has_the_same_bytes(content, cache):
-    svg = one_drawn(content, Wanted(FIGURES["flow"], ONE_COLUMN_IN, ("svg",)))
-    both = one_drawn(content, Wanted(FIGURES["flow"], ONE_COLUMN_IN, ("svg", "pdf")))
+    svg = one_drawn(content, Wanted(FIGURES["day_order"], ONE_COLUMN_IN, ("svg",)))
+    both = one_drawn(content, Wanted(FIGURES["day_order"], ONE_COLUMN_IN, ("svg", "pdf")))
     assert both["svg"] == svg["svg"]
     assert both["pdf"].startswith(b"%PDF")
-    assert cache == ["flow", "flow"]
+    assert cache == ["day_order", "day_order"]
 
 
 @pytest.mark.parametrize(
@@ -104,13 +104,13 @@ def test_a_format_asked_for_later_has_the_same_bytes(content, cache):
     ],
 )
 def test_a_damaged_file_is_drawn_anew(content, cache, damage):
-    wanted = Wanted(FIGURES["flow"], ONE_COLUMN_IN, ("svg",))
+    wanted = Wanted(FIGURES["day_order"], ONE_COLUMN_IN, ("svg",))
     before = one_drawn(content, wanted)
     (path,) = cache_folder(KIND).glob("*/*.svg")
     path.write_bytes(damage(path.read_bytes()))
     assert one_drawn(content, wanted) == before
     assert one_drawn(content, wanted) == before
-    assert cache == ["flow", "flow"]
+    assert cache == ["day_order", "day_order"]
 
 
 @pytest.mark.parametrize(
@@ -119,20 +119,20 @@ def test_a_damaged_file_is_drawn_anew(content, cache, damage):
     + [pytest.param(place, marks=pytest.mark.soak) for place in ("labbook-figures", "labbook-figures/{}")],
 )
 def test_nothing_is_taken_from_where_others_may_write(content, cache, tmp_path, place):
-    wanted = Wanted(FIGURES["flow"], ONE_COLUMN_IN, ("svg",))
+    wanted = Wanted(FIGURES["day_order"], ONE_COLUMN_IN, ("svg",))
     before = one_drawn(content, wanted)
     (path,) = cache_folder(KIND).glob("*/*.svg")
     shared = tmp_path / "cache" / place.format(drawing_version(), path.name)
     shared.chmod(shared.stat().st_mode | 0o002)
     assert one_drawn(content, wanted) == before
-    assert cache == ["flow", "flow"]
+    assert cache == ["day_order", "day_order"]
 
 
 def test_without_a_folder_everything_is_drawn(content, cache, tmp_path):
     (tmp_path / "cache").write_text("a file is here")
-    wanted = Wanted(FIGURES["flow"], ONE_COLUMN_IN, ("svg",))
+    wanted = Wanted(FIGURES["day_order"], ONE_COLUMN_IN, ("svg",))
     assert one_drawn(content, wanted) == one_drawn(content, wanted)
-    assert cache == ["flow", "flow"]
+    assert cache == ["day_order", "day_order"]
 
 
 @pytest.fixture

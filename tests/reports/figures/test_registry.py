@@ -1,5 +1,4 @@
 import dataclasses
-import itertools
 import xml.etree.ElementTree as ElementTree
 
 import pytest
@@ -7,7 +6,7 @@ import pytest
 from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from reports.content import Factor, Level, Number, Summary, Variant
+from reports.content import Factor, Level, Number, Summary
 from reports.figures.by_level import file_name
 from reports.figures.kind import draw_figure, pdf_bytes, svg_bytes
 from reports.figures.registry import FIGURES
@@ -57,12 +56,6 @@ def test_every_figure_says_in_words_what_it_shows(content, name):
     assert len(kind.alternative(content)) > 40
 
 
-def test_the_words_for_the_flow_diagram_hold_every_count(content):
-    words = FIGURES["flow"].alternative(content)
-    for count in (280, 272, 4, 12, 2, 1, 253, 255, 6375, 6361, 506, 83, 21, 5751):
-        assert f" {count} " in f" {words} ".replace("(after ", " ")
-
-
 def undefined_everywhere(content):
     nothing = Undefined(Reason.AS_SAID, said="one run only")
     number = Number(nothing, "J", se=nothing, ci_low=nothing, ci_high=nothing, n=1)
@@ -92,7 +85,7 @@ def undefined_everywhere(content):
     )
 
 
-@pytest.mark.parametrize("name", [name for name in FIGURE_NAMES if name != "flow"])
+@pytest.mark.parametrize("name", FIGURE_NAMES)
 def test_numbers_that_do_not_exist_are_left_out_or_named(content, name):
     changed = undefined_everywhere(content)
     kind = FIGURES[name]
@@ -103,7 +96,7 @@ def test_numbers_that_do_not_exist_are_left_out_or_named(content, name):
 
 @pytest.mark.parametrize(
     "name",
-    ["joules_by_level", "flow", *(pytest.param(name, marks=pytest.mark.soak) for name in ("savings", "packs"))],
+    ["joules_by_level", pytest.param("savings", marks=pytest.mark.soak)],
 )
 def test_a_dollar_or_a_strange_letter_in_a_name_is_only_text(content, name):
     levels = [
@@ -111,12 +104,9 @@ def test_a_dollar_or_a_strange_letter_in_a_name_is_only_text(content, name):
         for level in content.conditions[0].levels
     ]
     first = dataclasses.replace(content.conditions[0], levels=tuple(levels))
-    points = tuple(dataclasses.replace(point, pack="包 $x^") for point in content.order.points[:20])
     changed = dataclasses.replace(
         content,
         conditions=(first, *content.conditions[1:]),
-        order=dataclasses.replace(content.order, points=points, packs=()),
-        flow=dataclasses.replace(content.flow, runs_other={"$\\alpha <b> --> x": 3}),
     )
     ElementTree.fromstring(svg_bytes(draw_figure(FIGURES[name], changed, ONE_COLUMN_IN)))
 
@@ -131,14 +121,23 @@ def test_a_study_without_a_swept_factor_or_with_three_factors_is_drawn(content):
 def raised(condition, by_m):
     apex = condition.summaries[Outcome.APEX]
     runs = tuple(dataclasses.replace(run, value=run.value + by_m) for run in apex.runs)
-    mean = dataclasses.replace(apex.mean, value=apex.mean.value + by_m)
+    ends = {"ci_low": apex.mean.ci_low + by_m - 0.01, "ci_high": apex.mean.ci_high + by_m + 0.01}
+    mean = dataclasses.replace(apex.mean, value=apex.mean.value + by_m, **ends)
     return with_summary(condition, Outcome.APEX, dataclasses.replace(apex, mean=mean, runs=runs))
+
+
+def intervals_of(content):
+    """The ends of the intervals of apex height, series by series."""
+    found = {}
+    for one in content.conditions:
+        mean = one.summaries[Outcome.APEX].mean
+        found.setdefault((one.levels[0].label, one.levels[1].label), []).extend((mean.ci_low, mean.ci_high))
+    return found.values()
 
 
 def test_series_far_apart_get_a_panel_each_at_one_scale(content):
     kind = FIGURES["apex_by_level"]
     assert len(draw_figure(kind, content, TWO_COLUMNS_IN).axes) == 1
-    assert "side by side" in kind.caption(content)
     conditions = tuple(
         raised(condition, 0.2) if condition.levels[0].label == "large" else condition
         for condition in content.conditions
@@ -148,86 +147,10 @@ def test_series_far_apart_get_a_panel_each_at_one_scale(content):
     spans = [high - low for low, high in (panel.get_ylim() for panel in panels)]
     assert len(panels) == 4
     assert spans == pytest.approx([spans[0]] * 4)
-    says(kind.caption(changed), "Each group has")
-    assert "one span" in kind.caption(changed)
-
-
-def test_rows_pooled_across_groups_have_their_own_heading(content):
-    pooled = next(c for c in content.comparisons if c.savings is not None)
-    unbounded = Undefined(Reason.AS_SAID, said="unbounded")
-    across = dataclasses.replace(
-        pooled,
-        group={"foot": "small"},
-        savings=dataclasses.replace(pooled.savings, ci_low=unbounded, ci_high=unbounded),
-    )
-    changed = dataclasses.replace(content, comparisons=(*content.comparisons, across))
-    axes = draw_figure(FIGURES["savings"], changed, TWO_COLUMNS_IN).axes[0]
-    assert [label.get_text() for label in axes.get_yticklabels()][-2:] == ["pooled across groups", "small foot, pooled"]
-    assert any("(no interval)" in text.get_text() for text in axes.texts)
-
-
-def test_recomputations_that_change_nothing_are_counted_instead_of_drawn(content):
-    kind = FIGURES["sensitivity"]
-    first, *others = content.sensitivity
-    assert "without one day" not in kind.caption(content)
-    days = [variant for variant in first.variants if variant.label.startswith("without 2")]
-    same = tuple(
-        dataclasses.replace(variant, number=first.as_reported) if variant in days[:3] else variant
-        for variant in first.variants
-    )
-    changed = dataclasses.replace(content, sensitivity=(dataclasses.replace(first, variants=same), *others))
-    panels = draw_figure(kind, changed, TWO_COLUMNS_IN).axes
-    assert len(panels[0].get_yticks()) == len(first.variants) + 1 - 3 - 1  # the first variant of each is as reported
-    assert len(panels[1].get_yticks()) == len(first.variants) + 1 - 1
-    total = len(days) * len(content.sensitivity)
-    sets = len(content.sensitivity)
-    left = f"without exclusions ({sets} of {sets}) and without one day (3 of {total})"
-    assert f"not drawn: {left}." in kind.caption(changed)
-
-
-def test_missing_joules_and_drain_are_not_explained_by_a_guess(content):
-    conditions = tuple(with_summary(condition, Outcome.JOULES, None) for condition in content.conditions)
-    changed = dataclasses.replace(content, conditions=conditions, drains=())
-    reasons = "; the reasons are listed under Limitations."
-    says(FIGURES["joules_by_level"].absent(changed), "no joules for", reasons)
-    says(FIGURES["passive_drain"].absent(changed), "no passive-drain fit", reasons)
-
-
-def test_a_recomputation_shows_how_many_runs_it_rests_on(content):
-    one = content.sensitivity[0]
-    put_back = Variant("without exclusions", dataclasses.replace(one.as_reported, n=one.as_reported.n + 3))
-    changed = dataclasses.replace(content, sensitivity=(dataclasses.replace(one, variants=(put_back,)),))
-    (panel,) = draw_figure(FIGURES["sensitivity"], changed, TWO_COLUMNS_IN).axes
-    assert [label.get_text() for label in panel.get_yticklabels()] == ["as reported", "without exclusions"]
-    counts = [text.get_text().replace("\u00a0", " ") for text in panel.texts]
-    assert counts == [f"n = {one.as_reported.n}", f"n = {one.as_reported.n + 3}"]
-    assert panel.get_title().replace("\n", " ").endswith("(%)")
-
-
-def test_recomputations_by_other_rules_are_one_row(content):
-    one = content.sensitivity[0]
-    moved = [dataclasses.replace(one.as_reported, value=one.as_reported.value + by) for by in (0.0, 0.1, 0.2)]
-    variants = tuple(Variant(f"rule {at}", number, by_rules=True) for at, number in enumerate(moved))
-    changed = dataclasses.replace(content, sensitivity=(dataclasses.replace(one, variants=variants),))
-    (panel,) = draw_figure(FIGURES["sensitivity"], changed, TWO_COLUMNS_IN).axes
-    assert [label.get_text() for label in panel.get_yticklabels()] == ["as reported", "by other rules, each"]
-    says(FIGURES["sensitivity"].caption(changed), "other rules", "1 of 3")
-
-
-@pytest.mark.parametrize("width_in", [pytest.param(ONE_COLUMN_IN, marks=pytest.mark.soak), TWO_COLUMNS_IN])
-def test_recomputations_fit_on_a_page_however_many_days_there_are(content, width_in):
-    days = tuple(
-        Variant(f"without {date}", dataclasses.replace(one.number, value=50.0 + day, n=40 + day), date)
-        for day, one in zip(range(1, 29), itertools.cycle(content.sensitivity[0].variants), strict=False)
-        for date in [f"2022-01-{day:02d}"]
-    )
-    sets = tuple(dataclasses.replace(one, variants=(*one.variants[:2], *days)) for one in content.sensitivity)
-    sets *= 1 if width_in == ONE_COLUMN_IN else 3
-    figure = draw_figure(FIGURES["sensitivity"], dataclasses.replace(content, sensitivity=sets), width_in)
-    assert figure.get_figheight() <= 9.0
-    panel = figure.axes[0]
-    says([label.get_text() for label in panel.get_yticklabels()][-1], "without one day")
-    assert panel.texts[-1].get_text().replace("\u00a0", " ") == "n = 41–68"
+    for panel, ends in zip(panels, intervals_of(changed), strict=True):
+        low, high = panel.get_ylim()
+        assert low < 1000 * min(ends)
+        assert high > 1000 * max(ends)
 
 
 def test_each_robot_has_a_line_a_colour_and_a_marker_of_its_own(content):

@@ -62,7 +62,7 @@ def test_a_dash_with_a_footnote_for_what_does_not_exist():
 
 
 def test_a_table_longer_than_a_page_is_a_longtable(content):
-    assert rb"\begin{longtable}" in latex_bytes(TABLES["run_values"].make(content))
+    assert rb"\begin{longtable}" in latex_bytes(TABLES["each_run"].make(content))
 
 
 def test_a_bracket_does_not_become_an_argument():

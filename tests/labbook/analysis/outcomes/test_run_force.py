@@ -92,8 +92,8 @@ def test_the_report_compares_it_as_any_outcome(outcome: Outcome, on_plate: tuple
         kind.name for kind in tables_of(content)
     }
     assert {f"{outcome.key}_by_level", f"estimation_{outcome.key}"} <= {kind.name for kind in figures_of(content)}
-    rows = list(csv.DictReader(io.StringIO(csv_bytes(TABLES["run_values"].make(content)).decode())))
-    assert sum(row["quantity"] == outcome for row in rows) == len(NAMES) - 1
+    rows = list(csv.DictReader(io.StringIO(csv_bytes(TABLES["each_run"].make(content)).decode())))
+    assert sum(bool(row[f"{outcome.key}_{outcome.unit}"]) for row in rows) == len(NAMES) - 1
     page = quick_page(content)
     assert f"<h3>{outcome.heading}</h3>" in page
     says(page, "2 force")

@@ -1,4 +1,4 @@
-"""The steps from what was planned to what is analysed, as the diagram and its table count them."""
+"""The table of the steps from what was planned to what is analysed: how many runs and jumps, and what was left out."""
 
 from __future__ import annotations
 
@@ -6,12 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from data_schema.outcomes import Outcome
-from reports.content import Flow
+from reports import fields
+from reports.content import Flow, ReportContent
+from reports.tables.table import Column, Columns, Table, TableKind, count, table_of, text_column, words
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A box of a line, and what leaves the line on the way to it."""
+    """A step, and what is left out on the way to it."""
 
     name: str
     count: int
@@ -19,7 +21,7 @@ class Step:
 
 
 def flow_lines(flow: Flow) -> dict[Outcome, tuple[Step, ...]]:
-    """Return a line of boxes an outcome: the first begins with the plan, that of apex heights ends with jumps."""
+    """Return the steps of each outcome: the first begins with the plan, that of apex heights ends with jumps."""
     lines = {outcome: _run_steps(flow, outcome) for outcome in flow.runs_with}
     if flow.runs_planned is not None:
         lines[Outcome.JOULES] = (Step("runs planned", flow.runs_planned), *lines[Outcome.JOULES])
@@ -52,3 +54,17 @@ def _jump_steps(flow: Flow) -> tuple[Step, ...]:
 
 def _reasons(excluded: Mapping[str, int]) -> list[str]:
     return [f"{count} excluded: {reason}" for reason, count in excluded.items()]
+
+
+def _flow(content: ReportContent) -> Table:
+    columns: Columns[tuple[Outcome, Step]] = (
+        (text_column("analysis", fields.ANALYSIS), lambda row: words(str(row[0]))),
+        (text_column("step", fields.STEP), lambda row: words(row[1].name)),
+        (Column("count", fields.COUNT), lambda row: count(row[1].count)),
+        (text_column("left out before it", fields.LEFT_OUT, prose=True), lambda row: words("; ".join(row[1].leaving))),
+    )
+    steps = [(quantity, step) for quantity, steps in flow_lines(content.flow).items() for step in steps]
+    return table_of("flow", "Runs and jumps, from what was planned to what was analysed.", steps, columns)
+
+
+FLOW = TableKind("flow", _flow)
